@@ -1,0 +1,20 @@
+# Compiler flags. Never -ffast-math: -fno-trapping-math gives the same speed and keeps NaN checks.
+if(NOT CMAKE_Fortran_COMPILER_ID STREQUAL "GNU" OR CMAKE_Fortran_COMPILER_VERSION VERSION_LESS 12)
+  message(FATAL_ERROR "Stirpoint needs gfortran 12 or newer (found ${CMAKE_Fortran_COMPILER_ID} ${CMAKE_Fortran_COMPILER_VERSION})")
+endif()
+add_compile_options(
+  $<$<COMPILE_LANGUAGE:Fortran>:-std=f2018>
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wall>
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wextra>
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wno-compare-reals>
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wno-unused-dummy-argument>
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wno-maybe-uninitialized>
+  $<$<COMPILE_LANGUAGE:Fortran>:-ffree-line-length-none>
+  $<$<COMPILE_LANGUAGE:Fortran>:-fopenmp-simd>)
+set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH} -fno-trapping-math -mprefer-vector-width=512")
+set(CMAKE_C_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH}")
+set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all -ffpe-trap=invalid,zero,overflow -fbacktrace")
+set(CMAKE_C_FLAGS_DEBUG "-g -O1")
+set(CMAKE_Fortran_FLAGS_SANITIZE "-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer")
+set(CMAKE_C_FLAGS_SANITIZE "${CMAKE_Fortran_FLAGS_SANITIZE}")
+set(CMAKE_EXE_LINKER_FLAGS_SANITIZE "-fsanitize=address,undefined")

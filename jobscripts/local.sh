@@ -1,0 +1,244 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Builds, runs and tests Stirpoint on one machine (Debian 12), from nothing but bash and apt.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build=$root/build/release
+venv=$root/build/venv
+logs=$root/build/log
+packages=(ca-certificates cmake make gcc gfortran pkg-config libopenmpi-dev openmpi-bin
+          libhdf5-openmpi-dev libfftw3-dev libfftw3-mpi-dev)
+python_packages=(python3 python3-venv)
+python=
+
+usage() {
+  cat <<USAGE
+Usage: bash jobscripts/local.sh COMMAND
+
+  run [INPUT] [ARGUMENT...]  build, run INPUT (default input/quickstart.nml) on all physical
+                             cores and draw the result; the run directory <INPUT's stem>.out
+                             is made in the current directory; further arguments go to
+                             stirpoint
+  test                       build, then run all tests
+  build                      install what is missing and build
+  help                       show this
+
+RANKS=n in the environment sets the number of MPI ranks. Missing Debian packages are installed with
+apt-get (as root or with sudo); Python packages go to build/venv. Logs: build/log.
+USAGE
+}
+
+stage() { printf '==> %s\n' "$*"; }
+
+fail() {
+  printf 'local.sh: %s\n' "$*" >&2
+  exit 1
+}
+
+# logged NAME COMMAND...: output to build/log/NAME.log; on failure shows its tail and ends.
+logged() {
+  local log=$logs/$1.log status=0
+  shift
+  mkdir -p "$logs"
+  "$@" >"$log" 2>&1 </dev/null || status=$?
+  ((status == 0)) && return
+  printf -- '---- last lines of %s\n' "$log" >&2
+  tail -n 40 "$log" >&2
+  printf -- '----\n' >&2
+  fail "failed with exit status $status: $*"
+}
+
+# --- packages -----------------------------------------------------------------------------------
+
+installed() {
+  [[ $(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]
+}
+
+# Sets `python` to one of Python >= 3.9 that can make a virtual environment.
+find_python() {
+  local candidate
+  for candidate in /usr/bin/python3 "$(command -v python3 || true)"; do
+    if [[ -n $candidate ]] && "$candidate" -c \
+      'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))' 2>/dev/null; then
+      python=$candidate
+      return 0
+    fi
+  done
+  return 1
+}
+
+install_packages() {
+  local package missing=()
+  if ! command -v dpkg-query >/dev/null; then
+    stage "Not a Debian system: the compiler, MPI and HDF5 must be there already"
+    find_python || fail "no python3 >= 3.9 with venv and ensurepip"
+    return
+  fi
+  for package in "${packages[@]}"; do
+    installed "$package" || missing+=("$package")
+  done
+  if ! find_python; then
+    for package in "${python_packages[@]}"; do
+      installed "$package" || missing+=("$package")
+    done
+  fi
+  if ((${#missing[@]} > 0)); then
+    apt_install "${missing[@]}"
+  fi
+  find_python || fail "no python3 >= 3.9 with venv and ensurepip (Debian: ${python_packages[*]})"
+}
+
+# sudo may ask for the password where there is somebody to answer.
+may_sudo() {
+  command -v sudo >/dev/null || return
+  sudo -n true 2>/dev/null || { [[ -t 0 ]] && sudo -v; }
+}
+
+apt_install() {
+  local as_root=() apt=(apt-get -o DPkg::Lock::Timeout=300)
+  if ((EUID != 0)); then
+    may_sudo || fail "these Debian packages are missing (and neither root nor sudo is there): $*"
+    as_root=(sudo)
+  fi
+  as_root+=(env DEBIAN_FRONTEND=noninteractive)
+  stage "Installing Debian packages: $*"
+  # an outdated list may do: the install decides
+  (logged apt-update "${as_root[@]}" "${apt[@]}" update) ||
+    stage "Going on with the old package lists"
+  logged apt-install "${as_root[@]}" "${apt[@]}" install -y --no-install-recommends "$@"
+}
+
+# --- Python -------------------------------------------------------------------------------------
+
+make_venv() {
+  export MPLCONFIGDIR=$root/build/matplotlib # its font cache: the home directory may be read-only
+  local wanted=$root/postproc/requirements.txt stamp=$venv/requirements.installed
+  if cmp -s "$wanted" "$stamp" &&
+    "$venv/bin/python" -c 'import numpy, h5py, matplotlib' 2>/dev/null; then
+    return
+  fi
+  stage "Setting up Python in build/venv (from PyPI)"
+  if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
+    logged venv "$python" -m venv --clear "$venv"
+  fi
+  logged pip "$venv/bin/python" -m pip install --disable-pip-version-check --prefer-binary \
+    -r "$wanted"
+  cp "$wanted" "$stamp"
+}
+
+# --- build --------------------------------------------------------------------------------------
+
+build_program() {
+  local home
+  home=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$build/CMakeCache.txt" 2>/dev/null || true)
+  if [[ -n $home && $home != "$root" ]]; then # the source was moved: the old cache is of no use
+    rm -rf "$build"
+  fi
+  if [[ $root == *[[:blank:]]* && -z ${HDF5_ROOT:-} ]]; then
+    # CMake asks HDF5's compiler wrapper, which fails on blanks: name the place instead
+    HDF5_ROOT=/usr/lib/$(gcc -print-multiarch)/hdf5/openmpi
+    export HDF5_ROOT
+  fi
+  cd "$root" # presets are read from the current directory
+  stage "Configuring build/release"
+  logged configure cmake --preset release
+  stage "Building with $(nproc) jobs"
+  logged build cmake --build --preset release --parallel "$(nproc)"
+  cd "$start"
+}
+
+prepare() {
+  install_packages
+  make_venv
+  build_program
+}
+
+# --- run and test -------------------------------------------------------------------------------
+
+# Physical cores this process may use: hardware threads and shares of a container do not count.
+physical_cores() {
+  local cores threads quota period
+  threads=$(nproc)
+  cores=$(lscpu -p=CORE,SOCKET 2>/dev/null | grep -v '^#' | sort -u | wc -l) || cores=0
+  ((cores >= 1 && cores < threads)) || cores=$threads
+  if read -r quota period 2>/dev/null </sys/fs/cgroup/cpu.max && [[ $quota != max ]]; then
+    quota=$((quota / period))
+    ((quota >= cores)) || cores=$((quota > 1 ? quota : 1))
+  fi
+  echo "$cores"
+}
+
+mpi_environment() {
+  if ((EUID == 0)); then
+    export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+  fi
+  if [[ -e /.dockerenv ]]; then # Open MPI tries a copy that containers forbid
+    export OMPI_MCA_btl_vader_single_copy_mechanism=none
+  fi
+}
+
+run_program() {
+  local input=$root/input/quickstart.nml stem ranks cores status=0
+  if (($# > 0)) && [[ $1 != -* ]]; then
+    input=$1
+    shift
+  fi
+  [[ -f $input ]] || fail "no input file $input"
+  stem=$(basename "$input")
+  stem=${stem%.*}
+  prepare
+  mpi_environment
+  cores=$(physical_cores)
+  ranks=${RANKS:-$cores}
+  [[ $ranks =~ ^[1-9][0-9]*$ ]] || fail "RANKS=$ranks is not a number of ranks"
+  if ((ranks > cores)); then # ranks that share a core must give way
+    export OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 \
+      OMPI_MCA_hwloc_base_binding_policy=none
+  fi
+  stage "Running $input on $ranks MPI ranks"
+  mpirun -n "$ranks" "$build/stirpoint" "$input" "$@" || status=$?
+  if ((status != 0)); then
+    stage "stirpoint ended with exit status $status"
+  fi
+  if compgen -G "$start/$stem.out/*_*.hdf" >/dev/null; then
+    stage "Drawing $stem.out"
+    draw "$stem" || { ((status != 0)) || status=1; }
+  fi
+  exit "$status"
+}
+
+draw() {
+  "$venv/bin/python" "$root/postproc/report.py" "$start/$1.out" || return
+  stage "Pictures and report.html are in $start/$1.out/report"
+}
+
+run_tests() {
+  prepare
+  mpi_environment
+  export PATH="$venv/bin:$PATH"
+  stage "Tests of the program"
+  ctest --test-dir "$build" --output-on-failure --no-tests=error ||
+    fail "TESTS FAILED: of the program (see above)"
+  stage "Tests of the post-processing"
+  "$venv/bin/python" -m pytest -q -p no:cacheprovider "$root/postproc/tests" ||
+    fail "TESTS FAILED: of the post-processing (see above)"
+  stage "ALL TESTS PASSED"
+}
+
+start=$PWD
+command=${1:-help}
+(($# == 0)) || shift
+case $command in
+  run) run_program "$@" ;;
+  test) run_tests ;;
+  build)
+    prepare
+    stage "Built $build/stirpoint"
+    ;;
+  help | -h | --help) usage ;;
+  *)
+    usage >&2
+    fail "unknown command: $command"
+    ;;
+esac

@@ -1,0 +1,66 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Stirpoint under Slurm. Adapt the settings below, then
+#
+#     sbatch jobscripts/slurm.sh [INPUT]
+#
+# The run directory is made in the directory of the call; paths are taken from there too. Two
+# minutes before the time is over Slurm signals this script; stirpoint then writes a checkpoint and
+# stops, the job goes back into the queue and carries on from there until the run is finished.
+
+#SBATCH --job-name=stirpoint
+#SBATCH --ntasks=32
+#SBATCH --time=12:00:00
+#SBATCH --signal=B:USR1@120
+#SBATCH --requeue
+#SBATCH --open-mode=append
+#SBATCH --output=stirpoint-%j.log
+
+input=${1:-input/quickstart.nml}
+stirpoint=${STIRPOINT:-build/release/stirpoint}
+most_restarts=50
+# module load gcc openmpi hdf5        # what the program was built with
+
+# ------------------------------------------------------------------------------------------------
+stopped_with_checkpoint=75 # stirpoint's exit status after a signal
+name=$(basename "$input")
+name=${name%.*}
+checkpoint=$name.out/${name}_checkpoint.h5
+restarts=${SLURM_RESTART_COUNT:-0}
+
+cd "${SLURM_SUBMIT_DIR:-.}" || exit 1
+arguments=("$input")
+if ((restarts > 0)) && [[ -f $checkpoint ]]; then
+  arguments+=(--restart "$checkpoint")
+fi
+echo "$(date '+%F %T') job $SLURM_JOB_ID, start $((restarts + 1)), on $SLURM_JOB_NODELIST"
+echo "stirpoint ${arguments[*]}"
+
+signalled=no
+trap 'signalled=yes; kill -USR1 "$mpirun" 2>/dev/null' USR1
+mpirun "$stirpoint" "${arguments[@]}" & # Open MPI takes the number of ranks from Slurm
+mpirun=$!
+
+# A trapped signal ends `wait` early, with a status above 128: wait until mpirun itself has ended.
+while true; do
+  wait "$mpirun"
+  status=$?
+  kill -0 "$mpirun" 2>/dev/null || break
+done
+if ((status > 128)); then # it may have ended while the trap ran: ask once more for its own status
+  wait "$mpirun"
+  again=$?
+  ((again == 127)) || status=$again
+fi
+echo "$(date '+%F %T') stirpoint ended with exit status $status (signalled: $signalled)"
+
+if ((status == stopped_with_checkpoint)) && [[ -f $checkpoint ]]; then
+  if ((restarts < most_restarts)); then
+    echo "$(date '+%F %T') back into the queue, to carry on from $checkpoint"
+    scontrol requeue "$SLURM_JOB_ID" && exit 0
+    echo "the job could not be requeued" >&2
+  else
+    echo "not requeued: $most_restarts restarts are the most allowed" >&2
+  fi
+fi
+exit "$status"

@@ -1,0 +1,59 @@
+! SPDX-License-Identifier: MIT
+!> Error value returned by set-up and I/O, and the exit for programming errors.
+module base_errors
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  implicit none (type, external)
+  private
+
+  public :: error_t, fatal, set_abort_hook
+
+  !> Holds a message if something failed; unallocated means success.
+  type :: error_t
+    character(:), allocatable :: message
+  contains
+    procedure :: raise
+    procedure :: is_set
+  end type error_t
+
+  abstract interface
+    subroutine abort_interface()
+    end subroutine abort_interface
+  end interface
+
+  procedure(abort_interface), pointer, save :: abort_hook => null()
+
+contains
+
+  !> Record `message`, unless an earlier one is held.
+  subroutine raise(self, message)
+    class(error_t), intent(inout) :: self
+    character(*), intent(in) :: message
+
+    if (.not. allocated(self%message)) self%message = message
+  end subroutine raise
+
+  !> True if an error was recorded.
+  pure logical function is_set(self)
+    class(error_t), intent(in) :: self
+
+    is_set = allocated(self%message)
+  end function is_set
+
+  !> Replace what `fatal` calls after printing (MPI_Abort in a parallel run).
+  subroutine set_abort_hook(hook)
+    procedure(abort_interface) :: hook
+
+    abort_hook => hook
+  end subroutine set_abort_hook
+
+  !> Stop every rank at once: a programming error or a lost file system.
+  subroutine fatal(message)
+    character(*), intent(in) :: message
+
+    write (error_unit, '(2a)') 'stirpoint: fatal: ', message
+    flush (error_unit)
+    if (associated(abort_hook)) call abort_hook()
+    error stop 1, quiet=.true.
+  end subroutine fatal
+
+end module base_errors

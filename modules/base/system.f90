@@ -1,0 +1,125 @@
+! SPDX-License-Identifier: MIT
+!> What Fortran lacks: aligned memory, files renamed in one go, directories, signals, prefetch.
+module base_system
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_int, c_null_char, &
+                                         c_null_ptr, c_ptr, c_loc, c_size_t, c_associated
+  use base_errors, only: fatal
+  use base_kinds, only: i8, rp
+  implicit none (type, external)
+  private
+
+  public :: allocate_aligned, free_aligned, rename_file, make_directory, remove_file
+  public :: watch_signals, stop_signal, raise_signal, prefetch_block, peak_memory
+
+  interface
+    function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
+      import :: c_ptr, c_size_t
+      integer(c_size_t), value :: alignment, size
+      type(c_ptr) :: p
+    end function c_aligned_alloc
+
+    subroutine c_free(p) bind(c, name='free')
+      import :: c_ptr
+      type(c_ptr), value :: p
+    end subroutine c_free
+
+    integer(c_int) function c_rename(from, to) bind(c, name='rename')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: from(*), to(*)
+    end function c_rename
+
+    integer(c_int) function c_mkdir(path, mode) bind(c, name='mkdir')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+    end function c_mkdir
+
+    integer(c_int) function c_remove(path) bind(c, name='remove')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_remove
+
+    !> Set a flag on SIGUSR1 and SIGTERM (modules/base/native.c).
+    subroutine watch_signals() bind(c, name='stirpoint_watch_signals')
+    end subroutine watch_signals
+
+    !> Number of the signal that asked for a stop, or 0.
+    integer(c_int) function stop_signal() bind(c, name='stirpoint_stop_signal')
+      import :: c_int
+    end function stop_signal
+
+    !> Send a signal to this process (for tests).
+    integer(c_int) function raise_signal(number) bind(c, name='raise')
+      import :: c_int
+      integer(c_int), value :: number
+    end function raise_signal
+
+    !> Fetch `bytes` from `p` into the second-level cache.
+    subroutine prefetch_block(p, bytes) bind(c, name='stirpoint_prefetch')
+      import :: c_double, c_int
+      real(c_double), intent(in) :: p(*)
+      integer(c_int), value :: bytes
+    end subroutine prefetch_block
+
+    !> Peak resident memory of this process [bytes].
+    real(c_double) function peak_memory() bind(c, name='stirpoint_peak_memory')
+      import :: c_double
+    end function peak_memory
+  end interface
+
+contains
+
+  !> Zeroed memory for `n` reals on a 64-byte boundary; one cache line never straddles two records.
+  subroutine allocate_aligned(n, a)
+    integer(i8), intent(in) :: n
+    real(rp), pointer, contiguous, intent(out) :: a(:)
+    type(c_ptr) :: p
+    integer(c_size_t) :: bytes
+
+    bytes = 64_c_size_t*((8_c_size_t*max(n, 1_i8) + 63_c_size_t)/64_c_size_t)
+    p = c_aligned_alloc(64_c_size_t, bytes)
+    if (.not. c_associated(p)) call fatal('out of memory')
+    call c_f_pointer(p, a, [n])
+    a = 0.0_rp
+  end subroutine allocate_aligned
+
+  !> Give back memory of `allocate_aligned`.
+  subroutine free_aligned(a)
+    real(rp), pointer, contiguous, intent(inout) :: a(:)
+
+    if (associated(a)) then
+      if (size(a) > 0) call c_free(c_loc(a))
+    end if
+    nullify (a)
+  end subroutine free_aligned
+
+  !> Replace `to` by `from` atomically; `ok` tells whether it worked.
+  subroutine rename_file(from, to, ok)
+    character(*), intent(in) :: from, to
+    logical, intent(out) :: ok
+
+    ok = c_rename(trim(from)//c_null_char, trim(to)//c_null_char) == 0
+  end subroutine rename_file
+
+  !> Make a directory; one that exists is fine.
+  subroutine make_directory(path, ok)
+    character(*), intent(in) :: path
+    logical, intent(out) :: ok
+    integer(c_int), parameter :: mode = int(o'755', c_int)
+    integer(c_int) :: status
+
+    status = c_mkdir(trim(path)//c_null_char, mode)
+    inquire (file=trim(path)//'/.', exist=ok)
+    ok = ok .or. status == 0
+  end subroutine make_directory
+
+  !> Remove a file if it is there.
+  subroutine remove_file(path)
+    character(*), intent(in) :: path
+    integer(c_int) :: status
+
+    status = c_remove(trim(path)//c_null_char)
+    if (status /= 0) return
+  end subroutine remove_file
+
+end module base_system

@@ -1,0 +1,116 @@
+! SPDX-License-Identifier: MIT
+!> Small helpers for text: case, numbers as text, likeness of two words.
+module base_text
+  use base_kinds, only: i8, rp
+  implicit none (type, external)
+  private
+
+  public :: upper, lower, str, edit_distance
+
+  !> Shortest readable text of a number.
+  interface str
+    module procedure str_int, str_long, str_real
+  end interface str
+
+contains
+
+  !> `s` in capitals.
+  pure function upper(s) result(r)
+    character(*), intent(in) :: s
+    character(len(s)) :: r
+    integer :: i
+
+    r = s
+    do i = 1, len(s)
+      if (s(i:i) >= 'a' .and. s(i:i) <= 'z') r(i:i) = achar(iachar(s(i:i)) - 32)
+    end do
+  end function upper
+
+  !> `s` in small letters.
+  pure function lower(s) result(r)
+    character(*), intent(in) :: s
+    character(len(s)) :: r
+    integer :: i
+
+    r = s
+    do i = 1, len(s)
+      if (s(i:i) >= 'A' .and. s(i:i) <= 'Z') r(i:i) = achar(iachar(s(i:i)) + 32)
+    end do
+  end function lower
+
+  pure function str_int(i) result(r)
+    integer, intent(in) :: i
+    character(:), allocatable :: r
+
+    r = str_long(int(i, i8))
+  end function str_int
+
+  pure function str_long(i) result(r)
+    integer(i8), intent(in) :: i
+    character(:), allocatable :: r
+    character(24) :: buffer
+
+    write (buffer, '(i0)') i
+    r = trim(buffer)
+  end function str_long
+
+  !> Six significant digits, without needless zeros: 0.0005 is 5e-4, 298 is 298.
+  pure function str_real(x) result(r)
+    real(rp), intent(in) :: x
+    character(:), allocatable :: r
+    character(32) :: buffer
+    integer :: e, last
+
+    if (x == 0.0_rp) then
+      r = '0'
+    else if (abs(x) >= 1.0e-3_rp .and. abs(x) < 1.0e6_rp) then
+      write (buffer, '(f0.'//achar(48 + min(8, max(0, 5 - floor(log10(abs(x))))))//')') x
+      r = trim(buffer)
+      if (index(r, '.') > 0) r = r(:verify(r, '0', back=.true.))
+      if (r(len(r):) == '.') r = r(:len(r) - 1)
+      if (r(1:1) == '.') r = '0'//r
+      if (r(1:1) == '-' .and. r(2:2) == '.') r = '-0'//r(2:)
+    else
+      write (buffer, '(es12.5)') x
+      buffer = adjustl(buffer)
+      e = index(buffer, 'E')
+      if (e == 0) then   ! NaN, Infinity
+        r = trim(buffer)
+        return
+      end if
+      last = verify(buffer(:e - 1), '0', back=.true.)
+      if (buffer(last:last) == '.') last = last - 1
+      r = buffer(:last)//'e'//exponent_text(buffer(e + 1:))
+    end if
+  end function str_real
+
+  pure function exponent_text(digits) result(r)
+    character(*), intent(in) :: digits
+    character(:), allocatable :: r
+    integer :: value
+
+    read (digits, *) value
+    r = str_int(value)
+  end function exponent_text
+
+  !> Number of insertions, deletions and exchanges that turn `a` into `b` (Levenshtein).
+  pure integer function edit_distance(a, b)
+    character(*), intent(in) :: a, b
+    integer :: d(0:len(a), 0:len(b)), i, j
+
+    do i = 0, len(a)
+      d(i, 0) = i
+    end do
+    do j = 0, len(b)
+      d(0, j) = j
+    end do
+    do i = 1, len(a)
+      do j = 1, len(b)
+        d(i, j) = min(d(i - 1, j) + 1, d(i, j - 1) + 1, &
+                      d(i - 1, j - 1) + merge(0, 1, a(i:i) == b(j:j)))
+      end do
+    end do
+    edit_distance = d(len(a), len(b))
+  end function edit_distance
+
+end module base_text

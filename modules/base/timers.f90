@@ -1,0 +1,53 @@
+! SPDX-License-Identifier: MIT
+!> Wall-clock and CPU time, and the shares of the phases of a step.
+module base_timers
+  use base_kinds, only: i8, rp
+  implicit none (type, external)
+  private
+
+  public :: wall_time, cpu_seconds, phase_timer_t
+
+  integer, parameter, public :: max_phases = 12
+
+  !> Accumulates wall time by phase; `lap(k)` books the time since the last lap to phase k.
+  type :: phase_timer_t
+    real(rp) :: seconds(max_phases) = 0.0_rp
+    real(rp) :: last = 0.0_rp
+  contains
+    procedure :: start
+    procedure :: lap
+  end type phase_timer_t
+
+contains
+
+  !> Seconds of wall-clock time since an arbitrary origin.
+  real(rp) function wall_time()
+    integer(i8) :: ticks, rate
+
+    call system_clock(ticks, rate)
+    wall_time = real(ticks, rp)/real(rate, rp)
+  end function wall_time
+
+  !> Seconds of processor time used by this process.
+  real(rp) function cpu_seconds()
+    call cpu_time(cpu_seconds)
+  end function cpu_seconds
+
+  subroutine start(self)
+    class(phase_timer_t), intent(inout) :: self
+
+    self%last = wall_time()
+  end subroutine start
+
+  !> Book the time since the last call to phase `k`.
+  subroutine lap(self, k)
+    class(phase_timer_t), intent(inout) :: self
+    integer, intent(in) :: k
+    real(rp) :: now
+
+    now = wall_time()
+    self%seconds(k) = self%seconds(k) + now - self%last
+    self%last = now
+  end subroutine lap
+
+end module base_timers

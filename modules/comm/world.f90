@@ -1,0 +1,139 @@
+! SPDX-License-Identifier: MIT
+!> The ranks of the run: start, end, and the few collective operations the code needs.
+module comm_world
+  use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
+                     mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
+                     mpi_finalize, mpi_in_place, mpi_init, mpi_integer, mpi_integer8, mpi_max, &
+                     mpi_min, mpi_sum
+  use base_errors, only: set_abort_hook
+  use base_kinds, only: i8, rp
+  implicit none (type, external)
+  private
+
+  public :: world_t, start_world, end_world
+
+  !> Communicator, own rank (from 0) and number of ranks.
+  type :: world_t
+    type(mpi_comm) :: comm
+    integer :: rank = 0
+    integer :: size = 1
+  contains
+    procedure :: is_root
+    procedure :: barrier
+    procedure, private :: sum_reals, sum_longs, sum_integers, sum_long
+    generic :: sum => sum_reals, sum_longs, sum_integers, sum_long
+    procedure, private :: max_reals
+    generic :: max => max_reals
+    procedure :: broadcast
+    procedure :: all_true
+    procedure :: share_message
+  end type world_t
+
+contains
+
+  !> Start MPI (a run without mpirun is one rank).
+  subroutine start_world(world)
+    type(world_t), intent(out) :: world
+
+    call mpi_init()
+    world%comm = mpi_comm_world
+    call mpi_comm_rank(world%comm, world%rank)
+    call mpi_comm_size(world%comm, world%size)
+    call set_abort_hook(abort_world)
+  end subroutine start_world
+
+  subroutine end_world()
+    call mpi_finalize()
+  end subroutine end_world
+
+  subroutine abort_world()
+    call mpi_abort(mpi_comm_world, 1)
+  end subroutine abort_world
+
+  pure logical function is_root(self)
+    class(world_t), intent(in) :: self
+
+    is_root = self%rank == 0
+  end function is_root
+
+  subroutine barrier(self)
+    class(world_t), intent(in) :: self
+
+    call mpi_barrier(self%comm)
+  end subroutine barrier
+
+  !> Sums over ranks, in place.
+  subroutine sum_reals(self, a)
+    class(world_t), intent(in) :: self
+    real(rp), intent(inout), contiguous :: a(:)
+
+    call mpi_allreduce(mpi_in_place, a, size(a), mpi_double_precision, mpi_sum, self%comm)
+  end subroutine sum_reals
+
+  subroutine sum_longs(self, a)
+    class(world_t), intent(in) :: self
+    integer(i8), intent(inout), contiguous :: a(:)
+
+    call mpi_allreduce(mpi_in_place, a, size(a), mpi_integer8, mpi_sum, self%comm)
+  end subroutine sum_longs
+
+  subroutine sum_integers(self, a)
+    class(world_t), intent(in) :: self
+    integer, intent(inout), contiguous :: a(:)
+
+    call mpi_allreduce(mpi_in_place, a, size(a), mpi_integer, mpi_sum, self%comm)
+  end subroutine sum_integers
+
+  subroutine sum_long(self, a)
+    class(world_t), intent(in) :: self
+    integer(i8), intent(inout) :: a
+
+    call mpi_allreduce(mpi_in_place, a, 1, mpi_integer8, mpi_sum, self%comm)
+  end subroutine sum_long
+
+  !> Largest values over ranks, in place.
+  subroutine max_reals(self, a)
+    class(world_t), intent(in) :: self
+    real(rp), intent(inout), contiguous :: a(:)
+
+    call mpi_allreduce(mpi_in_place, a, size(a), mpi_double_precision, mpi_max, self%comm)
+  end subroutine max_reals
+
+  !> Values of rank 0 to all.
+  subroutine broadcast(self, a)
+    class(world_t), intent(in) :: self
+    real(rp), intent(inout), contiguous :: a(:)
+
+    call mpi_bcast(a, size(a), mpi_double_precision, 0, self%comm)
+  end subroutine broadcast
+
+  !> True if `ok` holds on every rank.
+  logical function all_true(self, ok)
+    class(world_t), intent(in) :: self
+    logical, intent(in) :: ok
+    integer :: flag
+
+    flag = merge(1, 0, ok)
+    call mpi_allreduce(mpi_in_place, flag, 1, mpi_integer, mpi_min, self%comm)
+    all_true = flag == 1
+  end function all_true
+
+  !> The message of the lowest rank that has one ('' if none), on every rank.
+  subroutine share_message(self, mine, message)
+    class(world_t), intent(in) :: self
+    character(*), intent(in) :: mine
+    character(:), allocatable, intent(inout) :: message
+    integer :: first, length
+
+    first = merge(self%rank, self%size, mine /= '')
+    call mpi_allreduce(mpi_in_place, first, 1, mpi_integer, mpi_min, self%comm)
+    message = ''
+    if (first == self%size) return
+    length = len(mine)
+    call mpi_bcast(length, 1, mpi_integer, first, self%comm)
+    message = repeat(' ', length)
+    if (self%rank == first) message = mine
+    call mpi_bcast(message, length, mpi_character, first, self%comm)
+  end subroutine share_message
+
+end module comm_world

@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: MIT
+!> Schedule of a rigid tool: phases of constant velocity and spin, joined by linear ramps.
+!> The pose is a closed function of time, so that a restart needs no state.
+module contact_motion
+  use base_kinds, only: rp
+  implicit none (type, external)
+  private
+
+  public :: phase_t, motion_t
+
+  type :: phase_t
+    real(rp) :: duration = 0.0_rp      !! [s]; 0: to the end of the run
+    real(rp) :: velocity(3) = 0.0_rp   !! [m/s]
+    real(rp) :: spin = 0.0_rp          !! [rad/s], clockwise seen from above is positive
+    real(rp) :: ramp = 0.0_rp          !! time to change from the phase before [s]
+  end type phase_t
+
+  type :: motion_t
+    type(phase_t), allocatable :: phase(:)
+  contains
+    procedure :: at
+  end type motion_t
+
+contains
+
+  !> Displacement [m] since t = 0, velocity [m/s], turned angle [rad] and spin [rad/s] at time `t`.
+  !> The tool starts with the first phase's velocity unless that phase has a ramp.
+  pure subroutine at(self, t, shift, velocity, angle, spin)
+    class(motion_t), intent(in) :: self
+    real(rp), intent(in) :: t
+    real(rp), intent(out) :: shift(3), velocity(3), angle, spin
+    real(rp) :: now(4), before(4), way(4), from, length, s
+    integer :: i
+
+    now = 0.0_rp
+    way = 0.0_rp
+    from = 0.0_rp
+    if (allocated(self%phase)) then
+      do i = 1, size(self%phase)
+        associate (phase => self%phase(i))
+          before = now
+          length = merge(phase%duration, huge(1.0_rp), phase%duration > 0.0_rp)
+          s = min(t - from, length)
+          if (s < 0.0_rp) exit
+          call advance(before, [phase%velocity, phase%spin], phase%ramp, s, way, now)
+          from = from + length
+        end associate
+        if (t < from) exit
+      end do
+    end if
+    shift = way(1:3)
+    velocity = now(1:3)
+    angle = way(4)
+    spin = now(4)
+  end subroutine at
+
+  !> Add the way of `s` seconds that start with `before` and ramp to `target`.
+  pure subroutine advance(before, target, ramp, s, way, now)
+    real(rp), intent(in) :: before(4), target(4), ramp, s
+    real(rp), intent(inout) :: way(4)
+    real(rp), intent(out) :: now(4)
+    real(rp) :: part
+
+    if (ramp > 0.0_rp .and. s < ramp) then
+      part = s/ramp
+      now = before + (target - before)*part
+      way = way + s*0.5_rp*(before + now)
+    else
+      now = target
+      way = way + ramp*0.5_rp*(before + target) + (s - ramp)*target
+    end if
+  end subroutine advance
+
+end module contact_motion

@@ -1,0 +1,127 @@
+! SPDX-License-Identifier: MIT
+!> Signed distances of the rigid shapes in their own frame: negative inside, gradient of length 1.
+module contact_shapes
+  use base_kinds, only: rp
+  implicit none (type, external)
+  private
+
+  public :: profile_t, shoulder_profile, revolved_distance, box_distance
+
+  integer, parameter, public :: most_corners = 8
+
+  !> Outline of a body of revolution in the (r, z) half plane, from the axis round to the axis
+  !> again, with the body on the right-hand side.
+  type :: profile_t
+    integer :: n = 0
+    real(rp) :: r(most_corners) = 0.0_rp
+    real(rp) :: z(most_corners) = 0.0_rp
+  end type profile_t
+
+contains
+
+  !> Shoulder disc of `radius` whose face is flat or a cone rising to the axis by `concavity`
+  !> [rad], with an optional pin: radius at the face, radius at the tip, length. The face's rim is
+  !> at z = 0, the tool's body goes up to `height`. All lengths in m.
+  pure type(profile_t) function shoulder_profile(radius, height, concavity, pin_radius, tip_radius, &
+                                                 pin_length)
+    real(rp), intent(in) :: radius, height, concavity, pin_radius, tip_radius, pin_length
+    type(profile_t) :: outline
+
+    call corner(outline, 0.0_rp, height)
+    call corner(outline, radius, height)
+    call corner(outline, radius, 0.0_rp)
+    if (pin_radius > 0.0_rp .and. pin_length > 0.0_rp) then
+      call corner(outline, pin_radius, (radius - pin_radius)*tan(concavity))
+      call corner(outline, tip_radius, -pin_length)
+      call corner(outline, 0.0_rp, -pin_length)
+    else
+      call corner(outline, 0.0_rp, radius*tan(concavity))
+    end if
+    shoulder_profile = outline
+  end function shoulder_profile
+
+  pure subroutine corner(outline, r, z)
+    type(profile_t), intent(inout) :: outline
+    real(rp), intent(in) :: r, z
+
+    outline%n = outline%n + 1
+    outline%r(outline%n) = r
+    outline%z(outline%n) = z
+  end subroutine corner
+
+  !> Distance of `x` from the body of revolution about the local z axis, and its gradient.
+  pure subroutine revolved_distance(profile, x, distance, normal)
+    type(profile_t), intent(in) :: profile
+    real(rp), intent(in) :: x(3)
+    real(rp), intent(out) :: distance, normal(3)
+    real(rp) :: r, z, ar, az, br, bz, er, ez, t, length2, d2, best, nr, nz
+    logical :: inside, corner_is_nearest
+    integer :: i
+
+    r = sqrt(x(1)**2 + x(2)**2)
+    z = x(3)
+    best = huge(best)
+    inside = .false.
+    nr = 0.0_rp
+    nz = 1.0_rp
+    corner_is_nearest = .false.
+    do i = 1, profile%n - 1
+      ar = profile%r(i); az = profile%z(i)
+      br = profile%r(i + 1) - ar; bz = profile%z(i + 1) - az
+      length2 = br*br + bz*bz
+      if (length2 <= 0.0_rp) cycle
+      ! a ray along +r crosses the outline an odd number of times from inside
+      if ((az > z) .neqv. (az + bz > z)) then
+        if (r < ar + (z - az)/bz*br) inside = .not. inside
+      end if
+      t = min(1.0_rp, max(0.0_rp, ((r - ar)*br + (z - az)*bz)/length2))
+      er = r - ar - t*br
+      ez = z - az - t*bz
+      d2 = er*er + ez*ez
+      if (d2 >= best) cycle
+      best = d2
+      corner_is_nearest = (t <= 0.0_rp .or. t >= 1.0_rp) .and. d2 > 0.0_rp
+      if (.not. corner_is_nearest) then     ! outward normal of the side: the body is on its right
+        nr = -bz/sqrt(length2)
+        nz = br/sqrt(length2)
+      else                                  ! from the corner to the point
+        nr = er/sqrt(d2)
+        nz = ez/sqrt(d2)
+      end if
+    end do
+    distance = sqrt(best)
+    if (inside) then
+      distance = -distance
+      if (corner_is_nearest) then
+        nr = -nr
+        nz = -nz
+      end if
+    end if
+    if (r > 0.0_rp) then
+      normal = [nr*x(1)/r, nr*x(2)/r, nz]
+    else
+      normal = [nr, 0.0_rp, nz]
+    end if
+  end subroutine revolved_distance
+
+  !> Distance of `x` from a box of half edges `half` centred at the origin, and its gradient.
+  pure subroutine box_distance(half, x, distance, normal)
+    real(rp), intent(in) :: half(3), x(3)
+    real(rp), intent(out) :: distance, normal(3)
+    real(rp) :: q(3), outside(3)
+    integer :: a
+
+    q = abs(x) - half
+    normal = 0.0_rp
+    if (any(q > 0.0_rp)) then
+      outside = max(q, 0.0_rp)
+      distance = norm2(outside)
+      normal = sign(outside/distance, x)
+    else
+      a = maxloc(q, 1)
+      distance = q(a)
+      normal(a) = sign(1.0_rp, x(a))
+    end if
+  end subroutine box_distance
+
+end module contact_shapes

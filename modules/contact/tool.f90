@@ -1,0 +1,225 @@
+! SPDX-License-Identifier: MIT
+!> Contact of material points with a rigid analytic tool.
+!>
+!> A point touches when its domain (half its spacing) reaches the tool's signed distance, so that
+!> the gap is resolved far below the cell. The impulse that the point needs to stop approaching is
+!> limited by Coulomb's law and the shear strength, and acts through the nodes in the next step
+!> (as a force in the particle-to-grid transfer). Since every node's mass is at least that of the
+!> points in contact there, the impulse m dv of a point can never turn its velocity round.
+module contact_tool
+  use base_kinds, only: nlane, rp
+  use contact_motion, only: motion_t
+  use contact_shapes, only: box_distance, profile_t, revolved_distance
+  implicit none (type, external)
+  private
+
+  public :: tool_t, contact_block, tool_is_near
+
+  integer, parameter, public :: kind_revolved = 1, kind_plane = 2, kind_sphere = 3, kind_box = 4
+
+  ! What a tool sums up between two reports.
+  integer, parameter, public :: &
+    s_force = 1, &      !! impulse on the tool [N s], 3
+    s_torque = 4, &     !! angular impulse on the tool about its axis against the spin [N m s]
+    s_work = 5, &       !! work of the tool on the material [J]
+    s_friction = 6, &   !! friction heat [J]
+    s_normal = 7, &     !! energy lost in normal contact [J]
+    s_press = 8, &      !! normal impulse [N s]
+    s_creep = 9, &      !! normal impulse times tangential speed of the material [N m]
+    s_slide = 10, &     !! normal impulse times tangential speed of the tool [N m]
+    s_to_plate = 11     !! friction heat given to the material [J]
+  integer, parameter, public :: n_tool_sums = 11
+
+  type :: tool_t
+    character(32) :: name = 'tool'
+    integer :: kind = kind_revolved
+    type(profile_t) :: profile             !! revolved
+    real(rp) :: radius = 0.0_rp            !! sphere, bounding radius of the others [m]
+    real(rp) :: half(3) = 0.0_rp           !! box: half edges [m]
+    real(rp) :: start(3) = 0.0_rp          !! position at t = 0 [m]
+    real(rp) :: frame(3, 3) = 0.0_rp       !! columns: local axes at t = 0
+    real(rp) :: friction = 0.0_rp
+    logical :: shear_limit = .true.
+    real(rp) :: heat_share = 1.0_rp        !! share of friction heat into the material
+    type(motion_t) :: motion
+    ! pose at the current time
+    real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
+    real(rp) :: axes(3, 3) = 0.0_rp        !! local axes now
+    real(rp) :: spin = 0.0_rp
+    real(rp) :: sums(n_tool_sums) = 0.0_rp
+  contains
+    procedure :: move_to
+    procedure :: distance
+    procedure :: surface_velocity
+  end type tool_t
+
+  real(rp), parameter :: closing = 0.2_rp   !! share of a penetration taken back in one step
+
+contains
+
+  !> Put the tool where its schedule says at time `t`.
+  pure subroutine move_to(self, t)
+    class(tool_t), intent(inout) :: self
+    real(rp), intent(in) :: t                   !! [s]
+    real(rp) :: shift(3), angle, c, s
+
+    call self%motion%at(t, shift, self%velocity, angle, self%spin)
+    self%position = self%start + shift
+    self%omega = -self%spin*self%frame(:, 3)    ! clockwise seen from above
+    c = cos(angle)
+    s = -sin(angle)
+    self%axes(:, 1) = c*self%frame(:, 1) + s*self%frame(:, 2)
+    self%axes(:, 2) = c*self%frame(:, 2) - s*self%frame(:, 1)
+    self%axes(:, 3) = self%frame(:, 3)
+  end subroutine move_to
+
+  !> Signed distance of `x` from the tool and its gradient (out of the tool).
+  pure subroutine distance(self, x, d, n)
+    class(tool_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp), intent(out) :: d, n(3)
+    real(rp) :: y(3), m(3)
+
+    y = matmul(x - self%position, self%axes)
+    select case (self%kind)
+    case (kind_revolved)
+      call revolved_distance(self%profile, y, d, m)
+    case (kind_sphere)
+      d = norm2(y)
+      m = y/max(d, tiny(1.0_rp))
+      d = d - self%radius
+    case (kind_box)
+      call box_distance(self%half, y, d, m)
+    case default
+      d = y(3)
+      m = [0.0_rp, 0.0_rp, 1.0_rp]
+    end select
+    n = matmul(self%axes, m)
+  end subroutine distance
+
+  !> Velocity of the rigid tool at `x` [m/s].
+  pure function surface_velocity(self, x) result(v)
+    class(tool_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp) :: v(3), r(3)
+
+    r = x - self%position
+    v = self%velocity + [self%omega(2)*r(3) - self%omega(3)*r(2), &
+                         self%omega(3)*r(1) - self%omega(1)*r(3), &
+                         self%omega(1)*r(2) - self%omega(2)*r(1)]
+  end function surface_velocity
+
+  !> True if a block inside the ball (centre, radius) may touch any tool.
+  pure logical function tool_is_near(tools, centre, radius)
+    type(tool_t), intent(in) :: tools(:)
+    real(rp), intent(in) :: centre(3), radius
+    real(rp) :: d, n(3)
+    integer :: k
+
+    tool_is_near = .false.
+    do k = 1, size(tools)
+      call tools(k)%distance(centre, d, n)
+      tool_is_near = tool_is_near .or. d <= radius
+    end do
+  end function tool_is_near
+
+  !> Close the books of the force that acted in the step just done, and set the next one.
+  subroutine contact_block(tools, n, dt, inertia, reach, area, x, v, dv, mass, flow, force, heat)
+    type(tool_t), intent(inout) :: tools(:)
+    integer, intent(in) :: n                   !! particles in the block
+    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: inertia            !! mass scaling
+    real(rp), intent(in) :: reach              !! half particle spacing [m]
+    real(rp), intent(in) :: area               !! area a particle stands for [m2]
+    real(rp), intent(in) :: x(nlane, 3)        !! positions, already advanced [m]
+    real(rp), intent(in) :: v(nlane, 3)        !! grid velocity at the particles [m/s]
+    real(rp), intent(in) :: dv(nlane, 3)       !! its change in the step [m/s]
+    real(rp), intent(in) :: mass(nlane)        !! [kg]
+    real(rp), intent(in) :: flow(nlane)        !! flow stress [Pa]; 0: no shear limit
+    real(rp), intent(inout) :: force(nlane, 3) !! contact force [N]
+    real(rp), intent(inout) :: heat(nlane)     !! heat waiting for conduction [J]
+    real(rp) :: d, normal(3), best, trial, direction(3), slip_limit
+    integer :: k, p, touched
+
+    do p = 1, n
+      best = huge(best)
+      touched = 1
+      normal = 0.0_rp
+      do k = 1, size(tools)
+        call tools(k)%distance(x(p, :), trial, direction)
+        if (trial < best) then
+          best = trial
+          touched = k
+          normal = direction
+        end if
+      end do
+      d = best - reach
+      associate (tool => tools(touched))
+        if (any(abs(force(p, :)) > 0.0_rp)) then
+          call settle(tool, dt, normal, x(p, :), v(p, :), dv(p, :), force(p, :), heat(p))
+        end if
+        slip_limit = huge(1.0_rp)
+        if (tool%shear_limit .and. flow(p) > 0.0_rp) slip_limit = flow(p)*area/sqrt(3.0_rp)
+        call contact_force(dt, inertia*mass(p), d, normal, &
+                           v(p, :) - tool%surface_velocity(x(p, :)), tool%friction, slip_limit, &
+                           force(p, :))
+      end associate
+    end do
+  end subroutine contact_block
+
+  !> Work, heat, force and torque of `force` over the step that it acted in.
+  subroutine settle(tool, dt, normal, x, v, dv, force, heat)
+    type(tool_t), intent(inout) :: tool
+    real(rp), intent(in) :: dt, normal(3), x(3), v(3), dv(3), force(3)
+    real(rp), intent(inout) :: heat
+    real(rp) :: mean(3), rigid(3), slip(3), fn, lost, friction, r(3), moment(3), press
+
+    rigid = tool%surface_velocity(x)
+    mean = v - 0.5_rp*dv                        ! the velocity that the force worked on
+    slip = mean - rigid
+    fn = dot_product(force, normal)
+    lost = -dt*dot_product(force, slip)
+    friction = lost + dt*fn*dot_product(slip, normal)
+    r = x - tool%position
+    moment = [r(2)*force(3) - r(3)*force(2), r(3)*force(1) - r(1)*force(3), &
+              r(1)*force(2) - r(2)*force(1)]
+    press = dt*abs(fn)
+    mean = mean - dot_product(mean, normal)*normal
+    rigid = rigid - dot_product(rigid, normal)*normal
+    associate (s => tool%sums)
+      s(s_force:s_force + 2) = s(s_force:s_force + 2) - dt*force
+      s(s_torque) = s(s_torque) - dt*dot_product(moment, tool%axes(:, 3))
+      s(s_work) = s(s_work) + dt*dot_product(force, tool%surface_velocity(x))
+      s(s_friction) = s(s_friction) + friction
+      s(s_normal) = s(s_normal) + lost - friction
+      s(s_press) = s(s_press) + press
+      s(s_creep) = s(s_creep) + press*norm2(mean)
+      s(s_slide) = s(s_slide) + press*norm2(rigid)
+      s(s_to_plate) = s(s_to_plate) + tool%heat_share*friction
+    end associate
+    heat = heat + tool%heat_share*friction
+  end subroutine settle
+
+  !> Force that closes a positive gap within the step, or takes back part of a penetration; never
+  !> tensile. Tangentially as much as stops the slip, at most friction*normal or `limit` [N].
+  pure subroutine contact_force(dt, m, gap, normal, slip, friction, limit, force)
+    real(rp), intent(in) :: dt, m               !! [s], inertial mass [kg]
+    real(rp), intent(in) :: gap, normal(3)      !! [m], out of the tool
+    real(rp), intent(in) :: slip(3)             !! velocity of the material against the tool [m/s]
+    real(rp), intent(in) :: friction, limit
+    real(rp), intent(out) :: force(3)
+    real(rp) :: vn, fn, ft, tangent(3), speed
+
+    force = 0.0_rp
+    vn = dot_product(slip, normal)
+    fn = -m/dt*(vn + gap/dt*merge(closing, 1.0_rp, gap < 0.0_rp))
+    if (fn <= 0.0_rp) return
+    tangent = slip - vn*normal
+    speed = norm2(tangent)
+    force = fn*normal
+    if (speed <= 0.0_rp) return
+    ft = min(friction*fn, limit, m*speed/dt)
+    force = force - ft/speed*tangent
+  end subroutine contact_force
+
+end module contact_tool

@@ -1,0 +1,130 @@
+! SPDX-License-Identifier: MIT
+!> The background grid: cubic cells, nodes numbered from 0, and a rank's patch of it.
+!>
+!> A node owns the cell centred on it. A rank owns a box of nodes; its particles are those whose
+!> nearest node lies in the box. The patch adds `halo` layers around it: a stencil reaches one node
+!> further, and a particle may be up to one cell outside its box until the next migration.
+module grid_geometry
+  use base_kinds, only: i8, rp
+  implicit none (type, external)
+  private
+
+  public :: grid_t, patch_t, make_grid, make_patch, nearest_node, box_t
+
+  integer, parameter, public :: halo = 2
+
+  !> An inclusive box of nodes; empty if any hi < lo.
+  type :: box_t
+    integer :: lo(3) = 0
+    integer :: hi(3) = -1
+  contains
+    procedure :: is_empty
+    procedure :: grown
+    procedure :: meet
+    procedure :: count => box_count
+    procedure :: has
+  end type box_t
+
+  !> The whole grid.
+  type :: grid_t
+    real(rp) :: h = 1.0_rp          !! cell size [m]
+    real(rp) :: lower(3) = 0.0_rp   !! position of node (0,0,0) [m]
+    integer :: n(3) = 0             !! nodes along each axis
+  end type grid_t
+
+  !> A rank's part: owned box, box with halo, and how node (i,j,k) is stored (k fastest).
+  type :: patch_t
+    type(box_t) :: own, all
+    integer :: stride(3) = [1, 1, 1]
+    integer :: nn = 0               !! stored nodes, halo included
+    real(rp) :: origin(3) = 0.0_rp  !! position of the first stored node [m]
+    real(rp) :: h = 1.0_rp          !! cell size [m]
+  contains
+    procedure :: node
+  end type patch_t
+
+contains
+
+  pure logical function is_empty(self)
+    class(box_t), intent(in) :: self
+
+    is_empty = any(self%hi < self%lo)
+  end function is_empty
+
+  !> The box with `layers` more nodes on every side; an empty box stays empty.
+  pure type(box_t) function grown(self, layers)
+    class(box_t), intent(in) :: self
+    integer, intent(in) :: layers
+
+    grown = box_t()
+    if (self%is_empty()) return
+    grown%lo = self%lo - layers
+    grown%hi = self%hi + layers
+  end function grown
+
+  !> Nodes that lie in both boxes.
+  pure type(box_t) function meet(self, other)
+    class(box_t), intent(in) :: self
+    type(box_t), intent(in) :: other
+
+    meet%lo = max(self%lo, other%lo)
+    meet%hi = min(self%hi, other%hi)
+  end function meet
+
+  pure integer function box_count(self)
+    class(box_t), intent(in) :: self
+
+    box_count = 0
+    if (.not. self%is_empty()) box_count = product(self%hi - self%lo + 1)
+  end function box_count
+
+  pure logical function has(self, ijk)
+    class(box_t), intent(in) :: self
+    integer, intent(in) :: ijk(3)
+
+    has = all(ijk >= self%lo) .and. all(ijk <= self%hi)
+  end function has
+
+  !> Grid of cells of size `h` that covers the box from `lower` to `upper`.
+  pure type(grid_t) function make_grid(h, lower, upper)
+    real(rp), intent(in) :: h, lower(3), upper(3)   !! [m]
+
+    make_grid%h = h
+    make_grid%lower = lower
+    make_grid%n = ceiling((upper - lower)/h - 1.0e-9_rp) + 1
+  end function make_grid
+
+  !> Storage of the owned box `own`.
+  pure type(patch_t) function make_patch(grid, own)
+    type(grid_t), intent(in) :: grid
+    type(box_t), intent(in) :: own
+    integer :: n(3)
+
+    make_patch%own = own
+    make_patch%all = own%grown(halo)
+    make_patch%h = grid%h
+    n = 0
+    if (.not. own%is_empty()) n = make_patch%all%hi - make_patch%all%lo + 1
+    make_patch%stride = [n(2)*n(3), n(3), 1]
+    make_patch%nn = product(n)
+    make_patch%origin = grid%lower + grid%h*real(make_patch%all%lo, rp)
+  end function make_patch
+
+  !> Storage index (from 1) of node `ijk`.
+  pure integer function node(self, ijk)
+    class(patch_t), intent(in) :: self
+    integer, intent(in) :: ijk(3)
+
+    node = 1 + sum((ijk - self%all%lo)*self%stride)
+  end function node
+
+  !> Grid node nearest to `x`, by the same rounding as the kernels use.
+  pure function nearest_node(grid, x) result(ijk)
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: x(3)
+    integer :: ijk(3)
+
+    ijk = floor((x - grid%lower)/grid%h + 0.5_rp)
+  end function nearest_node
+
+end module grid_geometry

@@ -1,0 +1,155 @@
+! SPDX-License-Identifier: MIT
+!> Sums the records of nodes that several ranks touch.
+!>
+!> Every pair of ranks swaps its contributions to the nodes both store; each then adds them up in
+!> the order of the ranks, its own among them, so that all copies of a node are equal to the bit.
+module grid_halo
+  use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
+                     mpi_statuses_ignore, mpi_waitall
+  use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use grid_geometry, only: box_t, patch_t, halo
+  implicit none (type, external)
+  private
+
+  public :: halo_t
+
+  !> What is swapped with one other rank.
+  type :: neighbour_t
+    integer :: rank = -1
+    integer :: count = 0                                 !! shared active nodes
+    integer, allocatable :: node(:)                      !! their storage indices
+    real(rp), allocatable :: send(:, :), receive(:, :)   !! (8, count)
+  end type neighbour_t
+
+  !> The exchange of one patch; `init` after every sort.
+  type :: halo_t
+    integer :: n = 0
+    type(neighbour_t), allocatable :: neighbour(:)
+    integer, allocatable :: shared(:)                    !! all nodes shared with anybody
+    real(rp), allocatable :: own(:, :)                   !! own contributions while summing
+    integer(i8) :: bytes = 0                             !! sent so far
+    integer(i8) :: messages = 0
+  contains
+    procedure :: init
+    procedure :: sum => sum_records
+  end type halo_t
+
+contains
+
+  !> Find the ranks whose patches overlap this one and the nodes shared with each.
+  subroutine init(self, world, patch, boxes, active)
+    class(halo_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(patch_t), intent(in) :: patch
+    type(box_t), intent(in) :: boxes(0:)
+    type(box_t), intent(in) :: active          !! box of all nodes in use on any rank
+    type(box_t) :: common, other
+    logical, allocatable :: is_shared(:)
+    integer :: r, i
+
+    self%n = 0
+    if (allocated(self%neighbour)) deallocate (self%neighbour)
+    allocate (self%neighbour(world%size))
+    allocate (is_shared(patch%nn), source=.false.)
+    do r = 0, world%size - 1
+      if (r == world%rank .or. patch%nn == 0) cycle
+      other = boxes(r)%grown(halo)
+      if (other%is_empty()) cycle
+      common = patch%all%meet(other)
+      common = common%meet(active)
+      if (common%is_empty()) cycle
+      self%n = self%n + 1
+      associate (nb => self%neighbour(self%n))
+        nb%rank = r
+        nb%count = common%count()
+        allocate (nb%node(nb%count), nb%send(8, nb%count), nb%receive(8, nb%count))
+        call list_nodes(patch, common, nb%node)
+        is_shared(nb%node) = .true.
+      end associate
+    end do
+    self%shared = pack([(i, i=1, patch%nn)], is_shared)
+    if (allocated(self%own)) deallocate (self%own)
+    allocate (self%own(8, size(self%shared)))
+  end subroutine init
+
+  !> Storage indices of the nodes of `box`.
+  pure subroutine list_nodes(patch, box, list)
+    type(patch_t), intent(in) :: patch
+    type(box_t), intent(in) :: box
+    integer, intent(out) :: list(:)
+    integer :: i, j, k, c
+
+    c = 0
+    do i = box%lo(1), box%hi(1)
+      do j = box%lo(2), box%hi(2)
+        do k = box%lo(3), box%hi(3)
+          c = c + 1
+          list(c) = patch%node([i, j, k])
+        end do
+      end do
+    end do
+  end subroutine list_nodes
+
+  !> Replace the records of shared nodes by the sums over all ranks.
+  subroutine sum_records(self, world, nn, g)
+    class(halo_t), intent(inout), target :: self
+    type(world_t), intent(in) :: world
+    integer, intent(in) :: nn
+    real(rp), intent(inout) :: g(8, nn)
+    type(mpi_request) :: requests(2*self%n)
+    integer :: i, q, rank
+    logical :: own_added
+
+    if (self%n == 0) return
+    do i = 1, self%n
+      associate (nb => self%neighbour(i))
+        call mpi_irecv(nb%receive, 8*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
+                       requests(2*i - 1))
+        call gather(nb%count, nb%node, nn, g, nb%send)
+        call mpi_isend(nb%send, 8*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
+                       requests(2*i))
+        self%bytes = self%bytes + 64_i8*nb%count
+        self%messages = self%messages + 1
+      end associate
+    end do
+    call gather(size(self%shared), self%shared, nn, g, self%own)
+    g(:, self%shared) = 0.0_rp
+    call mpi_waitall(2*self%n, requests, mpi_statuses_ignore)
+    own_added = .false.
+    do i = 1, self%n
+      rank = self%neighbour(i)%rank
+      if (rank > world%rank .and. .not. own_added) then
+        call scatter_add(size(self%shared), self%shared, self%own, nn, g)
+        own_added = .true.
+      end if
+      associate (nb => self%neighbour(i))
+        call scatter_add(nb%count, nb%node, nb%receive, nn, g)
+      end associate
+    end do
+    if (.not. own_added) call scatter_add(size(self%shared), self%shared, self%own, nn, g)
+  end subroutine sum_records
+
+  pure subroutine gather(n, list, nn, g, buffer)
+    integer, intent(in) :: n, list(n), nn
+    real(rp), intent(in) :: g(8, nn)
+    real(rp), intent(out) :: buffer(8, n)
+    integer :: i
+
+    do i = 1, n
+      buffer(:, i) = g(:, list(i))
+    end do
+  end subroutine gather
+
+  pure subroutine scatter_add(n, list, buffer, nn, g)
+    integer, intent(in) :: n, list(n), nn
+    real(rp), intent(in) :: buffer(8, n)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: i
+
+    do i = 1, n
+      g(:, list(i)) = g(:, list(i)) + buffer(:, i)
+    end do
+  end subroutine scatter_add
+
+end module grid_halo

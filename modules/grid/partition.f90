@@ -1,0 +1,144 @@
+! SPDX-License-Identifier: MIT
+!> Recursive bisection of the grid's nodes into one box a rank, by weight
+!> (Berger & Bokhari 1987, IEEE Trans. Comput. C-36:570).
+module grid_partition
+  use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use grid_geometry, only: box_t, grid_t
+  implicit none (type, external)
+  private
+
+  public :: bisect, owner_of, imbalance
+
+contains
+
+  !> Cut the grid into `boxes(0:size-1)`. `weight(n)` counts this rank's load at `nodes(:,n)`.
+  !> Every rank gets the same boxes; ranks beyond what the load can feed get empty or idle boxes.
+  subroutine bisect(world, grid, nodes, weight, boxes)
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    integer, intent(in) :: nodes(:, :)       !! (3, n) nodes with load on this rank
+    real(rp), intent(in) :: weight(:)        !! load of each
+    type(box_t), intent(out) :: boxes(0:world%size - 1)
+    type(box_t) :: whole
+
+    whole%lo = 0
+    whole%hi = grid%n - 1
+    call cut(world, nodes, weight, whole, 0, world%size - 1, boxes)
+  end subroutine bisect
+
+  !> Give `box` to ranks `first..last`: cut across its loaded length in proportion to the ranks.
+  recursive subroutine cut(world, nodes, weight, box, first, last, boxes)
+    type(world_t), intent(in) :: world
+    integer, intent(in) :: nodes(:, :)
+    real(rp), intent(in) :: weight(:)
+    type(box_t), intent(in) :: box
+    integer, intent(in) :: first, last
+    type(box_t), intent(inout) :: boxes(0:)
+    type(box_t) :: lower_half, upper_half
+    integer :: axis, place, middle
+
+    if (first == last) then
+      boxes(first) = box
+      return
+    end if
+    middle = (first + last)/2
+    call best_cut(world, nodes, weight, box, &
+                  real(middle - first + 1, rp)/real(last - first + 1, rp), axis, place)
+    lower_half = box
+    upper_half = box
+    lower_half%hi(axis) = place
+    upper_half%lo(axis) = place + 1
+    call cut(world, nodes, weight, lower_half, first, middle, boxes)
+    call cut(world, nodes, weight, upper_half, middle + 1, last, boxes)
+  end subroutine cut
+
+  !> Axis with the longest loaded stretch, and the last node of the lower part there.
+  subroutine best_cut(world, nodes, weight, box, share, axis, place)
+    type(world_t), intent(in) :: world
+    integer, intent(in) :: nodes(:, :)
+    real(rp), intent(in) :: weight(:)
+    type(box_t), intent(in) :: box
+    real(rp), intent(in) :: share            !! wanted share of the lower part
+    integer, intent(out) :: axis, place
+    real(rp), allocatable :: profile(:)
+    integer :: start(3), a, i, n(3), longest, span
+    real(rp) :: below, total
+
+    n = max(0, box%hi - box%lo + 1)
+    start = [0, n(1), n(1) + n(2)]
+    allocate (profile(max(1, sum(n))), source=0.0_rp)
+    do i = 1, size(weight)
+      if (.not. box%has(nodes(:, i))) cycle
+      do a = 1, 3
+        associate (at => profile(start(a) + nodes(a, i) - box%lo(a) + 1))
+          at = at + weight(i)
+        end associate
+      end do
+    end do
+    call world%sum(profile)
+    axis = maxloc(n, 1)
+    longest = -1
+    do a = 1, 3
+      span = loaded_span(profile(start(a) + 1:start(a) + n(a)))
+      if (span > longest) then
+        longest = span
+        axis = a
+      end if
+    end do
+    total = sum(profile(start(axis) + 1:start(axis) + n(axis)))
+    below = 0.0_rp
+    place = box%lo(axis) + nint(share*n(axis)) - 1
+    if (total <= 0.0_rp) return
+    do i = 1, n(axis)
+      if (below + 0.5_rp*profile(start(axis) + i) > share*total) exit
+      below = below + profile(start(axis) + i)
+    end do
+    place = box%lo(axis) + min(i, n(axis)) - 2
+  end subroutine best_cut
+
+  !> Number of entries from the first to the last loaded one.
+  pure integer function loaded_span(profile)
+    real(rp), intent(in) :: profile(:)
+    integer :: a, b
+
+    loaded_span = 0
+    do a = 1, size(profile)
+      if (profile(a) > 0.0_rp) exit
+    end do
+    if (a > size(profile)) return
+    do b = size(profile), a, -1
+      if (profile(b) > 0.0_rp) exit
+    end do
+    loaded_span = b - a + 1
+  end function loaded_span
+
+  !> Rank that owns node `ijk`, or -1 outside the grid.
+  pure integer function owner_of(boxes, ijk)
+    type(box_t), intent(in) :: boxes(0:)
+    integer, intent(in) :: ijk(3)
+    integer :: r
+
+    owner_of = -1
+    do r = 0, size(boxes) - 1
+      if (boxes(r)%has(ijk)) then
+        owner_of = r
+        return
+      end if
+    end do
+  end function owner_of
+
+  !> Largest load of a rank over the mean, from this rank's `load`.
+  real(rp) function imbalance(world, load)
+    type(world_t), intent(in) :: world
+    real(rp), intent(in) :: load
+    real(rp) :: total(1), most(1)
+
+    total = load
+    most = load
+    call world%sum(total)
+    call world%max(most)
+    imbalance = most(1)*world%size/max(total(1), tiny(1.0_rp))
+  end function imbalance
+
+end module grid_partition

@@ -1,0 +1,253 @@
+! SPDX-License-Identifier: MIT
+!> Output frames: the particles at one time as a VTKHDF 1.0 UnstructuredGrid (ParaView, VTK, h5py).
+!>
+!> Every rank is a piece of vertices. The group /stirpoint and the attributes of the file are our
+!> own; VTK ignores them. NAME.hdf.series lists the frames with their times for ParaView.
+module io_frames
+  use, intrinsic :: iso_fortran_env, only: int8
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp, sp
+  use base_system, only: rename_file
+  use comm_world, only: world_t
+  use particles_store, only: f_flow, f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp, f_vel, &
+                             particles_t, tag_id
+  use io_agree, only: agree
+  use io_hdf5, only: h5file_t
+  use io_hdf5_arrays, only: write_array
+  use io_hdf5_notes, only: write_attribute, write_text
+  implicit none (type, external)
+  private
+
+  public :: write_frame, write_series, frame_name
+
+  character(*), parameter :: point_data = '/VTKHDF/PointData/'
+  integer(int8), parameter :: vertex = 1_int8   !! VTK_VERTEX
+
+contains
+
+  !> File name of frame `k` (from 0) of the series `name`.
+  function frame_name(name, k) result(file)
+    character(*), intent(in) :: name
+    integer, intent(in) :: k
+    character(:), allocatable :: file
+    character(12) :: digits
+
+    write (digits, '(i0)') k
+    if (k < 1000000) write (digits, '(i6.6)') k
+    file = trim(name)//'_'//trim(digits)//'.hdf'
+  end function frame_name
+
+  !> One frame.
+  subroutine write_frame(world, path, time, step, cell, spacing, names, particles, input_text, &
+                         error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    real(rp), intent(in) :: time             !! [s]
+    integer, intent(in) :: step
+    real(rp), intent(in) :: cell             !! cell size of the grid [m]
+    real(rp), intent(in), contiguous :: spacing(:)       !! distance of particles of each body [m]
+    character(*), intent(in) :: names(:)     !! of the bodies
+    type(particles_t), intent(in) :: particles
+    character(*), intent(in) :: input_text   !! of rank 0
+    type(error_t), intent(inout) :: error
+    type(h5file_t) :: file
+
+    call file%create(world, path, .true., error)
+    call write_attribute(file, '/', 'time', time, error)
+    call write_attribute(file, '/', 'step', step, error)
+    call write_attribute(file, '/', 'cell', cell, error)
+    call write_attribute(file, '/', 'spacing', spacing, error)
+    call write_attribute(file, '/', 'body_names', names, error)
+    call file%group('/stirpoint', error)
+    call write_text(file, '/stirpoint/input', input_text, error)
+    call write_vertices(file, particles, error)
+    call write_point_data(file, particles, error)
+    call file%close(error)
+  end subroutine write_frame
+
+  !> Positions, and one cell, a vertex, for each.
+  subroutine write_vertices(file, particles, error)
+    type(h5file_t), intent(in) :: file
+    type(particles_t), intent(in) :: particles
+    type(error_t), intent(inout) :: error
+    integer(i8), allocatable :: numbers(:)
+    integer(int8), allocatable :: types(:)
+    real(sp), allocatable :: x(:, :)
+    integer :: i, n
+
+    n = particles%total()
+    allocate (x(3, n), types(n), numbers(n + 1))
+    types = vertex
+    numbers = [(int(i, i8), i=0, n)]
+    call pack_vector(particles, f_pos, x)
+    call file%group('/VTKHDF', error)
+    call write_attribute(file, '/VTKHDF', 'Version', [1, 0], error)
+    call write_attribute(file, '/VTKHDF', 'Type', 'UnstructuredGrid', error)
+    call write_array(file, '/VTKHDF/NumberOfPoints', numbers(n + 1:), error)
+    call write_array(file, '/VTKHDF/NumberOfCells', numbers(n + 1:), error)
+    call write_array(file, '/VTKHDF/NumberOfConnectivityIds', numbers(n + 1:), error)
+    call write_array(file, '/VTKHDF/Points', x, error)
+    call write_array(file, '/VTKHDF/Types', types, error)
+    call write_array(file, '/VTKHDF/Connectivity', numbers(:n), error)
+    call write_array(file, '/VTKHDF/Offsets', numbers, error)
+    call write_attribute(file, '/VTKHDF/Points', 'units', 'm', error)
+  end subroutine write_vertices
+
+  subroutine write_point_data(file, particles, error)
+    type(h5file_t), intent(in) :: file
+    type(particles_t), intent(in) :: particles
+    type(error_t), intent(inout) :: error
+    real(sp), allocatable :: v(:, :), a(:), b(:)
+    integer, allocatable :: body(:)
+    integer(i8), allocatable :: id(:)
+    integer :: n
+
+    n = particles%total()
+    allocate (v(3, n), a(n), b(n), body(n), id(n))
+    call file%group('/VTKHDF/PointData', error)
+    call pack_scalar(particles, f_temp, a)
+    call write_scalar(file, 'temperature', 'K', a, error)
+    call pack_scalar(particles, f_plastic, a)
+    call write_scalar(file, 'plastic_strain', '1', a, error)
+    call pack_scalar(particles, f_rate, a)
+    call write_scalar(file, 'strain_rate', '1/s', a, error)
+    call pack_scalar(particles, f_flow, a)
+    call write_scalar(file, 'flow_stress', 'Pa', a, error)
+    call pack_stress(particles, a, b)
+    call write_scalar(file, 'pressure', 'Pa', a, error)
+    call write_scalar(file, 'von_mises', 'Pa', b, error)
+    call pack_vector(particles, f_vel, v)
+    call write_array(file, point_data//'velocity', v, error)
+    call write_attribute(file, point_data//'velocity', 'units', 'm/s', error)
+    call pack_numbers(particles, body, id)
+    call write_array(file, point_data//'body', body, error)
+    call write_attribute(file, point_data//'body', 'units', '1', error)
+    call write_array(file, point_data//'id', id, error)
+    call write_attribute(file, point_data//'id', 'units', '1', error)
+  end subroutine write_point_data
+
+  subroutine write_scalar(file, name, units, a, error)
+    type(h5file_t), intent(in) :: file
+    character(*), intent(in) :: name, units
+    real(sp), intent(in), contiguous :: a(:)
+    type(error_t), intent(inout) :: error
+
+    call write_array(file, point_data//name, a, error)
+    call write_attribute(file, point_data//name, 'units', units, error)
+  end subroutine write_scalar
+
+  !> One field of the particles, without the unused lanes of the blocks.
+  subroutine pack_scalar(particles, field, a)
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: field
+    real(sp), intent(out) :: a(:)
+    integer :: b, m, n
+
+    n = 0
+    do b = 1, particles%nblk
+      m = particles%count(b)
+      a(n + 1:n + m) = real(particles%ps(1:m, field, b), sp)
+      n = n + m
+    end do
+  end subroutine pack_scalar
+
+  !> Three fields as a vector.
+  subroutine pack_vector(particles, field, v)
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: field
+    real(sp), intent(out) :: v(:, :)
+    integer :: b, k, m, n
+
+    n = 0
+    do b = 1, particles%nblk
+      m = particles%count(b)
+      do k = 1, 3
+        v(k, n + 1:n + m) = real(particles%ps(1:m, field + k - 1, b), sp)
+      end do
+      n = n + m
+    end do
+  end subroutine pack_vector
+
+  !> Pressure -tr(tau)/(3 J) and von Mises stress sqrt(3/2) |dev tau|/J, both of Cauchy stress.
+  subroutine pack_stress(particles, pressure, von_mises)
+    type(particles_t), intent(in) :: particles
+    real(sp), intent(out) :: pressure(:), von_mises(:)   !! [Pa]
+    real(rp) :: t(6), mean, jac
+    integer :: b, i, n
+
+    n = 0
+    do b = 1, particles%nblk
+      do i = 1, particles%count(b)
+        n = n + 1
+        t = particles%ps(i, f_tau:f_tau + 5, b)
+        jac = particles%ps(i, f_jac, b)
+        mean = sum(t(1:3))/3.0_rp
+        t(1:3) = t(1:3) - mean
+        pressure(n) = real(-mean/jac, sp)
+        von_mises(n) = real(sqrt(1.5_rp*(sum(t(1:3)**2) + 2.0_rp*sum(t(4:6)**2)))/jac, sp)
+      end do
+    end do
+  end subroutine pack_stress
+
+  subroutine pack_numbers(particles, body, id)
+    type(particles_t), intent(in) :: particles
+    integer, intent(out) :: body(:)
+    integer(i8), intent(out) :: id(:)
+    integer :: b, m, n
+
+    n = 0
+    do b = 1, particles%nblk
+      m = particles%count(b)
+      body(n + 1:n + m) = particles%body(b)
+      id(n + 1:n + m) = tag_id(particles%tag(1:m, b))
+      n = n + m
+    end do
+  end subroutine pack_numbers
+
+  !> List the first `n` frames of directory/name_000000.hdf ... in directory/name.hdf.series.
+  subroutine write_series(world, directory, name, n, times, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: directory, name
+    integer, intent(in) :: n
+    real(rp), intent(in) :: times(:)   !! [s]
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: path
+    integer :: unit, status
+    logical :: ok
+
+    if (error%is_set()) return
+    if (world%is_root()) then
+      path = trim(directory)//'/'//trim(name)//'.hdf.series'
+      open (newunit=unit, file=path//'.tmp', action='write', status='replace', iostat=status)
+      ok = status == 0
+      if (ok) then
+        call write_list(unit, trim(name), times(:n), status)
+        ok = status == 0
+        close (unit, iostat=status)
+        ok = ok .and. status == 0
+      end if
+      if (ok) call rename_file(path//'.tmp', path, ok)
+      if (.not. ok) call error%raise(path//' cannot be written')
+    end if
+    call agree(world, error)
+  end subroutine write_series
+
+  subroutine write_list(unit, name, times, status)
+    integer, intent(in) :: unit
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: times(:)
+    integer, intent(out) :: status
+    character(24) :: time
+    integer :: k
+
+    write (unit, '(a)', iostat=status) '{', '  "file-series-version": "1.0",', '  "files": ['
+    do k = 1, size(times)
+      if (status /= 0) return
+      write (time, '(es23.15e3)') times(k)
+      write (unit, '(a)', iostat=status) '    {"name": "'//frame_name(name, k - 1)// &
+        '", "time": '//trim(adjustl(time))//'}'//trim(merge(', ', '  ', k < size(times)))
+    end do
+    if (status == 0) write (unit, '(a)', iostat=status) '  ]', '}'
+  end subroutine write_list
+
+end module io_frames

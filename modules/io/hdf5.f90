@@ -1,0 +1,257 @@
+! SPDX-License-Identifier: MIT
+!> Parallel HDF5 files: open, close, groups, and arrays distributed over the ranks.
+!>
+!> Every procedure is collective. An array is distributed by its last dimension: the file holds the
+!> columns of rank 0, then those of rank 1, and so on; a rank may have none. A call made with
+!> `error` set does nothing (but `close` closes), so a sequence of calls needs one test, at its end.
+!> Typed arrays are in io_hdf5_arrays, texts and attributes in io_hdf5_notes.
+module io_hdf5
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
+  use, intrinsic :: iso_fortran_env, only: int8
+  use mpi_f08, only: mpi_allreduce, mpi_exscan, mpi_in_place, mpi_integer8, mpi_max, mpi_sum
+  use base_errors, only: error_t
+  use base_kinds, only: i8
+  use base_system, only: remove_file, rename_file
+  use comm_world, only: world_t
+  use io_agree, only: agree
+  use io_hdf5_calls, only: close_dataset, close_parallel, dataset_shape, flush_parallel, &
+                           handle_t, kind_u8, make_dataset, make_group, move_columns, &
+                           open_dataset, open_parallel
+  implicit none (type, external)
+  private
+
+  public :: h5file_t
+
+  integer(i8), parameter :: packed_from = 4096_i8        !! smaller arrays are not compressed
+  integer(i8), parameter :: round_bytes = 536870912_i8   !! MPI counts are 32-bit: go in rounds
+
+  !> An open file. A new one is called path.tmp until `close` finds it complete.
+  type :: h5file_t
+    type(world_t) :: world
+    type(handle_t) :: handle
+    logical, private :: packed = .false.   !! compress larger arrays
+    character(:), allocatable, private :: path
+  contains
+    procedure :: create
+    procedure :: open => open_old
+    procedure :: flush => flush_file
+    procedure :: close => close_file
+    procedure :: group
+    procedure :: extent
+    procedure :: put_columns
+    procedure :: get_columns
+    procedure :: verify
+  end type h5file_t
+
+contains
+
+  !> New file, `packed` if its larger arrays shall be compressed.
+  subroutine create(self, world, path, packed, error)
+    class(h5file_t), intent(out) :: self
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    logical, intent(in) :: packed
+    type(error_t), intent(inout) :: error
+    integer :: worst
+
+    self%world = world
+    self%packed = packed
+    if (error%is_set()) return
+    self%path = trim(path)
+    worst = 0
+    call open_parallel(world%comm, self%path//'.tmp', .true., self%handle, worst)
+    call self%verify(worst, 'cannot be created', error)
+  end subroutine create
+
+  !> Old file, to be read.
+  subroutine open_old(self, world, path, error)
+    class(h5file_t), intent(out) :: self
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(error_t), intent(inout) :: error
+    integer :: worst
+    logical :: exists
+
+    self%world = world
+    if (error%is_set()) return
+    self%path = trim(path)
+    exists = .true.
+    if (world%is_root()) inquire (file=self%path, exist=exists)
+    call self%verify(merge(0, -1, exists), 'does not exist', error)
+    if (error%is_set()) return
+    worst = 0
+    call open_parallel(world%comm, self%path, .false., self%handle, worst)
+    call self%verify(worst, 'is not an HDF5 file, or it is damaged or cut short', error)
+  end subroutine open_old
+
+  !> Bring everything written so far to the disk.
+  subroutine flush_file(self, error)
+    class(h5file_t), intent(in) :: self
+    type(error_t), intent(inout) :: error
+    integer :: worst
+
+    if (error%is_set()) return
+    worst = 0
+    call flush_parallel(self%handle, worst)
+    call self%verify(worst, 'cannot be written', error)
+  end subroutine flush_file
+
+  !> Close, also after an error. A new file gets its name if it is complete, else it is removed.
+  subroutine close_file(self, error)
+    class(h5file_t), intent(inout) :: self
+    type(error_t), intent(inout) :: error
+    integer :: worst
+    logical :: is_new, ok
+
+    if (.not. allocated(self%path)) return
+    is_new = self%handle%is_new
+    worst = 0
+    call close_parallel(self%handle, worst)
+    call self%verify(worst, 'cannot be closed', error)
+    ok = .true.
+    if (is_new .and. self%world%is_root()) then
+      if (error%is_set()) then
+        call remove_file(self%path//'.tmp')
+      else
+        call rename_file(self%path//'.tmp', self%path, ok)
+      end if
+    end if
+    call self%verify(merge(0, -1, ok), 'cannot be renamed from '//self%path//'.tmp', error)
+    deallocate (self%path)
+  end subroutine close_file
+
+  !> Turn a negative `status` on any rank into an error on all.
+  subroutine verify(self, status, complaint, error)
+    class(h5file_t), intent(in) :: self
+    integer, intent(in) :: status
+    character(*), intent(in) :: complaint
+    type(error_t), intent(inout) :: error
+
+    if (status < 0) call error%raise(self%path//' '//complaint)
+    call agree(self%world, error)
+  end subroutine verify
+
+  !> Make a group; the groups above must exist.
+  subroutine group(self, name, error)
+    class(h5file_t), intent(in) :: self
+    character(*), intent(in) :: name
+    type(error_t), intent(inout) :: error
+    integer :: worst
+
+    if (error%is_set()) return
+    worst = 0
+    call make_group(self%handle, name, worst)
+    call self%verify(worst, 'cannot be written: '//name, error)
+  end subroutine group
+
+  !> Shape of an array of the file.
+  subroutine extent(self, name, dims, error)
+    class(h5file_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer(i8), allocatable, intent(out) :: dims(:)
+    type(error_t), intent(inout) :: error
+    type(handle_t) :: dataset
+    integer :: worst
+
+    allocate (dims(0))
+    if (error%is_set()) return
+    worst = 0
+    call open_dataset(self%handle, name, kind_u8, dataset, worst)
+    if (worst >= 0) call dataset_shape(dataset, dims, worst)
+    call close_dataset(dataset)
+    call self%verify(worst, 'has no array '//name//', or is damaged', error)
+  end subroutine extent
+
+  !> Write the columns of all ranks: `dims` is the shape here, `data` the address.
+  subroutine put_columns(self, name, kind, dims, data, error)
+    class(h5file_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: kind
+    integer(i8), intent(in) :: dims(:)
+    type(c_ptr), intent(in) :: data
+    type(error_t), intent(inout) :: error
+    type(handle_t) :: dataset
+    integer(i8) :: whole(size(dims)), first
+    integer :: worst, r
+
+    if (error%is_set()) return
+    r = size(dims)
+    whole = dims
+    call mpi_allreduce(mpi_in_place, whole(r), 1, mpi_integer8, mpi_sum, self%world%comm)
+    first = 0
+    call mpi_exscan(dims(r), first, 1, mpi_integer8, mpi_sum, self%world%comm)
+    if (self%world%is_root()) first = 0
+    worst = 0
+    call make_dataset(self%handle, name, kind, 0_i8, whole, &
+                      self%packed .and. product(whole) >= packed_from, dataset, worst)
+    call self%verify(worst, 'cannot be written: '//name, error)
+    if (.not. error%is_set()) then
+      call move_rounds(self, dataset, first, dims, data, worst)
+      call self%verify(worst, 'cannot be written: '//name, error)
+    end if
+    call close_dataset(dataset)
+  end subroutine put_columns
+
+  !> Read columns `first`.. into memory of shape `dims`.
+  subroutine get_columns(self, name, kind, first, dims, data, error)
+    class(h5file_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: kind
+    integer(i8), intent(in) :: first, dims(:)
+    type(c_ptr), intent(in) :: data
+    type(error_t), intent(inout) :: error
+    type(handle_t) :: dataset
+    integer(i8), allocatable :: whole(:)
+    integer :: worst, r
+
+    if (error%is_set()) return
+    worst = 0
+    r = size(dims)
+    call open_dataset(self%handle, name, kind, dataset, worst)
+    if (worst >= 0) then
+      call dataset_shape(dataset, whole, worst)
+      if (size(whole) /= r) then
+        worst = -1
+      else if (any(whole(:r - 1) /= dims(:r - 1))) then
+        worst = -1
+      else if (first < 0 .or. first + dims(r) > whole(r)) then
+        worst = -1
+      end if
+    end if
+    call self%verify(worst, 'has no array '//name//' of the shape expected', error)
+    if (.not. error%is_set()) then
+      call move_rounds(self, dataset, first, dims, data, worst)
+      call self%verify(worst, 'cannot be read: '//name, error)
+    end if
+    call close_dataset(dataset)
+  end subroutine get_columns
+
+  !> Move columns in as many rounds as the rank with most of them needs.
+  subroutine move_rounds(self, dataset, first, dims, data, worst)
+    type(h5file_t), intent(in) :: self
+    type(handle_t), intent(in) :: dataset
+    integer(i8), intent(in) :: first, dims(:)
+    type(c_ptr), intent(in) :: data
+    integer, intent(inout) :: worst
+    integer(int8), pointer, contiguous :: memory(:)
+    integer(int8), target :: nothing(8)
+    integer(i8) :: width, n, step, most, done, m
+    type(c_ptr) :: here
+    integer :: r
+
+    r = size(dims)
+    n = dims(r)
+    width = dataset%bytes*product(dims(:r - 1))
+    call c_f_pointer(data, memory, [n*width])
+    step = max(1_i8, round_bytes/max(1_i8, width))
+    most = n
+    call mpi_allreduce(mpi_in_place, most, 1, mpi_integer8, mpi_max, self%world%comm)
+    do done = 0, most - 1, step
+      m = max(0_i8, min(step, n - done))
+      here = c_loc(nothing)
+      if (m*width > 0) here = c_loc(memory(done*width + 1))
+      call move_columns(self%handle, dataset, first + done, [dims(:r - 1), m], .true., here, worst)
+    end do
+  end subroutine move_rounds
+
+end module io_hdf5

@@ -1,0 +1,174 @@
+! SPDX-License-Identifier: MIT
+!> Sends particles to the rank that owns their nearest node, and sorts those that stay or come.
+module particles_migrate
+  use mpi_f08, only: mpi_alltoall, mpi_alltoallv, mpi_double_precision, mpi_integer
+  use base_kinds, only: i8, rp
+  use base_text, only: str
+  use comm_world, only: world_t
+  use grid_geometry, only: box_t, grid_t, nearest_node, patch_t
+  use grid_partition, only: owner_of
+  use particles_sort, only: slot_block, slot_lane, sort_particles
+  use particles_store, only: f_pos, f_vel, particles_t, tag_id
+  implicit none (type, external)
+  private
+
+  public :: redistribute, find_outside
+
+contains
+
+  !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`).
+  subroutine redistribute(world, grid, patch, boxes, nbody, particles)
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
+    type(box_t), intent(in) :: boxes(0:)
+    integer, intent(in) :: nbody
+    type(particles_t), intent(inout) :: particles
+    integer, allocatable :: slot(:), node(:), body(:), owner(:)
+    integer :: n, kept, i
+
+    n = particles%total()
+    allocate (slot(n), node(n), body(n), owner(n))
+    call locate(world, grid, patch, boxes, particles, slot, node, body, owner)
+    if (world%size > 1) call exchange(world, grid, patch, particles, slot, node, body, owner)
+    kept = 0
+    do i = 1, size(slot)
+      if (owner(i) /= world%rank) cycle
+      kept = kept + 1
+      slot(kept) = slot(i)
+      node(kept) = node(i)
+      body(kept) = body(i)
+    end do
+    call sort_particles(particles, kept, slot, node, body, patch%nn, nbody)
+  end subroutine redistribute
+
+  !> Slot, nearest node (storage index), body and owner of every particle.
+  subroutine locate(world, grid, patch, boxes, particles, slot, node, body, owner)
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
+    type(box_t), intent(in) :: boxes(0:)
+    type(particles_t), intent(in) :: particles
+    integer, intent(out) :: slot(:), node(:), body(:), owner(:)
+    integer :: b, c, p, ijk(3)
+
+    c = 0
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        c = c + 1
+        slot(c) = (b - 1)*size(particles%ps, 1) + p - 1
+        body(c) = particles%body(b)
+        ijk = nearest_node(grid, particles%ps(p, f_pos:f_pos + 2, b))
+        owner(c) = world%rank
+        node(c) = 0
+        if (patch%own%has(ijk)) then
+          node(c) = patch%node(ijk)
+        else
+          owner(c) = owner_of(boxes, ijk)
+        end if
+      end do
+    end do
+  end subroutine locate
+
+  !> Send the particles of other owners; append the arrivals behind the last block and to the lists.
+  subroutine exchange(world, grid, patch, particles, slot, node, body, owner)
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
+    type(particles_t), intent(inout) :: particles
+    integer, allocatable, intent(inout) :: slot(:), node(:), body(:), owner(:)
+    integer, dimension(0:world%size - 1) :: n_out, n_in, at_out, at_in, place
+    real(rp), allocatable :: outgoing(:), incoming(:)
+    integer :: i, r, width, arrivals
+
+    width = particles%nf + 2
+    n_out = 0
+    do i = 1, size(slot)
+      if (owner(i) /= world%rank) n_out(owner(i)) = n_out(owner(i)) + width
+    end do
+    call mpi_alltoall(n_out, 1, mpi_integer, n_in, 1, mpi_integer, world%comm)
+    at_out(0) = 0
+    at_in(0) = 0
+    do r = 1, world%size - 1
+      at_out(r) = at_out(r - 1) + n_out(r - 1)
+      at_in(r) = at_in(r - 1) + n_in(r - 1)
+    end do
+    allocate (outgoing(max(1, sum(n_out))), incoming(max(1, sum(n_in))))
+    place = at_out
+    do i = 1, size(slot)
+      r = owner(i)
+      if (r == world%rank) cycle
+      call pack_particle(particles, slot(i), body(i), outgoing(place(r) + 1:place(r) + width))
+      place(r) = place(r) + width
+    end do
+    call mpi_alltoallv(outgoing, n_out, at_out, mpi_double_precision, &
+                       incoming, n_in, at_in, mpi_double_precision, world%comm)
+    arrivals = sum(n_in)/width
+    call append_arrivals(world, grid, patch, particles, arrivals, width, incoming, &
+                         slot, node, body, owner)
+  end subroutine exchange
+
+  !> One particle as reals: fields, tag (its bits), body.
+  subroutine pack_particle(particles, s, body, buffer)
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: s, body
+    real(rp), intent(out) :: buffer(:)
+    integer :: nf
+
+    nf = particles%nf
+    buffer(1:nf) = particles%ps(slot_lane(s), :, slot_block(s))
+    buffer(nf + 1) = transfer(particles%tag(slot_lane(s), slot_block(s)), 0.0_rp)
+    buffer(nf + 2) = real(body, rp)
+  end subroutine pack_particle
+
+  subroutine append_arrivals(world, grid, patch, particles, n, width, incoming, &
+                             slot, node, body, owner)
+    type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
+    type(particles_t), intent(inout) :: particles
+    integer, intent(in) :: n, width
+    real(rp), intent(in) :: incoming(width, *)
+    integer, allocatable, intent(inout) :: slot(:), node(:), body(:), owner(:)
+    integer :: first, old, i, s
+
+    old = size(slot)
+    first = particles%nblk*size(particles%ps, 1)
+    call particles%reserve(slot_block(first + max(0, n - 1)))
+    slot = [slot, (first + i - 1, i=1, n)]
+    owner = [owner, (world%rank, i=1, n)]
+    body = [body, (nint(incoming(width, i)), i=1, n)]
+    node = [node, (0, i=1, n)]
+    do i = 1, n
+      s = first + i - 1
+      particles%ps(slot_lane(s), :, slot_block(s)) = incoming(1:width - 2, i)
+      particles%tag(slot_lane(s), slot_block(s)) = transfer(incoming(width - 1, i), 0_i8)
+      node(old + i) = patch%node(nearest_node(grid, incoming(f_pos:f_pos + 2, i)))
+    end do
+  end subroutine append_arrivals
+
+  !> First particle of this rank outside the grid (or not a number), as a message; '' if none.
+  function find_outside(grid, particles) result(message)
+    type(grid_t), intent(in) :: grid
+    type(particles_t), intent(in) :: particles
+    character(:), allocatable :: message
+    real(rp) :: x(3), top(3)
+    integer :: b, p
+
+    message = ''
+    top = grid%lower + grid%h*(grid%n - 1)
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        x = particles%ps(p, f_pos:f_pos + 2, b)
+        if (all(x >= grid%lower .and. x <= top)) cycle   ! false for NaN
+        associate (v => particles%ps(p, f_vel:f_vel + 2, b))
+          message = 'particle '//str(tag_id(particles%tag(p, b)))//' left the grid at ('// &
+                    str(x(1))//', '//str(x(2))//', '//str(x(3))//') m with velocity ('// &
+                    str(v(1))//', '//str(v(2))//', '//str(v(3))//') m/s'
+        end associate
+        return
+      end do
+    end do
+  end function find_outside
+
+end module particles_migrate

@@ -1,0 +1,135 @@
+! SPDX-License-Identifier: MIT
+!> Particles in blocks of `nlane` (array of structures of arrays): `ps(lane, field, block)`.
+!> All particles of a block belong to one body; unused lanes of a block are neutral (no mass).
+module particles_store
+  use base_kinds, only: i8, nlane, rp
+  use base_system, only: allocate_aligned, free_aligned
+  implicit none (type, external)
+  private
+
+  public :: particles_t, make_tag, tag_id, tag_faces
+
+  ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz).
+  integer, parameter, public :: &
+    f_pos = 1, &       !! position [m]
+    f_vel = 4, &       !! velocity [m/s]
+    f_bbar = 7, &      !! isochoric elastic left Cauchy-Green tensor [-]
+    f_jac = 13, &      !! volume ratio J [-]
+    f_plastic = 14, &  !! equivalent plastic strain [-]
+    f_temp = 15, &     !! temperature [K]
+    f_mass = 16, &     !! mass, not scaled [kg]
+    f_tau = 17, &      !! Kirchhoff stress [Pa]
+    f_rate = 23, &     !! equivalent plastic strain rate [1/s]
+    f_flow = 24, &     !! flow stress [Pa]
+    f_force = 25, &    !! contact force acting in the coming step [N]
+    f_heat = 28        !! heat waiting for the next conduction step [J]
+  integer, parameter, public :: n_fields = 28  !! fields without a law's own state variables
+
+  integer, parameter :: face_shift = 48
+
+  type :: particles_t
+    integer :: nf = n_fields                       !! fields per particle
+    integer :: nblk = 0                            !! blocks in use
+    integer :: capacity = 0                        !! blocks allocated
+    real(rp), pointer, contiguous :: ps(:, :, :) => null()   !! (nlane, nf, capacity)
+    real(rp), pointer, contiguous, private :: memory(:) => null()
+    integer(i8), allocatable :: tag(:, :)          !! (nlane, capacity) identity and face bits
+    integer, allocatable :: count(:)               !! particles in each block
+    integer, allocatable :: body(:)                !! body of each block
+  contains
+    procedure :: init
+    procedure :: free
+    procedure :: reserve
+    procedure :: total
+    procedure :: bytes
+  end type particles_t
+
+contains
+
+  !> Empty store for particles of `nf` fields.
+  subroutine init(self, nf)
+    class(particles_t), intent(inout) :: self
+    integer, intent(in) :: nf
+
+    call self%free()
+    self%nf = nf
+    call self%reserve(1)
+  end subroutine init
+
+  subroutine free(self)
+    class(particles_t), intent(inout) :: self
+
+    if (associated(self%memory)) call free_aligned(self%memory)
+    nullify (self%ps)
+    if (allocated(self%tag)) deallocate (self%tag, self%count, self%body)
+    self%nblk = 0
+    self%capacity = 0
+  end subroutine free
+
+  !> Make room for `nblk` blocks, keeping the first `self%nblk`.
+  subroutine reserve(self, nblk)
+    class(particles_t), intent(inout) :: self
+    integer, intent(in) :: nblk
+    real(rp), pointer, contiguous :: memory(:), ps(:, :, :)
+    integer(i8), allocatable :: tag(:, :)
+    integer, allocatable :: list(:)
+    integer :: n, old
+
+    if (nblk <= self%capacity) return
+    n = nblk + nblk/32 + 4
+    old = self%nblk
+    call allocate_aligned(int(nlane, i8)*self%nf*n, memory)
+    ps(1:nlane, 1:self%nf, 1:n) => memory
+    if (old > 0) ps(:, :, 1:old) = self%ps(:, :, 1:old)
+    if (associated(self%memory)) call free_aligned(self%memory)
+    self%memory => memory
+    self%ps => ps
+    allocate (tag(nlane, n), source=0_i8)
+    if (old > 0) tag(:, 1:old) = self%tag(:, 1:old)
+    call move_alloc(tag, self%tag)
+    allocate (list(n), source=0)
+    if (old > 0) list(1:old) = self%count(1:old)
+    call move_alloc(list, self%count)
+    allocate (list(n), source=0)
+    if (old > 0) list(1:old) = self%body(1:old)
+    call move_alloc(list, self%body)
+    self%capacity = n
+  end subroutine reserve
+
+  !> Particles on this rank.
+  pure integer function total(self)
+    class(particles_t), intent(in) :: self
+
+    total = 0
+    if (self%nblk > 0) total = sum(self%count(1:self%nblk))
+  end function total
+
+  !> Memory allocated for particles on this rank [bytes].
+  pure integer(i8) function bytes(self)
+    class(particles_t), intent(in) :: self
+
+    bytes = int(self%capacity, i8)*(8_i8*nlane*(self%nf + 1) + 8_i8)
+  end function bytes
+
+  !> Identity (below 2^48) and the six bits of the faces of the body it lies on.
+  pure integer(i8) function make_tag(id, faces)
+    integer(i8), intent(in) :: id
+    integer, intent(in) :: faces
+
+    make_tag = ior(id, ishft(int(faces, i8), face_shift))
+  end function make_tag
+
+  elemental integer(i8) function tag_id(tag)
+    integer(i8), intent(in) :: tag
+
+    tag_id = ibits(tag, 0, face_shift)
+  end function tag_id
+
+  !> Bit k-1 is set if the particle lies on face k (xmin, xmax, ymin, ymax, zmin, zmax).
+  elemental integer function tag_faces(tag)
+    integer(i8), intent(in) :: tag
+
+    tag_faces = int(ibits(tag, face_shift, 6))
+  end function tag_faces
+
+end module particles_store

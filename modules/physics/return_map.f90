@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: MIT
+!> Radial return of a batch: solves q = 3 Gbar x + sigma(alpha + x, x/dt, T) for the increment x of
+!> plastic strain by Newton's method in ln x, kept inside a bracket (sigma has an infinite slope by x
+!> at 0, where plain Newton fails).
+module physics_return_map
+  use base_kinds, only: nlane, rp
+  use physics_flow_law, only: flow_law_t, n_work
+  implicit none (type, external)
+  private
+
+  public :: return_map
+
+  real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! rate in the yield test [1/s]
+  real(rp), parameter :: tolerance = 1.0e-10_rp           !! residual over q
+  integer, parameter :: most_iterations = 60
+
+contains
+
+  !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress, `failed` the number of
+  !> particles that did not converge. `rate` brings the last step's rate as the first guess.
+  subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, x, sigma, any_plastic, failed)
+    class(flow_law_t), intent(in) :: law
+    integer, intent(in) :: n                                !! particles in the block
+    real(rp), intent(in) :: dt                              !! [s]
+    real(rp), intent(in) :: temp(nlane), alpha(nlane), rate(nlane)
+    real(rp), intent(in) :: q(nlane), g3(nlane)             !! trial stress, 3 Gbar [Pa]
+    real(rp), intent(out) :: x(nlane), sigma(nlane)
+    logical, intent(out) :: any_plastic
+    integer, intent(inout) :: failed
+    real(rp), dimension(nlane) :: y, low, high, log_rate, slope, plastic, residual
+    real(rp) :: work(nlane, n_work), log_dt, worst
+    integer :: iteration, p
+
+    log_dt = log(dt)
+    call law%prepare(temp, work)
+    x = least_rate*dt
+    log_rate = log(least_rate)
+    call law%stress(work, alpha, x, log_rate, sigma, slope)
+    any_plastic = .false.
+    do p = 1, n
+      any_plastic = any_plastic .or. q(p) > sigma(p)
+    end do
+    if (.not. any_plastic) then
+      x = 0.0_rp
+      return
+    end if
+    call start(log_dt, q, g3, sigma, slope, rate, plastic, low, high, y)
+    do iteration = 1, most_iterations
+      x = exp(y)
+      log_rate = y - log_dt
+      call law%stress(work, alpha, x, log_rate, sigma, slope)
+      call improve(q, g3, x, sigma, slope, plastic, low, high, y, residual, worst)
+      if (worst <= tolerance) exit
+    end do
+    if (worst > tolerance) then
+      do p = 1, n
+        if (residual(p) > tolerance .and. high(p) - low(p) > 1.0e-9_rp) failed = failed + 1
+      end do
+    end if
+    x = plastic*x
+  end subroutine return_map
+
+  !> Bracket in ln x and first guess: the last rate, or a radial return at the least rate.
+  pure subroutine start(log_dt, q, g3, sigma, slope, rate, plastic, low, high, y)
+    real(rp), intent(in) :: log_dt
+    real(rp), dimension(nlane), intent(in) :: q, g3, sigma, slope, rate
+    real(rp), dimension(nlane), intent(out) :: plastic, low, high, y
+    real(rp) :: guess
+    integer :: p
+
+    !$omp simd private(guess)
+    do p = 1, nlane
+      plastic(p) = merge(1.0_rp, 0.0_rp, q(p) > sigma(p))
+      high(p) = log(max(q(p), 1.0e-30_rp)/g3(p))
+      low(p) = min(log(least_rate) + log_dt, high(p) - 1.0_rp)
+      guess = log(max(q(p) - sigma(p), 1.0e-6_rp*q(p) + 1.0e-30_rp)/g3(p))
+      y(p) = merge(log(max(rate(p), least_rate)) + log_dt, guess, rate(p) > least_rate)
+      y(p) = max(low(p), min(high(p), y(p)))
+    end do
+  end subroutine start
+
+  !> One bracketed Newton step of every lane that has not converged.
+  pure subroutine improve(q, g3, x, sigma, slope, plastic, low, high, y, residual, worst)
+    real(rp), dimension(nlane), intent(in) :: q, g3, x, sigma, slope, plastic
+    real(rp), dimension(nlane), intent(inout) :: low, high, y
+    real(rp), intent(out) :: residual(nlane), worst
+    real(rp) :: r, next
+    integer :: p
+
+    worst = 0.0_rp
+    !$omp simd private(r, next) reduction(max: worst)
+    do p = 1, nlane
+      r = q(p) - g3(p)*x(p) - sigma(p)
+      residual(p) = plastic(p)*abs(r)/max(q(p), 1.0e-30_rp)
+      worst = max(worst, residual(p))
+      low(p) = merge(y(p), low(p), r > 0.0_rp)
+      high(p) = merge(high(p), y(p), r > 0.0_rp)
+      next = y(p) + r/(g3(p)*x(p) + slope(p))
+      next = merge(next, 0.5_rp*(low(p) + high(p)), next > low(p) .and. next < high(p))
+      y(p) = merge(next, y(p), residual(p) > tolerance)
+    end do
+  end subroutine improve
+
+end module physics_return_map

@@ -1,0 +1,93 @@
+! SPDX-License-Identifier: MIT
+!> Constitutive update of one block: elastic trial, radial return, plastic heat, Kirchhoff stress.
+module physics_stress
+  use base_kinds, only: nlane, rp
+  use physics_elastic, only: finish_state, trial_state
+  use physics_material, only: material_t
+  use physics_return_map, only: return_map
+  implicit none (type, external)
+  private
+
+  public :: stress_block, stress_sums_t
+
+  !> What the update reports, summed or maximised over blocks.
+  type :: stress_sums_t
+    real(rp) :: plastic_work = 0.0_rp   !! [J]
+    real(rp) :: stiffness = 0.0_rp      !! largest K Je^2 + 4/3 G tr(Bbar)/3 over rho [m2/s2]
+    integer :: failed = 0               !! returns that did not converge
+  end type stress_sums_t
+
+contains
+
+  !> Advance the state of a block by `dt` with velocity gradient `l` [1/s]; the law reads the nodal
+  !> temperature `t_node` interpolated to the particles [K].
+  subroutine stress_block(material, n, dt, l, t_node, mass, b, j, alpha, temp, tau, rate, flow, sums)
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: n
+    real(rp), intent(in) :: dt
+    real(rp), intent(in) :: l(nlane, 9), t_node(nlane), mass(nlane)
+    real(rp), intent(inout) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane)
+    real(rp), intent(inout) :: tau(nlane, 6), rate(nlane), flow(nlane)
+    type(stress_sums_t), intent(inout) :: sums
+    real(rp), dimension(nlane) :: q, mean, x, g3
+    real(rp) :: stiffness
+    logical :: plastic
+
+    call trial_state(dt, material%g, l, b, j, tau, q, mean)
+    if (allocated(material%flow)) then
+      g3 = 3.0_rp*material%g*mean
+      call return_map(material%flow, n, dt, t_node, alpha, rate, q, g3, x, flow, plastic, sums%failed)
+      if (plastic) then
+        call apply_return(n, material%g, material%plastic_heat/(material%rho*material%c_p), &
+                          1.0_rp/material%rho, dt, q, g3, x, flow, mass, mean, b, alpha, temp, tau, &
+                          rate, sums%plastic_work)
+      else
+        rate = 0.0_rp
+      end if
+    end if
+    stiffness = 0.0_rp
+    call finish_state(n, material%k, material%g, material%expansion, material%t_ref, t_node, j, mean, &
+                      tau, stiffness)
+    sums%stiffness = max(sums%stiffness, stiffness/material%rho)
+  end subroutine stress_block
+
+  !> Scale the deviator, restore det(Bbar) = 1, harden and heat.
+  subroutine apply_return(n, g, heat, volume, dt, q, g3, x, flow, mass, mean, b, alpha, temp, s, rate, &
+                          work)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: g, heat, volume, dt
+    real(rp), dimension(nlane), intent(in) :: q, g3, x, flow, mass
+    real(rp), dimension(nlane), intent(inout) :: mean, alpha, temp, rate
+    real(rp), intent(inout) :: b(nlane, 6), s(nlane, 6), work
+    real(rp) :: c, d1, d2, d3, d4, d5, d6, dd, det, a, inv_g, inv_dt
+    integer :: p
+
+    inv_g = 1.0_rp/g
+    inv_dt = 1.0_rp/dt
+    !$omp simd private(c, d1, d2, d3, d4, d5, d6, dd, det, a)
+    do p = 1, nlane
+      c = 1.0_rp - g3(p)*x(p)/max(q(p), 1.0e-30_rp)
+      s(p, 1) = c*s(p, 1); s(p, 2) = c*s(p, 2); s(p, 3) = c*s(p, 3)
+      s(p, 4) = c*s(p, 4); s(p, 5) = c*s(p, 5); s(p, 6) = c*s(p, 6)
+      d1 = inv_g*s(p, 1); d2 = inv_g*s(p, 2); d3 = inv_g*s(p, 3)
+      d4 = inv_g*s(p, 4); d5 = inv_g*s(p, 5); d6 = inv_g*s(p, 6)
+      dd = 0.5_rp*(d1*d1 + d2*d2 + d3*d3) + d4*d4 + d5*d5 + d6*d6
+      det = d1*(d2*d3 - d5*d5) - d4*(d4*d3 - d5*d6) + d6*(d4*d5 - d2*d6)
+      ! a^3 - a D:D/2 + det D = 1: three Newton steps from 1
+      a = 1.0_rp
+      a = a - (a*(a*a - dd) + det - 1.0_rp)/(3.0_rp*a*a - dd)
+      a = a - (a*(a*a - dd) + det - 1.0_rp)/(3.0_rp*a*a - dd)
+      a = a - (a*(a*a - dd) + det - 1.0_rp)/(3.0_rp*a*a - dd)
+      mean(p) = a
+      b(p, 1) = d1 + a; b(p, 2) = d2 + a; b(p, 3) = d3 + a
+      b(p, 4) = d4; b(p, 5) = d5; b(p, 6) = d6
+      alpha(p) = alpha(p) + x(p)
+      temp(p) = temp(p) + heat*flow(p)*x(p)
+      rate(p) = x(p)*inv_dt
+    end do
+    do p = 1, n
+      work = work + mass(p)*volume*flow(p)*x(p)
+    end do
+  end subroutine apply_return
+
+end module physics_stress

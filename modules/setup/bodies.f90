@@ -1,0 +1,223 @@
+! SPDX-License-Identifier: MIT
+!> Fills bodies with particles on a regular lattice; each rank makes a slab of every body.
+module setup_bodies
+  use base_kinds, only: i8, nlane, rp
+  use comm_world, only: world_t
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, n_fields, &
+                             particles_t
+  use setup_input, only: input_t
+  use setup_solids, only: bounds, is_inside, read_solid, solid_t
+  use setup_complaints, only: complaints_t
+  use time_state, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: body_solids, fill_bodies, count_particles, load_bodies
+
+  !> Lattice of one body: spacing, first point, numbers along the axes.
+  type :: lattice_t
+    real(rp) :: spacing = 0.0_rp, origin(3) = 0.0_rp
+    integer :: n(3) = 0
+  end type lattice_t
+
+contains
+
+  !> The solids of body `body` in the order of the file.
+  subroutine body_solids(input, body, solids)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: body
+    type(solid_t), allocatable, intent(out) :: solids(:)
+    type(complaints_t) :: ignored
+    integer :: i, k
+    character(:), allocatable :: name
+
+    name = input%text('BODY', body, 'NAME')
+    k = 0
+    do i = 1, input%count('SHAPE')
+      if (input%text('SHAPE', i, 'BODY') == name) k = k + 1
+    end do
+    allocate (solids(k))
+    k = 0
+    do i = 1, input%count('SHAPE')
+      if (input%text('SHAPE', i, 'BODY') /= name) cycle
+      k = k + 1
+      call read_solid(input, i, solids(k), ignored)
+    end do
+  end subroutine body_solids
+
+  !> Lattice points of the grid's cells, `spacing` apart, that cover all added solids.
+  pure type(lattice_t) function lattice_of(scene, body, solids)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
+    type(solid_t), intent(in) :: solids(:)
+    real(rp) :: low(3), high(3), lower(3), upper(3)
+    integer :: i, first(3)
+
+    low = huge(1.0_rp)
+    high = -huge(1.0_rp)
+    do i = 1, size(solids)
+      if (.not. solids(i)%adds) cycle
+      call bounds(solids(i), lower, upper)
+      low = min(low, lower)
+      high = max(high, upper)
+    end do
+    lattice_of%spacing = scene%body(body)%spacing
+    if (any(high < low)) return
+    first = floor((low - scene%grid%lower)/lattice_of%spacing)
+    lattice_of%origin = scene%grid%lower + lattice_of%spacing*(real(first, rp) + 0.5_rp)
+    lattice_of%n = ceiling((high - lattice_of%origin)/lattice_of%spacing) + 1
+  end function lattice_of
+
+  !> Make this rank's share of all particles: planes of the lattices dealt out in turn.
+  subroutine fill_bodies(world, input, scene, particles)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(solid_t), allocatable :: solids(:)
+    type(lattice_t) :: lattice
+    integer(i8) :: offset
+    integer :: body, i, first, last
+
+    call particles%init(n_fields)
+    offset = 0
+    do body = 1, size(scene%body)
+      call body_solids(input, body, solids)
+      lattice = lattice_of(scene, body, solids)
+      first = int(int(lattice%n(1), i8)*world%rank/world%size)
+      last = int(int(lattice%n(1), i8)*(world%rank + 1)/world%size) - 1
+      do i = first, last
+        call fill_plane(input, scene, body, solids, lattice, i, offset, particles)
+      end do
+      offset = offset + product(int(lattice%n, i8))
+    end do
+  end subroutine fill_bodies
+
+  subroutine fill_plane(input, scene, body, solids, lattice, i, offset, particles)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body, i
+    type(solid_t), intent(in) :: solids(:)
+    type(lattice_t), intent(in) :: lattice
+    integer(i8), intent(in) :: offset
+    type(particles_t), intent(inout) :: particles
+    real(rp) :: x(3), velocity(3), spin(3), centre(3), temperature, mass
+    integer(i8) :: id
+    integer :: j, k
+
+    velocity = input%reals('BODY', body, 'VELOCITY', 3)
+    spin = input%reals('BODY', body, 'ANGULAR_VELOCITY', 3)
+    centre = input%reals('BODY', body, 'CENTRE', 3)
+    temperature = input%real('BODY', body, 'TEMPERATURE')
+    mass = scene%material(scene%body(body)%material)%rho*lattice%spacing**3
+    do j = 0, lattice%n(2) - 1
+      do k = 0, lattice%n(3) - 1
+        x = lattice%origin + lattice%spacing*[i, j, k]
+        if (.not. is_inside(solids, x)) cycle
+        id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
+        call add_particle(particles, body, x, velocity + cross(spin, x - centre), temperature, mass, &
+                          make_tag(id, open_faces(solids, x, lattice%spacing)))
+      end do
+    end do
+  end subroutine fill_plane
+
+  pure function cross(a, b) result(c)
+    real(rp), intent(in) :: a(3), b(3)
+    real(rp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+  !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside.
+  pure integer function open_faces(solids, x, spacing)
+    type(solid_t), intent(in) :: solids(:)
+    real(rp), intent(in) :: x(3), spacing
+    real(rp) :: y(3)
+    integer :: face
+
+    open_faces = 0
+    do face = 1, 6
+      y = x
+      y((face + 1)/2) = y((face + 1)/2) + merge(spacing, -spacing, mod(face, 2) == 0)
+      if (.not. is_inside(solids, y)) open_faces = ibset(open_faces, face - 1)
+    end do
+  end function open_faces
+
+  !> Append an undeformed particle; a new block begins when the body changes or the last is full.
+  subroutine add_particle(particles, body, x, v, temperature, mass, tag)
+    type(particles_t), intent(inout) :: particles
+    integer, intent(in) :: body
+    real(rp), intent(in) :: x(3), v(3), temperature, mass
+    integer(i8), intent(in) :: tag
+    integer :: b, p
+    logical :: fits
+
+    b = particles%nblk
+    fits = .false.
+    if (b > 0) fits = particles%body(b) == body .and. particles%count(b) < nlane
+    if (.not. fits) then
+      if (b + 1 > particles%capacity) call particles%reserve(2*b + 2)
+      b = b + 1
+      particles%nblk = b
+      particles%count(b) = 0
+      particles%body(b) = body
+      particles%ps(:, :, b) = 0.0_rp
+    end if
+    p = particles%count(b) + 1
+    particles%count(b) = p
+    particles%ps(p, f_pos:f_pos + 2, b) = x
+    particles%ps(p, f_vel:f_vel + 2, b) = v
+    particles%ps(p, f_bbar:f_bbar + 2, b) = 1.0_rp
+    particles%ps(p, f_jac, b) = 1.0_rp
+    particles%ps(p, f_temp, b) = temperature
+    particles%ps(p, f_mass, b) = mass
+    particles%tag(p, b) = tag
+  end subroutine add_particle
+
+  !> Particles of each body (all ranks together) without making them; this rank counts its share.
+  subroutine count_particles(world, input, scene, counts)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer(i8), intent(out) :: counts(:)
+    type(solid_t), allocatable :: solids(:)
+    type(lattice_t) :: lattice
+    integer :: body, i, j, k
+
+    counts = 0
+    do body = 1, size(scene%body)
+      call body_solids(input, body, solids)
+      lattice = lattice_of(scene, body, solids)
+      do i = world%rank, lattice%n(1) - 1, world%size
+        do j = 0, lattice%n(2) - 1
+          do k = 0, lattice%n(3) - 1
+            if (is_inside(solids, lattice%origin + lattice%spacing*[i, j, k])) &
+              counts(body) = counts(body) + 1
+          end do
+        end do
+      end do
+    end do
+    call world%sum(counts)
+  end subroutine count_particles
+
+  !> Share the forces of &LOAD groups over the masses of their bodies.
+  subroutine load_bodies(input, counts, scene)
+    type(input_t), intent(in) :: input
+    integer(i8), intent(in) :: counts(:)
+    type(scene_t), intent(inout) :: scene
+    real(rp) :: mass
+    integer :: b, i
+
+    do i = 1, input%count('LOAD')
+      do b = 1, size(scene%body)
+        associate (body => scene%body(b))
+          if (body%name /= input%text('LOAD', i, 'BODY')) cycle
+          mass = real(counts(b), rp)*scene%material(body%material)%rho*body%spacing**3
+          if (mass > 0.0_rp) body%acceleration = input%reals('LOAD', i, 'FORCE', 3)/mass
+          body%ramp = input%real('LOAD', i, 'RAMP')
+        end associate
+      end do
+    end do
+  end subroutine load_bodies
+
+end module setup_bodies

@@ -1,0 +1,114 @@
+! SPDX-License-Identifier: MIT
+!> The command line of the program.
+module setup_command_line
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  implicit none (type, external)
+  private
+
+  public :: command_t, read_command, print_help
+
+  type :: command_t
+    character(:), allocatable :: action      !! run, check, help, version, keys, keys=markdown
+    character(:), allocatable :: input       !! input file, '' if none
+    character(:), allocatable :: restart     !! checkpoint, '' if none
+    character(:), allocatable :: directory   !! for outputs, '' for the default
+    character(512), allocatable :: sets(:)   !! GROUP.KEY=VALUE
+    character(:), allocatable :: problem     !! what is wrong with the command line, '' if nothing
+    logical :: is_quiet = .false.
+  end type command_t
+
+contains
+
+  subroutine read_command(command)
+    type(command_t), intent(out) :: command
+    character(:), allocatable :: word
+    integer :: i
+
+    command%action = 'run'
+    command%input = ''
+    command%restart = ''
+    command%directory = ''
+    command%problem = ''
+    allocate (command%sets(0))
+    i = 0
+    do while (i < command_argument_count())
+      i = i + 1
+      word = argument(i)
+      select case (word)
+      case ('--help', '-h', '--version', '--keys', '--keys=markdown', '--check')
+        command%action = word(verify(word, '-'):)
+        if (word == '-h') command%action = 'help'
+      case ('--quiet', '-q')
+        command%is_quiet = .true.
+      case ('--restart')
+        command%restart = next(i, word)
+      case ('--output', '-o')
+        command%directory = next(i, word)
+      case ('--set')
+        command%sets = [character(512) :: command%sets, next(i, word)]
+      case default
+        if (word(1:1) == '-') then
+          command%problem = 'unknown option '//word//' (see stirpoint --help)'
+        else if (command%input /= '') then
+          command%problem = 'more than one input file: '//command%input//' and '//word
+        else
+          command%input = word
+        end if
+      end select
+    end do
+    if (command%problem == '' .and. command%input == '' .and. command%restart == '' &
+        .and. (command%action == 'run' .or. command%action == 'check')) &
+      command%problem = 'no input file (see stirpoint --help)'
+  contains
+    !> The word behind an option.
+    function next(i, option) result(value)
+      integer, intent(inout) :: i
+      character(*), intent(in) :: option
+      character(:), allocatable :: value
+
+      value = ''
+      if (i == command_argument_count()) then
+        command%problem = option//' needs a value (see stirpoint --help)'
+        return
+      end if
+      i = i + 1
+      value = argument(i)
+    end function next
+  end subroutine read_command
+
+  function argument(i) result(word)
+    integer, intent(in) :: i
+    character(:), allocatable :: word
+    integer :: length
+
+    call get_command_argument(i, length=length)
+    allocate (character(max(1, length)) :: word)
+    call get_command_argument(i, word)
+  end function argument
+
+  subroutine print_help()
+    character(*), parameter :: f = '(a)'
+
+    write (output_unit, f) 'Stirpoint simulates friction stir processing with the Material Point Method.'
+    write (output_unit, f) ''
+    write (output_unit, f) 'usage: [mpirun -n RANKS] stirpoint INPUT [options]'
+    write (output_unit, f) ''
+    write (output_unit, f) '  INPUT                  file of namelist groups (see --keys and input/*.nml)'
+    write (output_unit, f) '  --check                report the scene, its cost and what it skips; write nothing'
+    write (output_unit, f) '  --set GROUP.KEY=VALUE  override a value; GROUP(2).KEY or GROUP(name).KEY for one of many'
+    write (output_unit, f) '  --restart FILE         go on from a checkpoint (INPUT may be left out)'
+    write (output_unit, f) '  --output DIR           directory of the results (default: NAME.out)'
+    write (output_unit, f) '  --quiet                no progress lines'
+    write (output_unit, f) '  --keys                 every group and key with type, unit, default and range'
+    write (output_unit, f) '  --keys=markdown        the same as a Markdown page'
+    write (output_unit, f) '  --version, --help'
+    write (output_unit, f) ''
+    write (output_unit, f) 'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), NAME_probes.csv'
+    write (output_unit, f) '  (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView 5.11, h5py),'
+    write (output_unit, f) '  NAME_checkpoint.h5; pictures: python3 postproc/report.py NAME.out'
+    write (output_unit, f) 'signals: SIGUSR1 or SIGTERM end the run at the next step with a checkpoint'
+    write (output_unit, f) 'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost'
+    write (output_unit, f) '  (checkpoint written), 4 output failed, 75 stopped by a signal (checkpoint written)'
+  end subroutine print_help
+
+end module setup_command_line

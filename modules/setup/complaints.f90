@@ -1,0 +1,310 @@
+! SPDX-License-Identifier: MIT
+!> Everything that is wrong with an input, collected so that it is reported at once,
+!> and the wording of what is wrong with a value.
+module setup_complaints
+  use base_kinds, only: rp
+  use base_text, only: edit_distance, lower, str
+  use setup_keys_table, only: is_within, items_t, key_row_t, key_table_t, split_values, &
+    split_words, to_integer, to_logical, to_real, to_text
+  implicit none (type, external)
+  private
+
+  public :: complaints_t
+  public :: check_value, describe_allowed, excerpt, unknown_group, unknown_key
+
+  type :: complaint_t
+    character(512) :: file = ''       !! file name, or the option as the user wrote it
+    integer :: line = 0               !! 0: no line of a file
+    character(768) :: message = ''
+  end type complaint_t
+
+  !> A list kept in the order of the lines; complaints without a line come last.
+  type :: complaints_t
+    private
+    type(complaint_t), allocatable :: list(:)
+    character(1024), allocatable :: sets(:)    !! the overrides: line -k means the k-th
+  contains
+    procedure :: note_overrides
+    procedure :: add
+    procedure :: count => count_complaints
+    procedure :: text => text_of_complaint
+    procedure :: print => print_complaints
+  end type complaints_t
+
+contains
+
+  !> Keep the `--set` overrides to name them where `add` gets the line -k.
+  subroutine note_overrides(self, sets)
+    class(complaints_t), intent(inout) :: self
+    character(*), intent(in) :: sets(:)
+
+    if (allocated(self%sets)) deallocate (self%sets)
+    allocate (self%sets(size(sets)))
+    self%sets = sets
+  end subroutine note_overrides
+
+  !> File a complaint; the same words about the same line are kept once.
+  subroutine add(self, file, line, message)
+    class(complaints_t), intent(inout) :: self
+    character(*), intent(in) :: file
+    integer, intent(in) :: line           !! line of the file, 0: none, -k: the k-th override
+    character(*), intent(in) :: message
+    type(complaint_t) :: new
+    integer :: k
+
+    new = complaint_t(file, max(line, 0), message)
+    if (line < 0 .and. allocated(self%sets)) new%file = '--set '//trim(self%sets(-line))
+    if (.not. allocated(self%list)) allocate (self%list(0))
+    do k = 1, size(self%list)
+      if (self%list(k)%line == new%line .and. self%list(k)%file == new%file &
+          .and. self%list(k)%message == new%message) return
+    end do
+    k = size(self%list)
+    do while (k > 0)
+      if (rank_of(self%list(k)) <= rank_of(new)) exit
+      k = k - 1
+    end do
+    self%list = [self%list(:k), new, self%list(k + 1:)]
+  end subroutine add
+
+  !> Place in the sorted list.
+  pure integer function rank_of(complaint)
+    type(complaint_t), intent(in) :: complaint
+
+    rank_of = merge(complaint%line, huge(1), complaint%line > 0)
+  end function rank_of
+
+  !> Number of complaints so far.
+  pure integer function count_complaints(self)
+    class(complaints_t), intent(in) :: self
+
+    count_complaints = 0
+    if (allocated(self%list)) count_complaints = size(self%list)
+  end function count_complaints
+
+  !> The `k`-th complaint in the order of the lines: `file:line: error: message`.
+  pure function text_of_complaint(self, k) result(r)
+    class(complaints_t), intent(in) :: self
+    integer, intent(in) :: k
+    character(:), allocatable :: r
+
+    r = trim(self%list(k)%file)
+    if (self%list(k)%line > 0) r = r//':'//str(self%list(k)%line)
+    r = r//': error: '//trim(self%list(k)%message)
+  end function text_of_complaint
+
+  !> Write all complaints, one a line.
+  subroutine print_complaints(self, unit)
+    class(complaints_t), intent(in) :: self
+    integer, intent(in) :: unit
+    integer :: k
+
+    do k = 1, self%count()
+      write (unit, '(a)') self%text(k)
+    end do
+  end subroutine print_complaints
+
+  !> `text` cut to what fits in a message.
+  pure function excerpt(text) result(r)
+    character(*), intent(in) :: text
+    character(:), allocatable :: r
+
+    r = trim(text)
+    if (len(r) > 0) then
+      if (r(len(r):) == achar(13)) r = trim(r(:len(r) - 1))
+    end if
+    if (len(r) > 60) r = r(:57)//'...'
+  end function excerpt
+
+  !> `did you mean X?` if at most two letters of a name differ from `word`; else empty.
+  pure function suggestion(word, names) result(r)
+    character(*), intent(in) :: word, names(:)
+    character(:), allocatable :: r
+    integer :: best, distance, k
+
+    r = ''
+    best = min(3, len_trim(word))
+    do k = 1, size(names)
+      distance = edit_distance(trim(word), trim(names(k)))
+      if (distance >= best) cycle
+      best = distance
+      r = 'did you mean '//trim(names(k))//'?'
+    end do
+  end function suggestion
+
+  !> What a value of this key is: `3 real numbers [m]`.
+  pure function expected(row) result(r)
+    type(key_row_t), intent(in) :: row
+    character(:), allocatable :: r
+    character(:), allocatable :: one, many
+
+    select case (row%kind)
+    case ('real')
+      one = 'a real number'
+      many = ' real numbers'
+    case ('integer')
+      one = 'an integer'
+      many = ' integers'
+    case ('logical')
+      one = '.true. or .false.'
+      many = ' of .true. or .false.'
+    case default
+      one = 'a text in quotes'
+      many = ' texts in quotes'
+    end select
+    r = one
+    if (row%n > 1) r = str(row%n)//many
+    if (row%n < 0) r = 'up to '//str(-row%n)//many
+    if (row%unit /= '') r = r//' ['//trim(row%unit)//']'
+  end function expected
+
+  !> The allowed values in words: `> 0 and <= 1`, `box, sphere`.
+  pure function describe_allowed(row) result(r)
+    type(key_row_t), intent(in) :: row
+    character(:), allocatable :: r
+    character(48), allocatable :: list(:)
+    character(:), allocatable :: low, high
+    integer :: comma, k
+
+    r = ''
+    select case (row%kind)
+    case ('choice')
+      call split_words(row%allowed, list)
+      do k = 1, size(list)
+        r = r//merge('  ', ', ', k == 1)//trim(list(k))
+      end do
+      r = trim(adjustl(r))
+    case ('text')
+      if (row%allowed /= '') r = 'only the characters '//trim(row%allowed)
+    case ('real', 'integer')
+      if (row%allowed == '') return
+      comma = index(row%allowed, ',')
+      low = row%allowed(2:comma - 1)
+      high = row%allowed(comma + 1:len_trim(row%allowed) - 1)
+      if (low /= '-inf') r = trim(merge('>= ', '>  ', row%allowed(1:1) == '['))//' '//low
+      if (low /= '-inf' .and. high /= 'inf') r = r//' and '
+      if (high /= 'inf') &
+        r = r//trim(merge('<= ', '<  ', index(row%allowed, ']') > 0))//' '//high
+    end select
+  end function describe_allowed
+
+  !> What is wrong with the value of a key; empty if nothing is.
+  pure function check_value(row, first, text) result(r)
+    type(key_row_t), intent(in) :: row
+    integer, intent(in) :: first         !! written index of the first value, 0 if none
+    character(*), intent(in) :: text
+    character(:), allocatable :: r
+    type(items_t) :: items
+    integer :: k, n
+
+    call split_values(text, items)
+    r = trim(items%problem)
+    if (r /= '') return
+    n = sum(items%repeat)
+    if (first > 0 .and. n + first - 1 > abs(row%n)) then
+      r = 'the key has only '//str(abs(row%n))//trim(merge(' value ', ' values', abs(row%n) == 1))
+    else if (n > abs(row%n) .or. (first == 0 .and. n < row%n)) then
+      r = 'expected '//expected(row)//', found '//str(n)
+      if (row%n == 1 .and. row%kind == 'real') r = r//' values (a decimal comma is not possible)'
+    end if
+    do k = 1, size(items%first)
+      if (r == '') r = check_item(row, text(items%first(k):items%last(k)))
+    end do
+  end function check_value
+
+  !> What is wrong with one item of the value of a key; empty if nothing is.
+  pure function check_item(row, item) result(r)
+    type(key_row_t), intent(in) :: row
+    character(*), intent(in) :: item
+    character(:), allocatable :: r
+    character(:), allocatable :: text
+    integer :: i
+    real(rp) :: x
+    logical :: flag, ok
+
+    r = ''
+    ok = .true.
+    select case (row%kind)
+    case ('real')
+      call to_real(item, x, ok)
+      if (ok) ok = abs(x) <= huge(x)   ! the range below is judged for finite numbers only
+    case ('integer')
+      call to_integer(item, i, ok)
+      x = real(i, rp)
+    case ('logical')
+      call to_logical(item, flag, ok)
+    case default
+      call to_text(item, text, ok)
+      if (ok) r = check_text(row, text)
+      if (.not. ok .and. verify(item(1:1), '''"') > 0) then
+        r = 'text must be in quotes'
+        return
+      end if
+    end select
+    if (.not. ok) then
+      r = 'expected '//expected(row)
+    else if (row%kind == 'real' .or. row%kind == 'integer') then
+      if (.not. is_within(x, row%allowed)) then
+        r = 'must be '//describe_allowed(row)
+        if (row%unit /= '') r = r//' ['//trim(row%unit)//']'
+      end if
+    end if
+  end function check_item
+
+  !> What is wrong with a text or a choice.
+  pure function check_text(row, text) result(r)
+    type(key_row_t), intent(in) :: row
+    character(*), intent(in) :: text
+    character(:), allocatable :: r
+    character(48), allocatable :: list(:)
+    character(:), allocatable :: near
+
+    r = ''
+    if (row%kind == 'choice') then
+      call split_words(row%allowed, list)
+      if (any(list == lower(text))) return
+      r = 'must be one of '//describe_allowed(row)
+      near = suggestion(lower(text), list)
+      if (near /= '') r = r//'; '//near
+    else if (text == '' .and. row%requirement == 'required') then
+      r = 'must not be empty'
+    else if (row%allowed /= '' .and. verify(text, trim(row%allowed)) > 0) then
+      r = describe_allowed(row)//' may be used'
+    end if
+  end function check_text
+
+  !> Wording for a group that is not in the table.
+  pure function unknown_group(table, name) result(r)
+    type(key_table_t), intent(in) :: table
+    character(*), intent(in) :: name
+    character(:), allocatable :: r
+
+    r = 'unknown group &'//trim(name)//hint(name, (table%groups%name))
+  end function unknown_group
+
+  !> Wording for a key that the group does not have.
+  pure function unknown_key(table, g, name) result(r)
+    type(key_table_t), intent(in) :: table
+    integer, intent(in) :: g              !! number of the group
+    character(*), intent(in) :: name
+    character(:), allocatable :: r
+
+    r = '&'//trim(table%groups(g)%name)//' has no key '//trim(name)// &
+      hint(name, (table%keys(table%groups(g)%first:table%groups(g)%last)%name))
+  end function unknown_key
+
+  !> The known name that was meant, or all of them.
+  pure function hint(name, known) result(r)
+    character(*), intent(in) :: name, known(:)
+    character(:), allocatable :: r
+    integer :: k
+
+    r = '; '//suggestion(name, known)
+    if (r /= '; ') return
+    r = '; known are'
+    do k = 1, size(known)
+      r = r//' '//trim(known(k))
+    end do
+  end function hint
+
+end module setup_complaints

@@ -1,0 +1,97 @@
+! SPDX-License-Identifier: MIT
+!> Makes a simulation ready to run: from an input file, or from a checkpoint.
+module setup_prepare
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use base_errors, only: error_t
+  use base_kinds, only: i8
+  use comm_world, only: world_t
+  use io_checkpoint, only: read_checkpoint_input
+  use setup_bodies, only: count_particles, fill_bodies, load_bodies
+  use setup_command_line, only: command_t
+  use setup_complaints, only: complaints_t
+  use setup_input, only: input_t, read_input, read_input_text
+  use setup_scene, only: build_scene
+  use time_loop, only: begin
+  use time_regrid, only: first_partition, regrid
+  use time_resume, only: resume
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: read_scene, place_particles
+
+contains
+
+  !> Read and check the input; every complaint is printed and `is_good` is false if there is any.
+  subroutine read_scene(world, command, sim, input, counts, is_good)
+    type(world_t), intent(in) :: world
+    type(command_t), intent(in) :: command
+    type(simulation_t), intent(inout) :: sim
+    type(input_t), intent(out) :: input
+    integer(i8), allocatable, intent(out) :: counts(:)   !! particles of each body
+    logical, intent(out) :: is_good
+    type(complaints_t) :: complaints
+    type(error_t) :: error
+    character(:), allocatable :: text
+
+    if (command%input /= '') then
+      call read_input(command%input, command%sets, input, complaints)
+    else
+      call read_checkpoint_input(world, command%restart, text, error)
+      if (error%is_set()) then
+        call complaints%add(command%restart, 0, error%message)
+      else
+        call read_input_text(command%restart, text, command%sets, input, complaints)
+      end if
+    end if
+    if (complaints%count() == 0) call build_scene(input, sim, complaints)
+    if (complaints%count() == 0) then
+      allocate (counts(size(sim%scene%body)))
+      call count_particles(world, input, sim%scene, counts)
+      call require_particles(input, counts, complaints)
+    end if
+    is_good = complaints%count() == 0
+    if (.not. is_good) then
+      if (world%is_root()) call complaints%print(error_unit)
+      call world%barrier()
+      return
+    end if
+    call load_bodies(input, counts, sim%scene)
+    sim%scene%output%input_text = input%text_of_file()
+    sim%scene%output%is_quiet = command%is_quiet
+    sim%scene%output%directory = sim%scene%output%name//'.out'
+    if (command%directory /= '') sim%scene%output%directory = command%directory
+  end subroutine read_scene
+
+  subroutine require_particles(input, counts, complaints)
+    type(input_t), intent(in) :: input
+    integer(i8), intent(in) :: counts(:)
+    type(complaints_t), intent(inout) :: complaints
+    integer :: b
+
+    do b = 1, size(counts)
+      if (counts(b) == 0) call input%complain(complaints, 'BODY', b, 'NAME', &
+        'holds no particle: its shapes are smaller than the particle spacing or cancel out')
+    end do
+  end subroutine require_particles
+
+  !> Particles, partition and books; from the checkpoint if the command names one.
+  subroutine place_particles(world, command, input, sim, error)
+    type(world_t), intent(in) :: world
+    type(command_t), intent(in) :: command
+    type(input_t), intent(in) :: input
+    type(simulation_t), intent(inout) :: sim
+    type(error_t), intent(inout) :: error
+
+    call sim%prepare_scratch()
+    if (command%restart /= '') then
+      call resume(world, sim, command%restart, error)
+      return
+    end if
+    call fill_bodies(world, input, sim%scene, sim%particles)
+    call first_partition(world, sim)
+    call regrid(world, sim)
+    call begin(world, sim)
+  end subroutine place_particles
+
+end module setup_prepare

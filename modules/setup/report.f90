@@ -1,0 +1,126 @@
+! SPDX-License-Identifier: MIT
+!> `stirpoint --check`: the scene in numbers, its cost, and what it does not need.
+module setup_report
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_kinds, only: i8, rp
+  use base_text, only: str
+  use base_timers, only: wall_time
+  use comm_world, only: world_t
+  use time_heat, only: conduction_step
+  use time_loop, only: stable_step
+  use time_state, only: scheme_usavg, simulation_t
+  use time_step, only: take_step
+  use time_sweeps, only: report_t
+  implicit none (type, external)
+  private
+
+  public :: report_scene
+
+contains
+
+  !> Collective; takes a few steps to time them, writes no file.
+  subroutine report_scene(world, sim, counts)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer(i8), intent(in) :: counts(:)     !! particles of each body
+    real(rp) :: dt, per_step, memory(1), steps
+    integer :: b
+
+    dt = stable_step(sim)
+    memory = real(sim%particles%bytes(), rp) + 64.0_rp*sim%patch%nn*merge(2, 1, associated(sim%g2))
+    call world%sum(memory)
+    per_step = time_steps(world, sim, dt)
+    if (.not. world%is_root()) return
+    steps = sim%scene%end_time/dt
+    if (sim%scene%max_steps > 0) steps = min(steps, real(sim%scene%max_steps, rp))
+    call line('scene', sim%scene%output%name//'  '//sim%scene%title)
+    associate (grid => sim%scene%grid)
+      call line('grid', str(grid%n(1) - 1)//' x '//str(grid%n(2) - 1)//' x '//str(grid%n(3) - 1)// &
+                ' cells of '//str(1.0e3_rp*grid%h)//' mm')
+    end associate
+    do b = 1, size(counts)
+      associate (body => sim%scene%body(b))
+        call line('body', trim(body%name)//': '//str(counts(b))//' particles '// &
+                  str(1.0e3_rp*body%spacing)//' mm apart, '//trim(sim%scene%material(body%material)%name))
+      end associate
+    end do
+    call line('particles', str(sum(counts)))
+    call line('ranks', str(world%size)//', up to '//str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp)) &
+              //' % imbalance')
+    call line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
+              str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
+    call line('time step', str(dt)//' s, limited by '//limit(sim))
+    call line('steps', str(nint(steps, i8))//' for '//str(sim%scene%end_time)//' s')
+    call line('speed', str(real(sum(counts), rp)/per_step*1.0e-6_rp)//' M particle-steps/s here')
+    call line('run time', str(steps*per_step)//' s = '//str(steps*per_step/3600.0_rp)//' h')
+    call line('skipped', skipped(sim))
+  end subroutine report_scene
+
+  subroutine line(name, text)
+    character(*), intent(in) :: name, text
+    character(12) :: label
+
+    label = name
+    write (output_unit, '(3a)') label, ' ', trim(text)
+  end subroutine line
+
+  !> Wall-clock seconds of one step, the best of a few.
+  real(rp) function time_steps(world, sim, dt)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt
+    type(report_t) :: report
+    real(rp) :: t
+    integer :: i
+
+    time_steps = huge(1.0_rp)
+    do i = 1, 5
+      call world%barrier()
+      t = wall_time()
+      call take_step(world, sim, dt, report)
+      call world%barrier()
+      time_steps = min(time_steps, wall_time() - t)
+    end do
+  end function time_steps
+
+  function limit(sim) result(text)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
+    real(rp) :: speed
+
+    if (sim%scene%method%fixed_dt > 0.0_rp) then
+      text = '&TIME DT'
+      return
+    end if
+    speed = sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling)
+    text = 'CFL '//str(sim%scene%method%cfl)//': pressure waves of '//str(speed)//' m/s'
+    if (sim%scene%method%mass_scaling > 1.0_rp) &
+      text = text//' (mass scaling '//str(sim%scene%method%mass_scaling)//')'
+    if (sim%scene%method%conducts) text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
+  end function limit
+
+  !> Components that this scene does without.
+  function skipped(sim) result(text)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
+    logical :: any_flow
+    integer :: m
+
+    text = ''
+    if (size(sim%tool) == 0) text = text//', contact (no &TOOL)'
+    if (.not. sim%scene%method%conducts) text = text//', conduction (no &HEAT)'
+    any_flow = .false.
+    do m = 1, size(sim%scene%material)
+      any_flow = any_flow .or. allocated(sim%scene%material(m)%flow)
+    end do
+    if (.not. any_flow) text = text//', plasticity (elastic materials)'
+    if (all(sim%scene%material%expansion <= 0.0_rp)) text = text//', thermal expansion'
+    if (size(sim%scene%constraint) == 0) text = text//', walls'
+    if (sim%probes%n == 0) text = text//', probes'
+    if (sim%halo%n == 0) text = text//', node exchange (one rank)'
+    if (sim%scene%method%scheme /= scheme_usavg) text = text//', second stress pass (USL)'
+    text = text//', nodes without material; contact in blocks far from the tool'
+    text = text(3:)
+  end function skipped
+
+end module setup_report

@@ -1,0 +1,398 @@
+! SPDX-License-Identifier: MIT
+!> Scanner of Fortran namelist groups (Fortran 2018, 13.11) that keeps line numbers.
+module setup_scan
+  use base_text, only: str, upper
+  use setup_complaints, only: complaints_t, excerpt
+  use setup_keys_table, only: is_name, items_t, key_table_t, letters, name_len, split_values, &
+    take_key
+  implicit none (type, external)
+  private
+
+  public :: assignment_t, group_t, scan_t
+  public :: read_file, scan_text
+
+  character, parameter :: newline = achar(10)
+
+  !> The bytes that some editors put before a text.
+  character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
+
+  !> What a character of the file is, decided in the first pass.
+  character, parameter :: plain = '.', quoted = 'q', unclosed = 'u', skipped = ' '
+
+  !> One `&NAME ... /`.
+  type :: group_t
+    character(name_len) :: name = ''   !! upper case
+    integer :: line = 0                !! where it opens; -k: made by the k-th override
+    logical :: is_broken = .false.     !! it could not be read to its end
+  end type group_t
+
+  !> One `KEY(index) = value`.
+  type :: assignment_t
+    integer :: group = 0               !! number of the group in the file
+    character(name_len) :: key = ''    !! upper case; blank: replaced by an override
+    integer :: index = 0               !! 0: no index was written
+    integer :: first = 1, last = 0     !! the value is text(first:last)
+    integer :: line = 0                !! line of the key; -k: the k-th override
+    logical :: is_broken = .false.     !! not to be used: a complaint was filed
+  end type assignment_t
+
+  !> A scanned file.
+  type :: scan_t
+    character(:), allocatable :: text              !! the file without comments
+    type(group_t), allocatable :: groups(:)
+    type(assignment_t), allocatable :: assignments(:)
+  contains
+    procedure :: find
+    procedure :: last_of
+    procedure :: value
+    procedure :: replace
+    procedure :: gather
+    procedure :: text_of_groups
+  end type scan_t
+
+  !> The file between the two passes.
+  type :: source_t
+    character(:), allocatable :: file
+    character(:), allocatable :: clean   !! blanks instead of comments, tabs and line ends
+    character(:), allocatable :: mask    !! what each character is
+    integer, allocatable :: line(:)
+  end type source_t
+
+contains
+
+  !> The whole of a text file.
+  subroutine read_file(file, text, problem)
+    character(*), intent(in) :: file
+    character(:), allocatable, intent(out) :: text
+    character(:), allocatable, intent(out) :: problem   !! empty if all is well
+    integer :: unit, status, length
+    character(200) :: reason
+
+    problem = ''
+    text = ''
+    open (newunit=unit, file=file, access='stream', form='unformatted', status='old', &
+          action='read', iostat=status, iomsg=reason)
+    if (status == 0) then
+      inquire (unit=unit, size=length)
+      deallocate (text)
+      allocate (character(max(length, 0)) :: text)
+      read (unit, iostat=status, iomsg=reason) text
+      close (unit)
+    end if
+    if (status /= 0) problem = 'cannot be read: '//trim(reason)
+  end subroutine read_file
+
+  !> Groups and assignments of `text`, in the order of the file.
+  subroutine scan_text(file, text, scanned, complaints)
+    character(*), intent(in) :: file, text
+    type(scan_t), intent(out) :: scanned
+    type(complaints_t), intent(inout) :: complaints
+    type(source_t) :: source
+    integer :: i, last
+
+    i = merge(3, 0, index(text, byte_order_mark) == 1)
+    call mark_text(file, repeat(' ', i)//text(i + 1:)//newline, source, complaints)
+    allocate (scanned%groups(0), scanned%assignments(0))
+    i = 1
+    do while (i <= len(source%clean))
+      if (source%clean(i:i) == ' ') then
+        i = i + 1
+      else if (opens_group(source%clean, i)) then
+        call scan_group(source, i, scanned, complaints)
+      else
+        last = i
+        do while (source%line(last + 1) == source%line(i))
+          if (opens_group(source%clean, last + 1)) exit
+          last = last + 1
+        end do
+        call complaints%add(file, source%line(i), 'text outside a group: "'// &
+          excerpt(source%clean(i:last))//'" (a group is &NAME KEY = value, ... /)')
+        i = last + 1
+      end if
+    end do
+    scanned%text = source%clean
+  end subroutine scan_text
+
+  !> First pass: blank comments, mark quotes, number the lines.
+  subroutine mark_text(file, text, source, complaints)
+    character(*), intent(in) :: file, text
+    type(source_t), intent(out) :: source
+    type(complaints_t), intent(inout) :: complaints
+    character :: c, quote
+    logical :: in_comment, in_group
+    integer :: i, n, opened
+
+    source%file = file
+    source%clean = text
+    source%mask = repeat(skipped, len(text))
+    allocate (source%line(len(text) + 1), source=0)
+    n = 1
+    opened = 1
+    quote = ' '
+    in_comment = .false.
+    in_group = .false.
+    do i = 1, len(text)
+      c = text(i:i)
+      source%line(i) = n
+      if (c == newline) then
+        if (quote /= ' ') then
+          call complaints%add(file, n, 'text in quotes is not closed on this line: '// &
+                              excerpt(text(opened:i - 1)))
+          source%mask(opened:i - 1) = unclosed
+        end if
+        source%clean(i:i) = ' '
+        quote = ' '
+        in_comment = .false.
+        n = n + 1
+      else if (in_comment .or. iachar(c) < 32) then
+        source%clean(i:i) = ' '
+      else if (quote /= ' ') then
+        source%mask(i:i) = quoted
+        if (c == quote) quote = ' '
+      else if (c == '!') then
+        in_comment = .true.
+        source%clean(i:i) = ' '
+      else if (in_group) then
+        source%mask(i:i) = plain
+        in_group = c /= '/'
+        if (c == '''' .or. c == '"') then
+          source%mask(i:i) = quoted
+          quote = c
+          if (source%mask(i - 1:i - 1) /= quoted) opened = i   ! else a doubled quote
+        end if
+      else
+        source%mask(i:i) = plain
+        in_group = opens_group(source%clean, i)
+      end if
+    end do
+  end subroutine mark_text
+
+  !> True if a group opens at character `i`: an & before a letter, not within a word.
+  pure logical function opens_group(text, i)
+    character(*), intent(in) :: text
+    integer, intent(in) :: i
+
+    opens_group = .false.
+    if (i >= len(text)) return
+    if (text(i:i) /= '&' .or. verify(text(i + 1:i + 1), letters) > 0) return
+    opens_group = .true.
+    if (i > 1) opens_group = scan(text(i - 1:i - 1), ' /,') > 0
+  end function opens_group
+
+  !> Read the group that opens at `i`; on return `i` is behind it.
+  subroutine scan_group(source, i, scanned, complaints)
+    type(source_t), intent(in) :: source
+    integer, intent(inout) :: i
+    type(scan_t), intent(inout) :: scanned
+    type(complaints_t), intent(inout) :: complaints
+    type(group_t) :: group
+    integer :: first, last
+    logical :: is_closed
+
+    first = i + 1
+    do while (is_name(source%clean(first:first)))
+      first = first + 1
+    end do
+    group = group_t(upper(source%clean(i + 1:first - 1)), source%line(i))
+    is_closed = .false.
+    last = first
+    do while (last <= len(source%clean))
+      if (source%mask(last:last) == plain) then
+        is_closed = source%clean(last:last) == '/'
+        if (is_closed .or. opens_group(source%clean, last)) exit
+      end if
+      last = last + 1
+    end do
+    last = last - 1
+    group%is_broken = .not. is_closed .or. index(source%mask(first:last), unclosed) > 0
+    if (.not. is_closed .and. index(source%mask(first:last), unclosed) == 0) then
+      call complaints%add(source%file, group%line, '&'//trim(group%name)//' is not closed with /')
+    end if
+    scanned%groups = [scanned%groups, group]
+    call scan_body(source, first, last, scanned, complaints)
+    i = last + merge(2, 1, is_closed)
+  end subroutine scan_group
+
+  !> Read the assignments in characters `first` to `last`.
+  subroutine scan_body(source, first, last, scanned, complaints)
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: first, last
+    type(scan_t), intent(inout) :: scanned
+    type(complaints_t), intent(inout) :: complaints
+    type(assignment_t) :: current, next
+    integer :: i, key_first, key_last
+    logical :: has_key
+
+    has_key = .false.
+    current%group = size(scanned%groups)
+    current%line = source%line(first)
+    current%first = first
+    do i = first, last
+      if (source%clean(i:i) /= '=' .or. source%mask(i:i) /= plain) cycle
+      call take_key(source%clean(:i - 1), current%first, key_first, key_last, next%index)
+      current%last = key_first - 1
+      call finish_assignment(source, current, has_key, scanned, complaints)
+      has_key = key_last >= key_first
+      next%key = upper(source%clean(key_first:key_last))
+      next%line = source%line(merge(key_first, i, has_key))
+      if (.not. has_key) then
+        call complaints%add(source%file, next%line, 'there is no key before the =')
+      else if (next%index < 0) then
+        call complaints%add(source%file, next%line, &
+          trim(next%key)//'(...): the index must be a whole number above 0')
+      end if
+      next%group = current%group
+      next%is_broken = .not. has_key .or. next%index < 0
+      next%first = i + 1
+      current = next
+    end do
+    current%last = last
+    call finish_assignment(source, current, has_key, scanned, complaints)
+  end subroutine scan_body
+
+  !> File the assignment whose value is now known to end at `current%last`.
+  subroutine finish_assignment(source, current, has_key, scanned, complaints)
+    type(source_t), intent(in) :: source
+    type(assignment_t), intent(inout) :: current
+    logical, intent(in) :: has_key
+    type(scan_t), intent(inout) :: scanned
+    type(complaints_t), intent(inout) :: complaints
+    integer :: i
+
+    do while (current%first <= current%last)
+      if (source%clean(current%first:current%first) /= ' ') exit
+      current%first = current%first + 1
+    end do
+    current%last = len_trim(source%clean(:current%last))
+    if (current%last >= current%first) then
+      if (source%clean(current%last:current%last) == ',') &
+        current%last = len_trim(source%clean(:current%last - 1))
+    end if
+    if (has_key) then
+      if (current%last < current%first) then
+        call complaints%add(source%file, current%line, trim(current%key)//' has no value')
+        current%is_broken = .true.
+      else if (index(source%mask(current%first:current%last), unclosed) > 0) then
+        current%is_broken = .true.
+      end if
+      scanned%assignments = [scanned%assignments, current]
+    else if (current%last >= current%first .and. .not. current%is_broken) then
+      i = current%first
+      call complaints%add(source%file, source%line(i), 'a value without a key: "'// &
+                          excerpt(source%clean(i:current%last))//'"')
+    end if
+  end subroutine finish_assignment
+
+  !> Number of the `i`-th group called `name`, 0 if there is none.
+  pure integer function find(self, name, i)
+    class(scan_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: i
+    integer :: n
+
+    n = 0
+    do find = 1, size(self%groups)
+      if (self%groups(find)%name == name) n = n + 1
+      if (n == i) return
+    end do
+    find = 0
+  end function find
+
+  !> Number of the assignment of a key that counts, 0 if there is none.
+  pure integer function last_of(self, group, key)
+    class(scan_t), intent(in) :: self
+    integer, intent(in) :: group            !! number of the group
+    character(*), intent(in) :: key
+
+    last_of = 0
+    if (key /= '') last_of = findloc(self%assignments%group == group .and. &
+                                     self%assignments%key == key, .true., dim=1, back=.true.)
+  end function last_of
+
+  !> The value text of assignment number `i`.
+  pure function value(self, i) result(r)
+    class(scan_t), intent(in) :: self
+    integer, intent(in) :: i
+    character(:), allocatable :: r
+
+    r = self%text(self%assignments(i)%first:self%assignments(i)%last)
+  end function value
+
+  !> Let `new` stand for what its group has for the key; its value is appended to the text.
+  subroutine replace(self, new, text)
+    class(scan_t), intent(inout) :: self
+    type(assignment_t), intent(inout) :: new
+    character(*), intent(in) :: text
+
+    new%first = len(self%text) + 1
+    new%last = len(self%text) + len(text)
+    self%text = self%text//text
+    where (self%assignments%group == new%group .and. self%assignments%key == new%key &
+           .and. new%index == 0) self%assignments%key = ''
+    self%assignments = [self%assignments, new]
+  end subroutine replace
+
+  !> Where the values of a key stand: the k-th is text(first(k):last(k)), first(k) = 0 if unwritten.
+  pure subroutine gather(self, group, key, first, last)
+    class(scan_t), intent(in) :: self
+    integer, intent(in) :: group            !! number of the group
+    character(*), intent(in) :: key
+    integer, intent(out) :: first(:), last(:)
+    type(items_t) :: items
+    integer :: i, j, k
+
+    first = 0
+    last = 0
+    do i = 1, size(self%assignments)
+      associate (one => self%assignments(i))
+        if (one%group /= group .or. one%key /= key .or. one%is_broken) cycle
+        call split_values(self%text(one%first:one%last), items)
+        k = max(1, one%index)
+        do j = 1, size(items%first)
+          first(k:min(size(first), k + items%repeat(j) - 1)) = one%first + items%first(j) - 1
+          last(k:min(size(last), k + items%repeat(j) - 1)) = one%first + items%last(j) - 1
+          k = min(size(first) + 1, k + items%repeat(j))
+        end do
+      end associate
+    end do
+  end subroutine gather
+
+  !> All groups as namelist text, one key a line, overrides in place; no newline at the end.
+  pure function text_of_groups(self, table) result(r)
+    class(scan_t), intent(in) :: self
+    type(key_table_t), intent(in) :: table
+    character(:), allocatable :: r
+    integer, allocatable :: first(:), last(:)
+    integer :: g, i, j, k, n
+    logical :: is_whole
+
+    r = ''
+    do i = 1, size(self%groups)
+      g = table%find_group(self%groups(i)%name)
+      if (g == 0) cycle
+      if (r /= '') r = r//newline
+      r = r//'&'//trim(self%groups(i)%name)//newline
+      do k = table%groups(g)%first, table%groups(g)%last
+        allocate (first(abs(table%keys(k)%n)), last(abs(table%keys(k)%n)))
+        call self%gather(i, table%keys(k)%name, first, last)
+        n = findloc(first > 0, .true., dim=1, back=.true.)
+        is_whole = all(first(:n) > 0) .and. n >= table%keys(k)%n
+        do j = 1, n
+          if (first(j) == 0) cycle
+          if (j > 1 .and. is_whole) then
+            r = r//', '
+          else
+            r = r//'  '//trim(table%keys(k)%name)
+            if (.not. is_whole) r = r//'('//str(j)//')'
+            r = r//' = '
+          end if
+          r = r//self%text(first(j):last(j))
+          if (j == n .or. .not. is_whole) r = r//newline
+        end do
+        deallocate (first, last)
+      end do
+      r = r//'/'
+    end do
+  end function text_of_groups
+
+end module setup_scan

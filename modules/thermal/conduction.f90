@@ -1,0 +1,131 @@
+! SPDX-License-Identifier: MIT
+!> Explicit heat conduction on the grid, from and to the particles:
+!> C_i dT_i = -dt sum_p V_p k gradT_p . gradS_ip + waiting heat + film losses of the faces,
+!> C_i = sum_p m_p c_p S_ip; particles take the increment (thesis eqs. 3.71-3.80 with the
+!> capacity as weight).
+module thermal_conduction
+  use base_kinds, only: nlane, rp
+  use transfer_kernels, only: g2p_block, p2g_block
+  implicit none (type, external)
+  private
+
+  public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
+  public :: heat_particles, film_to_grid
+
+  real(rp), parameter :: least_capacity = 1.0e-30_rp   !! [J/K]
+
+contains
+
+  !> Add capacity (lane 1), capacity times temperature (2) and waiting heat (3) of a block.
+  subroutine capacity_to_grid(n, w, first, stride, nn, c_p, mass, temp, heat, rec, g)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), c_p
+    real(rp), intent(in) :: mass(nlane), temp(nlane), heat(nlane)   !! [kg], [K], [J]
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
+    integer :: p
+
+    rec = 0.0_rp
+    do p = 1, n
+      rec(1, 1, p) = mass(p)*c_p
+      rec(2, 1, p) = mass(p)*c_p*temp(p)
+      rec(3, 1, p) = heat(p)
+    end do
+    call p2g_block(n, w, first, rec, stride, nn, g)
+  end subroutine capacity_to_grid
+
+  !> Lanes of a run of nodes: temperature (4) from (2)/(1); (5), the heat to come, is cleared.
+  subroutine nodal_temperature(n, g)
+    integer, intent(in) :: n
+    real(rp), intent(inout) :: g(8, n)
+    integer :: i
+
+    do i = 1, n
+      g(4, i) = 0.0_rp
+      if (g(1, i) > least_capacity) g(4, i) = g(2, i)/g(1, i)
+      g(5, i) = 0.0_rp
+    end do
+  end subroutine nodal_temperature
+
+  !> Heat conducted in `dt` by a block, to lane 5 of `flux`; temperature in lane 4 of `g`.
+  subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, j, mass, g, rec, flux)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), dt, conductivity   !! [s], [W/(m K)]
+    real(rp), intent(in) :: volume                           !! initial volume over mass [m3/kg]
+    real(rp), intent(in) :: j(nlane), mass(nlane), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
+    real(rp) :: c, gx, gy, gz
+    integer :: p
+
+    call g2p_block(n, w, first, stride, nn, g, rec)
+    do p = 1, n
+      c = -dt*conductivity*j(p)*mass(p)*volume
+      gx = rec(4, 2, p)
+      gy = rec(4, 3, p)
+      gz = rec(4, 4, p)
+      rec(:, :, p) = 0.0_rp
+      rec(5, 2, p) = c*gx
+      rec(5, 3, p) = c*gy
+      rec(5, 4, p) = c*gz
+    end do
+    call p2g_block(n, w, first, rec, stride, nn, flux)
+  end subroutine flux_to_grid
+
+  !> Film loss in `dt` of a face at `x`, with linear weights on the nodes: lane 5 of `flux`.
+  subroutine film_to_grid(dt, film, area, ambient, x, origin, h, stride, nn, g, flux, lost)
+    real(rp), intent(in) :: dt, film, area, ambient   !! [s], [W/(m2 K)], [m2], [K]
+    real(rp), intent(in) :: x(3), origin(3), h        !! [m]
+    integer, intent(in) :: stride(3), nn
+    real(rp), intent(in) :: g(8, nn)
+    real(rp), intent(inout) :: flux(8, nn)
+    real(rp), intent(inout) :: lost                   !! running sum [J]
+    real(rp) :: s(3), f(3), temp, weight(0:7), heat
+    integer :: base(3), c, d(3), q(0:7)
+
+    s = (x - origin)/h
+    base = floor(s + 1.0e-9_rp)
+    f = s - base
+    temp = 0.0_rp
+    do c = 0, 7
+      d = [iand(c, 1), iand(ishft(c, -1), 1), iand(ishft(c, -2), 1)]
+      q(c) = 1 + sum((base + d)*stride)
+      weight(c) = product(merge(f, 1.0_rp - f, d == 1))
+      if (g(1, q(c)) <= least_capacity) weight(c) = 0.0_rp
+      temp = temp + weight(c)*g(4, q(c))
+    end do
+    if (sum(weight) <= 0.0_rp) return
+    temp = temp/sum(weight)
+    heat = -dt*film*area*(temp - ambient)
+    do c = 0, 7
+      flux(5, q(c)) = flux(5, q(c)) + heat*weight(c)/sum(weight)
+    end do
+    lost = lost - heat
+  end subroutine film_to_grid
+
+  !> Lane 4 becomes the temperature increment: conducted heat (lane 5 of `flux`) and waiting heat.
+  subroutine temperature_increment(n, flux, g)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: flux(8, n)
+    real(rp), intent(inout) :: g(8, n)
+    integer :: i
+
+    do i = 1, n
+      g(4, i) = 0.0_rp
+      if (g(1, i) > least_capacity) g(4, i) = (flux(5, i) + g(3, i))/g(1, i)
+    end do
+  end subroutine temperature_increment
+
+  !> Particles take the increment in lane 4; their waiting heat is spent.
+  subroutine heat_particles(n, w, first, stride, nn, g, rec, temp, heat)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
+    integer :: p
+
+    call g2p_block(n, w, first, stride, nn, g, rec)
+    do p = 1, n
+      temp(p) = temp(p) + rec(4, 1, p)
+      heat(p) = 0.0_rp
+    end do
+  end subroutine heat_particles
+
+end module thermal_conduction

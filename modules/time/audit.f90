@@ -1,0 +1,15 @@
+! SPDX-License-Identifier: MIT
+!> Names of the energy books that a rank keeps since t = 0 [J]; tools keep their own.
+module time_audit
+  implicit none (type, external)
+  private
+
+  integer, parameter, public :: &
+    e_plastic = 1, &    !! plastic work
+    e_body = 2, &       !! work of gravity and body loads
+    e_wall = 3, &       !! work of walls and prescribed velocities
+    e_grid = 4, &       !! gain of kinetic energy on the grid: forces, contact and walls at work
+    e_film = 5          !! heat lost through the faces
+  integer, parameter, public :: n_sums = 5
+
+end module time_audit

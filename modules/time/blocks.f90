@@ -1,0 +1,123 @@
+! SPDX-License-Identifier: MIT
+!> What a step does with one block of particles, between the transfers: plain arrays, no branches.
+module time_blocks
+  use base_kinds, only: nlane, rp
+  implicit none (type, external)
+  private
+
+  public :: momentum_records, force_records, unpack_velocity, advance_particles
+  public :: kinetic_energy, body_work
+
+contains
+
+  !> Records of mass, momentum, internal and outer force, temperature (times inertial mass).
+  pure subroutine force_records(inertia, volume, acceleration, mass, v, tau, force, temp, rec)
+    real(rp), intent(in) :: inertia              !! mass scaling
+    real(rp), intent(in) :: volume               !! initial volume over mass [m3/kg]
+    real(rp), intent(in) :: acceleration(3)      !! gravity and body load [m/s2]
+    real(rp), intent(in) :: mass(nlane), v(nlane, 3), tau(nlane, 6), force(nlane, 3), temp(nlane)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    real(rp) :: m, vol
+    integer :: p
+
+    do p = 1, nlane
+      m = inertia*mass(p)
+      vol = -volume*mass(p)
+      rec(1, 1, p) = m
+      rec(2, 1, p) = m*v(p, 1); rec(3, 1, p) = m*v(p, 2); rec(4, 1, p) = m*v(p, 3)
+      rec(5, 1, p) = force(p, 1) + mass(p)*acceleration(1)
+      rec(6, 1, p) = force(p, 2) + mass(p)*acceleration(2)
+      rec(7, 1, p) = force(p, 3) + mass(p)*acceleration(3)
+      rec(8, 1, p) = m*temp(p)
+      rec(5, 2, p) = vol*tau(p, 1); rec(6, 2, p) = vol*tau(p, 4); rec(7, 2, p) = vol*tau(p, 6)
+      rec(5, 3, p) = vol*tau(p, 4); rec(6, 3, p) = vol*tau(p, 2); rec(7, 3, p) = vol*tau(p, 5)
+      rec(5, 4, p) = vol*tau(p, 6); rec(6, 4, p) = vol*tau(p, 5); rec(7, 4, p) = vol*tau(p, 3)
+      rec(8, 2, p) = 0.0_rp; rec(8, 3, p) = 0.0_rp; rec(8, 4, p) = 0.0_rp
+    end do
+  end subroutine force_records
+
+  !> Records of mass, momentum and temperature alone.
+  pure subroutine momentum_records(inertia, mass, v, temp, rec)
+    real(rp), intent(in) :: inertia, mass(nlane), v(nlane, 3), temp(nlane)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    real(rp) :: m
+    integer :: p
+
+    do p = 1, nlane
+      m = inertia*mass(p)
+      rec(1, 1, p) = m
+      rec(2, 1, p) = m*v(p, 1); rec(3, 1, p) = m*v(p, 2); rec(4, 1, p) = m*v(p, 3)
+      rec(5:7, 1, p) = 0.0_rp
+      rec(8, 1, p) = m*temp(p)
+      rec(5:8, 2:4, p) = 0.0_rp
+    end do
+  end subroutine momentum_records
+
+  !> Records back to lanes: velocity, its change, its gradient (row by row), temperature.
+  !> Lanes beyond `n` rest at the first lane's temperature.
+  pure subroutine unpack_velocity(n, rec, v, dv, l, temp)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: rec(8, 4, nlane)
+    real(rp), intent(out) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane)
+    integer :: p
+
+    do p = 1, n
+      v(p, 1) = rec(1, 1, p); v(p, 2) = rec(2, 1, p); v(p, 3) = rec(3, 1, p)
+      temp(p) = rec(4, 1, p)
+      dv(p, 1) = rec(5, 1, p); dv(p, 2) = rec(6, 1, p); dv(p, 3) = rec(7, 1, p)
+      l(p, 1) = rec(1, 2, p); l(p, 2) = rec(1, 3, p); l(p, 3) = rec(1, 4, p)
+      l(p, 4) = rec(2, 2, p); l(p, 5) = rec(2, 3, p); l(p, 6) = rec(2, 4, p)
+      l(p, 7) = rec(3, 2, p); l(p, 8) = rec(3, 3, p); l(p, 9) = rec(3, 4, p)
+    end do
+    if (n == nlane) return
+    v(n + 1:, :) = 0.0_rp
+    dv(n + 1:, :) = 0.0_rp
+    l(n + 1:, :) = 0.0_rp
+    temp(n + 1:) = temp(1)
+  end subroutine unpack_velocity
+
+  !> Velocity by FLIP with a PIC fraction, position by the grid velocity; largest squared speed.
+  pure subroutine advance_particles(n, dt, pic, vg, dv, x, v, fastest)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: dt, pic
+    real(rp), intent(in) :: vg(nlane, 3), dv(nlane, 3)   !! [m/s]
+    real(rp), intent(inout) :: x(nlane, 3), v(nlane, 3)
+    real(rp), intent(inout) :: fastest                   !! running maximum [m2/s2]
+    real(rp) :: s(nlane)
+    integer :: a, p
+
+    do a = 1, 3
+      !$omp simd
+      do p = 1, nlane
+        v(p, a) = (1.0_rp - pic)*(v(p, a) + dv(p, a)) + pic*vg(p, a)
+        x(p, a) = x(p, a) + dt*vg(p, a)
+      end do
+    end do
+    s = vg(:, 1)**2 + vg(:, 2)**2 + vg(:, 3)**2
+    do p = 1, n
+      fastest = max(fastest, merge(s(p), huge(1.0_rp), s(p) <= huge(1.0_rp)))   ! NaN counts as huge
+    end do
+  end subroutine advance_particles
+
+  !> Kinetic energy of a block, without mass scaling [J].
+  pure real(rp) function kinetic_energy(mass, v)
+    real(rp), intent(in) :: mass(nlane), v(nlane, 3)
+    real(rp) :: s(nlane)
+
+    s = 0.5_rp*mass*(v(:, 1)**2 + v(:, 2)**2 + v(:, 3)**2)
+    kinetic_energy = sum(s)
+  end function kinetic_energy
+
+  !> Work of `acceleration` on a block in a step [J].
+  pure real(rp) function body_work(n, dt, acceleration, mass, vg, dv)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: dt, acceleration(3), mass(nlane), vg(nlane, 3), dv(nlane, 3)
+    integer :: p
+
+    body_work = 0.0_rp
+    do p = 1, n
+      body_work = body_work + dt*mass(p)*dot_product(acceleration, vg(p, :) - 0.5_rp*dv(p, :))
+    end do
+  end function body_work
+
+end module time_blocks

@@ -1,0 +1,148 @@
+! SPDX-License-Identifier: MIT
+!> Conduction on its own time step: as many mechanical steps are gathered as stability allows.
+module time_heat
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
+  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, &
+                                nodal_temperature, temperature_increment
+  use time_audit, only: e_film
+  use time_nodes, only: clear_nodes
+  use time_state, only: simulation_t
+  use transfer_weights, only: block_weights
+  implicit none (type, external)
+  private
+
+  public :: conduct, conduction_step
+
+contains
+
+  !> Largest conduction step of the scene [s]: FOURIER h^2 rho c/k over all materials.
+  pure real(rp) function conduction_step(sim)
+    type(simulation_t), intent(in) :: sim
+    integer :: m
+
+    conduction_step = huge(1.0_rp)
+    do m = 1, size(sim%scene%material)
+      associate (mat => sim%scene%material(m))
+        if (mat%conductivity > 0.0_rp) conduction_step = min(conduction_step, &
+          sim%scene%method%fourier*sim%scene%grid%h**2*mat%rho*mat%c_p/mat%conductivity)
+      end associate
+    end do
+  end function conduction_step
+
+  !> One conduction step of length `dt`.
+  subroutine conduct(world, sim, dt)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                  !! [s]
+    integer :: b, r
+
+    call clear_nodes(sim, sim%g)
+    do b = 1, sim%particles%nblk
+      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%rec, sim%g)
+    end do
+    call sim%halo%sum(world, sim%patch%nn, sim%g)
+    do r = 1, sim%n_runs
+      call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
+                             sim%g(:, sim%run(1, r):sim%run(2, r)))
+    end do
+    call clear_nodes(sim, sim%g2)
+    do b = 1, sim%particles%nblk
+      call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
+                         sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g, sim%g2)
+    end do
+    call sim%halo%sum(world, sim%patch%nn, sim%g2)
+    do r = 1, sim%n_runs
+      call temperature_increment(sim%run(2, r) - sim%run(1, r) + 1, &
+                                 sim%g2(:, sim%run(1, r):sim%run(2, r)), &
+                                 sim%g(:, sim%run(1, r):sim%run(2, r)))
+    end do
+    do b = 1, sim%particles%nblk
+      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                      sim%particles%ps(:, :, b), sim%rec, sim%g)
+    end do
+  end subroutine conduct
+
+  subroutine weights_of(sim, body, x, w, first)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body
+    real(rp), intent(in) :: x(nlane, 3)
+    real(rp), intent(out) :: w(nlane, 18)
+    integer, intent(out) :: first(nlane)
+
+    call block_weights(sim%patch%origin, 1.0_rp/sim%patch%h, sim%domain(body), sim%patch%stride, x, &
+                       w, first)
+  end subroutine weights_of
+
+  subroutine gather_block(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call capacity_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, &
+                          sim%scene%material(sim%scene%body(body)%material)%c_p, ps(1, f_mass), &
+                          ps(1, f_temp), ps(1, f_heat), rec, g)
+  end subroutine gather_block
+
+  subroutine diffuse_block(sim, b, body, n, dt, nf, ps, rec, g, flux)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: b, body, n, nf
+    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, sim%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim, body, ps(1, f_pos), w, first)
+    associate (mat => sim%scene%material(sim%scene%body(body)%material))
+      call flux_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, dt, mat%conductivity, &
+                        1.0_rp/mat%rho, ps(1, f_jac), ps(1, f_mass), g, rec, flux)
+    end associate
+    if (any(sim%scene%body(body)%film > 0.0_rp)) call lose_heat(sim, b, body, n, dt, nf, ps, g, flux)
+  end subroutine diffuse_block
+
+  !> Film losses of the particles of a block that lie on a face.
+  subroutine lose_heat(sim, b, body, n, dt, nf, ps, g, flux)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: b, body, n, nf
+    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
+    real(rp), intent(inout) :: flux(8, sim%patch%nn)
+    real(rp) :: x(3)
+    integer :: axis, face, faces, p
+
+    associate (body_now => sim%scene%body(body))
+      do p = 1, n
+        faces = tag_faces(sim%particles%tag(p, b))
+        if (faces == 0) cycle
+        do face = 1, 6
+          if (.not. btest(faces, face - 1) .or. body_now%film(face) <= 0.0_rp) cycle
+          axis = (face + 1)/2
+          x = ps(p, f_pos:f_pos + 2)
+          x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing
+          call film_to_grid(dt, body_now%film(face), body_now%spacing**2, body_now%ambient(face), x, &
+                            sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, flux, &
+                            sim%sums(e_film))
+        end do
+      end do
+    end associate
+  end subroutine lose_heat
+
+  subroutine warm_block(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+    real(rp), intent(in) :: g(8, sim%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call heat_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, rec, ps(1, f_temp), &
+                        ps(1, f_heat))
+  end subroutine warm_block
+
+end module time_heat

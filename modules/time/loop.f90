@@ -1,0 +1,198 @@
+! SPDX-License-Identifier: MIT
+!> The time loop: step, conduct, sort, write, and stop in good order.
+module time_loop
+  use base_errors, only: error_t
+  use base_kinds, only: rp
+  use base_system, only: stop_signal
+  use base_text, only: str
+  use comm_world, only: world_t
+  use particles_migrate, only: find_outside
+  use particles_store, only: f_pos, f_vel, tag_id
+  use time_heat, only: conduct, conduction_step
+  use time_records, only: energies
+  use time_regrid, only: regrid
+  use time_resume, only: checkpoint_path, save_checkpoint
+  use time_state, only: simulation_t
+  use time_step, only: take_step
+  use time_sweeps, only: report_t
+  use time_writing, only: writer_t
+  implicit none (type, external)
+  private
+
+  public :: run, begin, stable_step
+
+  ! Why a run ended; the program's exit status.
+  integer, parameter, public :: ended_well = 0, ended_broken = 3, ended_by_signal = 75, ended_io = 4
+
+contains
+
+  !> Books and clock of a fresh run, whose particles stand and are sorted.
+  subroutine begin(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: energy(2), heat, unused(3), most(2)
+    integer :: b, k, m
+
+    call energies(sim, energy(1), energy(2), heat, unused(1), unused(2), unused(3))
+    call world%sum(energy)
+    sim%kinetic0 = energy(1)
+    sim%elastic0 = energy(2)
+    most = 0.0_rp
+    do b = 1, sim%particles%nblk
+      associate (ps => sim%particles%ps(1:sim%particles%count(b), :, b))
+        most(2) = max(most(2), maxval(ps(:, f_vel)**2 + ps(:, f_vel + 1)**2 + ps(:, f_vel + 2)**2))
+      end associate
+    end do
+    do m = 1, size(sim%scene%material)
+      most(1) = max(most(1), sim%scene%material(m)%wave_speed()**2)
+    end do
+    call world%max(most)
+    sim%clock%stiffness = most(1)
+    sim%clock%max_speed = sqrt(most(2))
+    do k = 1, size(sim%tool)
+      call sim%tool(k)%move_to(0.0_rp)
+    end do
+  end subroutine begin
+
+  !> Stable mechanical step: CFL h over the fastest wave (scaled) and particle; [s].
+  pure real(rp) function stable_step(sim)
+    type(simulation_t), intent(in) :: sim
+
+    associate (method => sim%scene%method)
+      stable_step = method%fixed_dt
+      if (stable_step > 0.0_rp) return
+      stable_step = method%cfl*sim%scene%grid%h &
+                    /(sqrt(sim%clock%stiffness/method%mass_scaling) + sim%clock%max_speed)
+    end associate
+  end function stable_step
+
+  !> Run to the end, or until a signal or a lost particle stops it.
+  subroutine run(world, sim, is_resumed, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_resumed
+    integer, intent(out) :: status
+    character(:), allocatable, intent(out) :: message
+    type(writer_t) :: writer
+    type(error_t) :: error
+
+    status = ended_well
+    message = ''
+    call writer%init(world, sim, is_resumed, error)
+    if (.not. is_resumed) call writer%due(world, sim, .false., error)
+    do while (.not. is_finished(sim) .and. .not. error%is_set())
+      call advance(world, sim, status, message)
+      if (status == ended_broken) exit
+      call writer%due(world, sim, .false., error)
+      call writer%progress(world, sim)
+      if (status /= ended_well) exit
+    end do
+    if (status == ended_well .and. .not. error%is_set()) call writer%due(world, sim, .true., error)
+    if (status /= ended_well) then
+      call save_checkpoint(world, sim, error)
+      message = message//'; checkpoint '//checkpoint_path(sim)
+    end if
+    call writer%close(error)
+    if (error%is_set()) then
+      status = ended_io
+      message = error%message
+    end if
+  end subroutine run
+
+  pure logical function is_finished(sim)
+    type(simulation_t), intent(in) :: sim
+
+    is_finished = sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)
+    if (sim%scene%max_steps > 0) is_finished = is_finished .or. sim%clock%step >= sim%scene%max_steps
+  end function is_finished
+
+  !> One turn of the loop: sort if due, step, conduct if due, one reduction.
+  subroutine advance(world, sim, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+    type(report_t) :: report
+    real(rp) :: most(4), dt
+
+    if (sort_is_due(sim)) then
+      call check_inside(world, sim, status, message)
+      if (status /= ended_well) return
+      call regrid(world, sim)
+    end if
+    dt = min(stable_step(sim), sim%scene%end_time - sim%clock%time)
+    sim%clock%dt = dt
+    call take_step(world, sim, dt, report)
+    sim%clock%time = sim%clock%time + dt
+    sim%clock%step = sim%clock%step + 1
+    if (sim%scene%method%conducts) then
+      if (sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim)) then
+        call conduct(world, sim, sim%clock%time - sim%clock%heat_time)
+        sim%clock%heat_time = sim%clock%time
+      end if
+    end if
+    most = [report%stiffness, report%speed2, real(stop_signal(), rp), real(sim%failed_returns, rp)]
+    call world%max(most)
+    sim%clock%stiffness = most(1)
+    sim%clock%max_speed = sqrt(most(2))
+    sim%clock%travel = sim%clock%travel + dt*sim%clock%max_speed
+    if (dt*sim%clock%max_speed > 0.5_rp*sim%scene%grid%h) then
+      status = ended_broken
+      call name_fastest(world, sim, message)
+    else if (most(3) > 0.0_rp) then
+      status = ended_by_signal
+      message = 'signal '//str(nint(most(3)))//' stopped the run at step '//str(sim%clock%step)// &
+                ', t = '//str(sim%clock%time)//' s'
+    end if
+  end subroutine advance
+
+  pure logical function sort_is_due(sim)
+    type(simulation_t), intent(in) :: sim
+
+    sort_is_due = sim%clock%step - sim%clock%sorted_at >= sim%scene%method%sort_interval &
+                  .or. sim%clock%travel > 0.5_rp*sim%scene%grid%h
+  end function sort_is_due
+
+  !> A particle outside the grid ends the run on all ranks.
+  subroutine check_inside(world, sim, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+    character(:), allocatable :: mine
+
+    mine = find_outside(sim%scene%grid, sim%particles)
+    if (world%all_true(mine == '')) return
+    status = ended_broken
+    call world%share_message(mine, message)
+    message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
+  end subroutine check_inside
+
+  !> A step moved something by more than half a cell: say which particle.
+  subroutine name_fastest(world, sim, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable, intent(inout) :: message
+    character(:), allocatable :: mine
+    real(rp) :: x(3), v(3), limit
+    integer :: b, p
+
+    mine = ''
+    limit = 0.25_rp*sim%clock%max_speed
+    search: do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        x = sim%particles%ps(p, f_pos:f_pos + 2, b)
+        v = sim%particles%ps(p, f_vel:f_vel + 2, b)
+        if (norm2(v) < limit .and. norm2(x) < huge(1.0_rp)) cycle   ! a NaN is found here as well
+        mine = 'particle '//str(tag_id(sim%particles%tag(p, b)))//' runs away: at ('//str(x(1))// &
+               ', '//str(x(2))//', '//str(x(3))//') m with velocity ('//str(v(1))//', '//str(v(2))// &
+               ', '//str(v(3))//') m/s'
+        exit search
+      end do
+    end do search
+    call world%share_message(mine, message)
+    if (message == '') message = 'a particle moved more than half a cell in one step'
+    message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
+  end subroutine name_fastest
+
+end module time_loop

@@ -1,0 +1,100 @@
+! SPDX-License-Identifier: MIT
+!> Work on the nodes in use: clear them, turn momentum and force into velocities, hold the walls.
+!> A record comes in as mass, momentum (3), force (3), mass times temperature and goes out as
+!> velocity (3), temperature, velocity change (3), mass.
+module time_nodes
+  use base_kinds, only: rp
+  use time_audit, only: e_grid, e_wall
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: clear_nodes, update_nodes, hold_walls
+
+  real(rp), parameter :: least_mass = 1.0e-30_rp   !! below this a node is empty [kg]
+
+contains
+
+  !> Zero the records of all nodes in use.
+  subroutine clear_nodes(sim, g)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    integer :: r
+
+    do r = 1, sim%n_runs
+      g(:, sim%run(1, r):sim%run(2, r)) = 0.0_rp
+    end do
+  end subroutine clear_nodes
+
+  !> New velocities of the nodes in use (USL: v = (p + dt f)/m) and the kinetic energy they gain.
+  subroutine update_nodes(sim, dt, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt              !! [s]
+    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    real(rp) :: gained
+    integer :: r
+
+    do r = 1, sim%n_runs
+      call update_run(sim%run(2, r) - sim%run(1, r) + 1, dt, g(1, sim%run(1, r)), gained)
+      if (sim%run(3, r) == 1) sim%sums(e_grid) = sim%sums(e_grid) + gained
+    end do
+  end subroutine update_nodes
+
+  subroutine update_run(n, dt, g, gained)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: dt
+    real(rp), intent(inout) :: g(8, n)
+    real(rp), intent(out) :: gained
+    real(rp) :: m, inv, d1, d2, d3, v1, v2, v3
+    integer :: i
+
+    gained = 0.0_rp
+    do i = 1, n
+      m = g(1, i)
+      inv = 0.0_rp
+      if (m > least_mass) inv = 1.0_rp/m
+      d1 = dt*g(5, i)*inv
+      d2 = dt*g(6, i)*inv
+      d3 = dt*g(7, i)*inv
+      v1 = g(2, i)*inv + d1
+      v2 = g(3, i)*inv + d2
+      v3 = g(4, i)*inv + d3
+      gained = gained + m*(d1*(v1 - 0.5_rp*d1) + d2*(v2 - 0.5_rp*d2) + d3*(v3 - 0.5_rp*d3))
+      g(1, i) = v1
+      g(2, i) = v2
+      g(3, i) = v3
+      g(4, i) = g(8, i)*inv
+      g(5, i) = d1
+      g(6, i) = d2
+      g(7, i) = d3
+      g(8, i) = m
+    end do
+  end subroutine update_run
+
+  !> Give the nodes of walls and clamps their velocity; book the work.
+  subroutine hold_walls(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    real(rp) :: value, before, impulse
+    integer :: a, i, q
+
+    do i = 1, sim%n_fixed
+      q = sim%fixed(1, i)
+      associate (rule => sim%scene%constraint(sim%fixed(2, i)))
+        do a = 1, 3
+          if (.not. rule%component(a)) cycle
+          value = rule%velocity(a)
+          before = g(a, q) - g(4 + a, q)
+          if (sim%fixed(3, i) == 1) then
+            impulse = g(8, q)*(value - g(a, q))
+            sim%sums(e_wall) = sim%sums(e_wall) + impulse*0.5_rp*(before + value)
+            sim%sums(e_grid) = sim%sums(e_grid) + impulse*0.5_rp*(g(a, q) + value)
+          end if
+          g(a, q) = value
+          g(4 + a, q) = value - before
+        end do
+      end associate
+    end do
+  end subroutine hold_walls
+
+end module time_nodes

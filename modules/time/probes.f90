@@ -1,0 +1,79 @@
+! SPDX-License-Identifier: MIT
+!> Thermocouples: massless points that ride in the material and read its nodal temperature.
+module time_probes
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use grid_geometry, only: grid_t, nearest_node, patch_t
+  use time_state, only: probes_t
+  implicit none (type, external)
+  private
+
+  public :: move_probes, share_probes, claim_probes
+
+contains
+
+  !> Carry this rank's probes by the grid velocity and read the temperature there (linear weights).
+  subroutine move_probes(dt, patch, g, probes)
+    real(rp), intent(in) :: dt                  !! [s]
+    type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: g(8, patch%nn)      !! velocity, temperature, -, mass of the nodes
+    type(probes_t), intent(inout) :: probes
+    real(rp) :: s(3), w(3), record(8), total, weight
+    integer :: base(3), c, d(3), n, q
+
+    do n = 1, probes%n
+      if (.not. probes%is_mine(n)) cycle
+      s = (probes%x(:, n) - patch%origin)/patch%h
+      base = floor(s)
+      w = s - base
+      record = 0.0_rp
+      total = 0.0_rp
+      do c = 0, 7
+        d = [iand(c, 1), iand(ishft(c, -1), 1), iand(ishft(c, -2), 1)]
+        q = 1 + sum((base + d)*patch%stride)
+        if (g(8, q) <= 0.0_rp) cycle            ! an empty node says nothing
+        weight = product(merge(w, 1.0_rp - w, d == 1))
+        record = record + weight*g(:, q)
+        total = total + weight
+      end do
+      if (total <= 0.0_rp) cycle
+      probes%x(:, n) = probes%x(:, n) + dt*record(1:3)/total
+      probes%temperature(n) = record(4)/total
+    end do
+  end subroutine move_probes
+
+  !> Give all ranks the places and temperatures that their movers know.
+  subroutine share_probes(world, probes)
+    type(world_t), intent(in) :: world
+    type(probes_t), intent(inout) :: probes
+    real(rp), allocatable :: known(:)
+    integer :: i, n
+
+    n = probes%n
+    if (n == 0) return
+    allocate (known(5*n), source=0.0_rp)
+    do i = 1, n
+      if (.not. probes%is_mine(i)) cycle
+      known(5*i - 4:5*i) = [probes%x(:, i), probes%temperature(i), 1.0_rp]
+    end do
+    call world%sum(known)
+    do i = 1, n
+      if (known(5*i) < 0.5_rp) cycle
+      probes%x(:, i) = known(5*i - 4:5*i - 2)
+      probes%temperature(i) = known(5*i - 1)
+    end do
+  end subroutine share_probes
+
+  !> A probe is moved by the rank that owns its nearest node.
+  subroutine claim_probes(grid, patch, probes)
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
+    type(probes_t), intent(inout) :: probes
+    integer :: n
+
+    do n = 1, probes%n
+      probes%is_mine(n) = patch%own%has(nearest_node(grid, probes%x(:, n)))
+    end do
+  end subroutine claim_probes
+
+end module time_probes

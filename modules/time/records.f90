@@ -1,0 +1,158 @@
+! SPDX-License-Identifier: MIT
+!> Rows of the histories: energies and their audit, temperatures, and what each tool feels.
+module time_records
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
+                          s_torque, s_work
+  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
+  use physics_elastic, only: elastic_energy
+  use time_audit, only: e_body, e_film, e_grid, e_plastic, e_wall, n_sums
+  use time_blocks, only: kinetic_energy
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: history_columns, history_row, energies
+
+  integer, parameter :: n_common = 19, n_per_tool = 9
+
+contains
+
+  !> Column names with units: the common ones, then nine for each tool.
+  function history_columns(sim) result(columns)
+    type(simulation_t), intent(in) :: sim
+    character(48), allocatable :: columns(:)
+    integer :: k, c
+
+    allocate (columns(n_common + n_per_tool*size(sim%tool)))
+    columns(1:n_common) = [character(48) :: 'time[s]', 'step', 'dt[s]', 'kinetic[J]', 'elastic[J]', &
+      'plastic_work[J]', 'tool_work[J]', 'body_work[J]', 'wall_work[J]', 'friction_heat[J]', &
+      'contact_loss[J]', 'numerical_loss[J]', 'audit_error[%]', 'film_loss[J]', 'heat_content[J]', &
+      'temperature_max[K]', 'strain_rate_max[1/s]', 'kinetic_over_internal[%]', &
+      'inertial_stress_over_flow[%]']
+    do k = 1, size(sim%tool)
+      c = n_common + n_per_tool*(k - 1)
+      associate (name => sim%tool(k)%name)
+        columns(c + 1) = trim(name)//'_torque[Nm]'
+        columns(c + 2) = trim(name)//'_force_x[N]'
+        columns(c + 3) = trim(name)//'_force_y[N]'
+        columns(c + 4) = trim(name)//'_force_z[N]'
+        columns(c + 5) = trim(name)//'_power[W]'
+        columns(c + 6) = trim(name)//'_friction_power[W]'
+        columns(c + 7) = trim(name)//'_interface_velocity[m/s]'
+        columns(c + 8) = trim(name)//'_tool_velocity[m/s]'
+        columns(c + 9) = trim(name)//'_friction_share[%]'
+      end associate
+    end do
+  end function history_columns
+
+  !> Kinetic energy (with mass scaling), elastic energy and heat content of this rank [J], hottest
+  !> particle [K], largest strain rate [1/s] and inertial over flow stress.
+  subroutine energies(sim, kinetic, elastic, heat, hottest, fastest, ratio)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(out) :: kinetic, elastic, heat, hottest, fastest, ratio
+    integer :: b, n
+
+    kinetic = 0.0_rp
+    elastic = 0.0_rp
+    heat = 0.0_rp
+    hottest = 0.0_rp
+    fastest = 0.0_rp
+    ratio = 0.0_rp
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
+      associate (ps => sim%particles%ps(:, :, b), &
+                 mat => sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
+        kinetic = kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
+        elastic = elastic + elastic_energy(n, mat%k, mat%g, mat%expansion, mat%t_ref, mat%rho, &
+                                           ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
+                                           ps(:, f_bbar:f_bbar + 5))
+        heat = heat + mat%c_p*sum(ps(1:n, f_mass)*ps(1:n, f_temp)) + sum(ps(1:n, f_heat))
+        hottest = max(hottest, maxval(ps(1:n, f_temp)))
+        fastest = max(fastest, maxval(ps(1:n, f_rate)))
+        ratio = max(ratio, inertial_stress_ratio(n, sim%scene%method%mass_scaling*mat%rho, &
+                                                 ps(:, f_vel:f_vel + 2), ps(:, f_flow)))
+      end associate
+    end do
+    kinetic = sim%scene%method%mass_scaling*kinetic
+  end subroutine energies
+
+  !> Mean of chi rho v^2 over mean flow stress of a block that yields: is the mass scaling too large?
+  pure real(rp) function inertial_stress_ratio(n, rho, v, flow)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: rho, v(nlane, 3), flow(nlane)
+
+    inertial_stress_ratio = 0.0_rp
+    if (sum(flow(1:n)) <= 0.0_rp) return
+    inertial_stress_ratio = rho*sum(v(1:n, 1)**2 + v(1:n, 2)**2 + v(1:n, 3)**2)/sum(flow(1:n))
+  end function inertial_stress_ratio
+
+  !> Collective: one row of the history, and its warning figures.
+  subroutine history_row(world, sim, row)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), allocatable, intent(out) :: row(:)
+    real(rp), allocatable :: all(:), tool(:, :)
+    real(rp) :: most(3), kinetic, elastic, heat, work, friction, normal, given, taken, loss, scale
+    integer :: k
+
+    allocate (all(n_sums + 3 + n_tool_sums*size(sim%tool)), tool(n_tool_sums, size(sim%tool)))
+    call energies(sim, kinetic, elastic, heat, most(1), most(2), most(3))
+    all(1:n_sums) = sim%sums
+    all(n_sums + 1:n_sums + 3) = [kinetic, elastic, heat]
+    do k = 1, size(sim%tool)
+      all(n_sums + 4 + n_tool_sums*(k - 1):n_sums + 3 + n_tool_sums*k) = sim%tool(k)%sums
+    end do
+    call world%sum(all)
+    call world%max(most)
+    kinetic = all(n_sums + 1)
+    elastic = all(n_sums + 2)
+    heat = all(n_sums + 3)
+    tool = reshape(all(n_sums + 4:), shape(tool))
+    work = sum(tool(s_work, :))
+    friction = sum(tool(s_friction, :))
+    normal = sum(tool(s_normal, :))
+    loss = all(e_grid) - (kinetic - sim%kinetic0)
+    given = work + all(e_body) + all(e_wall)
+    taken = friction + normal + all(e_plastic) + elastic - sim%elastic0 + kinetic - sim%kinetic0 + loss
+    scale = max(abs(work) + abs(all(e_body)) + abs(all(e_wall)), sim%kinetic0 + sim%elastic0, &
+                tiny(1.0_rp))
+    allocate (row(n_common + n_per_tool*size(sim%tool)))
+    row(1:n_common) = [sim%clock%time, real(sim%clock%step, rp), sim%clock%dt, kinetic, elastic, &
+      all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
+      100.0_rp*(given - taken)/scale, all(e_film), heat, most(1), most(2), &
+      100.0_rp*kinetic/max(elastic + all(e_plastic) + friction, tiny(1.0_rp)), 100.0_rp*most(3)]
+    call tool_columns(sim, tool, row(n_common + 1:))
+  end subroutine history_row
+
+  !> Means of each tool's force, torque, powers and speeds since the last row.
+  subroutine tool_columns(sim, tool, columns)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: tool(:, :)
+    real(rp), intent(out) :: columns(:)
+    real(rp) :: d(n_tool_sums), per_second, per_press
+    integer :: c, k
+
+    if (.not. allocated(sim%row_sums)) allocate (sim%row_sums(n_tool_sums, size(sim%tool)), source=0.0_rp)
+    per_second = 0.0_rp
+    if (sim%clock%time > sim%row_time) per_second = 1.0_rp/(sim%clock%time - sim%row_time)
+    do k = 1, size(sim%tool)
+      d = tool(:, k) - sim%row_sums(:, k)
+      per_press = 0.0_rp
+      if (d(s_press) > 0.0_rp) per_press = 1.0_rp/d(s_press)
+      c = n_per_tool*(k - 1)
+      columns(c + 1) = d(s_torque)*per_second
+      columns(c + 2:c + 4) = d(s_force:s_force + 2)*per_second
+      columns(c + 5) = d(s_work)*per_second
+      columns(c + 6) = d(s_friction)*per_second
+      columns(c + 7) = d(s_creep)*per_press
+      columns(c + 8) = d(s_slide)*per_press
+      columns(c + 9) = 0.0_rp
+      if (abs(d(s_work)) > 0.0_rp) columns(c + 9) = 100.0_rp*d(s_friction)/d(s_work)
+    end do
+    sim%row_sums = tool
+    sim%row_time = sim%clock%time
+  end subroutine tool_columns
+
+end module time_records

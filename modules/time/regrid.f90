@@ -1,0 +1,248 @@
+! SPDX-License-Identifier: MIT
+!> Every few dozen steps: balance the ranks, migrate and sort particles, list the nodes in use.
+module time_regrid
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use grid_geometry, only: box_t, halo, make_patch, nearest_node
+  use grid_partition, only: bisect, imbalance
+  use particles_migrate, only: redistribute
+  use particles_store, only: f_pos
+  use time_probes, only: claim_probes, share_probes
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: regrid, relist, first_partition
+
+contains
+
+  !> Cut the grid for the first time, by where the particles are.
+  subroutine first_partition(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+
+    if (.not. allocated(sim%boxes)) allocate (sim%boxes(0:world%size - 1))
+    call partition(world, sim)
+  end subroutine first_partition
+
+  !> Balance if needed, migrate, sort, and list nodes in use.
+  subroutine regrid(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+
+    call share_probes(world, sim%probes)
+    if (world%size > 1) then
+      if (imbalance(world, real(sim%particles%total(), rp)) > sim%scene%method%rebalance) &
+        call partition(world, sim)
+    end if
+    call redistribute(world, sim%scene%grid, sim%patch, sim%boxes, size(sim%scene%body), &
+                      sim%particles)
+    sim%clock%travel = 0.0_rp
+    sim%clock%sorted_at = sim%clock%step
+    call relist(world, sim)
+  end subroutine regrid
+
+  !> New boxes for all ranks by particle numbers.
+  subroutine partition(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, allocatable :: nodes(:, :)
+    real(rp), allocatable :: weight(:)
+    integer :: b, c, p, n
+
+    n = sim%particles%total()
+    allocate (nodes(3, n), weight(n))
+    weight = 1.0_rp
+    c = 0
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        c = c + 1
+        nodes(:, c) = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b))
+      end do
+    end do
+    call bisect(world, sim%scene%grid, nodes, weight, sim%boxes)
+    sim%patch = make_patch(sim%scene%grid, sim%boxes(world%rank))
+    call sim%allocate_grid()
+  end subroutine partition
+
+  !> List what depends on where particles are: shared nodes, nodes in use, wall nodes, balls.
+  subroutine relist(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    type(box_t) :: active
+
+    active = box_in_use(world, sim)
+    call sim%halo%init(world, sim%patch, sim%boxes, active)
+    call list_runs(sim)
+    call list_fixed(sim)
+    call enclose_blocks(sim)
+    call claim_probes(sim%scene%grid, sim%patch, sim%probes)
+  end subroutine relist
+
+  !> Box of the nodes that any particle of any rank may touch until the next sort.
+  type(box_t) function box_in_use(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: extent(6)
+    integer :: a, b, n
+
+    extent = -huge(1.0_rp)
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
+      do a = 1, 3
+        associate (x => sim%particles%ps(1:n, f_pos + a - 1, b))
+          extent(a) = max(extent(a), maxval(x))
+          extent(3 + a) = max(extent(3 + a), -minval(x))
+        end associate
+      end do
+    end do
+    call world%max(extent)
+    box_in_use = box_t()
+    if (extent(1) < -extent(4)) return
+    box_in_use%lo = nearest_node(sim%scene%grid, -extent(4:6)) - halo
+    box_in_use%hi = nearest_node(sim%scene%grid, extent(1:3)) + halo
+  end function box_in_use
+
+  !> Runs of consecutive nodes in use; a run is wholly owned or wholly another rank's.
+  subroutine list_runs(sim)
+    type(simulation_t), intent(inout) :: sim
+    logical, allocatable :: used(:, :, :)
+    integer, allocatable :: list(:, :)
+    integer :: b, i, j, k, n(3), p, ijk(3), start, owned
+    logical :: row_owned
+
+    n = 0
+    if (sim%patch%nn > 0) n = sim%patch%all%hi - sim%patch%all%lo + 1
+    allocate (used(n(3), n(2), n(1)), source=.false.)
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        ijk = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)) &
+              - sim%patch%all%lo + 1
+        used(ijk(3), ijk(2), ijk(1)) = .true.
+      end do
+    end do
+    call dilate(used)
+    call mark_shared(sim%halo%shared, size(used), used)
+    allocate (list(3, 64))
+    sim%n_runs = 0
+    do i = 1, n(1)
+      do j = 1, n(2)
+        row_owned = all([i, j] - 1 + sim%patch%all%lo(1:2) >= sim%patch%own%lo(1:2)) &
+                    .and. all([i, j] - 1 + sim%patch%all%lo(1:2) <= sim%patch%own%hi(1:2))
+        k = 1
+        do while (k <= n(3))
+          if (.not. used(k, j, i)) then
+            k = k + 1
+            cycle
+          end if
+          start = k
+          owned = ownership(k)
+          do while (k <= n(3))
+            if (.not. used(k, j, i)) exit
+            if (ownership(k) /= owned) exit
+            k = k + 1
+          end do
+          call append(list, sim%n_runs, [start, k - 1, 0] + [1, 1, 0]*(n(3)*(j - 1 + n(2)*(i - 1))) &
+                      + [0, 0, owned])
+        end do
+      end do
+    end do
+    call move_alloc(list, sim%run)
+  contains
+    pure integer function ownership(k)
+      integer, intent(in) :: k
+
+      ownership = merge(1, 0, row_owned .and. k - 1 + sim%patch%all%lo(3) >= sim%patch%own%lo(3) &
+                        .and. k - 1 + sim%patch%all%lo(3) <= sim%patch%own%hi(3))
+    end function ownership
+  end subroutine list_runs
+
+  !> Mark all nodes up to `halo` away from a marked one along each axis.
+  pure subroutine dilate(used)
+    logical, intent(inout) :: used(:, :, :)
+    logical, allocatable :: old(:, :, :)
+    integer :: a, s
+
+    do a = 1, 3
+      old = used
+      do s = 1, halo
+        used = used .or. eoshift(old, s, .false., a) .or. eoshift(old, -s, .false., a)
+      end do
+    end do
+  end subroutine dilate
+
+  pure subroutine mark_shared(shared, n, used)
+    integer, intent(in) :: shared(:), n
+    logical, intent(inout) :: used(n)
+    integer :: i
+
+    do i = 1, size(shared)
+      used(shared(i)) = .true.
+    end do
+  end subroutine mark_shared
+
+  !> Add `entry` behind the `n` entries of a growing list.
+  pure subroutine append(list, n, entry)
+    integer, allocatable, intent(inout) :: list(:, :)
+    integer, intent(inout) :: n
+    integer, intent(in) :: entry(3)
+    integer, allocatable :: longer(:, :)
+
+    if (n == size(list, 2)) then
+      allocate (longer(3, 2*n))
+      longer(:, 1:n) = list
+      call move_alloc(longer, list)
+    end if
+    n = n + 1
+    list(:, n) = entry
+  end subroutine append
+
+  !> Nodes in use that a wall or clamp holds.
+  subroutine list_fixed(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer, allocatable :: list(:, :)
+    real(rp) :: x(3), slack
+    integer :: c, ijk(3), q, r, rest
+
+    allocate (list(3, 64))
+    sim%n_fixed = 0
+    slack = 1.0e-6_rp*sim%scene%grid%h
+    do r = 1, sim%n_runs
+      do q = sim%run(1, r), sim%run(2, r)
+        rest = q - 1
+        ijk(1) = rest/sim%patch%stride(1)
+        rest = rest - ijk(1)*sim%patch%stride(1)
+        ijk(2) = rest/sim%patch%stride(2)
+        ijk(3) = rest - ijk(2)*sim%patch%stride(2)
+        x = sim%patch%origin + sim%patch%h*real(ijk, rp)
+        do c = 1, size(sim%scene%constraint)
+          associate (rule => sim%scene%constraint(c))
+            if (any(x < rule%lower - slack) .or. any(x > rule%upper + slack)) cycle
+          end associate
+          call append(list, sim%n_fixed, [q, c, sim%run(3, r)])
+        end do
+      end do
+    end do
+    call move_alloc(list, sim%fixed)
+  end subroutine list_fixed
+
+  !> Ball around each block, with room for the way until the next sort.
+  subroutine enclose_blocks(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: low(3), high(3)
+    integer :: a, b, n
+
+    if (allocated(sim%ball)) deallocate (sim%ball)
+    allocate (sim%ball(4, sim%particles%nblk))
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
+      do a = 1, 3
+        low(a) = minval(sim%particles%ps(1:n, f_pos + a - 1, b))
+        high(a) = maxval(sim%particles%ps(1:n, f_pos + a - 1, b))
+      end do
+      sim%ball(1:3, b) = 0.5_rp*(low + high)
+      sim%ball(4, b) = 0.5_rp*norm2(high - low) + 2.0_rp*sim%scene%grid%h
+    end do
+  end subroutine enclose_blocks
+
+end module time_regrid

@@ -1,0 +1,128 @@
+! SPDX-License-Identifier: MIT
+!> Checkpoints of a simulation, and going on from one.
+module time_resume
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use contact_tool, only: n_tool_sums
+  use grid_geometry, only: box_t, make_patch
+  use io_checkpoint, only: read_checkpoint, write_checkpoint
+  use time_audit, only: n_sums
+  use time_probes, only: share_probes
+  use time_regrid, only: first_partition, regrid, relist
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: save_checkpoint, resume, checkpoint_path
+
+  integer, parameter :: n_clock = 16
+
+contains
+
+  !> Where a run keeps its latest checkpoint.
+  pure function checkpoint_path(sim) result(path)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: path
+
+    path = sim%scene%output%directory//'/'//sim%scene%output%name//'_checkpoint.h5'
+  end function checkpoint_path
+
+  !> Write the state between two steps. It changes nothing in the run.
+  subroutine save_checkpoint(world, sim, error)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    type(error_t), intent(inout) :: error
+    real(rp), allocatable :: global(:), local(:)
+    integer :: k
+
+    call share_probes(world, sim%probes)
+    associate (c => sim%clock)
+      global = [real(c%step, rp), c%time, c%dt, c%travel, real(c%sorted_at, rp), c%heat_time, &
+                c%next_frame, c%next_history, c%next_checkpoint, real(c%frames, rp), c%max_speed, &
+                c%stiffness, sim%kinetic0, sim%elastic0, sim%row_time, real(sim%probes%n, rp)]
+    end associate
+    if (sim%probes%n > 0) global = [global, reshape(sim%probes%x, [3*sim%probes%n]), &
+                                    sim%probes%temperature]
+    if (allocated(sim%row_sums)) global = [global, reshape(sim%row_sums, [size(sim%row_sums)])]
+    local = [sim%sums, real(sim%failed_returns, rp)]
+    do k = 1, size(sim%tool)
+      local = [local, sim%tool(k)%sums]
+    end do
+    call write_checkpoint(world, checkpoint_path(sim), sim%particles, sim%boxes, global, local, &
+                          sim%scene%output%input_text, error)
+  end subroutine save_checkpoint
+
+  !> Fill a simulation, whose scene stands, with the state of a checkpoint.
+  subroutine resume(world, sim, path, error)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    character(*), intent(in) :: path
+    type(error_t), intent(inout) :: error
+    type(box_t), allocatable :: boxes(:)
+    real(rp), allocatable :: global(:), local(:)
+    character(:), allocatable :: text
+    logical :: same_ranks
+    integer :: k
+
+    call read_checkpoint(world, path, sim%particles, boxes, global, local, same_ranks, text, error)
+    if (error%is_set()) return
+    if (size(global) < n_clock .or. size(local) /= n_sums + 1 + n_tool_sums*size(sim%tool)) then
+      call error%raise(path//': the checkpoint belongs to another scene (tools or probes differ)')
+      return
+    end if
+    call unpack_global(sim, global, path, error)
+    if (error%is_set()) return
+    sim%sums = local(1:n_sums)
+    sim%failed_returns = nint(local(n_sums + 1))
+    do k = 1, size(sim%tool)
+      sim%tool(k)%sums = local(n_sums + 2 + n_tool_sums*(k - 1):n_sums + 1 + n_tool_sums*k)
+      call sim%tool(k)%move_to(sim%clock%time)
+    end do
+    if (same_ranks) then
+      call move_alloc(boxes, sim%boxes)
+      sim%patch = make_patch(sim%scene%grid, sim%boxes(world%rank))
+      call sim%allocate_grid()
+      call relist(world, sim)
+    else
+      call first_partition(world, sim)
+      call regrid(world, sim)
+    end if
+  end subroutine resume
+
+  subroutine unpack_global(sim, global, path, error)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: global(:)
+    character(*), intent(in) :: path
+    type(error_t), intent(inout) :: error
+    integer :: n, rest
+
+    associate (c => sim%clock)
+      c%step = nint(global(1), i8)
+      c%time = global(2)
+      c%dt = global(3)
+      c%travel = global(4)
+      c%sorted_at = nint(global(5), i8)
+      c%heat_time = global(6)
+      c%next_frame = global(7)
+      c%next_history = global(8)
+      c%next_checkpoint = global(9)
+      c%frames = nint(global(10), i8)
+      c%max_speed = global(11)
+      c%stiffness = global(12)
+    end associate
+    sim%kinetic0 = global(13)
+    sim%elastic0 = global(14)
+    sim%row_time = global(15)
+    n = nint(global(16))
+    rest = size(global) - n_clock - 4*n
+    if (n /= sim%probes%n .or. (rest /= 0 .and. rest /= n_tool_sums*size(sim%tool))) then
+      call error%raise(path//': the checkpoint belongs to another scene (tools or probes differ)')
+      return
+    end if
+    sim%probes%x = reshape(global(n_clock + 1:n_clock + 3*n), [3, n])
+    sim%probes%temperature = global(n_clock + 3*n + 1:n_clock + 4*n)
+    if (rest > 0) sim%row_sums = reshape(global(n_clock + 4*n + 1:), [n_tool_sums, size(sim%tool)])
+  end subroutine unpack_global
+
+end module time_resume

@@ -1,0 +1,180 @@
+! SPDX-License-Identifier: MIT
+!> Everything a running simulation holds: scene, this rank's part of it, clock and sums.
+module time_state
+  use base_kinds, only: i8, nlane, rp
+  use base_system, only: allocate_aligned, free_aligned
+  use base_timers, only: phase_timer_t
+  use comm_world, only: world_t
+  use contact_tool, only: tool_t
+  use grid_geometry, only: box_t, grid_t, patch_t
+  use grid_halo, only: halo_t
+  use particles_store, only: particles_t
+  use physics_material, only: material_t
+  use time_audit, only: n_sums
+  implicit none (type, external)
+  private
+
+  public :: body_t, constraint_t, method_t, output_t, probes_t, scene_t, simulation_t, clock_t
+  public :: free_simulation
+
+  integer, parameter, public :: scheme_usl = 1, scheme_usavg = 2
+
+  !> A body: its material and what acts on all its particles.
+  type :: body_t
+    character(32) :: name = ''
+    integer :: material = 1
+    real(rp) :: spacing = 0.0_rp             !! initial distance of its particles [m]
+    real(rp) :: acceleration(3) = 0.0_rp     !! body load over mass [m/s2]
+    real(rp) :: ramp = 0.0_rp                !! time until the load is whole [s]
+    real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
+    real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]
+  end type body_t
+
+  !> Nodes in a box move with a given velocity (some components).
+  type :: constraint_t
+    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! [m]
+    logical :: component(3) = .true.
+    real(rp) :: velocity(3) = 0.0_rp                   !! [m/s]
+  end type constraint_t
+
+  !> Numerical method.
+  type :: method_t
+    real(rp) :: half_length = 0.5_rp     !! of a domain, in particle spacings; see `domain`
+    logical :: is_bspline = .false.
+    integer :: scheme = scheme_usl
+    real(rp) :: pic = 0.0_rp             !! PIC fraction
+    integer :: sort_interval = 50        !! steps
+    real(rp) :: rebalance = 1.1_rp       !! imbalance that triggers a new partition
+    real(rp) :: cfl = 0.4_rp
+    real(rp) :: fixed_dt = 0.0_rp        !! [s]; 0: from the wave speed
+    real(rp) :: mass_scaling = 1.0_rp    !! on inertia only
+    real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
+    logical :: conducts = .false.
+    real(rp) :: fourier = 0.15_rp        !! conduction step over h^2/kappa
+  end type method_t
+
+  !> What to write and when; intervals in simulated seconds, 0 means never.
+  type :: output_t
+    character(:), allocatable :: directory, name, input_text
+    real(rp) :: frame_interval = 0.0_rp
+    real(rp) :: history_interval = 0.0_rp
+    real(rp) :: checkpoint_interval = 0.0_rp
+    real(rp) :: progress_interval = 10.0_rp   !! wall-clock seconds
+    logical :: is_quiet = .false.
+  end type output_t
+
+  !> Thermocouples that ride in the material.
+  type :: probes_t
+    integer :: n = 0
+    character(32), allocatable :: name(:)
+    real(rp), allocatable :: x(:, :)          !! (3, n) [m]
+    real(rp), allocatable :: temperature(:)   !! [K]
+    logical, allocatable :: is_mine(:)        !! moved by this rank
+  end type probes_t
+
+  !> What does not change while running.
+  type :: scene_t
+    character(:), allocatable :: title
+    type(grid_t) :: grid
+    type(material_t), allocatable :: material(:)
+    type(body_t), allocatable :: body(:)
+    type(constraint_t), allocatable :: constraint(:)
+    type(method_t) :: method
+    type(output_t) :: output
+    real(rp) :: end_time = 0.0_rp
+    integer(i8) :: max_steps = 0
+  end type scene_t
+
+  !> Time and what decides the next step; equal on all ranks, stored in checkpoints.
+  type :: clock_t
+    integer(i8) :: step = 0
+    real(rp) :: time = 0.0_rp
+    real(rp) :: dt = 0.0_rp
+    real(rp) :: travel = 0.0_rp          !! way of the fastest particle since the last sort [m]
+    integer(i8) :: sorted_at = -1        !! step of the last sort
+    real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
+    real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
+    integer(i8) :: frames = 0            !! written so far
+    real(rp) :: max_speed = 0.0_rp       !! of the last step [m/s]
+    real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed, unscaled [m2/s2]
+  end type clock_t
+
+  type :: simulation_t
+    type(scene_t) :: scene
+    type(clock_t) :: clock
+    type(tool_t), allocatable :: tool(:)
+    type(probes_t) :: probes
+    type(particles_t) :: particles
+    type(box_t), allocatable :: boxes(:)     !! (0:size-1)
+    type(patch_t) :: patch
+    type(halo_t) :: halo
+    ! the grid: records of 8, and which of them are in use
+    real(rp), pointer, contiguous :: g(:, :) => null()     !! (8, nn)
+    real(rp), pointer, contiguous :: g2(:, :) => null()    !! second grid: USAVG, conduction
+    real(rp), pointer, contiguous :: memory(:) => null(), memory2(:) => null()
+    integer :: n_runs = 0
+    integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
+    integer :: n_fixed = 0
+    integer, allocatable :: fixed(:, :)      !! (3, n) node, constraint, 1 if owned
+    real(rp), allocatable :: ball(:, :)      !! (4, nblk) centre and radius of each block [m]
+    real(rp) :: sums(n_sums) = 0.0_rp        !! this rank's energy books, see time_audit
+    real(rp) :: kinetic0 = 0.0_rp, elastic0 = 0.0_rp   !! energies at t = 0 [J]
+    real(rp) :: row_time = 0.0_rp            !! time of the last history row [s]
+    real(rp), allocatable :: row_sums(:, :)  !! tools' books then, of all ranks
+    integer :: failed_returns = 0
+    type(phase_timer_t) :: timer
+    ! scratch of the block kernels
+    real(rp), pointer, contiguous :: rec(:, :, :) => null()   !! (8, 4, nlane)
+    real(rp), pointer, contiguous :: rec_memory(:) => null()
+  contains
+    procedure :: prepare_scratch
+    procedure :: allocate_grid
+    procedure :: domain
+  end type simulation_t
+
+contains
+
+  subroutine prepare_scratch(self)
+    class(simulation_t), intent(inout) :: self
+
+    if (associated(self%rec)) return
+    call allocate_aligned(32_i8*nlane, self%rec_memory)
+    self%rec(1:8, 1:4, 1:nlane) => self%rec_memory
+  end subroutine prepare_scratch
+
+  !> Storage for the nodes of the current patch.
+  subroutine allocate_grid(self)
+    class(simulation_t), intent(inout) :: self
+
+    call free_aligned(self%memory)
+    call allocate_aligned(8_i8*self%patch%nn, self%memory)
+    self%g(1:8, 1:self%patch%nn) => self%memory
+    if (self%scene%method%scheme == scheme_usavg .or. self%scene%method%conducts) then
+      call free_aligned(self%memory2)
+      call allocate_aligned(8_i8*self%patch%nn, self%memory2)
+      self%g2(1:8, 1:self%patch%nn) => self%memory2
+    end if
+  end subroutine allocate_grid
+
+  !> Half length of the domains of a body's particles [cells].
+  pure real(rp) function domain(self, body)
+    class(simulation_t), intent(in) :: self
+    integer, intent(in) :: body
+
+    if (self%scene%method%is_bspline) then
+      domain = 0.5_rp
+    else
+      domain = self%scene%method%half_length*self%scene%body(body)%spacing/self%scene%grid%h
+    end if
+  end function domain
+
+  subroutine free_simulation(sim)
+    type(simulation_t), intent(inout) :: sim
+
+    call sim%particles%free()
+    call free_aligned(sim%memory)
+    call free_aligned(sim%memory2)
+    call free_aligned(sim%rec_memory)
+  end subroutine free_simulation
+
+end module time_state

@@ -1,0 +1,212 @@
+! SPDX-License-Identifier: MIT
+!> What a run writes while it goes on: frames, histories, probes, checkpoints, progress.
+module time_writing
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp
+  use base_text, only: str
+  use base_timers, only: wall_time
+  use comm_world, only: world_t
+  use io_frames, only: write_frame, write_series
+  use io_histories, only: table_t
+  use time_probes, only: share_probes
+  use time_records, only: history_columns, history_row
+  use time_resume, only: save_checkpoint
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: writer_t
+
+  !> Open files and the clockwork of output.
+  type :: writer_t
+    type(table_t) :: history, probes
+    real(rp), allocatable :: frame_times(:)
+    real(rp) :: started = 0.0_rp        !! wall-clock time at the start [s]
+    real(rp) :: spoke = 0.0_rp          !! wall-clock time of the last progress line
+    integer(i8) :: first_step = 0
+    real(rp) :: first_time = 0.0_rp
+    integer(i8) :: particles = 0        !! on all ranks
+    logical :: warned = .false.
+  contains
+    procedure :: init
+    procedure :: due
+    procedure :: frame
+    procedure :: row
+    procedure :: progress
+    procedure :: close => close_files
+  end type writer_t
+
+contains
+
+  !> Open the histories; a resumed run goes on in those it has.
+  subroutine init(self, world, sim, is_resumed, error)
+    class(writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    logical, intent(in) :: is_resumed
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: stem
+    real(rp) :: resume_time
+    integer :: k
+
+    self%started = wall_time()
+    self%spoke = self%started
+    self%first_step = sim%clock%step
+    self%first_time = sim%clock%time
+    self%particles = sim%particles%total()
+    call world%sum(self%particles)
+    resume_time = merge(sim%clock%time, -1.0_rp, is_resumed)
+    stem = sim%scene%output%directory//'/'//sim%scene%output%name
+    call self%history%open(world, stem//'_history.csv', sim%scene%title, history_columns(sim), &
+                           resume_time, error)
+    if (sim%probes%n > 0) call self%probes%open(world, stem//'_probes.csv', sim%scene%title, &
+                                                probe_columns(sim), resume_time, error)
+    allocate (self%frame_times(sim%clock%frames))
+    do k = 1, int(sim%clock%frames)
+      self%frame_times(k) = (k - 1)*sim%scene%output%frame_interval
+    end do
+  end subroutine init
+
+  !> Temperatures first, then places.
+  function probe_columns(sim) result(columns)
+    type(simulation_t), intent(in) :: sim
+    character(48), allocatable :: columns(:)
+    integer :: n
+
+    columns = [character(48) :: 'time[s]']
+    do n = 1, sim%probes%n
+      columns = [character(48) :: columns, trim(sim%probes%name(n))//'[K]']
+    end do
+    do n = 1, sim%probes%n
+      associate (name => trim(sim%probes%name(n)))
+        columns = [character(48) :: columns, name//'_x[m]', name//'_y[m]', name//'_z[m]']
+      end associate
+    end do
+  end function probe_columns
+
+  !> Write what is due at the present time; `last` writes all but a checkpoint.
+  subroutine due(self, world, sim, last, error)
+    class(writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: last
+    type(error_t), intent(inout) :: error
+    real(rp) :: now
+
+    now = sim%clock%time*(1.0_rp + 1.0e-12_rp)
+    associate (clock => sim%clock, output => sim%scene%output)
+      if (last .or. now >= clock%next_history) then
+        call self%row(world, sim)
+        clock%next_history = next_time(clock%next_history, output%history_interval, clock%time)
+      end if
+      if (last .or. now >= clock%next_frame) then
+        call self%frame(world, sim, error)
+        clock%next_frame = next_time(clock%next_frame, output%frame_interval, clock%time)
+      end if
+      if (output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint .and. .not. last) then
+        clock%next_checkpoint = next_time(clock%next_checkpoint, output%checkpoint_interval, clock%time)
+        call save_checkpoint(world, sim, error)
+      end if
+    end associate
+  end subroutine due
+
+  !> First multiple of the interval behind `time`; never, without an interval.
+  pure real(rp) function next_time(previous, interval, time)
+    real(rp), intent(in) :: previous, interval, time
+
+    next_time = huge(1.0_rp)
+    if (interval > 0.0_rp) next_time = previous + interval*max(1.0_rp, &
+      1.0_rp + aint((time*(1.0_rp + 1.0e-12_rp) - previous)/interval))
+  end function next_time
+
+  subroutine frame(self, world, sim, error)
+    class(writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    type(error_t), intent(inout) :: error
+    character(6) :: number
+
+    if (size(self%frame_times) > 0) then
+      if (self%frame_times(size(self%frame_times)) >= sim%clock%time) return   ! has it already
+    end if
+    write (number, '(i6.6)') sim%clock%frames
+    associate (output => sim%scene%output)
+      call write_frame(world, output%directory//'/'//output%name//'_'//number//'.hdf', &
+                       sim%clock%time, int(sim%clock%step), sim%scene%grid%h, sim%scene%body%spacing, &
+                       sim%scene%body%name, sim%particles, output%input_text, error)
+      if (error%is_set()) return
+      sim%clock%frames = sim%clock%frames + 1
+      self%frame_times = [self%frame_times, sim%clock%time]
+      call write_series(world, output%directory, output%name, size(self%frame_times), &
+                        self%frame_times, error)
+    end associate
+  end subroutine frame
+
+  subroutine row(self, world, sim)
+    class(writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), allocatable :: values(:)
+
+    if (sim%row_time >= sim%clock%time .and. sim%clock%step > 0) return   ! has it already
+    call history_row(world, sim, values)
+    call self%history%row(values)
+    if (sim%probes%n > 0) then
+      call share_probes(world, sim%probes)
+      call self%probes%row([sim%clock%time, sim%probes%temperature, &
+                            reshape(sim%probes%x, [3*sim%probes%n])])
+    end if
+    if (values(19) > 5.0_rp .and. sim%scene%method%mass_scaling > 1.0_rp .and. .not. self%warned) then
+      self%warned = .true.
+      if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
+        ' s the inertial stress of mass scaling, chi rho v^2, is '//str(values(19))// &
+        ' % of the flow stress somewhere (KE/IE '//str(values(18))//' %): try a smaller MASS_SCALING'
+    end if
+  end subroutine row
+
+  !> A line with percent, time, speed and time left, every PROGRESS_INTERVAL seconds.
+  subroutine progress(self, world, sim)
+    class(writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: now, speed, left, share
+
+    if (.not. world%is_root() .or. sim%scene%output%is_quiet) return
+    now = wall_time()
+    if (now - self%spoke < sim%scene%output%progress_interval) return
+    self%spoke = now
+    speed = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)/(now - self%started)
+    share = (sim%clock%time - self%first_time)/max(sim%scene%end_time - self%first_time, tiny(1.0_rp))
+    left = (now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)
+    write (output_unit, '(f6.1,a,i0,a)') 100.0_rp*sim%clock%time/sim%scene%end_time, ' %  step ', &
+      sim%clock%step, '  t = '//str(sim%clock%time)//' s  dt = '//str(sim%clock%dt)//' s  '// &
+      str(speed*1.0e-6_rp)//' M particle-steps/s  left '//span(left)
+    flush (output_unit)
+  end subroutine progress
+
+  !> Seconds as a person says them.
+  function span(seconds) result(text)
+    real(rp), intent(in) :: seconds
+    character(:), allocatable :: text
+    integer :: s
+
+    s = nint(min(seconds, 1.0e9_rp))
+    if (s < 120) then
+      text = str(s)//' s'
+    else if (s < 7200) then
+      text = str(s/60)//' min'
+    else
+      text = str(s/3600)//' h '//str(mod(s, 3600)/60)//' min'
+    end if
+  end function span
+
+  subroutine close_files(self, error)
+    class(writer_t), intent(inout) :: self
+    type(error_t), intent(inout) :: error
+
+    call self%history%close(error)
+    call self%probes%close(error)
+  end subroutine close_files
+
+end module time_writing

@@ -1,0 +1,130 @@
+! SPDX-License-Identifier: MIT
+!> The two transfers of the Material Point Method for one block of particles, sum-factorised over
+!> the 27 nodes. A node record holds 8 reals; the bodies are written out because a loop inside a
+!> vector loop is not vectorised. Nodes lie z-fastest: `stride(3)` must be 1.
+!>
+!> Records hold two groups of four lanes, since most lanes need either values or slopes:
+!>   to the grid   1:4 mass, momentum (values)          5:8 force (slopes), temperature (value)
+!>   from the grid 1:4 velocity, temperature (+slopes)  5:8 velocity change, spare (values)
+module transfer_kernels
+  use base_kinds, only: nlane, rp
+  implicit none (type, external)
+  private
+
+  public :: p2g_block, g2p_block
+
+contains
+
+  !> Add the records of `n` particles to the nodes: values by weights, `rec(5:8,2:4,:)` by slopes.
+  subroutine p2g_block(n, w, first, rec, stride, nn, g)
+    integer, intent(in) :: n, nn
+    integer, intent(in) :: stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18)
+    real(rp), intent(in) :: rec(8, 4, nlane)    !! value part, x, y and z slope parts
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: f, p, q, sx, sy
+    real(rp) :: a0, ax, ay, az, r0, r1
+
+    sx = stride(1)
+    sy = stride(2)
+    do p = 1, n
+      q = first(p)
+#define ROW(J, Q) \
+        r0 = w(p, 3+J)*a0; \
+        g(f, Q) = g(f, Q) + w(p, 7)*r0; \
+        g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0; \
+        g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0
+#define PLANE(I, Q) \
+        a0 = w(p, I)*rec(f, 1, p); \
+        ROW(1, Q); \
+        ROW(2, Q+sy); \
+        ROW(3, Q+2*sy)
+      !$omp simd private(a0, r0)
+      do f = 1, 4
+        PLANE(1, q)
+        PLANE(2, q+sx)
+        PLANE(3, q+2*sx)
+      end do
+#undef ROW
+#undef PLANE
+#define ROW(J, Q) \
+        r0 = w(p, 3+J)*a0 + w(p, 12+J)*ay; r1 = w(p, 3+J)*az; \
+        g(f, Q) = g(f, Q) + (w(p, 7)*r0 + w(p, 16)*r1); \
+        g(f, Q+1) = g(f, Q+1) + (w(p, 8)*r0 + w(p, 17)*r1); \
+        g(f, Q+2) = g(f, Q+2) + (w(p, 9)*r0 + w(p, 18)*r1)
+#define PLANE(I, Q) \
+        a0 = w(p, I)*rec(f, 1, p) + w(p, 9+I)*rec(f, 2, p); \
+        ay = w(p, I)*rec(f, 3, p); az = w(p, I)*rec(f, 4, p); \
+        ROW(1, Q); \
+        ROW(2, Q+sy); \
+        ROW(3, Q+2*sy)
+      !$omp simd private(a0, ay, az, r0, r1)
+      do f = 5, 8
+        PLANE(1, q)
+        PLANE(2, q+sx)
+        PLANE(3, q+2*sx)
+      end do
+#undef ROW
+#undef PLANE
+    end do
+  end subroutine p2g_block
+
+  !> Interpolate the node records to `n` particles: values of all lanes, slopes of lanes 1:4.
+  subroutine g2p_block(n, w, first, stride, nn, g, rec)
+    integer, intent(in) :: n, nn
+    integer, intent(in) :: stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18)
+    real(rp), intent(in) :: g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    integer :: f, p, q, sx, sy
+    real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3
+
+    sx = stride(1)
+    sy = stride(2)
+    do p = 1, n
+      q = first(p)
+#define ROW(J, Q) \
+        t1 = g(f, Q); t2 = g(f, Q+1); t3 = g(f, Q+2); \
+        x0 = w(p, 7)*t1 + w(p, 8)*t2 + w(p, 9)*t3; \
+        x1 = w(p, 16)*t1 + w(p, 17)*t2 + w(p, 18)*t3; \
+        y0 = y0 + w(p, 3+J)*x0; y1 = y1 + w(p, 3+J)*x1; y2 = y2 + w(p, 12+J)*x0
+#define PLANE(I, Q) \
+        y0 = 0.0_rp; y1 = 0.0_rp; y2 = 0.0_rp; \
+        ROW(1, Q); \
+        ROW(2, Q+sy); \
+        ROW(3, Q+2*sy); \
+        a0 = a0 + w(p, I)*y0; a1 = a1 + w(p, 9+I)*y0; \
+        a2 = a2 + w(p, I)*y2; a3 = a3 + w(p, I)*y1
+      !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
+      do f = 1, 4
+        a0 = 0.0_rp; a1 = 0.0_rp; a2 = 0.0_rp; a3 = 0.0_rp
+        PLANE(1, q)
+        PLANE(2, q+sx)
+        PLANE(3, q+2*sx)
+        rec(f, 1, p) = a0; rec(f, 2, p) = a1; rec(f, 3, p) = a2; rec(f, 4, p) = a3
+      end do
+#undef ROW
+#undef PLANE
+#define ROW(J, Q) \
+        x0 = w(p, 7)*g(f, Q) + w(p, 8)*g(f, Q+1) + w(p, 9)*g(f, Q+2); \
+        y0 = y0 + w(p, 3+J)*x0
+#define PLANE(I, Q) \
+        y0 = 0.0_rp; \
+        ROW(1, Q); \
+        ROW(2, Q+sy); \
+        ROW(3, Q+2*sy); \
+        a0 = a0 + w(p, I)*y0
+      !$omp simd private(a0, x0, y0)
+      do f = 5, 8
+        a0 = 0.0_rp
+        PLANE(1, q)
+        PLANE(2, q+sx)
+        PLANE(3, q+2*sx)
+        rec(f, 1, p) = a0
+      end do
+#undef ROW
+#undef PLANE
+    end do
+  end subroutine g2p_block
+
+end module transfer_kernels

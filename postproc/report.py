@@ -1,0 +1,10 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Pictures and one page of a run: python3 postproc/report.py RUN_DIRECTORY [-o DIR]"""
+
+import sys
+
+from stirpost.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

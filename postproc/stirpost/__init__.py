@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: MIT
+"""Reads a Stirpoint run directory and draws it.
+
+run      the run directory: frames, series, histories, input text
+table    CSV histories by column name and unit
+raster   particles to pixels: top view, section, the nearest to a viewer
+look     colours, fonts, names and units for people
+maps     top views and sections of a field
+surface  the deformed plate, lit, seen from above
+curves   thermocouples, tool loads, energies
+summary  the key figures
+page     one self-contained HTML page
+cli      the command line
+"""

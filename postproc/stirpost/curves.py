@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: MIT
+"""Curves over time: thermocouples, loads of the tool, energies and what else the history holds."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from . import look
+from .table import Column, Table
+
+MANY_ROWS = 400
+
+
+def thermocouples(probes: Table) -> Figure | None:
+    """One curve a probe, labelled with where the probe sat at first."""
+    columns = probes.with_unit("K")
+    if not columns:
+        return None
+    figure = look.new_figure(9.6, 4.3)
+    axis = figure.add_subplot()
+    for column, colour in zip(columns, look.line_colours(len(columns))):
+        axis.plot(
+            probes["time"],
+            column.values,
+            color=colour,
+            label=column.name + place(probes, column.name),
+        )
+    finish(axis, "temperature [K]")
+    axis.set_xlabel("time [s]")
+    celsius(axis)
+    beside(axis, len(columns), offset=1.09)
+    return figure
+
+
+def place(probes: Table, name: str) -> str:
+    """' (50, 12, 6)': the first position in mm."""
+    parts = [probes[f"{name}_{axis}"] for axis in "xyz" if f"{name}_{axis}" in probes]
+    first = [
+        values[np.isfinite(values)][0] * look.MM for values in parts if np.isfinite(values).any()
+    ]
+    return f" ({', '.join(f'{value:.4g}' for value in first)}) mm" if len(first) == 3 else ""
+
+
+def tool_loads(history: Table) -> Figure | None:
+    """Torque, force and power, a panel each; all tools."""
+    panels = [
+        ("torque", history.matching(r".+_torque")),
+        ("force on the tool", history.matching(r".+_force(_[xyz])?")),
+        ("power", history.matching(r".+_power")),
+    ]
+    return stacked(history, [(title, columns) for title, columns in panels if columns])
+
+
+def energies(history: Table) -> Figure | None:
+    """All energies, and below them the error of their audit."""
+    panels = [
+        ("energy", history.with_unit("J")),
+        ("audit error", history.matching(r"audit_error.*")),
+    ]
+    return stacked(history, [(title, columns) for title, columns in panels if columns])
+
+
+def others(history: Table) -> Figure | None:
+    """Temperatures, shares and speeds of the history: every unit that is in no other picture."""
+    taken = {"time", "step", "dt"}
+    for pattern in (r".+_torque", r".+_force(_[xyz])?", r".+_power", r"audit_error.*", r".+_[xyz]"):
+        taken |= {column.name for column in history.matching(pattern)}
+    left = [
+        c
+        for c in history.columns
+        if c.name not in taken and c.unit != "J" and np.isfinite(c.values).any()
+    ]
+    titles = {"K": "temperature", "%": "share", "m/s": "speed"}
+    panels = []
+    for unit in dict.fromkeys(column.unit for column in left if column.unit):
+        panels.append((titles.get(unit, ""), [column for column in left if column.unit == unit]))
+    return stacked(history, panels)
+
+
+def stacked(history: Table, panels: list[tuple[str, list[Column]]]) -> Figure | None:
+    """Panels over one time axis."""
+    if not panels:
+        return None
+    figure = look.new_figure(9.6, 0.5 + 2.45 * len(panels) + (0.8 if len(panels) == 1 else 0.0))
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, (title, columns) in zip(axes, panels):
+        draw(axis, history["time"], title, columns)
+    axes[-1].set_xlabel("time [s]")
+    return figure
+
+
+def draw(axis, time: np.ndarray, title: str, columns: list[Column]) -> None:
+    largest = max(np.nanmax(np.abs(column.values)) for column in columns)
+    factor, unit = look.scaled(largest, columns[0].unit)
+    for column, colour in zip(columns, look.line_colours(len(columns))):
+        values = column.values * factor
+        if len(values) > MANY_ROWS and is_rough(values):  # the rattle pale, its running mean on top
+            axis.plot(time, values, color=colour, linewidth=0.6, alpha=0.3)
+            values = running_mean(values, len(values) // 120)
+        axis.plot(time, values, color=colour, label=look.words(column.name))
+    alone = len(columns) == 1
+    finish(axis, f"{look.words(columns[0].name) if alone or not title else title} [{unit}]")
+    if columns[0].unit == "K":
+        celsius(axis)
+    if not alone:
+        beside(axis, len(columns), offset=1.09 if columns[0].unit == "K" else 1.01)
+
+
+def is_rough(values: np.ndarray) -> bool:
+    """True if a curve goes up and down much more than from end to end of its range."""
+    steps = np.abs(np.diff(values[np.isfinite(values)]))
+    return steps.sum() > 8 * max(np.ptp(values[np.isfinite(values)]), 1e-300)
+
+
+def running_mean(values: np.ndarray, width: int) -> np.ndarray:
+    """Mean over 2 * width + 1 rows, fewer at the ends."""
+    there = np.isfinite(values)
+    window = np.ones(2 * max(1, width) + 1)
+    total = np.convolve(np.where(there, values, 0.0), window, mode="same")
+    count = np.convolve(there.astype(float), window, mode="same")
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def finish(axis, label: str) -> None:
+    axis.set_ylabel(label)
+    axis.grid(True)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.margins(x=0.01)
+
+
+def celsius(axis) -> None:
+    """A second scale on the right."""
+    second = axis.secondary_yaxis(
+        "right", functions=(lambda k: k - look.CELSIUS, lambda c: c + look.CELSIUS)
+    )
+    second.set_ylabel("[\N{DEGREE SIGN}C]")
+
+
+def beside(axis, entries: int, offset: float) -> None:
+    """The legend to the right of the curves."""
+    axis.legend(
+        loc="upper left",
+        bbox_to_anchor=(offset, 1.02),
+        borderaxespad=0.0,
+        fontsize=8.5,
+        handlelength=1.4,
+        ncols=1 if entries <= 14 else 2,
+    )

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""How pictures look: colours, fonts, names and units for people."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Colormap, ListedColormap
+from matplotlib.figure import Figure
+
+MM = 1e3  # metres to millimetres
+CELSIUS = 273.15
+INK = "#22303c"
+PAPER = "#eef1f4"
+STYLE = {
+    "font.size": 9.5,
+    "font.family": "DejaVu Sans",
+    "axes.titlesize": 9.5,
+    "axes.edgecolor": "#8a96a3",
+    "axes.linewidth": 0.7,
+    "axes.labelcolor": INK,
+    "axes.grid": False,
+    "grid.color": "#d9dfe5",
+    "grid.linewidth": 0.6,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "legend.frameon": False,
+    "lines.linewidth": 1.5,
+    "text.color": INK,
+    "figure.dpi": 130,
+    "savefig.dpi": 130,
+}
+LINES = [
+    "#0b6fa4",
+    "#d1541b",
+    "#2a8c4a",
+    "#8a4fa3",
+    "#b8860b",
+    "#c2335a",
+    "#4b5fc1",
+    "#5d6a75",
+    "#14a0a0",
+    "#7a4a21",
+]
+PREFIX = {"N", "W", "J", "Nm", "Pa"}
+UNIT_NAMES = {"Nm": "N m", "": "1"}
+
+
+def part_of(name: str, low: float, high: float) -> Colormap:
+    """A part of a colour map of matplotlib."""
+    whole = matplotlib.colormaps[name]
+    return ListedColormap(whole(np.linspace(low, high, 256)), name=f"{name}_part")
+
+
+TEMPERATURE = part_of("inferno", 0.20, 0.975)
+STRAIN = part_of("viridis", 0.0, 1.0)
+
+
+def new_figure(width: float, height: float) -> Figure:
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.09, h_pad=0.05)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Figure, path: Path) -> Path:
+    figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")  # else the layout is sought a second time
+    figure.savefig(path, facecolor="white")
+    return path
+
+
+def line_colours(count: int) -> list:
+    if count <= len(LINES):
+        return LINES[:count]
+    return list(matplotlib.colormaps["viridis"](np.linspace(0, 0.92, count)))
+
+
+def words(name: str) -> str:
+    """plastic_work -> plastic work"""
+    return name.replace("_", " ")
+
+
+def scaled(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and unit that bring a value to a handy size: 12000 N -> 12 kN."""
+    shown = UNIT_NAMES.get(unit, unit)
+    if unit not in PREFIX or not np.isfinite(largest):
+        return 1.0, shown
+    for factor, prefix in ((1e-9, "G"), (1e-6, "M"), (1e-3, "k")):
+        if abs(largest) * factor >= 2:
+            return factor, prefix + shown
+    return 1.0, shown
+
+
+def seconds(time: float) -> str:
+    """A time with as many digits as tell frames apart."""
+    if abs(time) >= 1 or time == 0:
+        return f"{time:.2f} s"
+    return f"{time * 1e3:.3g} ms"

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+"""A run directory: NAME_000000.hdf ..., NAME.hdf.series, NAME_history.csv, NAME_probes.csv."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from .table import Table, read_table
+
+FRAME_NAME = re.compile(r"^(?P<name>.+)_(?P<number>\d{6,})\.hdf$")
+
+
+class NoRun(Exception):
+    """The directory holds nothing to report on."""
+
+
+class Frame:
+    """One VTKHDF file; fields are read when they are asked for. Particles without a finite
+    position, as a run that failed may leave them, are left out."""
+
+    def __init__(self, path: Path, time: float | None = None):
+        self.path = path
+        with h5py.File(path, "r") as file:
+            self.count = int(file["VTKHDF/Points"].shape[0])
+            self.attributes = {key: np.squeeze(value) for key, value in file.attrs.items()}
+            self.fields = list(file.get("VTKHDF/PointData", {}))
+        self.step = int(self.attributes.get("step", -1))
+        self.time = float(self.attributes.get("time", np.nan)) if time is None else float(time)
+        self._finite: np.ndarray | None = None
+
+    def points(self) -> np.ndarray:
+        """Positions (n, 3) [m]."""
+        with h5py.File(self.path, "r") as file:
+            points = file["VTKHDF/Points"][...].astype(np.float64).reshape(-1, 3)
+        self._finite = np.isfinite(points).all(axis=1)
+        return points[self._finite]
+
+    def field(self, name: str) -> np.ndarray | None:
+        """A field of the particles in SI units, or None if the frame has none of this name."""
+        if name not in self.fields:
+            return None
+        if self._finite is None:
+            self.points()
+        with h5py.File(self.path, "r") as file:
+            return file["VTKHDF/PointData"][name][...][self._finite]
+
+
+class Run:
+    """All there is in a run directory; frames are in the order of time."""
+
+    def __init__(self, directory: Path):
+        self.directory = Path(directory)
+        if not self.directory.is_dir():
+            raise NoRun(f"{directory}: no such directory")
+        self.name = run_name(self.directory)
+        self.frames = list_frames(self.directory, self.name)
+        self.history: Table | None = read_table(self.directory / f"{self.name}_history.csv")
+        self.probes: Table | None = read_table(self.directory / f"{self.name}_probes.csv")
+        if not self.frames and self.history is None:
+            raise NoRun(
+                f"{directory}: no run here (no {self.name}_000000.hdf, no {self.name}_history.csv)"
+            )
+        self.input_text = read_input_text(self.frames)
+        self.spacing = particle_spacing(self.frames[0]) if self.frames else np.nan
+        self.cell = (
+            float(np.max(self.frames[0].attributes.get("cell", np.nan))) if self.frames else np.nan
+        )
+
+
+def run_name(directory: Path) -> str:
+    """The stem of the directory if files carry it, else of the first series, frame or history."""
+    stem = re.sub(r"\.out$", "", directory.resolve().name)
+    names = sorted(path.name for path in directory.iterdir())
+    if any(name.startswith((f"{stem}_", f"{stem}.")) for name in names):
+        return stem
+    for pattern in (r"^(.+)\.hdf\.series$", r"^(.+)_\d{6,}\.hdf$", r"^(.+)_history\.csv$"):
+        found = [match[1] for match in (re.match(pattern, name) for name in names) if match]
+        if found:
+            return found[0]
+    return stem
+
+
+def list_frames(directory: Path, name: str) -> list[Frame]:
+    """The frames of the series, or else the files by number. Unreadable files are left out."""
+    series = directory / f"{name}.hdf.series"
+    listed: list[tuple[Path, float | None]] = []
+    try:
+        listed = [
+            (directory / entry["name"], float(entry["time"]))
+            for entry in json.loads(series.read_text())["files"]
+        ]
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    listed = [(path, time) for path, time in listed if path.is_file()]
+    if not listed:
+        numbered = [(FRAME_NAME.match(path.name), path) for path in directory.glob("*.hdf")]
+        listed = [
+            (path, None)
+            for _, path in sorted(
+                (int(match["number"]), path)
+                for match, path in numbered
+                if match and match["name"] == name
+            )
+        ]
+    frames = []
+    for path, time in listed:
+        try:
+            frame = Frame(path, time)
+        except (OSError, KeyError):  # still being written, or cut short
+            continue
+        if frame.count > 0:
+            frames.append(frame)
+    return sorted(frames, key=lambda frame: frame.time)
+
+
+def read_input_text(frames: list[Frame]) -> str:
+    for frame in frames:
+        with h5py.File(frame.path, "r") as file:
+            if "stirpoint/input" not in file:
+                continue
+            lines = np.atleast_1d(file["stirpoint/input"][()])
+            return "\n".join(
+                line.decode(errors="replace").rstrip() if isinstance(line, bytes) else str(line)
+                for line in lines
+            ).strip("\0")
+    return ""
+
+
+def particle_spacing(frame: Frame, samples: int = 48) -> float:
+    """Edge of a particle [m]: the attribute `spacing` (the largest of the bodies), else the median
+    distance of some particles to their nearest neighbours."""
+    given = np.atleast_1d(frame.attributes.get("spacing", np.nan)).astype(float)
+    given = given[np.isfinite(given) & (given > 0)]
+    if given.size:
+        return float(given.max())
+    points = frame.points()
+    nearest = []
+    for k in np.linspace(0, len(points) - 1, min(samples, len(points))).astype(int):
+        squares = ((points - points[k]) ** 2).sum(axis=1)
+        apart = squares[squares > 0]
+        if apart.size:
+            nearest.append(np.sqrt(apart.min()))
+    return float(np.median(nearest)) if nearest else 1e-3
