@@ -13,7 +13,7 @@ add_compile_options(
   $<$<COMPILE_LANGUAGE:Fortran>:-fopenmp-simd>)
 set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH} -fno-trapping-math -mprefer-vector-width=512")
 set(CMAKE_C_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH}")
-set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all -ffpe-trap=invalid,zero,overflow -fbacktrace")
+set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace")
 set(CMAKE_C_FLAGS_DEBUG "-g -O1")
 set(CMAKE_Fortran_FLAGS_SANITIZE "-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer")
 set(CMAKE_C_FLAGS_SANITIZE "${CMAKE_Fortran_FLAGS_SANITIZE}")

@@ -45,7 +45,7 @@ contains
       case ('--output', '-o')
         command%directory = next(i, word)
       case ('--set')
-        command%sets = [character(512) :: command%sets, next(i, word)]
+        call append(command%sets, next(i, word))
       case default
         if (word(1:1) == '-') then
           command%problem = 'unknown option '//word//' (see stirpoint --help)'
@@ -75,6 +75,17 @@ contains
       value = argument(i)
     end function next
   end subroutine read_command
+
+  subroutine append(list, word)
+    character(512), allocatable, intent(inout) :: list(:)
+    character(*), intent(in) :: word
+    character(512), allocatable :: longer(:)
+
+    allocate (longer(size(list) + 1))
+    longer(:size(list)) = list
+    longer(size(longer)) = word
+    call move_alloc(longer, list)
+  end subroutine append
 
   function argument(i) result(word)
     integer, intent(in) :: i

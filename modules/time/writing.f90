@@ -72,16 +72,16 @@ contains
   function probe_columns(sim) result(columns)
     type(simulation_t), intent(in) :: sim
     character(48), allocatable :: columns(:)
-    integer :: n
+    integer :: c, n
 
-    columns = [character(48) :: 'time[s]']
+    allocate (columns(1 + 4*sim%probes%n))
+    columns(1) = 'time[s]'
     do n = 1, sim%probes%n
-      columns = [character(48) :: columns, trim(sim%probes%name(n))//'[K]']
-    end do
-    do n = 1, sim%probes%n
-      associate (name => trim(sim%probes%name(n)))
-        columns = [character(48) :: columns, name//'_x[m]', name//'_y[m]', name//'_z[m]']
-      end associate
+      c = 1 + sim%probes%n + 3*(n - 1)
+      columns(1 + n) = trim(sim%probes%name(n))//'[K]'
+      columns(c + 1) = trim(sim%probes%name(n))//'_x[m]'
+      columns(c + 2) = trim(sim%probes%name(n))//'_y[m]'
+      columns(c + 3) = trim(sim%probes%name(n))//'_z[m]'
     end do
   end function probe_columns
 
