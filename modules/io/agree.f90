@@ -1,25 +1,40 @@
 ! SPDX-License-Identifier: MIT
 !> One verdict for all ranks: an error of any rank becomes the error of every rank.
 module io_agree
-  use mpi_f08, only: mpi_allreduce, mpi_bcast, mpi_character, mpi_integer, mpi_min
-  use base_errors, only: error_t
+  use mpi_f08, only: mpi_bcast, mpi_character, mpi_iallreduce, mpi_integer, mpi_min, &
+                     mpi_request, mpi_status_ignore, mpi_test, mpi_wait
+  use base_errors, only: error_t, fatal
+  use base_kinds, only: rp
+  use base_timers, only: wall_time
   use comm_world, only: world_t
   implicit none (type, external)
   private
 
   public :: agree
 
+  real(rp), parameter :: patience = 6.0_rp   !! [s]
+
 contains
 
   !> If a rank holds an error, give its message (of the lowest such rank) to those that hold none.
+  !>
+  !> A collective write may fail on some ranks and never return on the others (a full disk does
+  !> that). So a rank with an error waits for them with a limit, and then stops the run.
   subroutine agree(world, error)
     type(world_t), intent(in) :: world
     type(error_t), intent(inout) :: error
     character(:), allocatable :: message
-    integer :: mine, first, length
+    type(mpi_request) :: request
+    integer, asynchronous :: mine, first
+    integer :: length
 
     mine = merge(world%rank, world%size, error%is_set())
-    call mpi_allreduce(mine, first, 1, mpi_integer, mpi_min, world%comm)
+    call mpi_iallreduce(mine, first, 1, mpi_integer, mpi_min, world%comm, request)
+    if (error%is_set()) then
+      call wait_for_others(request, error%message)
+    else
+      call mpi_wait(request, mpi_status_ignore)
+    end if
     if (first == world%size) return
 
     length = 0
@@ -30,5 +45,19 @@ contains
     call mpi_bcast(message, length, mpi_character, first, world%comm)
     call error%raise(message)
   end subroutine agree
+
+  subroutine wait_for_others(request, message)
+    type(mpi_request), intent(inout) :: request
+    character(*), intent(in) :: message
+    real(rp) :: start
+    logical :: done
+
+    start = wall_time()
+    do
+      call mpi_test(request, done, mpi_status_ignore)
+      if (done) return
+      if (wall_time() - start > patience) call fatal(message//' (disk full?)')
+    end do
+  end subroutine wait_for_others
 
 end module io_agree

@@ -90,6 +90,7 @@ contains
     type(error_t), intent(inout) :: error
     integer :: worst
 
+    call check_space(self, error)
     if (error%is_set()) return
     worst = 0
     call flush_parallel(self%handle, worst)
@@ -105,6 +106,11 @@ contains
 
     if (.not. allocated(self%path)) return
     is_new = self%handle%is_new
+    if (is_new) then
+      call check_space(self, error)
+      if (error%is_set() .and. self%world%is_root()) call empty_file(self%path//'.tmp')
+      call self%world%barrier()
+    end if
     worst = 0
     call close_parallel(self%handle, worst)
     call self%verify(worst, 'cannot be closed', error)
@@ -119,6 +125,40 @@ contains
     call self%verify(merge(0, -1, ok), 'cannot be renamed from '//self%path//'.tmp', error)
     deallocate (self%path)
   end subroutine close_file
+
+  !> Make sure that there is room for the little that HDF5 writes when it closes a file: if that
+  !> fails, the ranks wait for each other inside HDF5 for ever.
+  subroutine check_space(self, error)
+    type(h5file_t), intent(in) :: self
+    type(error_t), intent(inout) :: error
+    character(65536) :: line
+    integer :: unit, status, ignored, i
+
+    if (error%is_set()) return
+    status = 0
+    if (self%world%is_root()) then
+      line = ' '
+      open (newunit=unit, file=self%path//'.room', access='stream', action='write', &
+            status='replace', iostat=status)
+      do i = 1, merge(16, 0, status == 0)
+        write (unit, iostat=status) line
+        if (status == 0) flush (unit, iostat=status)
+        if (status /= 0) exit
+      end do
+      if (status == 0 .or. i > 1) close (unit, status='delete', iostat=ignored)
+    end if
+    call self%verify(-abs(status), 'cannot be completed: the disk is full', error)
+  end subroutine check_space
+
+  !> Give back the space of a file that HDF5 has still open.
+  subroutine empty_file(path)
+    character(*), intent(in) :: path
+    integer :: unit, status
+
+    open (newunit=unit, file=path, access='stream', action='write', status='replace', &
+          iostat=status)
+    if (status == 0) close (unit, iostat=status)
+  end subroutine empty_file
 
   !> Turn a negative `status` on any rank into an error on all.
   subroutine verify(self, status, complaint, error)

@@ -13,8 +13,8 @@ module io_hdf5_calls
                   h5f_acc_rdonly_f, h5f_acc_trunc_f, h5f_close_strong_f, h5f_scope_global_f, &
                   h5fclose_f, h5fcreate_f, h5fd_mpio_collective_f, h5fflush_f, h5fopen_f, &
                   h5gclose_f, h5gcreate_f, h5kind_to_type, h5open_f, h5p_dataset_create_f, &
-                  h5p_dataset_xfer_f, h5p_file_access_f, h5pclose_f, h5pcreate_f, &
-                  h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
+                  h5p_dataset_xfer_f, h5p_default_f, h5p_file_access_f, h5pclose_f, &
+                  h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
                   h5pset_fclose_degree_f, h5pset_fill_time_f, h5pset_shuffle_f, &
                   h5s_scalar_f, h5s_select_set_f, h5sclose_f, h5screate_f, &
                   h5screate_simple_f, h5sget_simple_extent_dims_f, &
@@ -45,6 +45,7 @@ module io_hdf5_calls
     integer(hid_t) :: id = -1_hid_t
     integer(hid_t) :: extra = -1_hid_t   !! transfer properties of a file, type of a dataset
     integer :: bytes = 1                 !! of an element of a dataset
+    logical :: packed = .false.          !! a new dataset is compressed
     logical :: is_new = .false.          !! to be written, not read
   end type handle_t
 
@@ -192,6 +193,7 @@ contains
     integer :: ierr
 
     dataset%is_new = .true.
+    dataset%packed = packed
     if (kind /= kind_text) dataset%bytes = bytes_of(kind)
     call make_type(kind, length, dataset%extra, worst)
     call make_space(int(dims, hsize_t), space, worst)
@@ -285,8 +287,10 @@ contains
     if (ierr >= 0) text_length = int(n, i8)
   end function text_length
 
-  !> Write (new dataset) or read columns `first`.. of shape `dims`: one collective transfer, in
-  !> which a rank without columns selects nothing. No dimensions: a scalar, if `mine`.
+  !> Write (new dataset) or read columns `first`.. of shape `dims`; a rank without columns selects
+  !> nothing. No dimensions: a scalar, if `mine`. Compressed data are written collectively, as HDF5
+  !> demands; others by every rank on its own: their pieces are contiguous, so nothing is gained by
+  !> gathering, and Open MPI's collective write keeps a full disk to itself.
   subroutine move_columns(file, dataset, first, dims, mine, data, worst)
     type(handle_t), intent(in) :: file, dataset
     integer(i8), intent(in) :: first, dims(:)
@@ -294,7 +298,7 @@ contains
     type(c_ptr), intent(in) :: data
     integer, intent(inout) :: worst
     type(c_ptr) :: address   ! HDF5 wants a variable
-    integer(hid_t) :: space, memory
+    integer(hid_t) :: space, memory, how
     integer(hsize_t) :: start(size(dims)), count(size(dims))
     integer :: ierr
 
@@ -314,10 +318,12 @@ contains
       worst = min(worst, ierr)
     end if
     address = data
+    how = h5p_default_f
+    if (dataset%packed) how = file%extra
     if (dataset%is_new) then
-      call h5dwrite_f(dataset%id, dataset%extra, address, ierr, memory, space, file%extra)
+      call h5dwrite_f(dataset%id, dataset%extra, address, ierr, memory, space, how)
     else
-      call h5dread_f(dataset%id, dataset%extra, address, ierr, memory, space, file%extra)
+      call h5dread_f(dataset%id, dataset%extra, address, ierr, memory, space, how)
     end if
     worst = min(worst, ierr)
     call h5sclose_f(memory, ierr)

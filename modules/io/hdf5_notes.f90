@@ -41,7 +41,7 @@ contains
     if (error%is_set()) return
     length = len(text)
     call mpi_bcast(length, 1, mpi_integer8, 0, file%world%comm)
-    bytes = to_bytes([text], max(1, len(text)))
+    bytes = to_bytes(text)
     worst = 0
     call make_dataset(file%handle, name, kind_text, length, scalar, .false., dataset, worst)
     call file%verify(worst, 'cannot be written: '//name, error)
@@ -102,12 +102,10 @@ contains
     character(*), intent(in) :: value
     type(error_t), intent(inout) :: error
     character(1), allocatable, target :: bytes(:)
-    integer :: length
     integer(i8) :: scalar(0)
 
-    length = max(1, len(value))
-    bytes = to_bytes([value], length)
-    call put_attribute(file, place, name, kind_text, length, scalar, c_loc(bytes), error)
+    bytes = to_bytes(value)
+    call put_attribute(file, place, name, kind_text, len(value), scalar, c_loc(bytes), error)
   end subroutine write_word
 
   subroutine write_words(file, place, name, value, error)
@@ -116,10 +114,15 @@ contains
     character(*), intent(in) :: value(:)
     type(error_t), intent(inout) :: error
     character(1), allocatable, target :: bytes(:)
-    integer :: length
+    integer :: k, length
 
     length = max(1, maxval([0, len_trim(value)]))
-    bytes = to_bytes(value, length)
+    allocate (bytes(length*size(value)), source=c_null_char)
+    do k = 1, size(value)
+      associate (n => len_trim(value(k)), first => length*(k - 1))
+        if (n > 0) bytes(first + 1:first + n) = to_bytes(value(k)(:n))
+      end associate
+    end do
     call put_attribute(file, place, name, kind_text, length, shape(value, i8), c_loc(bytes), error)
   end subroutine write_words
 
@@ -208,18 +211,15 @@ contains
     call file%verify(worst, 'has no text attribute '//name, error)
   end subroutine read_word
 
-  !> Characters of texts, each filled up to `length` with nulls.
-  pure function to_bytes(texts, length) result(bytes)
-    character(*), intent(in) :: texts(:)
-    integer, intent(in) :: length
-    character(1) :: bytes(length*size(texts))
-    integer :: i, k
+  !> The characters of a text; a null for an empty one.
+  pure function to_bytes(text) result(bytes)
+    character(*), intent(in) :: text
+    character(1) :: bytes(max(1, len(text)))
+    integer :: i
 
     bytes = c_null_char
-    do k = 1, size(texts)
-      do i = 1, min(length, len(texts))
-        bytes(length*(k - 1) + i) = texts(k)(i:i)
-      end do
+    do i = 1, len(text)
+      bytes(i) = text(i:i)
     end do
   end function to_bytes
 

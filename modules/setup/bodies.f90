@@ -101,11 +101,12 @@ contains
     type(lattice_t), intent(in) :: lattice
     integer(i8), intent(in) :: offset
     type(particles_t), intent(inout) :: particles
-    real(rp) :: x(3), velocity(3), spin(3), centre(3), temperature, mass
+    real(rp) :: x(3), velocity(3), gradient(3, 3), spin(3), centre(3), temperature, mass
     integer(i8) :: id
     integer :: j, k
 
     velocity = input%reals('BODY', body, 'VELOCITY', 3)
+    gradient = transpose(reshape(input%reals('BODY', body, 'VELOCITY_GRADIENT', 9), [3, 3]))
     spin = input%reals('BODY', body, 'ANGULAR_VELOCITY', 3)
     centre = input%reals('BODY', body, 'CENTRE', 3)
     temperature = input%real('BODY', body, 'TEMPERATURE')
@@ -115,7 +116,8 @@ contains
         x = lattice%origin + lattice%spacing*[i, j, k]
         if (.not. is_inside(solids, x)) cycle
         id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
-        call add_particle(particles, body, x, velocity + cross(spin, x - centre), temperature, mass, &
+        call add_particle(particles, body, x, velocity + cross(spin, x - centre) &
+                          + matmul(gradient, x - centre), temperature, mass, &
                           make_tag(id, open_faces(solids, x, lattice%spacing)))
       end do
     end do
@@ -133,13 +135,15 @@ contains
     type(solid_t), intent(in) :: solids(:)
     real(rp), intent(in) :: x(3), spacing
     real(rp) :: y(3)
-    integer :: face
+    integer :: axis, side
 
     open_faces = 0
-    do face = 1, 6
-      y = x
-      y((face + 1)/2) = y((face + 1)/2) + merge(spacing, -spacing, mod(face, 2) == 0)
-      if (.not. is_inside(solids, y)) open_faces = ibset(open_faces, face - 1)
+    do axis = 1, 3
+      do side = 0, 1
+        y = x
+        y(axis) = x(axis) + spacing*(2*side - 1)
+        if (.not. is_inside(solids, y)) open_faces = ibset(open_faces, 2*(axis - 1) + side)
+      end do
     end do
   end function open_faces
 

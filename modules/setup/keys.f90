@@ -111,7 +111,10 @@ contains
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'initial velocity')
     call t%key('ANGULAR_VELOCITY', 'real', 3, 'rad/s', '0 0 0', '', &
       'initial rotation, added to VELOCITY')
-    call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', 'a point on the axis of ANGULAR_VELOCITY')
+    call t%key('VELOCITY_GRADIENT', 'real', 9, '1/s', '0 0 0 0 0 0 0 0 0', '', &
+      'initial dv/dx row by row, added to VELOCITY: xx xy xz yx yy yz zx zy zz')
+    call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', &
+      'the point that moves with VELOCITY when there is rotation or a gradient')
 
     call t%group('SHAPE', 'repeat required', &
       'A piece of a body, added or cut away; the pieces of a body act in the order of the file.')
@@ -196,12 +199,9 @@ contains
       'components of the velocity that are held')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the nodes')
 
-    call t%group('LOAD', 'repeat', 'A force on particles of a body.')
+    call t%group('LOAD', 'repeat', 'A force on a body, shared by its particles in proportion to mass.')
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
-    call t%key('LOWER', 'real', 3, 'm', '', '', &
-      'lower corner of the box that holds the particles at t = 0; not given: no bound')
-    call t%key('UPPER', 'real', 3, 'm', '', '', 'upper corner of this box; not given: no bound')
-    call t%key('FORCE', 'real', 3, 'N', 'required', '', 'total force, shared in proportion to mass')
+    call t%key('FORCE', 'real', 3, 'N', 'required', '', 'total force')
     call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
       'time in which the force rises linearly from 0')
   end subroutine add_boundary
@@ -210,7 +210,7 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('HEAT', 'once', 'Heat conduction; the presence of this group switches it on.')
-    call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', 'temperature of the surroundings')
+    call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', 'temperature of the surroundings, where a &SURFACE gives none')
     call t%key('FOURIER', 'real', 1, '', '0.15', '(0,0.5]', &
       'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
 
@@ -220,9 +220,8 @@ contains
       'faces of the body by the direction they look to')
     call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'required', '[0,inf)', &
       'heat transfer coefficient')
-    call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', 'temperature on the other side')
-    call t%key('TEMPERATURE', 'real', 1, 'K', '0', '[0,inf)', &
-      'above 0: the surface is held at this temperature instead')
+    call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
+      'temperature on the other side; not given: that of &HEAT')
   end subroutine add_heat
 
   subroutine add_output(t)

@@ -186,6 +186,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(complaints_t), intent(inout) :: complaints
     character(4), parameter :: faces(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
+    character(:), allocatable :: wanted
     integer :: body, face, i
 
     do i = 1, input%count('SURFACE')
@@ -197,11 +198,13 @@ contains
                             known(scene%body%name))
         cycle
       end if
+      wanted = input%text('SURFACE', i, 'FACE')
       do face = 1, 6
-        if (input%text('SURFACE', i, 'FACE') /= 'all' &
-            .and. input%text('SURFACE', i, 'FACE') /= faces(face)) cycle
+        if (wanted /= 'all' .and. wanted /= faces(face)) cycle
         scene%body(body)%film(face) = input%real('SURFACE', i, 'COEFFICIENT')
-        scene%body(body)%ambient(face) = input%real('SURFACE', i, 'AMBIENT')
+        scene%body(body)%ambient(face) = input%real('HEAT', 1, 'AMBIENT')
+        if (input%given('SURFACE', i, 'AMBIENT')) &
+          scene%body(body)%ambient(face) = input%real('SURFACE', i, 'AMBIENT')
       end do
     end do
   end subroutine read_surfaces

@@ -5,6 +5,7 @@ module time_loop
   use base_kinds, only: rp
   use base_system, only: stop_signal
   use base_text, only: str
+  use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting
   use comm_world, only: world_t
   use particles_migrate, only: find_outside
   use particles_store, only: f_pos, f_vel, tag_id
@@ -80,11 +81,13 @@ contains
     message = ''
     call writer%init(world, sim, is_resumed, error)
     if (.not. is_resumed) call writer%due(world, sim, .false., error)
+    call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       call writer%due(world, sim, .false., error)
       call writer%progress(world, sim)
+      call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
     if (status == ended_well .and. .not. error%is_set()) call writer%due(world, sim, .true., error)
@@ -92,6 +95,7 @@ contains
       call save_checkpoint(world, sim, error)
       message = message//'; checkpoint '//checkpoint_path(sim)
     end if
+    call writer%summary(world, sim, error)
     call writer%close(error)
     if (error%is_set()) then
       status = ended_io
@@ -119,6 +123,7 @@ contains
       call check_inside(world, sim, status, message)
       if (status /= ended_well) return
       call regrid(world, sim)
+      call sim%timer%lap(ph_sorting)
     end if
     dt = min(stable_step(sim), sim%scene%end_time - sim%clock%time)
     sim%clock%dt = dt
@@ -129,10 +134,12 @@ contains
       if (sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim)) then
         call conduct(world, sim, sim%clock%time - sim%clock%heat_time)
         sim%clock%heat_time = sim%clock%time
+        call sim%timer%lap(ph_conduction)
       end if
     end if
     most = [report%stiffness, report%speed2, real(stop_signal(), rp), real(sim%failed_returns, rp)]
     call world%max(most)
+    call sim%timer%lap(ph_exchange)
     sim%clock%stiffness = most(1)
     sim%clock%max_speed = sqrt(most(2))
     sim%clock%travel = sim%clock%travel + dt*sim%clock%max_speed

@@ -3,6 +3,7 @@
 !> half a step around the momentum update (Nairn 2003; thesis eqs. 3.69-3.81, figure 3.3).
 module time_step
   use base_kinds, only: rp
+  use base_timers, only: ph_exchange, ph_nodes, ph_to_grid, ph_to_particles
   use comm_world, only: world_t
   use time_nodes, only: clear_nodes, hold_walls, update_nodes
   use time_probes, only: move_probes
@@ -38,18 +39,17 @@ contains
     real(rp), intent(in) :: dt
     type(report_t), intent(inout) :: report
 
-    call sim%timer%start()
     call clear_nodes(sim, sim%g)
     call momentum_and_force_to_grid(sim, sim%g)
-    call sim%timer%lap(1)
+    call sim%timer%lap(ph_to_grid)
     call sim%halo%sum(world, sim%patch%nn, sim%g)
-    call sim%timer%lap(2)
+    call sim%timer%lap(ph_exchange)
     call update_nodes(sim, dt, sim%g)
     call hold_walls(sim, sim%g)
     call move_tools(sim, dt)
-    call sim%timer%lap(3)
+    call sim%timer%lap(ph_nodes)
     call grid_to_particles(sim, dt, sim%g, sim%g, dt, report)
-    call sim%timer%lap(4)
+    call sim%timer%lap(ph_to_particles)
   end subroutine step_usl
 
   !> Update stress averaged: half a step of stress before and after the momentum update.
@@ -59,7 +59,6 @@ contains
     real(rp), intent(in) :: dt
     type(report_t), intent(inout) :: report
 
-    call sim%timer%start()
     call clear_nodes(sim, sim%g)
     call momentum_to_grid(sim, sim%g)
     call sim%halo%sum(world, sim%patch%nn, sim%g)
@@ -76,7 +75,7 @@ contains
     call velocity_field(sim, sim%g)
     call move_tools(sim, dt)
     call grid_to_particles(sim, dt, sim%g2, sim%g, 0.5_rp*dt, report)
-    call sim%timer%lap(4)
+    call sim%timer%lap(ph_to_particles)
   end subroutine step_usavg
 
   subroutine move_tools(sim, dt)

@@ -5,7 +5,8 @@ module time_writing
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_text, only: str
-  use base_timers, only: wall_time
+  use base_system, only: peak_memory
+  use base_timers, only: cpu_seconds, n_phases, phase_name, wall_time
   use comm_world, only: world_t
   use io_frames, only: write_frame, write_series
   use io_histories, only: table_t
@@ -23,6 +24,7 @@ module time_writing
     type(table_t) :: history, probes
     real(rp), allocatable :: frame_times(:)
     real(rp) :: started = 0.0_rp        !! wall-clock time at the start [s]
+    real(rp) :: cpu_started = 0.0_rp    !! processor time of this rank then [s]
     real(rp) :: spoke = 0.0_rp          !! wall-clock time of the last progress line
     integer(i8) :: first_step = 0
     real(rp) :: first_time = 0.0_rp
@@ -34,6 +36,7 @@ module time_writing
     procedure :: frame
     procedure :: row
     procedure :: progress
+    procedure :: summary
     procedure :: close => close_files
   end type writer_t
 
@@ -51,6 +54,7 @@ contains
     integer :: k
 
     self%started = wall_time()
+    self%cpu_started = cpu_seconds()
     self%spoke = self%started
     self%first_step = sim%clock%step
     self%first_time = sim%clock%time
@@ -184,6 +188,44 @@ contains
       str(speed*1.0e-6_rp)//' M particle-steps/s  left '//span(left)
     flush (output_unit)
   end subroutine progress
+
+  !> Speed, memory and the shares of the phases (mean over ranks): a line, and NAME_summary.json.
+  subroutine summary(self, world, sim, error)
+    class(writer_t), intent(in) :: self
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    type(error_t), intent(inout) :: error
+    real(rp) :: all(n_phases + 2), wall, steps, share(n_phases)
+    integer :: k, status, unit
+    character(1) :: comma
+
+    wall = max(wall_time() - self%started, 1.0e-9_rp)
+    all = [sim%timer%seconds, cpu_seconds() - self%cpu_started, peak_memory()]
+    call world%sum(all)
+    if (.not. world%is_root()) return
+    share = 100.0_rp*all(1:n_phases)/max(sum(all(1:n_phases)), tiny(1.0_rp))
+    steps = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)
+    open (newunit=unit, file=sim%scene%output%directory//'/'//sim%scene%output%name//'_summary.json', &
+          action='write', status='replace', iostat=status)
+    if (status == 0) then
+      write (unit, '(a)') '{', '  "particles": '//str(self%particles)//',', &
+        '  "steps": '//str(sim%clock%step - self%first_step)//',', '  "ranks": '//str(world%size)//',', &
+        '  "wall_seconds": '//str(wall)//',', '  "cpu_seconds": '//str(all(n_phases + 1))//',', &
+        '  "particle_steps_per_wall_second": '//str(steps/wall)//',', &
+        '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//',', &
+        '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//',', '  "phase_percent": {'
+      do k = 1, n_phases
+        comma = merge(' ', ',', k == n_phases)
+        write (unit, '(a)') '    "'//trim(phase_name(k))//'": '//str(share(k))//comma
+      end do
+      write (unit, '(a)') '  }', '}'
+      close (unit, iostat=status)
+    end if
+    if (status /= 0) call error%raise('cannot write the summary of the run')
+    if (.not. sim%scene%output%is_quiet) write (output_unit, '(a)') &
+      str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)//' particles in '// &
+      span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '//str(world%size)//' rank(s)'
+  end subroutine summary
 
   !> Seconds as a person says them.
   function span(seconds) result(text)
