@@ -12,7 +12,7 @@ module io_agree
 
   public :: agree
 
-  real(rp), parameter :: patience = 6.0_rp   !! [s]
+  real(rp), parameter :: patience = 60.0_rp   !! [s]
 
 contains
 

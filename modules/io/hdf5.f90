@@ -17,12 +17,14 @@ module io_hdf5
   use io_hdf5_calls, only: close_dataset, close_parallel, dataset_shape, flush_parallel, &
                            handle_t, kind_u8, make_dataset, make_group, move_columns, &
                            open_dataset, open_parallel
+  use io_room, only: is_room
   implicit none (type, external)
   private
 
   public :: h5file_t
 
   integer(i8), parameter :: packed_from = 4096_i8        !! smaller arrays are not compressed
+  integer(i8), parameter :: own_bytes = 1048576_i8       !! more than HDF5 needs to close a file
   integer(i8), parameter :: round_bytes = 536870912_i8   !! MPI counts are 32-bit: go in rounds
 
   !> An open file. A new one is called path.tmp until `close` finds it complete.
@@ -90,7 +92,7 @@ contains
     type(error_t), intent(inout) :: error
     integer :: worst
 
-    call check_space(self, error)
+    call check_room(self, 0_i8, error)
     if (error%is_set()) return
     worst = 0
     call flush_parallel(self%handle, worst)
@@ -107,7 +109,7 @@ contains
     if (.not. allocated(self%path)) return
     is_new = self%handle%is_new
     if (is_new) then
-      call check_space(self, error)
+      call check_room(self, 0_i8, error)
       if (error%is_set() .and. self%world%is_root()) call empty_file(self%path//'.tmp')
       call self%world%barrier()
     end if
@@ -126,29 +128,19 @@ contains
     deallocate (self%path)
   end subroutine close_file
 
-  !> Make sure that there is room for the little that HDF5 writes when it closes a file: if that
-  !> fails, the ranks wait for each other inside HDF5 for ever.
-  subroutine check_space(self, error)
+  !> Make sure that there is room for `bytes`, and for the little that HDF5 writes of its own:
+  !> when a disk is full, the ranks may wait for each other inside HDF5 for ever.
+  subroutine check_room(self, bytes, error)
     type(h5file_t), intent(in) :: self
+    integer(i8), intent(in) :: bytes
     type(error_t), intent(inout) :: error
-    character(65536) :: line
-    integer :: unit, status, ignored, i
+    logical :: ok
 
     if (error%is_set()) return
-    status = 0
-    if (self%world%is_root()) then
-      line = ' '
-      open (newunit=unit, file=self%path//'.room', access='stream', action='write', &
-            status='replace', iostat=status)
-      do i = 1, merge(16, 0, status == 0)
-        write (unit, iostat=status) line
-        if (status == 0) flush (unit, iostat=status)
-        if (status /= 0) exit
-      end do
-      if (status == 0 .or. i > 1) close (unit, status='delete', iostat=ignored)
-    end if
-    call self%verify(-abs(status), 'cannot be completed: the disk is full', error)
-  end subroutine check_space
+    ok = .true.
+    if (self%world%is_root()) ok = is_room(self%path, bytes + own_bytes)
+    call self%verify(merge(0, -1, ok), 'cannot be completed: the disk is full', error)
+  end subroutine check_room
 
   !> Give back the space of a file that HDF5 has still open.
   subroutine empty_file(path)
@@ -213,6 +205,7 @@ contains
     type(handle_t) :: dataset
     integer(i8) :: whole(size(dims)), first
     integer :: worst, r
+    logical :: packed
 
     if (error%is_set()) return
     r = size(dims)
@@ -221,9 +214,11 @@ contains
     first = 0
     call mpi_exscan(dims(r), first, 1, mpi_integer8, mpi_sum, self%world%comm)
     if (self%world%is_root()) first = 0
+    packed = self%packed .and. product(whole) >= packed_from
+    if (packed) call check_room(self, 8*product(whole), error)   ! or a rank may never return
+    if (error%is_set()) return
     worst = 0
-    call make_dataset(self%handle, name, kind, 0_i8, whole, &
-                      self%packed .and. product(whole) >= packed_from, dataset, worst)
+    call make_dataset(self%handle, name, kind, 0_i8, whole, packed, dataset, worst)
     call self%verify(worst, 'cannot be written: '//name, error)
     if (.not. error%is_set()) then
       call move_rounds(self, dataset, first, dims, data, worst)

@@ -8,21 +8,20 @@ module io_hdf5_calls
   use, intrinsic :: iso_fortran_env, only: int64
   use hdf5, only: h5_integer_kind, h5aclose_f, h5acreate_by_name_f, h5aexists_by_name_f, &
                   h5aget_space_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5awrite_f, &
-                  h5d_fill_time_never_f, h5dclose_f, h5dcreate_f, h5dget_space_f, &
-                  h5dget_type_f, h5dopen_f, h5dread_f, h5dwrite_f, h5eset_auto_f, &
-                  h5f_acc_rdonly_f, h5f_acc_trunc_f, h5f_close_strong_f, h5f_scope_global_f, &
-                  h5fclose_f, h5fcreate_f, h5fd_mpio_collective_f, h5fflush_f, h5fopen_f, &
-                  h5gclose_f, h5gcreate_f, h5kind_to_type, h5open_f, h5p_dataset_create_f, &
-                  h5p_dataset_xfer_f, h5p_default_f, h5p_file_access_f, h5pclose_f, &
-                  h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
-                  h5pset_fclose_degree_f, h5pset_fill_time_f, h5pset_shuffle_f, &
-                  h5s_scalar_f, h5s_select_set_f, h5sclose_f, h5screate_f, &
-                  h5screate_simple_f, h5sget_simple_extent_dims_f, &
-                  h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
-                  h5sselect_hyperslab_f, h5sselect_none_f, h5t_c_s1, h5t_native_double, &
-                  h5t_native_integer, h5t_native_real, h5t_std_u8le, h5t_str_nullpad_f, &
-                  h5tclose_f, h5tcopy_f, h5tget_size_f, h5tset_size_f, h5tset_strpad_f, &
-                  hid_t, hsize_t, size_t
+                  h5d_fill_time_never_f, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dget_type_f, &
+                  h5dopen_f, h5dread_f, h5dwrite_f, h5eset_auto_f, h5f_acc_rdonly_f, &
+                  h5f_acc_trunc_f, h5f_close_strong_f, h5f_scope_global_f, h5fclose_f, &
+                  h5fcreate_f, h5fd_mpio_collective_f, h5fflush_f, h5fopen_f, h5gclose_f, &
+                  h5gcreate_f, h5kind_to_type, h5open_f, h5p_dataset_create_f, &
+                  h5p_dataset_xfer_f, h5p_default_f, h5p_file_access_f, h5pclose_f, h5pcreate_f, &
+                  h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
+                  h5pset_fclose_degree_f, h5pset_fill_time_f, h5pset_shuffle_f, h5s_scalar_f, &
+                  h5s_select_set_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
+                  h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
+                  h5sget_simple_extent_npoints_f, h5sselect_hyperslab_f, h5sselect_none_f, &
+                  h5t_c_s1, h5t_native_double, h5t_native_integer, h5t_native_real, h5t_std_u8le, &
+                  h5t_str_nullpad_f, h5tclose_f, h5tcopy_f, h5tget_size_f, h5tset_size_f, &
+                  h5tset_strpad_f, hid_t, hsize_t, size_t
   use mpi_f08, only: mpi_comm, mpi_info_null
   use base_kinds, only: i8
   implicit none (type, external)
@@ -59,24 +58,19 @@ contains
     type(handle_t), intent(out) :: file
     integer, intent(inout) :: worst
     integer(hid_t) :: access
-    integer :: ierr
+    integer :: ierr, status(6)
 
     file%is_new = is_new
     call h5open_f(ierr)
     worst = min(worst, ierr)
     if (worst < 0) return
-    call h5eset_auto_f(0, ierr)
-    worst = min(worst, ierr)
-    call h5pcreate_f(h5p_dataset_xfer_f, file%extra, ierr)
-    worst = min(worst, ierr)
-    call h5pset_dxpl_mpio_f(file%extra, h5fd_mpio_collective_f, ierr)
-    worst = min(worst, ierr)
-    call h5pcreate_f(h5p_file_access_f, access, ierr)
-    worst = min(worst, ierr)
-    call h5pset_fapl_mpio_f(access, comm%mpi_val, mpi_info_null%mpi_val, ierr)
-    worst = min(worst, ierr)
-    call h5pset_fclose_degree_f(access, h5f_close_strong_f, ierr)
-    worst = min(worst, ierr)
+    call h5eset_auto_f(0, status(1))
+    call h5pcreate_f(h5p_dataset_xfer_f, file%extra, status(2))
+    call h5pset_dxpl_mpio_f(file%extra, h5fd_mpio_collective_f, status(3))
+    call h5pcreate_f(h5p_file_access_f, access, status(4))
+    call h5pset_fapl_mpio_f(access, comm%mpi_val, mpi_info_null%mpi_val, status(5))
+    call h5pset_fclose_degree_f(access, h5f_close_strong_f, status(6))
+    worst = min(worst, minval(status))
     if (is_new) then
       call h5fcreate_f(path, h5f_acc_trunc_f, file%id, ierr, access_prp=access)
     else
@@ -217,17 +211,15 @@ contains
     integer(hsize_t), intent(in) :: dims(:)
     integer, intent(inout) :: worst
     integer(hsize_t) :: chunk(size(dims))
-    integer :: ierr, r
+    integer :: status(3), r
 
     r = size(dims)
     chunk = dims
     chunk(r) = min(dims(r), max(1_i8, chunk_values/product(dims(:r - 1))))
-    call h5pset_chunk_f(layout, r, chunk, ierr)
-    worst = min(worst, ierr)
-    call h5pset_shuffle_f(layout, ierr)
-    worst = min(worst, ierr)
-    call h5pset_deflate_f(layout, deflate_level, ierr)
-    worst = min(worst, ierr)
+    call h5pset_chunk_f(layout, r, chunk, status(1))
+    call h5pset_shuffle_f(layout, status(2))
+    call h5pset_deflate_f(layout, deflate_level, status(3))
+    worst = min(worst, minval(status))
   end subroutine pack_chunks
 
   !> Old dataset, to be read as `kind`; a text is read with the length it has.
@@ -364,7 +356,7 @@ contains
     integer(size_t) :: width
     integer(hsize_t) :: points
     logical :: exists
-    integer :: ierr
+    integer :: ierr, status(4)
 
     n = -1
     bytes = 0
@@ -374,14 +366,11 @@ contains
     call h5aopen_by_name_f(file%id, place, name, id, ierr)
     worst = min(worst, ierr)
     if (ierr < 0) return
-    call h5aget_space_f(id, space, ierr)
-    worst = min(worst, ierr)
-    call h5sget_simple_extent_npoints_f(space, points, ierr)
-    worst = min(worst, ierr)
-    call h5aget_type_f(id, type, ierr)
-    worst = min(worst, ierr)
-    call h5tget_size_f(type, width, ierr)
-    worst = min(worst, ierr)
+    call h5aget_space_f(id, space, status(1))
+    call h5sget_simple_extent_npoints_f(space, points, status(2))
+    call h5aget_type_f(id, type, status(3))
+    call h5tget_size_f(type, width, status(4))
+    worst = min(worst, minval(status))
     n = int(points, i8)
     bytes = int(width, i8)
     call h5tclose_f(type, ierr)

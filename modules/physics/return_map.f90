@@ -11,13 +11,14 @@ module physics_return_map
   public :: return_map
 
   real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! rate in the yield test [1/s]
-  real(rp), parameter :: tolerance = 1.0e-10_rp           !! residual over q
+  real(rp), parameter :: tolerance = 1.0e-6_rp            !! residual over q before the last correction
   integer, parameter :: most_iterations = 60
 
 contains
 
   !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress, `failed` the number of
   !> particles that did not converge. `rate` brings the last step's rate as the first guess.
+  !> The residual of the result is below 1e-10 q: 1e-6 q, then one more correction to second order.
   subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, x, sigma, any_plastic, failed)
     class(flow_law_t), intent(in) :: law
     integer, intent(in) :: n                                !! particles in the block
@@ -27,7 +28,7 @@ contains
     real(rp), intent(out) :: x(nlane), sigma(nlane)
     logical, intent(out) :: any_plastic
     integer, intent(inout) :: failed
-    real(rp), dimension(nlane) :: y, low, high, log_rate, slope, plastic, residual
+    real(rp), dimension(nlane) :: y, low, high, log_rate, slope, plastic, step, residual
     real(rp) :: work(nlane, n_work), log_dt, worst
     integer :: iteration, p
 
@@ -44,12 +45,12 @@ contains
       x = 0.0_rp
       return
     end if
-    call start(log_dt, q, g3, sigma, slope, rate, plastic, low, high, y)
+    call start(dt, q, g3, sigma, rate, plastic, low, high, y)
     do iteration = 1, most_iterations
       x = exp(y)
       log_rate = y - log_dt
       call law%stress(work, alpha, x, log_rate, sigma, slope)
-      call improve(q, g3, x, sigma, slope, plastic, low, high, y, residual, worst)
+      call improve(q, g3, x, sigma, slope, plastic, low, high, y, step, residual, worst)
       if (worst <= tolerance) exit
     end do
     if (worst > tolerance) then
@@ -57,46 +58,57 @@ contains
         if (residual(p) > tolerance .and. high(p) - low(p) > 1.0e-9_rp) failed = failed + 1
       end do
     end if
-    x = plastic*x
+    x = plastic*x*(1.0_rp + step*(1.0_rp + 0.5_rp*step))
+    sigma = sigma + step*slope
   end subroutine return_map
 
-  !> Bracket in ln x and first guess: the last rate, or a radial return at the least rate.
-  pure subroutine start(log_dt, q, g3, sigma, slope, rate, plastic, low, high, y)
-    real(rp), intent(in) :: log_dt
-    real(rp), dimension(nlane), intent(in) :: q, g3, sigma, slope, rate
+  !> Bracket in ln x (its upper end is that of the whole block) and first guess: the last rate, or a
+  !> radial return at the least rate.
+  pure subroutine start(dt, q, g3, sigma, rate, plastic, low, high, y)
+    real(rp), intent(in) :: dt
+    real(rp), dimension(nlane), intent(in) :: q, g3, sigma, rate
     real(rp), dimension(nlane), intent(out) :: plastic, low, high, y
-    real(rp) :: guess
+    real(rp) :: least, most, guess
     integer :: p
 
+    most = 0.0_rp
+    do p = 1, nlane
+      most = max(most, q(p)/g3(p))
+    end do
+    least = log(least_rate*dt)
+    most = max(log(most), least + 1.0_rp)
     !$omp simd private(guess)
     do p = 1, nlane
       plastic(p) = merge(1.0_rp, 0.0_rp, q(p) > sigma(p))
-      high(p) = log(max(q(p), 1.0e-30_rp)/g3(p))
-      low(p) = min(log(least_rate) + log_dt, high(p) - 1.0_rp)
-      guess = log(max(q(p) - sigma(p), 1.0e-6_rp*q(p) + 1.0e-30_rp)/g3(p))
-      y(p) = merge(log(max(rate(p), least_rate)) + log_dt, guess, rate(p) > least_rate)
-      y(p) = max(low(p), min(high(p), y(p)))
+      guess = max(q(p) - sigma(p), 1.0e-6_rp*q(p) + 1.0e-30_rp)/g3(p)
+      guess = merge(rate(p)*dt, guess, rate(p) > least_rate)
+      y(p) = max(least, min(most, log(guess)))
+      low(p) = least
+      high(p) = most
     end do
   end subroutine start
 
-  !> One bracketed Newton step of every lane that has not converged.
-  pure subroutine improve(q, g3, x, sigma, slope, plastic, low, high, y, residual, worst)
+  !> One bracketed Newton step of every lane that has not converged; for those that have, `step`
+  !> is the last, small correction of ln x.
+  pure subroutine improve(q, g3, x, sigma, slope, plastic, low, high, y, step, residual, worst)
     real(rp), dimension(nlane), intent(in) :: q, g3, x, sigma, slope, plastic
     real(rp), dimension(nlane), intent(inout) :: low, high, y
-    real(rp), intent(out) :: residual(nlane), worst
-    real(rp) :: r, next
+    real(rp), intent(out) :: step(nlane), residual(nlane), worst
+    real(rp) :: r, newton, next
     integer :: p
 
     worst = 0.0_rp
-    !$omp simd private(r, next) reduction(max: worst)
+    !$omp simd private(r, newton, next) reduction(max: worst)
     do p = 1, nlane
       r = q(p) - g3(p)*x(p) - sigma(p)
       residual(p) = plastic(p)*abs(r)/max(q(p), 1.0e-30_rp)
       worst = max(worst, residual(p))
       low(p) = merge(y(p), low(p), r > 0.0_rp)
       high(p) = merge(high(p), y(p), r > 0.0_rp)
-      next = y(p) + r/(g3(p)*x(p) + slope(p))
+      newton = r/(g3(p)*x(p) + slope(p))
+      next = y(p) + newton
       next = merge(next, 0.5_rp*(low(p) + high(p)), next > low(p) .and. next < high(p))
+      step(p) = merge(newton, 0.0_rp, residual(p) <= tolerance .and. plastic(p) > 0.0_rp)
       y(p) = merge(next, y(p), residual(p) > tolerance)
     end do
   end subroutine improve

@@ -16,35 +16,59 @@ module transfer_kernels
 contains
 
   !> Add the records of `n` particles to the nodes: values by weights, `rec(5:8,2:4,:)` by slopes.
+  !> Two neighbours with the same stencil are added together, which halves the traffic of nodes.
   subroutine p2g_block(n, w, first, rec, stride, nn, g)
     integer, intent(in) :: n, nn
     integer, intent(in) :: stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18)
     real(rp), intent(in) :: rec(8, 4, nlane)    !! value part, x, y and z slope parts
     real(rp), intent(inout) :: g(8, nn)
-    integer :: f, p, q, sx, sy
-    real(rp) :: a0, ax, ay, az, r0, r1
+    integer :: p
+
+    p = 1
+    do while (p < n)
+      if (first(p) == first(p + 1)) then
+        call p2g_pair(p, w, first(p), rec, stride, nn, g)
+        p = p + 2
+      else
+        call p2g_one(p, w, first(p), rec, stride, nn, g)
+        p = p + 1
+      end if
+    end do
+    if (p == n) call p2g_one(p, w, first(p), rec, stride, nn, g)
+  end subroutine p2g_block
+
+#define VALUE_PLANE(P, A, I) A = w(P, I)*rec(f, 1, P)
+#define SLOPE_PLANE(P, A, AY, AZ, I) \
+        A = w(P, I)*rec(f, 1, P) + w(P, 9+I)*rec(f, 2, P); \
+        AY = w(P, I)*rec(f, 3, P); AZ = w(P, I)*rec(f, 4, P)
+
+  !> One particle's records.
+  subroutine p2g_one(p, w, q, rec, stride, nn, g)
+    integer, intent(in) :: p, q, nn, stride(3)
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: f, sx, sy
+    real(rp) :: a0, ay, az, r0, r1
 
     sx = stride(1)
     sy = stride(2)
-    do p = 1, n
-      q = first(p)
 #define ROW(J, Q) \
         r0 = w(p, 3+J)*a0; \
         g(f, Q) = g(f, Q) + w(p, 7)*r0; \
         g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0; \
         g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0
 #define PLANE(I, Q) \
-        a0 = w(p, I)*rec(f, 1, p); \
+        VALUE_PLANE(p, a0, I); \
         ROW(1, Q); \
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
-      !$omp simd private(a0, r0)
-      do f = 1, 4
-        PLANE(1, q)
-        PLANE(2, q+sx)
-        PLANE(3, q+2*sx)
-      end do
+    !$omp simd private(a0, r0)
+    do f = 1, 4
+      PLANE(1, q)
+      PLANE(2, q+sx)
+      PLANE(3, q+2*sx)
+    end do
 #undef ROW
 #undef PLANE
 #define ROW(J, Q) \
@@ -53,21 +77,69 @@ contains
         g(f, Q+1) = g(f, Q+1) + (w(p, 8)*r0 + w(p, 17)*r1); \
         g(f, Q+2) = g(f, Q+2) + (w(p, 9)*r0 + w(p, 18)*r1)
 #define PLANE(I, Q) \
-        a0 = w(p, I)*rec(f, 1, p) + w(p, 9+I)*rec(f, 2, p); \
-        ay = w(p, I)*rec(f, 3, p); az = w(p, I)*rec(f, 4, p); \
+        SLOPE_PLANE(p, a0, ay, az, I); \
         ROW(1, Q); \
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
-      !$omp simd private(a0, ay, az, r0, r1)
-      do f = 5, 8
-        PLANE(1, q)
-        PLANE(2, q+sx)
-        PLANE(3, q+2*sx)
-      end do
+    !$omp simd private(a0, ay, az, r0, r1)
+    do f = 5, 8
+      PLANE(1, q)
+      PLANE(2, q+sx)
+      PLANE(3, q+2*sx)
+    end do
 #undef ROW
 #undef PLANE
+  end subroutine p2g_one
+
+  !> The records of particles p and p+1, which have the same 27 nodes.
+  subroutine p2g_pair(p, w, q, rec, stride, nn, g)
+    integer, intent(in) :: p, q, nn, stride(3)
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: f, o, sx, sy
+    real(rp) :: a0, ay, az, r0, r1, b0, by, bz, s0, s1
+
+    sx = stride(1)
+    sy = stride(2)
+    o = p + 1
+#define ROW(J, Q) \
+        r0 = w(p, 3+J)*a0; s0 = w(o, 3+J)*b0; \
+        g(f, Q) = g(f, Q) + (w(p, 7)*r0 + w(o, 7)*s0); \
+        g(f, Q+1) = g(f, Q+1) + (w(p, 8)*r0 + w(o, 8)*s0); \
+        g(f, Q+2) = g(f, Q+2) + (w(p, 9)*r0 + w(o, 9)*s0)
+#define PLANE(I, Q) \
+        VALUE_PLANE(p, a0, I); VALUE_PLANE(o, b0, I); \
+        ROW(1, Q); \
+        ROW(2, Q+sy); \
+        ROW(3, Q+2*sy)
+    !$omp simd private(a0, b0, r0, s0)
+    do f = 1, 4
+      PLANE(1, q)
+      PLANE(2, q+sx)
+      PLANE(3, q+2*sx)
     end do
-  end subroutine p2g_block
+#undef ROW
+#undef PLANE
+#define ROW(J, Q) \
+        r0 = w(p, 3+J)*a0 + w(p, 12+J)*ay; r1 = w(p, 3+J)*az; \
+        s0 = w(o, 3+J)*b0 + w(o, 12+J)*by; s1 = w(o, 3+J)*bz; \
+        g(f, Q) = g(f, Q) + ((w(p, 7)*r0 + w(p, 16)*r1) + (w(o, 7)*s0 + w(o, 16)*s1)); \
+        g(f, Q+1) = g(f, Q+1) + ((w(p, 8)*r0 + w(p, 17)*r1) + (w(o, 8)*s0 + w(o, 17)*s1)); \
+        g(f, Q+2) = g(f, Q+2) + ((w(p, 9)*r0 + w(p, 18)*r1) + (w(o, 9)*s0 + w(o, 18)*s1))
+#define PLANE(I, Q) \
+        SLOPE_PLANE(p, a0, ay, az, I); SLOPE_PLANE(o, b0, by, bz, I); \
+        ROW(1, Q); \
+        ROW(2, Q+sy); \
+        ROW(3, Q+2*sy)
+    !$omp simd private(a0, ay, az, r0, r1, b0, by, bz, s0, s1)
+    do f = 5, 8
+      PLANE(1, q)
+      PLANE(2, q+sx)
+      PLANE(3, q+2*sx)
+    end do
+#undef ROW
+#undef PLANE
+  end subroutine p2g_pair
 
   !> Interpolate the node records to `n` particles: values of all lanes, slopes of lanes 1:4.
   subroutine g2p_block(n, w, first, stride, nn, g, rec)

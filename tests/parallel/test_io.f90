@@ -1,28 +1,22 @@
 ! SPDX-License-Identifier: MIT
-!> Files: arrays and notes in HDF5, frames, checkpoints (also damaged ones), history tables.
+!> Arrays and notes in HDF5 files, frames, series of frames, history tables.
 program test_io
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int8
-  use mpi_f08, only: mpi_comm_free, mpi_comm_rank, mpi_comm_size, mpi_comm_split
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp, sp
-  use base_system, only: remove_file
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
-  use grid_geometry, only: box_t
-  use io_checkpoint, only: read_checkpoint, read_checkpoint_input, write_checkpoint
   use io_frames, only: frame_name, write_frame, write_series
   use io_hdf5, only: h5file_t
   use io_hdf5_arrays, only: read_array, write_array
   use io_hdf5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
   use io_histories, only: table_t
-  use particles_store, only: f_jac, f_plastic, f_pos, f_tau, f_temp, make_tag, n_fields, &
-                             particles_t, tag_id
+  use io_samples, only: contents, discard, expect_error, expect_no_error, make_particles, put, &
+                        sample_input
+  use particles_store, only: f_jac, f_pos, f_tau, particles_t, tag_id
   implicit none (type, external)
 
-  real(rp), parameter :: landmark = 123456.789_rp   ! a temperature that is found in the file again
-  character(*), parameter :: input_text = '&TIME T_END=1.0 /'//new_line('a')//'! last line'
   character(*), parameter :: newline = new_line('a')
   type(world_t) :: world
   character(:), allocatable :: base
@@ -30,50 +24,16 @@ program test_io
   call start_world(world)
   call begin_tests()
   base = 'test_io_'//str(world%size)//'_'
-
   call test_arrays(packed=.false.)
   call test_arrays(packed=.true.)
   call test_notes()
   call test_frame()
   call test_series()
-  call test_checkpoint()
-  call test_other_ranks()
-  call test_damage()
   call test_histories()
+  deallocate (base)
   call end_tests()
 
 contains
-
-  !> Remove a file of the test.
-  subroutine discard(path)
-    character(*), intent(in) :: path
-
-    call world%barrier()
-    if (world%is_root()) call remove_file(path)
-    call world%barrier()
-  end subroutine discard
-
-  !> Report an error that holds `word`, and forget it.
-  subroutine expect_error(name, error, word)
-    character(*), intent(in) :: name, word
-    type(error_t), intent(inout) :: error
-    logical :: ok
-
-    ok = error%is_set()
-    if (ok) ok = index(error%message, word) > 0
-    if (error%is_set() .and. .not. ok) print '(2a)', name//': ', error%message
-    call expect(name, ok)
-    if (error%is_set()) deallocate (error%message)
-  end subroutine expect_error
-
-  subroutine expect_no_error(name, error)
-    character(*), intent(in) :: name
-    type(error_t), intent(inout) :: error
-
-    if (error%is_set()) print '(2a)', name//': ', error%message
-    call expect(name, .not. error%is_set())
-    if (error%is_set()) deallocate (error%message)
-  end subroutine expect_no_error
 
   !> Arrays of every type; the last of several ranks has nothing.
   subroutine test_arrays(packed)
@@ -129,7 +89,7 @@ contains
     call read_array(file, 'none', 0_i8, a2, error)
     call expect_error('reading what is not there', error, 'none')
     call file%close(error)
-    call discard(base//'arrays.hdf')
+    call discard(world, base//'arrays.hdf')
   end subroutine test_arrays
 
   subroutine test_notes()
@@ -170,36 +130,13 @@ contains
     call read_attribute(file, '/', 'y', x, error)
     call expect_error('wrong number of values', error, 'y')
     call file%close(error)
-    call discard(base//'notes.hdf')
+    call discard(world, base//'notes.hdf')
 
     call file%create(world, 'no_such_directory/notes.hdf', .false., error)
     call write_attribute(file, '/', 'x', 1.5_rp, error)
     call file%close(error)
     call expect_error('no directory', error, 'created')
   end subroutine test_notes
-
-  !> Blocks of two bodies, some not full; rank 1 (if any) has none.
-  subroutine make_particles(p)
-    type(particles_t), intent(inout) :: p
-    integer :: b, i
-
-    call p%init(n_fields + 2)
-    if (world%rank == 1) return
-    call p%reserve(3 + world%rank)
-    p%nblk = 3 + world%rank
-    call random_number(p%ps(:, :, :p%nblk))
-    do b = 1, p%nblk
-      p%count(b) = nlane - b
-      p%body(b) = 1 + mod(b, 2)
-      p%ps(nlane, 1, b) = ieee_value(1.0_rp, ieee_quiet_nan)   ! of an unused lane
-      do i = 1, nlane
-        p%tag(i, b) = make_tag(1000_i8*b + i, mod(i, 64))
-      end do
-    end do
-    p%tag(2, 1) = transfer(ieee_value(1.0_rp, ieee_quiet_nan), 1_i8)
-    p%tag(3, 1) = -1_i8
-    if (world%is_root()) p%ps(5, f_temp, 2) = landmark
-  end subroutine make_particles
 
   subroutine test_frame()
     type(particles_t) :: p
@@ -212,7 +149,7 @@ contains
     real(rp) :: time
     integer :: n
 
-    call make_particles(p)
+    call make_particles(world, p)
     if (p%nblk > 0) then   ! tau = J (-3 I + shear 2): pressure 3, von Mises 2 sqrt(3)
       p%ps(:, f_jac, :) = 2.0_rp
       p%ps(:, f_tau:f_tau + 2, :) = -6.0_rp
@@ -220,7 +157,7 @@ contains
       p%ps(:, f_tau + 4:f_tau + 5, :) = 0.0_rp
     end if
     call write_frame(world, base//'frame.hdf', 0.25_rp, 12, 5.0e-4_rp, [1.0e-4_rp, 2.0e-4_rp], &
-                     ['plate  ', 'backing'], p, input_text, error)
+                     ['plate  ', 'backing'], p, sample_input, error)
     call expect_no_error('frame is written', error)
 
     n = p%total()
@@ -229,7 +166,7 @@ contains
     call read_attribute(file, '/', 'time', time, error)
     call expect_close('time of a frame', time, 0.25_rp)
     call read_text(file, '/stirpoint/input', text, error)
-    call expect('input in a frame', text == input_text)
+    call expect('input in a frame', text == sample_input)
     call read_array(file, '/VTKHDF/NumberOfPoints', 0_i8, pieces, error)
     first = sum(pieces(:world%rank))
     call expect('points of a piece', pieces(world%rank + 1) == n)
@@ -250,7 +187,7 @@ contains
     call expect('units', text == 'K')
     call file%close(error)
     call expect_no_error('frame is read', error)
-    call discard(base//'frame.hdf')
+    call discard(world, base//'frame.hdf')
     call p%free()
   end subroutine test_frame
 
@@ -277,210 +214,14 @@ contains
     call expect('name of a frame', frame_name('parts', 12) == 'parts_000012.hdf')
     call write_series(world, '.', base//'parts', 2, [0.0_rp, 0.5_rp, 9.0_rp], error)
     call expect_no_error('series is written', error)
-    text = contents(base//'parts.hdf.series')
+    text = contents(world, base//'parts.hdf.series')
     call expect('last frame of a series', &
                 index(text, '"'//base//'parts_000001.hdf", "time": 5.000000000000000E-001}') > 0)
     call expect('frames of a series', index(text, '_000002') == 0)
-    call discard(base//'parts.hdf.series')
+    call discard(world, base//'parts.hdf.series')
     call write_series(world, 'no_such_directory', 'parts', 1, [0.0_rp], error)
     call expect_error('no directory for a series', error, 'cannot be written')
   end subroutine test_series
-
-  !> A file as text.
-  function contents(path) result(text)
-    character(*), intent(in) :: path
-    character(:), allocatable :: text
-    integer :: unit, length
-
-    call world%barrier()
-    inquire (file=path, size=length)
-    allocate (character(max(0, length)) :: text)
-    open (newunit=unit, file=path, access='stream', action='read')
-    read (unit) text
-    close (unit)
-    call world%barrier()
-  end function contents
-
-  !> Rank 0 makes `text` the contents of a file.
-  subroutine put(path, text)
-    character(*), intent(in) :: path, text
-    integer :: unit
-
-    if (world%is_root()) then
-      open (newunit=unit, file=path, access='stream', action='write', status='replace')
-      write (unit) text
-      close (unit)
-    end if
-    call world%barrier()
-  end subroutine put
-
-  !> Write particles, boxes and numbers that differ from rank to rank.
-  subroutine save(path, p, error)
-    character(*), intent(in) :: path
-    type(particles_t), intent(in) :: p
-    type(error_t), intent(inout) :: error
-    type(box_t) :: boxes(0:world%size - 1)
-    integer :: r
-
-    do r = 0, world%size - 1
-      boxes(r)%lo = [r, 0, -1]
-      boxes(r)%hi = [r, 9, 10*r]
-    end do
-    call write_checkpoint(world, path, p, boxes, [1.5_rp, real(world%rank, rp), 0.1_rp], &
-                          [1.0_rp, real(world%rank, rp)], input_text, error)
-  end subroutine save
-
-  !> A restart on as many ranks gets every bit back.
-  subroutine test_checkpoint()
-    type(particles_t) :: p, q
-    type(box_t), allocatable :: boxes(:)
-    real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text
-    type(error_t) :: error
-    logical :: same, equal
-
-    call make_particles(p)
-    call save(base//'same.h5', p, error)
-    call expect_no_error('checkpoint is written', error)
-    call read_checkpoint(world, base//'same.h5', q, boxes, global, local, same, text, error)
-    call expect_no_error('checkpoint is read', error)
-    call expect('same ranks', same .and. allocated(boxes))
-    if (allocated(boxes)) call expect('boxes', lbound(boxes, 1) == 0 .and. &
-                                      all(boxes(world%rank)%hi == [world%rank, 9, 10*world%rank]))
-    call expect('global numbers', all(global == [1.5_rp, 0.0_rp, 0.1_rp]))
-    call expect('local numbers', all(local == [1.0_rp, real(world%rank, rp)]))
-    call expect('input of a checkpoint', text == input_text)
-    equal = q%nblk == p%nblk .and. q%nf == p%nf
-    if (equal .and. p%nblk > 0) then
-      equal = all(transfer(p%ps(:, :, :p%nblk), [0_i8]) == transfer(q%ps(:, :, :p%nblk), [0_i8])) &
-              .and. all(p%tag(:, :p%nblk) == q%tag(:, :p%nblk)) &
-              .and. all(p%count(:p%nblk) == q%count(:p%nblk)) &
-              .and. all(p%body(:p%nblk) == q%body(:p%nblk))
-    end if
-    call expect('bitwise the same particles', equal)
-    call read_checkpoint_input(world, base//'same.h5', text, error)
-    call expect('only the input', text == input_text)
-    call discard(base//'same.h5')
-    call p%free()
-    call q%free()
-    call save(base//'empty.h5', p, error)
-    call read_checkpoint(world, base//'empty.h5', q, boxes, global, local, same, text, error)
-    call expect_no_error('checkpoint without particles', error)
-    call discard(base//'empty.h5')
-  end subroutine test_checkpoint
-
-  !> Written by all ranks, read by every rank for itself and (but for the last) by one rank fewer.
-  subroutine test_other_ranks()
-    type(particles_t) :: p
-    type(error_t) :: error
-    real(rp) :: want(4)
-
-    call make_particles(p)
-    call save(base//'other.h5', p, error)
-    want = totals(p)
-    call world%sum(want)
-    call expect_subset(world%rank, want)
-    call expect_subset(merge(0, 1, world%rank < max(1, world%size - 1)), want)
-    call expect_no_error('checkpoint for others is written', error)
-    call discard(base//'other.h5')
-    call p%free()
-  end subroutine test_other_ranks
-
-  !> Ranks of one colour read the checkpoint; the sums over them must be those over all.
-  subroutine expect_subset(colour, want)
-    integer, intent(in) :: colour
-    real(rp), intent(in) :: want(4)
-    type(world_t) :: part
-    type(particles_t) :: q
-    type(box_t), allocatable :: boxes(:)
-    real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text
-    type(error_t) :: error
-    logical :: same
-    real(rp) :: got(4)
-
-    call mpi_comm_split(world%comm, colour, world%rank, part%comm)
-    call mpi_comm_rank(part%comm, part%rank)
-    call mpi_comm_size(part%comm, part%size)
-    call read_checkpoint(part, base//'other.h5', q, boxes, global, local, same, text, error)
-    call expect_no_error('checkpoint is read by fewer', error)
-    call expect('other ranks', (same .eqv. part%size == world%size) .and. (same .eqv. allocated(boxes)))
-    got = totals(q)
-    call part%sum(got)
-    call part%sum(local)
-    call expect('particles on other ranks', all(abs(got - want) <= 1.0e-12_rp*want))
-    call expect('sum of local numbers', all(nint(local) == &
-                                            [world%size, world%size*(world%size - 1)/2]))
-    call expect('global numbers on other ranks', all(global == [1.5_rp, 0.0_rp, 0.1_rp]))
-    call mpi_comm_free(part%comm)
-    call q%free()
-  end subroutine expect_subset
-
-  !> Sums over the particles of a rank.
-  function totals(p) result(s)
-    type(particles_t), intent(in) :: p
-    real(rp) :: s(4)
-    integer :: b
-
-    s = 0.0_rp
-    do b = 1, p%nblk
-      s = s + [real(p%count(b), rp), real(p%body(b), rp), &
-               sum(p%ps(:p%count(b), f_temp, b)), sum(p%ps(:p%count(b), f_plastic, b))]
-    end do
-  end function totals
-
-  !> Every damage is an error on all ranks, not a crash.
-  subroutine test_damage()
-    type(particles_t) :: p
-    type(h5file_t) :: file
-    type(error_t) :: error
-    character(:), allocatable :: path, good
-    integer :: at
-
-    path = base//'bad.h5'
-    call expect_bad(path, 'does not exist')
-    call put(path, 'This is no HDF5 file.')
-    call expect_bad(path, 'not an HDF5 file')
-    call file%create(world, path, .false., error)
-    call file%close(error)
-    call expect_bad(path, 'not a checkpoint of Stirpoint')
-    call file%create(world, path, .false., error)
-    call write_attribute(file, '/', 'format', 'stirpoint checkpoint', error)
-    call write_attribute(file, '/', 'version', 99, error)
-    call file%close(error)
-    call expect_bad(path, 'version 99')
-
-    call make_particles(p)
-    call save(path, p, error)
-    call expect_no_error('checkpoint to be damaged', error)
-    good = contents(path)
-    call put(path, good(:len(good) - 100))
-    call expect_bad(path, 'cut short')
-    call put(path, good(:len(good)/3))
-    call expect_bad(path, 'cut short')
-    at = index(good, transfer(landmark, '01234567'))
-    call expect('landmark is found', at > 0)
-    good(at:at) = achar(ieor(iachar(good(at:at)), 1))
-    call put(path, good)
-    call expect_bad(path, 'damaged')
-    call discard(path)
-    call p%free()
-  end subroutine test_damage
-
-  subroutine expect_bad(path, word)
-    character(*), intent(in) :: path, word
-    type(particles_t) :: q
-    type(box_t), allocatable :: boxes(:)
-    real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text
-    type(error_t) :: error
-    logical :: same
-
-    call read_checkpoint(world, path, q, boxes, global, local, same, text, error)
-    call expect_error('checkpoint that '//word, error, word)
-    call expect('no particles', q%nblk == 0)
-    call q%free()
-  end subroutine expect_bad
 
   !> A table goes on after the restart time; later rows and an unfinished one are dropped.
   subroutine test_histories()
@@ -499,15 +240,15 @@ contains
     end do
     call table%close(error)
     call expect_no_error('table is written', error)
-    text = contents(path)
+    text = contents(world, path)
     call expect('fresh table', index(text, '# a title'//newline//'time[s],torque[N]'//newline// &
                                      '3.333333333333E-01,-1.') == 1)
-    call put(path, text//'1.3')
+    call put(world, path, text//'1.3')
     call table%open(world, path, 'a title', columns, 2.0_rp/3.0_rp, error)
     call table%row([9.0_rp, 1.0_rp])
     call table%close(error)
     call expect_no_error('table is continued', error)
-    text = contents(path)
+    text = contents(world, path)
     call expect('continued table', index(text, '# a title') == 1 .and. index(text, &
       newline//'6.666666666667E-01,-2.000000000000E-120'//newline// &
       '9.000000000000E+00,1.000000000E+00'//newline, back=.true.) > 30)
@@ -516,12 +257,12 @@ contains
     call table%close(error)
     call table%open(world, path, '', columns, -1.0_rp, error)
     call table%close(error)
-    call expect('fresh over an old table', contents(path) == 'time[s],torque[N]'//newline)
-    call discard(path)
+    call expect('fresh over an old table', contents(world, path) == 'time[s],torque[N]'//newline)
+    call discard(world, path)
     call table%open(world, path, '', columns, 5.0_rp, error)
     call table%close(error)
     call expect_no_error('restart without the old table', error)
-    call discard(path)
+    call discard(world, path)
   end subroutine test_histories
 
 end program test_io

@@ -1,0 +1,215 @@
+! SPDX-License-Identifier: MIT
+!> Checkpoints: exact on as many ranks, complete on others, and an error when damaged.
+program test_checkpoint
+  use mpi_f08, only: mpi_comm_free, mpi_comm_rank, mpi_comm_size, mpi_comm_split
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp
+  use base_text, only: str
+  use check, only: begin_tests, end_tests, expect
+  use comm_world, only: start_world, world_t
+  use grid_geometry, only: box_t
+  use io_checkpoint, only: read_checkpoint, read_checkpoint_input, write_checkpoint
+  use io_hdf5, only: h5file_t
+  use io_hdf5_notes, only: write_attribute
+  use io_samples, only: contents, discard, expect_error, expect_no_error, landmark, &
+                        make_particles, put, sample_input
+  use particles_store, only: f_plastic, f_temp, particles_t
+  implicit none (type, external)
+
+  type(world_t) :: world
+  character(:), allocatable :: base
+
+  call start_world(world)
+  call begin_tests()
+  base = 'test_checkpoint_'//str(world%size)//'_'
+  call test_same_ranks()
+  call test_empty()
+  call test_other_ranks()
+  call test_damage()
+  deallocate (base)
+  call end_tests()
+
+contains
+
+  !> Write particles, boxes and numbers that differ from rank to rank.
+  subroutine save(path, p, error)
+    character(*), intent(in) :: path
+    type(particles_t), intent(in) :: p
+    type(error_t), intent(inout) :: error
+    type(box_t) :: boxes(0:world%size - 1)
+    integer :: r
+
+    do r = 0, world%size - 1
+      boxes(r)%lo = [r, 0, -1]
+      boxes(r)%hi = [r, 9, 10*r]
+    end do
+    call write_checkpoint(world, path, p, boxes, [1.5_rp, real(world%rank, rp), 0.1_rp], &
+                          [1.0_rp, real(world%rank, rp)], sample_input, error)
+  end subroutine save
+
+  !> A restart on as many ranks gets every bit back.
+  subroutine test_same_ranks()
+    type(particles_t) :: p, q
+    type(box_t), allocatable :: boxes(:)
+    real(rp), allocatable :: global(:), local(:)
+    character(:), allocatable :: text
+    type(error_t) :: error
+    logical :: same, equal
+
+    call make_particles(world, p)
+    call save(base//'same.h5', p, error)
+    call expect_no_error('checkpoint is written', error)
+    call read_checkpoint(world, base//'same.h5', q, boxes, global, local, same, text, error)
+    call expect_no_error('checkpoint is read', error)
+    call expect('same ranks', same .and. allocated(boxes))
+    if (allocated(boxes)) call expect('boxes', lbound(boxes, 1) == 0 .and. &
+                                      all(boxes(world%rank)%hi == [world%rank, 9, 10*world%rank]))
+    call expect('global numbers', all(global == [1.5_rp, 0.0_rp, 0.1_rp]))
+    call expect('local numbers', all(local == [1.0_rp, real(world%rank, rp)]))
+    call expect('input of a checkpoint', text == sample_input)
+    equal = q%nblk == p%nblk .and. q%nf == p%nf
+    if (equal .and. p%nblk > 0) then
+      equal = all(transfer(p%ps(:, :, :p%nblk), [0_i8]) == transfer(q%ps(:, :, :p%nblk), [0_i8])) &
+              .and. all(p%tag(:, :p%nblk) == q%tag(:, :p%nblk)) &
+              .and. all(p%count(:p%nblk) == q%count(:p%nblk)) &
+              .and. all(p%body(:p%nblk) == q%body(:p%nblk))
+    end if
+    call expect('bitwise the same particles', equal)
+    call read_checkpoint_input(world, base//'same.h5', text, error)
+    call expect('only the input', text == sample_input)
+    call discard(world, base//'same.h5')
+    call p%free()
+    call q%free()
+  end subroutine test_same_ranks
+
+  subroutine test_empty()
+    type(particles_t) :: p, q
+    type(box_t), allocatable :: boxes(:)
+    real(rp), allocatable :: global(:), local(:)
+    character(:), allocatable :: text
+    type(error_t) :: error
+    logical :: same
+
+    call save(base//'empty.h5', p, error)
+    call read_checkpoint(world, base//'empty.h5', q, boxes, global, local, same, text, error)
+    call expect_no_error('checkpoint without particles', error)
+    call expect('no particles came', q%total() == 0)
+    call discard(world, base//'empty.h5')
+    call q%free()
+  end subroutine test_empty
+
+  !> Written by all ranks, read by every rank for itself and (but for the last) by one rank fewer.
+  subroutine test_other_ranks()
+    type(particles_t) :: p
+    type(error_t) :: error
+    real(rp) :: want(4)
+
+    call make_particles(world, p)
+    call save(base//'other.h5', p, error)
+    want = totals(p)
+    call world%sum(want)
+    call expect_subset(world%rank, want)
+    call expect_subset(merge(0, 1, world%rank < max(1, world%size - 1)), want)
+    call expect_no_error('checkpoint for others is written', error)
+    call discard(world, base//'other.h5')
+    call p%free()
+  end subroutine test_other_ranks
+
+  !> Ranks of one colour read the checkpoint; the sums over them must be those over all.
+  subroutine expect_subset(colour, want)
+    integer, intent(in) :: colour
+    real(rp), intent(in) :: want(4)
+    type(world_t) :: part
+    type(particles_t) :: q
+    type(box_t), allocatable :: boxes(:)
+    real(rp), allocatable :: global(:), local(:)
+    character(:), allocatable :: text
+    type(error_t) :: error
+    logical :: same
+    real(rp) :: got(4)
+
+    call mpi_comm_split(world%comm, colour, world%rank, part%comm)
+    call mpi_comm_rank(part%comm, part%rank)
+    call mpi_comm_size(part%comm, part%size)
+    call read_checkpoint(part, base//'other.h5', q, boxes, global, local, same, text, error)
+    call expect_no_error('checkpoint is read by fewer', error)
+    call expect('other ranks', (same .eqv. part%size == world%size) .and. &
+                               (same .eqv. allocated(boxes)))
+    got = totals(q)
+    call part%sum(got)
+    call part%sum(local)
+    call expect('particles on other ranks', all(abs(got - want) <= 1.0e-12_rp*want))
+    call expect('sum of local numbers', all(nint(local) == &
+                                            [world%size, world%size*(world%size - 1)/2]))
+    call expect('global numbers on other ranks', all(global == [1.5_rp, 0.0_rp, 0.1_rp]))
+    call mpi_comm_free(part%comm)
+    call q%free()
+  end subroutine expect_subset
+
+  !> Sums over the particles of a rank.
+  function totals(p) result(s)
+    type(particles_t), intent(in) :: p
+    real(rp) :: s(4)
+    integer :: b
+
+    s = 0.0_rp
+    do b = 1, p%nblk
+      s = s + [real(p%count(b), rp), real(p%body(b), rp), &
+               sum(p%ps(:p%count(b), f_temp, b)), sum(p%ps(:p%count(b), f_plastic, b))]
+    end do
+  end function totals
+
+  !> Every damage is an error on all ranks, not a crash.
+  subroutine test_damage()
+    type(particles_t) :: p
+    type(h5file_t) :: file
+    type(error_t) :: error
+    character(:), allocatable :: path, good
+    integer :: at
+
+    path = base//'bad.h5'
+    call expect_bad(path, 'does not exist')
+    call put(world, path, 'This is no HDF5 file.')
+    call expect_bad(path, 'not an HDF5 file')
+    call file%create(world, path, .false., error)
+    call file%close(error)
+    call expect_bad(path, 'not a checkpoint of Stirpoint')
+    call file%create(world, path, .false., error)
+    call write_attribute(file, '/', 'format', 'stirpoint checkpoint', error)
+    call write_attribute(file, '/', 'version', 99, error)
+    call file%close(error)
+    call expect_bad(path, 'version 99')
+
+    call make_particles(world, p)
+    call save(path, p, error)
+    call expect_no_error('checkpoint to be damaged', error)
+    good = contents(world, path)
+    call put(world, path, good(:len(good) - 100))
+    call expect_bad(path, 'cut short')
+    call put(world, path, good(:len(good)/3))
+    call expect_bad(path, 'cut short')
+    at = index(good, transfer(landmark, '01234567'))
+    call expect('landmark is found', at > 0)
+    good(at:at) = achar(ieor(iachar(good(at:at)), 1))
+    call put(world, path, good)
+    call expect_bad(path, 'damaged')
+    call discard(world, path)
+    call p%free()
+  end subroutine test_damage
+
+  subroutine expect_bad(path, word)
+    character(*), intent(in) :: path, word
+    type(particles_t) :: q
+    type(box_t), allocatable :: boxes(:)
+    real(rp), allocatable :: global(:), local(:)
+    character(:), allocatable :: text
+    type(error_t) :: error
+    logical :: same
+
+    call read_checkpoint(world, path, q, boxes, global, local, same, text, error)
+    call expect_error('checkpoint that '//word, error, word)
+    call expect('no particles', q%nblk == 0)
+    call q%free()
+  end subroutine expect_bad
+
+end program test_checkpoint

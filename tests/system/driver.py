@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: MIT
+"""Run the executable and read what it writes."""
+
+import csv
+import dataclasses
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+INPUTS = pathlib.Path(__file__).resolve().parent / "inputs"
+EXECUTABLE = str(
+    pathlib.Path(os.environ.get("STIRPOINT_EXECUTABLE", ROOT / "build/release/stirpoint")).resolve()
+)
+
+# Exit status of the program.
+WELL, BAD_INPUT, BROKEN, BY_SIGNAL = 0, 2, 3, 75
+
+# More ranks than cores, as root, several at a time: Open MPI refuses or crawls without these.
+ENVIRONMENT = dict(
+    os.environ,
+    OMPI_ALLOW_RUN_AS_ROOT="1",
+    OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
+    OMPI_MCA_rmaps_base_oversubscribe="1",
+    OMPI_MCA_hwloc_base_binding_policy="none",
+    OMPI_MCA_mpi_yield_when_idle="1",
+    PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe",
+    PRTE_MCA_hwloc_default_binding_policy="none",
+)
+
+# First column of the fields in the particle blocks of a checkpoint, and how many
+# (modules/particles/store.f90); symmetric tensors are xx, yy, zz, xy, yz, xz.
+LANES = 64
+FIELDS = {
+    "x": (0, 3),  # position [m]
+    "v": (3, 3),  # velocity [m/s]
+    "b": (6, 6),  # isochoric elastic left Cauchy-Green tensor
+    "jac": (12, 1),  # volume ratio
+    "plastic": (13, 1),  # equivalent plastic strain
+    "temp": (14, 1),  # temperature [K]
+    "mass": (15, 1),  # [kg]
+    "tau": (16, 6),  # Kirchhoff stress [Pa]
+    "rate": (22, 1),  # [1/s]
+    "flow": (23, 1),  # [Pa]
+    "force": (24, 3),  # contact force [N]
+    "heat": (27, 1),  # heat waiting for conduction [J]
+}
+
+
+def command_of(name, options, ranks, sets):
+    """The command line. `name` is an input of this directory, a path, or None."""
+    words = [] if ranks is None else ["mpirun", "-n", str(ranks)]
+    words.append(EXECUTABLE)
+    if name is not None:
+        path = INPUTS / f"{name}.nml"
+        words.append(str(path if path.exists() else name))
+    for key, value in (sets or {}).items():
+        words += ["--set", f"{key}={value}"]
+    return words + [str(option) for option in options]
+
+
+@dataclasses.dataclass
+class Done:
+    """A finished run: exit status, what it printed, and its results."""
+
+    status: int
+    out: str
+    err: str
+    directory: pathlib.Path
+    seconds: float
+
+    def results(self, name):
+        return Results(self.directory / f"{name}.out", name)
+
+
+def run(name, *options, directory, ranks=None, sets=None, expect=WELL, timeout=120):
+    """Run to the end; `ranks` None is without mpirun. `expect` None accepts any exit status."""
+    words = command_of(name, options, ranks, sets)
+    begun = time.monotonic()
+    done = subprocess.run(
+        words, cwd=directory, env=ENVIRONMENT, capture_output=True, text=True, timeout=timeout
+    )
+    if expect is not None:
+        assert done.returncode == expect, f"{' '.join(words)}\n{done.stdout}\n{done.stderr}"
+    seconds = time.monotonic() - begun
+    return Done(done.returncode, done.stdout, done.stderr, pathlib.Path(directory), seconds)
+
+
+class Started:
+    """A run in progress."""
+
+    def __init__(self, name, *options, directory, ranks=None, sets=None):
+        self.directory = pathlib.Path(directory)
+        self.log = open(self.directory / "log.txt", "w+", encoding="utf-8")
+        self.process = subprocess.Popen(
+            command_of(name, options, ranks, sets),
+            cwd=directory,
+            env=ENVIRONMENT,
+            stdout=self.log,
+            stderr=subprocess.STDOUT,
+        )
+
+    def wait_for_rows(self, path, rows, timeout=60):
+        """Wait until the history has so many rows."""
+        limit = time.monotonic() + timeout
+        while time.monotonic() < limit:
+            if self.process.poll() is not None:
+                break
+            if path.exists():
+                lines = path.read_text(encoding="utf-8").splitlines()
+                if sum(not line.startswith("#") for line in lines) > rows:
+                    return
+            time.sleep(0.02)
+        raise AssertionError(f"no {rows} rows in {path}: {self.text()}")
+
+    def ranks(self):
+        """Process ids of the ranks: the children of mpirun, or the program itself."""
+        children = []
+        for status in pathlib.Path("/proc").glob("[0-9]*/stat"):
+            try:
+                fields = status.read_text().rsplit(")", 1)[1].split()
+            except OSError:
+                continue
+            if int(fields[1]) == self.process.pid:
+                children.append(int(status.parent.name))
+        return sorted(children) or [self.process.pid]
+
+    def send(self, number, to_rank=None):
+        """Send a signal to what was started (mpirun hands SIGUSR1 on), or to one rank."""
+        os.kill(self.process.pid if to_rank is None else self.ranks()[to_rank], number)
+
+    def wait(self, timeout=60):
+        """Exit status."""
+        return self.process.wait(timeout)
+
+    def text(self):
+        self.log.flush()
+        return (self.directory / "log.txt").read_text(encoding="utf-8")
+
+    def end(self):
+        if self.process.poll() is None:
+            for pid in self.ranks():
+                os.kill(pid, signal.SIGKILL)
+            self.process.kill()
+            self.process.wait()
+        self.log.close()
+
+
+class Table:
+    """A history: columns by name, as table['kinetic[J]']."""
+
+    def __init__(self, path):
+        self.path = pathlib.Path(path)
+        self.text = self.path.read_text(encoding="utf-8")
+        rows = list(csv.reader(line for line in self.text.splitlines() if not line.startswith("#")))
+        self.names = rows[0]
+        self.rows = np.array(rows[1:], dtype=float).reshape(len(rows) - 1, len(self.names))
+
+    def __getitem__(self, name):
+        return self.rows[:, self.names.index(name)]
+
+    def impulse(self, name):
+        """Time integral of a column that holds means since the row before."""
+        return np.sum(np.diff(self["time[s]"], prepend=0.0) * self[name])
+
+
+class Results:
+    """The output directory of a run."""
+
+    def __init__(self, directory, name):
+        self.directory = pathlib.Path(directory)
+        self.name = name
+
+    def path(self, rest):
+        return self.directory / f"{self.name}{rest}"
+
+    def history(self):
+        return Table(self.path("_history.csv"))
+
+    def probes(self):
+        return Table(self.path("_probes.csv"))
+
+    def series(self):
+        return json.loads(self.path(".hdf.series").read_text(encoding="utf-8"))
+
+    def checkpoint(self):
+        return Checkpoint(self.path("_checkpoint.h5"))
+
+
+class Checkpoint:
+    """The particles of a checkpoint in the order of their numbers: state.x, state.v, state.temp."""
+
+    def __init__(self, path):
+        with h5py.File(path, "r") as file:
+            assert file.attrs["lanes"] == LANES
+            n_fields = int(file.attrs["fields"])
+            raw = file["/particles/state"][:].reshape(-1, n_fields, LANES)
+            tag = file["/particles/tag"][:]
+            count = file["/particles/count"][:]
+            body = file["/particles/body"][:]
+            self.particles_of_rank = ranks_of(file["/ranks/blocks"][:], count)
+            self.all = {}
+            file.visititems(lambda path, item: self.keep(path, item))
+        used = np.arange(LANES)[None, :] < count[:, None]
+        number = (tag & ((1 << 48) - 1))[used]
+        order = np.argsort(number)
+        self.number = number[order]
+        assert len(np.unique(number)) == len(number), "two particles have the same number"
+        self.body = np.repeat(body[:, None], LANES, axis=1)[used][order]
+        for name, (first, n) in FIELDS.items():
+            values = np.moveaxis(raw[:, first : first + n, :], 1, 2)[used][order]
+            setattr(self, name, values[:, 0] if n == 1 else values)
+
+    def keep(self, path, item):
+        if isinstance(item, h5py.Dataset):
+            self.all[path] = item[()]
+
+    @property
+    def step(self):
+        return int(self.all["global"][0])
+
+    @property
+    def time(self):
+        """[s]"""
+        return float(self.all["global"][1])
+
+    def momentum(self):
+        """[N s]"""
+        return self.mass @ self.v
+
+    def angular_momentum(self):
+        """About the centre of mass [N m s]."""
+        centre = self.mass @ self.x / self.mass.sum()
+        mean = self.momentum() / self.mass.sum()
+        return np.sum(self.mass[:, None] * np.cross(self.x - centre, self.v - mean), axis=0)
+
+    def kinetic(self):
+        """[J]"""
+        return 0.5 * np.sum(self.mass * np.sum(self.v**2, axis=1))
+
+
+def ranks_of(blocks, count):
+    """Particles of each rank from the numbers of blocks and the particles in each block."""
+    ends = np.concatenate([[0], np.cumsum(blocks)])
+    return [int(count[a:b].sum()) for a, b in zip(ends[:-1], ends[1:])]
+
+
+def distance(one, other, names):
+    """Largest difference of two checkpoints in each field, over the largest value of the field."""
+    assert np.array_equal(one.number, other.number), "the particles differ in number"
+    result = {}
+    for name in names:
+        a, b = getattr(one, name), getattr(other, name)
+        scale = max(np.abs(a).max(), np.abs(b).max())
+        result[name] = float(np.abs(a - b).max() / scale) if scale > 0.0 else 0.0
+    return result
+
+
+def read_frame(path):
+    """Points and point data of a VTKHDF frame, with its attributes and the units."""
+    with h5py.File(path, "r") as file:
+        group = file["/VTKHDF"]
+        data = {name: item[:] for name, item in group["PointData"].items()}
+        data["x"] = group["Points"][:]
+        units = {name: item.attrs["units"] for name, item in group["PointData"].items()}
+        units["x"] = group["Points"].attrs["units"]
+        attributes = dict(file.attrs)
+    units = {name: u.decode() if isinstance(u, bytes) else str(u) for name, u in units.items()}
+    return data, units, attributes

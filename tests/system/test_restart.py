@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: MIT
+"""Stopped by a signal and continued: the same run, bit for bit."""
+
+import shutil
+import signal
+
+import driver
+import h5py
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The run of stir.nml in one go on so many ranks: tool in contact, conduction, film, probes."""
+    known = {}
+
+    def results(ranks):
+        if ranks not in known:
+            directory = tmp_path_factory.mktemp("whole")
+            known[ranks] = driver.run("stir", "--quiet", directory=directory, ranks=ranks).results("stir")
+        return known[ranks]
+
+    return results
+
+
+def stop_in_the_middle(start, ranks, number, to_rank=None):
+    """Start stir.nml, stop it by a signal while the tool is in contact; its results so far."""
+    one = start("stir", "--quiet", ranks=ranks)
+    results = driver.Results(one.directory / "stir.out", "stir")
+    one.wait_for_rows(results.path("_history.csv"), 45)
+    one.send(number, to_rank)
+    status = one.wait()
+    checkpoint = results.checkpoint()
+    print(f"stopped at step {checkpoint.step}, t = {checkpoint.time} s:", one.text())
+    assert 0.08 < checkpoint.time < 0.299, "the signal came too late: the machine is too busy or too fast"
+    assert np.abs(checkpoint.force).max() > 0.0, "the tool is not in contact"
+    assert f"signal {int(number)}" in one.text() and "stir_checkpoint.h5" in one.text()
+    return results, status
+
+
+def assert_same_run(whole, other):
+    """Same final state and same files, bit for bit."""
+    one, two = whole.checkpoint(), other.checkpoint()
+    assert one.step == two.step
+    for path, values in one.all.items():
+        assert np.array_equal(values, two.all[path]), f"{path} differs"
+    for table in ("_history.csv", "_probes.csv"):
+        assert whole.path(table).read_text() == other.path(table).read_text(), table
+    times = driver.Table(other.path("_history.csv"))["time[s]"]
+    assert np.all(np.diff(times) > 0.0), "double rows"
+    assert whole.series() == other.series()
+    for entry in whole.series()["files"]:
+        data = driver.read_frame(whole.directory / entry["name"])
+        more = driver.read_frame(other.directory / entry["name"])
+        assert data[2]["time"] == more[2]["time"] and data[2]["step"] == more[2]["step"]
+        for name, values in data[0].items():
+            assert np.array_equal(values, more[0][name]), f"{entry['name']} {name}"
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_stopped_by_sigusr1_and_continued(start, run, whole, ranks):
+    """Exact: exit status 75 and a checkpoint at the signal; --restart ends with the same doubles in the
+    checkpoint and the same histories, probes, frames and series as the run in one go, on 1 and 2 ranks."""
+    results, status = stop_in_the_middle(start, ranks, signal.SIGUSR1)
+    assert status == driver.BY_SIGNAL
+    run("stir", "--quiet", "--restart", results.path("_checkpoint.h5"), ranks=ranks)
+    assert_same_run(whole(ranks), results)
+
+
+def test_stopped_by_sigterm_and_continued(start, run, whole):
+    """Exact: as SIGUSR1, with SIGTERM, and continued without the input file: the checkpoint knows it, and
+    the run goes on in its own directory stir.out under its own name."""
+    results, status = stop_in_the_middle(start, None, signal.SIGTERM)
+    assert status == driver.BY_SIGNAL
+    run(None, "--quiet", "--restart", results.path("_checkpoint.h5"))
+    assert_same_run(whole(None), results)
+    assert sorted(p.name for p in results.directory.parent.iterdir()) == ["log.txt", "stir.out"]
+
+
+def test_sigterm_to_one_rank_stops_all(start, run, whole):
+    """Exact: a signal that only rank 1 of 2 gets ends both with status 75, and the run can go on."""
+    results, status = stop_in_the_middle(start, 2, signal.SIGTERM, to_rank=1)
+    assert status == driver.BY_SIGNAL
+    run("stir", "--quiet", "--restart", results.path("_checkpoint.h5"), ranks=2)
+    assert_same_run(whole(2), results)
+
+
+@pytest.mark.parametrize("before, after", [(2, None), (None, 4)])
+def test_restart_on_another_number_of_ranks(run, tmp_path, before, after):
+    """Exact: the smooth block for 500 steps, then 500 more on another number of ranks, ends as 1000 steps
+    on one: positions [m], velocities [m/s], temperatures [K], stresses [Pa] to 1e-10 of the largest."""
+    other = tmp_path / "other"
+    other.mkdir()
+    one = run("block", "--quiet", directory=other).results("block").checkpoint()
+    half = {"TIME.MAX_STEPS": 500, "OUTPUT.CHECKPOINT_INTERVAL": 3.5e-5}
+    results = run("block", "--quiet", ranks=before, sets=half).results("block")
+    assert results.checkpoint().step == 500
+    run("block", "--quiet", "--restart", results.path("_checkpoint.h5"), ranks=after)
+    two = results.checkpoint()
+    assert one.step == two.step == 1000
+    apart = driver.distance(one, two, ["x", "v", "b", "jac", "plastic", "temp", "tau"])
+    print(apart)
+    assert max(apart.values()) <= 1e-10, apart
+
+
+def damage(path, how):
+    """Spoil a checkpoint."""
+    if how == "missing":
+        path.unlink()
+    elif how == "empty":
+        path.write_bytes(b"")
+    elif how == "text":
+        path.write_text("This is not HDF5.\n" * 50)
+    elif how == "cut":
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    elif how == "bit":
+        with h5py.File(path, "r+") as file:
+            state = file["/particles/state"]
+            row = state[0]
+            row[5] = np.nextafter(row[5], 1.0)
+            state[0] = row
+    elif how == "other file":
+        with h5py.File(path, "w") as file:
+            file["something"] = np.arange(5.0)
+    elif how == "version":
+        with h5py.File(path, "r+") as file:
+            file.attrs.modify("version", np.int32(99))
+
+
+@pytest.fixture(scope="module")
+def crumb(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("crumb")
+    return driver.run("crumb", "--quiet", directory=directory).results("crumb")
+
+
+@pytest.mark.parametrize("how", ["missing", "empty", "text", "cut", "bit", "other file", "version"])
+@pytest.mark.parametrize("with_input", [True, False])
+def test_missing_or_damaged_checkpoint(run, tmp_path, crumb, how, with_input):
+    """Exact: status 2 and one message that names the checkpoint, no HDF5 error stack, nothing written,
+    for a missing, empty, foreign, cut file, one flipped bit in the particles, another format version."""
+    path = tmp_path / "saved.h5"
+    shutil.copy(crumb.path("_checkpoint.h5"), path)
+    damage(path, how)
+    before = sorted(p.name for p in tmp_path.iterdir())
+    done = run("crumb" if with_input else None, "--restart", path, expect=None)
+    print(done.err)
+    assert done.status == driver.BAD_INPUT
+    lines = done.err.strip().splitlines()
+    assert len(lines) == 1 and "error: " in lines[0] and "saved.h5" in lines[0], done.err
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+def test_damage_is_reported_once_on_two_ranks(run, tmp_path, crumb):
+    """Exact: a flipped bit on 2 ranks: status 2, one message from the program."""
+    path = tmp_path / "saved.h5"
+    shutil.copy(crumb.path("_checkpoint.h5"), path)
+    damage(path, "bit")
+    done = run("crumb", "--restart", path, ranks=2, expect=None)
+    assert done.status == driver.BAD_INPUT
+    assert done.err.count("saved.h5 is damaged") == 1
+
+
+def test_checkpoint_of_another_scene(run, tmp_path, crumb):
+    """Exact: the checkpoint of a scene with a probe and no tool does not fit stir.nml: status 2."""
+    done = run("stir", "--restart", crumb.path("_checkpoint.h5"), expect=None)
+    assert done.status == driver.BAD_INPUT
+    assert "error: " in done.err and "another scene" in done.err
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,472 @@
+! SPDX-License-Identifier: MIT
+!> Plasticity: the radial return against plain scalar code, Johnson-Cook's reference points,
+!> large strains, and lanes that do not know each other.
+program test_plastic
+  use base_kinds, only: nlane, rp
+  use check, only: begin_tests, end_tests, expect, expect_close
+  use physics_johnson_cook, only: johnson_cook_t
+  use physics_material, only: material_t
+  use physics_return_map, only: least_rate, return_map
+  use physics_stress, only: stress_block, stress_sums_t
+  implicit none (type, external)
+
+  !> State of one block.
+  type :: block_t
+    real(rp) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane), tau(nlane, 6)
+    real(rp) :: rate(nlane), flow(nlane), mass(nlane), l(nlane, 9)
+    logical :: is_isothermal = .false.
+  end type block_t
+
+  type(material_t) :: copper, elastic
+
+  elastic%rho = 8960.0_rp
+  elastic%c_p = 386.0_rp
+  call elastic%set_elastic(124.0e9_rp, 0.34_rp)
+  copper = elastic
+  allocate (copper%flow, source=johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, &
+                                               m=1.09_rp))
+
+  call begin_tests()
+  call random_init(.true., .false.)
+  call test_random_states()
+  call test_gap_above_yield()
+  call test_reference_points()
+  call test_large_strain()
+  call test_elastic_block()
+  call test_mixed_lanes()
+  call test_lane_order()
+  call test_heat_and_work()
+  call end_tests()
+
+contains
+
+  !> Johnson-Cook with the parameters of copper, in plain words; 1e-9 is the law's least strain.
+  pure real(rp) function flow_stress(strain, rate, temp)
+    real(rp), intent(in) :: strain, rate, temp
+    real(rp) :: theta
+
+    theta = max(0.0_rp, min(1.0_rp, (temp - 298.0_rp)/(1356.0_rp - 298.0_rp)))
+    flow_stress = (90.0e6_rp + 292.0e6_rp*(strain + 1.0e-9_rp)**0.31_rp) &
+                  *max(0.5_rp, 1.0_rp + 0.025_rp*log(rate))*(1.0_rp - theta**1.09_rp)
+  end function flow_stress
+
+  !> Root of q = g3 x + sigma by halving an interval of ln x.
+  pure real(rp) function root(q, g3, dt, alpha, temp)
+    real(rp), intent(in) :: q, g3, dt, alpha, temp
+    real(rp) :: low, high, middle
+    integer :: i
+
+    high = log(q/g3)
+    low = log(least_rate*dt)
+    do i = 1, 80
+      middle = 0.5_rp*(low + high)
+      if (g3*exp(middle) + flow_stress(alpha + exp(middle), exp(middle)/dt, temp) > q) then
+        high = middle
+      else
+        low = middle
+      end if
+    end do
+    root = exp(0.5_rp*(low + high))
+  end function root
+
+  !> Random state: a third on a given plastic rate, a third at a given excess, a third below yield.
+  subroutine random_state(dt, temp, alpha, guess, g3, q)
+    real(rp), intent(out) :: dt
+    real(rp), dimension(nlane), intent(out) :: temp, alpha, guess, g3, q
+    real(rp) :: u(6), x, yield
+    integer :: p
+
+    call random_number(u(1))
+    dt = 10.0_rp**(-9.0_rp + 5.0_rp*u(1))
+    do p = 1, nlane
+      call random_number(u)
+      temp(p) = 290.0_rp + 1066.0_rp*u(1)
+      alpha(p) = 40.0_rp*max(0.0_rp, u(2) - 0.05_rp)**4
+      guess(p) = 0.0_rp
+      if (u(3) > 0.3_rp) guess(p) = 10.0_rp**(-6.0_rp + 9.0_rp*u(3))
+      g3(p) = 3.0_rp*copper%g*(1.0_rp + 0.1_rp*u(4))
+      yield = flow_stress(alpha(p) + least_rate*dt, least_rate, temp(p))
+      select case (mod(p, 3))
+      case (0)
+        x = dt*10.0_rp**(-5.99_rp + 8.99_rp*u(5))
+        q(p) = g3(p)*x + flow_stress(alpha(p) + x, x/dt, temp(p))
+      case (1)
+        q(p) = yield*(1.0_rp + 10.0_rp**(-5.0_rp + 8.0_rp*u(5))) + g3(p)*least_rate*dt
+      case default
+        q(p) = yield*0.999_rp*u(5)
+      end select
+    end do
+  end subroutine random_state
+
+  !> 128,000 states: no failure, and the root that plain halving finds.
+  subroutine test_random_states()
+    integer, parameter :: batches = 2000
+    real(rp), dimension(nlane) :: temp, alpha, guess, g3, q, x, sigma
+    real(rp) :: dt, worst_residual, worst_root, worst_sigma, want
+    integer :: batch, failed, p, n_wrong_side, n_plastic
+    logical :: any_plastic
+
+    failed = 0
+    n_wrong_side = 0
+    n_plastic = 0
+    worst_residual = 0.0_rp
+    worst_root = 0.0_rp
+    worst_sigma = 0.0_rp
+    do batch = 1, batches
+      call random_state(dt, temp, alpha, guess, g3, q)
+      call return_map(copper%flow, nlane, dt, temp, alpha, guess, q, g3, x, sigma, any_plastic, &
+                      failed)
+      do p = 1, nlane
+        if (mod(p, 3) == 2) then
+          if (abs(x(p)) > 0.0_rp) n_wrong_side = n_wrong_side + 1
+          cycle
+        end if
+        n_plastic = n_plastic + 1
+        if (.not. x(p) > 0.0_rp) then
+          n_wrong_side = n_wrong_side + 1
+          cycle
+        end if
+        want = flow_stress(alpha(p) + x(p), x(p)/dt, temp(p))
+        worst_sigma = max(worst_sigma, abs(sigma(p) - want)/q(p))
+        worst_residual = max(worst_residual, abs(q(p) - g3(p)*x(p) - want)/q(p))
+        want = root(q(p), g3(p), dt, alpha(p), temp(p))
+        worst_root = max(worst_root, abs(x(p) - want)/want)
+      end do
+    end do
+    call expect('many plastic states', n_plastic > 80000)
+    call expect('no return fails', failed == 0)
+    call expect('plastic above yield and only there', n_wrong_side == 0)
+    call expect_close('flow stress of the return', worst_sigma, 0.0_rp, atol=1.0e-12_rp)
+    call expect_close('residual of the return', worst_residual, 0.0_rp, atol=1.0e-9_rp)
+    call expect_close('root of the return', worst_root, 0.0_rp, atol=1.0e-6_rp)
+  end subroutine test_random_states
+
+  !> A trial stress so close above yield that the rate would be below the least one: the error is
+  !> at most the stress of an increment at the least rate.
+  subroutine test_gap_above_yield()
+    real(rp), dimension(nlane) :: temp, alpha, guess, g3, q, x, sigma
+    real(rp) :: dt, gap
+    integer :: failed, p
+    logical :: any_plastic
+
+    failed = 0
+    dt = 1.0e-4_rp
+    temp = 600.0_rp
+    alpha = 0.5_rp
+    guess = 0.0_rp
+    g3 = 3.0_rp*copper%g
+    gap = 3.0_rp*copper%g*least_rate*dt
+    do p = 1, nlane
+      q(p) = flow_stress(0.5_rp + least_rate*dt, least_rate, 600.0_rp) + gap*p/(nlane + 1)
+    end do
+    call return_map(copper%flow, nlane, dt, temp, alpha, guess, q, g3, x, sigma, any_plastic, failed)
+    call expect('gap above yield: no failure', failed == 0)
+    call expect('gap above yield: residual', maxval(abs(q - g3*x - sigma)) <= gap*1.001_rp)
+  end subroutine test_gap_above_yield
+
+  !> Undeformed block at temperature `temp`.
+  subroutine reset(blk, temp)
+    type(block_t), intent(out) :: blk
+    real(rp), intent(in) :: temp
+
+    blk%b = 0.0_rp
+    blk%b(:, 1:3) = 1.0_rp
+    blk%j = 1.0_rp
+    blk%alpha = 0.0_rp
+    blk%temp = temp
+    blk%tau = 0.0_rp
+    blk%rate = 0.0_rp
+    blk%flow = 0.0_rp
+    blk%mass = 2.0e-6_rp
+    blk%l = 0.0_rp
+  end subroutine reset
+
+  subroutine advance(material, blk, dt, sums)
+    type(material_t), intent(in) :: material
+    type(block_t), intent(inout) :: blk
+    real(rp), intent(in) :: dt
+    type(stress_sums_t), intent(inout), optional :: sums
+    type(stress_sums_t) :: mine
+    real(rp) :: t_node(nlane)
+
+    if (present(sums)) mine = sums
+    t_node = blk%temp
+    call stress_block(material, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
+                      blk%temp, blk%tau, blk%rate, blk%flow, mine)
+    if (present(sums)) sums = mine
+    if (blk%is_isothermal) blk%temp = t_node
+  end subroutine advance
+
+  !> Stretch at a constant volume and rate until the plastic strain is `strain`; the flow stress,
+  !> the von Mises stress and the temperature there, interpolated within the last step.
+  subroutine stretch_to(blk, rate, step_strain, strain, sigma, mises, temp)
+    type(block_t), intent(inout) :: blk
+    real(rp), intent(in) :: rate, step_strain, strain
+    real(rp), intent(out) :: sigma, mises, temp
+    real(rp) :: before(3), after(3), alpha, part
+
+    blk%l(:, 1) = rate
+    blk%l(:, 5) = -0.5_rp*rate
+    blk%l(:, 9) = -0.5_rp*rate
+    after = 0.0_rp
+    do
+      before = after
+      alpha = blk%alpha(1)
+      call advance(copper, blk, step_strain/rate)
+      after = [blk%flow(1), blk%tau(1, 1) - blk%tau(1, 2), blk%temp(1)]
+      if (blk%alpha(1) >= strain) exit
+    end do
+    part = (strain - alpha)/(blk%alpha(1) - alpha)
+    sigma = before(1) + part*(after(1) - before(1))
+    mises = before(2) + part*(after(2) - before(2))
+    temp = before(3) + part*(after(3) - before(3))
+  end subroutine stretch_to
+
+  !> Points given by the thesis (physics.md, section 7), to 0.1 %.
+  subroutine test_reference_points()
+    real(rp), parameter :: within = 1.0e-3_rp
+    real(rp), parameter :: strain(3) = [0.1_rp, 1.0_rp, 4.0_rp]
+    real(rp), parameter :: stress(3) = [232.309_rp, 359.388_rp, 364.468_rp]
+    real(rp), parameter :: kelvin(3) = [303.18_rp, 377.09_rp, 673.71_rp]
+    type(block_t) :: blk
+    real(rp) :: sigma, mises, temp
+    integer :: i
+
+    call reset(blk, 773.0_rp)
+    blk%is_isothermal = .true.
+    call stretch_to(blk, 25.0_rp, 1.0e-3_rp, 1.0_rp, sigma, mises, temp)
+    call expect_close('773 K, 25/s', sigma, 240.32e6_rp, rtol=within)
+    call expect_close('773 K, 25/s, von Mises', mises, sigma, rtol=1.0e-7_rp)
+
+    call reset(blk, 1000.0_rp)
+    blk%is_isothermal = .true.
+    call stretch_to(blk, 25.0_rp, 1.0e-3_rp, 1.0_rp, sigma, mises, temp)
+    call expect_close('1000 K, 25/s', sigma, 148.81e6_rp, rtol=within)
+
+    call reset(blk, 1000.0_rp)
+    blk%is_isothermal = .true.
+    call stretch_to(blk, 8.33e-5_rp, 2.0e-3_rp, 30.0_rp, sigma, mises, temp)
+    call expect_close('1000 K, 8.33e-5/s', sigma, 256.03e6_rp, rtol=within)
+
+    call reset(blk, 298.0_rp)
+    do i = 1, 3
+      call stretch_to(blk, 1.0_rp, 2.0e-4_rp, strain(i), sigma, mises, temp)
+      call expect_close('adiabatic stress', sigma, stress(i)*1.0e6_rp, rtol=within)
+      call expect_close('adiabatic temperature', temp, kelvin(i), rtol=within)
+    end do
+  end subroutine test_reference_points
+
+  !> Plastic strain of 30 in simple shear and in random directions: det(Bbar) and J stay 1.
+  subroutine test_large_strain()
+    type(block_t) :: blk
+    type(stress_sums_t) :: sums
+    real(rp) :: strain(nlane), worst, dt
+    integer :: p, step
+
+    call reset(blk, 900.0_rp)
+    blk%is_isothermal = .true.
+    dt = 1.0e-3_rp
+    worst = 0.0_rp
+    do p = 1, nlane
+      strain(p) = 2.0e-3_rp*10.0_rp**(real(p, rp)/nlane)   ! equivalent strain a step
+    end do
+    do step = 1, 15500
+      if (mod(step, 100) == 1) call new_directions()
+      call advance(copper, blk, dt, sums)
+      if (mod(step, 10) == 0) worst = max(worst, maxval(abs(determinant(blk%b) - 1.0_rp)))
+    end do
+    call expect('plastic strain of 30', minval(blk%alpha) >= 30.0_rp)
+    call expect_close('det(Bbar) at large strain', worst, 0.0_rp, atol=1.0e-12_rp)
+    call expect_close('J at large strain', maxval(abs(blk%j - 1.0_rp)), 0.0_rp, atol=1.0e-8_rp)
+    call expect('returns at large strain', sums%failed == 0)
+  contains
+    !> Even lanes keep to simple shear, odd lanes turn to random ones without volume change.
+    subroutine new_directions()
+      real(rp) :: l(9), d2
+      integer :: q
+
+      do q = 1, nlane
+        call random_number(l)
+        l = l - 0.5_rp
+        l([1, 5, 9]) = l([1, 5, 9]) - sum(l([1, 5, 9]))/3.0_rp
+        if (mod(q, 2) == 0) l = [0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, &
+                                 0.0_rp]
+        d2 = l(1)**2 + l(5)**2 + l(9)**2 &
+             + 0.5_rp*((l(2) + l(4))**2 + (l(3) + l(7))**2 + (l(6) + l(8))**2)
+        blk%l(q, :) = l*strain(q)/(dt*sqrt(2.0_rp/3.0_rp*d2))
+      end do
+    end subroutine new_directions
+  end subroutine test_large_strain
+
+  pure function determinant(b) result(d)
+    real(rp), intent(in) :: b(nlane, 6)
+    real(rp) :: d(nlane)
+
+    d = b(:, 1)*(b(:, 2)*b(:, 3) - b(:, 5)**2) - b(:, 4)*(b(:, 4)*b(:, 3) - b(:, 5)*b(:, 6)) &
+        + b(:, 6)*(b(:, 4)*b(:, 5) - b(:, 2)*b(:, 6))
+  end function determinant
+
+  !> Bring the lanes to random plastic states; then lanes `p` with even p strain elastically only.
+  subroutine prepare_mixed(blk, dt)
+    type(block_t), intent(out) :: blk
+    real(rp), intent(in) :: dt
+    real(rp) :: scale(nlane)
+    integer :: step
+
+    call reset(blk, 298.0_rp)
+    call random_number(blk%temp)
+    blk%temp = 290.0_rp + 900.0_rp*blk%temp
+    call random_number(scale)
+    do step = 1, 20
+      call random_number(blk%l)
+      blk%l = (blk%l - 0.5_rp)*spread(1.0e-2_rp*scale/dt, 2, 9)
+      call advance(copper, blk, dt)
+    end do
+    blk%b(2::2, :) = 0.0_rp
+    blk%b(2::2, 1:3) = 1.0_rp
+    call random_number(blk%l)
+    blk%l = (blk%l - 0.5_rp)*1.0e-2_rp/dt
+    blk%l(2::2, :) = blk%l(2::2, :)*1.0e-3_rp
+  end subroutine prepare_mixed
+
+  logical function is_same(a, b)
+    type(block_t), intent(in) :: a, b
+
+    is_same = all(a%b == b%b) .and. all(a%j == b%j) .and. all(a%alpha == b%alpha) &
+              .and. all(a%temp == b%temp) .and. all(a%tau == b%tau) .and. all(a%rate == b%rate)
+  end function is_same
+
+  !> A block without plastic lanes is what it would be without a flow law, to the bit.
+  subroutine test_elastic_block()
+    type(block_t) :: with_law, without
+    real(rp), parameter :: dt = 1.0e-6_rp
+    real(rp) :: want(nlane)
+    integer :: p
+
+    call prepare_mixed(with_law, dt)
+    with_law%b = 0.0_rp
+    with_law%b(:, 1:3) = 1.0_rp
+    with_law%l(1::2, :) = with_law%l(2::2, :)
+    without = with_law
+    without%rate = 0.0_rp
+    do p = 1, nlane
+      want(p) = flow_stress(with_law%alpha(p) + least_rate*dt, least_rate, with_law%temp(p))
+    end do
+    call advance(copper, with_law, dt)
+    call advance(elastic, without, dt)
+    call expect('an elastic block does not know the law', is_same(with_law, without))
+    call expect('the rate of an elastic block is zero', all(with_law%rate == 0.0_rp))
+    call expect_close('flow stress of an elastic block', maxval(abs(with_law%flow/want - 1.0_rp)), &
+                      0.0_rp, atol=1.0e-12_rp)
+  end subroutine test_elastic_block
+
+  !> Every lane of a mixed block is as in a block where all lanes are like it.
+  subroutine test_mixed_lanes()
+    type(block_t) :: blk, start, copies
+    real(rp), parameter :: dt = 1.0e-6_rp
+    real(rp) :: off_b, off_tau, off_flow
+    integer :: p, n_plastic
+    logical :: equal_scalars
+
+    call prepare_mixed(start, dt)
+    blk = start
+    call advance(copper, blk, dt)
+    n_plastic = count(blk%alpha > start%alpha)
+    equal_scalars = .true.
+    off_b = 0.0_rp
+    off_tau = 0.0_rp
+    off_flow = 0.0_rp
+    do p = 1, nlane
+      copies = copies_of(start, p)
+      call advance(copper, copies, dt)
+      equal_scalars = equal_scalars .and. blk%alpha(p) == copies%alpha(1) &
+                      .and. blk%temp(p) == copies%temp(1) .and. blk%rate(p) == copies%rate(1) &
+                      .and. blk%j(p) == copies%j(1)
+      off_b = max(off_b, maxval(abs(blk%b(p, :) - copies%b(1, :))))
+      off_tau = max(off_tau, maxval(abs(blk%tau(p, :) - copies%tau(1, :))))
+      off_flow = max(off_flow, abs(blk%flow(p)/copies%flow(1) - 1.0_rp))
+    end do
+    call expect('half of the mixed lanes are plastic', n_plastic > 20 .and. n_plastic <= 32)
+    call expect('mixed lanes: strain, temperature, rate, J', equal_scalars)
+    call expect_close('mixed lanes: Bbar', off_b, 0.0_rp, atol=1.0e-14_rp)
+    call expect_close('mixed lanes: stress', off_tau/copper%g, 0.0_rp, atol=1.0e-14_rp)
+    call expect_close('mixed lanes: flow stress', off_flow, 0.0_rp, atol=1.0e-12_rp)
+  end subroutine test_mixed_lanes
+
+  pure type(block_t) function copies_of(blk, lane)
+    type(block_t), intent(in) :: blk
+    integer, intent(in) :: lane
+    integer :: p
+
+    copies_of = blk
+    do p = 1, nlane
+      copies_of%b(p, :) = blk%b(lane, :)
+      copies_of%tau(p, :) = blk%tau(lane, :)
+      copies_of%l(p, :) = blk%l(lane, :)
+    end do
+    copies_of%j = blk%j(lane)
+    copies_of%alpha = blk%alpha(lane)
+    copies_of%temp = blk%temp(lane)
+    copies_of%rate = blk%rate(lane)
+    copies_of%mass = blk%mass(lane)
+  end function copies_of
+
+  !> Exchanging lanes exchanges the results, to the bit.
+  subroutine test_lane_order()
+    type(block_t) :: blk, moved, start
+    real(rp), parameter :: dt = 1.0e-6_rp
+    integer :: p, order(nlane), step
+
+    call prepare_mixed(start, dt)
+    order = [(1 + mod(7 + 29*p, nlane), p=1, nlane)]
+    blk = start
+    moved = picked(start, order)
+    do step = 1, 5
+      call advance(copper, blk, dt)
+      call advance(copper, moved, dt)
+    end do
+    blk = picked(blk, order)
+    call expect('lanes may change places', is_same(blk, moved))
+    call expect('flow stress of lanes that change places', all(blk%flow == moved%flow))
+    call expect('lanes differ', blk%tau(1, 1) /= blk%tau(2, 1))
+  end subroutine test_lane_order
+
+  pure type(block_t) function picked(blk, order)
+    type(block_t), intent(in) :: blk
+    integer, intent(in) :: order(nlane)
+
+    picked = blk
+    picked%b = blk%b(order, :)
+    picked%j = blk%j(order)
+    picked%alpha = blk%alpha(order)
+    picked%temp = blk%temp(order)
+    picked%tau = blk%tau(order, :)
+    picked%rate = blk%rate(order)
+    picked%flow = blk%flow(order)
+    picked%mass = blk%mass(order)
+    picked%l = blk%l(order, :)
+  end function picked
+
+  !> Nine tenths of the plastic work become heat; the work is that of the stress but for elasticity.
+  subroutine test_heat_and_work()
+    type(block_t) :: blk
+    type(stress_sums_t) :: sums
+    real(rp) :: outer, before(nlane), tau12(nlane)
+    integer :: step
+
+    call reset(blk, 298.0_rp)
+    blk%l(:, 2) = 10.0_rp
+    before = blk%temp
+    outer = 0.0_rp
+    do step = 1, 2000
+      tau12 = blk%tau(:, 4)
+      call advance(copper, blk, 1.0e-4_rp, sums)
+      outer = outer + sum(blk%mass/copper%rho*0.5_rp*(tau12 + blk%tau(:, 4)))*1.0e-3_rp
+    end do
+    call expect_close('heat of plastic work', copper%c_p*sum(blk%mass*(blk%temp - before)), &
+                      0.9_rp*sums%plastic_work, rtol=1.0e-10_rp)
+    call expect_close('plastic work is the work of the stress', sums%plastic_work, outer, &
+                      rtol=3.0e-3_rp)
+  end subroutine test_heat_and_work
+
+end program test_plastic
