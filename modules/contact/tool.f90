@@ -13,7 +13,7 @@ module contact_tool
   implicit none (type, external)
   private
 
-  public :: tool_t, contact_block, tool_is_near
+  public :: tool_t, contact_block, measure_gaps, slip_rate, tool_is_near
 
   integer, parameter, public :: kind_revolved = 1, kind_plane = 2, kind_sphere = 3, kind_box = 4
 
@@ -123,44 +123,75 @@ contains
     end do
   end function tool_is_near
 
+  !> Nearest tool of each particle of a block, the distance from it and its direction.
+  pure subroutine measure_gaps(tools, n, x, touched, d, normal)
+    type(tool_t), intent(in) :: tools(:)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(nlane, 3)                    !! [m]
+    integer, intent(out) :: touched(nlane)
+    real(rp), intent(out) :: d(nlane), normal(nlane, 3)    !! [m], out of the tool
+    real(rp) :: trial, direction(3)
+    integer :: k, p
+
+    touched = 1
+    d = huge(1.0_rp)
+    normal = 0.0_rp
+    do p = 1, n
+      do k = 1, size(tools)
+        call tools(k)%distance(x(p, :), trial, direction)
+        if (trial >= d(p)) cycle
+        d(p) = trial
+        touched(p) = k
+        normal(p, :) = direction
+      end do
+    end do
+  end subroutine measure_gaps
+
+  !> Shear rate of a layer of one spacing that sticks to the nearest tool, over sqrt(3): the rate of
+  !> plastic strain at which the shear limit of friction is taken [1/s].
+  pure subroutine slip_rate(tools, n, spacing, touched, x, v, rate)
+    type(tool_t), intent(in) :: tools(:)
+    integer, intent(in) :: n, touched(nlane)
+    real(rp), intent(in) :: spacing                        !! [m]
+    real(rp), intent(in) :: x(nlane, 3), v(nlane, 3)       !! [m], [m/s]
+    real(rp), intent(out) :: rate(nlane)
+    integer :: p
+
+    rate = 1.0_rp
+    do p = 1, n
+      rate(p) = norm2(v(p, :) - tools(touched(p))%surface_velocity(x(p, :)))/(sqrt(3.0_rp)*spacing)
+    end do
+  end subroutine slip_rate
+
   !> Close the books of the force that acted in the step just done, and set the next one.
-  subroutine contact_block(tools, n, dt, inertia, reach, area, x, v, dv, mass, flow, force, heat)
+  subroutine contact_block(tools, n, dt, inertia, reach, area, touched, d, normal, x, v, dv, mass, &
+                           strength, force, heat)
     type(tool_t), intent(inout) :: tools(:)
     integer, intent(in) :: n                   !! particles in the block
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(in) :: inertia            !! mass scaling
     real(rp), intent(in) :: reach              !! half particle spacing [m]
     real(rp), intent(in) :: area               !! area a particle stands for [m2]
+    integer, intent(in) :: touched(nlane)      !! nearest tool
+    real(rp), intent(in) :: d(nlane), normal(nlane, 3)   !! distance from it [m], its direction
     real(rp), intent(in) :: x(nlane, 3)        !! positions, already advanced [m]
     real(rp), intent(in) :: v(nlane, 3)        !! grid velocity at the particles [m/s]
     real(rp), intent(in) :: dv(nlane, 3)       !! its change in the step [m/s]
     real(rp), intent(in) :: mass(nlane)        !! [kg]
-    real(rp), intent(in) :: flow(nlane)        !! flow stress [Pa]; 0: no shear limit
+    real(rp), intent(in) :: strength(nlane)    !! flow stress for the shear limit [Pa]; 0: none
     real(rp), intent(inout) :: force(nlane, 3) !! contact force [N]
     real(rp), intent(inout) :: heat(nlane)     !! heat waiting for conduction [J]
-    real(rp) :: d, normal(3), best, trial, direction(3), slip_limit
-    integer :: k, p, touched
+    real(rp) :: slip_limit
+    integer :: p
 
     do p = 1, n
-      best = huge(best)
-      touched = 1
-      normal = 0.0_rp
-      do k = 1, size(tools)
-        call tools(k)%distance(x(p, :), trial, direction)
-        if (trial < best) then
-          best = trial
-          touched = k
-          normal = direction
-        end if
-      end do
-      d = best - reach
-      associate (tool => tools(touched))
+      associate (tool => tools(touched(p)))
         if (any(abs(force(p, :)) > 0.0_rp)) then
-          call settle(tool, dt, normal, x(p, :), v(p, :), dv(p, :), force(p, :), heat(p))
+          call settle(tool, dt, normal(p, :), x(p, :), v(p, :), dv(p, :), force(p, :), heat(p))
         end if
         slip_limit = huge(1.0_rp)
-        if (tool%shear_limit .and. flow(p) > 0.0_rp) slip_limit = flow(p)*area/sqrt(3.0_rp)
-        call contact_force(dt, inertia*mass(p), d, normal, &
+        if (tool%shear_limit .and. strength(p) > 0.0_rp) slip_limit = strength(p)*area/sqrt(3.0_rp)
+        call contact_force(dt, inertia*mass(p), d(p) - reach, normal(p, :), &
                            v(p, :) - tool%surface_velocity(x(p, :)), tool%friction, slip_limit, &
                            force(p, :))
       end associate

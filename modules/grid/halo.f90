@@ -14,20 +14,22 @@ module grid_halo
 
   public :: halo_t
 
+
   !> What is swapped with one other rank.
   type :: neighbour_t
     integer :: rank = -1
     integer :: count = 0                                 !! shared active nodes
     integer, allocatable :: node(:)                      !! their storage indices
-    real(rp), allocatable :: send(:, :), receive(:, :)   !! (8, count)
+    real(rp), allocatable :: send(:), receive(:)         !! (width*count)
   end type neighbour_t
 
   !> The exchange of one patch; `init` after every sort.
   type :: halo_t
     integer :: n = 0
+    integer :: width = 0                                 !! reals of a record that buffers hold
     type(neighbour_t), allocatable :: neighbour(:)
     integer, allocatable :: shared(:)                    !! all nodes shared with anybody
-    real(rp), allocatable :: own(:, :)                   !! own contributions while summing
+    real(rp), allocatable :: own(:)                      !! own contributions while summing
     integer(i8) :: bytes = 0                             !! sent so far
     integer(i8) :: messages = 0
   contains
@@ -63,15 +65,31 @@ contains
       associate (nb => self%neighbour(self%n))
         nb%rank = r
         nb%count = common%count()
-        allocate (nb%node(nb%count), nb%send(8, nb%count), nb%receive(8, nb%count))
+        allocate (nb%node(nb%count))
         call list_nodes(patch, common, nb%node)
         is_shared(nb%node) = .true.
       end associate
     end do
     self%shared = pack([(i, i=1, patch%nn)], is_shared)
-    if (allocated(self%own)) deallocate (self%own)
-    allocate (self%own(8, size(self%shared)))
+    call widen(self, 8)
   end subroutine init
+
+  !> Buffers for records of `width` reals.
+  subroutine widen(self, width)
+    class(halo_t), intent(inout) :: self
+    integer, intent(in) :: width
+    integer :: i
+
+    self%width = width
+    do i = 1, self%n
+      associate (nb => self%neighbour(i))
+        if (allocated(nb%send)) deallocate (nb%send, nb%receive)
+        allocate (nb%send(width*nb%count), nb%receive(width*nb%count))
+      end associate
+    end do
+    if (allocated(self%own)) deallocate (self%own)
+    allocate (self%own(width*size(self%shared)))
+  end subroutine widen
 
   !> Storage indices of the nodes of `box`.
   pure subroutine list_nodes(patch, box, list)
@@ -92,48 +110,48 @@ contains
   end subroutine list_nodes
 
   !> Replace the records of shared nodes by the sums over all ranks.
-  subroutine sum_records(self, world, nn, g)
+  subroutine sum_records(self, world, width, nn, g)
     class(halo_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
-    integer, intent(in) :: nn
-    real(rp), intent(inout) :: g(8, nn)
+    integer, intent(in) :: width, nn
+    real(rp), intent(inout) :: g(width, nn)
     type(mpi_request) :: requests(2*self%n)
-    integer :: i, q, rank
+    integer :: i
     logical :: own_added
 
     if (self%n == 0) return
+    if (width > self%width) call widen(self, width)
     do i = 1, self%n
       associate (nb => self%neighbour(i))
-        call mpi_irecv(nb%receive, 8*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
+        call mpi_irecv(nb%receive, width*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
                        requests(2*i - 1))
-        call gather(nb%count, nb%node, nn, g, nb%send)
-        call mpi_isend(nb%send, 8*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
+        call gather(width, nb%count, nb%node, nn, g, nb%send)
+        call mpi_isend(nb%send, width*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
                        requests(2*i))
-        self%bytes = self%bytes + 64_i8*nb%count
+        self%bytes = self%bytes + 8_i8*width*nb%count
         self%messages = self%messages + 1
       end associate
     end do
-    call gather(size(self%shared), self%shared, nn, g, self%own)
+    call gather(width, size(self%shared), self%shared, nn, g, self%own)
     g(:, self%shared) = 0.0_rp
     call mpi_waitall(2*self%n, requests, mpi_statuses_ignore)
     own_added = .false.
     do i = 1, self%n
-      rank = self%neighbour(i)%rank
-      if (rank > world%rank .and. .not. own_added) then
-        call scatter_add(size(self%shared), self%shared, self%own, nn, g)
-        own_added = .true.
-      end if
       associate (nb => self%neighbour(i))
-        call scatter_add(nb%count, nb%node, nb%receive, nn, g)
+        if (nb%rank > world%rank .and. .not. own_added) then
+          call scatter_add(width, size(self%shared), self%shared, self%own, nn, g)
+          own_added = .true.
+        end if
+        call scatter_add(width, nb%count, nb%node, nb%receive, nn, g)
       end associate
     end do
-    if (.not. own_added) call scatter_add(size(self%shared), self%shared, self%own, nn, g)
+    if (.not. own_added) call scatter_add(width, size(self%shared), self%shared, self%own, nn, g)
   end subroutine sum_records
 
-  pure subroutine gather(n, list, nn, g, buffer)
-    integer, intent(in) :: n, list(n), nn
-    real(rp), intent(in) :: g(8, nn)
-    real(rp), intent(out) :: buffer(8, n)
+  pure subroutine gather(width, n, list, nn, g, buffer)
+    integer, intent(in) :: width, n, list(n), nn
+    real(rp), intent(in) :: g(width, nn)
+    real(rp), intent(out) :: buffer(width, n)
     integer :: i
 
     do i = 1, n
@@ -141,10 +159,10 @@ contains
     end do
   end subroutine gather
 
-  pure subroutine scatter_add(n, list, buffer, nn, g)
-    integer, intent(in) :: n, list(n), nn
-    real(rp), intent(in) :: buffer(8, n)
-    real(rp), intent(inout) :: g(8, nn)
+  pure subroutine scatter_add(width, n, list, buffer, nn, g)
+    integer, intent(in) :: width, n, list(n), nn
+    real(rp), intent(in) :: buffer(width, n)
+    real(rp), intent(inout) :: g(width, nn)
     integer :: i
 
     do i = 1, n

@@ -3,12 +3,13 @@
 module physics_stress
   use base_kinds, only: nlane, rp
   use physics_elastic, only: finish_state, trial_state
+  use physics_flow_law, only: n_work
   use physics_material, only: material_t
-  use physics_return_map, only: return_map
+  use physics_return_map, only: least_rate, return_map
   implicit none (type, external)
   private
 
-  public :: stress_block, stress_sums_t
+  public :: stress_block, stress_sums_t, flow_strength
 
   !> What the update reports, summed or maximised over blocks.
   type :: stress_sums_t
@@ -50,6 +51,21 @@ contains
                       tau, stiffness)
     sums%stiffness = max(sums%stiffness, stiffness/material%rho)
   end subroutine stress_block
+
+  !> Flow stress of a block at given rates of plastic strain [Pa]; 0 for an elastic material.
+  subroutine flow_strength(material, alpha, temp, rate, strength)
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: alpha(nlane), temp(nlane), rate(nlane)   !! [-], [K], [1/s]
+    real(rp), intent(out) :: strength(nlane)
+    real(rp) :: work(nlane, n_work), x(nlane), log_rate(nlane), slope(nlane)
+
+    strength = 0.0_rp
+    if (.not. allocated(material%flow)) return
+    x = 0.0_rp
+    log_rate = log(max(rate, least_rate))
+    call material%flow%prepare(temp, work)
+    call material%flow%stress(work, alpha, x, log_rate, strength, slope)
+  end subroutine flow_strength
 
   !> Scale the deviator, restore det(Bbar) = 1, harden and heat.
   subroutine apply_return(n, g, heat, volume, dt, q, g3, x, flow, mass, mean, b, alpha, temp, s, rate, &

@@ -60,6 +60,8 @@ contains
       'stress update last, or the mean of first and last')
     call t%key('PIC_FRACTION', 'real', 1, '', '0', '[0,1]', &
       'part of the velocity taken from the grid: 0 is FLIP, 1 is PIC')
+    call t%key('FBAR', 'logical', 1, '', '.true.', '', &
+      'average the volume ratio over the particles next to each node, against volumetric locking')
     call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '50', '[1,1000]', &
       'steps between two sorts of the particles by cell')
     call t%key('REBALANCE', 'real', 1, '', '1.1', '[1,inf)', &

@@ -65,6 +65,7 @@ contains
       m%half_length = merge(1.0e-3_rp, 0.5_rp, input%text('METHOD', 1, 'SHAPE') == 'linear')
       m%scheme = merge(scheme_usavg, scheme_usl, input%text('METHOD', 1, 'SCHEME') == 'usavg')
       m%pic = input%real('METHOD', 1, 'PIC_FRACTION')
+      m%fbar = input%logical('METHOD', 1, 'FBAR')
       m%sort_interval = input%integer('METHOD', 1, 'SORT_INTERVAL')
       m%rebalance = input%real('METHOD', 1, 'REBALANCE')
       m%conducts = input%count('HEAT') > 0

@@ -43,7 +43,7 @@ contains
       call gather_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
                         sim%particles%ps(:, :, b), sim%rec, sim%g)
     end do
-    call sim%halo%sum(world, sim%patch%nn, sim%g)
+    call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
     do r = 1, sim%n_runs
       call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
                              sim%g(:, sim%run(1, r):sim%run(2, r)))
@@ -53,7 +53,7 @@ contains
       call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
                          sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g, sim%g2)
     end do
-    call sim%halo%sum(world, sim%patch%nn, sim%g2)
+    call sim%halo%sum(world, 8, sim%patch%nn, sim%g2)
     do r = 1, sim%n_runs
       call temperature_increment(sim%run(2, r) - sim%run(1, r) + 1, &
                                  sim%g2(:, sim%run(1, r):sim%run(2, r)), &

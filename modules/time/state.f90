@@ -43,6 +43,7 @@ module time_state
     logical :: is_bspline = .false.
     integer :: scheme = scheme_usl
     real(rp) :: pic = 0.0_rp             !! PIC fraction
+    logical :: fbar = .true.             !! average J around each node
     integer :: sort_interval = 50        !! steps
     real(rp) :: rebalance = 1.1_rp       !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
@@ -112,6 +113,7 @@ module time_state
     real(rp), pointer, contiguous :: g(:, :) => null()     !! (8, nn)
     real(rp), pointer, contiguous :: g2(:, :) => null()    !! second grid: USAVG, conduction
     real(rp), pointer, contiguous :: memory(:) => null(), memory2(:) => null()
+    real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
     integer :: n_runs = 0
     integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
     integer :: n_fixed = 0
@@ -154,6 +156,9 @@ contains
       call allocate_aligned(8_i8*self%patch%nn, self%memory2)
       self%g2(1:8, 1:self%patch%nn) => self%memory2
     end if
+    if (allocated(self%volume)) deallocate (self%volume)
+    if (self%scene%method%fbar) &
+      allocate (self%volume(2*size(self%scene%body), self%patch%nn), source=0.0_rp)
   end subroutine allocate_grid
 
   !> Half length of the domains of a body's particles [cells].

@@ -4,10 +4,10 @@
 module time_sweeps
   use base_kinds, only: nlane, rp
   use base_system, only: prefetch_block
-  use contact_tool, only: contact_block, tool_is_near
+  use contact_tool, only: contact_block, measure_gaps, slip_rate, tool_is_near
   use particles_store, only: f_bbar, f_flow, f_force, f_heat, f_jac, f_mass, f_plastic, f_pos, &
                              f_rate, f_tau, f_temp, f_vel
-  use physics_stress, only: stress_block, stress_sums_t
+  use physics_stress, only: flow_strength, stress_block, stress_sums_t
   use time_audit, only: e_body, e_plastic
   use time_blocks, only: advance_particles, body_work, force_records, momentum_records, &
                          unpack_velocity
@@ -237,13 +237,22 @@ contains
     integer, intent(in) :: b, n, nf
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
     real(rp), intent(inout) :: ps(nlane, nf)
-    real(rp) :: spacing
+    real(rp) :: spacing, d(nlane), normal(nlane, 3), rate(nlane), strength(nlane)
+    integer :: touched(nlane)
 
     if (size(sim%tool) == 0) return
     if (.not. tool_is_near(sim%tool, sim%ball(1:3, b), sim%ball(4, b))) return
-    spacing = sim%scene%body(sim%particles%body(b))%spacing
+    call measure_gaps(sim%tool, n, ps(1, f_pos), touched, d, normal)
+    if (minval(d(1:n)) > sim%scene%grid%h) return      ! nothing can touch within a step
+    associate (body => sim%scene%body(sim%particles%body(b)))
+      spacing = body%spacing
+      call slip_rate(sim%tool, n, spacing, touched, ps(1, f_pos), v, rate)
+      call flow_strength(sim%scene%material(body%material), ps(1, f_plastic), ps(1, f_temp), rate, &
+                         strength)
+    end associate
     call contact_block(sim%tool, n, dt, sim%scene%method%mass_scaling, 0.5_rp*spacing, spacing**2, &
-                       ps(1, f_pos), v, dv, ps(1, f_mass), ps(1, f_flow), ps(1, f_force), ps(1, f_heat))
+                       touched, d, normal, ps(1, f_pos), v, dv, ps(1, f_mass), strength, &
+                       ps(1, f_force), ps(1, f_heat))
   end subroutine touch
 
   subroutine constitutive(sim, body, n, dt, l, temp, nf, ps, report)

@@ -1,0 +1,242 @@
+! SPDX-License-Identifier: MIT
+!> Conduction: heat is conserved, decays at the exact rate, and what films lose is booked.
+program test_heat
+  use base_kinds, only: i8, nlane, pi, rp
+  use check, only: begin_tests, end_tests, expect, expect_close
+  use comm_world, only: start_world, world_t
+  use grid_geometry, only: make_grid
+  use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, tag_id
+  use time_audit, only: e_film
+  use time_heat, only: conduct, conduction_step
+  use time_regrid, only: first_partition, regrid
+  use time_state, only: free_simulation, simulation_t
+  implicit none (type, external)
+
+  real(rp), parameter :: h = 1.0e-3_rp, spacing = 0.5_rp*h   !! cell, distance of particles [m]
+  type(world_t) :: world
+
+  call start_world(world)
+  call begin_tests()
+  call random_init(.true., .false.)
+  call test_insulated()
+  call test_waiting_heat()
+  call test_decay()
+  call test_film()
+  call test_film_size()
+  call end_tests()
+
+contains
+
+  !> Copper block of `cells` from (0,0,0) on, 8 particles a cell, at 300 K; each rank makes the
+  !> particles of some planes.
+  subroutine build(sim, cells, film)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: cells(3)
+    real(rp), intent(in) :: film(6)
+    integer(i8) :: id
+    integer :: b, faces, i, j, k, n(3), p
+    real(rp) :: margin
+
+    margin = 3.0_rp*h
+    sim%scene%grid = make_grid(h, [-margin, -margin, -margin], cells*h + margin)
+    allocate (sim%scene%material(1), sim%scene%body(1), sim%scene%constraint(0), sim%tool(0))
+    associate (copper => sim%scene%material(1))
+      copper%rho = 8960.0_rp
+      copper%c_p = 386.0_rp
+      copper%conductivity = 391.0_rp
+      call copper%set_elastic(124.0e9_rp, 0.34_rp)
+    end associate
+    sim%scene%body(1)%spacing = spacing
+    sim%scene%body(1)%film = film
+    sim%scene%method%conducts = .true.
+    call sim%particles%init(n_fields)
+    n = 2*cells
+    call sim%particles%reserve(product(n)/nlane + 2)
+    b = 0
+    p = nlane
+    do i = world%rank, n(1) - 1, world%size
+      do j = 0, n(2) - 1
+        do k = 0, n(3) - 1
+          if (p == nlane) then
+            b = b + 1
+            p = 0
+            sim%particles%body(b) = 1
+          end if
+          p = p + 1
+          id = 1_i8 + k + n(3)*(j + n(2)*int(i, i8))
+          faces = sum([1, 2, 4, 8, 16, 32], [i == 0, i == n(1) - 1, j == 0, j == n(2) - 1, k == 0, &
+                                             k == n(3) - 1])
+          associate (ps => sim%particles%ps(p, :, b))
+            ps = 0.0_rp
+            ps(f_pos:f_pos + 2) = spacing*([i, j, k] + 0.5_rp)
+            ps(f_bbar:f_bbar + 2) = 1.0_rp
+            ps(f_jac) = 1.0_rp
+            ps(f_temp) = 300.0_rp
+            ps(f_mass) = 8960.0_rp*spacing**3
+          end associate
+          sim%particles%tag(p, b) = make_tag(id, faces)
+          sim%particles%count(b) = p
+        end do
+      end do
+    end do
+    sim%particles%nblk = b
+    call sim%prepare_scratch()
+    call first_partition(world, sim)
+    call regrid(world, sim)
+  end subroutine build
+
+  !> Sum over the particles of all ranks of mass c_p (T - 300 K) shape, shape 1 or cos(pi x/length).
+  real(rp) function content(sim, length)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in), optional :: length
+    real(rp) :: total(1), heat
+    integer :: b, p
+
+    total = 0.0_rp
+    do b = 1, sim%particles%nblk
+      associate (ps => sim%particles%ps(:, :, b))
+        do p = 1, sim%particles%count(b)
+          heat = ps(p, f_mass)*386.0_rp*(ps(p, f_temp) - 300.0_rp)
+          if (present(length)) heat = heat*cos(pi*ps(p, f_pos)/length)
+          total = total + heat
+        end do
+      end associate
+    end do
+    call world%sum(total)
+    content = total(1)
+  end function content
+
+  !> Number between 0 and 1 that depends on the particle alone.
+  pure real(rp) function noise(id)
+    integer(i8), intent(in) :: id
+
+    noise = real(modulo(id*id*7919_i8 + id*104729_i8, 99991_i8), rp)/99991.0_rp
+  end function noise
+
+  !> Random temperatures, 200 steps.
+  subroutine test_insulated()
+    type(simulation_t) :: sim
+    real(rp) :: before, dt
+    integer :: b, p, step
+
+    call build(sim, [8, 5, 6], [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp])
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        sim%particles%ps(p, f_temp, b) = 300.0_rp + 700.0_rp*noise(tag_id(sim%particles%tag(p, b)))
+      end do
+    end do
+    dt = conduction_step(sim)
+    call expect_close('conduction step', dt, 0.15_rp*h*h*8960.0_rp*386.0_rp/391.0_rp)
+    before = content(sim)
+    do step = 1, 200
+      call conduct(world, sim, dt)
+      if (mod(step, 50) == 0) call regrid(world, sim)
+    end do
+    call expect_close('an insulated block keeps its heat', content(sim), before, rtol=1.0e-12_rp)
+    call expect('no film, no loss', sim%sums(e_film) == 0.0_rp)
+    call free_simulation(sim)
+  end subroutine test_insulated
+
+  !> Heat that waits at particles is taken up once.
+  subroutine test_waiting_heat()
+    type(simulation_t) :: sim
+    real(rp) :: given(1)
+    integer :: b, p, step
+    logical :: spent
+
+    call build(sim, [6, 4, 4], [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp])
+    given = 0.0_rp
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        if (noise(tag_id(sim%particles%tag(p, b))) > 0.1_rp) cycle
+        sim%particles%ps(p, f_heat, b) = 1.0e-2_rp
+        given = given + 1.0e-2_rp
+      end do
+    end do
+    call world%sum(given)
+    do step = 1, 5
+      call conduct(world, sim, conduction_step(sim))
+    end do
+    spent = .true.
+    do b = 1, sim%particles%nblk
+      spent = spent .and. all(sim%particles%ps(:, f_heat, b) == 0.0_rp)
+    end do
+    call expect('waiting heat is spent', spent)
+    call expect_close('waiting heat is taken up once', content(sim), given(1), rtol=1.0e-10_rp)
+    call free_simulation(sim)
+  end subroutine test_waiting_heat
+
+  !> A half wave over 16 cells decays by exp(-kappa (pi/L)^2 t).
+  subroutine test_decay()
+    type(simulation_t) :: sim
+    real(rp), parameter :: length = 16.0_rp*h, kappa = 391.0_rp/(8960.0_rp*386.0_rp)
+    real(rp) :: amplitude, dt, rate
+    integer :: b, p, step, steps
+
+    call build(sim, [16, 3, 3], [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp])
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        associate (ps => sim%particles%ps(p, :, b))
+          ps(f_temp) = 300.0_rp + 50.0_rp*cos(pi*ps(f_pos)/length)
+        end associate
+      end do
+    end do
+    dt = conduction_step(sim)
+    steps = ceiling(1.0_rp/(kappa*(pi/length)**2*dt))
+    amplitude = content(sim, length)
+    do step = 1, steps
+      call conduct(world, sim, dt)
+    end do
+    rate = log(amplitude/content(sim, length))/(steps*dt)
+    call expect_close('a cosine decays at the exact rate', rate, kappa*(pi/length)**2, rtol=0.01_rp)
+    call free_simulation(sim)
+  end subroutine test_decay
+
+  !> The book of film losses is the heat that is gone.
+  subroutine test_film()
+    type(simulation_t) :: sim
+    real(rp) :: before, lost(1)
+    integer :: b, p, step
+
+    call build(sim, [8, 5, 4], [15.0_rp, 30.0_rp, 0.0_rp, 2.0e5_rp, 700.0_rp, 15.0_rp])
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        sim%particles%ps(p, f_temp, b) = 500.0_rp + 200.0_rp*noise(tag_id(sim%particles%tag(p, b)))
+      end do
+    end do
+    before = content(sim)
+    do step = 1, 100
+      call conduct(world, sim, conduction_step(sim))
+    end do
+    lost = sim%sums(e_film)
+    call world%sum(lost)
+    call expect('the films take much', lost(1) > 0.2_rp*before)
+    call expect_close('film losses are booked', lost(1), before - content(sim), rtol=1.0e-10_rp)
+    call free_simulation(sim)
+  end subroutine test_film
+
+  !> A thin plate cools like a lump, by exp(-h S t/(rho c V)), with S one face.
+  subroutine test_film_size()
+    type(simulation_t) :: sim
+    real(rp), parameter :: film = 2000.0_rp
+    real(rp) :: before, dt, t
+    integer :: b, step
+
+    call build(sim, [10, 6, 3], [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, film, 0.0_rp])
+    sim%scene%body(1)%ambient = 300.0_rp
+    do b = 1, sim%particles%nblk
+      sim%particles%ps(:, f_temp, b) = 400.0_rp
+    end do
+    before = content(sim)
+    dt = conduction_step(sim)
+    t = 0.0_rp
+    do step = 1, 400
+      call conduct(world, sim, dt)
+      t = t + dt
+    end do
+    call expect_close('a thin plate cools like a lump', content(sim)/before, &
+                      exp(-film*t/(8960.0_rp*386.0_rp*3.0_rp*h)), rtol=0.01_rp)
+    call free_simulation(sim)
+  end subroutine test_film_size
+
+end program test_heat
