@@ -11,7 +11,7 @@ program stirpoint
   use setup_input, only: input_t
   use setup_keys, only: print_keys, print_keys_markdown
   use setup_prepare, only: place_particles, read_scene
-  use setup_report, only: report_scene
+  use setup_report, only: report_scene, warn_of_overlap
   use time_loop, only: ended_io, ended_well, run
   use time_state, only: free_simulation, simulation_t
   implicit none (type, external)
@@ -67,7 +67,11 @@ contains
     if (error%is_set()) then
       status = bad_input
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
-    else if (command%action == 'check') then
+      call free_simulation(sim)
+      return
+    end if
+    if (command%restart == '') call warn_of_overlap(world, sim)
+    if (command%action == 'check') then
       call report_scene(world, sim, counts)
     else
       call make_directory(sim%scene%output%directory, ok)

@@ -6,6 +6,7 @@ module setup_report
   use base_text, only: str
   use base_timers, only: wall_time
   use comm_world, only: world_t
+  use particles_store, only: f_pos
   use time_heat, only: conduction_step
   use time_loop, only: stable_step
   use time_state, only: scheme_usavg, simulation_t
@@ -14,7 +15,7 @@ module setup_report
   implicit none (type, external)
   private
 
-  public :: report_scene
+  public :: report_scene, warn_of_overlap
 
 contains
 
@@ -55,6 +56,32 @@ contains
     call line('run time', str(steps*per_step)//' s = '//str(steps*per_step/3600.0_rp)//' h')
     call line('skipped', skipped(sim))
   end subroutine report_scene
+
+  !> Collective: a tool that starts inside a body hits it like a hammer; say so.
+  subroutine warn_of_overlap(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: deepest(size(sim%tool)), d, normal(3), reach
+    integer :: b, k, p
+
+    deepest = 0.0_rp
+    do b = 1, sim%particles%nblk
+      reach = 0.5_rp*sim%scene%body(sim%particles%body(b))%spacing
+      do k = 1, size(sim%tool)
+        do p = 1, sim%particles%count(b)
+          call sim%tool(k)%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal)
+          deepest(k) = max(deepest(k), reach - d)
+        end do
+      end do
+    end do
+    call world%max(deepest)
+    if (.not. world%is_root()) return
+    do k = 1, size(sim%tool)
+      if (deepest(k) > 1.0e-3_rp*sim%scene%grid%h) write (output_unit, '(a)') &
+        'warning: tool '//trim(sim%tool(k)%name)//' starts '//str(1.0e3_rp*deepest(k))// &
+        ' mm inside the material and will hit it hard: let it start outside and plunge (&MOTION)'
+    end do
+  end subroutine warn_of_overlap
 
   subroutine line(name, text)
     character(*), intent(in) :: name, text
@@ -114,6 +141,7 @@ contains
       any_flow = any_flow .or. allocated(sim%scene%material(m)%flow)
     end do
     if (.not. any_flow) text = text//', plasticity (elastic materials)'
+    if (.not. sim%scene%method%fbar) text = text//', volume averaging (FBAR = F)'
     if (all(sim%scene%material%expansion <= 0.0_rp)) text = text//', thermal expansion'
     if (size(sim%scene%constraint) == 0) text = text//', walls'
     if (sim%probes%n == 0) text = text//', probes'

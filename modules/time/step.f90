@@ -10,7 +10,7 @@ module time_step
   use time_state, only: scheme_usavg, simulation_t
   use time_sweeps, only: accelerate_and_map_again, grid_to_particles, momentum_and_force_to_grid, &
                          momentum_to_grid, report_t, update_stress
-  use time_volume, only: gather_volume, spread_volume
+  use time_volume, only: share_volume
   implicit none (type, external)
   private
 
@@ -44,7 +44,7 @@ contains
     call momentum_and_force_to_grid(sim, sim%g)
     call sim%timer%lap(ph_to_grid)
     call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
-    call average_volume(world, sim)
+    call share_volume(world, sim)
     call sim%timer%lap(ph_exchange)
     call update_nodes(sim, dt, sim%g)
     call hold_walls(sim, sim%g)
@@ -64,7 +64,7 @@ contains
     call clear_nodes(sim, sim%g)
     call momentum_to_grid(sim, sim%g)
     call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
-    call average_volume(world, sim)
+    call share_volume(world, sim)
     call velocity_field(sim, sim%g)
     call update_stress(sim, 0.5_rp*dt, sim%g, report)
     call clear_nodes(sim, sim%g2)
@@ -75,6 +75,7 @@ contains
     call clear_nodes(sim, sim%g)
     call accelerate_and_map_again(sim, sim%g2, sim%g)
     call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
+    call share_volume(world, sim)
     call velocity_field(sim, sim%g)
     call move_tools(sim, dt)
     call grid_to_particles(sim, dt, sim%g2, sim%g, 0.5_rp*dt, report)
@@ -90,19 +91,6 @@ contains
       call sim%tool(k)%move_to(sim%clock%time + dt)
     end do
   end subroutine move_tools
-
-  !> F-bar: one volume ratio for all particles of a body next to a node. Since it is restored in
-  !> every step, the volume follows the mean divergence there, one constraint a node instead of one
-  !> a particle, and nearly incompressible flow does not lock.
-  subroutine average_volume(world, sim)
-    type(world_t), intent(in) :: world
-    type(simulation_t), intent(inout) :: sim
-
-    if (.not. sim%scene%method%fbar) return
-    call gather_volume(sim)
-    call sim%halo%sum(world, size(sim%volume, 1), sim%patch%nn, sim%volume)
-    call spread_volume(sim)
-  end subroutine average_volume
 
   !> Velocities of the nodes from their momentum alone, walls held.
   subroutine velocity_field(sim, g)

@@ -12,6 +12,7 @@ module time_sweeps
   use time_blocks, only: advance_particles, body_work, force_records, momentum_records, &
                          unpack_velocity
   use time_state, only: scheme_usavg, simulation_t
+  use time_volume, only: add_volume, clear_volume, take_volume
   use transfer_kernels, only: g2p_block, p2g_block
   use transfer_weights, only: block_weights
   implicit none (type, external)
@@ -34,6 +35,7 @@ contains
     real(rp), intent(inout) :: g(8, sim%patch%nn)
     integer :: b
 
+    call clear_volume(sim)
     do b = 1, sim%particles%nblk
       call fetch_next(sim, b)
       call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
@@ -42,7 +44,7 @@ contains
   end subroutine momentum_and_force_to_grid
 
   subroutine force_to_grid(sim, body, n, nf, ps, rec, g)
-    type(simulation_t), intent(in) :: sim
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%patch%nn)
@@ -54,6 +56,8 @@ contains
                        1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
                        outer_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), ps(1, f_tau), &
                        ps(1, f_force), ps(1, f_temp), rec)
+    if (sim%scene%method%fbar) call add_volume(n, first, sim%patch%stride, ps(1, f_mass), &
+      ps(1, f_jac), body, size(sim%volume, 1), sim%patch%nn, sim%volume)
     call p2g_block(n, w, first, rec, sim%patch%stride, sim%patch%nn, g)
   end subroutine force_to_grid
 
@@ -63,6 +67,7 @@ contains
     real(rp), intent(inout) :: g(8, sim%patch%nn)
     integer :: b
 
+    call clear_volume(sim)
     do b = 1, sim%particles%nblk
       call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
                         sim%particles%ps(:, :, b), sim%rec, g)
@@ -70,7 +75,7 @@ contains
   end subroutine momentum_to_grid
 
   subroutine map_momentum(sim, body, n, nf, ps, rec, g)
-    type(simulation_t), intent(in) :: sim
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%patch%nn)
@@ -80,6 +85,8 @@ contains
     call weights_of(sim, body, ps(1, f_pos), w, first)
     call momentum_records(sim%scene%method%mass_scaling, ps(1, f_mass), ps(1, f_vel), &
                           ps(1, f_temp), rec)
+    if (sim%scene%method%fbar) call add_volume(n, first, sim%patch%stride, ps(1, f_mass), &
+      ps(1, f_jac), body, size(sim%volume, 1), sim%patch%nn, sim%volume)
     call p2g_block(n, w, first, rec, sim%patch%stride, sim%patch%nn, g)
   end subroutine map_momentum
 
@@ -122,6 +129,7 @@ contains
       call advance_particles(n, dt, sim%scene%method%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
                              report%speed2)
     end if
+    call restore_volume(sim, sim%particles%body(b), n, first, ps(1, f_jac))
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
     call touch(sim, b, n, dt, v, dv, nf, ps)
     call constitutive(sim, sim%particles%body(b), n, dt_stress, l, temp, nf, ps, report)
@@ -153,6 +161,7 @@ contains
     call weights_of(sim, body, ps(1, f_pos), w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, g, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
+    call restore_volume(sim, body, n, first, ps(1, f_jac))
     call constitutive(sim, body, n, dt, l, temp, nf, ps, report)
   end subroutine strain_block
 
@@ -184,6 +193,15 @@ contains
     call unpack_velocity(n, rec, v, dv, l, temp)
     call advance_particles(n, 0.0_rp, sim%scene%method%pic, v, dv, ps(1, f_pos), ps(1, f_vel), fastest)
   end subroutine accelerate_block
+
+  subroutine restore_volume(sim, body, n, first, jac)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, first(nlane)
+    real(rp), intent(inout) :: jac(nlane)
+
+    if (sim%scene%method%fbar) call take_volume(n, first, sim%patch%stride, body, &
+      size(sim%volume, 1), sim%patch%nn, sim%volume, jac)
+  end subroutine restore_volume
 
   subroutine weights_of(sim, body, x, w, first)
     type(simulation_t), intent(in) :: sim

@@ -1,80 +1,65 @@
 ! SPDX-License-Identifier: MIT
-!> Volume ratios averaged over the particles of a body whose nearest node is the same.
+!> F-bar: one volume ratio for all particles of a body next to a node. Since it is restored in every
+!> step, the volume follows the mean divergence there, one constraint a node instead of one a
+!> particle, and nearly incompressible flow does not lock.
 module time_volume
   use base_kinds, only: nlane, rp
-  use particles_store, only: f_jac, f_mass, f_pos
+  use comm_world, only: world_t
   use time_state, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: gather_volume, spread_volume
+  public :: clear_volume, add_volume, share_volume, take_volume
 
 contains
 
-  !> Sum mass and mass times J at every node in use.
-  subroutine gather_volume(sim)
+  !> Before a transfer to the grid.
+  subroutine clear_volume(sim)
     type(simulation_t), intent(inout) :: sim
-    integer :: b, r
+    integer :: r
 
+    if (.not. sim%scene%method%fbar) return
     do r = 1, sim%n_runs
       sim%volume(:, sim%run(1, r):sim%run(2, r)) = 0.0_rp
     end do
-    do b = 1, sim%particles%nblk
-      call gather_block(sim, 2*sim%particles%body(b) - 1, sim%particles%count(b), sim%particles%nf, &
-                        sim%particles%ps(:, :, b))
-    end do
-  end subroutine gather_volume
+  end subroutine clear_volume
 
-  subroutine gather_block(sim, row, n, nf, ps)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: row, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    integer :: p, node(nlane)
+  !> Add mass and mass times J of a block to the nodes nearest to its particles.
+  pure subroutine add_volume(n, first, stride, mass, jac, body, rows, nn, volume)
+    integer, intent(in) :: n, first(nlane), stride(3), body, rows, nn
+    real(rp), intent(in) :: mass(nlane), jac(nlane)
+    real(rp), intent(inout) :: volume(rows, nn)
+    integer :: p, q, r
 
-    call nearest_nodes(sim, ps(1, f_pos), node)
+    r = 2*body - 1
     do p = 1, n
-      sim%volume(row, node(p)) = sim%volume(row, node(p)) + ps(p, f_mass)
-      sim%volume(row + 1, node(p)) = sim%volume(row + 1, node(p)) + ps(p, f_mass)*ps(p, f_jac)
+      q = first(p) + sum(stride)
+      volume(r, q) = volume(r, q) + mass(p)
+      volume(r + 1, q) = volume(r + 1, q) + mass(p)*jac(p)
     end do
-  end subroutine gather_block
+  end subroutine add_volume
 
-  !> Give every particle the mean J of its node.
-  subroutine spread_volume(sim)
+  !> Sum over ranks.
+  subroutine share_volume(world, sim)
+    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    integer :: b
 
-    do b = 1, sim%particles%nblk
-      call spread_block(sim, 2*sim%particles%body(b) - 1, sim%particles%count(b), sim%particles%nf, &
-                        sim%particles%ps(:, :, b))
-    end do
-  end subroutine spread_volume
+    if (.not. sim%scene%method%fbar) return
+    call sim%halo%sum(world, size(sim%volume, 1), sim%patch%nn, sim%volume)
+  end subroutine share_volume
 
-  subroutine spread_block(sim, row, n, nf, ps)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: row, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf)
-    integer :: p, node(nlane)
+  !> Give the particles of a block the mean J of their nodes.
+  pure subroutine take_volume(n, first, stride, body, rows, nn, volume, jac)
+    integer, intent(in) :: n, first(nlane), stride(3), body, rows, nn
+    real(rp), intent(in) :: volume(rows, nn)
+    real(rp), intent(inout) :: jac(nlane)
+    integer :: p, q, r
 
-    call nearest_nodes(sim, ps(1, f_pos), node)
+    r = 2*body - 1
     do p = 1, n
-      ps(p, f_jac) = sim%volume(row + 1, node(p))/sim%volume(row, node(p))
+      q = first(p) + sum(stride)
+      jac(p) = volume(r + 1, q)/volume(r, q)
     end do
-  end subroutine spread_block
-
-  !> Storage index of each particle's nearest node, rounded as in the shape functions.
-  pure subroutine nearest_nodes(sim, x, node)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: x(nlane, 3)
-    integer, intent(out) :: node(nlane)
-    real(rp) :: inv_h
-    integer :: p
-
-    inv_h = 1.0_rp/sim%patch%h
-    do p = 1, nlane
-      node(p) = 1 + int((x(p, 1) - sim%patch%origin(1))*inv_h + 0.5_rp)*sim%patch%stride(1) &
-                + int((x(p, 2) - sim%patch%origin(2))*inv_h + 0.5_rp)*sim%patch%stride(2) &
-                + int((x(p, 3) - sim%patch%origin(3))*inv_h + 0.5_rp)*sim%patch%stride(3)
-    end do
-  end subroutine nearest_nodes
+  end subroutine take_volume
 
 end module time_volume

@@ -174,7 +174,7 @@ contains
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
-    real(rp) :: now, speed, left, share
+    real(rp) :: now, speed, left, share, done
 
     if (.not. world%is_root() .or. sim%scene%output%is_quiet) return
     now = wall_time()
@@ -182,8 +182,14 @@ contains
     self%spoke = now
     speed = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)/(now - self%started)
     share = (sim%clock%time - self%first_time)/max(sim%scene%end_time - self%first_time, tiny(1.0_rp))
+    done = sim%clock%time/max(sim%scene%end_time, tiny(1.0_rp))
+    if (sim%scene%max_steps > 0) then
+      share = max(share, real(sim%clock%step - self%first_step, rp) &
+                         /max(1.0_rp, real(sim%scene%max_steps - self%first_step, rp)))
+      done = max(done, real(sim%clock%step, rp)/real(sim%scene%max_steps, rp))
+    end if
     left = (now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)
-    write (output_unit, '(f6.1,a,i0,a)') 100.0_rp*sim%clock%time/sim%scene%end_time, ' %  step ', &
+    write (output_unit, '(f6.1,a,i0,a)') 100.0_rp*done, ' %  step ', &
       sim%clock%step, '  t = '//str(sim%clock%time)//' s  dt = '//str(sim%clock%dt)//' s  '// &
       str(speed*1.0e-6_rp)//' M particle-steps/s  left '//span(left)
     flush (output_unit)

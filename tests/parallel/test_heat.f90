@@ -5,7 +5,8 @@ program test_heat
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use grid_geometry, only: make_grid
-  use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, tag_id
+  use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
+    tag_id
   use time_audit, only: e_film
   use time_heat, only: conduct, conduction_step
   use time_regrid, only: first_partition, regrid

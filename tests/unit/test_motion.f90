@@ -69,8 +69,8 @@ contains
 
     motion%phase = [phase_t(velocity=[2.0_rp, 0.0_rp, 0.0_rp], spin=3.0_rp)]
     call motion%at(0.0_rp, shift, velocity, angle, spin)
-    call expect('motion: starts at once without a ramp', velocity(1) == 2.0_rp .and. spin == 3.0_rp &
-                .and. all(shift == 0.0_rp) .and. angle == 0.0_rp)
+    call expect('motion: starts at once without a ramp', velocity(1) == 2.0_rp &
+                .and. spin == 3.0_rp .and. all(shift == 0.0_rp) .and. angle == 0.0_rp)
   end subroutine test_schedule
 
   !> Beyond the last phase the velocity must be that of the pose, whatever it is.
@@ -81,8 +81,8 @@ contains
     motion%phase = [phase_t(duration=1.0_rp, velocity=[2.0_rp, 0.0_rp, 0.0_rp], spin=3.0_rp)]
     call motion%at(2.0_rp, shift, velocity, angle, spin)
     call motion%at(2.5_rp, shift2, velocity2, angle2, spin2)
-    call expect_close('after the last phase: velocity', velocity(1), (shift2(1) - shift(1))/0.5_rp, &
-                      atol=1.0e-12_rp)
+    call expect_close('after the last phase: velocity', velocity(1), &
+                      (shift2(1) - shift(1))/0.5_rp, atol=1.0e-12_rp)
     call expect_close('after the last phase: spin', spin, (angle2 - angle)/0.5_rp, atol=1.0e-12_rp)
   end subroutine test_after_the_end
 

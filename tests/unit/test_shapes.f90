@@ -95,7 +95,8 @@ contains
       side = corner(:, i + 1) - corner(:, i)
       do s = 0, samples
         part = real(s, rp)/samples
-        best = min(best, (r - corner(1, i) - part*side(1))**2 + (z - corner(2, i) - part*side(2))**2)
+        best = min(best, (r - corner(1, i) - part*side(1))**2 &
+                   + (z - corner(2, i) - part*side(2))**2)
       end do
     end do
     sampled_distance = sqrt(best)
@@ -210,7 +211,7 @@ contains
         call box_distance(half, y, d2, unused)
         gradient(a) = (d1 - d2)/(2.0_rp*step)
       end do
-      if (d < 0.0_rp .and. maxval(abs(gradient)) < 1.0_rp - 1.0e-6_rp) cycle   ! two faces equally near
+      if (d < 0.0_rp .and. maxval(abs(gradient)) < 1.0_rp - 1.0e-6_rp) cycle   ! two faces are near
       off_gradient = max(off_gradient, norm2(gradient - normal))
     end do
     call expect('box: points inside', n_inside > 50)

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Text helpers: case, numbers as text, likeness of words; and the error value.
 program test_text
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
+    ieee_set_halting_mode, ieee_value
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_text, only: edit_distance, lower, str, upper
@@ -40,7 +41,9 @@ contains
     call expect_equal('hundred thousand', str(100000.0_rp), '100000')
     call expect_equal('round up to a power of ten', str(9.999999_rp), '10')
     call expect_equal('round up below the switch', str(999999.9_rp), '1000000')
+    call ieee_set_halting_mode(ieee_invalid, .false.)   ! a debug build traps
     call expect('not a number', index(upper(str(ieee_value(1.0_rp, ieee_quiet_nan))), 'NAN') == 1)
+    call ieee_set_flag(ieee_invalid, .false.)
   end subroutine test_numbers
 
   !> The text of a number is the number to six digits, over the whole range.

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""A particle that leaves the grid, or a run that blows up, ends the run in good order."""
+
+import re
+
+import driver
+import numpy as np
+import pytest
+
+NUMBER = r"[-+]?[0-9.]+(?:e[-+]?[0-9]+)?"
+MESSAGE = re.compile(
+    rf"particle ([0-9]+) left the grid at \(({NUMBER}), ({NUMBER}), ({NUMBER})\) m with velocity "
+    rf"\(({NUMBER}), ({NUMBER}), ({NUMBER})\) m/s \(step ([0-9]+), t = ({NUMBER}) s\); checkpoint (\S+)"
+)
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_particle_leaves_the_grid(run, tmp_path, ranks):
+    """Exact: a block that flies at (300, 20, 0) m/s reaches the side of the grid at x = 10 mm with its first
+    particles (at 3.75 mm) after 20.83 us. It ends with status 3 before the layer has gone one cell further,
+    and one message names a particle that is outside, its place [m] and velocity [m/s]; the checkpoint holds
+    that very particle; all rows of the history until then are there."""
+    done = run("runaway", "--quiet", ranks=ranks, expect=None)
+    print(done.err)
+    assert done.status == driver.BROKEN
+    found = MESSAGE.findall(done.err)
+    assert len(found) == 1, done.err
+    particle, *numbers, step, time, path = found[0]
+    x, v = np.array(numbers[:3], dtype=float), np.array(numbers[3:], dtype=float)
+    assert 10e-3 < x[0] < 11e-3
+    assert v == pytest.approx([300.0, 20.0, 0.0], abs=1e-3)
+    assert 20.83e-6 < float(time) < 20.83e-6 + 1e-3 / 300.0
+    assert path == "runaway.out/runaway_checkpoint.h5"
+    results = done.results("runaway")
+    state = results.checkpoint()
+    assert state.step == int(step)
+    k = np.flatnonzero(state.number == int(particle))[0]
+    assert state.x[k] == pytest.approx(x, rel=1e-5)
+    assert results.history()["time[s]"][-1] > 20e-6
+    assert len(state.number) == 512
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_restart_of_a_lost_particle_says_the_same(run, ranks):
+    """Exact: going on from that checkpoint cannot work: status 3 (or 2) and a message again, no crash."""
+    done = run("runaway", "--quiet", ranks=ranks, expect=driver.BROKEN)
+    path = done.results("runaway").path("_checkpoint.h5")
+    again = run("runaway", "--quiet", "--restart", path, ranks=ranks, expect=None)
+    print(again.status, again.err)
+    assert again.status in (driver.BROKEN, driver.BAD_INPUT)
+    assert again.err.count("left the grid") == 1
+    assert "SIG" not in again.err and "Backtrace" not in again.err
+
+
+BLOW_UPS = {
+    "too long a step": {"TIME.DT": 8e-6},   # 3.5 times the time of a wave through a cell
+    "a step of ten cells": {"TIME.DT": 2e-4},
+    "linear functions at a free surface": {"METHOD.SHAPE": "linear", "TOOL.POSITION": "4e-3,4e-3,1e-3"},
+    "infinite stiffness": {"MATERIAL.YOUNGS_MODULUS": 1e300, "TIME.DT": 1e-6},
+}
+
+
+@pytest.mark.parametrize("how", BLOW_UPS)
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_run_that_blows_up(run, how, ranks):
+    """Exact: whatever the numbers do (too long a time step, unstable shape functions, overflow), the run ends
+    with status 3 and a message that names a particle, and a checkpoint; it never crashes or goes on with NaN."""
+    done = run("punch", "--quiet", ranks=ranks, sets=BLOW_UPS[how] | {"TIME.END": 3e-3}, expect=None)
+    print(done.status, done.err[:600])
+    assert "SIG" not in done.err and "Backtrace" not in done.err
+    assert done.status == driver.BROKEN
+    assert re.search(r"particle [0-9]+ (left the grid|runs away)", done.err)
+    assert done.results("punch").path("_checkpoint.h5").exists()
