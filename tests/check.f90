@@ -81,7 +81,7 @@ contains
       flush (output_unit)
     end if
     call MPI_Finalize()
-    if (n_failed > 0) error stop 1, quiet=.true.
+    if (n_failed > 0) stop 1, quiet=.true.
   end subroutine end_tests
 
 end module check

@@ -24,7 +24,8 @@ module contact_motion
 contains
 
   !> Displacement [m] since t = 0, velocity [m/s], turned angle [rad] and spin [rad/s] at time `t`.
-  !> The tool starts with the first phase's velocity unless that phase has a ramp.
+  !> The tool starts with the first phase's velocity unless that phase has a ramp, and rests after the
+  !> last phase if that has a duration.
   pure subroutine at(self, t, shift, velocity, angle, spin)
     class(motion_t), intent(in) :: self
     real(rp), intent(in) :: t
@@ -47,6 +48,7 @@ contains
         end associate
         if (t < from) exit
       end do
+      if (t > from) now = 0.0_rp
     end if
     shift = way(1:3)
     velocity = now(1:3)

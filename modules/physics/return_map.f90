@@ -16,8 +16,8 @@ module physics_return_map
 
 contains
 
-  !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress, `failed` the number of
-  !> particles that did not converge. `rate` brings the last step's rate as the first guess.
+  !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress (at the least rate where
+  !> elastic), `failed` the number of particles that did not converge. `rate` brings the last step's rate as the first guess.
   !> The residual of the result is below 1e-10 q: 1e-6 q, then one more correction to second order.
   subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, x, sigma, any_plastic, failed)
     class(flow_law_t), intent(in) :: law
@@ -28,7 +28,7 @@ contains
     real(rp), intent(out) :: x(nlane), sigma(nlane)
     logical, intent(out) :: any_plastic
     integer, intent(inout) :: failed
-    real(rp), dimension(nlane) :: y, low, high, log_rate, slope, plastic, step, residual
+    real(rp), dimension(nlane) :: y, low, high, log_rate, slope, plastic, step, residual, yield
     real(rp) :: work(nlane, n_work), log_dt, worst
     integer :: iteration, p
 
@@ -45,7 +45,8 @@ contains
       x = 0.0_rp
       return
     end if
-    call start(dt, q, g3, sigma, rate, plastic, low, high, y)
+    yield = sigma
+    call start(dt, q, g3, yield, rate, plastic, low, high, y)
     do iteration = 1, most_iterations
       x = exp(y)
       log_rate = y - log_dt
@@ -59,7 +60,7 @@ contains
       end do
     end if
     x = plastic*x*(1.0_rp + step*(1.0_rp + 0.5_rp*step))
-    sigma = sigma + step*slope
+    sigma = merge(sigma + step*slope, yield, plastic > 0.0_rp)
   end subroutine return_map
 
   !> Bracket in ln x (its upper end is that of the whole block) and first guess: the last rate, or a

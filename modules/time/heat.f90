@@ -9,7 +9,7 @@ module time_heat
   use time_audit, only: e_film
   use time_nodes, only: clear_nodes
   use time_state, only: simulation_t
-  use transfer_weights, only: block_weights
+  use time_weights, only: weights_of
   implicit none (type, external)
   private
 
@@ -64,17 +64,6 @@ contains
                       sim%particles%ps(:, :, b), sim%rec, sim%g)
     end do
   end subroutine conduct
-
-  subroutine weights_of(sim, body, x, w, first)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body
-    real(rp), intent(in) :: x(nlane, 3)
-    real(rp), intent(out) :: w(nlane, 18)
-    integer, intent(out) :: first(nlane)
-
-    call block_weights(sim%patch%origin, 1.0_rp/sim%patch%h, sim%domain(body), sim%patch%stride, x, &
-                       w, first)
-  end subroutine weights_of
 
   subroutine gather_block(sim, body, n, nf, ps, rec, g)
     type(simulation_t), intent(in) :: sim

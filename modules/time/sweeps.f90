@@ -14,7 +14,7 @@ module time_sweeps
   use time_state, only: scheme_usavg, simulation_t
   use time_volume, only: add_volume, clear_volume, take_volume
   use transfer_kernels, only: g2p_block, p2g_block
-  use transfer_weights, only: block_weights
+  use time_weights, only: weights_of
   implicit none (type, external)
   private
 
@@ -202,17 +202,6 @@ contains
     if (sim%scene%method%fbar) call take_volume(n, first, sim%patch%stride, body, &
       size(sim%volume, 1), sim%patch%nn, sim%volume, jac)
   end subroutine restore_volume
-
-  subroutine weights_of(sim, body, x, w, first)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body
-    real(rp), intent(in) :: x(nlane, 3)
-    real(rp), intent(out) :: w(nlane, 18)
-    integer, intent(out) :: first(nlane)
-
-    call block_weights(sim%patch%origin, 1.0_rp/sim%patch%h, sim%domain(body), sim%patch%stride, x, &
-                       w, first)
-  end subroutine weights_of
 
   !> Have the next block's memory on its way.
   subroutine fetch_next(sim, b)

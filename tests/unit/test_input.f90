@@ -237,7 +237,7 @@ contains
              'SURFACE OUTPUT PROBE')
     call bad_value('TEMPRATURE = 3', 'has no key TEMPRATURE; did you mean TEMPERATURE?')
     call bad_value('COLOUR = 3', 'has no key COLOUR; known are NAME MATERIAL '// &
-                   'PARTICLES_PER_CELL TEMPERATURE VELOCITY ANGULAR_VELOCITY CENTRE')
+                   'PARTICLES_PER_CELL TEMPERATURE VELOCITY ANGULAR_VELOCITY VELOCITY_GRADIENT CENTRE')
     call bad_value('TEMPERATURE = 3'//nl//'TEMPERATURE = 4', &
                    'TEMPERATURE is given twice (first on line 2)', line=3)
     call bad_value('VELOCITY = 1,2,3'//nl//'VELOCITY(2) = 4', &
@@ -302,8 +302,8 @@ contains
              't.nml:1: error: &PROBE NAME = '''': must not be empty')
     call bad('&PROBE NAME=''p'' POSITION(2)=3 /'//base, &
              't.nml:1: error: &PROBE POSITION = 3: not all of its 3 values are given')
-    call bad('&MOTION'//nl//' VELOCITY(1)=3 /'//base, &
-             't.nml:2: error: &MOTION VELOCITY = 3: not all of its 3 values are given')
+    call bad('&BODY NAME=''b'' MATERIAL=''m'''//nl//' VELOCITY(1)=3 /'//base, &
+             't.nml:2: error: &BODY VELOCITY = 3: not all of its 3 values are given')
     call bad(nl//'&SHAPE BODY=''bar'' KIND=''sphere'' CENTRE=3*0 /'//base, &
              't.nml:2: error: &SHAPE has no RADIUS (required if KIND = cylinder or sphere)')
     call bad(nl//'&SHAPE BODY=''bar'' LOWER=3*0 /'//base, &

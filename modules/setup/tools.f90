@@ -1,0 +1,115 @@
+! SPDX-License-Identifier: MIT
+!> Tools and their schedules from the input.
+module setup_tools
+  use base_kinds, only: pi, rp
+  use contact_motion, only: phase_t
+  use contact_shapes, only: shoulder_profile
+  use contact_tool, only: kind_box, kind_plane, kind_revolved, kind_sphere, tool_t
+  use setup_complaints, only: complaints_t
+  use setup_input, only: input_t
+  use setup_names, only: find, known
+  implicit none (type, external)
+  private
+
+  public :: read_tools
+
+contains
+
+  !> All &TOOL groups with their &MOTION phases, at t = 0.
+  subroutine read_tools(input, tool, complaints)
+    type(input_t), intent(in) :: input
+    type(tool_t), allocatable, intent(out) :: tool(:)
+    type(complaints_t), intent(inout) :: complaints
+    integer :: i, j
+
+    allocate (tool(input%count('TOOL')))
+    do i = 1, size(tool)
+      tool(i)%name = input%text('TOOL', i, 'NAME')
+      tool(i)%start = input%reals('TOOL', i, 'POSITION', 3)
+      tool(i)%friction = input%real('TOOL', i, 'FRICTION')
+      tool(i)%shear_limit = input%logical('TOOL', i, 'SHEAR_LIMIT')
+      tool(i)%heat_share = input%real('TOOL', i, 'HEAT_SHARE')
+      call read_tool_shape(input, i, tool(i), complaints)
+      call read_motion(input, tool(i))
+      call tool(i)%move_to(0.0_rp)
+      do j = 1, i - 1
+        if (tool(j)%name == tool(i)%name) call input%complain(complaints, 'TOOL', i, 'NAME', &
+          'another tool has this name')
+      end do
+    end do
+    do i = 1, input%count('MOTION')
+      if (find(tool%name, input%text('MOTION', i, 'TOOL')) == 0) call input%complain(complaints, &
+        'MOTION', i, 'TOOL', 'there is no &TOOL of this name; '//known(tool%name))
+    end do
+  end subroutine read_tools
+
+  !> Kind, size and frame. The tilt turns the shoulder about y: the trailing edge (-x) goes down.
+  subroutine read_tool_shape(input, i, tool, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(tool_t), intent(inout) :: tool
+    type(complaints_t), intent(inout) :: complaints
+    real(rp) :: tilt, pin, tip, normal(3), side(3)
+
+    tool%radius = input%real('TOOL', i, 'RADIUS')
+    tilt = input%real('TOOL', i, 'TILT_DEG')*pi/180.0_rp
+    tool%frame(:, 1) = [cos(tilt), 0.0_rp, sin(tilt)]
+    tool%frame(:, 2) = [0.0_rp, 1.0_rp, 0.0_rp]
+    tool%frame(:, 3) = [-sin(tilt), 0.0_rp, cos(tilt)]
+    select case (input%text('TOOL', i, 'KIND'))
+    case ('shoulder')
+      tool%kind = kind_revolved
+      pin = input%real('TOOL', i, 'PIN_RADIUS')
+      tip = input%real('TOOL', i, 'PIN_TIP_RADIUS')
+      if (tip <= 0.0_rp) tip = pin
+      if (pin >= tool%radius .and. tool%radius > 0.0_rp) call input%complain(complaints, 'TOOL', i, &
+        'PIN_RADIUS', 'must be below RADIUS')
+      tool%profile = shoulder_profile(tool%radius, input%real('TOOL', i, 'HEIGHT'), &
+                                      input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, tip, &
+                                      input%real('TOOL', i, 'PIN_LENGTH'))
+    case ('plane')
+      tool%kind = kind_plane
+      normal = input%reals('TOOL', i, 'NORMAL', 3)
+      if (norm2(normal) <= 0.0_rp) then
+        call input%complain(complaints, 'TOOL', i, 'NORMAL', 'must not be zero')
+        normal = [0.0_rp, 0.0_rp, 1.0_rp]
+      end if
+      normal = normal/norm2(normal)
+      side = merge([0.0_rp, 1.0_rp, 0.0_rp], [1.0_rp, 0.0_rp, 0.0_rp], abs(normal(1)) > 0.9_rp)
+      side = side - dot_product(side, normal)*normal
+      side = side/norm2(side)
+      tool%frame(:, 1) = side
+      tool%frame(:, 2) = [normal(2)*side(3) - normal(3)*side(2), normal(3)*side(1) - normal(1)*side(3), &
+                          normal(1)*side(2) - normal(2)*side(1)]
+      tool%frame(:, 3) = normal
+    case ('sphere')
+      tool%kind = kind_sphere
+    case default
+      tool%kind = kind_box
+      tool%half = 0.5_rp*input%reals('TOOL', i, 'SIZE', 3)
+      if (any(tool%half <= 0.0_rp)) call input%complain(complaints, 'TOOL', i, 'SIZE', &
+        'must be above 0 for KIND = ''box''')
+    end select
+    if (tool%kind /= kind_plane .and. tool%kind /= kind_box .and. tool%radius <= 0.0_rp) &
+      call input%complain(complaints, 'TOOL', i, 'RADIUS', 'must be above 0')
+  end subroutine read_tool_shape
+
+  !> The phases of this tool in the order of the file.
+  subroutine read_motion(input, tool)
+    type(input_t), intent(in) :: input
+    type(tool_t), intent(inout) :: tool
+    type(phase_t) :: phase
+    integer :: i
+
+    allocate (tool%motion%phase(0))
+    do i = 1, input%count('MOTION')
+      if (input%text('MOTION', i, 'TOOL') /= tool%name) cycle
+      phase%duration = input%real('MOTION', i, 'DURATION')
+      phase%velocity = input%reals('MOTION', i, 'VELOCITY', 3)
+      phase%spin = input%real('MOTION', i, 'SPIN_RPM')*2.0_rp*pi/60.0_rp
+      phase%ramp = input%real('MOTION', i, 'RAMP')
+      tool%motion%phase = [tool%motion%phase, phase]
+    end do
+  end subroutine read_motion
+
+end module setup_tools

@@ -1,0 +1,247 @@
+! SPDX-License-Identifier: MIT
+!> Particles that move from rank to rank, and those that leave the grid.
+program test_particles
+  use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
+    ieee_set_halting_mode, ieee_value
+  use base_kinds, only: i8, nlane, rp
+  use check, only: begin_tests, end_tests, expect, expect_equal
+  use comm_world, only: start_world, world_t
+  use grid_geometry, only: box_t, grid_t, make_grid, make_patch, nearest_node, patch_t
+  use grid_partition, only: bisect
+  use particles_migrate, only: find_outside, redistribute
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
+    particles_t, tag_faces, tag_id
+  implicit none (type, external)
+
+  integer, parameter :: nbody = 3, nf = n_fields + 2
+  type(world_t) :: world
+
+  call start_world(world)
+  call begin_tests()
+  call random_init(.true., .true.)
+  call test_redistribute(3000, 1.0_rp)
+  call test_redistribute(40, 1.0_rp)
+  call test_redistribute(500, 0.2_rp)
+  call test_outside()
+  call end_tests()
+
+contains
+
+  !> Random loads, each rank with others, in the lower fraction `part` of the grid.
+  subroutine random_loads(grid, part, n, nodes, weight)
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: part
+    integer, intent(in) :: n
+    integer, allocatable, intent(out) :: nodes(:, :)
+    real(rp), allocatable, intent(out) :: weight(:)
+    real(rp) :: u(3)
+    integer :: i
+
+    allocate (nodes(3, n), weight(n))
+    do i = 1, n
+      call random_number(u)
+      nodes(:, i) = min(grid%n - 1, floor(part*u*grid%n))
+    end do
+    call random_number(weight)
+  end subroutine random_loads
+
+  !> Field f of the particle with identity `id`, between 0 and 1.
+  pure real(rp) function field_of(id, f)
+    integer(i8), intent(in) :: id
+    integer, intent(in) :: f
+
+    field_of = real(modulo(id*id*7919_i8 + id*104729_i8 + f*15485863_i8 + f*id*611953_i8, &
+                           999983_i8), rp)/999983.0_rp
+  end function field_of
+
+  pure integer function body_of(id)
+    integer(i8), intent(in) :: id
+
+    body_of = 1 + int(modulo(id*id, 7_i8))/3
+  end function body_of
+
+  !> Particles `mine` of this rank, in a part of the grid; blocks filled body by body.
+  subroutine make_particles(particles, mine, extent)
+    type(particles_t), intent(inout) :: particles
+    integer, intent(in) :: mine
+    real(rp), intent(in) :: extent(3)
+    integer(i8) :: id
+    integer :: b, body, f, i, p
+
+    call particles%init(nf)
+    call particles%reserve(mine/nlane + nbody + 1)
+    b = 0
+    do body = 1, nbody
+      p = nlane
+      do i = 1, mine
+        id = 1_i8 + world%rank + int(world%size, i8)*(i - 1)
+        if (body_of(id) /= body) cycle
+        if (p == nlane) then
+          b = b + 1
+          p = 0
+          particles%body(b) = body
+        end if
+        p = p + 1
+        particles%count(b) = p
+        do f = 1, nf
+          particles%ps(p, f, b) = field_of(id, f)
+        end do
+        particles%ps(p, f_pos:f_pos + 2, b) = extent*particles%ps(p, f_pos:f_pos + 2, b)
+        particles%tag(p, b) = make_tag(id + ishft(1_i8, 40), int(modulo(id, 64_i8)))
+      end do
+    end do
+    particles%nblk = b
+  end subroutine make_particles
+
+  !> Particles in a `part` of the grid; rank 0 makes none if there are others.
+  subroutine test_redistribute(each, part)
+    integer, intent(in) :: each
+    real(rp), intent(in) :: part
+    type(particles_t) :: particles
+    type(grid_t) :: grid
+    type(patch_t) :: patch
+    type(box_t) :: boxes(0:world%size - 1)
+    integer, allocatable :: nodes(:, :)
+    real(rp), allocatable :: weight(:)
+    real(rp) :: extent(3)
+    integer :: mine, round
+
+    grid = make_grid(0.5_rp, [0.0_rp, 0.0_rp, 0.0_rp], [15.0_rp, 8.0_rp, 6.0_rp])
+    extent = part*0.5_rp*(grid%n - 1)
+    mine = merge(0, each, world%rank == 0 .and. world%size > 1)
+    call make_particles(particles, mine, extent)
+    do round = 1, 3
+      call random_loads(grid, 1.0_rp/round, 300, nodes, weight)
+      call bisect(world, grid, nodes, weight, boxes)
+      patch = make_patch(grid, boxes(world%rank))
+      call redistribute(world, grid, patch, boxes, nbody, particles)
+      call expect_kept(particles, mine, extent)
+      call expect_sorted(particles, grid, patch)
+      call expect_neutral(particles)
+      call redistribute(world, grid, patch, boxes, nbody, particles)   ! nothing to do
+      call expect_kept(particles, mine, extent)
+    end do
+    call particles%free()
+  end subroutine test_redistribute
+
+  !> All identities are there once, and every particle carries its own fields, to the bit.
+  subroutine expect_kept(particles, mine, extent)
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: mine
+    real(rp), intent(in) :: extent(3)
+    integer(i8) :: id, sums(6)
+    integer :: b, f, i, p
+    real(rp) :: want(nf)
+    logical :: equal, same_body, same_faces
+
+    sums = 0_i8
+    do i = 1, mine
+      id = 1_i8 + world%rank + int(world%size, i8)*(i - 1)
+      sums(1:3) = sums(1:3) + [1_i8, id, modulo(id*id, 1000003_i8)]
+    end do
+    equal = .true.
+    same_body = .true.
+    same_faces = .true.
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        id = tag_id(particles%tag(p, b)) - ishft(1_i8, 40)
+        sums(4:6) = sums(4:6) + [1_i8, id, modulo(id*id, 1000003_i8)]
+        same_body = same_body .and. particles%body(b) == body_of(id)
+        same_faces = same_faces .and. tag_faces(particles%tag(p, b)) == modulo(id, 64_i8)
+        want = [(field_of(id, f), f=1, nf)]
+        want(f_pos:f_pos + 2) = extent*want(f_pos:f_pos + 2)
+        equal = equal .and. all(particles%ps(p, :, b) == want)
+      end do
+    end do
+    call world%sum(sums)
+    call expect('no particle lost or doubled', all(sums(1:3) == sums(4:6)))
+    call expect('fields are carried, to the bit', equal)
+    call expect('bodies are kept', same_body)
+    call expect('face bits are kept', same_faces)
+  end subroutine expect_kept
+
+  !> Particles lie on their owner, by body, then by storage index of the nearest node.
+  subroutine expect_sorted(particles, grid, patch)
+    type(particles_t), intent(in) :: particles
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
+    integer :: b, body, last, node, p, ijk(3)
+    logical :: owned, sorted, full
+
+    owned = .true.
+    sorted = .true.
+    full = .true.
+    body = 0
+    last = 0
+    do b = 1, particles%nblk
+      if (particles%body(b) /= body) last = 0
+      sorted = sorted .and. particles%body(b) >= body
+      body = particles%body(b)
+      if (b < particles%nblk) then
+        if (particles%body(b + 1) == body) full = full .and. particles%count(b) == nlane
+      end if
+      full = full .and. particles%count(b) > 0
+      do p = 1, particles%count(b)
+        ijk = nearest_node(grid, particles%ps(p, f_pos:f_pos + 2, b))
+        owned = owned .and. patch%own%has(ijk)
+        if (.not. patch%own%has(ijk)) cycle
+        node = patch%node(ijk)
+        sorted = sorted .and. node >= last
+        last = node
+      end do
+    end do
+    call expect('particles lie on their owner', owned)
+    call expect('particles are sorted by body and node', sorted)
+    call expect('only the last block of a body has room', full)
+  end subroutine expect_sorted
+
+  !> Lanes without particles are undeformed, massless, and near the others.
+  subroutine expect_neutral(particles)
+    type(particles_t), intent(in) :: particles
+    real(rp) :: want(nf)
+    integer :: b, p
+    logical :: neutral
+
+    neutral = .true.
+    do b = 1, particles%nblk
+      want = 0.0_rp
+      want(f_pos:f_pos + 2) = particles%ps(1, f_pos:f_pos + 2, b)
+      want(f_bbar:f_bbar + 2) = 1.0_rp
+      want(f_jac) = 1.0_rp
+      want(f_temp) = particles%ps(1, f_temp, b)
+      want(f_mass) = 0.0_rp
+      do p = particles%count(b) + 1, nlane
+        neutral = neutral .and. all(particles%ps(p, :, b) == want) &
+                  .and. particles%tag(p, b) == 0_i8
+      end do
+    end do
+    call expect('padding is neutral', neutral)
+  end subroutine expect_neutral
+
+  !> The particle that left, or is not a number, is named.
+  subroutine test_outside()
+    type(particles_t) :: particles
+    type(grid_t) :: grid
+    character(:), allocatable :: message
+    integer :: b
+
+    grid = make_grid(0.5_rp, [0.0_rp, 0.0_rp, 0.0_rp], [15.0_rp, 8.0_rp, 6.0_rp])
+    call make_particles(particles, 200, [15.0_rp, 8.0_rp, 6.0_rp])
+    call expect_equal('all inside', find_outside(grid, particles), '')
+    b = particles%nblk
+    particles%tag(2, b) = make_tag(4711_i8, 63)
+    particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 8.25_rp, 2.0_rp]
+    message = find_outside(grid, particles)
+    call expect('the particle outside is named', index(message, 'particle 4711 left the grid') == 1)
+    call expect('its place is named', index(message, '(1, 8.25, 2) m') > 0)
+    particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 8.0_rp, 2.0_rp]
+    call expect_equal('the border is inside', find_outside(grid, particles), '')
+    call ieee_set_halting_mode(ieee_invalid, .false.)   ! a debug build traps
+    particles%ps(2, f_pos, b) = ieee_value(1.0_rp, ieee_quiet_nan)
+    message = find_outside(grid, particles)
+    call ieee_set_flag(ieee_invalid, .false.)
+    call expect('a particle that is not a number is named', index(message, 'particle 4711 ') == 1)
+    call particles%free()
+  end subroutine test_outside
+
+end program test_particles

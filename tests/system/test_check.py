@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""stirpoint --check: the scene in numbers, its cost, what it skips; nothing is written."""
+
+import re
+
+import driver
+import pytest
+
+SHIPPED = sorted((driver.ROOT / "input").glob("*.nml")) + sorted(driver.INPUTS.glob("*.nml"))
+
+
+def check(run, name, **more):
+    """The lines of the report by their first word(s)."""
+    done = run(name, "--check", **more)
+    assert done.err == ""
+    report = {}
+    for line in done.out.splitlines():
+        report.setdefault(line[:13].strip(), []).append(line[13:].strip())
+    return report
+
+
+def number(text):
+    return float(re.match(r"[-+0-9.eE]+", text)[0])
+
+
+def test_there_are_shipped_inputs():
+    """Exact: input/ holds inputs, and the tests see them."""
+    assert any(path.parent.name == "input" for path in SHIPPED)
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda p: f"{p.parent.name}/{p.stem}")
+def test_every_input_passes(run, tmp_path, path):
+    """Exact: exit status 0; title, grid, particles, ranks, memory [MB], time step [s] and what limits it,
+    steps, run time [s] = steps/speed, skipped; at most 400 bytes a particle in scenes of 10,000 particles and
+    more; no file is written."""
+    report = check(run, path)
+    print(report)
+    for label in ("scene", "grid", "body", "particles", "ranks", "memory", "time step", "steps", "speed",
+                  "run time", "skipped"):
+        assert label in report, label
+    particles = number(report["particles"][0])
+    assert particles == sum(number(line.split(": ")[1]) for line in report["body"])
+    memory = re.match(r"([0-9.e+-]+) MB .*, ([0-9]+) bytes per particle", report["memory"][0])
+    assert float(memory[1]) * 1e6 / particles == pytest.approx(float(memory[2]), abs=1.0)
+    if particles >= 10000:
+        assert int(memory[2]) <= 400
+    assert re.search(r" s, limited by (CFL|&TIME DT)", report["time step"][0])
+    dt, steps = number(report["time step"][0]), number(report["steps"][0])
+    end = number(report["steps"][0].split(" for ")[1])
+    assert steps == pytest.approx(end / dt, rel=1e-4, abs=1.0) or "MAX_STEPS" in path.read_text()
+    speed, seconds = number(report["speed"][0]), number(report["run time"][0])
+    assert seconds == pytest.approx(end / dt * particles / (speed * 1e6), rel=1e-4)
+    for lines in report.values():   # 1.8+308 is no number
+        assert not re.search(r"[0-9][+-][0-9]{3}", lines[0]), lines
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_numbers_of_a_scene(run):
+    """Exact: block.nml: 20 x 18 x 16 cells of 1 mm, 2 x 1920 particles 0.5 mm apart, fixed step 7e-8 s, 1000
+    steps for 7e-5 s. small.nml without DT: dt = CFL h/c = 0.4 * 1e-3/4615.3 s with c = sqrt(E (1 - nu)/((1 +
+    nu)(1 - 2 nu) rho)), to 1e-5."""
+    report = check(run, "block")
+    assert report["grid"] == ["20 x 18 x 16 cells of 1 mm"]
+    assert report["particles"] == ["3840"] and len(report["body"]) == 2
+    assert report["body"][0] == "cold: 1920 particles 0.5 mm apart, copper"
+    assert number(report["time step"][0]) == 7e-8 and "&TIME DT" in report["time step"][0]
+    assert report["steps"] == ["1000 for 7e-5 s"]
+    dt = check(run, "small")["time step"][0]
+    speed = (124e9 * 0.66 / (1.34 * 0.32) / 8960.0) ** 0.5
+    assert number(dt) == pytest.approx(0.4 * 1e-3 / speed, rel=1e-5)
+
+
+def test_set_changes_the_scene(run, tmp_path):
+    """Exact: half the cell makes 8 times the particles and half the time step (to 1e-4) and END = 4e-6 twice
+    the steps of 2e-6 (+-1); overrides by number and by name reach only their group."""
+    one = check(run, "small")
+    fine = check(run, "small", sets={"GRID.CELL": 0.5e-3})
+    assert number(fine["particles"][0]) == 8 * number(one["particles"][0])
+    assert number(fine["time step"][0]) == pytest.approx(0.5 * number(one["time step"][0]), rel=1e-4)
+    longer = check(run, "small", sets={"TIME.END": 4e-6})
+    assert number(longer["steps"][0]) == pytest.approx(2 * number(one["steps"][0]), abs=1)
+    for which in ("BODY(2)", "BODY(lid)"):
+        more = check(run, "small", sets={f"{which}.PARTICLES_PER_CELL": 4})
+        counts = [number(line.split(": ")[1]) for line in more["body"]]
+        before = [number(line.split(": ")[1]) for line in one["body"]]
+        assert counts == [before[0], 8 * before[1]]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_skipped(run):
+    """Exact: what is skipped is what the scene does not have."""
+    assert "contact (no &TOOL)" in check(run, "bar")["skipped"][0]
+    assert "conduction (no &HEAT)" in check(run, "bar")["skipped"][0]
+    assert "plasticity" in check(run, "bar")["skipped"][0]
+    stir = check(run, "stir")["skipped"][0]
+    assert "no &TOOL" not in stir and "no &HEAT" not in stir and "plasticity" not in stir
+    assert "second stress pass" in stir
+    assert "second stress pass" not in check(run, "stir", sets={"METHOD.SCHEME": "usavg"})["skipped"][0]
+
+
+def test_check_on_two_ranks(run, tmp_path):
+    """Exact: on 2 ranks the same scene once, with 2 ranks; nothing is written."""
+    report = check(run, "block", ranks=2)
+    assert report["ranks"][0].startswith("2")
+    assert report["particles"] == ["3840"]
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: MIT
+"""What a run writes, and what the program says about itself."""
+
+import json
+import re
+
+import driver
+import h5py
+import numpy as np
+import pytest
+
+UNITS = {"x": "m", "temperature": "K", "plastic_strain": "1", "strain_rate": "1/s", "flow_stress": "Pa",
+         "pressure": "Pa", "von_mises": "Pa", "velocity": "m/s", "body": "1", "id": "1"}
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("small")
+    return driver.run("small", directory=directory)
+
+
+def test_frames_are_vtkhdf(small):
+    """Exact: three frames (t = 0, 1e-6, 2e-6 s) of 640 particles, VTKHDF 1.0 UnstructuredGrid of vertices,
+    every field with its unit, float32; time [s], step, cell [m], spacing [m], names and the input inside."""
+    results = small.results("small")
+    files = sorted(results.directory.glob("*.hdf"))
+    assert [f.name for f in files] == [f"small_{k:06d}.hdf" for k in range(3)]
+    for path in files:
+        with h5py.File(path, "r") as file:
+            group = file["/VTKHDF"]
+            assert list(group.attrs["Version"]) == [1, 0]
+            assert bytes(group.attrs["Type"]) == b"UnstructuredGrid"
+            n = int(group["NumberOfPoints"][:].sum())
+            assert n == 640 == int(group["NumberOfCells"][:].sum())
+            assert n == int(group["NumberOfConnectivityIds"][:].sum())
+            assert group["Points"].shape == (n, 3) and group["Points"].dtype == np.float32
+            assert np.all(group["Types"][:] == 1)
+            assert np.array_equal(group["Connectivity"][:], np.arange(n))
+            assert np.array_equal(group["Offsets"][:], np.arange(n + 1))
+            text = file["/stirpoint/input"][()]
+            text = text.decode() if isinstance(text, bytes) else str(np.asarray(text).item(), "utf-8")
+            assert "&MATERIAL" in text and "YOUNGS_MODULUS = 124e9" in text
+        data, units, attributes = driver.read_frame(path)
+        assert units == UNITS
+        assert sorted(np.unique(data["id"])) == sorted(data["id"])
+        assert set(data["body"]) == {1, 2} and np.sum(data["body"] == 2) == 256
+        assert attributes["cell"] == 1e-3 and np.all(attributes["spacing"] == 0.5e-3)
+    first, _, attributes = driver.read_frame(files[0])
+    assert attributes["time"] == 0.0 and attributes["step"] == 0
+    assert np.all(first["temperature"][first["body"] == 1] == 300.0)
+    assert np.all(first["temperature"][first["body"] == 2] == 400.0)
+    assert np.all(first["velocity"] == 0.0) and np.all(first["von_mises"] == 0.0)
+    assert first["x"].min(axis=0) == pytest.approx([2.25e-3] * 3, rel=1e-6)
+    assert first["x"].max(axis=0) == pytest.approx([5.75e-3, 5.75e-3, 6.75e-3], rel=1e-6)
+
+
+def test_frames_on_two_ranks(run, small):
+    """Exact: on 2 ranks the frames hold two pieces and the same particles."""
+    results = run("small", "--quiet", ranks=2).results("small")
+    path = results.path("_000002.hdf")
+    with h5py.File(path, "r") as file:
+        pieces = file["/VTKHDF/NumberOfPoints"][:]
+        assert len(pieces) == 2 and pieces.sum() == 640
+        assert len(file["/VTKHDF/Offsets"][:]) == 640 + 2
+    one = driver.read_frame(small.results("small").path("_000002.hdf"))[0]
+    two = driver.read_frame(path)[0]
+    a, b = np.argsort(one["id"]), np.argsort(two["id"])
+    assert np.array_equal(one["id"][a], two["id"][b])
+    assert np.allclose(one["x"][a], two["x"][b], rtol=1e-6)
+    assert np.allclose(one["temperature"][a], two["temperature"][b], rtol=1e-6)
+
+
+def test_series_lists_the_frames(small):
+    """Exact: small.hdf.series names every frame with the time [s] that stands in it."""
+    results = small.results("small")
+    series = results.series()
+    assert series["file-series-version"] == "1.0"
+    assert [f["name"] for f in series["files"]] == [f"small_{k:06d}.hdf" for k in range(3)]
+    for entry in series["files"]:
+        time = driver.read_frame(results.directory / entry["name"])[2]["time"]
+        assert entry["time"] == pytest.approx(time, rel=1e-14, abs=0.0)
+    times = [f["time"] for f in series["files"]]
+    assert times[0] == 0.0 and 1e-6 <= times[1] < 1.1e-6 and times[2] == pytest.approx(2e-6, rel=1e-12)
+
+
+def test_histories(small):
+    """Exact: rows every 1e-7 s from 0 to 2e-6 s (21, +1 for the last), every column named with its unit in
+    brackets, every number finite, time and step rising, nine columns for the tool."""
+    history = small.results("small").history()
+    assert history.text.startswith("# Small\n")
+    for name in history.names:
+        assert name == "step" or re.fullmatch(r"[A-Za-z0-9_]+\[[^\]]+\]", name), name
+    for name in ("time[s]", "kinetic[J]", "elastic[J]", "plastic_work[J]", "tool_work[J]", "friction_heat[J]",
+                 "audit_error[%]", "heat_content[J]", "temperature_max[K]", "punch_torque[Nm]", "punch_force_z[N]",
+                 "punch_power[W]"):
+        assert name in history.names
+    assert sum(name.startswith("punch_") for name in history.names) == 9
+    assert 20 <= len(history.rows) <= 22
+    assert history["time[s]"][0] == 0.0
+    assert history["time[s]"][-1] == pytest.approx(2e-6, rel=1e-12)
+    assert np.all(np.diff(history["time[s]"]) > 0.0) and np.all(np.diff(history["step"]) > 0)
+    assert np.isfinite(history.rows).all()
+    heat = 8960.0 * 386.0 * 0.5e-3**3 * (384 * 300.0 + 256 * 400.0)
+    assert history["heat_content[J]"][0] == pytest.approx(heat, rel=1e-9)
+    assert np.all(history["temperature_max[K]"] >= 400.0)
+
+
+def test_probes(small):
+    """Exact: in every row, the first too, the probe in the block reads 300 K and the one in the lid 400 K (both
+    far from the interface for 2 us, to 1 K); their places start as given [m]."""
+    probes = small.results("small").probes()
+    assert probes.names[:3] == ["time[s]", "inside[K]", "lid[K]"]
+    assert np.array_equal(probes["time[s]"], small.results("small").history()["time[s]"])
+    assert [probes[f"lid_{a}[m]"][0] for a in "xyz"] == pytest.approx([4e-3, 4e-3, 6.2e-3], rel=1e-9)
+    assert probes["inside[K]"] == pytest.approx(300.0, abs=1.0)
+    assert probes["lid[K]"][1:] == pytest.approx(400.0, abs=1.0)
+    assert probes["lid[K]"][0] == pytest.approx(400.0, abs=1.0)
+
+
+def test_moving_body_has_a_finite_history(run):
+    """Exact: a block that flies and has no internal energy: every number of its history is finite."""
+    history = run("punch", "--quiet", sets={"TIME.END": 1e-5}).results("punch").history()
+    bad = [name for name in history.names if not np.isfinite(history[name]).all()]
+    assert bad == []
+
+
+def test_summary(small):
+    """Exact: small_summary.json is JSON with the particles, steps and ranks of the run."""
+    summary = json.loads(small.results("small").path("_summary.json").read_text())
+    assert summary["particles"] == 640 and summary["ranks"] == 1
+    assert summary["steps"] == small.results("small").history()["step"][-1]
+    assert summary["wall_seconds"] >= 0.0
+    assert sum(summary["phase_percent"].values()) == pytest.approx(100.0, abs=1.0)
+
+
+def test_nothing_else_is_written(small):
+    """Exact: only small.out with the files that --help names."""
+    assert [p.name for p in small.directory.iterdir()] == ["small.out"]
+    names = {re.sub(r"[0-9]{6}", "N", p.name) for p in (small.directory / "small.out").iterdir()}
+    assert names == {"small_history.csv", "small_probes.csv", "small_N.hdf", "small.hdf.series",
+                     "small_summary.json"}
+
+
+def test_quiet(run, small):
+    """Exact: --quiet prints nothing at all; without it the last line names the directory."""
+    done = run("small", "--quiet")
+    assert done.out == "" and done.err == ""
+    assert small.out.splitlines()[-1] == "results in small.out"
+
+
+def test_progress(run):
+    """Exact: with PROGRESS_INTERVAL = 0.1 s a run of more than 0.5 s prints lines of percent, step, t [s], dt
+    [s], speed and time left; percent and step rise."""
+    sets = {"OUTPUT.PROGRESS_INTERVAL": 0.1, "OUTPUT.FRAME_INTERVAL": 0}
+    done = run("stir", sets=sets | {"TIME.END": 0.1})
+    pattern = r" *([0-9.]+) %  step ([0-9]+)  t = (\S+) s  dt = (\S+) s  (\S+) M particle-steps/s  left \S+"
+    lines = [re.match(pattern, line) for line in done.out.splitlines()]
+    lines = [m for m in lines if m]
+    assert len(lines) >= 3
+    steps = [int(m[2]) for m in lines]
+    assert steps == sorted(set(steps))
+    for m in lines:
+        assert float(m[1]) == pytest.approx(100.0 * float(m[3]) / 0.1, abs=0.1)
+
+
+def test_output_directory(run, tmp_path):
+    """Exact: --output DIR puts everything there; a second run over it replaces its files."""
+    for _ in range(2):
+        done = run("small", "--quiet", "--output", "elsewhere")
+        assert [p.name for p in tmp_path.iterdir()] == ["elsewhere"]
+        results = driver.Results(done.directory / "elsewhere", "small")
+        assert len(results.series()["files"]) == 3
+        assert np.all(np.diff(results.history()["time[s]"]) > 0.0)
+
+
+def test_shorter_run_leaves_no_old_frames_in_the_series(run):
+    """Exact: a run of half the time over an older one lists only its own two frames."""
+    run("small", "--quiet")
+    results = run("small", "--quiet", sets={"TIME.END": 1e-6}).results("small")
+    assert len(results.series()["files"]) == 2
+    assert results.history()["time[s]"][-1] == pytest.approx(1e-6)
+
+
+def test_name_and_output_that_cannot_be(run, tmp_path):
+    """Exact: RUN NAME is the stem of all files; a directory that cannot be made is status 4."""
+    run("small", "--quiet", sets={"RUN.NAME": "other"})
+    assert (tmp_path / "other.out" / "other_history.csv").exists()
+    done = run("small", "--quiet", "--output", "/proc/nowhere", expect=4)
+    assert "error: cannot make directory /proc/nowhere" in done.err
+
+
+def test_frames_switched_on_at_a_restart(run):
+    """Exact: a run without frames in between, continued with FRAME_INTERVAL = 2e-6 s, writes frames at 4, 6
+    and 8e-6 s (to a step) besides the first: five in all with the last."""
+    half = {"TIME.END": 4e-6, "OUTPUT.CHECKPOINT_INTERVAL": 2e-6}
+    results = run("crumb", "--quiet", sets=half).results("crumb")
+    sets = {"OUTPUT.FRAME_INTERVAL": 2e-6}
+    run("crumb", "--quiet", "--restart", results.path("_checkpoint.h5"), sets=sets)
+    times = [entry["time"] for entry in results.series()["files"]]
+    print(times)
+    assert any(5.9e-6 < t < 6.2e-6 for t in times)
+    assert times[-1] == pytest.approx(8e-6, rel=1e-12)
+
+
+def test_version(run, tmp_path):
+    """Exact: --version names the program, a version a.b.c, and the compiler."""
+    done = run(None, "--version")
+    assert re.match(r"Stirpoint [0-9]+\.[0-9]+\.[0-9]+", done.out)
+    assert "GCC" in done.out or "ifx" in done.out.lower() or "nvfortran" in done.out
+    assert done.err == "" and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help(run, option):
+    """Exact: --help lists every option, the results, the signals and the exit statuses."""
+    done = run(None, option)
+    for word in ("--check", "--set", "--restart", "--output", "--quiet", "--keys", "--version", "--help",
+                 "SIGUSR1", "SIGTERM", "exit status", "_history.csv", "_probes.csv", "_checkpoint.h5"):
+        assert word in done.out, word
+    assert done.err == ""
+    assert max(len(line) for line in done.out.splitlines()) <= 100
+
+
+def test_keys_list_every_key(run):
+    """Exact: --keys lists every group and key that any input uses, with type, default and text; the Markdown
+    page has the same groups and keys."""
+    done = run(None, "--keys")
+    keys, group = {}, None
+    for line in done.out.splitlines():
+        if line.startswith("&"):
+            group = line[1:].split()[0]
+            keys[group] = []
+        elif re.match(r"  [A-Z]", line):
+            keys[group].append(line.split()[0])
+            assert len(line.split(None, 3)) == 4, line
+    used = 0
+    for path in [*driver.INPUTS.glob("*.nml"), *(driver.ROOT / "input").glob("*.nml")]:
+        text = re.sub(r"'[^'\n]*'", "''", re.sub(r"!.*", "", path.read_text()))
+        for name, body in re.findall(r"&([A-Z]+)(.*?)/", text, re.DOTALL):
+            for key in re.findall(r"([A-Z0-9_]+)\s*=", body):
+                assert key in keys[name], (name, key)
+                used += 1
+    assert used > 200
+    markdown = run(None, "--keys=markdown").out
+    for name, list_of_keys in keys.items():
+        assert f"&{name}" in markdown or name in markdown
+        for key in list_of_keys:
+            assert key in markdown, key
