@@ -302,8 +302,6 @@ contains
              't.nml:1: error: &PROBE NAME = '''': must not be empty')
     call bad('&PROBE NAME=''p'' POSITION(2)=3 /'//base, &
              't.nml:1: error: &PROBE POSITION = 3: not all of its 3 values are given')
-    call bad('&BODY NAME=''b'' MATERIAL=''m'''//nl//' VELOCITY(1)=3 /'//base, &
-             't.nml:2: error: &BODY VELOCITY = 3: not all of its 3 values are given')
     call bad(nl//'&SHAPE BODY=''bar'' KIND=''sphere'' CENTRE=3*0 /'//base, &
              't.nml:2: error: &SHAPE has no RADIUS (required if KIND = cylinder or sphere)')
     call bad(nl//'&SHAPE BODY=''bar'' LOWER=3*0 /'//base, &
