@@ -218,11 +218,14 @@ run_tests() {
   mpi_environment
   export PATH="$venv/bin:$PATH"
   stage "Tests of the program"
-  ctest --test-dir "$build" --output-on-failure --no-tests=error ||
+  ctest --test-dir "$build" --parallel "$(nproc)" --output-on-failure --no-tests=error ||
     fail "TESTS FAILED: of the program (see above)"
   stage "Tests of the post-processing"
   "$venv/bin/python" -m pytest -q -p no:cacheprovider "$root/postproc/tests" ||
     fail "TESTS FAILED: of the post-processing (see above)"
+  stage "Tests of whole runs"
+  STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
+    "$root/tests/system" || fail "TESTS FAILED: of whole runs (see above)"
   stage "ALL TESTS PASSED"
 }
 

@@ -77,15 +77,17 @@ contains
       call make_directory(sim%scene%output%directory, ok)
       if (.not. world%all_true(ok)) then
         status = ended_io
-        if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: cannot make directory ', &
-          sim%scene%output%directory
+        if (world%is_root()) write (error_unit, '(2a)') &
+          'stirpoint: error: cannot make directory ', sim%scene%output%directory
       else
         call watch_signals()
         call run(world, sim, command%restart /= '', status, message)
-        if (world%is_root() .and. status /= ended_well) &
+        if (world%is_root() .and. status /= ended_well) then
           write (error_unit, '(2a)') 'stirpoint: ', message
-        if (world%is_root() .and. status == ended_well .and. .not. command%is_quiet) &
+        end if
+        if (world%is_root() .and. status == ended_well .and. .not. command%is_quiet) then
           write (output_unit, '(2a)') 'results in ', sim%scene%output%directory
+        end if
       end if
     end if
     call free_simulation(sim)

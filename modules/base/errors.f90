@@ -17,10 +17,11 @@ module base_errors
 
   abstract interface
     subroutine abort_interface()
+      implicit none (type, external)
     end subroutine abort_interface
   end interface
 
-  procedure(abort_interface), pointer, save :: abort_hook => null()
+  procedure(abort_interface), pointer :: abort_hook => null()
 
 contains
 

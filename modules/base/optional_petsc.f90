@@ -12,6 +12,7 @@ module base_optional_petsc
     integer(c_int) function get_version(major, minor, subminor, release) &
         bind(c, name='PetscGetVersionNumber')
       import :: c_int
+      implicit none (type, external)
       integer(c_int), intent(out) :: major, minor, subminor, release
     end function get_version
   end interface

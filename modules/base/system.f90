@@ -14,49 +14,58 @@ module base_system
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
       import :: c_ptr, c_size_t
+      implicit none (type, external)
       integer(c_size_t), value :: alignment, size
       type(c_ptr) :: p
     end function c_aligned_alloc
 
     subroutine c_free(p) bind(c, name='free')
       import :: c_ptr
+      implicit none (type, external)
       type(c_ptr), value :: p
     end subroutine c_free
 
     integer(c_int) function c_rename(from, to) bind(c, name='rename')
       import :: c_char, c_int
+      implicit none (type, external)
       character(kind=c_char), intent(in) :: from(*), to(*)
     end function c_rename
 
     integer(c_int) function c_mkdir(path, mode) bind(c, name='mkdir')
       import :: c_char, c_int
+      implicit none (type, external)
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: mode
     end function c_mkdir
 
     integer(c_int) function c_remove(path) bind(c, name='remove')
       import :: c_char, c_int
+      implicit none (type, external)
       character(kind=c_char), intent(in) :: path(*)
     end function c_remove
 
     !> Set a flag on SIGUSR1 and SIGTERM (modules/base/native.c).
     subroutine watch_signals() bind(c, name='stirpoint_watch_signals')
+      implicit none (type, external)
     end subroutine watch_signals
 
     !> Number of the signal that asked for a stop, or 0.
     integer(c_int) function stop_signal() bind(c, name='stirpoint_stop_signal')
       import :: c_int
+      implicit none (type, external)
     end function stop_signal
 
     !> Send a signal to this process (for tests).
     integer(c_int) function raise_signal(number) bind(c, name='raise')
       import :: c_int
+      implicit none (type, external)
       integer(c_int), value :: number
     end function raise_signal
 
     !> Fetch `bytes` from `p` into the second-level cache.
     subroutine prefetch_block(p, bytes) bind(c, name='stirpoint_prefetch')
       import :: c_double, c_int
+      implicit none (type, external)
       real(c_double), intent(in) :: p(*)
       integer(c_int), value :: bytes
     end subroutine prefetch_block
@@ -64,6 +73,7 @@ module base_system
     !> Peak resident memory of this process [bytes].
     real(c_double) function peak_memory() bind(c, name='stirpoint_peak_memory')
       import :: c_double
+      implicit none (type, external)
     end function peak_memory
   end interface
 

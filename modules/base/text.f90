@@ -71,7 +71,7 @@ contains
       if (r(1:1) == '.') r = '0'//r
       if (r(1:1) == '-' .and. r(2:2) == '.') r = '-0'//r(2:)
     else
-      write (buffer, '(es12.5)') x
+      write (buffer, '(es14.5e3)') x
       buffer = adjustl(buffer)
       e = index(buffer, 'E')
       if (e == 0) then   ! NaN, Infinity

@@ -10,10 +10,11 @@ module base_timers
   integer, parameter, public :: n_phases = 7
 
   ! The phases of a run.
-  integer, parameter, public :: ph_to_grid = 1, ph_exchange = 2, ph_nodes = 3, ph_to_particles = 4, &
-                                ph_conduction = 5, ph_sorting = 6, ph_output = 7
-  character(17), parameter, public :: phase_name(n_phases) = [character(17) :: 'to_grid', 'exchange', &
-    'nodes', 'to_particles', 'conduction', 'sorting', 'output']
+  integer, parameter, public :: ph_to_grid = 1, ph_exchange = 2, ph_nodes = 3, &
+                                ph_to_particles = 4, ph_conduction = 5, ph_sorting = 6, &
+                                ph_output = 7
+  character(17), parameter, public :: phase_name(n_phases) = [character(17) :: &
+    'to_grid', 'exchange', 'nodes', 'to_particles', 'conduction', 'sorting', 'output']
 
   !> Accumulates wall time by phase; `lap(k)` books the time since the last lap to phase k.
   type :: phase_timer_t

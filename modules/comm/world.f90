@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> The ranks of the run: start, end, and the few collective operations the code needs.
 module comm_world
+  use base_errors, only: set_abort_hook
+  use base_kinds, only: i8, rp
   use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
                      mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
                      mpi_finalize, mpi_in_place, mpi_init, mpi_integer, mpi_integer8, mpi_max, &
                      mpi_min, mpi_sum
-  use base_errors, only: set_abort_hook
-  use base_kinds, only: i8, rp
   implicit none (type, external)
   private
 

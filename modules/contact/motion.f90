@@ -24,8 +24,8 @@ module contact_motion
 contains
 
   !> Displacement [m] since t = 0, velocity [m/s], turned angle [rad] and spin [rad/s] at time `t`.
-  !> The tool starts with the first phase's velocity unless that phase has a ramp, and rests after the
-  !> last phase if that has a duration.
+  !> The tool starts with the first phase's velocity unless that phase has a ramp, and rests after
+  !> the last phase if that has a duration.
   pure subroutine at(self, t, shift, velocity, angle, spin)
     class(motion_t), intent(in) :: self
     real(rp), intent(in) :: t

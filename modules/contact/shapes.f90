@@ -22,8 +22,8 @@ contains
   !> Shoulder disc of `radius` whose face is flat or a cone rising to the axis by `concavity`
   !> [rad], with an optional pin: radius at the face, radius at the tip, length. The face's rim is
   !> at z = 0, the tool's body goes up to `height`. All lengths in m.
-  pure type(profile_t) function shoulder_profile(radius, height, concavity, pin_radius, tip_radius, &
-                                                 pin_length)
+  pure type(profile_t) function shoulder_profile(radius, height, concavity, pin_radius, &
+                                                 tip_radius, pin_length)
     real(rp), intent(in) :: radius, height, concavity, pin_radius, tip_radius, pin_length
     type(profile_t) :: outline
 

@@ -167,20 +167,20 @@ contains
   subroutine contact_block(tools, n, dt, inertia, reach, area, touched, d, normal, x, v, dv, mass, &
                            strength, force, heat)
     type(tool_t), intent(inout) :: tools(:)
-    integer, intent(in) :: n                   !! particles in the block
-    real(rp), intent(in) :: dt                 !! [s]
-    real(rp), intent(in) :: inertia            !! mass scaling
-    real(rp), intent(in) :: reach              !! half particle spacing [m]
-    real(rp), intent(in) :: area               !! area a particle stands for [m2]
-    integer, intent(in) :: touched(nlane)      !! nearest tool
+    integer, intent(in) :: n                     !! particles in the block
+    real(rp), intent(in) :: dt                   !! [s]
+    real(rp), intent(in) :: inertia              !! mass scaling
+    real(rp), intent(in) :: reach                !! half particle spacing [m]
+    real(rp), intent(in) :: area                 !! area a particle stands for [m2]
+    integer, intent(in) :: touched(nlane)        !! nearest tool
     real(rp), intent(in) :: d(nlane), normal(nlane, 3)   !! distance from it [m], its direction
-    real(rp), intent(in) :: x(nlane, 3)        !! positions, already advanced [m]
-    real(rp), intent(in) :: v(nlane, 3)        !! grid velocity at the particles [m/s]
-    real(rp), intent(in) :: dv(nlane, 3)       !! its change in the step [m/s]
-    real(rp), intent(in) :: mass(nlane)        !! [kg]
-    real(rp), intent(in) :: strength(nlane)    !! flow stress for the shear limit [Pa]; 0: none
-    real(rp), intent(inout) :: force(nlane, 3) !! contact force [N]
-    real(rp), intent(inout) :: heat(nlane)     !! heat waiting for conduction [J]
+    real(rp), intent(in) :: x(nlane, 3)          !! positions, already advanced [m]
+    real(rp), intent(in) :: v(nlane, 3)          !! grid velocity at the particles [m/s]
+    real(rp), intent(in) :: dv(nlane, 3)         !! its change in the step [m/s]
+    real(rp), intent(in) :: mass(nlane)          !! [kg]
+    real(rp), intent(in) :: strength(nlane)      !! flow stress for the shear limit [Pa]; 0: none
+    real(rp), intent(inout) :: force(nlane, 3)   !! contact force [N]
+    real(rp), intent(inout) :: heat(nlane)       !! heat waiting for conduction [J]
     real(rp) :: slip_limit
     integer :: p
 

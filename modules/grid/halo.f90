@@ -4,11 +4,11 @@
 !> Every pair of ranks swaps its contributions to the nodes both store; each then adds them up in
 !> the order of the ranks, its own among them, so that all copies of a node are equal to the bit.
 module grid_halo
-  use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
-                     mpi_statuses_ignore, mpi_waitall
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
   use grid_geometry, only: box_t, patch_t, halo
+  use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
+                     mpi_statuses_ignore, mpi_waitall
   implicit none (type, external)
   private
 

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> One verdict for all ranks: an error of any rank becomes the error of every rank.
 module io_agree
-  use mpi_f08, only: mpi_bcast, mpi_character, mpi_iallreduce, mpi_integer, mpi_min, &
-                     mpi_request, mpi_status_ignore, mpi_test, mpi_wait
   use base_errors, only: error_t, fatal
   use base_kinds, only: rp
   use base_timers, only: wall_time
   use comm_world, only: world_t
+  use mpi_f08, only: mpi_bcast, mpi_character, mpi_iallreduce, mpi_integer, mpi_min, &
+                     mpi_request, mpi_status_ignore, mpi_test, mpi_wait
   implicit none (type, external)
   private
 

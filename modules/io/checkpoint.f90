@@ -10,11 +10,11 @@ module io_checkpoint
   use base_text, only: str
   use comm_world, only: world_t
   use grid_geometry, only: box_t
-  use particles_store, only: particles_t
   use io_agree, only: agree
   use io_hdf5, only: h5file_t
   use io_hdf5_arrays, only: read_array, write_array
   use io_hdf5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
+  use particles_store, only: particles_t
   implicit none (type, external)
   private
 

@@ -8,7 +8,6 @@
 module io_hdf5
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
-  use mpi_f08, only: mpi_allreduce, mpi_exscan, mpi_in_place, mpi_integer8, mpi_max, mpi_sum
   use base_errors, only: error_t
   use base_kinds, only: i8
   use base_system, only: remove_file, rename_file
@@ -18,6 +17,7 @@ module io_hdf5
                            handle_t, kind_u8, make_dataset, make_group, move_columns, &
                            open_dataset, open_parallel
   use io_room, only: is_room
+  use mpi_f08, only: mpi_allreduce, mpi_exscan, mpi_in_place, mpi_integer8, mpi_max, mpi_sum
   implicit none (type, external)
   private
 

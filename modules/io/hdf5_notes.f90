@@ -2,7 +2,6 @@
 !> Texts and attributes of parallel HDF5 files.
 module io_hdf5_notes
   use, intrinsic :: iso_c_binding, only: c_loc, c_null_char, c_ptr
-  use mpi_f08, only: mpi_bcast, mpi_integer8
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_text, only: str
@@ -10,6 +9,7 @@ module io_hdf5_notes
   use io_hdf5_calls, only: attribute_shape, close_dataset, get_attribute, handle_t, kind_f64, &
                            kind_i32, kind_text, make_attribute, make_dataset, move_columns, &
                            open_dataset, text_length
+  use mpi_f08, only: mpi_bcast, mpi_integer8
   implicit none (type, external)
   private
 

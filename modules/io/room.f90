@@ -14,6 +14,7 @@ module io_room
   interface
     integer(c_int) function c_creat(path, mode) bind(c, name='creat')
       import :: c_char, c_int
+      implicit none (type, external)
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: mode
     end function c_creat
@@ -21,12 +22,14 @@ module io_room
     !> Linux: reserves disk blocks, or fails at once where the file system cannot.
     integer(c_int) function c_fallocate(fd, mode, offset, length) bind(c, name='fallocate')
       import :: c_int, c_int64_t
+      implicit none (type, external)
       integer(c_int), value :: fd, mode
       integer(c_int64_t), value :: offset, length
     end function c_fallocate
 
     integer(c_int) function c_close(fd) bind(c, name='close')
       import :: c_int
+      implicit none (type, external)
       integer(c_int), value :: fd
     end function c_close
   end interface

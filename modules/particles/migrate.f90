@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Sends particles to the rank that owns their nearest node, and sorts those that stay or come.
 module particles_migrate
-  use mpi_f08, only: mpi_alltoall, mpi_alltoallv, mpi_double_precision, mpi_integer
   use base_kinds, only: i8, rp
   use base_text, only: str
   use comm_world, only: world_t
   use grid_geometry, only: box_t, grid_t, nearest_node, patch_t
   use grid_partition, only: owner_of
+  use mpi_f08, only: mpi_alltoall, mpi_alltoallv, mpi_double_precision, mpi_integer
   use particles_sort, only: slot_block, slot_lane, sort_particles
   use particles_store, only: f_pos, f_vel, particles_t, tag_id
   implicit none (type, external)

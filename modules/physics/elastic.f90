@@ -37,9 +37,12 @@ contains
       a21 = dt*l(p, 4); a22 = dt*l(p, 5); a23 = dt*l(p, 6)
       a31 = dt*l(p, 7); a32 = dt*l(p, 8); a33 = dt*l(p, 9)
       ! e = a a;  h = 1/2 + a/6 + e/24;  f = 1 + a + e h
-      e11 = a11*a11 + a12*a21 + a13*a31; e12 = a11*a12 + a12*a22 + a13*a32; e13 = a11*a13 + a12*a23 + a13*a33
-      e21 = a21*a11 + a22*a21 + a23*a31; e22 = a21*a12 + a22*a22 + a23*a32; e23 = a21*a13 + a22*a23 + a23*a33
-      e31 = a31*a11 + a32*a21 + a33*a31; e32 = a31*a12 + a32*a22 + a33*a32; e33 = a31*a13 + a32*a23 + a33*a33
+      e11 = a11*a11 + a12*a21 + a13*a31; e12 = a11*a12 + a12*a22 + a13*a32
+      e13 = a11*a13 + a12*a23 + a13*a33
+      e21 = a21*a11 + a22*a21 + a23*a31; e22 = a21*a12 + a22*a22 + a23*a32
+      e23 = a21*a13 + a22*a23 + a23*a33
+      e31 = a31*a11 + a32*a21 + a33*a31; e32 = a31*a12 + a32*a22 + a33*a32
+      e33 = a31*a13 + a32*a23 + a33*a33
       h11 = c2 + c3*a11 + c4*e11; h12 = c3*a12 + c4*e12;      h13 = c3*a13 + c4*e13
       h21 = c3*a21 + c4*e21;      h22 = c2 + c3*a22 + c4*e22; h23 = c3*a23 + c4*e23
       h31 = c3*a31 + c4*e31;      h32 = c3*a32 + c4*e32;      h33 = c2 + c3*a33 + c4*e33
@@ -110,7 +113,8 @@ contains
       tau(p, 3) = tau(p, 3) + c
     end do
     do p = 1, n
-      stiffness = max(stiffness, k*je2(p) + (4.0_rp/3.0_rp)*g*mean(p))
+      c = k*je2(p) + (4.0_rp/3.0_rp)*g*mean(p)
+      stiffness = max(stiffness, merge(c, huge(1.0_rp), c <= huge(1.0_rp)))   ! NaN counts as huge
     end do
   end subroutine finish_state
 
@@ -126,8 +130,9 @@ contains
     elastic_energy = 0.0_rp
     do p = 1, n
       je = j(p)*exp(-3.0_rp*expansion*(temp(p) - t_ref))
-      elastic_energy = elastic_energy + mass(p)/rho*(0.5_rp*k*(0.5_rp*(je*je - 1.0_rp) - log(je)) &
-                                                   + 0.5_rp*g*(b(p, 1) + b(p, 2) + b(p, 3) - 3.0_rp))
+      elastic_energy = elastic_energy &
+                       + mass(p)/rho*(0.5_rp*k*(0.5_rp*(je*je - 1.0_rp) - log(je)) &
+                                      + 0.5_rp*g*(b(p, 1) + b(p, 2) + b(p, 3) - 3.0_rp))
     end do
   end function elastic_energy
 

@@ -20,6 +20,7 @@ module physics_flow_law
     !> What depends on temperature alone, once a step.
     subroutine prepare_interface(self, temp, work)
       import :: flow_law_t, nlane, n_work, rp
+      implicit none (type, external)
       class(flow_law_t), intent(in) :: self
       real(rp), intent(in) :: temp(nlane)             !! temperature [K]
       real(rp), intent(out) :: work(nlane, n_work)
@@ -28,6 +29,7 @@ module physics_flow_law
     !> Flow stress at plastic strain alpha + x and rate x/dt, and its derivative by ln x.
     subroutine stress_interface(self, work, alpha, x, log_rate, sigma, slope)
       import :: flow_law_t, nlane, n_work, rp
+      implicit none (type, external)
       class(flow_law_t), intent(in) :: self
       real(rp), intent(in) :: work(nlane, n_work)
       real(rp), intent(in) :: alpha(nlane)            !! plastic strain at the step's start

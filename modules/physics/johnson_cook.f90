@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Johnson & Cook (1983): (A + B alpha^n)(1 + C ln(rate/rate0))(1 - theta^m); the rate factor goes on
-!> below rate0 and is held at 1/2, the stress is zero from the melting temperature on.
+!> Johnson & Cook (1983): (A + B alpha^n)(1 + C ln(rate/rate0))(1 - theta^m); the rate factor goes
+!> on below rate0 and is held at 1/2, the stress is zero from the melting temperature on.
 module physics_johnson_cook
   use base_kinds, only: nlane, rp
   use physics_flow_law, only: flow_law_t, n_work

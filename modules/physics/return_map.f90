@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Radial return of a batch: solves q = 3 Gbar x + sigma(alpha + x, x/dt, T) for the increment x of
-!> plastic strain by Newton's method in ln x, kept inside a bracket (sigma has an infinite slope by x
-!> at 0, where plain Newton fails).
+!> plastic strain by Newton's method in ln x, kept inside a bracket (sigma has an infinite slope by
+!> x at 0, where plain Newton fails).
 module physics_return_map
   use base_kinds, only: nlane, rp
   use physics_flow_law, only: flow_law_t, n_work
@@ -11,13 +11,14 @@ module physics_return_map
   public :: return_map
 
   real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! rate in the yield test [1/s]
-  real(rp), parameter :: tolerance = 1.0e-6_rp            !! residual over q before the last correction
+  real(rp), parameter :: tolerance = 1.0e-6_rp            !! residual/q before the last correction
   integer, parameter :: most_iterations = 60
 
 contains
 
-  !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress (at the least rate where
-  !> elastic), `failed` the number of particles that did not converge. `rate` brings the last step's rate as the first guess.
+  !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress (at the least rate
+  !> where elastic), `failed` the number of particles that did not converge. `rate` brings the last
+  !> step's rate as the first guess.
   !> The residual of the result is below 1e-10 q: 1e-6 q, then one more correction to second order.
   subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, x, sigma, any_plastic, failed)
     class(flow_law_t), intent(in) :: law

@@ -14,6 +14,7 @@ module physics_stress
   !> What the update reports, summed or maximised over blocks.
   type :: stress_sums_t
     real(rp) :: plastic_work = 0.0_rp   !! [J]
+    real(rp) :: stress_work = 0.0_rp    !! of the mean stress of the step [J]
     real(rp) :: stiffness = 0.0_rp      !! largest K Je^2 + 4/3 G tr(Bbar)/3 over rho [m2/s2]
     integer :: failed = 0               !! returns that did not converge
   end type stress_sums_t
@@ -22,7 +23,8 @@ contains
 
   !> Advance the state of a block by `dt` with velocity gradient `l` [1/s]; the law reads the nodal
   !> temperature `t_node` interpolated to the particles [K].
-  subroutine stress_block(material, n, dt, l, t_node, mass, b, j, alpha, temp, tau, rate, flow, sums)
+  subroutine stress_block(material, n, dt, l, t_node, mass, b, j, alpha, temp, tau, rate, flow, &
+                          sums)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
     real(rp), intent(in) :: dt
@@ -34,23 +36,42 @@ contains
     real(rp) :: stiffness
     logical :: plastic
 
+    sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
     call trial_state(dt, material%g, l, b, j, tau, q, mean)
     if (allocated(material%flow)) then
       g3 = 3.0_rp*material%g*mean
-      call return_map(material%flow, n, dt, t_node, alpha, rate, q, g3, x, flow, plastic, sums%failed)
+      call return_map(material%flow, n, dt, t_node, alpha, rate, q, g3, x, flow, plastic, &
+                      sums%failed)
       if (plastic) then
         call apply_return(n, material%g, material%plastic_heat/(material%rho*material%c_p), &
-                          1.0_rp/material%rho, dt, q, g3, x, flow, mass, mean, b, alpha, temp, tau, &
-                          rate, sums%plastic_work)
+                          1.0_rp/material%rho, dt, q, g3, x, flow, mass, mean, b, alpha, temp, &
+                          tau, rate, sums%plastic_work)
       else
         rate = 0.0_rp
       end if
     end if
     stiffness = 0.0_rp
-    call finish_state(n, material%k, material%g, material%expansion, material%t_ref, t_node, j, mean, &
-                      tau, stiffness)
+    call finish_state(n, material%k, material%g, material%expansion, material%t_ref, t_node, j, &
+                      mean, tau, stiffness)
+    sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
     sums%stiffness = max(sums%stiffness, stiffness/material%rho)
   end subroutine stress_block
+
+  !> Sum of mass tau : L [kg Pa/s].
+  pure real(rp) function stress_power(n, mass, tau, l)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: mass(nlane), tau(nlane, 6), l(nlane, 9)
+    real(rp) :: power(nlane)
+    integer :: p
+
+    power = mass*(tau(:, 1)*l(:, 1) + tau(:, 2)*l(:, 5) + tau(:, 3)*l(:, 9) &
+                  + tau(:, 4)*(l(:, 2) + l(:, 4)) + tau(:, 5)*(l(:, 6) + l(:, 8)) &
+                  + tau(:, 6)*(l(:, 3) + l(:, 7)))
+    stress_power = 0.0_rp
+    do p = 1, n
+      stress_power = stress_power + power(p)
+    end do
+  end function stress_power
 
   !> Flow stress of a block at given rates of plastic strain [Pa]; 0 for an elastic material.
   subroutine flow_strength(material, alpha, temp, rate, strength)
@@ -68,8 +89,8 @@ contains
   end subroutine flow_strength
 
   !> Scale the deviator, restore det(Bbar) = 1, harden and heat.
-  subroutine apply_return(n, g, heat, volume, dt, q, g3, x, flow, mass, mean, b, alpha, temp, s, rate, &
-                          work)
+  subroutine apply_return(n, g, heat, volume, dt, q, g3, x, flow, mass, mean, b, alpha, temp, s, &
+                          rate, work)
     integer, intent(in) :: n
     real(rp), intent(in) :: g, heat, volume, dt
     real(rp), dimension(nlane), intent(in) :: q, g3, x, flow, mass

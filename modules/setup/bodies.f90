@@ -5,14 +5,14 @@ module setup_bodies
   use comm_world, only: world_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, n_fields, &
                              particles_t
+  use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use setup_solids, only: bounds, is_inside, read_solid, solid_t
-  use setup_complaints, only: complaints_t
-  use time_state, only: scene_t
+  use time_state, only: load_t, probes_t, scene_t
   implicit none (type, external)
   private
 
-  public :: body_solids, fill_bodies, count_particles, load_bodies
+  public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes
 
   !> Lattice of one body: spacing, first point, numbers along the axes.
   type :: lattice_t
@@ -195,8 +195,9 @@ contains
       do i = world%rank, lattice%n(1) - 1, world%size
         do j = 0, lattice%n(2) - 1
           do k = 0, lattice%n(3) - 1
-            if (is_inside(solids, lattice%origin + lattice%spacing*[i, j, k])) &
+            if (is_inside(solids, lattice%origin + lattice%spacing*[i, j, k])) then
               counts(body) = counts(body) + 1
+            end if
           end do
         end do
       end do
@@ -210,18 +211,36 @@ contains
     integer(i8), intent(in) :: counts(:)
     type(scene_t), intent(inout) :: scene
     real(rp) :: mass
+    type(load_t) :: load
     integer :: b, i
 
-    do i = 1, input%count('LOAD')
-      do b = 1, size(scene%body)
-        associate (body => scene%body(b))
+    do b = 1, size(scene%body)
+      associate (body => scene%body(b))
+        mass = real(counts(b), rp)*scene%material(body%material)%rho*body%spacing**3
+        allocate (body%load(0))
+        do i = 1, input%count('LOAD')
           if (body%name /= input%text('LOAD', i, 'BODY')) cycle
-          mass = real(counts(b), rp)*scene%material(body%material)%rho*body%spacing**3
-          if (mass > 0.0_rp) body%acceleration = input%reals('LOAD', i, 'FORCE', 3)/mass
-          body%ramp = input%real('LOAD', i, 'RAMP')
-        end associate
-      end do
+          load%acceleration = input%reals('LOAD', i, 'FORCE', 3)/mass
+          load%ramp = input%real('LOAD', i, 'RAMP')
+          body%load = [body%load, load]
+        end do
+      end associate
     end do
   end subroutine load_bodies
+
+  !> A probe starts with the temperature of the body it sits in.
+  subroutine warm_probes(input, probes)
+    type(input_t), intent(in) :: input
+    type(probes_t), intent(inout) :: probes
+    type(solid_t), allocatable :: solids(:)
+    integer :: b, i
+
+    do b = input%count('BODY'), 1, -1
+      call body_solids(input, b, solids)
+      do i = 1, probes%n
+        if (is_inside(solids, probes%x(:, i))) probes%temperature(i) = input%real('BODY', b, 'TEMPERATURE')
+      end do
+    end do
+  end subroutine warm_probes
 
 end module setup_bodies

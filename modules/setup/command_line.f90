@@ -57,8 +57,9 @@ contains
       end select
     end do
     if (command%problem == '' .and. command%input == '' .and. command%restart == '' &
-        .and. (command%action == 'run' .or. command%action == 'check')) &
+        .and. (command%action == 'run' .or. command%action == 'check')) then
       command%problem = 'no input file (see stirpoint --help)'
+    end if
   contains
     !> The word behind an option.
     function next(i, option) result(value)
@@ -98,28 +99,28 @@ contains
   end function argument
 
   subroutine print_help()
-    character(*), parameter :: f = '(a)'
-
-    write (output_unit, f) 'Stirpoint simulates friction stir processing with the Material Point Method.'
-    write (output_unit, f) ''
-    write (output_unit, f) 'usage: [mpirun -n RANKS] stirpoint INPUT [options]'
-    write (output_unit, f) ''
-    write (output_unit, f) '  INPUT                  file of namelist groups (see --keys and input/*.nml)'
-    write (output_unit, f) '  --check                report the scene, its cost and what it skips; write nothing'
-    write (output_unit, f) '  --set GROUP.KEY=VALUE  override a value; GROUP(2).KEY or GROUP(name).KEY for one of many'
-    write (output_unit, f) '  --restart FILE         go on from a checkpoint (INPUT may be left out)'
-    write (output_unit, f) '  --output DIR           directory of the results (default: NAME.out)'
-    write (output_unit, f) '  --quiet                no progress lines'
-    write (output_unit, f) '  --keys                 every group and key with type, unit, default and range'
-    write (output_unit, f) '  --keys=markdown        the same as a Markdown page'
-    write (output_unit, f) '  --version, --help'
-    write (output_unit, f) ''
-    write (output_unit, f) 'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), NAME_probes.csv'
-    write (output_unit, f) '  (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView 5.11, h5py),'
-    write (output_unit, f) '  NAME_checkpoint.h5; pictures: python3 postproc/report.py NAME.out'
-    write (output_unit, f) 'signals: SIGUSR1 or SIGTERM end the run at the next step with a checkpoint'
-    write (output_unit, f) 'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost'
-    write (output_unit, f) '  (checkpoint written), 4 output failed, 75 stopped by a signal (checkpoint written)'
+    write (output_unit, '(a)') &
+      'Stirpoint simulates friction stir processing with the Material Point Method.', &
+      '', &
+      'usage: [mpirun -n RANKS] stirpoint INPUT [options]', &
+      '', &
+      '  INPUT                  file of namelist groups (see --keys and input/*.nml)', &
+      '  --check                report the scene, its cost and what it skips; write nothing', &
+      '  --set GROUP.KEY=VALUE  override a value; '// &
+      'GROUP(2).KEY or GROUP(name).KEY for one of many', &
+      '  --restart FILE         go on from a checkpoint (INPUT may be left out)', &
+      '  --output DIR           directory of the results (default: NAME.out)', &
+      '  --quiet                no progress lines', &
+      '  --keys                 every group and key with type, unit, default and range', &
+      '  --keys=markdown        the same as a Markdown page', &
+      '  --version, --help', &
+      '', &
+      'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), NAME_probes.csv', &
+      '  (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView 5.11, h5py),', &
+      '  NAME_checkpoint.h5; pictures: python3 postproc/report.py NAME.out', &
+      'signals: SIGUSR1 or SIGTERM end the run at the next step with a checkpoint', &
+      'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost', &
+      '  (checkpoint written), 4 output failed, 75 stopped by a signal (checkpoint written)'
   end subroutine print_help
 
 end module setup_command_line

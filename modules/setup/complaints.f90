@@ -183,8 +183,10 @@ contains
       high = row%allowed(comma + 1:len_trim(row%allowed) - 1)
       if (low /= '-inf') r = trim(merge('>= ', '>  ', row%allowed(1:1) == '['))//' '//low
       if (low /= '-inf' .and. high /= 'inf') r = r//' and '
-      if (high /= 'inf') &
+      if (high /= 'inf') then
         r = r//trim(merge('<= ', '<  ', index(row%allowed, ']') > 0))//' '//high
+      end if
+    case default   ! any logical value will do
     end select
   end function describe_allowed
 

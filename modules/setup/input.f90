@@ -107,8 +107,8 @@ contains
     if (any(input%table%keys(row)%kind == [character(8) :: 'text', 'choice']) .and. &
         scan(value(1:1), '''"') == 0) value = quoted(value)
     new%line = -k
-    if (input%count(group) == 0 .and. .not. input%table%groups(g)%repeats) &
-      input%written%groups = [input%written%groups, group_t(group, -k)]
+    if (input%count(group) == 0 .and. .not. input%table%groups(g)%repeats) input%written%groups = &
+      [input%written%groups, group_t(group, -k)]
     ok = .false.
     do i = 1, input%count(group)
       if (.not. is_meant(input, group, i, which)) cycle
@@ -150,9 +150,9 @@ contains
       end associate
     end do
     do g = 1, size(input%table%groups)
-      if (input%table%groups(g)%is_required .and. input%count(input%table%groups(g)%name) == 0) &
-        call complaints%add(input%file, 0, 'there is no &'// &
-                            trim(input%table%groups(g)%name)//' (required)')
+      if (input%table%groups(g)%is_required .and. &
+          input%count(input%table%groups(g)%name) == 0) call complaints%add(input%file, 0, &
+        'there is no &'//trim(input%table%groups(g)%name)//' (required)')
     end do
   end subroutine check_groups
 
@@ -182,8 +182,8 @@ contains
         message = check_value(input%table%keys(row), one%index, value)
         one%is_broken = message /= ''
         if (one%index > 0) label = label//'('//str(one%index)//')'
-        if (one%is_broken) &
-          call complaints%add(input%file, one%line, label//' = '//excerpt(value)//': '//message)
+        if (one%is_broken) call complaints%add(input%file, one%line, &
+          label//' = '//excerpt(value)//': '//message)
       end associate
     end do
   end subroutine check_assignments
@@ -296,12 +296,13 @@ contains
     row_number = 0
     g = self%table%find_group(group)
     if (g > 0) row_number = self%table%find_key(g, key)
-    if (row_number == 0) &
-      call fatal('look-up of &'//group//' '//key//', which the table of keys does not have')
-    if (index(kind, trim(self%table%keys(row_number)%kind)) == 0) &
-      call fatal('look-up of &'//group//' '//key//' with the wrong type')
-    if (i < 1 .or. (i > self%count(group) .and. (i > 1 .or. self%table%groups(g)%repeats))) &
+    if (row_number == 0) call fatal('look-up of &'//group//' '//key// &
+      ', which the table of keys does not have')
+    if (index(kind, trim(self%table%keys(row_number)%kind)) == 0) call fatal('look-up of &'// &
+      group//' '//key//' with the wrong type')
+    if (i < 1 .or. (i > self%count(group) .and. (i > 1 .or. self%table%groups(g)%repeats))) then
       call fatal('look-up of &'//group//' number '//str(i)//', which the input does not have')
+    end if
   end function row_number
 
   !> The `k`-th value as text: what was written, else the default, else empty.

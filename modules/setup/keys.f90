@@ -201,7 +201,8 @@ contains
       'components of the velocity that are held')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the nodes')
 
-    call t%group('LOAD', 'repeat', 'A force on a body, shared by its particles in proportion to mass.')
+    call t%group('LOAD', 'repeat', &
+      'A force on a body, shared by its particles in proportion to mass.')
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
     call t%key('FORCE', 'real', 3, 'N', 'required', '', 'total force')
     call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
@@ -212,7 +213,8 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('HEAT', 'once', 'Heat conduction; the presence of this group switches it on.')
-    call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', 'temperature of the surroundings, where a &SURFACE gives none')
+    call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', &
+      'temperature of the surroundings, where a &SURFACE gives none')
     call t%key('FOURIER', 'real', 1, '', '0.15', '(0,0.5]', &
       'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
 
@@ -314,7 +316,7 @@ contains
       'Printed by `stirpoint --keys=markdown`; its source is modules/setup/keys.f90.', &
       '', &
       'An input file is a list of Fortran namelist groups. Units are SI; a name says where not.', &
-      '', fence, '! a comment', '&BODY NAME = ''plate'', MATERIAL = ''copper'',', &
+      '', fence, '! a comment', "&BODY NAME = 'plate', MATERIAL = 'copper',", &
       '      VELOCITY = 0.1, 0, 0 /', fence, '', &
       '- Values are divided by commas or blanks and may go over several lines;', &
       '  `3*0.0` is `0.0 0.0 0.0`; `KEY(2) = 1.5` gives the second value alone.', &

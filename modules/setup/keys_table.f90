@@ -91,8 +91,9 @@ contains
       row%requirement = default
     end if
     if (row%name /= name .or. row%kind /= kind .or. row%unit /= unit .or. row%allowed /= allowed &
-        .or. row%about /= about .or. trim(row%default)//row%requirement /= default) &
+        .or. row%about /= about .or. trim(row%default)//row%requirement /= default) then
       call fatal('table of keys: the row of '//name//' does not fit')
+    end if
     self%keys = [self%keys, row]
     self%groups(size(self%groups))%last = size(self%keys)
   end subroutine add_key
@@ -246,7 +247,7 @@ contains
     ok = len(item) >= 2
     if (.not. ok) return
     quote = item(1:1)
-    ok = (quote == '''' .or. quote == '"') .and. item(len(item):) == quote
+    ok = (quote == "'" .or. quote == '"') .and. item(len(item):) == quote
     i = 2
     do while (ok .and. i < len(item))
       text = text//item(i:i)
@@ -282,7 +283,7 @@ contains
       do while (i <= len(text))
         if (quote == ' ' .and. (text(i:i) == ' ' .or. text(i:i) == ',')) exit
         if (quote == ' ') then
-          if (text(i:i) == '''' .or. text(i:i) == '"') quote = text(i:i)
+          if (text(i:i) == "'" .or. text(i:i) == '"') quote = text(i:i)
         else if (text(i:i) == quote) then
           quote = ' '
         end if
@@ -378,12 +379,12 @@ contains
     character(:), allocatable :: r
     integer :: i
 
-    r = ''''
+    r = "'"
     do i = 1, len(text)
       r = r//text(i:i)
-      if (text(i:i) == '''') r = r//''''
+      if (text(i:i) == "'") r = r//"'"
     end do
-    r = r//''''
+    r = r//"'"
   end function quoted
 
 end module setup_keys_table

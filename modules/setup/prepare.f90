@@ -6,7 +6,7 @@ module setup_prepare
   use base_kinds, only: i8
   use comm_world, only: world_t
   use io_checkpoint, only: read_checkpoint_input
-  use setup_bodies, only: count_particles, fill_bodies, load_bodies
+  use setup_bodies, only: count_particles, fill_bodies, load_bodies, warm_probes
   use setup_command_line, only: command_t
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t, read_input, read_input_text
@@ -14,7 +14,7 @@ module setup_prepare
   use time_loop, only: begin
   use time_regrid, only: first_partition, regrid
   use time_resume, only: resume
-  use time_state, only: simulation_t
+  use time_state, only: output_t, simulation_t
   implicit none (type, external)
   private
 
@@ -57,11 +57,29 @@ contains
       return
     end if
     call load_bodies(input, counts, sim%scene)
+    call warm_probes(input, sim%probes)
     sim%scene%output%input_text = input%text_of_file()
     sim%scene%output%is_quiet = command%is_quiet
     sim%scene%output%directory = sim%scene%output%name//'.out'
+    if (command%input == '') call take_place_of(command%restart, input, sim%scene%output)
     if (command%directory /= '') sim%scene%output%directory = command%directory
   end subroutine read_scene
+
+  !> Without an input file a resumed run goes on where its checkpoint lies, under its old name.
+  subroutine take_place_of(checkpoint, input, output)
+    character(*), intent(in) :: checkpoint
+    type(input_t), intent(in) :: input
+    type(output_t), intent(inout) :: output
+    character(*), parameter :: ending = '_checkpoint'
+    integer :: last, slash
+
+    slash = index(checkpoint, '/', back=.true.)
+    output%directory = '.'
+    if (slash > 0) output%directory = checkpoint(:max(1, slash - 1))
+    last = len(output%name) - len(ending)
+    if (input%given('RUN', 1, 'NAME') .or. last < 1) return
+    if (output%name(last + 1:) == ending) output%name = output%name(:last)
+  end subroutine take_place_of
 
   subroutine require_particles(input, counts, complaints)
     type(input_t), intent(in) :: input

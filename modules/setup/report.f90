@@ -42,12 +42,13 @@ contains
     do b = 1, size(counts)
       associate (body => sim%scene%body(b))
         call line('body', trim(body%name)//': '//str(counts(b))//' particles '// &
-                  str(1.0e3_rp*body%spacing)//' mm apart, '//trim(sim%scene%material(body%material)%name))
+                  str(1.0e3_rp*body%spacing)//' mm apart, '// &
+                  trim(sim%scene%material(body%material)%name))
       end associate
     end do
     call line('particles', str(sum(counts)))
-    call line('ranks', str(world%size)//', up to '//str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp)) &
-              //' % imbalance')
+    call line('ranks', str(world%size)//', up to '// &
+              str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
     call line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
               str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
     call line('time step', str(dt)//' s, limited by '//limit(sim))
@@ -121,9 +122,12 @@ contains
     end if
     speed = sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling)
     text = 'CFL '//str(sim%scene%method%cfl)//': pressure waves of '//str(speed)//' m/s'
-    if (sim%scene%method%mass_scaling > 1.0_rp) &
+    if (sim%scene%method%mass_scaling > 1.0_rp) then
       text = text//' (mass scaling '//str(sim%scene%method%mass_scaling)//')'
-    if (sim%scene%method%conducts) text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
+    end if
+    if (sim%scene%method%conducts) then
+      text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
+    end if
   end function limit
 
   !> Components that this scene does without.

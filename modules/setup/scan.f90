@@ -155,7 +155,7 @@ contains
       else if (in_group) then
         source%mask(i:i) = plain
         in_group = c /= '/'
-        if (c == '''' .or. c == '"') then
+        if (c == "'" .or. c == '"') then
           source%mask(i:i) = quoted
           quote = c
           if (source%mask(i - 1:i - 1) /= quoted) opened = i   ! else a doubled quote
@@ -265,8 +265,9 @@ contains
     end do
     current%last = len_trim(source%clean(:current%last))
     if (current%last >= current%first) then
-      if (source%clean(current%last:current%last) == ',') &
+      if (source%clean(current%last:current%last) == ',') then
         current%last = len_trim(source%clean(:current%last - 1))
+      end if
     end if
     if (has_key) then
       if (current%last < current%first) then

@@ -101,10 +101,11 @@ contains
         select case (input%text('MATERIAL', i, 'LAW'))
         case ('johnson-cook')
           call read_johnson_cook(input, i, m, complaints)
+        case default   ! elastic
         end select
         do j = 1, i - 1
-          if (scene%material(j)%name == m%name) call input%complain(complaints, 'MATERIAL', i, 'NAME', &
-            'another material has this name')
+          if (scene%material(j)%name == m%name) call input%complain(complaints, 'MATERIAL', i, &
+            'NAME', 'another material has this name')
         end do
       end associate
     end do
@@ -143,8 +144,8 @@ contains
         b%spacing = scene%grid%h/input%integer('BODY', i, 'PARTICLES_PER_CELL')
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
-          call input%complain(complaints, 'BODY', i, 'MATERIAL', 'there is no &MATERIAL of this name; ' &
-                              //known(scene%material%name))
+          call input%complain(complaints, 'BODY', i, 'MATERIAL', &
+            'there is no &MATERIAL of this name; '//known(scene%material%name))
           b%material = 1
         end if
         do j = 1, i - 1
@@ -154,8 +155,10 @@ contains
       end associate
     end do
     do i = 1, input%count('LOAD')
-      if (find(scene%body%name, input%text('LOAD', i, 'BODY')) == 0) call input%complain(complaints, &
-        'LOAD', i, 'BODY', 'there is no &BODY of this name; '//known(scene%body%name))
+      if (find(scene%body%name, input%text('LOAD', i, 'BODY')) == 0) then
+        call input%complain(complaints, 'LOAD', i, 'BODY', &
+          'there is no &BODY of this name; '//known(scene%body%name))
+      end if
     end do
   end subroutine read_bodies
 
@@ -181,8 +184,9 @@ contains
         if (wanted /= 'all' .and. wanted /= faces(face)) cycle
         scene%body(body)%film(face) = input%real('SURFACE', i, 'COEFFICIENT')
         scene%body(body)%ambient(face) = input%real('HEAT', 1, 'AMBIENT')
-        if (input%given('SURFACE', i, 'AMBIENT')) &
+        if (input%given('SURFACE', i, 'AMBIENT')) then
           scene%body(body)%ambient(face) = input%real('SURFACE', i, 'AMBIENT')
+        end if
       end do
     end do
   end subroutine read_surfaces
@@ -211,8 +215,9 @@ contains
       if (.not. solid%adds) cycle
       has_shape(body) = .true.
       call bounds(solid, lower, upper)
-      if (any(lower < scene%grid%lower - slack) .or. any(upper > top + slack)) &
+      if (any(lower < scene%grid%lower - slack) .or. any(upper > top + slack)) then
         call input%complain(complaints, 'SHAPE', i, '', 'reaches outside the grid')
+      end if
     end do
     do body = 1, size(scene%body)
       if (.not. has_shape(body)) call input%complain(complaints, 'BODY', body, 'NAME', &
@@ -256,8 +261,10 @@ contains
         c%velocity = input%reals('CLAMP', i, 'VELOCITY', 3)
         letters = input%text('CLAMP', i, 'COMPONENTS')
         c%component = [(index(letters, 'xyz'(a:a)) > 0, a=1, 3)]
-        if (verify(letters, 'xyz') > 0 .or. .not. any(c%component)) call input%complain(complaints, &
-          'CLAMP', i, 'COMPONENTS', 'expected some of the letters x, y and z')
+        if (verify(letters, 'xyz') > 0 .or. .not. any(c%component)) then
+          call input%complain(complaints, 'CLAMP', i, 'COMPONENTS', &
+            'expected some of the letters x, y and z')
+        end if
         if (any(c%upper < c%lower)) call input%complain(complaints, 'CLAMP', i, 'UPPER', &
           'must not be below LOWER')
       end associate
@@ -281,8 +288,9 @@ contains
     do i = 1, probes%n
       probes%name(i) = input%text('PROBE', i, 'NAME')
       probes%x(:, i) = input%reals('PROBE', i, 'POSITION', 3)
-      if (any(probes%x(:, i) < scene%grid%lower) .or. any(probes%x(:, i) > top)) &
+      if (any(probes%x(:, i) < scene%grid%lower) .or. any(probes%x(:, i) > top)) then
         call input%complain(complaints, 'PROBE', i, 'POSITION', 'lies outside the grid')
+      end if
     end do
   end subroutine read_probes
 

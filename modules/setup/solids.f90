@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Solids that bodies are cut from: boxes, cylinders, spheres, trapezoid prisms, added or subtracted.
+!> Solids that bodies are cut from: boxes, cylinders, spheres and trapezoid prisms, added or
+!> subtracted.
 module setup_solids
   use base_kinds, only: rp
   use setup_complaints, only: complaints_t
@@ -36,8 +37,9 @@ contains
       call need('UPPER')
       solid%lower = input%reals('SHAPE', i, 'LOWER', 3)
       solid%upper = input%reals('SHAPE', i, 'UPPER', 3)
-      if (input%given('SHAPE', i, 'UPPER') .and. any(solid%upper <= solid%lower)) &
+      if (input%given('SHAPE', i, 'UPPER') .and. any(solid%upper <= solid%lower)) then
         call input%complain(complaints, 'SHAPE', i, 'UPPER', 'must be above LOWER on every axis')
+      end if
       if (solid%kind == 'trapezoid') call read_trapezoid()
     case default
       call need('CENTRE')
@@ -55,7 +57,7 @@ contains
       character(*), intent(in) :: key
 
       if (.not. input%given('SHAPE', i, key)) call input%complain(complaints, 'SHAPE', i, key, &
-        'required for KIND = '''//trim(solid%kind)//'''')
+        "required for KIND = '"//trim(solid%kind)//"'")
     end subroutine need
 
     subroutine read_trapezoid()

@@ -62,11 +62,12 @@ contains
       pin = input%real('TOOL', i, 'PIN_RADIUS')
       tip = input%real('TOOL', i, 'PIN_TIP_RADIUS')
       if (tip <= 0.0_rp) tip = pin
-      if (pin >= tool%radius .and. tool%radius > 0.0_rp) call input%complain(complaints, 'TOOL', i, &
-        'PIN_RADIUS', 'must be below RADIUS')
+      if (pin >= tool%radius .and. tool%radius > 0.0_rp) then
+        call input%complain(complaints, 'TOOL', i, 'PIN_RADIUS', 'must be below RADIUS')
+      end if
       tool%profile = shoulder_profile(tool%radius, input%real('TOOL', i, 'HEIGHT'), &
-                                      input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, tip, &
-                                      input%real('TOOL', i, 'PIN_LENGTH'))
+                                      input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, &
+                                      tip, input%real('TOOL', i, 'PIN_LENGTH'))
     case ('plane')
       tool%kind = kind_plane
       normal = input%reals('TOOL', i, 'NORMAL', 3)
@@ -79,7 +80,8 @@ contains
       side = side - dot_product(side, normal)*normal
       side = side/norm2(side)
       tool%frame(:, 1) = side
-      tool%frame(:, 2) = [normal(2)*side(3) - normal(3)*side(2), normal(3)*side(1) - normal(1)*side(3), &
+      tool%frame(:, 2) = [normal(2)*side(3) - normal(3)*side(2), &
+                          normal(3)*side(1) - normal(1)*side(3), &
                           normal(1)*side(2) - normal(2)*side(1)]
       tool%frame(:, 3) = normal
     case ('sphere')
@@ -88,10 +90,11 @@ contains
       tool%kind = kind_box
       tool%half = 0.5_rp*input%reals('TOOL', i, 'SIZE', 3)
       if (any(tool%half <= 0.0_rp)) call input%complain(complaints, 'TOOL', i, 'SIZE', &
-        'must be above 0 for KIND = ''box''')
+        "must be above 0 for KIND = 'box'")
     end select
-    if (tool%kind /= kind_plane .and. tool%kind /= kind_box .and. tool%radius <= 0.0_rp) &
+    if (tool%kind /= kind_plane .and. tool%kind /= kind_box .and. tool%radius <= 0.0_rp) then
       call input%complain(complaints, 'TOOL', i, 'RADIUS', 'must be above 0')
+    end if
   end subroutine read_tool_shape
 
   !> The phases of this tool in the order of the file.

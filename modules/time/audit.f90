@@ -8,7 +8,7 @@ module time_audit
     e_plastic = 1, &    !! plastic work
     e_body = 2, &       !! work of gravity and body loads
     e_wall = 3, &       !! work of walls and prescribed velocities
-    e_grid = 4, &       !! gain of kinetic energy on the grid: forces, contact and walls at work
+    e_stress = 4, &     !! work of the stresses on the material (mean stress of a step)
     e_film = 5          !! heat lost through the faces
   integer, parameter, public :: n_sums = 5
 

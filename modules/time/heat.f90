@@ -92,7 +92,9 @@ contains
       call flux_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, dt, mat%conductivity, &
                         1.0_rp/mat%rho, ps(1, f_jac), ps(1, f_mass), g, rec, flux)
     end associate
-    if (any(sim%scene%body(body)%film > 0.0_rp)) call lose_heat(sim, b, body, n, dt, nf, ps, g, flux)
+    if (any(sim%scene%body(body)%film > 0.0_rp)) then
+      call lose_heat(sim, b, body, n, dt, nf, ps, g, flux)
+    end if
   end subroutine diffuse_block
 
   !> Film losses of the particles of a block that lie on a face.
@@ -113,9 +115,9 @@ contains
           axis = (face + 1)/2
           x = ps(p, f_pos:f_pos + 2)
           x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing
-          call film_to_grid(dt, body_now%film(face), body_now%spacing**2, body_now%ambient(face), x, &
-                            sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, flux, &
-                            sim%sums(e_film))
+          call film_to_grid(dt, body_now%film(face), body_now%spacing**2, body_now%ambient(face), &
+                            x, sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, &
+                            flux, sim%sums(e_film))
         end do
       end do
     end associate

@@ -23,6 +23,7 @@ module time_loop
   public :: run, begin, stable_step
 
   ! Why a run ended; the program's exit status.
+  real(rp), parameter :: too_stiff = 1.0e30_rp   !! squared wave speed of a state gone wrong [m2/s2]
   integer, parameter, public :: ended_well = 0, ended_broken = 3, ended_by_signal = 75, ended_io = 4
 
 contains
@@ -107,7 +108,9 @@ contains
     type(simulation_t), intent(in) :: sim
 
     is_finished = sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)
-    if (sim%scene%max_steps > 0) is_finished = is_finished .or. sim%clock%step >= sim%scene%max_steps
+    if (sim%scene%max_steps > 0) then
+      is_finished = is_finished .or. sim%clock%step >= sim%scene%max_steps
+    end if
   end function is_finished
 
   !> One turn of the loop: sort if due, step, conduct if due, one reduction.
@@ -143,7 +146,7 @@ contains
     sim%clock%stiffness = most(1)
     sim%clock%max_speed = sqrt(most(2))
     sim%clock%travel = sim%clock%travel + dt*sim%clock%max_speed
-    if (dt*sim%clock%max_speed > 0.5_rp*sim%scene%grid%h) then
+    if (.not. (dt*sim%clock%max_speed <= 0.5_rp*sim%scene%grid%h .and. most(1) < too_stiff)) then
       status = ended_broken
       call name_fastest(world, sim, message)
     else if (most(3) > 0.0_rp) then
@@ -192,8 +195,8 @@ contains
         v = sim%particles%ps(p, f_vel:f_vel + 2, b)
         if (norm2(v) < limit .and. norm2(x) < huge(1.0_rp)) cycle   ! a NaN is found here as well
         mine = 'particle '//str(tag_id(sim%particles%tag(p, b)))//' runs away: at ('//str(x(1))// &
-               ', '//str(x(2))//', '//str(x(3))//') m with velocity ('//str(v(1))//', '//str(v(2))// &
-               ', '//str(v(3))//') m/s'
+               ', '//str(x(2))//', '//str(x(3))//') m with velocity ('//str(v(1))//', '// &
+               str(v(2))//', '//str(v(3))//') m/s'
         exit search
       end do
     end do search

@@ -4,7 +4,7 @@
 !> velocity (3), temperature, velocity change (3), mass.
 module time_nodes
   use base_kinds, only: rp
-  use time_audit, only: e_grid, e_wall
+  use time_audit, only: e_wall
   use time_state, only: simulation_t
   implicit none (type, external)
   private
@@ -26,29 +26,25 @@ contains
     end do
   end subroutine clear_nodes
 
-  !> New velocities of the nodes in use (USL: v = (p + dt f)/m) and the kinetic energy they gain.
+  !> New velocities of the nodes in use (USL: v = (p + dt f)/m).
   subroutine update_nodes(sim, dt, g)
-    type(simulation_t), intent(inout) :: sim
+    type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: dt              !! [s]
     real(rp), intent(inout) :: g(8, sim%patch%nn)
-    real(rp) :: gained
     integer :: r
 
     do r = 1, sim%n_runs
-      call update_run(sim%run(2, r) - sim%run(1, r) + 1, dt, g(1, sim%run(1, r)), gained)
-      if (sim%run(3, r) == 1) sim%sums(e_grid) = sim%sums(e_grid) + gained
+      call update_run(sim%run(2, r) - sim%run(1, r) + 1, dt, g(1, sim%run(1, r)))
     end do
   end subroutine update_nodes
 
-  subroutine update_run(n, dt, g, gained)
+  pure subroutine update_run(n, dt, g)
     integer, intent(in) :: n
     real(rp), intent(in) :: dt
     real(rp), intent(inout) :: g(8, n)
-    real(rp), intent(out) :: gained
     real(rp) :: m, inv, d1, d2, d3, v1, v2, v3
     integer :: i
 
-    gained = 0.0_rp
     do i = 1, n
       m = g(1, i)
       inv = 0.0_rp
@@ -59,7 +55,6 @@ contains
       v1 = g(2, i)*inv + d1
       v2 = g(3, i)*inv + d2
       v3 = g(4, i)*inv + d3
-      gained = gained + m*(d1*(v1 - 0.5_rp*d1) + d2*(v2 - 0.5_rp*d2) + d3*(v3 - 0.5_rp*d3))
       g(1, i) = v1
       g(2, i) = v2
       g(3, i) = v3
@@ -88,7 +83,6 @@ contains
           if (sim%fixed(3, i) == 1) then
             impulse = g(8, q)*(value - g(a, q))
             sim%sums(e_wall) = sim%sums(e_wall) + impulse*0.5_rp*(before + value)
-            sim%sums(e_grid) = sim%sums(e_grid) + impulse*0.5_rp*(g(a, q) + value)
           end if
           g(a, q) = value
           g(4 + a, q) = value - before

@@ -7,7 +7,7 @@ module time_records
                           s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
   use physics_elastic, only: elastic_energy
-  use time_audit, only: e_body, e_film, e_grid, e_plastic, e_wall, n_sums
+  use time_audit, only: e_body, e_film, e_plastic, e_stress, e_wall, n_sums
   use time_blocks, only: kinetic_energy
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -26,7 +26,8 @@ contains
     integer :: k, c
 
     allocate (columns(n_common + n_per_tool*size(sim%tool)))
-    columns(1:n_common) = [character(48) :: 'time[s]', 'step', 'dt[s]', 'kinetic[J]', 'elastic[J]', &
+    columns(1:n_common) = [character(48) :: &
+      'time[s]', 'step', 'dt[s]', 'kinetic[J]', 'elastic[J]', &
       'plastic_work[J]', 'tool_work[J]', 'body_work[J]', 'wall_work[J]', 'friction_heat[J]', &
       'contact_loss[J]', 'numerical_loss[J]', 'audit_error[%]', 'film_loss[J]', 'heat_content[J]', &
       'temperature_max[K]', 'strain_rate_max[1/s]', 'kinetic_over_internal[%]', &
@@ -78,14 +79,17 @@ contains
     kinetic = sim%scene%method%mass_scaling*kinetic
   end subroutine energies
 
-  !> Mean of chi rho v^2 over mean flow stress of a block that yields: is the mass scaling too large?
+  !> Largest chi rho v^2 over flow stress of a particle: is the mass scaling too large?
   pure real(rp) function inertial_stress_ratio(n, rho, v, flow)
     integer, intent(in) :: n
     real(rp), intent(in) :: rho, v(nlane, 3), flow(nlane)
+    integer :: p
 
     inertial_stress_ratio = 0.0_rp
-    if (sum(flow(1:n)) <= 0.0_rp) return
-    inertial_stress_ratio = rho*sum(v(1:n, 1)**2 + v(1:n, 2)**2 + v(1:n, 3)**2)/sum(flow(1:n))
+    do p = 1, n
+      if (flow(p) <= 0.0_rp) cycle
+      inertial_stress_ratio = max(inertial_stress_ratio, rho*sum(v(p, :)**2)/flow(p))
+    end do
   end function inertial_stress_ratio
 
   !> Collective: one row of the history, and its warning figures.
@@ -94,7 +98,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), allocatable, intent(out) :: row(:)
     real(rp), allocatable :: all(:), tool(:, :)
-    real(rp) :: most(3), kinetic, elastic, heat, work, friction, normal, given, taken, loss, scale
+    real(rp) :: most(3), kinetic, elastic, heat, work, friction, normal, given, taken, loss, inner
     integer :: k
 
     allocate (all(n_sums + 3 + n_tool_sums*size(sim%tool)), tool(n_tool_sums, size(sim%tool)))
@@ -113,16 +117,19 @@ contains
     work = sum(tool(s_work, :))
     friction = sum(tool(s_friction, :))
     normal = sum(tool(s_normal, :))
-    loss = all(e_grid) - (kinetic - sim%kinetic0)
     given = work + all(e_body) + all(e_wall)
-    taken = friction + normal + all(e_plastic) + elastic - sim%elastic0 + kinetic - sim%kinetic0 + loss
-    scale = max(abs(work) + abs(all(e_body)) + abs(all(e_wall)), sim%kinetic0 + sim%elastic0, &
-                tiny(1.0_rp))
+    loss = given - friction - normal - (kinetic - sim%kinetic0) - all(e_stress)
+    taken = friction + normal + all(e_plastic) + elastic - sim%elastic0 + kinetic - sim%kinetic0 &
+            + loss
+    sim%audit_scale = max(sim%audit_scale, abs(work) + abs(all(e_body)) + abs(all(e_wall)), &
+                          sim%kinetic0 + sim%elastic0, tiny(1.0_rp))
+    inner = elastic + all(e_plastic) + friction
+    if (inner > 0.0_rp) inner = 100.0_rp*kinetic/inner
     allocate (row(n_common + n_per_tool*size(sim%tool)))
     row(1:n_common) = [sim%clock%time, real(sim%clock%step, rp), sim%clock%dt, kinetic, elastic, &
       all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
-      100.0_rp*(given - taken)/scale, all(e_film), heat, most(1), most(2), &
-      100.0_rp*kinetic/max(elastic + all(e_plastic) + friction, tiny(1.0_rp)), 100.0_rp*most(3)]
+      100.0_rp*(given - taken)/sim%audit_scale, all(e_film), heat, most(1), most(2), &
+      inner, 100.0_rp*most(3)]
     call tool_columns(sim, tool, row(n_common + 1:))
   end subroutine history_row
 
@@ -134,7 +141,9 @@ contains
     real(rp) :: d(n_tool_sums), per_second, per_press
     integer :: c, k
 
-    if (.not. allocated(sim%row_sums)) allocate (sim%row_sums(n_tool_sums, size(sim%tool)), source=0.0_rp)
+    if (.not. allocated(sim%row_sums)) then
+      allocate (sim%row_sums(n_tool_sums, size(sim%tool)), source=0.0_rp)
+    end if
     per_second = 0.0_rp
     if (sim%clock%time > sim%row_time) per_second = 1.0_rp/(sim%clock%time - sim%row_time)
     do k = 1, size(sim%tool)

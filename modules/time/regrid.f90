@@ -32,8 +32,9 @@ contains
 
     call share_probes(world, sim%probes)
     if (world%size > 1) then
-      if (imbalance(world, real(sim%particles%total(), rp)) > sim%scene%method%rebalance) &
+      if (imbalance(world, real(sim%particles%total(), rp)) > sim%scene%method%rebalance) then
         call partition(world, sim)
+      end if
     end if
     call redistribute(world, sim%scene%grid, sim%patch, sim%boxes, size(sim%scene%body), &
                       sim%particles)
@@ -142,8 +143,8 @@ contains
             if (ownership(k) /= owned) exit
             k = k + 1
           end do
-          call append(list, sim%n_runs, [start, k - 1, 0] + [1, 1, 0]*(n(3)*(j - 1 + n(2)*(i - 1))) &
-                      + [0, 0, owned])
+          call append(list, sim%n_runs, [start, k - 1, 0] &
+                      + [1, 1, 0]*(n(3)*(j - 1 + n(2)*(i - 1))) + [0, 0, owned])
         end do
       end do
     end do

@@ -16,7 +16,7 @@ module time_resume
 
   public :: save_checkpoint, resume, checkpoint_path
 
-  integer, parameter :: n_clock = 16
+  integer, parameter :: n_clock = 14
 
 contains
 
@@ -39,11 +39,12 @@ contains
     call share_probes(world, sim%probes)
     associate (c => sim%clock)
       global = [real(c%step, rp), c%time, c%dt, c%travel, real(c%sorted_at, rp), c%heat_time, &
-                c%next_frame, c%next_history, c%next_checkpoint, real(c%frames, rp), c%max_speed, &
-                c%stiffness, sim%kinetic0, sim%elastic0, sim%row_time, real(sim%probes%n, rp)]
+                c%max_speed, c%stiffness, sim%kinetic0, sim%elastic0, sim%audit_scale, sim%row_time, &
+                real(sim%probes%n, rp), real(size(sim%frame_times), rp)]
     end associate
     if (sim%probes%n > 0) global = [global, reshape(sim%probes%x, [3*sim%probes%n]), &
                                     sim%probes%temperature]
+    global = [global, sim%frame_times]
     if (allocated(sim%row_sums)) global = [global, reshape(sim%row_sums, [size(sim%row_sums)])]
     local = [sim%sums, real(sim%failed_returns, rp)]
     do k = 1, size(sim%tool)
@@ -95,7 +96,7 @@ contains
     real(rp), intent(in) :: global(:)
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
-    integer :: n, rest
+    integer :: frames, n, rest
 
     associate (c => sim%clock)
       c%step = nint(global(1), i8)
@@ -104,25 +105,25 @@ contains
       c%travel = global(4)
       c%sorted_at = nint(global(5), i8)
       c%heat_time = global(6)
-      c%next_frame = global(7)
-      c%next_history = global(8)
-      c%next_checkpoint = global(9)
-      c%frames = nint(global(10), i8)
-      c%max_speed = global(11)
-      c%stiffness = global(12)
+      c%max_speed = global(7)
+      c%stiffness = global(8)
     end associate
-    sim%kinetic0 = global(13)
-    sim%elastic0 = global(14)
-    sim%row_time = global(15)
-    n = nint(global(16))
-    rest = size(global) - n_clock - 4*n
+    sim%kinetic0 = global(9)
+    sim%elastic0 = global(10)
+    sim%audit_scale = global(11)
+    sim%row_time = global(12)
+    n = nint(global(13))
+    frames = nint(global(14))
+    rest = size(global) - n_clock - 4*n - frames
     if (n /= sim%probes%n .or. (rest /= 0 .and. rest /= n_tool_sums*size(sim%tool))) then
       call error%raise(path//': the checkpoint belongs to another scene (tools or probes differ)')
       return
     end if
     sim%probes%x = reshape(global(n_clock + 1:n_clock + 3*n), [3, n])
     sim%probes%temperature = global(n_clock + 3*n + 1:n_clock + 4*n)
-    if (rest > 0) sim%row_sums = reshape(global(n_clock + 4*n + 1:), [n_tool_sums, size(sim%tool)])
+    sim%frame_times = global(n_clock + 4*n + 1:n_clock + 4*n + frames)
+    if (rest > 0) sim%row_sums = reshape(global(n_clock + 4*n + frames + 1:), &
+                                         [n_tool_sums, size(sim%tool)])
   end subroutine unpack_global
 
 end module time_resume

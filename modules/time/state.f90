@@ -14,18 +14,23 @@ module time_state
   implicit none (type, external)
   private
 
-  public :: body_t, constraint_t, method_t, output_t, probes_t, scene_t, simulation_t, clock_t
+  public :: body_t, constraint_t, load_t, method_t, output_t, probes_t, scene_t, simulation_t, clock_t
   public :: free_simulation
 
   integer, parameter, public :: scheme_usl = 1, scheme_usavg = 2
+
+  !> A force on a body, shared by mass.
+  type :: load_t
+    real(rp) :: acceleration(3) = 0.0_rp     !! force over mass of the body [m/s2]
+    real(rp) :: ramp = 0.0_rp                !! time until it is whole [s]
+  end type load_t
 
   !> A body: its material and what acts on all its particles.
   type :: body_t
     character(32) :: name = ''
     integer :: material = 1
     real(rp) :: spacing = 0.0_rp             !! initial distance of its particles [m]
-    real(rp) :: acceleration(3) = 0.0_rp     !! body load over mass [m/s2]
-    real(rp) :: ramp = 0.0_rp                !! time until the load is whole [s]
+    type(load_t), allocatable :: load(:)
     real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
     real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]
   end type body_t
@@ -95,7 +100,6 @@ module time_state
     integer(i8) :: sorted_at = -1        !! step of the last sort
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
-    integer(i8) :: frames = 0            !! written so far
     real(rp) :: max_speed = 0.0_rp       !! of the last step [m/s]
     real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed, unscaled [m2/s2]
   end type clock_t
@@ -121,6 +125,8 @@ module time_state
     real(rp), allocatable :: ball(:, :)      !! (4, nblk) centre and radius of each block [m]
     real(rp) :: sums(n_sums) = 0.0_rp        !! this rank's energy books, see time_audit
     real(rp) :: kinetic0 = 0.0_rp, elastic0 = 0.0_rp   !! energies at t = 0 [J]
+    real(rp) :: audit_scale = 0.0_rp         !! largest energy turned over so far [J]
+    real(rp), allocatable :: frame_times(:)  !! of the frames written so far [s]
     real(rp) :: row_time = 0.0_rp            !! time of the last history row [s]
     real(rp), allocatable :: row_sums(:, :)  !! tools' books then, of all ranks
     integer :: failed_returns = 0
@@ -157,8 +163,9 @@ contains
       self%g2(1:8, 1:self%patch%nn) => self%memory2
     end if
     if (allocated(self%volume)) deallocate (self%volume)
-    if (self%scene%method%fbar) &
+    if (self%scene%method%fbar) then
       allocate (self%volume(2*size(self%scene%body), self%patch%nn), source=0.0_rp)
+    end if
   end subroutine allocate_grid
 
   !> Half length of the domains of a body's particles [cells].

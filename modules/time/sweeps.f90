@@ -8,13 +8,13 @@ module time_sweeps
   use particles_store, only: f_bbar, f_flow, f_force, f_heat, f_jac, f_mass, f_plastic, f_pos, &
                              f_rate, f_tau, f_temp, f_vel
   use physics_stress, only: flow_strength, stress_block, stress_sums_t
-  use time_audit, only: e_body, e_plastic
+  use time_audit, only: e_body, e_plastic, e_stress
   use time_blocks, only: advance_particles, body_work, force_records, momentum_records, &
                          unpack_velocity
   use time_state, only: scheme_usavg, simulation_t
   use time_volume, only: add_volume, clear_volume, take_volume
-  use transfer_kernels, only: g2p_block, p2g_block
   use time_weights, only: weights_of
+  use transfer_kernels, only: g2p_block, p2g_block
   implicit none (type, external)
   private
 
@@ -191,7 +191,8 @@ contains
     call weights_of(sim, body, ps(1, f_pos), w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
-    call advance_particles(n, 0.0_rp, sim%scene%method%pic, v, dv, ps(1, f_pos), ps(1, f_vel), fastest)
+    call advance_particles(n, 0.0_rp, sim%scene%method%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
+                           fastest)
   end subroutine accelerate_block
 
   subroutine restore_volume(sim, body, n, first, jac)
@@ -208,23 +209,26 @@ contains
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: b
 
-    if (b < sim%particles%nblk) &
+    if (b < sim%particles%nblk) then
       call prefetch_block(sim%particles%ps(:, :, b + 1), 8*nlane*sim%particles%nf)
+    end if
   end subroutine fetch_next
 
-  !> Acceleration of a body now: gravity and its load.
+  !> Acceleration of a body now: gravity and its loads.
   pure function outer_acceleration(sim, body) result(a)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body
-    real(rp) :: a(3)
+    real(rp) :: a(3), share
+    integer :: i
 
-    associate (b => sim%scene%body(body))
-      if (sim%clock%time < b%ramp) then
-        a = sim%scene%method%gravity + b%acceleration*(sim%clock%time/b%ramp)
-      else
-        a = sim%scene%method%gravity + b%acceleration
-      end if
-    end associate
+    a = sim%scene%method%gravity
+    do i = 1, size(sim%scene%body(body)%load)
+      associate (load => sim%scene%body(body)%load(i))
+        share = 1.0_rp
+        if (sim%clock%time < load%ramp) share = sim%clock%time/load%ramp
+        a = a + share*load%acceleration
+      end associate
+    end do
   end function outer_acceleration
 
   subroutine outer_work(sim, body, n, dt, v, dv, mass)
@@ -274,6 +278,7 @@ contains
                       ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), &
                       ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), sums)
     sim%sums(e_plastic) = sim%sums(e_plastic) + sums%plastic_work
+    sim%sums(e_stress) = sim%sums(e_stress) + sums%stress_work
     sim%failed_returns = sim%failed_returns + sums%failed
     report%stiffness = max(report%stiffness, sums%stiffness)
   end subroutine constitutive

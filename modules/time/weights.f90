@@ -19,8 +19,8 @@ contains
     real(rp), intent(out) :: w(nlane, 18)
     integer, intent(out) :: first(nlane)
 
-    call block_weights(sim%patch%origin, 1.0_rp/sim%patch%h, sim%domain(body), sim%patch%stride, x, &
-                       w, first)
+    call block_weights(sim%patch%origin, 1.0_rp/sim%patch%h, sim%domain(body), sim%patch%stride, &
+                       x, w, first)
   end subroutine weights_of
 
 end module time_weights

@@ -4,8 +4,8 @@ module time_writing
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
-  use base_text, only: str
   use base_system, only: peak_memory
+  use base_text, only: str
   use base_timers, only: cpu_seconds, n_phases, phase_name, wall_time
   use comm_world, only: world_t
   use io_frames, only: write_frame, write_series
@@ -22,7 +22,6 @@ module time_writing
   !> Open files and the clockwork of output.
   type :: writer_t
     type(table_t) :: history, probes
-    real(rp), allocatable :: frame_times(:)
     real(rp) :: started = 0.0_rp        !! wall-clock time at the start [s]
     real(rp) :: cpu_started = 0.0_rp    !! processor time of this rank then [s]
     real(rp) :: spoke = 0.0_rp          !! wall-clock time of the last progress line
@@ -46,12 +45,11 @@ contains
   subroutine init(self, world, sim, is_resumed, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
-    type(simulation_t), intent(in) :: sim
+    type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_resumed
     type(error_t), intent(inout) :: error
     character(:), allocatable :: stem
     real(rp) :: resume_time
-    integer :: k
 
     self%started = wall_time()
     self%cpu_started = cpu_seconds()
@@ -66,10 +64,15 @@ contains
                            resume_time, error)
     if (sim%probes%n > 0) call self%probes%open(world, stem//'_probes.csv', sim%scene%title, &
                                                 probe_columns(sim), resume_time, error)
-    allocate (self%frame_times(sim%clock%frames))
-    do k = 1, int(sim%clock%frames)
-      self%frame_times(k) = (k - 1)*sim%scene%output%frame_interval
-    end do
+    associate (clock => sim%clock, output => sim%scene%output)
+      if (is_resumed) then
+        clock%next_frame = next_time(output%frame_interval, clock%time)
+        clock%next_history = next_time(output%history_interval, clock%time)
+        clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
+      else
+        allocate (sim%frame_times(0))
+      end if
+    end associate
   end subroutine init
 
   !> Temperatures first, then places.
@@ -102,26 +105,27 @@ contains
     associate (clock => sim%clock, output => sim%scene%output)
       if (last .or. now >= clock%next_history) then
         call self%row(world, sim)
-        clock%next_history = next_time(clock%next_history, output%history_interval, clock%time)
+        clock%next_history = next_time(output%history_interval, clock%time)
       end if
       if (last .or. now >= clock%next_frame) then
         call self%frame(world, sim, error)
-        clock%next_frame = next_time(clock%next_frame, output%frame_interval, clock%time)
+        clock%next_frame = next_time(output%frame_interval, clock%time)
       end if
-      if (output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint .and. .not. last) then
-        clock%next_checkpoint = next_time(clock%next_checkpoint, output%checkpoint_interval, clock%time)
+      if (output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint &
+          .and. .not. last) then
+        clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
         call save_checkpoint(world, sim, error)
       end if
     end associate
   end subroutine due
 
   !> First multiple of the interval behind `time`; never, without an interval.
-  pure real(rp) function next_time(previous, interval, time)
-    real(rp), intent(in) :: previous, interval, time
+  pure real(rp) function next_time(interval, time)
+    real(rp), intent(in) :: interval, time
 
     next_time = huge(1.0_rp)
-    if (interval > 0.0_rp) next_time = previous + interval*max(1.0_rp, &
-      1.0_rp + aint((time*(1.0_rp + 1.0e-12_rp) - previous)/interval))
+    if (interval > 0.0_rp) &
+      next_time = interval*(aint(time*(1.0_rp + 1.0e-12_rp)/interval) + 1.0_rp)
   end function next_time
 
   subroutine frame(self, world, sim, error)
@@ -131,19 +135,19 @@ contains
     type(error_t), intent(inout) :: error
     character(6) :: number
 
-    if (size(self%frame_times) > 0) then
-      if (self%frame_times(size(self%frame_times)) >= sim%clock%time) return   ! has it already
+    if (size(sim%frame_times) > 0) then
+      if (sim%frame_times(size(sim%frame_times)) >= sim%clock%time) return   ! has it already
     end if
-    write (number, '(i6.6)') sim%clock%frames
+    write (number, '(i6.6)') size(sim%frame_times)
     associate (output => sim%scene%output)
       call write_frame(world, output%directory//'/'//output%name//'_'//number//'.hdf', &
-                       sim%clock%time, int(sim%clock%step), sim%scene%grid%h, sim%scene%body%spacing, &
-                       sim%scene%body%name, sim%particles, output%input_text, error)
+                       sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
+                       sim%scene%body%spacing, sim%scene%body%name, sim%particles, &
+                       output%input_text, error)
       if (error%is_set()) return
-      sim%clock%frames = sim%clock%frames + 1
-      self%frame_times = [self%frame_times, sim%clock%time]
-      call write_series(world, output%directory, output%name, size(self%frame_times), &
-                        self%frame_times, error)
+      sim%frame_times = [sim%frame_times, sim%clock%time]
+      call write_series(world, output%directory, output%name, size(sim%frame_times), &
+                        sim%frame_times, error)
     end associate
   end subroutine frame
 
@@ -161,11 +165,13 @@ contains
       call self%probes%row([sim%clock%time, sim%probes%temperature, &
                             reshape(sim%probes%x, [3*sim%probes%n])])
     end if
-    if (values(19) > 5.0_rp .and. sim%scene%method%mass_scaling > 1.0_rp .and. .not. self%warned) then
+    if (values(19) > 5.0_rp .and. sim%scene%method%mass_scaling > 1.0_rp &
+        .and. .not. self%warned) then
       self%warned = .true.
       if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
         ' s the inertial stress of mass scaling, chi rho v^2, is '//str(values(19))// &
-        ' % of the flow stress somewhere (KE/IE '//str(values(18))//' %): try a smaller MASS_SCALING'
+        ' % of the flow stress somewhere (KE/IE '//str(values(18))// &
+        ' %): try a smaller MASS_SCALING'
     end if
   end subroutine row
 
@@ -181,7 +187,8 @@ contains
     if (now - self%spoke < sim%scene%output%progress_interval) return
     self%spoke = now
     speed = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)/(now - self%started)
-    share = (sim%clock%time - self%first_time)/max(sim%scene%end_time - self%first_time, tiny(1.0_rp))
+    share = (sim%clock%time - self%first_time) &
+            /max(sim%scene%end_time - self%first_time, tiny(1.0_rp))
     done = sim%clock%time/max(sim%scene%end_time, tiny(1.0_rp))
     if (sim%scene%max_steps > 0) then
       share = max(share, real(sim%clock%step - self%first_step, rp) &
@@ -211,11 +218,12 @@ contains
     if (.not. world%is_root()) return
     share = 100.0_rp*all(1:n_phases)/max(sum(all(1:n_phases)), tiny(1.0_rp))
     steps = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)
-    open (newunit=unit, file=sim%scene%output%directory//'/'//sim%scene%output%name//'_summary.json', &
-          action='write', status='replace', iostat=status)
+    open (newunit=unit, file=sim%scene%output%directory//'/'//sim%scene%output%name// &
+          '_summary.json', action='write', status='replace', iostat=status)
     if (status == 0) then
       write (unit, '(a)') '{', '  "particles": '//str(self%particles)//',', &
-        '  "steps": '//str(sim%clock%step - self%first_step)//',', '  "ranks": '//str(world%size)//',', &
+        '  "steps": '//str(sim%clock%step - self%first_step)//',', &
+        '  "ranks": '//str(world%size)//',', &
         '  "wall_seconds": '//str(wall)//',', '  "cpu_seconds": '//str(all(n_phases + 1))//',', &
         '  "particle_steps_per_wall_second": '//str(steps/wall)//',', &
         '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//',', &
@@ -230,7 +238,8 @@ contains
     if (status /= 0) call error%raise('cannot write the summary of the run')
     if (.not. sim%scene%output%is_quiet) write (output_unit, '(a)') &
       str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)//' particles in '// &
-      span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '//str(world%size)//' rank(s)'
+      span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '// &
+      str(world%size)//' rank(s)'
   end subroutine summary
 
   !> Seconds as a person says them.

@@ -25,18 +25,3 @@ def run(tmp_path):
         return driver.run(name, *options, **more)
 
     return call
-
-
-@pytest.fixture
-def start(tmp_path):
-    """Start the program and return it running: for the tests that send signals."""
-    running = []
-
-    def call(name, *options, **more):
-        more.setdefault("directory", tmp_path)
-        running.append(driver.Started(name, *options, **more))
-        return running[-1]
-
-    yield call
-    for one in running:
-        one.end()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Run the executable and read what it writes."""
 
+import concurrent.futures
 import csv
 import dataclasses
 import json
@@ -74,6 +75,7 @@ class Done:
     err: str
     directory: pathlib.Path
     seconds: float
+    files: tuple = ()
 
     def results(self, name):
         return Results(self.directory / f"{name}.out", name)
@@ -90,6 +92,25 @@ def run(name, *options, directory, ranks=None, sets=None, expect=WELL, timeout=1
         assert done.returncode == expect, f"{' '.join(words)}\n{done.stdout}\n{done.stderr}"
     seconds = time.monotonic() - begun
     return Done(done.returncode, done.stdout, done.stderr, pathlib.Path(directory), seconds)
+
+
+def run_all(cases, directory):
+    """Runs that mostly wait for their start, four at a time, each in a directory of its own, whatever
+    their exit status; `cases` maps a name to the arguments of run. What each left there is in `.files`."""
+
+    def one(k, words, more):
+        place = pathlib.Path(directory) / str(k)
+        place.mkdir()
+        text = more.pop("text", None)
+        if text is not None:
+            (place / words[0]).write_text(text, encoding="utf-8")
+        done = run(*words, directory=place, expect=None, **more)
+        done.files = sorted(path.name for path in place.iterdir())
+        return done
+
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        jobs = {name: pool.submit(one, k, *case) for k, (name, case) in enumerate(cases.items())}
+        return {name: job.result() for name, job in jobs.items()}
 
 
 class Started:

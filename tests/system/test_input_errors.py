@@ -20,13 +20,12 @@ def spoil(*changes):
     return "\n".join(lines) + "\n", numbers
 
 
-def complaints(run, tmp_path, text, *options, **more):
-    """Run a text as small.nml; it must end with status 2 and write nothing. The messages."""
-    path = tmp_path / "small.nml"
-    path.write_text(text)
-    done = run("small.nml", *options, expect=driver.BAD_INPUT, **more)
+def messages_of(done, files):
+    """The messages of a run that must have ended with status 2 and written nothing."""
+    print(done.err)
+    assert done.status == driver.BAD_INPUT
     assert done.out == ""
-    assert [p.name for p in tmp_path.iterdir()] == ["small.nml"], "something was written"
+    assert done.files == files, "something was written"
     return done.err.splitlines()
 
 
@@ -79,32 +78,44 @@ MISTAKES = {
 WITH_CONSEQUENCES = ("missing body of a shape", "two bodies of one name", "grid upside down", "too many cells")
 
 
+FORM = ["unknown group", "unknown key", "broken number", "too large", "number for a logical",
+        "unclosed group", "two of three"]
+SENSE = ["missing material", "missing body of a load", "missing body of a surface", "unknown tool",
+         "geometry outside the grid", "probe outside the grid"]
+SEVERAL = {"form": FORM, "sense": SENSE, "both": ["missing material", "too large", "unknown tool"]}
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory):
+    """All runs with a spoiled small.nml."""
+    cases = {name: spoil(change)[0] for name, (change, _) in MISTAKES.items()}
+    cases |= {name: spoil(*(MISTAKES[m][0] for m in many))[0] for name, many in SEVERAL.items()}
+    cases = {name: (("small.nml",), {"text": text}) for name, text in cases.items()}
+    for option in ("--check", "--quiet"):
+        cases[option] = (("small.nml", option), {"text": spoil(MISTAKES["too small"][0])[0]})
+    return driver.run_all(cases, tmp_path_factory.mktemp("mistakes"))
+
+
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_one_mistake(run, tmp_path, mistake):
+def test_one_mistake(outcome, mistake):
     """Exact: one mistake in small.nml gives one message with the line it stands on."""
     change, words = MISTAKES[mistake]
-    text, (line,) = spoil(change)
+    (line,) = spoil(change)[1]
     if mistake == "shape without a particle":
         line -= 1   # the message is about the body, one line above its shape
-    messages = complaints(run, tmp_path, text)
-    print("\n".join(messages))
+    messages = messages_of(outcome[mistake], ["small.nml"])
     assert any(re.match(rf"small\.nml:{line}: error: .*{words}", m) for m in messages), messages
     if mistake not in WITH_CONSEQUENCES:
         assert len(messages) == 1, messages
 
 
-FORM = ["unknown group", "unknown key", "broken number", "too large", "number for a logical",
-        "unclosed group", "two of three"]
-SENSE = ["missing material", "missing body of a load", "missing body of a surface", "unknown tool",
-         "geometry outside the grid", "probe outside the grid"]
-
-
-@pytest.mark.parametrize("mistakes", [FORM, SENSE, ["missing material", "too large", "unknown tool"]])
-def test_all_mistakes_at_once(run, tmp_path, mistakes):
-    """Exact: several mistakes give all their messages at once, in the order of the lines."""
-    text, lines = spoil(*(MISTAKES[m][0] for m in mistakes))
-    messages = complaints(run, tmp_path, text)
-    print("\n".join(messages))
+@pytest.mark.parametrize("several", SEVERAL)
+def test_all_mistakes_at_once(outcome, several):
+    """Exact: several mistakes give all their messages at once, in the order of the lines: mistakes of form,
+    mistakes of sense (names, places), and both together."""
+    mistakes = SEVERAL[several]
+    lines = spoil(*(MISTAKES[m][0] for m in mistakes))[1]
+    messages = messages_of(outcome[several], ["small.nml"])
     for mistake, line in zip(mistakes, lines):
         words = rf"small\.nml:{line}: error: .*{MISTAKES[mistake][1]}"
         assert any(re.match(words, m) for m in messages), (mistake, messages)
@@ -112,19 +123,23 @@ def test_all_mistakes_at_once(run, tmp_path, mistakes):
     assert numbers == sorted(numbers)
 
 
+@pytest.mark.parametrize("option", ["--check", "--quiet"])
+def test_messages_with_options(outcome, option):
+    """Exact: --check and --quiet give the same message and status as a run."""
+    line = spoil(MISTAKES["too small"][0])[1][0]
+    messages = messages_of(outcome[option], ["small.nml"])
+    assert len(messages) == 1 and messages[0].startswith(f"small.nml:{line}: error: ")
+
+
 def test_messages_once_on_two_ranks(run, tmp_path):
     """Exact: two mistakes on two ranks: two messages, status 2, nothing written."""
     text, lines = spoil(MISTAKES["missing material"][0], MISTAKES["unknown tool"][0])
-    messages = [m for m in complaints(run, tmp_path, text, ranks=2) if ": error: " in m]
+    path = tmp_path / "small.nml"
+    path.write_text(text)
+    done = run("small.nml", ranks=2, expect=driver.BAD_INPUT)
+    messages = [m for m in done.err.splitlines() if ": error: " in m]
     assert [m.split(":")[1] for m in messages] == [str(line) for line in lines]
-
-
-@pytest.mark.parametrize("option", ["--check", "--quiet"])
-def test_messages_with_options(run, tmp_path, option):
-    """Exact: --check and --quiet give the same message and status as a run."""
-    text, (line,) = spoil(MISTAKES["too small"][0])
-    messages = complaints(run, tmp_path, text, option)
-    assert len(messages) == 1 and messages[0].startswith(f"small.nml:{line}: error: ")
+    assert list(tmp_path.iterdir()) == [path]
 
 
 # Command line, and what the message must say.
@@ -147,15 +162,18 @@ COMMANDS = {
 }
 
 
+@pytest.fixture(scope="module")
+def command(tmp_path_factory):
+    """All runs with a bad command line."""
+    cases = {name: (words or [None], {}) for name, (words, _) in COMMANDS.items()}
+    return driver.run_all(cases, tmp_path_factory.mktemp("commands"))
+
+
 @pytest.mark.parametrize("case", COMMANDS)
-def test_bad_command_line(run, tmp_path, case):
+def test_bad_command_line(command, case):
     """Exact: a bad command line gives one message, status 2, and nothing is written."""
-    words, pattern = COMMANDS[case]
-    done = run(*(words or [None]), expect=driver.BAD_INPUT)
-    print(done.err)
-    messages = done.err.splitlines()
-    assert len(messages) == 1 and re.match(pattern, messages[0]), messages
-    assert done.out == "" and list(tmp_path.iterdir()) == []
+    messages = messages_of(command[case], [])
+    assert len(messages) == 1 and re.match(COMMANDS[case][1], messages[0]), messages
 
 
 def test_three_bad_overrides_at_once(run, tmp_path):

@@ -79,7 +79,8 @@ contains
     call expect_close('surface velocity', norm2(v - (after - before)/(2.0_rp*small)), 0.0_rp, &
                       atol=1.0e-7_rp)
     call expect_close('axes stay orthonormal', &
-                      norm2(matmul(transpose(tool%axes), tool%axes) - unit), 0.0_rp, atol=1.0e-13_rp)
+                      norm2(matmul(transpose(tool%axes), tool%axes) - unit), 0.0_rp, &
+                     atol=1.0e-13_rp)
     v = tool%surface_velocity(tool%position + 0.01_rp*tool%frame(:, 1)) - tool%velocity
     call expect('clockwise from above: the +x side moves to -y', v(2) < -0.9_rp)
     call tool%distance(tool%position + matmul(tool%axes, y), d, n)

@@ -237,7 +237,8 @@ contains
              'SURFACE OUTPUT PROBE')
     call bad_value('TEMPRATURE = 3', 'has no key TEMPRATURE; did you mean TEMPERATURE?')
     call bad_value('COLOUR = 3', 'has no key COLOUR; known are NAME MATERIAL '// &
-                   'PARTICLES_PER_CELL TEMPERATURE VELOCITY ANGULAR_VELOCITY VELOCITY_GRADIENT CENTRE')
+                   'PARTICLES_PER_CELL TEMPERATURE VELOCITY ANGULAR_VELOCITY '// &
+                   'VELOCITY_GRADIENT CENTRE')
     call bad_value('TEMPERATURE = 3'//nl//'TEMPERATURE = 4', &
                    'TEMPERATURE is given twice (first on line 2)', line=3)
     call bad_value('VELOCITY = 1,2,3'//nl//'VELOCITY(2) = 4', &
