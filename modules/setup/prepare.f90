@@ -44,7 +44,9 @@ contains
         call read_input_text(command%restart, text, command%sets, input, complaints)
       end if
     end if
-    if (complaints%count() == 0) call build_scene(input, sim, complaints)
+    if (.not. error%is_set()) then
+      if (input%count('GRID') > 0) call build_scene(input, sim, complaints)
+    end if
     if (complaints%count() == 0) then
       allocate (counts(size(sim%scene%body)))
       call count_particles(world, input, sim%scene, counts)

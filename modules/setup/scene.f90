@@ -39,19 +39,9 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(complaints_t), intent(inout) :: complaints
-    real(rp) :: lower(3), upper(3), cells(3)
 
     scene%title = input%text('RUN', 1, 'TITLE')
-    lower = input%reals('GRID', 1, 'LOWER', 3)
-    upper = input%reals('GRID', 1, 'UPPER', 3)
-    cells = (upper - lower)/input%real('GRID', 1, 'CELL')
-    if (any(cells < 1.0_rp)) then
-      call input%complain(complaints, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
-    else if (product(cells) > 2.0e9_rp) then
-      call input%complain(complaints, 'GRID', 1, 'CELL', 'makes more than 2e9 cells')
-    else
-      scene%grid = make_grid(input%real('GRID', 1, 'CELL'), lower, upper)
-    end if
+    call read_grid(input, scene, complaints)
     scene%end_time = input%real('TIME', 1, 'END')
     scene%max_steps = int(input%integer('TIME', 1, 'MAX_STEPS'), i8)
     associate (m => scene%method)
@@ -78,6 +68,26 @@ contains
       o%progress_interval = input%real('OUTPUT', 1, 'PROGRESS_INTERVAL')
     end associate
   end subroutine read_general
+
+  !> A grid that cannot be made has no nodes, and nothing is compared with it.
+  subroutine read_grid(input, scene, complaints)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(complaints_t), intent(inout) :: complaints
+    real(rp) :: lower(3), upper(3), h
+
+    lower = input%reals('GRID', 1, 'LOWER', 3)
+    upper = input%reals('GRID', 1, 'UPPER', 3)
+    h = input%real('GRID', 1, 'CELL')
+    if (h <= 0.0_rp .or. .not. input%given('GRID', 1, 'UPPER')) return   ! has its complaint
+    if (any(upper - lower < h)) then
+      call input%complain(complaints, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
+    else if (product((upper - lower)/h) > 2.0e9_rp) then
+      call input%complain(complaints, 'GRID', 1, 'CELL', 'makes more than 2e9 cells')
+    else
+      scene%grid = make_grid(h, lower, upper)
+    end if
+  end subroutine read_grid
 
   subroutine read_materials(input, scene, complaints)
     type(input_t), intent(in) :: input
@@ -141,7 +151,7 @@ contains
     do i = 1, size(scene%body)
       associate (b => scene%body(i))
         b%name = input%text('BODY', i, 'NAME')
-        b%spacing = scene%grid%h/input%integer('BODY', i, 'PARTICLES_PER_CELL')
+        b%spacing = scene%grid%h/max(1, input%integer('BODY', i, 'PARTICLES_PER_CELL'))
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
           call input%complain(complaints, 'BODY', i, 'MATERIAL', &
@@ -215,6 +225,7 @@ contains
       if (.not. solid%adds) cycle
       has_shape(body) = .true.
       call bounds(solid, lower, upper)
+      if (scene%grid%n(1) == 0) cycle
       if (any(lower < scene%grid%lower - slack) .or. any(upper > top + slack)) then
         call input%complain(complaints, 'SHAPE', i, '', 'reaches outside the grid')
       end if
@@ -282,12 +293,13 @@ contains
     probes%n = input%count('PROBE')
     allocate (probes%name(probes%n), probes%x(3, probes%n), probes%temperature(probes%n), &
               probes%is_mine(probes%n))
-    probes%temperature = input%real('BODY', 1, 'TEMPERATURE')
+    probes%temperature = 298.0_rp            ! until `warm_probes`
     probes%is_mine = .false.
     top = scene%grid%lower + scene%grid%h*(scene%grid%n - 1)
     do i = 1, probes%n
       probes%name(i) = input%text('PROBE', i, 'NAME')
       probes%x(:, i) = input%reals('PROBE', i, 'POSITION', 3)
+      if (scene%grid%n(1) == 0) cycle
       if (any(probes%x(:, i) < scene%grid%lower) .or. any(probes%x(:, i) > top)) then
         call input%complain(complaints, 'PROBE', i, 'POSITION', 'lies outside the grid')
       end if

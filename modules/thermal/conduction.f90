@@ -10,7 +10,7 @@ module thermal_conduction
   private
 
   public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
-  public :: heat_particles, film_to_grid
+  public :: heat_particles, smooth_particles, film_to_grid
 
   real(rp), parameter :: least_capacity = 1.0e-30_rp   !! [J/K]
 
@@ -101,7 +101,8 @@ contains
     lost = lost - heat
   end subroutine film_to_grid
 
-  !> Lane 4 becomes the temperature increment: conducted heat (lane 5 of `flux`) and waiting heat.
+  !> Lane 4 becomes the temperature increment, from conducted heat (lane 5 of `flux`) and waiting
+  !> heat; lane 6 the new temperature.
   subroutine temperature_increment(n, flux, g)
     integer, intent(in) :: n
     real(rp), intent(in) :: flux(8, n)
@@ -109,12 +110,15 @@ contains
     integer :: i
 
     do i = 1, n
+      g(6, i) = g(4, i)
       g(4, i) = 0.0_rp
       if (g(1, i) > least_capacity) g(4, i) = (flux(5, i) + g(3, i))/g(1, i)
+      g(6, i) = g(6, i) + g(4, i)
     end do
   end subroutine temperature_increment
 
-  !> Particles take the increment in lane 4; their waiting heat is spent.
+  !> Particles take the increment in lane 4; their waiting heat is spent, and `heat` holds what
+  !> their temperature differs by from that of the nodes around them [K].
   subroutine heat_particles(n, w, first, stride, nn, g, rec, temp, heat)
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
@@ -124,8 +128,26 @@ contains
     call g2p_block(n, w, first, stride, nn, g, rec)
     do p = 1, n
       temp(p) = temp(p) + rec(4, 1, p)
-      heat(p) = 0.0_rp
+      heat(p) = temp(p) - rec(6, 1, p)
     end do
   end subroutine heat_particles
+
+  !> Take back a share of the differences `apart` [K] that no node can see: those that are left after
+  !> their own nodal mean (lane 4) is subtracted. Increments alone would keep a jump between
+  !> neighbouring particles for ever. The heat is the same to rounding; a smooth field changes by
+  !> (k h)^4 only.
+  subroutine smooth_particles(n, w, first, stride, nn, g, rec, temp, apart)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), apart(nlane)
+    real(rp), parameter :: share = 0.1_rp
+    integer :: p
+
+    call g2p_block(n, w, first, stride, nn, g, rec)
+    do p = 1, n
+      temp(p) = temp(p) - share*(apart(p) - rec(4, 1, p))
+      apart(p) = 0.0_rp
+    end do
+  end subroutine smooth_particles
 
 end module thermal_conduction

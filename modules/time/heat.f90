@@ -5,7 +5,7 @@ module time_heat
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
   use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, &
-                                nodal_temperature, temperature_increment
+                                nodal_temperature, smooth_particles, temperature_increment
   use time_audit, only: e_film
   use time_nodes, only: clear_nodes
   use time_state, only: simulation_t
@@ -38,16 +38,7 @@ contains
     real(rp), intent(in) :: dt                  !! [s]
     integer :: b, r
 
-    call clear_nodes(sim, sim%g)
-    do b = 1, sim%particles%nblk
-      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                        sim%particles%ps(:, :, b), sim%rec, sim%g)
-    end do
-    call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
-    do r = 1, sim%n_runs
-      call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
-                             sim%g(:, sim%run(1, r):sim%run(2, r)))
-    end do
+    call gather_temperature(world, sim, f_temp, f_heat)
     call clear_nodes(sim, sim%g2)
     do b = 1, sim%particles%nblk
       call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
@@ -60,23 +51,49 @@ contains
                                  sim%g(:, sim%run(1, r):sim%run(2, r)))
     end do
     do b = 1, sim%particles%nblk
-      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                      sim%particles%ps(:, :, b), sim%rec, sim%g)
+      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .false., &
+                      sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g)
+    end do
+    call gather_temperature(world, sim, f_heat, 0)
+    do b = 1, sim%particles%nblk
+      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .true., &
+                      sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g)
     end do
   end subroutine conduct
 
-  subroutine gather_block(sim, body, n, nf, ps, rec, g)
+  !> Capacities and nodal means of the field `temp_field`; waiting heat from `heat_field` (0: none).
+  subroutine gather_temperature(world, sim, temp_field, heat_field)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: temp_field, heat_field
+    integer :: b, r
+
+    call clear_nodes(sim, sim%g)
+    do b = 1, sim%particles%nblk
+      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), temp_field, heat_field, &
+                        sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g)
+    end do
+    call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
+    do r = 1, sim%n_runs
+      call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
+                             sim%g(:, sim%run(1, r):sim%run(2, r)))
+    end do
+  end subroutine gather_temperature
+
+  subroutine gather_block(sim, body, n, temp_field, heat_field, nf, ps, rec, g)
     type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body, n, nf
+    integer, intent(in) :: body, n, temp_field, heat_field, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%patch%nn)
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
+    real(rp) :: w(nlane, 18), heat(nlane)
 
+    heat = 0.0_rp
+    if (heat_field > 0) heat = ps(:, heat_field)
     call weights_of(sim, body, ps(1, f_pos), w, first)
     call capacity_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, &
                           sim%scene%material(sim%scene%body(body)%material)%c_p, ps(1, f_mass), &
-                          ps(1, f_temp), ps(1, f_heat), rec, g)
+                          ps(1, temp_field), heat, rec, g)
   end subroutine gather_block
 
   subroutine diffuse_block(sim, b, body, n, dt, nf, ps, rec, g, flux)
@@ -123,17 +140,24 @@ contains
     end associate
   end subroutine lose_heat
 
-  subroutine warm_block(sim, body, n, nf, ps, rec, g)
+  !> Take the increment, or (`smooth`) what neighbours differ by.
+  subroutine warm_block(sim, body, n, smooth, nf, ps, rec, g)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
+    logical, intent(in) :: smooth
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     real(rp), intent(in) :: g(8, sim%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
     call weights_of(sim, body, ps(1, f_pos), w, first)
-    call heat_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, rec, ps(1, f_temp), &
-                        ps(1, f_heat))
+    if (smooth) then
+      call smooth_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, rec, ps(1, f_temp), &
+                            ps(1, f_heat))
+    else
+      call heat_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, rec, ps(1, f_temp), &
+                          ps(1, f_heat))
+    end if
   end subroutine warm_block
 
 end module time_heat
