@@ -246,7 +246,10 @@ contains
 
     label = '&'//trim(group)//' '//trim(key)
     a = self%written%last_of(self%written%find(group, i), key)
-    if (a > 0) label = label//' = '//excerpt(self%written%value(a))
+    if (a > 0) then
+      if (self%written%assignments(a)%is_broken) return   ! has its complaint
+      label = label//' = '//excerpt(self%written%value(a))
+    end if
     if (key /= '') label = label//': '
     call complaints%add(self%file, self%line(group, i, key), label//message)
   end subroutine complain

@@ -272,10 +272,6 @@ contains
         c%velocity = input%reals('CLAMP', i, 'VELOCITY', 3)
         letters = input%text('CLAMP', i, 'COMPONENTS')
         c%component = [(index(letters, 'xyz'(a:a)) > 0, a=1, 3)]
-        if (verify(letters, 'xyz') > 0 .or. .not. any(c%component)) then
-          call input%complain(complaints, 'CLAMP', i, 'COMPONENTS', &
-            'expected some of the letters x, y and z')
-        end if
         if (any(c%upper < c%lower)) call input%complain(complaints, 'CLAMP', i, 'UPPER', &
           'must not be below LOWER')
       end associate

@@ -89,12 +89,7 @@ contains
     case default
       tool%kind = kind_box
       tool%half = 0.5_rp*input%reals('TOOL', i, 'SIZE', 3)
-      if (any(tool%half <= 0.0_rp)) call input%complain(complaints, 'TOOL', i, 'SIZE', &
-        "must be above 0 for KIND = 'box'")
     end select
-    if (tool%kind /= kind_plane .and. tool%kind /= kind_box .and. tool%radius <= 0.0_rp) then
-      call input%complain(complaints, 'TOOL', i, 'RADIUS', 'must be above 0')
-    end if
   end subroutine read_tool_shape
 
   !> The phases of this tool in the order of the file.

@@ -8,7 +8,7 @@ module time_audit
     e_plastic = 1, &    !! plastic work
     e_body = 2, &       !! work of gravity and body loads
     e_wall = 3, &       !! work of walls and prescribed velocities
-    e_stress = 4, &     !! work of the stresses on the material (mean stress of a step)
+    e_stress = 4, &     !! work of the stresses on the material, and of the averaging of volume
     e_film = 5          !! heat lost through the faces
   integer, parameter, public :: n_sums = 5
 

@@ -129,7 +129,7 @@ contains
       call advance_particles(n, dt, sim%scene%method%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
                              report%speed2)
     end if
-    call restore_volume(sim, sim%particles%body(b), n, first, ps(1, f_jac))
+    call restore_volume(sim, sim%particles%body(b), n, first, ps(1, f_mass), ps(1, f_jac))
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
     call touch(sim, b, n, dt, v, dv, nf, ps)
     call constitutive(sim, sim%particles%body(b), n, dt_stress, l, temp, nf, ps, report)
@@ -161,7 +161,7 @@ contains
     call weights_of(sim, body, ps(1, f_pos), w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, g, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
-    call restore_volume(sim, body, n, first, ps(1, f_jac))
+    call restore_volume(sim, body, n, first, ps(1, f_mass), ps(1, f_jac))
     call constitutive(sim, body, n, dt, l, temp, nf, ps, report)
   end subroutine strain_block
 
@@ -195,13 +195,20 @@ contains
                            fastest)
   end subroutine accelerate_block
 
-  subroutine restore_volume(sim, body, n, first, jac)
-    type(simulation_t), intent(in) :: sim
+  !> F-bar: the mean volume ratio around each particle's node; the energy it takes is booked.
+  subroutine restore_volume(sim, body, n, first, mass, jac)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, first(nlane)
+    real(rp), intent(in) :: mass(nlane)
     real(rp), intent(inout) :: jac(nlane)
+    real(rp) :: energy
 
-    if (sim%scene%method%fbar) call take_volume(n, first, sim%patch%stride, body, &
-      size(sim%volume, 1), sim%patch%nn, sim%volume, jac)
+    if (.not. sim%scene%method%fbar) return
+    associate (material => sim%scene%material(sim%scene%body(body)%material))
+      call take_volume(n, first, sim%patch%stride, body, size(sim%volume, 1), sim%patch%nn, &
+                       sim%volume, material%k, material%rho, mass, jac, energy)
+    end associate
+    sim%sums(e_stress) = sim%sums(e_stress) + energy
   end subroutine restore_volume
 
   !> Have the next block's memory on its way.
