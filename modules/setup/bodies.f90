@@ -238,7 +238,8 @@ contains
     do b = input%count('BODY'), 1, -1
       call body_solids(input, b, solids)
       do i = 1, probes%n
-        if (is_inside(solids, probes%x(:, i))) probes%temperature(i) = input%real('BODY', b, 'TEMPERATURE')
+        if (.not. is_inside(solids, probes%x(:, i))) cycle
+        probes%temperature(i) = input%real('BODY', b, 'TEMPERATURE')
       end do
     end do
   end subroutine warm_probes

@@ -132,8 +132,8 @@ contains
     end do
   end subroutine heat_particles
 
-  !> Take back a share of the differences `apart` [K] that no node can see: those that are left after
-  !> their own nodal mean (lane 4) is subtracted. Increments alone would keep a jump between
+  !> Take back a share of the differences `apart` [K] that no node can see: those that are left
+  !> after their own nodal mean (lane 4) is subtracted. Increments alone would keep a jump between
   !> neighbouring particles for ever. The heat is the same to rounding; a smooth field changes by
   !> (k h)^4 only.
   subroutine smooth_particles(n, w, first, stride, nn, g, rec, temp, apart)

@@ -70,8 +70,8 @@ contains
 
     call clear_nodes(sim, sim%g)
     do b = 1, sim%particles%nblk
-      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), temp_field, heat_field, &
-                        sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g)
+      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), temp_field, &
+                        heat_field, sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g)
     end do
     call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
     do r = 1, sim%n_runs

@@ -143,6 +143,7 @@ contains
     most = [report%stiffness, report%speed2, real(stop_signal(), rp), real(sim%failed_returns, rp)]
     call world%max(most)
     call sim%timer%lap(ph_exchange)
+    sim%worst_returns = nint(most(4))
     sim%clock%stiffness = most(1)
     sim%clock%max_speed = sqrt(most(2))
     sim%clock%travel = sim%clock%travel + dt*sim%clock%max_speed

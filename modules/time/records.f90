@@ -4,7 +4,7 @@ module time_records
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
-                          s_torque, s_work
+                          s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
   use physics_elastic, only: elastic_energy
   use time_audit, only: e_body, e_film, e_plastic, e_stress, e_wall, n_sums
@@ -15,7 +15,7 @@ module time_records
 
   public :: history_columns, history_row, energies
 
-  integer, parameter :: n_common = 19, n_per_tool = 9
+  integer, parameter :: n_common = 20, n_per_tool = 9
 
 contains
 
@@ -31,7 +31,7 @@ contains
       'plastic_work[J]', 'tool_work[J]', 'body_work[J]', 'wall_work[J]', 'friction_heat[J]', &
       'contact_loss[J]', 'numerical_loss[J]', 'audit_error[%]', 'film_loss[J]', 'heat_content[J]', &
       'temperature_max[K]', 'strain_rate_max[1/s]', 'kinetic_over_internal[%]', &
-      'inertial_stress_over_flow[%]']
+      'inertial_stress_over_flow[%]', 'friction_heat_to_bodies[J]']
     do k = 1, size(sim%tool)
       c = n_common + n_per_tool*(k - 1)
       associate (name => sim%tool(k)%name)
@@ -129,7 +129,7 @@ contains
     row(1:n_common) = [sim%clock%time, real(sim%clock%step, rp), sim%clock%dt, kinetic, elastic, &
       all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
       100.0_rp*(given - taken)/sim%audit_scale, all(e_film), heat, most(1), most(2), &
-      inner, 100.0_rp*most(3)]
+      inner, 100.0_rp*most(3), sum(tool(s_to_plate, :))]
     call tool_columns(sim, tool, row(n_common + 1:))
   end subroutine history_row
 

@@ -39,8 +39,8 @@ contains
     call share_probes(world, sim%probes)
     associate (c => sim%clock)
       global = [real(c%step, rp), c%time, c%dt, c%travel, real(c%sorted_at, rp), c%heat_time, &
-                c%max_speed, c%stiffness, sim%kinetic0, sim%elastic0, sim%audit_scale, sim%row_time, &
-                real(sim%probes%n, rp), real(size(sim%frame_times), rp)]
+                c%max_speed, c%stiffness, sim%kinetic0, sim%elastic0, sim%audit_scale, &
+                sim%row_time, real(sim%probes%n, rp), real(size(sim%frame_times), rp)]
     end associate
     if (sim%probes%n > 0) global = [global, reshape(sim%probes%x, [3*sim%probes%n]), &
                                     sim%probes%temperature]

@@ -14,7 +14,8 @@ module time_state
   implicit none (type, external)
   private
 
-  public :: body_t, constraint_t, load_t, method_t, output_t, probes_t, scene_t, simulation_t, clock_t
+  public :: body_t, constraint_t, load_t, method_t, output_t, probes_t, scene_t, simulation_t
+  public :: clock_t
   public :: free_simulation
 
   integer, parameter, public :: scheme_usl = 1, scheme_usavg = 2
@@ -129,7 +130,8 @@ module time_state
     real(rp), allocatable :: frame_times(:)  !! of the frames written so far [s]
     real(rp) :: row_time = 0.0_rp            !! time of the last history row [s]
     real(rp), allocatable :: row_sums(:, :)  !! tools' books then, of all ranks
-    integer :: failed_returns = 0
+    integer :: failed_returns = 0            !! of this rank that did not converge; most of any
+    integer :: worst_returns = 0
     type(phase_timer_t) :: timer
     ! scratch of the block kernels
     real(rp), pointer, contiguous :: rec(:, :, :) => null()   !! (8, 4, nlane)

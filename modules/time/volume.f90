@@ -48,8 +48,8 @@ contains
     call sim%halo%sum(world, size(sim%volume, 1), sim%patch%nn, sim%volume)
   end subroutine share_volume
 
-  !> Give the particles of a block the mean J of their nodes, and say what elastic energy that adds [J]
-  !> (it takes some: a numerical loss).
+  !> Give the particles of a block the mean J of their nodes, and say what elastic energy that
+  !> adds [J] (it takes some: a numerical loss).
   pure subroutine take_volume(n, first, stride, body, rows, nn, volume, k, rho, mass, jac, energy)
     integer, intent(in) :: n, first(nlane), stride(3), body, rows, nn
     real(rp), intent(in) :: volume(rows, nn)

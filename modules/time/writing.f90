@@ -28,7 +28,7 @@ module time_writing
     integer(i8) :: first_step = 0
     real(rp) :: first_time = 0.0_rp
     integer(i8) :: particles = 0        !! on all ranks
-    logical :: warned = .false.
+    logical :: warned = .false., warned_returns = .false.
   contains
     procedure :: init
     procedure :: due
@@ -164,6 +164,11 @@ contains
       call share_probes(world, sim%probes)
       call self%probes%row([sim%clock%time, sim%probes%temperature, &
                             reshape(sim%probes%x, [3*sim%probes%n])])
+    end if
+    if (sim%worst_returns > 0 .and. .not. self%warned_returns) then
+      self%warned_returns = .true.
+      if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
+        ' s the return mapping of '//str(sim%worst_returns)//' particle-steps had not converged'
     end if
     if (values(19) > 5.0_rp .and. sim%scene%method%mass_scaling > 1.0_rp &
         .and. .not. self%warned) then
