@@ -53,11 +53,18 @@ def tool_loads(history: Table) -> Figure | None:
 
 
 def energies(history: Table) -> Figure | None:
-    """All energies, and below them the error of their audit."""
-    panels = [
-        ("energy", history.with_unit("J")),
-        ("audit error", history.matching(r"audit_error.*")),
-    ]
+    """All energies that are not zero, large and small ones apart, and the error of their audit."""
+    sizes = {c.name: float(np.nanmax(np.abs(c.values), initial=0.0)) for c in history.with_unit("J")}
+    largest = max((size for name, size in sizes.items() if name != "heat_content"), default=0.0)
+    groups = {"heat content": [], "energy": [], "small energies": []}
+    for column in history.with_unit("J"):
+        if column.name == "heat_content":
+            groups["heat content"].append(column)
+        elif sizes[column.name] > 0.03 * largest:
+            groups["energy"].append(column)
+        elif sizes[column.name] > 0.0:
+            groups["small energies"].append(column)
+    panels = [*groups.items(), ("audit error", history.matching(r"audit_error.*"))]
     return stacked(history, [(title, columns) for title, columns in panels if columns])
 
 

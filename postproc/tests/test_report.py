@@ -157,7 +157,10 @@ def test_a_slope_has_no_hollows():
 def test_curves_take_every_group_that_is_there(plate):
     history = Run(plate).history
     assert len(curves.tool_loads(history).axes) == 3
-    assert len(curves.energies(history).axes) == 2
+    axes = curves.energies(history).axes
+    assert axes[-1].get_ylabel().startswith("audit error")
+    drawn = sum(len(axis.lines) for axis in axes[:-1])
+    assert drawn == sum(bool(np.any(column.values)) for column in history.with_unit("J"))
     only_time = Table([Column("time", "s", np.arange(3.0)), Column("step", "", np.arange(3.0))])
     assert curves.tool_loads(only_time) is None and curves.energies(only_time) is None
     assert curves.others(only_time) is None
