@@ -123,22 +123,27 @@ contains
     end do
   end function tool_is_near
 
-  !> Nearest tool of each particle of a block, the distance from it and its direction.
-  pure subroutine measure_gaps(tools, n, x, touched, d, normal)
+  !> Nearest tool of each particle of a block, the distance from it and its direction. Beyond `far`
+  !> only a lower bound of the distance is wanted: a distance changes by no more than the way from
+  !> the first particle.
+  pure subroutine measure_gaps(tools, n, far, x, touched, d, normal)
     type(tool_t), intent(in) :: tools(:)
     integer, intent(in) :: n
+    real(rp), intent(in) :: far                            !! [m]
     real(rp), intent(in) :: x(nlane, 3)                    !! [m]
     integer, intent(out) :: touched(nlane)
     real(rp), intent(out) :: d(nlane), normal(nlane, 3)    !! [m], out of the tool
-    real(rp) :: trial, direction(3)
+    real(rp) :: trial, direction(3), first
     integer :: k, p
 
     touched = 1
     d = huge(1.0_rp)
     normal = 0.0_rp
-    do p = 1, n
-      do k = 1, size(tools)
-        call tools(k)%distance(x(p, :), trial, direction)
+    do k = 1, size(tools)
+      call tools(k)%distance(x(1, :), first, direction)
+      do p = 1, n
+        trial = first - norm2(x(p, :) - x(1, :))
+        if (trial <= far) call tools(k)%distance(x(p, :), trial, direction)
         if (trial >= d(p)) cycle
         d(p) = trial
         touched(p) = k

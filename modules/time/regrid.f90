@@ -242,7 +242,7 @@ contains
         high(a) = maxval(sim%particles%ps(1:n, f_pos + a - 1, b))
       end do
       sim%ball(1:3, b) = 0.5_rp*(low + high)
-      sim%ball(4, b) = 0.5_rp*norm2(high - low) + 2.0_rp*sim%scene%grid%h
+      sim%ball(4, b) = 0.5_rp*norm2(high - low) + 1.5_rp*sim%scene%grid%h
     end do
   end subroutine enclose_blocks
 

@@ -260,7 +260,7 @@ contains
 
     if (size(sim%tool) == 0) return
     if (.not. tool_is_near(sim%tool, sim%ball(1:3, b), sim%ball(4, b))) return
-    call measure_gaps(sim%tool, n, ps(1, f_pos), touched, d, normal)
+    call measure_gaps(sim%tool, n, sim%scene%grid%h, ps(1, f_pos), touched, d, normal)
     if (minval(d(1:n)) > sim%scene%grid%h) return      ! nothing can touch within a step
     associate (body => sim%scene%body(sim%particles%body(b)))
       spacing = body%spacing

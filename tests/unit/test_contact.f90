@@ -114,7 +114,7 @@ contains
     real(rp) :: d(nlane), normal(nlane, 3)
     integer :: touched(nlane)
 
-    call measure_gaps(tools, nlane, points%x, touched, d, normal)
+    call measure_gaps(tools, nlane, 1.0e3_rp, points%x, touched, d, normal)
     call contact_block(tools, nlane, dt, inertia, reach, area, touched, d, normal, points%x, &
                        points%v, points%dv, points%mass, points%flow, points%force, points%heat)
   end subroutine touch
@@ -329,7 +329,7 @@ contains
       points%x(p, :) = [0.0_rp, 0.0_rp, 2.0_rp - reach]
       points%v(p, 3) = 1.0_rp
     end do
-    call measure_gaps(tools, nlane, points%x, touched, d, normal)
+    call measure_gaps(tools, nlane, 1.0e3_rp, points%x, touched, d, normal)
     call expect('the nearest tool', all(touched(1::2) == 1) .and. all(touched(2::2) == 2))
     call expect_close('its distance', maxval(abs(d(2::2) - reach)), 0.0_rp, atol=1.0e-12_rp)
     call expect('its direction', all(normal(1::2, 3) > 0.999_rp) &
