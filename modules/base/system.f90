@@ -2,7 +2,7 @@
 !> What Fortran lacks: aligned memory, files renamed in one go, directories, signals, prefetch.
 module base_system
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_int, c_null_char, &
-                                         c_null_ptr, c_ptr, c_loc, c_size_t, c_associated
+                                         c_ptr, c_loc, c_size_t, c_associated
   use base_errors, only: fatal
   use base_kinds, only: i8, rp
   implicit none (type, external)

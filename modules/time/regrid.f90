@@ -227,7 +227,8 @@ contains
     call move_alloc(list, sim%fixed)
   end subroutine list_fixed
 
-  !> Ball around each block, with room for the way until the next sort.
+  !> Ball around each block, with room for the way until the next sort (one cell) and the reach of
+  !> a particle (half a cell at most).
   subroutine enclose_blocks(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: low(3), high(3)
