@@ -169,14 +169,13 @@ contains
   end subroutine slip_rate
 
   !> Close the books of the force that acted in the step just done, and set the next one.
-  subroutine contact_block(tools, n, dt, inertia, reach, area, touched, d, normal, x, v, dv, mass, &
+  subroutine contact_block(tools, n, dt, inertia, spacing, touched, d, normal, x, v, dv, mass, &
                            strength, force, heat)
     type(tool_t), intent(inout) :: tools(:)
     integer, intent(in) :: n                     !! particles in the block
     real(rp), intent(in) :: dt                   !! [s]
     real(rp), intent(in) :: inertia              !! mass scaling
-    real(rp), intent(in) :: reach                !! half particle spacing [m]
-    real(rp), intent(in) :: area                 !! area a particle stands for [m2]
+    real(rp), intent(in) :: spacing(3)           !! distance of the particles along the axes [m]
     integer, intent(in) :: touched(nlane)        !! nearest tool
     real(rp), intent(in) :: d(nlane), normal(nlane, 3)   !! distance from it [m], its direction
     real(rp), intent(in) :: x(nlane, 3)          !! positions, already advanced [m]
@@ -186,7 +185,7 @@ contains
     real(rp), intent(in) :: strength(nlane)      !! flow stress for the shear limit [Pa]; 0: none
     real(rp), intent(inout) :: force(nlane, 3)   !! contact force [N]
     real(rp), intent(inout) :: heat(nlane)       !! heat waiting for conduction [J]
-    real(rp) :: slip_limit
+    real(rp) :: slip_limit, reach
     integer :: p
 
     do p = 1, n
@@ -194,8 +193,11 @@ contains
         if (any(abs(force(p, :)) > 0.0_rp)) then
           call settle(tool, dt, normal(p, :), x(p, :), v(p, :), dv(p, :), force(p, :), heat(p))
         end if
+        reach = 0.5_rp*norm2(normal(p, :)*spacing)
         slip_limit = huge(1.0_rp)
-        if (tool%shear_limit .and. strength(p) > 0.0_rp) slip_limit = strength(p)*area/sqrt(3.0_rp)
+        if (tool%shear_limit .and. strength(p) > 0.0_rp) then
+          slip_limit = strength(p)*product(spacing)/(2.0_rp*reach)/sqrt(3.0_rp)
+        end if
         call contact_force(dt, inertia*mass(p), d(p) - reach, normal(p, :), &
                            v(p, :) - tool%surface_velocity(x(p, :)), tool%friction, slip_limit, &
                            force(p, :))

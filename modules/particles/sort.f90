@@ -2,7 +2,7 @@
 !> Puts particles into blocks by body and nearest node, so that a block works on few nodes.
 module particles_sort
   use base_kinds, only: i8, nlane, rp
-  use particles_store, only: f_bbar, f_jac, f_pos, f_temp, particles_t
+  use particles_store, only: f_bbar, f_jac, f_pos, f_temp, n_fields, particles_t
   implicit none (type, external)
   private
 
@@ -134,6 +134,7 @@ contains
         ps(n + 1:, f_bbar:f_bbar + 2) = 1.0_rp
         ps(n + 1:, f_jac) = 1.0_rp
         ps(n + 1:, f_temp) = ps(1, f_temp)
+        ps(n + 1:, n_fields + 1:) = spread(ps(1, n_fields + 1:), 1, nlane - n)
       end associate
       particles%tag(n + 1:, b) = 0_i8
     end do

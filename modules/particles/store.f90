@@ -7,7 +7,7 @@ module particles_store
   implicit none (type, external)
   private
 
-  public :: particles_t, make_tag, tag_id, tag_faces
+  public :: particles_t, layout_t, make_tag, tag_id, tag_faces
 
   ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz).
   integer, parameter, public :: &
@@ -24,6 +24,14 @@ module particles_store
     f_force = 25, &    !! contact force acting in the coming step [N]
     f_heat = 28        !! heat waiting for the next conduction step [J]
   integer, parameter, public :: n_fields = 28  !! fields without a law's own state variables
+
+  !> Where the fields lie that only some methods and scenes need; 0: not there.
+  type :: layout_t
+    integer :: n = n_fields     !! all fields of a particle
+    integer :: half = 0         !! half lengths of its domain [cells], 3 (cpGIMP)
+    integer :: affine = 0       !! velocity gradient that it carries [1/s], row by row, 9 (APIC)
+    integer :: origin = 0       !! position at t = 0 [m], 3 (known fields, tractions)
+  end type layout_t
 
   integer, parameter :: face_shift = 48
 

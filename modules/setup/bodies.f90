@@ -3,7 +3,7 @@
 module setup_bodies
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
-  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, n_fields, &
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, &
                              particles_t
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
@@ -16,7 +16,7 @@ module setup_bodies
 
   !> Lattice of one body: spacing, first point, numbers along the axes.
   type :: lattice_t
-    real(rp) :: spacing = 0.0_rp, origin(3) = 0.0_rp
+    real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
     integer :: n(3) = 0
   end type lattice_t
 
@@ -79,7 +79,7 @@ contains
     integer(i8) :: offset
     integer :: body, i, first, last
 
-    call particles%init(n_fields)
+    call particles%init(scene%layout%n)
     offset = 0
     do body = 1, size(scene%body)
       call body_solids(input, body, solids)
@@ -110,7 +110,7 @@ contains
     spin = input%reals('BODY', body, 'ANGULAR_VELOCITY', 3)
     centre = input%reals('BODY', body, 'CENTRE', 3)
     temperature = input%real('BODY', body, 'TEMPERATURE')
-    mass = scene%material(scene%body(body)%material)%rho*lattice%spacing**3
+    mass = scene%material(scene%body(body)%material)%rho*product(lattice%spacing)
     do j = 0, lattice%n(2) - 1
       do k = 0, lattice%n(3) - 1
         x = lattice%origin + lattice%spacing*[i, j, k]
@@ -133,7 +133,7 @@ contains
   !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside.
   pure integer function open_faces(solids, x, spacing)
     type(solid_t), intent(in) :: solids(:)
-    real(rp), intent(in) :: x(3), spacing
+    real(rp), intent(in) :: x(3), spacing(3)
     real(rp) :: y(3)
     integer :: axis, side
 
@@ -141,7 +141,7 @@ contains
     do axis = 1, 3
       do side = 0, 1
         y = x
-        y(axis) = x(axis) + spacing*(2*side - 1)
+        y(axis) = x(axis) + spacing(axis)*(2*side - 1)
         if (.not. is_inside(solids, y)) open_faces = ibset(open_faces, 2*(axis - 1) + side)
       end do
     end do
@@ -216,7 +216,7 @@ contains
 
     do b = 1, size(scene%body)
       associate (body => scene%body(b))
-        mass = real(counts(b), rp)*scene%material(body%material)%rho*body%spacing**3
+        mass = real(counts(b), rp)*scene%material(body%material)%rho*product(body%spacing)
         allocate (body%load(0))
         do i = 1, input%count('LOAD')
           if (body%name /= input%text('LOAD', i, 'BODY')) cycle

@@ -5,7 +5,8 @@ module setup_input
   use base_kinds, only: rp
   use base_text, only: lower, str
   use setup_complaints, only: check_value, complaints_t, excerpt, unknown_group, unknown_key
-  use setup_keys, only: default_item, key_table
+  use setup_key_rows, only: key_table
+  use setup_keys, only: default_item
   use setup_keys_table, only: key_row_t, key_table_t, quoted, split_override, split_words, &
     to_integer, to_logical, to_real, to_text
   use setup_scan, only: assignment_t, group_t, read_file, scan_t, scan_text
@@ -24,6 +25,7 @@ module setup_input
     procedure :: given => is_given
     procedure :: real => one_real
     procedure :: reals => some_reals
+    procedure :: integers => some_integers
     procedure :: integer => one_integer
     procedure :: logical => one_logical
     procedure :: text => one_text
@@ -363,6 +365,22 @@ contains
 
     call to_integer(self%item(group, i, key, 'integer', 1), one_integer, ok)
   end function one_integer
+
+  !> The first `n` values of a key of whole numbers; 0 for those that neither file nor default has.
+  function some_integers(self, group, i, key, n) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i, n
+    integer :: r(n), k
+    character(:), allocatable :: text
+    logical :: ok
+
+    r = 0
+    do k = 1, n
+      text = self%item(group, i, key, 'integer', k)
+      if (text /= '') call to_integer(text, r(k), ok)
+    end do
+  end function some_integers
 
   logical function one_logical(self, group, i, key)
     class(input_t), intent(in) :: self

@@ -42,7 +42,7 @@ contains
     do b = 1, size(counts)
       associate (body => sim%scene%body(b))
         call line('body', trim(body%name)//': '//str(counts(b))//' particles '// &
-                  str(1.0e3_rp*body%spacing)//' mm apart, '// &
+                  str(1.0e3_rp*body%mean_spacing())//' mm apart, '// &
                   trim(sim%scene%material(body%material)%name))
       end associate
     end do
@@ -67,7 +67,7 @@ contains
 
     deepest = 0.0_rp
     do b = 1, sim%particles%nblk
-      reach = 0.5_rp*sim%scene%body(sim%particles%body(b))%spacing
+      reach = 0.5_rp*minval(sim%scene%body(sim%particles%body(b))%spacing)
       do k = 1, size(sim%tool)
         do p = 1, sim%particles%count(b)
           call sim%tool(k)%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal)

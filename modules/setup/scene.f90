@@ -46,6 +46,7 @@ contains
     scene%max_steps = int(input%integer('TIME', 1, 'MAX_STEPS'), i8)
     associate (m => scene%method)
       m%cfl = input%real('TIME', 1, 'CFL')
+      if (m%cfl <= 0.0_rp) m%cfl = 0.4_rp
       m%fixed_dt = input%real('TIME', 1, 'DT')
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
@@ -145,13 +146,15 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(complaints_t), intent(inout) :: complaints
-    integer :: i, j
+    integer :: i, j, per_cell(3)
 
     allocate (scene%body(input%count('BODY')))
     do i = 1, size(scene%body)
       associate (b => scene%body(i))
         b%name = input%text('BODY', i, 'NAME')
-        b%spacing = scene%grid%h/max(1, input%integer('BODY', i, 'PARTICLES_PER_CELL'))
+        per_cell = input%integers('BODY', i, 'PARTICLES_PER_CELL', 3)
+        where (per_cell == 0) per_cell = max(1, per_cell(1))
+        b%spacing = scene%grid%h/per_cell
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
           call input%complain(complaints, 'BODY', i, 'MATERIAL', &

@@ -90,7 +90,7 @@ contains
 
     heat = 0.0_rp
     if (heat_field > 0) heat = ps(:, heat_field)
-    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call weights_of(sim, body, nf, ps, w, first)
     call capacity_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, &
                           sim%scene%material(sim%scene%body(body)%material)%c_p, ps(1, f_mass), &
                           ps(1, temp_field), heat, rec, g)
@@ -104,7 +104,7 @@ contains
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call weights_of(sim, body, nf, ps, w, first)
     associate (mat => sim%scene%material(sim%scene%body(body)%material))
       call flux_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, dt, mat%conductivity, &
                         1.0_rp/mat%rho, ps(1, f_jac), ps(1, f_mass), g, rec, flux)
@@ -131,8 +131,9 @@ contains
           if (.not. btest(faces, face - 1) .or. body_now%film(face) <= 0.0_rp) cycle
           axis = (face + 1)/2
           x = ps(p, f_pos:f_pos + 2)
-          x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing
-          call film_to_grid(dt, body_now%film(face), body_now%spacing**2, body_now%ambient(face), &
+          x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing(axis)
+          call film_to_grid(dt, body_now%film(face), &
+                            product(body_now%spacing)/body_now%spacing(axis), body_now%ambient(face), &
                             x, sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, &
                             flux, sim%sums(e_film))
         end do
@@ -150,7 +151,7 @@ contains
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call weights_of(sim, body, nf, ps, w, first)
     if (smooth) then
       call smooth_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, rec, ps(1, f_temp), &
                             ps(1, f_heat))

@@ -8,7 +8,7 @@ module time_state
   use contact_tool, only: tool_t
   use grid_geometry, only: box_t, grid_t, patch_t
   use grid_halo, only: halo_t
-  use particles_store, only: particles_t
+  use particles_store, only: layout_t, particles_t
   use physics_material, only: material_t
   use time_audit, only: n_sums
   implicit none (type, external)
@@ -30,10 +30,12 @@ module time_state
   type :: body_t
     character(32) :: name = ''
     integer :: material = 1
-    real(rp) :: spacing = 0.0_rp             !! initial distance of its particles [m]
+    real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
     type(load_t), allocatable :: load(:)
     real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
     real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]
+  contains
+    procedure :: mean_spacing
   end type body_t
 
   !> Nodes in a box move with a given velocity (some components).
@@ -87,6 +89,7 @@ module time_state
     type(body_t), allocatable :: body(:)
     type(constraint_t), allocatable :: constraint(:)
     type(method_t) :: method
+    type(layout_t) :: layout             !! of the particles' fields
     type(output_t) :: output
     real(rp) :: end_time = 0.0_rp
     integer(i8) :: max_steps = 0
@@ -144,6 +147,13 @@ module time_state
 
 contains
 
+  !> Edge of the cube with the volume of a particle [m].
+  elemental real(rp) function mean_spacing(self)
+    class(body_t), intent(in) :: self
+
+    mean_spacing = product(self%spacing)**(1.0_rp/3.0_rp)
+  end function mean_spacing
+
   subroutine prepare_scratch(self)
     class(simulation_t), intent(inout) :: self
 
@@ -170,10 +180,11 @@ contains
     end if
   end subroutine allocate_grid
 
-  !> Half length of the domains of a body's particles [cells].
-  pure real(rp) function domain(self, body)
+  !> Half lengths of the domains of a body's particles [cells].
+  pure function domain(self, body)
     class(simulation_t), intent(in) :: self
     integer, intent(in) :: body
+    real(rp) :: domain(3)
 
     if (self%scene%method%is_bspline) then
       domain = 0.5_rp

@@ -51,7 +51,7 @@ contains
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call weights_of(sim, body, nf, ps, w, first)
     call force_records(sim%scene%method%mass_scaling, &
                        1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
                        outer_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), ps(1, f_tau), &
@@ -82,7 +82,7 @@ contains
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call weights_of(sim, body, nf, ps, w, first)
     call momentum_records(sim%scene%method%mass_scaling, ps(1, f_mass), ps(1, f_vel), &
                           ps(1, f_temp), rec)
     if (sim%scene%method%fbar) call add_volume(n, first, sim%patch%stride, ps(1, f_mass), &
@@ -117,7 +117,7 @@ contains
     real(rp), dimension(nlane, 3) :: v, dv, v2, dv2
     real(rp) :: w(nlane, 18), l(nlane, 9), temp(nlane)
 
-    call weights_of(sim, sim%particles%body(b), ps(1, f_pos), w, first)
+    call weights_of(sim, sim%particles%body(b), nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
     if (sim%scene%method%scheme == scheme_usavg) then   ! velocities are new already: move only
@@ -158,7 +158,7 @@ contains
     integer :: first(nlane)
     real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane)
 
-    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call weights_of(sim, body, nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, g, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
     call restore_volume(sim, body, n, first, ps(1, f_mass), ps(1, f_jac))
@@ -188,7 +188,7 @@ contains
     real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane), fastest
 
     fastest = 0.0_rp
-    call weights_of(sim, body, ps(1, f_pos), w, first)
+    call weights_of(sim, body, nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
     call advance_particles(n, 0.0_rp, sim%scene%method%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
@@ -255,7 +255,7 @@ contains
     integer, intent(in) :: b, n, nf
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
     real(rp), intent(inout) :: ps(nlane, nf)
-    real(rp) :: spacing, d(nlane), normal(nlane, 3), rate(nlane), strength(nlane)
+    real(rp) :: d(nlane), normal(nlane, 3), rate(nlane), strength(nlane)
     integer :: touched(nlane)
 
     if (size(sim%tool) == 0) return
@@ -263,13 +263,12 @@ contains
     call measure_gaps(sim%tool, n, sim%scene%grid%h, ps(1, f_pos), touched, d, normal)
     if (minval(d(1:n)) > sim%scene%grid%h) return      ! nothing can touch within a step
     associate (body => sim%scene%body(sim%particles%body(b)))
-      spacing = body%spacing
-      call slip_rate(sim%tool, n, spacing, touched, ps(1, f_pos), v, rate)
+      call slip_rate(sim%tool, n, body%mean_spacing(), touched, ps(1, f_pos), v, rate)
       call flow_strength(sim%scene%material(body%material), ps(1, f_plastic), ps(1, f_temp), rate, &
                          strength)
     end associate
-    call contact_block(sim%tool, n, dt, sim%scene%method%mass_scaling, 0.5_rp*spacing, spacing**2, &
-                       touched, d, normal, ps(1, f_pos), v, dv, ps(1, f_mass), strength, &
+    call contact_block(sim%tool, n, dt, sim%scene%method%mass_scaling, &
+                       sim%scene%body(sim%particles%body(b))%spacing, touched, d, normal, ps(1, f_pos), v, dv, ps(1, f_mass), strength, &
                        ps(1, f_force), ps(1, f_heat))
   end subroutine touch
 

@@ -142,7 +142,7 @@ contains
     associate (output => sim%scene%output)
       call write_frame(world, output%directory//'/'//output%name//'_'//number//'.hdf', &
                        sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
-                       sim%scene%body%spacing, sim%scene%body%name, sim%particles, &
+                       sim%scene%body%mean_spacing(), sim%scene%body%name, sim%particles, &
                        output%input_text, error)
       if (error%is_set()) return
       sim%frame_times = [sim%frame_times, sim%clock%time]

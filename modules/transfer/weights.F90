@@ -7,7 +7,18 @@ module transfer_weights
   implicit none (type, external)
   private
 
-  public :: block_weights
+  public :: block_weights, own_weights
+
+! Weights and slopes on axis N with half length L of the domain, I4 = 1/(4L), I2 = 1/(2L h).
+#define AXIS(N, I, O, L, I4, I2) \
+    s = (x(p, N) - origin(N))*inv_h; \
+    I = int(s + 0.5_rp); d = s - real(I, rp); \
+    a = max(0.0_rp, L + d); b = max(0.0_rp, d - L); \
+    c = max(0.0_rp, L - d); e = max(0.0_rp, -d - L); \
+    w1 = (c*c - e*e)*(I4); w3 = (a*a - b*b)*(I4); \
+    g1 = (e - c)*(I2); g3 = (a - b)*(I2); \
+    w(p, O+1) = w1; w(p, O+2) = 1.0_rp - w1 - w3; w(p, O+3) = w3; \
+    w(p, O+10) = g1; w(p, O+11) = -(g1 + g3); w(p, O+12) = g3
 
 contains
 
@@ -16,32 +27,44 @@ contains
   subroutine block_weights(origin, inv_h, l, stride, x, w, first)
     real(rp), intent(in) :: origin(3)        !! position of the patch's first node [m]
     real(rp), intent(in) :: inv_h            !! 1/cell size [1/m]
-    real(rp), intent(in) :: l                !! half length of a particle's domain [cells]
+    real(rp), intent(in) :: l(3)             !! half lengths of a particle's domain [cells]
     integer, intent(in) :: stride(3)         !! node index steps along x, y, z
     real(rp), intent(in) :: x(nlane, 3)      !! positions [m]
     real(rp), intent(out) :: w(nlane, 18)    !! weights of x, y, z (1:9), slopes [1/m] (10:18)
     integer, intent(out) :: first(nlane)     !! node index of the stencil's corner
-    real(rp) :: a, b, c, d, e, i2, i4, s, w1, w3, g1, g3
+    real(rp) :: a, b, c, d, e, i2(3), i4(3), s, w1, w3, g1, g3
     integer :: i, j, k, p
 
     i4 = 1.0_rp/(4.0_rp*l)
     i2 = inv_h/(2.0_rp*l)
-#define AXIS(N, I, O) \
-    s = (x(p, N) - origin(N))*inv_h; \
-    I = int(s + 0.5_rp); d = s - real(I, rp); \
-    a = max(0.0_rp, l + d); b = max(0.0_rp, d - l); \
-    c = max(0.0_rp, l - d); e = max(0.0_rp, -d - l); \
-    w1 = (c*c - e*e)*i4; w3 = (a*a - b*b)*i4; \
-    g1 = (e - c)*i2; g3 = (a - b)*i2; \
-    w(p, O+1) = w1; w(p, O+2) = 1.0_rp - w1 - w3; w(p, O+3) = w3; \
-    w(p, O+10) = g1; w(p, O+11) = -(g1 + g3); w(p, O+12) = g3
     !$omp simd private(i, j, k, a, b, c, d, e, s, w1, w3, g1, g3)
     do p = 1, nlane
-      AXIS(1, i, 0)
-      AXIS(2, j, 3)
-      AXIS(3, k, 6)
+      AXIS(1, i, 0, l(1), i4(1), i2(1))
+      AXIS(2, j, 3, l(2), i4(2), i2(2))
+      AXIS(3, k, 6, l(3), i4(3), i2(3))
       first(p) = 1 + (i - 1)*stride(1) + (j - 1)*stride(2) + (k - 1)*stride(3)
     end do
   end subroutine block_weights
+
+  !> The same with half lengths `l` of each particle's own.
+  subroutine own_weights(origin, inv_h, l, stride, x, w, first)
+    real(rp), intent(in) :: origin(3), inv_h, l(nlane, 3), x(nlane, 3)
+    integer, intent(in) :: stride(3)
+    real(rp), intent(out) :: w(nlane, 18)
+    integer, intent(out) :: first(nlane)
+    real(rp) :: a, b, c, d, e, s, t, w1, w3, g1, g3
+    integer :: i, j, k, p
+
+    !$omp simd private(i, j, k, a, b, c, d, e, s, t, w1, w3, g1, g3)
+    do p = 1, nlane
+      t = 1.0_rp/(4.0_rp*l(p, 1))
+      AXIS(1, i, 0, l(p, 1), t, 2.0_rp*inv_h*t)
+      t = 1.0_rp/(4.0_rp*l(p, 2))
+      AXIS(2, j, 3, l(p, 2), t, 2.0_rp*inv_h*t)
+      t = 1.0_rp/(4.0_rp*l(p, 3))
+      AXIS(3, k, 6, l(p, 3), t, 2.0_rp*inv_h*t)
+      first(p) = 1 + (i - 1)*stride(1) + (j - 1)*stride(2) + (k - 1)*stride(3)
+    end do
+  end subroutine own_weights
 
 end module transfer_weights

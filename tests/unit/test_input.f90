@@ -6,7 +6,8 @@ program test_input
   use check, only: begin_tests, end_tests, expect, expect_close, expect_equal, this_rank
   use setup_complaints, only: check_value, complaints_t
   use setup_input, only: input_t, read_input, read_input_text
-  use setup_keys, only: default_item, key_table, print_keys, print_keys_markdown
+  use setup_key_rows, only: key_table
+  use setup_keys, only: default_item, print_keys, print_keys_markdown
   use setup_keys_table, only: key_table_t
   use setup_scan, only: read_file
   implicit none (type, external)
@@ -233,12 +234,12 @@ contains
     call bad(base//'&BDY NAME=''x'' FOO=2 /', &
              't.nml:6: error: unknown group &BDY; did you mean BODY?')
     call bad(base//'&QUITE_OTHER /', 't.nml:6: error: unknown group &QUITE_OTHER; known are '// &
-             'RUN GRID TIME METHOD MATERIAL BODY SHAPE TOOL MOTION WALL CLAMP LOAD HEAT '// &
-             'SURFACE OUTPUT PROBE')
+             'RUN GRID TIME METHOD MATERIAL BODY SHAPE TOOL MOTION WALL CLAMP LOAD '// &
+             'TRACTION CONTACT FIELD HEAT SURFACE SOURCE OUTPUT PROBE')
     call bad_value('TEMPRATURE = 3', 'has no key TEMPRATURE; did you mean TEMPERATURE?')
     call bad_value('COLOUR = 3', 'has no key COLOUR; known are NAME MATERIAL '// &
                    'PARTICLES_PER_CELL TEMPERATURE VELOCITY ANGULAR_VELOCITY '// &
-                   'VELOCITY_GRADIENT CENTRE')
+                   'VELOCITY_GRADIENT CENTRE DEFORMATION RIGID')
     call bad_value('TEMPERATURE = 3'//nl//'TEMPERATURE = 4', &
                    'TEMPERATURE is given twice (first on line 2)', line=3)
     call bad_value('VELOCITY = 1,2,3'//nl//'VELOCITY(2) = 4', &

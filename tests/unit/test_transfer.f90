@@ -121,7 +121,7 @@ contains
     is_near = .true.
     do batch = 1, 50
       call random_places(x)
-      call block_weights(origin, 1.0_rp/h, l, stride, x, w, first)
+      call block_weights(origin, 1.0_rp/h, spread(l, 1, 3), stride, x, w, first)
       do p = 1, nlane
         q = first(p) - 1
         corner = [q/stride(1), mod(q, stride(1))/stride(2), mod(q, stride(2))]
@@ -163,7 +163,7 @@ contains
       end do
     end do
     call random_places(x)
-    call block_weights(origin, 1.0_rp/h, 0.25_rp, stride, x, w, first)
+    call block_weights(origin, 1.0_rp/h, spread(0.25_rp, 1, 3), stride, x, w, first)
     rec = 0.0_rp
     call g2p_block(nlane, w, first, stride, nn, g, rec)
     off_value = 0.0_rp
@@ -197,7 +197,7 @@ contains
     integer :: first(nlane), f, i, j, k, p, q
 
     call random_places(x, part)
-    call block_weights(origin, 1.0_rp/h, 0.25_rp, stride, x, w, first)
+    call block_weights(origin, 1.0_rp/h, spread(0.25_rp, 1, 3), stride, x, w, first)
     call random_number(rec)
     rec = rec - 0.5_rp
     call random_number(g)
@@ -233,7 +233,7 @@ contains
     integer :: first(nlane), i, j, k, p, q
 
     call random_places(x)
-    call block_weights(origin, 1.0_rp/h, 0.25_rp, stride, x, w, first)
+    call block_weights(origin, 1.0_rp/h, spread(0.25_rp, 1, 3), stride, x, w, first)
     call random_number(g)
     g = g - 0.5_rp
     rec = 7.0_rp
@@ -267,7 +267,7 @@ contains
     integer :: first(nlane)
 
     call random_places(x)
-    call block_weights(origin, 1.0_rp/h, 0.4_rp, stride, x, w, first)
+    call block_weights(origin, 1.0_rp/h, spread(0.4_rp, 1, 3), stride, x, w, first)
     call random_number(rec)
     call random_number(g)
     sums = 0.0_rp
