@@ -210,6 +210,7 @@ contains
       want(f_jac) = 1.0_rp
       want(f_temp) = particles%ps(1, f_temp, b)
       want(f_mass) = 0.0_rp
+      want(n_fields + 1:) = particles%ps(1, n_fields + 1:, b)
       do p = particles%count(b) + 1, nlane
         neutral = neutral .and. all(particles%ps(p, :, b) == want) &
                   .and. particles%tag(p, b) == 0_i8
