@@ -31,6 +31,8 @@ module particles_store
     integer :: half = 0         !! half lengths of its domain [cells], 3 (cpGIMP)
     integer :: affine = 0       !! velocity gradient that it carries [1/s], row by row, 9 (APIC)
     integer :: origin = 0       !! position at t = 0 [m], 3 (known fields, tractions)
+  contains
+    procedure :: add => add_fields
   end type layout_t
 
   integer, parameter :: face_shift = 48
@@ -53,6 +55,17 @@ module particles_store
   end type particles_t
 
 contains
+
+  !> `place` becomes the first of `n` more fields.
+  pure subroutine add_fields(self, n, place)
+    class(layout_t), intent(inout) :: self
+    integer, intent(in) :: n
+    integer, intent(inout) :: place
+
+    if (place > 0) return
+    place = self%n + 1
+    self%n = self%n + n
+  end subroutine add_fields
 
   !> Empty store for particles of `nf` fields.
   subroutine init(self, nf)

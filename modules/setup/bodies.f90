@@ -119,6 +119,7 @@ contains
         call add_particle(particles, body, x, velocity + cross(spin, x - centre) &
                           + matmul(gradient, x - centre), temperature, mass, &
                           make_tag(id, open_faces(solids, x, lattice%spacing)))
+        call add_extras(scene, body, particles)
       end do
     end do
   end subroutine fill_plane
@@ -178,6 +179,18 @@ contains
     particles%tag(p, b) = tag
   end subroutine add_particle
 
+  !> Fields that only some methods need, of the particle added last.
+  subroutine add_extras(scene, body, particles)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
+    type(particles_t), intent(inout) :: particles
+
+    associate (ps => particles%ps(particles%count(particles%nblk), :, particles%nblk), &
+               half => scene%layout%half)
+      if (half > 0) ps(half:half + 2) = scene%domain(body)
+    end associate
+  end subroutine add_extras
+
   !> Particles of each body (all ranks together) without making them; this rank counts its share.
   subroutine count_particles(world, input, scene, counts)
     type(world_t), intent(in) :: world
@@ -229,8 +242,9 @@ contains
   end subroutine load_bodies
 
   !> A probe starts with the temperature of the body it sits in.
-  subroutine warm_probes(input, probes)
+  subroutine warm_probes(input, scene, probes)
     type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
     type(probes_t), intent(inout) :: probes
     type(solid_t), allocatable :: solids(:)
     integer :: b, i
@@ -240,6 +254,7 @@ contains
       do i = 1, probes%n
         if (.not. is_inside(solids, probes%x(:, i))) cycle
         probes%temperature(i) = input%real('BODY', b, 'TEMPERATURE')
+        probes%group(i) = scene%body(b)%group
       end do
     end do
   end subroutine warm_probes

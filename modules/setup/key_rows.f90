@@ -318,6 +318,8 @@ contains
       'between two checkpoints; 0: none but at a stop')
     call t%key('PROGRESS_INTERVAL', 'real', 1, 's', '10', '[0,inf)', &
       'wall-clock time between two lines of progress')
+    call t%key('SAFETY_INTERVAL', 'real', 1, 's', '600', '[0,inf)', &
+      'wall-clock time between two checkpoints against a breakdown; 0: none')
 
     call t%group('PROBE', 'repeat', 'A point of observation with a history of its own.')
     call t%key('NAME', 'text', 1, '', 'required', '', 'name of the probe')

@@ -59,7 +59,7 @@ contains
       return
     end if
     call load_bodies(input, counts, sim%scene)
-    call warm_probes(input, sim%probes)
+    call warm_probes(input, sim%scene, sim%probes)
     sim%scene%output%input_text = input%text_of_file()
     sim%scene%output%is_quiet = command%is_quiet
     sim%scene%output%directory = sim%scene%output%name//'.out'

@@ -9,9 +9,8 @@ module setup_report
   use particles_store, only: f_pos
   use time_heat, only: conduction_step
   use time_loop, only: stable_step
-  use time_state, only: scheme_usavg, simulation_t
+  use time_state, only: scheme_usl, simulation_t
   use time_step, only: take_step
-  use time_sweeps, only: report_t
   implicit none (type, external)
   private
 
@@ -97,15 +96,15 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
-    type(report_t) :: report
-    real(rp) :: t
+    real(rp) :: t, step
     integer :: i
 
     time_steps = huge(1.0_rp)
     do i = 1, 5
       call world%barrier()
       t = wall_time()
-      call take_step(world, sim, dt, report)
+      step = dt
+      call take_step(world, sim, step)
       call world%barrier()
       time_steps = min(time_steps, wall_time() - t)
     end do
@@ -150,7 +149,7 @@ contains
     if (size(sim%scene%constraint) == 0) text = text//', walls'
     if (sim%probes%n == 0) text = text//', probes'
     if (sim%halo%n == 0) text = text//', node exchange (one rank)'
-    if (sim%scene%method%scheme /= scheme_usavg) text = text//', second stress pass (USL)'
+    if (sim%scene%method%scheme == scheme_usl) text = text//', second stress pass (USL)'
     text = text//', nodes without material; contact in blocks far from the tool'
     text = text(3:)
   end function skipped

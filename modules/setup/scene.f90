@@ -11,7 +11,8 @@ module setup_scene
   use setup_names, only: find, known
   use setup_solids, only: bounds, read_solid, solid_t
   use setup_tools, only: read_tools
-  use time_state, only: probes_t, scene_t, scheme_usavg, scheme_usl, simulation_t
+  use time_state, only: probes_t, scene_t, scheme_usl, simulation_t, transfer_apic, &
+                        transfer_fmpm, transfer_xpic
   implicit none (type, external)
   private
 
@@ -26,6 +27,7 @@ contains
     type(complaints_t), intent(inout) :: complaints
 
     call read_general(input, sim%scene, complaints)
+    call lay_out_fields(input, sim%scene, complaints)
     call read_materials(input, sim%scene, complaints)
     call read_bodies(input, sim%scene, complaints)
     call read_surfaces(input, sim%scene, complaints)
@@ -52,7 +54,10 @@ contains
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
       m%is_bspline = input%text('METHOD', 1, 'SHAPE') == 'bspline'
       m%half_length = merge(1.0e-3_rp, 0.5_rp, input%text('METHOD', 1, 'SHAPE') == 'linear')
-      m%scheme = merge(scheme_usavg, scheme_usl, input%text('METHOD', 1, 'SCHEME') == 'usavg')
+      m%scheme = find(['usl  ', 'usf  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
+      m%transfer = find(['flip', 'apic', 'xpic', 'fmpm'], input%text('METHOD', 1, 'TRANSFER'))
+      m%order = input%integer('METHOD', 1, 'ORDER')
+      m%every = input%integer('METHOD', 1, 'EVERY')
       m%pic = input%real('METHOD', 1, 'PIC_FRACTION')
       m%fbar = input%logical('METHOD', 1, 'FBAR')
       m%sort_interval = input%integer('METHOD', 1, 'SORT_INTERVAL')
@@ -67,8 +72,26 @@ contains
       if (o%history_interval <= 0.0_rp) o%history_interval = scene%end_time/500.0_rp
       o%checkpoint_interval = input%real('OUTPUT', 1, 'CHECKPOINT_INTERVAL')
       o%progress_interval = input%real('OUTPUT', 1, 'PROGRESS_INTERVAL')
+      o%safety_interval = input%real('OUTPUT', 1, 'SAFETY_INTERVAL')
     end associate
   end subroutine read_general
+
+  !> Fields of a particle beyond the common ones; methods that do not go together.
+  subroutine lay_out_fields(input, scene, complaints)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(complaints_t), intent(inout) :: complaints
+
+    associate (m => scene%method, layout => scene%layout)
+      if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
+      if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
+      if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
+                                        m%transfer == transfer_fmpm)) then
+        call input%complain(complaints, 'METHOD', 1, 'SCHEME', &
+          'must be usl with TRANSFER = xpic or fmpm')
+      end if
+    end associate
+  end subroutine lay_out_fields
 
   !> A grid that cannot be made has no nodes, and nothing is compared with it.
   subroutine read_grid(input, scene, complaints)
@@ -291,7 +314,8 @@ contains
 
     probes%n = input%count('PROBE')
     allocate (probes%name(probes%n), probes%x(3, probes%n), probes%temperature(probes%n), &
-              probes%is_mine(probes%n))
+              probes%is_mine(probes%n), probes%group(probes%n))
+    probes%group = 1
     probes%temperature = 298.0_rp            ! until `warm_probes`
     probes%is_mine = .false.
     top = scene%grid%lower + scene%grid%h*(scene%grid%n - 1)

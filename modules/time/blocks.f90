@@ -6,7 +6,10 @@ module time_blocks
   private
 
   public :: momentum_records, force_records, unpack_velocity, advance_particles
-  public :: kinetic_energy, body_work
+  public :: kinetic_energy, body_work, stretch_domains
+
+  ! Half length of a domain [cells]: within the reach of the stencil, and not a point.
+  real(rp), parameter, public :: longest_half = 0.5_rp, shortest_half = 0.05_rp
 
 contains
 
@@ -98,6 +101,20 @@ contains
       fastest = max(fastest, merge(s(p), huge(1.0_rp), s(p) <= huge(1.0_rp)))   ! NaN counts as huge
     end do
   end subroutine advance_particles
+
+  !> Domains of cpGIMP follow the stretch along the axes: l' = l exp(dt L_aa), within limits.
+  pure subroutine stretch_domains(dt, l, half)
+    real(rp), intent(in) :: dt, l(nlane, 9)      !! [s], velocity gradient [1/s]
+    real(rp), intent(inout) :: half(nlane, 3)    !! half lengths [cells]
+    integer :: a, p
+
+    do a = 1, 3
+      !$omp simd
+      do p = 1, nlane
+        half(p, a) = max(shortest_half, min(longest_half, half(p, a)*exp(dt*l(p, 4*a - 3))))
+      end do
+    end do
+  end subroutine stretch_domains
 
   !> Kinetic energy of a block, without mass scaling [J].
   pure real(rp) function kinetic_energy(mass, v)

@@ -42,22 +42,23 @@ contains
     call clear_nodes(sim, sim%g2)
     do b = 1, sim%particles%nblk
       call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
-                         sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g, sim%g2)
+                         sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1), &
+                         sim%g2(:, :, 1))
     end do
-    call sim%halo%sum(world, 8, sim%patch%nn, sim%g2)
+    call sim%halo%sum(world, 8, sim%patch%nn, sim%g2(:, :, 1))
     do r = 1, sim%n_runs
       call temperature_increment(sim%run(2, r) - sim%run(1, r) + 1, &
-                                 sim%g2(:, sim%run(1, r):sim%run(2, r)), &
-                                 sim%g(:, sim%run(1, r):sim%run(2, r)))
+                                 sim%g2(:, sim%run(1, r):sim%run(2, r), 1), &
+                                 sim%g(:, sim%run(1, r):sim%run(2, r), 1))
     end do
     do b = 1, sim%particles%nblk
       call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .false., &
-                      sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g)
+                      sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
     end do
     call gather_temperature(world, sim, f_heat, 0)
     do b = 1, sim%particles%nblk
       call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .true., &
-                      sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g)
+                      sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
     end do
   end subroutine conduct
 
@@ -71,12 +72,13 @@ contains
     call clear_nodes(sim, sim%g)
     do b = 1, sim%particles%nblk
       call gather_block(sim, sim%particles%body(b), sim%particles%count(b), temp_field, &
-                        heat_field, sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g)
+                        heat_field, sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, &
+                        sim%g(:, :, 1))
     end do
-    call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
+    call sim%halo%sum(world, 8, sim%patch%nn, sim%g(:, :, 1))
     do r = 1, sim%n_runs
       call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
-                             sim%g(:, sim%run(1, r):sim%run(2, r)))
+                             sim%g(:, sim%run(1, r):sim%run(2, r), 1))
     end do
   end subroutine gather_temperature
 
@@ -120,7 +122,7 @@ contains
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
     real(rp), intent(inout) :: flux(8, sim%patch%nn)
-    real(rp) :: x(3)
+    real(rp) :: x(3), area
     integer :: axis, face, faces, p
 
     associate (body_now => sim%scene%body(body))
@@ -132,9 +134,8 @@ contains
           axis = (face + 1)/2
           x = ps(p, f_pos:f_pos + 2)
           x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing(axis)
-          call film_to_grid(dt, body_now%film(face), &
-                            product(body_now%spacing)/body_now%spacing(axis), body_now%ambient(face), &
-                            x, sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, &
+          area = product(body_now%spacing)/body_now%spacing(axis)
+          call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), x, sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, &
                             flux, sim%sums(e_film))
         end do
       end do

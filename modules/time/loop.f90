@@ -3,19 +3,18 @@
 module time_loop
   use base_errors, only: error_t
   use base_kinds, only: rp
-  use base_system, only: stop_signal
   use base_text, only: str
   use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting
   use comm_world, only: world_t
   use particles_migrate, only: find_outside
-  use particles_store, only: f_pos, f_vel, tag_id
+  use particles_store, only: f_vel
+  use time_culprit, only: name_culprit, not_a_number
   use time_heat, only: conduct, conduction_step
   use time_records, only: energies
   use time_regrid, only: regrid
-  use time_resume, only: checkpoint_path, save_checkpoint
+  use time_resume, only: broken_path, checkpoint_path, save_checkpoint
   use time_state, only: simulation_t
   use time_step, only: take_step
-  use time_sweeps, only: report_t
   use time_writing, only: writer_t
   implicit none (type, external)
   private
@@ -23,7 +22,6 @@ module time_loop
   public :: run, begin, stable_step
 
   ! Why a run ended; the program's exit status.
-  real(rp), parameter :: too_stiff = 1.0e30_rp   !! squared wave speed of a state gone wrong [m2/s2]
   integer, parameter, public :: ended_well = 0, ended_broken = 3, ended_by_signal = 75, ended_io = 4
 
 contains
@@ -51,6 +49,8 @@ contains
     call world%max(most)
     sim%clock%stiffness = most(1)
     sim%clock%max_speed = sqrt(most(2))
+    sim%last%stiffness = most(1)
+    sim%last%speed2 = most(2)
     do k = 1, size(sim%tool)
       call sim%tool(k)%move_to(0.0_rp)
     end do
@@ -93,8 +93,7 @@ contains
     end do
     if (status == ended_well .and. .not. error%is_set()) call writer%due(world, sim, .true., error)
     if (status /= ended_well) then
-      call save_checkpoint(world, sim, error)
-      message = message//'; checkpoint '//checkpoint_path(sim)
+      call save_last_state(world, sim, error, message)
     end if
     call writer%summary(world, sim, error)
     call writer%close(error)
@@ -103,6 +102,25 @@ contains
       message = error%message
     end if
   end subroutine run
+
+  !> The state at a stop: a checkpoint to go on from, unless it is not a number any more.
+  subroutine save_last_state(world, sim, error, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    type(error_t), intent(inout) :: error
+    character(:), allocatable, intent(inout) :: message
+    logical :: is_there
+
+    if (world%all_true(not_a_number(sim) == '')) then
+      call save_checkpoint(world, sim, error)
+      message = message//'; checkpoint '//checkpoint_path(sim)
+      return
+    end if
+    call save_checkpoint(world, sim, error, broken_path(sim))
+    inquire (file=checkpoint_path(sim), exist=is_there)
+    message = message//'; this state is in '//broken_path(sim)
+    if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim)
+  end subroutine save_last_state
 
   pure logical function is_finished(sim)
     type(simulation_t), intent(in) :: sim
@@ -119,8 +137,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
-    type(report_t) :: report
-    real(rp) :: most(4), dt
+    real(rp) :: dt
 
     if (sort_is_due(sim)) then
       call check_inside(world, sim, status, message)
@@ -129,8 +146,13 @@ contains
       call sim%timer%lap(ph_sorting)
     end if
     dt = min(stable_step(sim), sim%scene%end_time - sim%clock%time)
+    call take_step(world, sim, dt)
+    if (sim%is_broken) then
+      status = ended_broken
+      call name_culprit(world, sim, message)
+      return
+    end if
     sim%clock%dt = dt
-    call take_step(world, sim, dt, report)
     sim%clock%time = sim%clock%time + dt
     sim%clock%step = sim%clock%step + 1
     if (sim%scene%method%conducts) then
@@ -140,19 +162,11 @@ contains
         call sim%timer%lap(ph_conduction)
       end if
     end if
-    most = [report%stiffness, report%speed2, real(stop_signal(), rp), real(sim%failed_returns, rp)]
-    call world%max(most)
-    call sim%timer%lap(ph_exchange)
-    sim%worst_returns = nint(most(4))
-    sim%clock%stiffness = most(1)
-    sim%clock%max_speed = sqrt(most(2))
     sim%clock%travel = sim%clock%travel + dt*sim%clock%max_speed
-    if (.not. (dt*sim%clock%max_speed <= 0.5_rp*sim%scene%grid%h .and. most(1) < too_stiff)) then
-      status = ended_broken
-      call name_fastest(world, sim, message)
-    else if (most(3) > 0.0_rp) then
+    if (dt < sim%asked_dt) sim%clock%refused = sim%clock%refused + 1
+    if (sim%signal > 0) then
       status = ended_by_signal
-      message = 'signal '//str(nint(most(3)))//' stopped the run at step '//str(sim%clock%step)// &
+      message = 'signal '//str(sim%signal)//' stopped the run at step '//str(sim%clock%step)// &
                 ', t = '//str(sim%clock%time)//' s'
     end if
   end subroutine advance
@@ -178,32 +192,5 @@ contains
     call world%share_message(mine, message)
     message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
   end subroutine check_inside
-
-  !> A step moved something by more than half a cell: say which particle.
-  subroutine name_fastest(world, sim, message)
-    type(world_t), intent(in) :: world
-    type(simulation_t), intent(in) :: sim
-    character(:), allocatable, intent(inout) :: message
-    character(:), allocatable :: mine
-    real(rp) :: x(3), v(3), limit
-    integer :: b, p
-
-    mine = ''
-    limit = 0.25_rp*sim%clock%max_speed
-    search: do b = 1, sim%particles%nblk
-      do p = 1, sim%particles%count(b)
-        x = sim%particles%ps(p, f_pos:f_pos + 2, b)
-        v = sim%particles%ps(p, f_vel:f_vel + 2, b)
-        if (norm2(v) < limit .and. norm2(x) < huge(1.0_rp)) cycle   ! a NaN is found here as well
-        mine = 'particle '//str(tag_id(sim%particles%tag(p, b)))//' runs away: at ('//str(x(1))// &
-               ', '//str(x(2))//', '//str(x(3))//') m with velocity ('//str(v(1))//', '// &
-               str(v(2))//', '//str(v(3))//') m/s'
-        exit search
-      end do
-    end do search
-    call world%share_message(mine, message)
-    if (message == '') message = 'a particle moved more than half a cell in one step'
-    message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
-  end subroutine name_fastest
 
 end module time_loop

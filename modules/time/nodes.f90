@@ -9,7 +9,7 @@ module time_nodes
   implicit none (type, external)
   private
 
-  public :: clear_nodes, update_nodes, hold_walls
+  public :: clear_nodes, update_nodes, hold_walls, release_held
 
   real(rp), parameter :: least_mass = 1.0e-30_rp   !! below this a node is empty [kg]
 
@@ -18,11 +18,13 @@ contains
   !> Zero the records of all nodes in use.
   subroutine clear_nodes(sim, g)
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(inout) :: g(8, sim%patch%nn)
-    integer :: r
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: k, r
 
-    do r = 1, sim%n_runs
-      g(:, sim%run(1, r):sim%run(2, r)) = 0.0_rp
+    do k = 1, sim%n_groups
+      do r = 1, sim%n_runs
+        g(:, sim%run(1, r):sim%run(2, r), k) = 0.0_rp
+      end do
     end do
   end subroutine clear_nodes
 
@@ -30,11 +32,13 @@ contains
   subroutine update_nodes(sim, dt, g)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: dt              !! [s]
-    real(rp), intent(inout) :: g(8, sim%patch%nn)
-    integer :: r
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: k, r
 
-    do r = 1, sim%n_runs
-      call update_run(sim%run(2, r) - sim%run(1, r) + 1, dt, g(1, sim%run(1, r)))
+    do k = 1, sim%n_groups
+      do r = 1, sim%n_runs
+        call update_run(sim%run(2, r) - sim%run(1, r) + 1, dt, g(1, sim%run(1, r), k))
+      end do
     end do
   end subroutine update_nodes
 
@@ -69,6 +73,16 @@ contains
   !> Give the nodes of walls and clamps their velocity; book the work.
   subroutine hold_walls(sim, g)
     type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: k
+
+    do k = 1, sim%n_groups
+      call hold_group(sim, g(:, :, k))
+    end do
+  end subroutine hold_walls
+
+  subroutine hold_group(sim, g)
+    type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn)
     real(rp) :: value, before, impulse
     integer :: a, i, q
@@ -89,6 +103,21 @@ contains
         end do
       end associate
     end do
-  end subroutine hold_walls
+  end subroutine hold_group
+
+  !> Zero the held components of the velocities in lanes 5:7.
+  subroutine release_held(sim, g)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: i, k
+
+    do k = 1, sim%n_groups
+      do i = 1, sim%n_fixed
+        associate (v => g(5:7, sim%fixed(1, i), k))
+          where (sim%scene%constraint(sim%fixed(2, i))%component) v = 0.0_rp
+        end associate
+      end do
+    end do
+  end subroutine release_held
 
 end module time_nodes

@@ -13,10 +13,11 @@ module time_probes
 contains
 
   !> Carry this rank's probes by the grid velocity and read the temperature there (linear weights).
-  subroutine move_probes(dt, patch, g, probes)
+  subroutine move_probes(dt, patch, n_groups, g, probes)
     real(rp), intent(in) :: dt                  !! [s]
     type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: g(8, patch%nn)      !! velocity, temperature, -, mass of the nodes
+    integer, intent(in) :: n_groups
+    real(rp), intent(in) :: g(8, patch%nn, n_groups)   !! velocity, temperature, -, mass of nodes
     type(probes_t), intent(inout) :: probes
     real(rp) :: s(3), w(3), record(8), total, weight
     integer :: base(3), c, d(3), n, q
@@ -31,9 +32,9 @@ contains
       do c = 0, 7
         d = [iand(c, 1), iand(ishft(c, -1), 1), iand(ishft(c, -2), 1)]
         q = 1 + sum((base + d)*patch%stride)
-        if (g(8, q) <= 0.0_rp) cycle            ! an empty node says nothing
+        if (g(8, q, probes%group(n)) <= 0.0_rp) cycle            ! an empty node says nothing
         weight = product(merge(w, 1.0_rp - w, d == 1))
-        record = record + weight*g(:, q)
+        record = record + weight*g(:, q, probes%group(n))
         total = total + weight
       end do
       if (total <= 0.0_rp) cycle

@@ -14,9 +14,9 @@ module time_resume
   implicit none (type, external)
   private
 
-  public :: save_checkpoint, resume, checkpoint_path
+  public :: save_checkpoint, resume, checkpoint_path, broken_path
 
-  integer, parameter :: n_clock = 14
+  integer, parameter :: n_clock = 17
 
 contains
 
@@ -28,19 +28,33 @@ contains
     path = sim%scene%output%directory//'/'//sim%scene%output%name//'_checkpoint.h5'
   end function checkpoint_path
 
-  !> Write the state between two steps. It changes nothing in the run.
-  subroutine save_checkpoint(world, sim, error)
+  !> Where a state goes from which no run can go on.
+  pure function broken_path(sim) result(path)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: path
+
+    path = sim%scene%output%directory//'/'//sim%scene%output%name//'_broken.h5'
+  end function broken_path
+
+  !> Write the state between two steps, to `path` or the usual place. It changes nothing in the run.
+  subroutine save_checkpoint(world, sim, error, path)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
+    character(*), intent(in), optional :: path
+    character(:), allocatable :: file
     real(rp), allocatable :: global(:), local(:)
+    real(rp) :: last(2)
     integer :: k
 
     call share_probes(world, sim%probes)
+    last = [sim%last%stiffness, sim%last%speed2]
+    call world%max(last)
     associate (c => sim%clock)
       global = [real(c%step, rp), c%time, c%dt, c%travel, real(c%sorted_at, rp), c%heat_time, &
                 c%max_speed, c%stiffness, sim%kinetic0, sim%elastic0, sim%audit_scale, &
-                sim%row_time, real(sim%probes%n, rp), real(size(sim%frame_times), rp)]
+                sim%row_time, real(sim%probes%n, rp), real(size(sim%frame_times), rp), &
+                last, real(c%refused, rp)]
     end associate
     if (sim%probes%n > 0) global = [global, reshape(sim%probes%x, [3*sim%probes%n]), &
                                     sim%probes%temperature]
@@ -50,7 +64,9 @@ contains
     do k = 1, size(sim%tool)
       local = [local, sim%tool(k)%sums]
     end do
-    call write_checkpoint(world, checkpoint_path(sim), sim%particles, sim%boxes, global, local, &
+    file = checkpoint_path(sim)
+    if (present(path)) file = path
+    call write_checkpoint(world, file, sim%particles, sim%boxes, global, local, &
                           sim%scene%output%input_text, error)
   end subroutine save_checkpoint
 
@@ -112,6 +128,9 @@ contains
     sim%elastic0 = global(10)
     sim%audit_scale = global(11)
     sim%row_time = global(12)
+    sim%last%stiffness = global(15)
+    sim%last%speed2 = global(16)
+    sim%clock%refused = nint(global(17), i8)
     n = nint(global(13))
     frames = nint(global(14))
     rest = size(global) - n_clock - 4*n - frames

@@ -18,7 +18,10 @@ module time_state
   public :: clock_t
   public :: free_simulation
 
-  integer, parameter, public :: scheme_usl = 1, scheme_usavg = 2
+  ! When the stress is updated, and how velocities come back from the grid.
+  integer, parameter, public :: scheme_usl = 1, scheme_usf = 2, scheme_musl = 3, scheme_usavg = 4
+  integer, parameter, public :: transfer_flip = 1, transfer_apic = 2, transfer_xpic = 3, &
+                                transfer_fmpm = 4
 
   !> A force on a body, shared by mass.
   type :: load_t
@@ -30,6 +33,7 @@ module time_state
   type :: body_t
     character(32) :: name = ''
     integer :: material = 1
+    integer :: group = 1                     !! bodies of a group share a velocity field
     real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
     type(load_t), allocatable :: load(:)
     real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
@@ -50,6 +54,9 @@ module time_state
     real(rp) :: half_length = 0.5_rp     !! of a domain, in particle spacings; see `domain`
     logical :: is_bspline = .false.
     integer :: scheme = scheme_usl
+    integer :: transfer = transfer_flip
+    integer :: order = 2                 !! of XPIC and FMPM
+    integer :: every = 1                 !! steps from filter to filter (XPIC, FMPM)
     real(rp) :: pic = 0.0_rp             !! PIC fraction
     logical :: fbar = .true.             !! average J around each node
     integer :: sort_interval = 50        !! steps
@@ -69,12 +76,14 @@ module time_state
     real(rp) :: history_interval = 0.0_rp
     real(rp) :: checkpoint_interval = 0.0_rp
     real(rp) :: progress_interval = 10.0_rp   !! wall-clock seconds
+    real(rp) :: safety_interval = 0.0_rp      !! wall-clock seconds
     logical :: is_quiet = .false.
   end type output_t
 
   !> Thermocouples that ride in the material.
   type :: probes_t
     integer :: n = 0
+    integer, allocatable :: group(:)          !! of the body that each is in
     character(32), allocatable :: name(:)
     real(rp), allocatable :: x(:, :)          !! (3, n) [m]
     real(rp), allocatable :: temperature(:)   !! [K]
@@ -93,6 +102,8 @@ module time_state
     type(output_t) :: output
     real(rp) :: end_time = 0.0_rp
     integer(i8) :: max_steps = 0
+  contains
+    procedure :: domain
   end type scene_t
 
   !> Time and what decides the next step; equal on all ranks, stored in checkpoints.
@@ -105,8 +116,15 @@ module time_state
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
     real(rp) :: max_speed = 0.0_rp       !! of the last step [m/s]
+    integer(i8) :: refused = 0           !! steps that had to be made shorter
     real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed, unscaled [m2/s2]
   end type clock_t
+
+  !> What the particles of this rank say at the end of a step, for the middle of the next.
+  type :: outcome_t
+    real(rp) :: stiffness = 0.0_rp       !! squared wave speed [m2/s2]
+    real(rp) :: speed2 = 0.0_rp          !! squared grid velocity at a particle [m2/s2]
+  end type outcome_t
 
   type :: simulation_t
     type(scene_t) :: scene
@@ -117,11 +135,15 @@ module time_state
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)
     type(patch_t) :: patch
     type(halo_t) :: halo
-    ! the grid: records of 8, and which of them are in use
-    real(rp), pointer, contiguous :: g(:, :) => null()     !! (8, nn)
-    real(rp), pointer, contiguous :: g2(:, :) => null()    !! second grid: USAVG, conduction
-    real(rp), pointer, contiguous :: memory(:) => null(), memory2(:) => null()
+    ! the grid: records of 8 for each group of bodies, and which of them are in use
+    integer :: n_groups = 1                  !! groups of bodies with a velocity field of their own
+    real(rp), pointer, contiguous :: g(:, :, :) => null()    !! (8, nn, n_groups)
+    real(rp), pointer, contiguous :: g2(:, :, :) => null()   !! second grid: two passes, conduction
+    real(rp), pointer, contiguous :: increment(:, :, :) => null()   !! third grid: XPIC, FMPM
+    real(rp), pointer, contiguous, dimension(:) :: memory => null(), memory2 => null(), &
+                                                   memory3 => null()
     real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
+    real(rp) :: pic = 0.0_rp                 !! part of the grid velocity taken in this step
     integer :: n_runs = 0
     integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
     integer :: n_fixed = 0
@@ -135,6 +157,15 @@ module time_state
     real(rp), allocatable :: row_sums(:, :)  !! tools' books then, of all ranks
     integer :: failed_returns = 0            !! of this rank that did not converge; most of any
     integer :: worst_returns = 0
+    ! set by the check in the middle of a step, equal on all ranks
+    logical :: is_broken = .false.           !! no step is possible from here
+    integer :: signal = 0                    !! that arrived on any rank
+    logical :: safety_is_due = .false.       !! time for a checkpoint against a breakdown
+    real(rp) :: secured = 0.0_rp             !! wall-clock time of the last checkpoint [s]
+    real(rp) :: asked_dt = 0.0_rp            !! before it was found too large [s]
+    type(outcome_t) :: last
+    integer :: fastest_node = 0              !! of this rank
+    real(rp) :: fastest_speed = 0.0_rp       !! of that node [m/s]
     type(phase_timer_t) :: timer
     ! scratch of the block kernels
     real(rp), pointer, contiguous :: rec(:, :, :) => null()   !! (8, 4, nlane)
@@ -142,7 +173,6 @@ module time_state
   contains
     procedure :: prepare_scratch
     procedure :: allocate_grid
-    procedure :: domain
   end type simulation_t
 
 contains
@@ -151,7 +181,10 @@ contains
   elemental real(rp) function mean_spacing(self)
     class(body_t), intent(in) :: self
 
-    mean_spacing = product(self%spacing)**(1.0_rp/3.0_rp)
+    mean_spacing = self%spacing(1)
+    if (any(abs(self%spacing - mean_spacing) > 0.0_rp)) then
+      mean_spacing = product(self%spacing)**(1.0_rp/3.0_rp)
+    end if
   end function mean_spacing
 
   subroutine prepare_scratch(self)
@@ -167,12 +200,18 @@ contains
     class(simulation_t), intent(inout) :: self
 
     call free_aligned(self%memory)
-    call allocate_aligned(8_i8*self%patch%nn, self%memory)
-    self%g(1:8, 1:self%patch%nn) => self%memory
-    if (self%scene%method%scheme == scheme_usavg .or. self%scene%method%conducts) then
+    call allocate_aligned(8_i8*self%patch%nn*self%n_groups, self%memory)
+    self%g(1:8, 1:self%patch%nn, 1:self%n_groups) => self%memory
+    if (self%scene%method%scheme /= scheme_usl .or. self%scene%method%conducts &
+        .or. filters(self%scene%method)) then
       call free_aligned(self%memory2)
-      call allocate_aligned(8_i8*self%patch%nn, self%memory2)
-      self%g2(1:8, 1:self%patch%nn) => self%memory2
+      call allocate_aligned(8_i8*self%patch%nn*self%n_groups, self%memory2)
+      self%g2(1:8, 1:self%patch%nn, 1:self%n_groups) => self%memory2
+    end if
+    if (filters(self%scene%method)) then
+      call free_aligned(self%memory3)
+      call allocate_aligned(8_i8*self%patch%nn*self%n_groups, self%memory3)
+      self%increment(1:8, 1:self%patch%nn, 1:self%n_groups) => self%memory3
     end if
     if (allocated(self%volume)) deallocate (self%volume)
     if (self%scene%method%fbar) then
@@ -180,16 +219,23 @@ contains
     end if
   end subroutine allocate_grid
 
+  !> True if the method needs the grids of a velocity filter.
+  pure logical function filters(method)
+    type(method_t), intent(in) :: method
+
+    filters = method%transfer == transfer_xpic .or. method%transfer == transfer_fmpm
+  end function filters
+
   !> Half lengths of the domains of a body's particles [cells].
   pure function domain(self, body)
-    class(simulation_t), intent(in) :: self
+    class(scene_t), intent(in) :: self
     integer, intent(in) :: body
     real(rp) :: domain(3)
 
-    if (self%scene%method%is_bspline) then
+    if (self%method%is_bspline) then
       domain = 0.5_rp
     else
-      domain = self%scene%method%half_length*self%scene%body(body)%spacing/self%scene%grid%h
+      domain = self%method%half_length*self%body(body)%spacing/self%grid%h
     end if
   end function domain
 
@@ -199,6 +245,7 @@ contains
     call sim%particles%free()
     call free_aligned(sim%memory)
     call free_aligned(sim%memory2)
+    call free_aligned(sim%memory3)
     call free_aligned(sim%rec_memory)
   end subroutine free_simulation
 

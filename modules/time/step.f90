@@ -1,86 +1,129 @@
 ! SPDX-License-Identifier: MIT
-!> One time step. USL: stress last, one constitutive pass (Bardenhagen 2002). USAVG: two passes of
-!> half a step around the momentum update (Nairn 2003; thesis eqs. 3.69-3.81, figure 3.3).
+!> One time step. USL: stress last, one constitutive pass (Bardenhagen 2002). USF, MUSL, USAVG: two
+!> passes, before and after the momentum update, of which one may be empty (Nairn 2003; USAVG:
+!> thesis eqs. 3.69-3.81, figure 3.3).
 module time_step
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_nodes, ph_to_grid, ph_to_particles
   use comm_world, only: world_t
+  use time_filter, only: filter_is_due, filter_velocity
+  use time_limit, only: limit_step
   use time_nodes, only: clear_nodes, hold_walls, update_nodes
   use time_probes, only: move_probes
-  use time_state, only: scheme_usavg, simulation_t
+  use time_state, only: scheme_musl, scheme_usf, scheme_usl, simulation_t, transfer_apic
   use time_sweeps, only: accelerate_and_map_again, grid_to_particles, momentum_and_force_to_grid, &
-                         momentum_to_grid, report_t, update_stress
+                         momentum_to_grid, update_stress
+  use time_update, only: report_t
   use time_volume, only: share_volume
   implicit none (type, external)
   private
 
-  public :: take_step, report_t
+  public :: take_step
 
 contains
 
-  !> Advance all particles by `dt`.
-  subroutine take_step(world, sim, dt, report)
+  !> Advance all particles by `dt`, or by less if a node would move too far; if `sim%is_broken`
+  !> comes back, nothing was advanced.
+  subroutine take_step(world, sim, dt)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                  !! [s]
-    type(report_t), intent(out) :: report
+    real(rp), intent(inout) :: dt               !! [s]
+    type(report_t) :: report
 
-    if (sim%scene%method%scheme == scheme_usavg) then
-      call step_usavg(world, sim, dt, report)
-    else
+    sim%pic = sim%scene%method%pic
+    if (sim%scene%method%transfer == transfer_apic .or. filter_is_due(sim)) sim%pic = 1.0_rp
+    select case (sim%scene%method%scheme)
+    case (scheme_usl)
       call step_usl(world, sim, dt, report)
-    end if
-    call move_probes(dt, sim%patch, sim%g, sim%probes)
+    case (scheme_usf)
+      call step_twice(world, sim, 1.0_rp, dt, report)
+    case (scheme_musl)
+      call step_twice(world, sim, 0.0_rp, dt, report)
+    case default
+      call step_twice(world, sim, 0.5_rp, dt, report)
+    end select
+    if (sim%is_broken) return
+    sim%last%stiffness = report%stiffness
+    sim%last%speed2 = report%speed2
+    call move_probes(dt, sim%patch, sim%n_groups, sim%g, sim%probes)
   end subroutine take_step
 
   !> Update stress last.
   subroutine step_usl(world, sim, dt, report)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt
+    real(rp), intent(inout) :: dt
     type(report_t), intent(inout) :: report
 
     call clear_nodes(sim, sim%g)
     call momentum_and_force_to_grid(sim, sim%g)
     call sim%timer%lap(ph_to_grid)
-    call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
+    call sum_nodes(world, sim, sim%g)
     call share_volume(world, sim)
     call sim%timer%lap(ph_exchange)
-    call update_nodes(sim, dt, sim%g)
-    call hold_walls(sim, sim%g)
+    call accelerate_nodes(world, sim, dt, sim%g)
+    if (sim%is_broken) return
+    if (filter_is_due(sim)) call filter_velocity(world, sim, sim%g, sim%g2, sim%increment)
     call move_tools(sim, dt)
     call sim%timer%lap(ph_nodes)
     call grid_to_particles(sim, dt, sim%g, sim%g, dt, report)
     call sim%timer%lap(ph_to_particles)
   end subroutine step_usl
 
-  !> Update stress averaged: half a step of stress before and after the momentum update.
-  subroutine step_usavg(world, sim, dt, report)
+  !> The share `early` of the stress update before the momentum update, the rest after it, from the
+  !> velocities mapped again.
+  subroutine step_twice(world, sim, early, dt, report)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt
+    real(rp), intent(in) :: early
+    real(rp), intent(inout) :: dt
     type(report_t), intent(inout) :: report
 
-    call clear_nodes(sim, sim%g)
-    call momentum_to_grid(sim, sim%g)
-    call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
-    call share_volume(world, sim)
-    call velocity_field(sim, sim%g)
-    call update_stress(sim, 0.5_rp*dt, sim%g, report)
+    if (early > 0.0_rp) then
+      call clear_nodes(sim, sim%g)
+      call momentum_to_grid(sim, sim%g)
+      call sum_nodes(world, sim, sim%g)
+      call share_volume(world, sim)
+      call velocity_field(sim, sim%g)
+      call update_stress(sim, early*dt, sim%g, report)
+    end if
     call clear_nodes(sim, sim%g2)
     call momentum_and_force_to_grid(sim, sim%g2)
-    call sim%halo%sum(world, 8, sim%patch%nn, sim%g2)
-    call update_nodes(sim, dt, sim%g2)
-    call hold_walls(sim, sim%g2)
+    call sum_nodes(world, sim, sim%g2)
+    call accelerate_nodes(world, sim, dt, sim%g2)
+    if (sim%is_broken) return
     call clear_nodes(sim, sim%g)
     call accelerate_and_map_again(sim, sim%g2, sim%g)
-    call sim%halo%sum(world, 8, sim%patch%nn, sim%g)
+    call sum_nodes(world, sim, sim%g)
     call share_volume(world, sim)
     call velocity_field(sim, sim%g)
     call move_tools(sim, dt)
-    call grid_to_particles(sim, dt, sim%g2, sim%g, 0.5_rp*dt, report)
+    call grid_to_particles(sim, dt, sim%g2, sim%g, (1.0_rp - early)*dt, report)
     call sim%timer%lap(ph_to_particles)
-  end subroutine step_usavg
+  end subroutine step_twice
+
+  !> Sum the records of shared nodes over the ranks.
+  subroutine sum_nodes(world, sim, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: k
+
+    do k = 1, sim%n_groups
+      call sim%halo%sum(world, 8, sim%patch%nn, g(:, :, k))
+    end do
+  end subroutine sum_nodes
+
+  !> New velocities of the nodes after `dt`, which may become smaller; walls and clamps held.
+  subroutine accelerate_nodes(world, sim, dt, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: dt, g(8, sim%patch%nn, sim%n_groups)
+
+    call update_nodes(sim, dt, g)
+    call limit_step(world, sim, dt, g)
+    if (.not. sim%is_broken) call hold_walls(sim, g)
+  end subroutine accelerate_nodes
 
   subroutine move_tools(sim, dt)
     type(simulation_t), intent(inout) :: sim
@@ -95,7 +138,7 @@ contains
   !> Velocities of the nodes from their momentum alone, walls held.
   subroutine velocity_field(sim, g)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
     real(rp) :: books(size(sim%sums))
 
     books = sim%sums                       ! no work is done by interpolation

@@ -4,42 +4,35 @@
 module time_sweeps
   use base_kinds, only: nlane, rp
   use base_system, only: prefetch_block
-  use contact_tool, only: contact_block, measure_gaps, slip_rate, tool_is_near
-  use particles_store, only: f_bbar, f_flow, f_force, f_heat, f_jac, f_mass, f_plastic, f_pos, &
-                             f_rate, f_tau, f_temp, f_vel
-  use physics_stress, only: flow_strength, stress_block, stress_sums_t
-  use time_audit, only: e_body, e_plastic, e_stress
-  use time_blocks, only: advance_particles, body_work, force_records, momentum_records, &
+  use particles_store, only: f_force, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel
+  use time_affine, only: affine_to_grid, carry_gradient
+  use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains, &
                          unpack_velocity
-  use time_state, only: scheme_usavg, simulation_t
-  use time_volume, only: add_volume, clear_volume, take_volume
+  use time_state, only: scheme_usl, simulation_t
+  use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume, &
+                         touch
+  use time_volume, only: add_volume, clear_volume
   use time_weights, only: weights_of
   use transfer_kernels, only: g2p_block, p2g_block
   implicit none (type, external)
   private
 
   public :: momentum_and_force_to_grid, momentum_to_grid, grid_to_particles
-  public :: update_stress, accelerate_and_map_again, report_t
-
-  !> What a step tells the driver: maxima over this rank's particles.
-  type :: report_t
-    real(rp) :: stiffness = 0.0_rp    !! squared wave speed [m2/s2]
-    real(rp) :: speed2 = 0.0_rp       !! squared grid velocity at a particle [m2/s2]
-  end type report_t
+  public :: update_stress, accelerate_and_map_again
 
 contains
 
   !> Particles to grid: mass, momentum, force, temperature.
   subroutine momentum_and_force_to_grid(sim, g)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
     integer :: b
 
     call clear_volume(sim)
     do b = 1, sim%particles%nblk
       call fetch_next(sim, b)
       call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                         sim%particles%ps(:, :, b), sim%rec, g)
+                         sim%particles%ps(:, :, b), sim%rec, g(:, :, group_of(sim, b)))
     end do
   end subroutine momentum_and_force_to_grid
 
@@ -58,19 +51,19 @@ contains
                        ps(1, f_force), ps(1, f_temp), rec)
     if (sim%scene%method%fbar) call add_volume(n, first, sim%patch%stride, ps(1, f_mass), &
       ps(1, f_jac), body, size(sim%volume, 1), sim%patch%nn, sim%volume)
-    call p2g_block(n, w, first, rec, sim%patch%stride, sim%patch%nn, g)
+    call to_grid(sim, n, nf, ps, w, first, rec, g)
   end subroutine force_to_grid
 
   !> Particles to grid: mass, momentum, temperature.
   subroutine momentum_to_grid(sim, g)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
     integer :: b
 
     call clear_volume(sim)
     do b = 1, sim%particles%nblk
       call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                        sim%particles%ps(:, :, b), sim%rec, g)
+                        sim%particles%ps(:, :, b), sim%rec, g(:, :, group_of(sim, b)))
     end do
   end subroutine momentum_to_grid
 
@@ -87,22 +80,37 @@ contains
                           ps(1, f_temp), rec)
     if (sim%scene%method%fbar) call add_volume(n, first, sim%patch%stride, ps(1, f_mass), &
       ps(1, f_jac), body, size(sim%volume, 1), sim%patch%nn, sim%volume)
-    call p2g_block(n, w, first, rec, sim%patch%stride, sim%patch%nn, g)
+    call to_grid(sim, n, nf, ps, w, first, rec, g)
   end subroutine map_momentum
+
+  !> Add the records of a block to the nodes, with the gradients that the particles carry (APIC).
+  subroutine to_grid(sim, n, nf, ps, w, first, rec, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n, nf, first(nlane)
+    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%patch%nn)
+
+    if (sim%scene%layout%affine > 0) then
+      call affine_to_grid(sim, n, ps(1, f_pos), ps(1, sim%scene%layout%affine), w, first, rec, g)
+    else
+      call p2g_block(n, w, first, rec, sim%patch%stride, sim%patch%nn, g)
+    end if
+  end subroutine to_grid
 
   !> Grid to particles: move them with `moved`, then contact, then stress over `dt_stress` with the
   !> gradient of `field` (the same grid in USL).
   subroutine grid_to_particles(sim, dt, moved, field, dt_stress, report)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, dt_stress
-    real(rp), intent(in) :: moved(8, sim%patch%nn), field(8, sim%patch%nn)
+    real(rp), intent(in), dimension(8, sim%patch%nn, sim%n_groups) :: moved, field
     type(report_t), intent(inout) :: report
-    integer :: b
+    integer :: b, k
 
     do b = 1, sim%particles%nblk
       call fetch_next(sim, b)
-      call advance_block(sim, b, sim%particles%count(b), dt, moved, field, dt_stress, &
-                         sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, report)
+      k = group_of(sim, b)
+      call advance_block(sim, b, sim%particles%count(b), dt, moved(:, :, k), field(:, :, k), &
+                         dt_stress, sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, report)
     end do
   end subroutine grid_to_particles
 
@@ -120,32 +128,46 @@ contains
     call weights_of(sim, sim%particles%body(b), nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
-    if (sim%scene%method%scheme == scheme_usavg) then   ! velocities are new already: move only
+    if (sim%scene%method%scheme /= scheme_usl) then   ! velocities are new already: move only
       dv2 = 0.0_rp
       call advance_particles(n, dt, 0.0_rp, v, dv2, ps(1, f_pos), ps(1, f_vel), report%speed2)
       call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, field, rec)
       call unpack_velocity(n, rec, v2, dv2, l, temp)
     else
-      call advance_particles(n, dt, sim%scene%method%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
-                             report%speed2)
+      call carry(sim, n, nf, ps, w, first, moved, rec)
+      call advance_particles(n, dt, sim%pic, v, dv, ps(1, f_pos), ps(1, f_vel), report%speed2)
     end if
+    if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
     call restore_volume(sim, sim%particles%body(b), n, first, ps(1, f_mass), ps(1, f_jac))
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
     call touch(sim, b, n, dt, v, dv, nf, ps)
+    if (dt_stress <= 0.0_rp) return
     call constitutive(sim, sim%particles%body(b), n, dt_stress, l, temp, nf, ps, report)
   end subroutine advance_block
+
+  !> The velocity gradient that particles of an affine transfer carry to the next step.
+  subroutine carry(sim, n, nf, ps, w, first, g, rec)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n, nf, first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, sim%patch%nn)
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+
+    if (sim%scene%layout%affine == 0) return
+    call carry_gradient(sim, n, ps(1, f_pos), w, first, g, rec, ps(1, sim%scene%layout%affine))
+  end subroutine carry
 
   !> Half a step of stress from the velocity field `g`, at unchanged places.
   subroutine update_stress(sim, dt, g, report)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
-    real(rp), intent(in) :: g(8, sim%patch%nn)
+    real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)
     type(report_t), intent(inout) :: report
     integer :: b
 
     do b = 1, sim%particles%nblk
-      call strain_block(sim, sim%particles%body(b), sim%particles%count(b), dt, g, &
-                        sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, report)
+      call strain_block(sim, sim%particles%body(b), sim%particles%count(b), dt, &
+                        g(:, :, group_of(sim, b)), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%rec, report)
     end do
   end subroutine update_stress
 
@@ -168,13 +190,14 @@ contains
   !> USAVG: new particle velocities from `moved`, mapped again to `again`; places are kept.
   subroutine accelerate_and_map_again(sim, moved, again)
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: moved(8, sim%patch%nn)
-    real(rp), intent(inout) :: again(8, sim%patch%nn)
+    real(rp), intent(in) :: moved(8, sim%patch%nn, sim%n_groups)
+    real(rp), intent(inout) :: again(8, sim%patch%nn, sim%n_groups)
     integer :: b
 
     do b = 1, sim%particles%nblk
-      call accelerate_block(sim, sim%particles%body(b), sim%particles%count(b), moved, &
-                            sim%particles%nf, sim%particles%ps(:, :, b), sim%rec)
+      call accelerate_block(sim, sim%particles%body(b), sim%particles%count(b), &
+                            moved(:, :, group_of(sim, b)), sim%particles%nf, &
+                            sim%particles%ps(:, :, b), sim%rec)
     end do
     call momentum_to_grid(sim, again)
   end subroutine accelerate_and_map_again
@@ -191,25 +214,17 @@ contains
     call weights_of(sim, body, nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
-    call advance_particles(n, 0.0_rp, sim%scene%method%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
-                           fastest)
+    call carry(sim, n, nf, ps, w, first, moved, rec)
+    call advance_particles(n, 0.0_rp, sim%pic, v, dv, ps(1, f_pos), ps(1, f_vel), fastest)
   end subroutine accelerate_block
 
-  !> F-bar: the mean volume ratio around each particle's node; the energy it takes is booked.
-  subroutine restore_volume(sim, body, n, first, mass, jac)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: body, n, first(nlane)
-    real(rp), intent(in) :: mass(nlane)
-    real(rp), intent(inout) :: jac(nlane)
-    real(rp) :: energy
+  !> Group of the bodies that block `b` shares its velocity field with.
+  pure integer function group_of(sim, b)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: b
 
-    if (.not. sim%scene%method%fbar) return
-    associate (material => sim%scene%material(sim%scene%body(body)%material))
-      call take_volume(n, first, sim%patch%stride, body, size(sim%volume, 1), sim%patch%nn, &
-                       sim%volume, material%k, material%rho, mass, jac, energy)
-    end associate
-    sim%sums(e_stress) = sim%sums(e_stress) + energy
-  end subroutine restore_volume
+    group_of = sim%scene%body(sim%particles%body(b))%group
+  end function group_of
 
   !> Have the next block's memory on its way.
   subroutine fetch_next(sim, b)
@@ -220,73 +235,5 @@ contains
       call prefetch_block(sim%particles%ps(:, :, b + 1), 8*nlane*sim%particles%nf)
     end if
   end subroutine fetch_next
-
-  !> Acceleration of a body now: gravity and its loads.
-  pure function outer_acceleration(sim, body) result(a)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body
-    real(rp) :: a(3), share
-    integer :: i
-
-    a = sim%scene%method%gravity
-    do i = 1, size(sim%scene%body(body)%load)
-      associate (load => sim%scene%body(body)%load(i))
-        share = 1.0_rp
-        if (sim%clock%time < load%ramp) share = sim%clock%time/load%ramp
-        a = a + share*load%acceleration
-      end associate
-    end do
-  end function outer_acceleration
-
-  subroutine outer_work(sim, body, n, dt, v, dv, mass)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: body, n
-    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), mass(nlane)
-    real(rp) :: a(3)
-
-    a = outer_acceleration(sim, body)
-    if (all(abs(a) <= 0.0_rp)) return
-    sim%sums(e_body) = sim%sums(e_body) + body_work(n, dt, a, mass, v, dv)
-  end subroutine outer_work
-
-  !> Contact with the tools, only for blocks near one.
-  subroutine touch(sim, b, n, dt, v, dv, nf, ps)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: b, n, nf
-    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
-    real(rp), intent(inout) :: ps(nlane, nf)
-    real(rp) :: d(nlane), normal(nlane, 3), rate(nlane), strength(nlane)
-    integer :: touched(nlane)
-
-    if (size(sim%tool) == 0) return
-    if (.not. tool_is_near(sim%tool, sim%ball(1:3, b), sim%ball(4, b))) return
-    call measure_gaps(sim%tool, n, sim%scene%grid%h, ps(1, f_pos), touched, d, normal)
-    if (minval(d(1:n)) > sim%scene%grid%h) return      ! nothing can touch within a step
-    associate (body => sim%scene%body(sim%particles%body(b)))
-      call slip_rate(sim%tool, n, body%mean_spacing(), touched, ps(1, f_pos), v, rate)
-      call flow_strength(sim%scene%material(body%material), ps(1, f_plastic), ps(1, f_temp), rate, &
-                         strength)
-    end associate
-    call contact_block(sim%tool, n, dt, sim%scene%method%mass_scaling, &
-                       sim%scene%body(sim%particles%body(b))%spacing, touched, d, normal, ps(1, f_pos), v, dv, ps(1, f_mass), strength, &
-                       ps(1, f_force), ps(1, f_heat))
-  end subroutine touch
-
-  subroutine constitutive(sim, body, n, dt, l, temp, nf, ps, report)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: dt, l(nlane, 9), temp(nlane)
-    real(rp), intent(inout) :: ps(nlane, nf)
-    type(report_t), intent(inout) :: report
-    type(stress_sums_t) :: sums
-
-    call stress_block(sim%scene%material(sim%scene%body(body)%material), n, dt, l, temp, &
-                      ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), &
-                      ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), sums)
-    sim%sums(e_plastic) = sim%sums(e_plastic) + sums%plastic_work
-    sim%sums(e_stress) = sim%sums(e_stress) + sums%stress_work
-    sim%failed_returns = sim%failed_returns + sums%failed
-    report%stiffness = max(report%stiffness, sums%stiffness)
-  end subroutine constitutive
 
 end module time_sweeps

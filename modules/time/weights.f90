@@ -24,7 +24,7 @@ contains
       call own_weights(sim%patch%origin, 1.0_rp/sim%patch%h, ps(1, sim%scene%layout%half), &
                        sim%patch%stride, ps(1, f_pos), w, first)
     else
-      call block_weights(sim%patch%origin, 1.0_rp/sim%patch%h, sim%domain(body), &
+      call block_weights(sim%patch%origin, 1.0_rp/sim%patch%h, sim%scene%domain(body), &
                          sim%patch%stride, ps(1, f_pos), w, first)
     end if
   end subroutine weights_of

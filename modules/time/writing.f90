@@ -10,6 +10,7 @@ module time_writing
   use comm_world, only: world_t
   use io_frames, only: write_frame, write_series
   use io_histories, only: table_t
+  use time_culprit, only: not_a_number
   use time_probes, only: share_probes
   use time_records, only: history_columns, history_row
   use time_resume, only: save_checkpoint
@@ -28,12 +29,14 @@ module time_writing
     integer(i8) :: first_step = 0
     real(rp) :: first_time = 0.0_rp
     integer(i8) :: particles = 0        !! on all ranks
+    integer(i8) :: told_refused = 0     !! refused steps when last spoken of
     logical :: warned = .false., warned_returns = .false.
   contains
     procedure :: init
     procedure :: due
     procedure :: frame
     procedure :: row
+    procedure :: tell_refused
     procedure :: progress
     procedure :: summary
     procedure :: close => close_files
@@ -54,6 +57,7 @@ contains
     self%started = wall_time()
     self%cpu_started = cpu_seconds()
     self%spoke = self%started
+    sim%secured = self%started
     self%first_step = sim%clock%step
     self%first_time = sim%clock%time
     self%particles = sim%particles%total()
@@ -111,10 +115,10 @@ contains
         call self%frame(world, sim, error)
         clock%next_frame = next_time(output%frame_interval, clock%time)
       end if
-      if (output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint &
-          .and. .not. last) then
+      if (.not. last .and. (now >= clock%next_checkpoint .or. sim%safety_is_due)) then
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
-        call save_checkpoint(world, sim, error)
+        if (world%all_true(not_a_number(sim) == '')) call save_checkpoint(world, sim, error)
+        sim%secured = wall_time()
       end if
     end associate
   end subroutine due
@@ -159,6 +163,7 @@ contains
 
     if (sim%row_time >= sim%clock%time .and. sim%clock%step > 0) return   ! has it already
     call history_row(world, sim, values)
+    call self%tell_refused(world, sim)
     call self%history%row(values)
     if (sim%probes%n > 0) then
       call share_probes(world, sim%probes)
@@ -179,6 +184,19 @@ contains
         ' %): try a smaller MASS_SCALING'
     end if
   end subroutine row
+
+  !> Say that steps were refused, at most once between two rows of the history.
+  subroutine tell_refused(self, world, sim)
+    class(writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+
+    if (sim%clock%refused <= self%told_refused) return
+    self%told_refused = sim%clock%refused
+    if (world%is_root()) write (output_unit, '(a)') 'note: until t = '//str(sim%clock%time)// &
+      ' s '//str(sim%clock%refused)//' step(s) would have moved a node by more than half a cell '// &
+      'and were made shorter; the last one is '//str(sim%clock%dt)//' s'
+  end subroutine tell_refused
 
   !> A line with percent, time, speed and time left, every PROGRESS_INTERVAL seconds.
   subroutine progress(self, world, sim)

@@ -11,7 +11,7 @@ module transfer_kernels
   implicit none (type, external)
   private
 
-  public :: p2g_block, g2p_block
+  public :: p2g_block, p2g_affine_block, g2p_block, p2g_values_block, g2p_values_block
 
 contains
 
@@ -38,6 +38,31 @@ contains
     if (p == n) call p2g_one(p, w, first(p), rec, stride, nn, g)
   end subroutine p2g_block
 
+  !> The same with slope parts in lanes 1:4 as well, by the first moments of the weights.
+  subroutine p2g_affine_block(n, w, moment, first, rec, stride, nn, g)
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), moment(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: p
+
+    do p = 1, n
+      call p2g_slopes(0, p, moment, first(p), rec, stride, nn, g)
+      call p2g_slopes(4, p, w, first(p), rec, stride, nn, g)
+    end do
+  end subroutine p2g_affine_block
+
+  !> Add only the values in lanes 1:4 of `n` particles to the nodes.
+  subroutine p2g_values_block(n, w, first, rec, stride, nn, g)
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: p
+
+    do p = 1, n
+      call p2g_values(p, w, first(p), rec, stride, nn, g)
+    end do
+  end subroutine p2g_values_block
+
 #define VALUE_PLANE(P, A, I) A = w(P, I)*rec(f, 1, P)
 #define SLOPE_PLANE(P, A, AY, AZ, I) \
         A = w(P, I)*rec(f, 1, P) + w(P, 9+I)*rec(f, 2, P); \
@@ -48,8 +73,18 @@ contains
     integer, intent(in) :: p, q, nn, stride(3)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
     real(rp), intent(inout) :: g(8, nn)
+
+    call p2g_values(p, w, q, rec, stride, nn, g)
+    call p2g_slopes(4, p, w, q, rec, stride, nn, g)
+  end subroutine p2g_one
+
+  !> Lanes 1:4 of one particle by weights.
+  subroutine p2g_values(p, w, q, rec, stride, nn, g)
+    integer, intent(in) :: p, q, nn, stride(3)
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
     integer :: f, sx, sy
-    real(rp) :: a0, ay, az, r0, r1
+    real(rp) :: a0, r0
 
     sx = stride(1)
     sy = stride(2)
@@ -71,6 +106,18 @@ contains
     end do
 #undef ROW
 #undef PLANE
+  end subroutine p2g_values
+
+  !> Lanes o+1:o+4 of one particle by weights and slopes.
+  subroutine p2g_slopes(o, p, w, q, rec, stride, nn, g)
+    integer, intent(in) :: o, p, q, nn, stride(3)
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: f, sx, sy
+    real(rp) :: a0, ay, az, r0, r1
+
+    sx = stride(1)
+    sy = stride(2)
 #define ROW(J, Q) \
         r0 = w(p, 3+J)*a0 + w(p, 12+J)*ay; r1 = w(p, 3+J)*az; \
         g(f, Q) = g(f, Q) + (w(p, 7)*r0 + w(p, 16)*r1); \
@@ -82,14 +129,14 @@ contains
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
     !$omp simd private(a0, ay, az, r0, r1)
-    do f = 5, 8
+    do f = o + 1, o + 4
       PLANE(1, q)
       PLANE(2, q+sx)
       PLANE(3, q+2*sx)
     end do
 #undef ROW
 #undef PLANE
-  end subroutine p2g_one
+  end subroutine p2g_slopes
 
   !> The records of particles p and p+1, which have the same 27 nodes.
   subroutine p2g_pair(p, w, q, rec, stride, nn, g)
@@ -177,6 +224,32 @@ contains
       end do
 #undef ROW
 #undef PLANE
+      call g2p_values(p, w, q, stride, nn, g, rec)
+    end do
+  end subroutine g2p_block
+
+  !> Interpolate only the values of lanes 5:8 to `n` particles.
+  subroutine g2p_values_block(n, w, first, stride, nn, g, rec)
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    integer :: p
+
+    do p = 1, n
+      call g2p_values(p, w, first(p), stride, nn, g, rec)
+    end do
+  end subroutine g2p_values_block
+
+  !> Values of lanes 5:8 at one particle.
+  subroutine g2p_values(p, w, q, stride, nn, g, rec)
+    integer, intent(in) :: p, q, nn, stride(3)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    integer :: f, sx, sy
+    real(rp) :: a0, x0, y0
+
+    sx = stride(1)
+    sy = stride(2)
 #define ROW(J, Q) \
         x0 = w(p, 7)*g(f, Q) + w(p, 8)*g(f, Q+1) + w(p, 9)*g(f, Q+2); \
         y0 = y0 + w(p, 3+J)*x0
@@ -186,17 +259,16 @@ contains
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy); \
         a0 = a0 + w(p, I)*y0
-      !$omp simd private(a0, x0, y0)
-      do f = 5, 8
-        a0 = 0.0_rp
-        PLANE(1, q)
-        PLANE(2, q+sx)
-        PLANE(3, q+2*sx)
-        rec(f, 1, p) = a0
-      end do
+    !$omp simd private(a0, x0, y0)
+    do f = 5, 8
+      a0 = 0.0_rp
+      PLANE(1, q)
+      PLANE(2, q+sx)
+      PLANE(3, q+2*sx)
+      rec(f, 1, p) = a0
+    end do
 #undef ROW
 #undef PLANE
-    end do
-  end subroutine g2p_block
+  end subroutine g2p_values
 
 end module transfer_kernels

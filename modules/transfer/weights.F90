@@ -7,7 +7,7 @@ module transfer_weights
   implicit none (type, external)
   private
 
-  public :: block_weights, own_weights
+  public :: block_weights, own_weights, moment_weights
 
 ! Weights and slopes on axis N with half length L of the domain, I4 = 1/(4L), I2 = 1/(2L h).
 #define AXIS(N, I, O, L, I4, I2) \
@@ -66,5 +66,29 @@ contains
       first(p) = 1 + (i - 1)*stride(1) + (j - 1)*stride(2) + (k - 1)*stride(3)
     end do
   end subroutine own_weights
+
+  !> First moments w (x_i - x_p) of the weights in the place of the slopes, and their second
+  !> moments `square` = sum w (x_i - x_p)^2 on each axis.
+  subroutine moment_weights(origin, h, x, w, moment, square)
+    real(rp), intent(in) :: origin(3), h, x(nlane, 3), w(nlane, 18)   !! [m]
+    real(rp), intent(out) :: moment(nlane, 18), square(nlane, 3)      !! [m], [m2]
+    real(rp) :: s, d
+    integer :: a, o, p
+
+    do a = 1, 3
+      o = 3*(a - 1)
+      !$omp simd private(s, d)
+      do p = 1, nlane
+        s = (x(p, a) - origin(a))/h
+        d = h*(s - int(s + 0.5_rp))
+        moment(p, o + 1) = w(p, o + 1); moment(p, o + 2) = w(p, o + 2)
+        moment(p, o + 3) = w(p, o + 3)
+        moment(p, o + 10) = -w(p, o + 1)*(h + d)
+        moment(p, o + 11) = -w(p, o + 2)*d
+        moment(p, o + 12) = w(p, o + 3)*(h - d)
+        square(p, a) = w(p, o + 1)*(h + d)**2 + w(p, o + 2)*d**2 + w(p, o + 3)*(h - d)**2
+      end do
+    end do
+  end subroutine moment_weights
 
 end module transfer_weights

@@ -39,7 +39,7 @@ MISTAKES = {
     "text without quotes": [("MATERIAL = 'copper', T", "MATERIAL = copper, T"), r"MATERIAL = copper: .*quotes"],
     "broken number": [("DENSITY = 8960", "DENSITY = 89x60"), r"DENSITY = 89x60: expected a real number"],
     "real for an integer": [("MATERIAL = 'copper', T", "PARTICLES_PER_CELL = 2.5, MATERIAL = 'copper', T"),
-                            r"PARTICLES_PER_CELL = 2.5: expected an integer"],
+                            r"PARTICLES_PER_CELL = 2.5: expected up to 3 integers"],
     "number for a logical": [("RADIUS = 2e-3", "RADIUS = 2e-3, SHEAR_LIMIT = 7"), r"SHEAR_LIMIT = 7: .*\.true\."],
     "infinite": [("END = 2e-6", "END = inf"), r"END = inf: expected a real number"],
     "not a number": [("END = 2e-6", "END = nan"), r"END = nan: expected a real number"],
@@ -156,7 +156,7 @@ COMMANDS = {
     "--set of an unknown group": (["small", "--set", "TIMES.END=1"], r"--set TIMES.END=1: error: .*did you mean TIME\?"),
     "--set of an unknown key": (["small", "--set", "TIME.ENDE=1"], r"--set TIME.ENDE=1: error: .*did you mean END\?"),
     "--set of a bad value": (["small", "--set", "TIME.END=x"], r"--set TIME.END=x: error: .*expected a real number"),
-    "--set out of range": (["small", "--set", "TIME.CFL=2"], r"--set TIME.CFL=2: error: .*must be > 0 and <= 1"),
+    "--set out of range": (["small", "--set", "TIME.CFL=4"], r"--set TIME.CFL=4: error: .*must be >= 0 and <= 3"),
     "--set of no such tool": (["small", "--set", "TOOL(x).RADIUS=1"], r"--set TOOL\(x\).RADIUS=1: error: .*no such &TOOL"),
     "--set of no such number": (["small", "--set", "TOOL(2).RADIUS=1"], r"--set TOOL\(2\).RADIUS=1: error: .*no such &TOOL"),
 }

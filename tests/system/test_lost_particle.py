@@ -68,5 +68,5 @@ def test_run_that_blows_up(run, how, ranks):
     print(done.status, done.err[:600])
     assert "SIG" not in done.err and "Backtrace" not in done.err
     assert done.status == driver.BROKEN
-    assert re.search(r"particle [0-9]+ (left the grid|runs away)", done.err)
+    assert re.search(r"particle [0-9]+ (left the grid|runs away|has a state that is not a finite)", done.err)
     assert done.results("punch").path("_checkpoint.h5").exists()

@@ -273,9 +273,9 @@ contains
                    'VELOCITY = 99999999999*1: not a repeat count and a value')
     call bad_value('VELOCITY(4) = 1', 'VELOCITY(4) = 1: the key has only 3 values')
     call bad_value('TEMPERATURE(2) = 1', 'TEMPERATURE(2) = 1: the key has only 1 value')
-    call bad_value('PARTICLES_PER_CELL = 2.5', 'PARTICLES_PER_CELL = 2.5: expected an integer')
+    call bad_value('PARTICLES_PER_CELL = 2.5', 'PARTICLES_PER_CELL = 2.5: expected up to 3 integers')
     call bad_value('PARTICLES_PER_CELL = 99999999999', &
-                   'PARTICLES_PER_CELL = 99999999999: expected an integer')
+                   'PARTICLES_PER_CELL = 99999999999: expected up to 3 integers')
     call bad_value('PARTICLES_PER_CELL = 9', 'PARTICLES_PER_CELL = 9: must be >= 1 and <= 8')
     call bad('&RUN TITLE = cu /'//base, 't.nml:1: error: &RUN TITLE = cu: text must be in quotes')
     call bad('&RUN TITLE = a long title /'//base, 't.nml:1: error: &RUN TITLE = a long title: '// &
@@ -284,9 +284,9 @@ contains
              't.nml:1: error: text in quotes is not closed on this line: ''a''''/')
     call bad('&METHOD SHAPE = ''linaer'' /'//base, &
              't.nml:1: error: &METHOD SHAPE = ''linaer'': must be one of '// &
-             'linear, ugimp, bspline; did you mean linear?')
+             'linear, ugimp, cpgimp, bspline; did you mean linear?')
     call bad('&METHOD SHAPE = ''cubic'' /'//base, 't.nml:1: error: &METHOD SHAPE = ''cubic'': '// &
-             'must be one of linear, ugimp, bspline')
+             'must be one of linear, ugimp, cpgimp, bspline')
     call bad('&METHOD PIC_FRACTION = 1.5 /'//base, &
              't.nml:1: error: &METHOD PIC_FRACTION = 1.5: must be >= 0 and <= 1')
     call bad('&HEAT FOURIER = 0 /'//base, &
@@ -362,7 +362,7 @@ contains
     call bad(base, '--set BODY(3).NAME=3: error: the input has no such &BODY', 'BODY(3).NAME=3')
     call bad(base, '--set BODY(foo).NAME=3: error: the input has no such &BODY', 'BODY(foo).NAME=3')
     call bad(base, '--set TOOL.NAME=x: error: the input has no such &TOOL', 'TOOL.NAME=x')
-    call bad(base, '--set TIME.CFL=2: error: &TIME CFL = 2: must be > 0 and <= 1', 'TIME.CFL=2')
+    call bad(base, '--set TIME.CFL=4: error: &TIME CFL = 4: must be >= 0 and <= 3', 'TIME.CFL=4')
   end subroutine test_bad_overrides
 
   !> The effective text says the same as file and overrides together.

@@ -1,0 +1,105 @@
+! SPDX-License-Identifier: MIT
+!> The check in the middle of a step, before any particle has changed: the one reduction of a step,
+!> and a smaller step where a node would move too far.
+module time_limit
+  use base_kinds, only: rp
+  use base_system, only: stop_signal
+  use base_timers, only: wall_time
+  use comm_world, only: world_t
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: limit_step
+
+  real(rp), parameter :: too_stiff = 1.0e30_rp    !! squared wave speed of a lost state [m2/s2]
+  real(rp), parameter :: way = 0.5_rp             !! a node may move in a step [cells]
+  real(rp), parameter :: smallest = 1.0e-4_rp     !! part of a refused step that is still tried
+  !> Part of a full cell's mass from which a node carries material: the velocity of a node with
+  !> less says nothing, since it is hardly felt by any particle.
+  real(rp), parameter :: material_share = 1.0e-4_rp
+
+contains
+
+  !> Collective. Share what all ranks must know about the last and this step; if a node moves
+  !> farther than half a cell, take back the change of velocity and try again with a smaller `dt`.
+  !> `sim%is_broken` says that no step is small enough, or that the state is not a number.
+  subroutine limit_step(world, sim, dt, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: dt               !! [s]
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    real(rp) :: most(5), longest, smaller
+
+    longest = way*sim%scene%grid%h
+    sim%asked_dt = dt
+    do
+      most = [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g)), &
+              real(stop_signal(), rp), real(sim%failed_returns, rp), since_checkpoint(sim)]
+      call world%max(most)
+      sim%clock%stiffness = most(1)
+      sim%clock%max_speed = sqrt(most(2))
+      sim%signal = nint(most(3))
+      sim%worst_returns = nint(most(4))
+      sim%safety_is_due = most(5) >= sim%scene%output%safety_interval
+      sim%is_broken = .not. (most(1) < too_stiff .and. most(2) < too_stiff)
+      if (sim%is_broken .or. dt*sim%clock%max_speed <= longest) return
+      smaller = 0.5_rp*longest/sim%clock%max_speed
+      sim%is_broken = smaller < smallest*sim%asked_dt
+      if (sim%is_broken) return
+      call shorten(sim, smaller/dt, g)
+      dt = smaller
+      sim%last%speed2 = 0.0_rp                  ! the particles' own speed has had its say
+    end do
+  end subroutine limit_step
+
+  !> Wall-clock seconds since the last checkpoint; negative if none is wanted.
+  real(rp) function since_checkpoint(sim)
+    type(simulation_t), intent(in) :: sim
+
+    since_checkpoint = -1.0_rp
+    if (sim%scene%output%safety_interval > 0.0_rp) since_checkpoint = wall_time() - sim%secured
+  end function since_checkpoint
+
+  !> Largest squared speed of the nodes that carry material, and where [m2/s2].
+  real(rp) function fastest_node(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)
+    real(rp) :: least, s
+    integer :: i, k, r
+
+    fastest_node = 0.0_rp
+    least = material_share*sim%scene%method%mass_scaling*sim%scene%grid%h**3 &
+            *minval(sim%scene%material%rho)
+    do k = 1, sim%n_groups
+      do r = 1, sim%n_runs
+        do i = sim%run(1, r), sim%run(2, r)
+          if (g(8, i, k) < least) cycle
+          s = g(1, i, k)**2 + g(2, i, k)**2 + g(3, i, k)**2
+          if (s <= fastest_node) cycle           ! goes on for NaN
+          fastest_node = merge(s, huge(1.0_rp), s <= huge(1.0_rp))
+          sim%fastest_node = i
+          sim%fastest_speed = sqrt(fastest_node)
+        end do
+      end do
+    end do
+  end function fastest_node
+
+  !> Velocities as they would be after `part` of the step.
+  subroutine shorten(sim, part, g)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: part
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: i, k, r
+
+    do k = 1, sim%n_groups
+      do r = 1, sim%n_runs
+        do i = sim%run(1, r), sim%run(2, r)
+          g(1:3, i, k) = g(1:3, i, k) - (1.0_rp - part)*g(5:7, i, k)
+          g(5:7, i, k) = part*g(5:7, i, k)
+        end do
+      end do
+    end do
+  end subroutine shorten
+
+end module time_limit

@@ -1,0 +1,111 @@
+! SPDX-License-Identifier: MIT
+!> What a step does with one block of particles once its velocity gradient is known: mean volume,
+!> outer work, contact with tools, stress.
+module time_update
+  use base_kinds, only: nlane, rp
+  use contact_tool, only: contact_block, measure_gaps, slip_rate, tool_is_near
+  use particles_store, only: f_bbar, f_flow, f_force, f_heat, f_jac, f_mass, f_plastic, f_pos, &
+                             f_rate, f_tau, f_temp
+  use physics_stress, only: flow_strength, stress_block, stress_sums_t
+  use time_audit, only: e_body, e_plastic, e_stress
+  use time_blocks, only: body_work
+  use time_state, only: simulation_t
+  use time_volume, only: take_volume
+  implicit none (type, external)
+  private
+
+  public :: report_t, restore_volume, outer_acceleration, outer_work, touch, constitutive
+
+  !> What a step tells the driver: maxima over this rank's particles.
+  type :: report_t
+    real(rp) :: stiffness = 0.0_rp    !! squared wave speed [m2/s2]
+    real(rp) :: speed2 = 0.0_rp       !! squared grid velocity at a particle [m2/s2]
+  end type report_t
+
+contains
+
+  !> F-bar: the mean volume ratio around each particle's node; the energy it takes is booked.
+  subroutine restore_volume(sim, body, n, first, mass, jac)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, first(nlane)
+    real(rp), intent(in) :: mass(nlane)
+    real(rp), intent(inout) :: jac(nlane)
+    real(rp) :: energy
+
+    if (.not. sim%scene%method%fbar) return
+    associate (material => sim%scene%material(sim%scene%body(body)%material))
+      call take_volume(n, first, sim%patch%stride, body, size(sim%volume, 1), sim%patch%nn, &
+                       sim%volume, material%k, material%rho, mass, jac, energy)
+    end associate
+    sim%sums(e_stress) = sim%sums(e_stress) + energy
+  end subroutine restore_volume
+
+  !> Acceleration of a body now: gravity and its loads.
+  pure function outer_acceleration(sim, body) result(a)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body
+    real(rp) :: a(3), share
+    integer :: i
+
+    a = sim%scene%method%gravity
+    do i = 1, size(sim%scene%body(body)%load)
+      associate (load => sim%scene%body(body)%load(i))
+        share = 1.0_rp
+        if (sim%clock%time < load%ramp) share = sim%clock%time/load%ramp
+        a = a + share*load%acceleration
+      end associate
+    end do
+  end function outer_acceleration
+
+  subroutine outer_work(sim, body, n, dt, v, dv, mass)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n
+    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), mass(nlane)
+    real(rp) :: a(3)
+
+    a = outer_acceleration(sim, body)
+    if (all(abs(a) <= 0.0_rp)) return
+    sim%sums(e_body) = sim%sums(e_body) + body_work(n, dt, a, mass, v, dv)
+  end subroutine outer_work
+
+  !> Contact with the tools, only for blocks near one.
+  subroutine touch(sim, b, n, dt, v, dv, nf, ps)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: b, n, nf
+    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
+    real(rp), intent(inout) :: ps(nlane, nf)
+    real(rp) :: d(nlane), normal(nlane, 3), rate(nlane), strength(nlane)
+    integer :: touched(nlane)
+
+    if (size(sim%tool) == 0) return
+    if (.not. tool_is_near(sim%tool, sim%ball(1:3, b), sim%ball(4, b))) return
+    call measure_gaps(sim%tool, n, sim%scene%grid%h, ps(1, f_pos), touched, d, normal)
+    if (minval(d(1:n)) > sim%scene%grid%h) return      ! nothing can touch within a step
+    associate (body => sim%scene%body(sim%particles%body(b)))
+      call slip_rate(sim%tool, n, body%mean_spacing(), touched, ps(1, f_pos), v, rate)
+      call flow_strength(sim%scene%material(body%material), ps(1, f_plastic), ps(1, f_temp), rate, &
+                         strength)
+    end associate
+    call contact_block(sim%tool, n, dt, sim%scene%method%mass_scaling, &
+                       sim%scene%body(sim%particles%body(b))%spacing, touched, d, normal, &
+                       ps(1, f_pos), v, dv, ps(1, f_mass), strength, ps(1, f_force), ps(1, f_heat))
+  end subroutine touch
+
+  subroutine constitutive(sim, body, n, dt, l, temp, nf, ps, report)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: dt, l(nlane, 9), temp(nlane)
+    real(rp), intent(inout) :: ps(nlane, nf)
+    type(report_t), intent(inout) :: report
+    type(stress_sums_t) :: sums
+
+    call stress_block(sim%scene%material(sim%scene%body(body)%material), n, dt, l, temp, &
+                      ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), &
+                      ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), sums)
+    sim%sums(e_plastic) = sim%sums(e_plastic) + sums%plastic_work
+    sim%sums(e_stress) = sim%sums(e_stress) + sums%stress_work
+    sim%failed_returns = sim%failed_returns + sums%failed
+    report%stiffness = max(report%stiffness, sums%stiffness)
+  end subroutine constitutive
+
+end module time_update
