@@ -101,13 +101,13 @@ contains
     type(lattice_t), intent(in) :: lattice
     integer(i8), intent(in) :: offset
     type(particles_t), intent(inout) :: particles
-    real(rp) :: x(3), velocity(3), gradient(3, 3), spin(3), centre(3), temperature, mass
+    real(rp) :: x(3), velocity(3), gradient(3, 3), centre(3), temperature, mass
     integer(i8) :: id
     integer :: j, k
 
     velocity = input%reals('BODY', body, 'VELOCITY', 3)
-    gradient = transpose(reshape(input%reals('BODY', body, 'VELOCITY_GRADIENT', 9), [3, 3]))
-    spin = input%reals('BODY', body, 'ANGULAR_VELOCITY', 3)
+    gradient = transpose(reshape(input%reals('BODY', body, 'VELOCITY_GRADIENT', 9), [3, 3])) &
+               + rotation(input%reals('BODY', body, 'ANGULAR_VELOCITY', 3))
     centre = input%reals('BODY', body, 'CENTRE', 3)
     temperature = input%real('BODY', body, 'TEMPERATURE')
     mass = scene%material(scene%body(body)%material)%rho*product(lattice%spacing)
@@ -116,20 +116,21 @@ contains
         x = lattice%origin + lattice%spacing*[i, j, k]
         if (.not. is_inside(solids, x)) cycle
         id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
-        call add_particle(particles, body, x, velocity + cross(spin, x - centre) &
-                          + matmul(gradient, x - centre), temperature, mass, &
+        call add_particle(particles, body, x, velocity + matmul(gradient, x - centre), &
+                          temperature, mass, &
                           make_tag(id, open_faces(solids, x, lattice%spacing)))
-        call add_extras(scene, body, particles)
+        call add_extras(scene, body, gradient, particles)
       end do
     end do
   end subroutine fill_plane
 
-  pure function cross(a, b) result(c)
-    real(rp), intent(in) :: a(3), b(3)
-    real(rp) :: c(3)
+  !> Velocity gradient of a rotation.
+  pure function rotation(w) result(l)
+    real(rp), intent(in) :: w(3)             !! [rad/s]
+    real(rp) :: l(3, 3)
 
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
+    l = reshape([0.0_rp, w(3), -w(2), -w(3), 0.0_rp, w(1), w(2), -w(1), 0.0_rp], [3, 3])
+  end function rotation
 
   !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside.
   pure integer function open_faces(solids, x, spacing)
@@ -180,14 +181,16 @@ contains
   end subroutine add_particle
 
   !> Fields that only some methods need, of the particle added last.
-  subroutine add_extras(scene, body, particles)
+  subroutine add_extras(scene, body, gradient, particles)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
+    real(rp), intent(in) :: gradient(3, 3)   !! of the velocity [1/s]
     type(particles_t), intent(inout) :: particles
 
     associate (ps => particles%ps(particles%count(particles%nblk), :, particles%nblk), &
-               half => scene%layout%half)
+               half => scene%layout%half, affine => scene%layout%affine)
       if (half > 0) ps(half:half + 2) = scene%domain(body)
+      if (affine > 0) ps(affine:affine + 8) = reshape(transpose(gradient), [9])
     end associate
   end subroutine add_extras
 

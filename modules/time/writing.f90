@@ -104,6 +104,7 @@ contains
     logical, intent(in) :: last
     type(error_t), intent(inout) :: error
     real(rp) :: now
+    logical :: wanted
 
     now = sim%clock%time*(1.0_rp + 1.0e-12_rp)
     associate (clock => sim%clock, output => sim%scene%output)
@@ -115,7 +116,8 @@ contains
         call self%frame(world, sim, error)
         clock%next_frame = next_time(output%frame_interval, clock%time)
       end if
-      if (.not. last .and. (now >= clock%next_checkpoint .or. sim%safety_is_due)) then
+      wanted = output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint
+      if (.not. last .and. (wanted .or. sim%safety_is_due)) then
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
         if (world%all_true(not_a_number(sim) == '')) call save_checkpoint(world, sim, error)
         sim%secured = wall_time()
