@@ -7,7 +7,7 @@ module setup_bodies
                              particles_t
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
-  use setup_solids, only: bounds, is_inside, read_solid, solid_t
+  use setup_solids, only: bounds, is_inside, read_solid, reference, solid_t
   use time_state, only: load_t, probes_t, scene_t
   implicit none (type, external)
   private
@@ -45,12 +45,12 @@ contains
     end do
   end subroutine body_solids
 
-  !> Lattice points of the grid's cells, `spacing` apart, that cover all added solids.
+  !> Lattice points, `spacing` apart, that cover all added solids.
   pure type(lattice_t) function lattice_of(scene, body, solids)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
     type(solid_t), intent(in) :: solids(:)
-    real(rp) :: low(3), high(3), lower(3), upper(3)
+    real(rp) :: low(3), high(3), lower(3), upper(3), anchor(3)
     integer :: i, first(3)
 
     low = huge(1.0_rp)
@@ -63,8 +63,10 @@ contains
     end do
     lattice_of%spacing = scene%body(body)%spacing
     if (any(high < low)) return
-    first = floor((low - scene%grid%lower)/lattice_of%spacing)
-    lattice_of%origin = scene%grid%lower + lattice_of%spacing*(real(first, rp) + 0.5_rp)
+    anchor = scene%grid%lower
+    if (scene%body(body)%own_lattice) anchor = reference(solids(findloc(solids%adds, .true., 1)))
+    first = floor((low - anchor)/lattice_of%spacing + 1.0e-6_rp)
+    lattice_of%origin = anchor + lattice_of%spacing*(real(first, rp) + 0.5_rp)
     lattice_of%n = ceiling((high - lattice_of%origin)/lattice_of%spacing) + 1
   end function lattice_of
 

@@ -178,6 +178,7 @@ contains
         per_cell = input%integers('BODY', i, 'PARTICLES_PER_CELL', 3)
         where (per_cell == 0) per_cell = max(1, per_cell(1))
         b%spacing = scene%grid%h/per_cell
+        b%own_lattice = input%text('BODY', i, 'LATTICE') == 'body'
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
           call input%complain(complaints, 'BODY', i, 'MATERIAL', &

@@ -8,7 +8,7 @@ module setup_solids
   implicit none (type, external)
   private
 
-  public :: solid_t, read_solid, is_inside, bounds
+  public :: solid_t, read_solid, is_inside, bounds, reference
 
   type :: solid_t
     character(16) :: kind = 'box'
@@ -124,5 +124,16 @@ contains
     lower = solid%centre - half
     upper = solid%centre + half
   end subroutine bounds
+
+  !> The point of a solid that lattices are anchored at: a corner, or the centre of a round one [m].
+  pure function reference(solid) result(x)
+    type(solid_t), intent(in) :: solid
+    real(rp) :: x(3)
+
+    x = solid%lower
+    if (solid%kind == 'box' .or. solid%kind == 'trapezoid') return
+    x = solid%centre
+    if (solid%kind == 'cylinder') x(solid%axis) = x(solid%axis) - 0.5_rp*solid%length
+  end function reference
 
 end module setup_solids

@@ -135,7 +135,8 @@ contains
           x = ps(p, f_pos:f_pos + 2)
           x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing(axis)
           area = product(body_now%spacing)/body_now%spacing(axis)
-          call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), x, sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, &
+          call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), x, &
+                            sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, &
                             flux, sim%sums(e_film))
         end do
       end do

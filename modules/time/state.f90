@@ -35,6 +35,7 @@ module time_state
     integer :: material = 1
     integer :: group = 1                     !! bodies of a group share a velocity field
     real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
+    logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
     type(load_t), allocatable :: load(:)
     real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
     real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]

@@ -196,8 +196,8 @@ contains
     if (sim%clock%refused <= self%told_refused) return
     self%told_refused = sim%clock%refused
     if (world%is_root()) write (output_unit, '(a)') 'note: until t = '//str(sim%clock%time)// &
-      ' s '//str(sim%clock%refused)//' step(s) would have moved a node by more than half a cell '// &
-      'and were made shorter; the last one is '//str(sim%clock%dt)//' s'
+      ' s '//str(sim%clock%refused)//' step(s) would have moved a node by more than half a '// &
+      'cell and were made shorter; the last one is '//str(sim%clock%dt)//' s'
   end subroutine tell_refused
 
   !> A line with percent, time, speed and time left, every PROGRESS_INTERVAL seconds.

@@ -238,7 +238,7 @@ contains
              'TRACTION CONTACT FIELD HEAT SURFACE SOURCE OUTPUT PROBE')
     call bad_value('TEMPRATURE = 3', 'has no key TEMPRATURE; did you mean TEMPERATURE?')
     call bad_value('COLOUR = 3', 'has no key COLOUR; known are NAME MATERIAL '// &
-                   'PARTICLES_PER_CELL TEMPERATURE VELOCITY ANGULAR_VELOCITY '// &
+                   'PARTICLES_PER_CELL LATTICE TEMPERATURE VELOCITY ANGULAR_VELOCITY '// &
                    'VELOCITY_GRADIENT CENTRE DEFORMATION RIGID')
     call bad_value('TEMPERATURE = 3'//nl//'TEMPERATURE = 4', &
                    'TEMPERATURE is given twice (first on line 2)', line=3)
@@ -273,7 +273,8 @@ contains
                    'VELOCITY = 99999999999*1: not a repeat count and a value')
     call bad_value('VELOCITY(4) = 1', 'VELOCITY(4) = 1: the key has only 3 values')
     call bad_value('TEMPERATURE(2) = 1', 'TEMPERATURE(2) = 1: the key has only 1 value')
-    call bad_value('PARTICLES_PER_CELL = 2.5', 'PARTICLES_PER_CELL = 2.5: expected up to 3 integers')
+    call bad_value('PARTICLES_PER_CELL = 2.5', &
+                   'PARTICLES_PER_CELL = 2.5: expected up to 3 integers')
     call bad_value('PARTICLES_PER_CELL = 99999999999', &
                    'PARTICLES_PER_CELL = 99999999999: expected up to 3 integers')
     call bad_value('PARTICLES_PER_CELL = 9', 'PARTICLES_PER_CELL = 9: must be >= 1 and <= 8')
