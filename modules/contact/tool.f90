@@ -53,7 +53,8 @@ module contact_tool
     procedure :: surface_velocity
   end type tool_t
 
-  real(rp), parameter :: closing = 0.2_rp   !! share of a penetration taken back in one step
+  real(rp), parameter :: closing = 0.5_rp   !! share of a penetration taken back in one step
+  real(rp), parameter :: memory = 0.9_rp    !! share of a sticking force kept for the next step
 
 contains
 
@@ -245,19 +246,18 @@ contains
     real(rp), intent(in) :: gap, normal(3)      !! [m], out of the tool
     real(rp), intent(in) :: slip(3)             !! velocity of the material against the tool [m/s]
     real(rp), intent(in) :: friction, limit
-    real(rp), intent(out) :: force(3)
-    real(rp) :: vn, fn, ft, tangent(3), speed
-
-    force = 0.0_rp
+    real(rp), intent(inout) :: force(3)         !! of the last step, of the next [N]
+    real(rp) :: vn, fn, ft, tangent(3)
     vn = dot_product(slip, normal)
     fn = -m/dt*(vn + gap/dt*merge(closing, 1.0_rp, gap < 0.0_rp))
-    if (fn <= 0.0_rp) return
-    tangent = slip - vn*normal
-    speed = norm2(tangent)
+    if (fn <= 0.0_rp) then
+      force = 0.0_rp
+      return
+    end if
+    tangent = memory*(force - dot_product(force, normal)*normal) - m/dt*(slip - vn*normal)
     force = fn*normal
-    if (speed <= 0.0_rp) return
-    ft = min(friction*fn, limit, m*speed/dt)
-    force = force - ft/speed*tangent
+    ft = norm2(tangent)
+    if (ft > 0.0_rp) force = force + min(1.0_rp, min(friction*fn, limit)/ft)*tangent
   end subroutine contact_force
 
 end module contact_tool

@@ -8,7 +8,7 @@ module setup_report
   use comm_world, only: world_t
   use particles_store, only: f_pos
   use time_heat, only: conduction_step
-  use time_loop, only: stable_step
+  use time_stability, only: stable_step
   use time_state, only: scheme_usl, simulation_t
   use time_step, only: take_step
   implicit none (type, external)

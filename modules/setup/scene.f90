@@ -11,6 +11,7 @@ module setup_scene
   use setup_names, only: find, known
   use setup_solids, only: bounds, read_solid, solid_t
   use setup_tools, only: read_tools
+  use time_stability, only: default_cfl
   use time_state, only: probes_t, scene_t, scheme_usl, simulation_t, transfer_apic, &
                         transfer_fmpm, transfer_xpic
   implicit none (type, external)
@@ -48,7 +49,6 @@ contains
     scene%max_steps = int(input%integer('TIME', 1, 'MAX_STEPS'), i8)
     associate (m => scene%method)
       m%cfl = input%real('TIME', 1, 'CFL')
-      if (m%cfl <= 0.0_rp) m%cfl = 0.4_rp
       m%fixed_dt = input%real('TIME', 1, 'DT')
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
@@ -58,6 +58,7 @@ contains
       m%transfer = find(['flip', 'apic', 'xpic', 'fmpm'], input%text('METHOD', 1, 'TRANSFER'))
       m%order = input%integer('METHOD', 1, 'ORDER')
       m%every = input%integer('METHOD', 1, 'EVERY')
+      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m)
       m%pic = input%real('METHOD', 1, 'PIC_FRACTION')
       m%fbar = input%logical('METHOD', 1, 'FBAR')
       m%sort_interval = input%integer('METHOD', 1, 'SORT_INTERVAL')

@@ -13,13 +13,14 @@ module time_loop
   use time_records, only: energies
   use time_regrid, only: regrid
   use time_resume, only: broken_path, checkpoint_path, save_checkpoint
+  use time_stability, only: stable_step
   use time_state, only: simulation_t
   use time_step, only: take_step
   use time_writing, only: writer_t
   implicit none (type, external)
   private
 
-  public :: run, begin, stable_step
+  public :: run, begin
 
   ! Why a run ended; the program's exit status.
   integer, parameter, public :: ended_well = 0, ended_broken = 3, ended_by_signal = 75, ended_io = 4
@@ -55,18 +56,6 @@ contains
       call sim%tool(k)%move_to(0.0_rp)
     end do
   end subroutine begin
-
-  !> Stable mechanical step: CFL h over the fastest wave (scaled) and particle; [s].
-  pure real(rp) function stable_step(sim)
-    type(simulation_t), intent(in) :: sim
-
-    associate (method => sim%scene%method)
-      stable_step = method%fixed_dt
-      if (stable_step > 0.0_rp) return
-      stable_step = method%cfl*sim%scene%grid%h &
-                    /(sqrt(sim%clock%stiffness/method%mass_scaling) + sim%clock%max_speed)
-    end associate
-  end function stable_step
 
   !> Run to the end, or until a signal or a lost particle stops it.
   subroutine run(world, sim, is_resumed, status, message)

@@ -1,0 +1,55 @@
+! SPDX-License-Identifier: MIT
+!> Largest stable mechanical step of each method.
+!>
+!> In units of h/c (c: pressure waves) the limit of a free elastic block in three dimensions with two
+!> particles per cell and direction, at the worst offset from the grid, was found by runs of 3,000
+!> steps (Poisson's ratio 0.33, docs/accuracy.md): FLIP with uGIMP 0.473, with quadratic B-splines
+!> 0.709. The limits in closed form are those of a frozen lattice, W = (omega dt)^2 <= 4/(2 - lambda)
+!> for FLIP and 2 (1 + lambda_k) lambda/lambda_k for FMPM(k), lambda_k = 1 - (1 - lambda)^k, with
+!> lambda the eigenvalue of S+ S; free surfaces lower them.
+module time_stability
+  use base_kinds, only: rp
+  use time_state, only: method_t, simulation_t, transfer_apic, transfer_fmpm, transfer_xpic
+  implicit none (type, external)
+  private
+
+  public :: default_cfl, stable_step
+
+  real(rp), parameter :: margin = 0.9_rp
+  real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.709_rp
+  real(rp), parameter :: apic_gain = 1.12_rp       !! measured: 0.531 and 0.795
+  real(rp), parameter :: filter_power = -0.37_rp   !! measured: 0.376 and 0.531 at order 2, 0.282
+                                                   !! and 0.398 at order 4
+  real(rp), parameter :: limit_linear = 0.2_rp     !! falls to 0 at a free surface near a node
+
+contains
+
+  !> Time step as a part of the time in which a wave crosses a cell, for this method.
+  pure real(rp) function default_cfl(method)
+    type(method_t), intent(in) :: method
+
+    default_cfl = limit_ugimp
+    if (method%is_bspline) default_cfl = limit_bspline
+    if (method%half_length < 0.1_rp) default_cfl = limit_linear
+    select case (method%transfer)
+    case (transfer_apic)
+      default_cfl = apic_gain*default_cfl
+    case (transfer_fmpm, transfer_xpic)
+      default_cfl = default_cfl*real(max(1, method%order), rp)**filter_power
+    end select
+    default_cfl = margin*default_cfl
+  end function default_cfl
+
+  !> Stable mechanical step: CFL h over the fastest wave (scaled) and particle; [s].
+  pure real(rp) function stable_step(sim)
+    type(simulation_t), intent(in) :: sim
+
+    associate (method => sim%scene%method)
+      stable_step = method%fixed_dt
+      if (stable_step > 0.0_rp) return
+      stable_step = method%cfl*sim%scene%grid%h &
+                    /(sqrt(sim%clock%stiffness/method%mass_scaling) + sim%clock%max_speed)
+    end associate
+  end function stable_step
+
+end module time_stability
