@@ -53,7 +53,7 @@ module contact_tool
     procedure :: surface_velocity
   end type tool_t
 
-  real(rp), parameter :: closing = 0.5_rp   !! share of a penetration taken back in one step
+  real(rp), parameter :: closing = 0.2_rp   !! share of a penetration taken back in one step
   real(rp), parameter :: memory = 0.9_rp    !! share of a sticking force kept for the next step
 
 contains
