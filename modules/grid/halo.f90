@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Sums the records of nodes that several ranks touch, or one rank through several images.
 !>
-!> A rank first adds up the images that it stores of a node in the first of them. Every pair of ranks
-!> then swaps its contributions to the nodes both store; each adds them up in the order of the ranks,
-!> its own among them, and copies the sum to all images: all copies of a node are equal to the bit.
+!> A rank first adds up the images that it stores of a node in the first of them. Every pair of
+!> ranks then swaps its contributions to the nodes both store; each adds them up in the order of the
+!> ranks, its own among them, and copies the sum to all images: all copies of a node are equal to
+!> the bit.
 module grid_halo
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
@@ -83,8 +84,8 @@ contains
     call widen(self, 8)
   end subroutine init
 
-  !> Along each axis the first images in `patch` of the nodes that `other` stores as well, in an order
-  !> that both ranks know: that of the nodes.
+  !> Along each axis the first images in `patch` of the nodes that `other` stores as well, in the
+  !> order of the nodes, which is the same for both.
   pure function common_lines(patch, other, active) result(line)
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: other, active
@@ -137,8 +138,8 @@ contains
                               [count(from /= to), 2]))
   end subroutine list_images
 
-  !> Mark the nodes that must be in use (cleared before a sum): the shared ones and all images of one
-  !> in use. Images that are not in use are left out of the sums.
+  !> Mark the nodes that must be in use (cleared before a sum): the shared ones and all images of
+  !> one in use. Images that are not in use are left out of the sums.
   pure subroutine mark_used(self, nn, used)
     class(halo_t), intent(inout) :: self
     integer, intent(in) :: nn
