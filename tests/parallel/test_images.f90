@@ -118,11 +118,21 @@ contains
     call expect_image_sums(exchange, grid, patch, boxes, active, used, 8)
     call expect_image_sums(exchange, grid, patch, boxes, active, used, 12)
     used = .false.
-    if (patch%nn > 0) used(patch%node(patch%own%lo)) = .true.
+    if (patch%nn > 0) used(patch%node(patch%own%hi)) = .true.
     call exchange%mark_used(patch%nn, used)
+    call expect('a node in use stays in use', patch%nn == 0 .or. used_at(patch, used))
     call expect_image_sums(exchange, grid, patch, boxes, active, used, 3)
     call expect('one rank sends nothing', world%size > 1 .or. exchange%messages == 0_i8)
   end subroutine test_sums
+
+  !> Whether the last owned node is marked; false for no node.
+  pure logical function used_at(patch, used)
+    type(patch_t), intent(in) :: patch
+    logical, intent(in) :: used(:)
+
+    used_at = .false.
+    if (patch%nn > 0) used_at = used(patch%node(patch%own%hi))
+  end function used_at
 
   subroutine expect_image_sums(exchange, grid, patch, boxes, active, used, width)
     type(halo_t), intent(inout) :: exchange
