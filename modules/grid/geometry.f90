@@ -4,12 +4,15 @@
 !> A node owns the cell centred on it. A rank owns a box of nodes; its particles are those whose
 !> nearest node lies in the box. The patch adds `halo` layers around it: a stencil reaches one node
 !> further, and a particle may be up to one cell outside its box until the next migration.
+!>
+!> Along a periodic axis of n cells there are n nodes; node i + k n is an image of node i. Only the
+!> nodes 0 to n-1 are owned, but a patch may store several images of one node.
 module grid_geometry
   use base_kinds, only: i8, rp
   implicit none (type, external)
   private
 
-  public :: grid_t, patch_t, make_grid, make_patch, nearest_node, box_t
+  public :: grid_t, patch_t, make_grid, make_patch, nearest_node, wrap, box_t
 
   integer, parameter, public :: halo = 2
 
@@ -30,6 +33,10 @@ module grid_geometry
     real(rp) :: h = 1.0_rp          !! cell size [m]
     real(rp) :: lower(3) = 0.0_rp   !! position of node (0,0,0) [m]
     integer :: n(3) = 0             !! nodes along each axis
+    integer :: period(3) = 0        !! nodes to the next image; 0: the axis is not periodic
+  contains
+    procedure :: cells
+    procedure :: upper
   end type grid_t
 
   !> A rank's part: owned box, box with halo, and how node (i,j,k) is stored (k fastest).
@@ -39,6 +46,7 @@ module grid_geometry
     integer :: nn = 0               !! stored nodes, halo included
     real(rp) :: origin(3) = 0.0_rp  !! position of the first stored node [m]
     real(rp) :: h = 1.0_rp          !! cell size [m]
+    integer :: period(3) = 0        !! that of the grid
   contains
     procedure :: node
   end type patch_t
@@ -85,14 +93,37 @@ contains
     has = all(ijk >= self%lo) .and. all(ijk <= self%hi)
   end function has
 
-  !> Grid of cells of size `h` that covers the box from `lower` to `upper`.
-  pure type(grid_t) function make_grid(h, lower, upper)
+  !> Grid of cells of size `h` that covers the box from `lower` to `upper`; along periodic axes the
+  !> box must be whole cells.
+  pure type(grid_t) function make_grid(h, lower, upper, is_periodic)
     real(rp), intent(in) :: h, lower(3), upper(3)   !! [m]
+    logical, intent(in), optional :: is_periodic(3)
 
     make_grid%h = h
     make_grid%lower = lower
     make_grid%n = ceiling((upper - lower)/h - 1.0e-9_rp) + 1
+    if (.not. present(is_periodic)) return
+    where (is_periodic)
+      make_grid%n = nint((upper - lower)/h)
+      make_grid%period = make_grid%n
+    end where
   end function make_grid
+
+  !> Cells along each axis.
+  pure function cells(self)
+    class(grid_t), intent(in) :: self
+    integer :: cells(3)
+
+    cells = merge(self%n, self%n - 1, self%period > 0)
+  end function cells
+
+  !> Upper corner of the box [m].
+  pure function upper(self)
+    class(grid_t), intent(in) :: self
+    real(rp) :: upper(3)
+
+    upper = self%lower + self%h*real(self%cells(), rp)
+  end function upper
 
   !> Storage of the owned box `own`.
   pure type(patch_t) function make_patch(grid, own)
@@ -103,6 +134,7 @@ contains
     make_patch%own = own
     make_patch%all = own%grown(halo)
     make_patch%h = grid%h
+    make_patch%period = grid%period
     n = 0
     if (.not. own%is_empty()) n = make_patch%all%hi - make_patch%all%lo + 1
     make_patch%stride = [n(2)*n(3), n(3), 1]
@@ -126,5 +158,24 @@ contains
 
     ijk = floor((x - grid%lower)/grid%h + 0.5_rp)
   end function nearest_node
+
+  !> Move `x` by whole periods so that its nearest node is one of 0 to n-1. A sum that rounding
+  !> leaves on the other side of the edge is put 1e-9 cells inside.
+  pure subroutine wrap(grid, x)
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(inout) :: x(3)         !! [m]
+    real(rp), parameter :: inside = 0.5_rp - 1.0e-9_rp
+    integer :: a, ijk(3)
+
+    ijk = nearest_node(grid, x)
+    if (all(grid%period == 0 .or. (ijk >= 0 .and. ijk < grid%n))) return
+    do a = 1, 3
+      if (grid%period(a) == 0) cycle
+      x(a) = x(a) - grid%h*real(ijk(a) - modulo(ijk(a), grid%period(a)), rp)
+    end do
+    ijk = nearest_node(grid, x)
+    where (grid%period > 0 .and. ijk < 0) x = grid%lower - grid%h*inside
+    where (grid%period > 0 .and. ijk >= grid%n) x = grid%upper() - grid%h*(1.0_rp - inside)
+  end subroutine wrap
 
 end module grid_geometry

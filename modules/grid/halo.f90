@@ -1,8 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Sums the records of nodes that several ranks touch.
+!> Sums the records of nodes that several ranks touch, or one rank through several images.
 !>
-!> Every pair of ranks swaps its contributions to the nodes both store; each then adds them up in
-!> the order of the ranks, its own among them, so that all copies of a node are equal to the bit.
+!> A rank first adds up the images that it stores of a node in the first of them. Every pair of
+!> ranks then swaps its contributions to the nodes both store; each adds them up in the order of the
+!> ranks, its own among them, and copies the sum to all images: all copies of a node are equal to
+!> the bit.
 module grid_halo
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
@@ -13,7 +15,6 @@ module grid_halo
   private
 
   public :: halo_t
-
 
   !> What is swapped with one other rank.
   type :: neighbour_t
@@ -29,24 +30,33 @@ module grid_halo
     integer :: width = 0                                 !! reals of a record that buffers hold
     type(neighbour_t), allocatable :: neighbour(:)
     integer, allocatable :: shared(:)                    !! all nodes shared with anybody
+    integer, allocatable :: image(:, :)                  !! (2, n) an image, the node's first image
     real(rp), allocatable :: own(:)                      !! own contributions while summing
     integer(i8) :: bytes = 0                             !! sent so far
     integer(i8) :: messages = 0
   contains
     procedure :: init
+    procedure :: mark_used
     procedure :: sum => sum_records
   end type halo_t
 
+  !> Nodes along one axis.
+  type :: line_t
+    integer, allocatable :: i(:)
+  end type line_t
+
 contains
 
-  !> Find the ranks whose patches overlap this one and the nodes shared with each.
+  !> Find the ranks that store nodes of this patch, the nodes shared with each, and the images.
   subroutine init(self, world, patch, boxes, active)
     class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: boxes(0:)
-    type(box_t), intent(in) :: active          !! box of all nodes in use on any rank
-    type(box_t) :: common, other
+    type(box_t), intent(in) :: active  !! box of all nodes in use on any rank; it does not limit
+                                       !! periodic axes
+    type(line_t) :: line(3)
+    type(box_t) :: other
     logical, allocatable :: is_shared(:)
     integer :: r, i
 
@@ -58,21 +68,95 @@ contains
       if (r == world%rank .or. patch%nn == 0) cycle
       other = boxes(r)%grown(halo)
       if (other%is_empty()) cycle
-      common = patch%all%meet(other)
-      common = common%meet(active)
-      if (common%is_empty()) cycle
+      line = common_lines(patch, other, active)
+      if (any([(size(line(i)%i) == 0, i=1, 3)])) cycle
       self%n = self%n + 1
       associate (nb => self%neighbour(self%n))
         nb%rank = r
-        nb%count = common%count()
+        nb%count = product([(size(line(i)%i), i=1, 3)])
         allocate (nb%node(nb%count))
-        call list_nodes(patch, common, nb%node)
+        call list_nodes(patch, line, nb%node)
         is_shared(nb%node) = .true.
       end associate
     end do
     self%shared = pack([(i, i=1, patch%nn)], is_shared)
+    call list_images(patch, active, self%image)
     call widen(self, 8)
   end subroutine init
+
+  !> Along each axis the first images in `patch` of the nodes that `other` stores as well, in the
+  !> order of the nodes, which is the same for both.
+  pure function common_lines(patch, other, active) result(line)
+    type(patch_t), intent(in) :: patch
+    type(box_t), intent(in) :: other, active
+    type(line_t) :: line(3)
+    type(box_t) :: common
+    integer :: a, i
+
+    common = patch%all%meet(other)
+    common = common%meet(active)
+    do a = 1, 3
+      associate (n => patch%period(a), lo => patch%all%lo(a))
+        if (n == 0) then
+          line(a)%i = [(i, i=common%lo(a), common%hi(a))]
+        else
+          line(a)%i = [(lo + modulo(i - lo, n), i=0, n - 1)]
+          line(a)%i = pack(line(a)%i, line(a)%i <= patch%all%hi(a) .and. &
+                           other%lo(a) + modulo(line(a)%i - other%lo(a), n) <= other%hi(a))
+        end if
+      end associate
+    end do
+  end function common_lines
+
+  !> Pairs of storage indices: every image that is not a node's first in the patch, and the first.
+  pure subroutine list_images(patch, active, image)
+    type(patch_t), intent(in) :: patch
+    type(box_t), intent(in) :: active
+    integer, allocatable, intent(out) :: image(:, :)
+    type(line_t) :: line(3), first(3)
+    integer, allocatable :: from(:), to(:)
+    integer :: a, i
+
+    allocate (image(2, 0))
+    if (patch%nn == 0 .or. all(patch%period == 0)) return
+    do a = 1, 3
+      associate (n => patch%period(a), lo => patch%all%lo(a), hi => patch%all%hi(a))
+        if (n == 0) then
+          line(a)%i = [(i, i=max(lo, active%lo(a)), min(hi, active%hi(a)))]
+          first(a)%i = line(a)%i
+        else
+          line(a)%i = [(i, i=lo, hi)]
+          first(a)%i = lo + modulo(line(a)%i - lo, n)
+        end if
+      end associate
+    end do
+    allocate (from(product([(size(line(i)%i), i=1, 3)])))
+    allocate (to(size(from)))
+    call list_nodes(patch, line, from)
+    call list_nodes(patch, first, to)
+    image = transpose(reshape([pack(from, from /= to), pack(to, from /= to)], &
+                              [count(from /= to), 2]))
+  end subroutine list_images
+
+  !> Mark the nodes that must be in use (cleared before a sum): the shared ones and all images of
+  !> one in use. Images that are not in use are left out of the sums.
+  pure subroutine mark_used(self, nn, used)
+    class(halo_t), intent(inout) :: self
+    integer, intent(in) :: nn
+    logical, intent(inout) :: used(nn)
+    integer, allocatable :: kept(:, :)
+    integer :: i, n
+
+    used(self%shared) = .true.
+    do i = 1, size(self%image, 2)
+      if (used(self%image(1, i))) used(self%image(2, i)) = .true.
+    end do
+    used(self%image(1, :)) = used(self%image(2, :))
+    n = count(used(self%image(1, :)))
+    allocate (kept(2, n))
+    kept = reshape(pack(self%image, spread(used(self%image(1, :)), 1, 2)), [2, n])
+    call move_alloc(kept, self%image)
+  end subroutine mark_used
 
   !> Buffers for records of `width` reals.
   subroutine widen(self, width)
@@ -91,26 +175,38 @@ contains
     allocate (self%own(width*size(self%shared)))
   end subroutine widen
 
-  !> Storage indices of the nodes of `box`.
-  pure subroutine list_nodes(patch, box, list)
+  !> Storage indices of the nodes in which `line` cross.
+  pure subroutine list_nodes(patch, line, list)
     type(patch_t), intent(in) :: patch
-    type(box_t), intent(in) :: box
+    type(line_t), intent(in) :: line(3)
     integer, intent(out) :: list(:)
     integer :: i, j, k, c
 
     c = 0
-    do i = box%lo(1), box%hi(1)
-      do j = box%lo(2), box%hi(2)
-        do k = box%lo(3), box%hi(3)
+    do i = 1, size(line(1)%i)
+      do j = 1, size(line(2)%i)
+        do k = 1, size(line(3)%i)
           c = c + 1
-          list(c) = patch%node([i, j, k])
+          list(c) = patch%node([line(1)%i(i), line(2)%i(j), line(3)%i(k)])
         end do
       end do
     end do
   end subroutine list_nodes
 
-  !> Replace the records of shared nodes by the sums over all ranks.
+  !> Replace the records of shared nodes and of images by the sums over all ranks and images.
   subroutine sum_records(self, world, width, nn, g)
+    class(halo_t), intent(inout), target :: self
+    type(world_t), intent(in) :: world
+    integer, intent(in) :: width, nn
+    real(rp), intent(inout) :: g(width, nn)
+
+    call fold(width, size(self%image, 2), self%image, nn, g)
+    if (self%n > 0) call swap(self, world, width, nn, g)
+    call unfold(width, size(self%image, 2), self%image, nn, g)
+  end subroutine sum_records
+
+  !> Replace the records of shared nodes by the sums over all ranks.
+  subroutine swap(self, world, width, nn, g)
     class(halo_t), intent(inout), target :: self
     type(world_t), intent(in) :: world
     integer, intent(in) :: width, nn
@@ -119,7 +215,6 @@ contains
     integer :: i
     logical :: own_added
 
-    if (self%n == 0) return
     if (width > self%width) call widen(self, width)
     do i = 1, self%n
       associate (nb => self%neighbour(i))
@@ -146,7 +241,29 @@ contains
       end associate
     end do
     if (.not. own_added) call scatter_add(width, size(self%shared), self%shared, self%own, nn, g)
-  end subroutine sum_records
+  end subroutine swap
+
+  !> Add every image to its node's first.
+  pure subroutine fold(width, n, image, nn, g)
+    integer, intent(in) :: width, n, image(2, n), nn
+    real(rp), intent(inout) :: g(width, nn)
+    integer :: i
+
+    do i = 1, n
+      g(:, image(2, i)) = g(:, image(2, i)) + g(:, image(1, i))
+    end do
+  end subroutine fold
+
+  !> Copy every node's first image to the others.
+  pure subroutine unfold(width, n, image, nn, g)
+    integer, intent(in) :: width, n, image(2, n), nn
+    real(rp), intent(inout) :: g(width, nn)
+    integer :: i
+
+    do i = 1, n
+      g(:, image(1, i)) = g(:, image(2, i))
+    end do
+  end subroutine unfold
 
   pure subroutine gather(width, n, list, nn, g, buffer)
     integer, intent(in) :: width, n, list(n), nn

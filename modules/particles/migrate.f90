@@ -4,7 +4,7 @@ module particles_migrate
   use base_kinds, only: i8, rp
   use base_text, only: str
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, grid_t, nearest_node, patch_t
+  use grid_geometry, only: box_t, grid_t, halo, nearest_node, patch_t, wrap
   use grid_partition, only: owner_of
   use mpi_f08, only: mpi_alltoall, mpi_alltoallv, mpi_double_precision, mpi_integer
   use particles_sort, only: slot_block, slot_lane, sort_particles
@@ -12,11 +12,28 @@ module particles_migrate
   implicit none (type, external)
   private
 
-  public :: redistribute, find_outside
+  public :: redistribute, wrap_positions, find_outside
 
 contains
 
-  !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`).
+  !> Bring all particles that left through a periodic side back on the other one.
+  subroutine wrap_positions(grid, particles)
+    type(grid_t), intent(in) :: grid
+    type(particles_t), intent(inout) :: particles
+    real(rp) :: x(3)
+    integer :: b, p
+
+    if (all(grid%period == 0)) return
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        x = particles%ps(p, f_pos:f_pos + 2, b)
+        call wrap(grid, x)
+        particles%ps(p, f_pos:f_pos + 2, b) = x
+      end do
+    end do
+  end subroutine wrap_positions
+
+  !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`), wrapped.
   subroutine redistribute(world, grid, patch, boxes, nbody, particles)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
@@ -148,19 +165,22 @@ contains
   end subroutine append_arrivals
 
   !> First particle of this rank outside the grid (or not a number), as a message; '' if none.
+  !> Through a periodic side it may be as far outside as a patch reaches.
   function find_outside(grid, particles) result(message)
     type(grid_t), intent(in) :: grid
     type(particles_t), intent(in) :: particles
     character(:), allocatable :: message
-    real(rp) :: x(3), top(3)
+    real(rp) :: x(3), low(3), top(3), room(3)
     integer :: b, p
 
     message = ''
-    top = grid%lower + grid%h*(grid%n - 1)
+    room = merge(halo*grid%h, 0.0_rp, grid%period > 0)
+    low = grid%lower - room
+    top = grid%upper() + room
     do b = 1, particles%nblk
       do p = 1, particles%count(b)
         x = particles%ps(p, f_pos:f_pos + 2, b)
-        if (all(x >= grid%lower .and. x <= top)) cycle   ! false for NaN
+        if (all(x >= low .and. x <= top)) cycle   ! false for NaN
         associate (v => particles%ps(p, f_vel:f_vel + 2, b))
           message = 'particle '//str(tag_id(particles%tag(p, b)))//' left the grid at ('// &
                     str(x(1))//', '//str(x(2))//', '//str(x(3))//') m with velocity ('// &

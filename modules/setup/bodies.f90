@@ -3,6 +3,7 @@
 module setup_bodies
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
+  use grid_geometry, only: grid_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, &
                              particles_t
   use setup_complaints, only: complaints_t
@@ -120,7 +121,7 @@ contains
         id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
         call add_particle(particles, body, x, velocity + matmul(gradient, x - centre), &
                           temperature, mass, &
-                          make_tag(id, open_faces(solids, x, lattice%spacing)))
+                          make_tag(id, open_faces(scene%grid, solids, x, lattice%spacing)))
         call add_extras(scene, body, gradient, particles)
       end do
     end do
@@ -134,11 +135,13 @@ contains
     l = reshape([0.0_rp, w(3), -w(2), -w(3), 0.0_rp, w(1), w(2), -w(1), 0.0_rp], [3, 3])
   end function rotation
 
-  !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside.
-  pure integer function open_faces(solids, x, spacing)
+  !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside;
+  !> behind a periodic side comes the other one.
+  pure integer function open_faces(grid, solids, x, spacing)
+    type(grid_t), intent(in) :: grid
     type(solid_t), intent(in) :: solids(:)
     real(rp), intent(in) :: x(3), spacing(3)
-    real(rp) :: y(3)
+    real(rp) :: y(3), length
     integer :: axis, side
 
     open_faces = 0
@@ -146,6 +149,8 @@ contains
       do side = 0, 1
         y = x
         y(axis) = x(axis) + spacing(axis)*(2*side - 1)
+        length = grid%h*grid%period(axis)
+        if (length > 0.0_rp) y(axis) = grid%lower(axis) + modulo(y(axis) - grid%lower(axis), length)
         if (.not. is_inside(solids, y)) open_faces = ibset(open_faces, 2*(axis - 1) + side)
       end do
     end do

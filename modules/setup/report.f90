@@ -6,6 +6,7 @@ module setup_report
   use base_text, only: str
   use base_timers, only: wall_time
   use comm_world, only: world_t
+  use grid_geometry, only: grid_t
   use particles_store, only: f_pos
   use time_heat, only: conduction_step
   use time_stability, only: stable_step
@@ -24,7 +25,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer(i8), intent(in) :: counts(:)     !! particles of each body
     real(rp) :: dt, per_step, memory(1), steps
-    integer :: b
+    integer :: b, cells(3)
 
     dt = stable_step(sim)
     memory = real(sim%particles%bytes(), rp) + 64.0_rp*sim%patch%nn*merge(2, 1, associated(sim%g2))
@@ -35,8 +36,9 @@ contains
     if (sim%scene%max_steps > 0) steps = min(steps, real(sim%scene%max_steps, rp))
     call line('scene', sim%scene%output%name//'  '//sim%scene%title)
     associate (grid => sim%scene%grid)
-      call line('grid', str(grid%n(1) - 1)//' x '//str(grid%n(2) - 1)//' x '//str(grid%n(3) - 1)// &
-                ' cells of '//str(1.0e3_rp*grid%h)//' mm')
+      cells = grid%cells()
+      call line('grid', str(cells(1))//' x '//str(cells(2))//' x '//str(cells(3))// &
+                ' cells of '//str(1.0e3_rp*grid%h)//' mm'//periodic_axes(grid))
     end associate
     do b = 1, size(counts)
       associate (body => sim%scene%body(b))
@@ -82,6 +84,19 @@ contains
         ' mm inside the material and will hit it hard: let it start outside and plunge (&MOTION)'
     end do
   end subroutine warn_of_overlap
+
+  !> `, periodic along xy`.
+  pure function periodic_axes(grid) result(text)
+    type(grid_t), intent(in) :: grid
+    character(:), allocatable :: text
+    integer :: a
+
+    text = ''
+    if (any(grid%period > 0)) text = ', periodic along '
+    do a = 1, 3
+      if (grid%period(a) > 0) text = text//'xyz'(a:a)
+    end do
+  end function periodic_axes
 
   subroutine line(name, text)
     character(*), intent(in) :: name, text

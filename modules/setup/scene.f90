@@ -100,17 +100,25 @@ contains
     type(scene_t), intent(inout) :: scene
     type(complaints_t), intent(inout) :: complaints
     real(rp) :: lower(3), upper(3), h
+    logical :: is_periodic(3)
+    integer :: a
 
     lower = input%reals('GRID', 1, 'LOWER', 3)
     upper = input%reals('GRID', 1, 'UPPER', 3)
     h = input%real('GRID', 1, 'CELL')
-    if (h <= 0.0_rp .or. .not. input%given('GRID', 1, 'UPPER')) return   ! has its complaint
-    if (any(upper - lower < h)) then
+    if (.not. input%given('GRID', 1, 'UPPER')) return   ! has its complaint
+    if (h <= 0.0_rp) return
+    is_periodic = [(index(input%text('GRID', 1, 'PERIODIC'), 'xyz'(a:a)) > 0, a=1, 3)]
+    if (any(upper - lower < h*(1.0_rp - 1.0e-9_rp))) then
       call input%complain(complaints, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
     else if (product((upper - lower)/h) > 2.0e9_rp) then
       call input%complain(complaints, 'GRID', 1, 'CELL', 'makes more than 2e9 cells')
+    else if (any(is_periodic .and. abs((upper - lower)/h - anint((upper - lower)/h)) &
+                 > 1.0e-6_rp)) then
+      call input%complain(complaints, 'GRID', 1, 'PERIODIC', &
+        'along a periodic axis UPPER - LOWER must be a whole number of cells')
     else
-      scene%grid = make_grid(h, lower, upper)
+      scene%grid = make_grid(h, lower, upper, is_periodic)
     end if
   end subroutine read_grid
 
@@ -240,7 +248,7 @@ contains
     integer :: body, i
 
     has_shape = .false.
-    top = scene%grid%lower + scene%grid%h*(scene%grid%n - 1)
+    top = scene%grid%upper()
     slack = 1.0e-9_rp*scene%grid%h
     do i = 1, input%count('SHAPE')
       call read_solid(input, i, solid, complaints)
@@ -270,23 +278,26 @@ contains
     type(scene_t), intent(inout) :: scene
     type(complaints_t), intent(inout) :: complaints
     character(:), allocatable :: letters
-    real(rp) :: far
+    real(rp) :: far, top(3)
     integer :: a, i, n, side
 
     n = input%count('WALL')
     allocate (scene%constraint(n + input%count('CLAMP')))
     far = huge(1.0_rp)
+    top = scene%grid%upper()
     do i = 1, n
       associate (c => scene%constraint(i))
         c%lower = -far
         c%upper = far
         side = index('xminxmaxyminymaxzminzmax', input%text('WALL', i, 'SIDE'))/4
         a = side/2 + 1
+        if (scene%grid%period(a) > 0) call input%complain(complaints, 'WALL', i, 'SIDE', &
+          'the grid is periodic along this axis')
         if (mod(side, 2) == 0) then
           c%upper(a) = scene%grid%lower(a)
           if (input%given('WALL', i, 'POSITION')) c%upper(a) = input%real('WALL', i, 'POSITION')
         else
-          c%lower(a) = scene%grid%lower(a) + scene%grid%h*(scene%grid%n(a) - 1)
+          c%lower(a) = top(a)
           if (input%given('WALL', i, 'POSITION')) c%lower(a) = input%real('WALL', i, 'POSITION')
         end if
         c%component = input%text('WALL', i, 'KIND') == 'fixed'
@@ -320,7 +331,7 @@ contains
     probes%group = 1
     probes%temperature = 298.0_rp            ! until `warm_probes`
     probes%is_mine = .false.
-    top = scene%grid%lower + scene%grid%h*(scene%grid%n - 1)
+    top = scene%grid%upper()
     do i = 1, probes%n
       probes%name(i) = input%text('PROBE', i, 'NAME')
       probes%x(:, i) = input%reals('PROBE', i, 'POSITION', 3)

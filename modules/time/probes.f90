@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Thermocouples: massless points that ride in the material and read its nodal temperature.
+!> A probe that leaves through a periodic side keeps counting its way; it reads the nodes' images.
 module time_probes
   use base_kinds, only: rp
   use comm_world, only: world_t
-  use grid_geometry, only: grid_t, nearest_node, patch_t
+  use grid_geometry, only: grid_t, nearest_node, patch_t, wrap
   use time_state, only: probes_t
   implicit none (type, external)
   private
@@ -25,6 +26,7 @@ contains
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
       s = (probes%x(:, n) - patch%origin)/patch%h
+      where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
       base = floor(s)
       w = s - base
       record = 0.0_rp
@@ -70,10 +72,13 @@ contains
     type(grid_t), intent(in) :: grid
     type(patch_t), intent(in) :: patch
     type(probes_t), intent(inout) :: probes
+    real(rp) :: x(3)
     integer :: n
 
     do n = 1, probes%n
-      probes%is_mine(n) = patch%own%has(nearest_node(grid, probes%x(:, n)))
+      x = probes%x(:, n)
+      call wrap(grid, x)
+      probes%is_mine(n) = patch%own%has(nearest_node(grid, x))
     end do
   end subroutine claim_probes
 

@@ -3,12 +3,12 @@
 module time_regrid
   use base_kinds, only: rp
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, halo, make_patch, nearest_node
+  use grid_geometry, only: box_t, halo, make_patch, nearest_node, patch_t, wrap
   use grid_partition, only: bisect, imbalance
-  use particles_migrate, only: redistribute
+  use particles_migrate, only: redistribute, wrap_positions
   use particles_store, only: f_pos
   use time_probes, only: claim_probes, share_probes
-  use time_state, only: simulation_t
+  use time_state, only: constraint_t, simulation_t
   implicit none (type, external)
   private
 
@@ -22,6 +22,7 @@ contains
     type(simulation_t), intent(inout) :: sim
 
     if (.not. allocated(sim%boxes)) allocate (sim%boxes(0:world%size - 1))
+    call wrap_positions(sim%scene%grid, sim%particles)
     call partition(world, sim)
   end subroutine first_partition
 
@@ -31,6 +32,7 @@ contains
     type(simulation_t), intent(inout) :: sim
 
     call share_probes(world, sim%probes)
+    call wrap_positions(sim%scene%grid, sim%particles)
     if (world%size > 1) then
       if (imbalance(world, real(sim%particles%total(), rp)) > sim%scene%method%rebalance) then
         call partition(world, sim)
@@ -123,7 +125,7 @@ contains
       end do
     end do
     call dilate(used)
-    call mark_shared(sim%halo%shared, size(used), used)
+    call sim%halo%mark_used(size(used), used)
     allocate (list(3, 64))
     sim%n_runs = 0
     do i = 1, n(1)
@@ -172,16 +174,6 @@ contains
     end do
   end subroutine dilate
 
-  pure subroutine mark_shared(shared, n, used)
-    integer, intent(in) :: shared(:), n
-    logical, intent(inout) :: used(n)
-    integer :: i
-
-    do i = 1, size(shared)
-      used(shared(i)) = .true.
-    end do
-  end subroutine mark_shared
-
   !> Add `entry` behind the `n` entries of a growing list.
   pure subroutine append(list, n, entry)
     integer, allocatable, intent(inout) :: list(:, :)
@@ -202,12 +194,11 @@ contains
   subroutine list_fixed(sim)
     type(simulation_t), intent(inout) :: sim
     integer, allocatable :: list(:, :)
-    real(rp) :: x(3), slack
+    real(rp) :: x(3)
     integer :: c, ijk(3), q, r, rest
 
     allocate (list(3, 64))
     sim%n_fixed = 0
-    slack = 1.0e-6_rp*sim%scene%grid%h
     do r = 1, sim%n_runs
       do q = sim%run(1, r), sim%run(2, r)
         rest = q - 1
@@ -216,16 +207,33 @@ contains
         ijk(2) = rest/sim%patch%stride(2)
         ijk(3) = rest - ijk(2)*sim%patch%stride(2)
         x = sim%patch%origin + sim%patch%h*real(ijk, rp)
+        call wrap(sim%scene%grid, x)
         do c = 1, size(sim%scene%constraint)
-          associate (rule => sim%scene%constraint(c))
-            if (any(x < rule%lower - slack) .or. any(x > rule%upper + slack)) cycle
-          end associate
+          if (.not. holds(sim%scene%constraint(c), sim%patch, x)) cycle
           call append(list, sim%n_fixed, [q, c, sim%run(3, r)])
         end do
       end do
     end do
     call move_alloc(list, sim%fixed)
   end subroutine list_fixed
+
+  !> Whether a rule is for the node at `x` or one of its next images.
+  pure logical function holds(rule, patch, x)
+    type(constraint_t), intent(in) :: rule
+    type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: x(3)             !! [m]
+    real(rp) :: y(3), slack
+    logical :: inside(3)
+    integer :: turn
+
+    slack = 1.0e-6_rp*patch%h
+    inside = .false.
+    do turn = -1, 1
+      y = x + patch%h*real(turn*patch%period, rp)
+      inside = inside .or. (y >= rule%lower - slack .and. y <= rule%upper + slack)
+    end do
+    holds = all(inside)
+  end function holds
 
   !> Ball around each block, with room for the way until the next sort (one cell) and the reach of
   !> a particle (half a cell at most).

@@ -6,6 +6,7 @@ program test_grid
   use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t, grid_t, halo, make_grid, make_patch, nearest_node, patch_t
   use grid_halo, only: halo_t
+  use grid_samples, only: contribution, expect_cover, fill, random_loads
   use grid_partition, only: bisect, imbalance, owner_of
   implicit none (type, external)
 
@@ -51,57 +52,6 @@ contains
     call expect('nearest node', all(nearest_node(grid, [0.149_rp, 1.151_rp, 2.0_rp]) == [1, 2, 0]))
   end subroutine test_geometry
 
-  !> Every node of the grid lies in exactly one box, and all ranks have the same boxes.
-  subroutine expect_cover(name, grid, boxes)
-    character(*), intent(in) :: name
-    type(grid_t), intent(in) :: grid
-    type(box_t), intent(in) :: boxes(0:)
-    type(box_t) :: whole, common
-    real(rp) :: mine(6, 0:size(boxes) - 1), first(6*size(boxes))
-    integer :: r, s, total
-    logical :: apart, within
-
-    total = 0
-    apart = .true.
-    within = .true.
-    whole = box_t([0, 0, 0], grid%n - 1)
-    do r = 0, size(boxes) - 1
-      total = total + boxes(r)%count()
-      common = boxes(r)%meet(whole)
-      within = within .and. common%count() == boxes(r)%count()
-      do s = 0, r - 1
-        common = boxes(r)%meet(boxes(s))
-        apart = apart .and. common%is_empty()
-      end do
-    end do
-    call expect(name//': boxes cover the grid', total == product(grid%n) .and. within)
-    call expect(name//': boxes do not overlap', apart)
-    do r = 0, size(boxes) - 1
-      mine(:, r) = real([boxes(r)%lo, boxes(r)%hi], rp)
-    end do
-    first = reshape(mine, [size(mine)])
-    call world%broadcast(first)
-    call expect(name//': all ranks agree', all(reshape(mine, [size(mine)]) == first))
-  end subroutine expect_cover
-
-  !> Random loads, each rank with others, between the fractions `from` and `to` of the grid.
-  subroutine random_loads(grid, from, to, n, nodes, weight)
-    type(grid_t), intent(in) :: grid
-    real(rp), intent(in) :: from(3), to(3)
-    integer, intent(in) :: n
-    integer, allocatable, intent(out) :: nodes(:, :)
-    real(rp), allocatable, intent(out) :: weight(:)
-    real(rp) :: u(3)
-    integer :: i
-
-    allocate (nodes(3, n), weight(n))
-    do i = 1, n
-      call random_number(u)
-      nodes(:, i) = min(grid%n - 1, floor((from + u*(to - from))*grid%n))
-    end do
-    call random_number(weight)
-  end subroutine random_loads
-
   !> Load of every rank, from all ranks' parts.
   subroutine loads_of(boxes, nodes, weight, load)
     type(box_t), intent(in) :: boxes(0:)
@@ -131,7 +81,7 @@ contains
     grid = make_grid(1.0_rp, [0.0_rp, 0.0_rp, 0.0_rp], real(n - 1, rp))
     call random_loads(grid, from, to, 20000/world%size, nodes, weight)
     call bisect(world, grid, nodes, weight, boxes)
-    call expect_cover(name, grid, boxes)
+    call expect_cover(world, name, grid, boxes)
     call loads_of(boxes, nodes, weight, load)
     call expect(name//': balanced within 15 %', imbalance(world, load(world%rank)) <= 1.15_rp)
     call expect_close(name//': imbalance', imbalance(world, load(world%rank)), &
@@ -150,44 +100,16 @@ contains
     weight = [1.0_rp, 2.0_rp, 1.5_rp]
     if (world%rank > 0) weight = 0.0_rp
     call bisect(world, grid, nodes, weight, boxes)
-    call expect_cover('three loaded nodes', grid, boxes)
+    call expect_cover(world, 'three loaded nodes', grid, boxes)
     call bisect(world, grid, none, no_weight, boxes)
-    call expect_cover('no load', grid, boxes)
+    call expect_cover(world, 'no load', grid, boxes)
     grid = make_grid(1.0_rp, [0.0_rp, 0.0_rp, 0.0_rp], [2.0_rp, 0.0_rp, 0.0_rp])
     nodes = reshape([0, 0, 0, 1, 0, 0, 2, 0, 0], [3, 3])
     call bisect(world, grid, nodes, weight, boxes)
-    call expect_cover('three nodes', grid, boxes)
+    call expect_cover(world, 'three nodes', grid, boxes)
     call expect('nodes outside belong to nobody', owner_of(boxes, [3, 0, 0]) == -1 &
                 .and. owner_of(boxes, [-1, 0, 0]) == -1)
   end subroutine test_few_nodes
-
-  !> What rank r contributes to lane f of node ijk: of either sign and many sizes. It ends with a
-  !> division, since the compiler would fuse a product and the sum.
-  pure real(rp) function contribution(r, f, ijk)
-    integer, intent(in) :: r, f, ijk(3)
-    real(rp), parameter :: size_of(0:4) = [7.0_rp, 3.0e5_rp, 1.1e-3_rp, 130.0_rp, 9.7e9_rp]
-
-    contribution = real(modulo(7919*ijk(1) + 104729*ijk(2) + 15485*ijk(3) + 6113*f + 3571*r, 2003) &
-                        - 1001, rp)/size_of(modulo(sum(ijk) + f + 3*r, 5))
-  end function contribution
-
-  !> This rank's contributions to all nodes of its patch.
-  subroutine fill(patch, width, g)
-    type(patch_t), intent(in) :: patch
-    integer, intent(in) :: width
-    real(rp), intent(out) :: g(width, patch%nn)
-    integer :: f, i, j, k
-
-    do i = patch%all%lo(1), patch%all%hi(1)
-      do j = patch%all%lo(2), patch%all%hi(2)
-        do k = patch%all%lo(3), patch%all%hi(3)
-          do f = 1, width
-            g(f, patch%node([i, j, k])) = contribution(world%rank, f, [i, j, k])
-          end do
-        end do
-      end do
-    end do
-  end subroutine fill
 
   !> Sums of records of several widths over one exchange, wider and narrower in turn.
   subroutine test_halo(n)
@@ -225,7 +147,7 @@ contains
     logical :: equal, untouched
 
     allocate (g(width, patch%nn))
-    call fill(patch, width, g)
+    call fill(world%rank, patch, width, g)
     call exchange%sum(world, width, patch%nn, g)
     equal = .true.
     untouched = .true.

@@ -8,7 +8,7 @@ program test_particles
   use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_partition, only: bisect
-  use particles_migrate, only: find_outside, redistribute
+  use particles_migrate, only: find_outside, redistribute, wrap_positions
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
     particles_t, tag_faces, tag_id
   implicit none (type, external)
@@ -242,7 +242,25 @@ contains
     message = find_outside(grid, particles)
     call ieee_set_flag(ieee_invalid, .false.)
     call expect('a particle that is not a number is named', index(message, 'particle 4711 ') == 1)
+    call test_periodic_side(particles, b)
     call particles%free()
   end subroutine test_outside
+
+  !> Through a periodic side a particle may be two cells outside; wrapping brings it back.
+  subroutine test_periodic_side(particles, b)
+    type(particles_t), intent(inout) :: particles
+    integer, intent(in) :: b
+    type(grid_t) :: grid
+
+    grid = make_grid(0.5_rp, [0.0_rp, 0.0_rp, 0.0_rp], [15.0_rp, 8.0_rp, 6.0_rp], &
+                     [.false., .true., .false.])
+    particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 9.125_rp, 2.0_rp]
+    call expect('too far through a periodic side', &
+                index(find_outside(grid, particles), 'particle 4711 left the grid') == 1)
+    particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 8.75_rp, 2.0_rp]
+    call expect_equal('just through a periodic side', find_outside(grid, particles), '')
+    call wrap_positions(grid, particles)
+    call expect('wrapped', all(particles%ps(2, f_pos:f_pos + 2, b) == [1.0_rp, 0.75_rp, 2.0_rp]))
+  end subroutine test_periodic_side
 
 end program test_particles
