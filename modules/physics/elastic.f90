@@ -6,7 +6,7 @@ module physics_elastic
   implicit none (type, external)
   private
 
-  public :: trial_state, finish_state, elastic_energy
+  public :: trial_state, finish_state, decoupled_energy, change_decoupled
 
 contains
 
@@ -97,7 +97,7 @@ contains
     real(rp) :: je2(nlane), c
     integer :: p
 
-    if (expansion > 0.0_rp) then
+    if (abs(expansion) > 0.0_rp) then
       !$omp simd
       do p = 1, nlane
         je2(p) = (j(p)*exp(-3.0_rp*expansion*(temp(p) - t_ref)))**2
@@ -119,7 +119,7 @@ contains
   end subroutine finish_state
 
   !> Elastic energy of `n` particles [J]: V0 [K/2 ((Je^2-1)/2 - ln Je) + G/2 (tr Bbar - 3)].
-  pure real(rp) function elastic_energy(n, k, g, expansion, t_ref, rho, mass, temp, j, b)
+  pure real(rp) function decoupled_energy(n, k, g, expansion, t_ref, rho, mass, temp, j, b)
     integer, intent(in) :: n
     real(rp), intent(in) :: k, g, expansion, t_ref
     real(rp), intent(in) :: rho                !! initial density [kg/m3]
@@ -127,13 +127,42 @@ contains
     real(rp) :: je
     integer :: p
 
-    elastic_energy = 0.0_rp
+    decoupled_energy = 0.0_rp
     do p = 1, n
       je = j(p)*exp(-3.0_rp*expansion*(temp(p) - t_ref))
-      elastic_energy = elastic_energy &
-                       + mass(p)/rho*(0.5_rp*k*(0.5_rp*(je*je - 1.0_rp) - log(je)) &
-                                      + 0.5_rp*g*(b(p, 1) + b(p, 2) + b(p, 3) - 3.0_rp))
+      decoupled_energy = decoupled_energy &
+                         + mass(p)/rho*(0.5_rp*k*(0.5_rp*(je*je - 1.0_rp) - log(je)) &
+                                        + 0.5_rp*g*(b(p, 1) + b(p, 2) + b(p, 3) - 3.0_rp))
     end do
-  end function elastic_energy
+  end function decoupled_energy
+
+  !> Kirchhoff stress when J goes from `before` to `after` at the same Bbar, and the energy that `n`
+  !> particles take up [J], by the trapezoidal rule with dU/dJ = K/2 (Je^2 - 1)/J.
+  pure subroutine change_decoupled(n, k, expansion, t_ref, rho, mass, temp, before, after, tau, &
+                                   energy)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: k, expansion, t_ref
+    real(rp), intent(in) :: rho                !! initial density [kg/m3]
+    real(rp), intent(in) :: mass(nlane), temp(nlane), before(nlane), after(nlane)
+    real(rp), intent(inout) :: tau(nlane, 6)   !! [Pa]
+    real(rp), intent(out) :: energy
+    real(rp) :: free(nlane), c                 !! (Je/J)^2
+    integer :: p
+
+    free = 1.0_rp
+    if (abs(expansion) > 0.0_rp) free = exp(-6.0_rp*expansion*(temp - t_ref))
+    !$omp simd private(c)
+    do p = 1, nlane
+      c = 0.5_rp*k*free(p)*(after(p) - before(p))*(after(p) + before(p))
+      tau(p, 1) = tau(p, 1) + c
+      tau(p, 2) = tau(p, 2) + c
+      tau(p, 3) = tau(p, 3) + c
+    end do
+    energy = 0.0_rp
+    do p = 1, n
+      energy = energy + 0.25_rp*k/rho*mass(p)*(after(p) - before(p))*(after(p) + before(p)) &
+                        *(free(p) - 1.0_rp/(after(p)*before(p)))
+    end do
+  end subroutine change_decoupled
 
 end module physics_elastic

@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> A material: elastic constants, heat, and its flow law.
+!> A material: elastic constants and energy, heat, and its flow law.
 module physics_material
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
+  use physics_coupled, only: change_coupled, coupled_energy
+  use physics_elastic, only: change_decoupled, decoupled_energy
   use physics_flow_law, only: flow_law_t
   implicit none (type, external)
   private
@@ -13,6 +15,7 @@ module physics_material
     real(rp) :: rho = 1.0_rp           !! density [kg/m3]
     real(rp) :: k = 0.0_rp             !! bulk modulus [Pa]
     real(rp) :: g = 0.0_rp             !! shear modulus [Pa]
+    logical :: is_coupled = .false.    !! energy of physics_coupled instead of physics_elastic
     real(rp) :: expansion = 0.0_rp     !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp       !! temperature without thermal strain [K]
     real(rp) :: c_p = 1.0_rp           !! specific heat [J/(kg K)]
@@ -21,7 +24,10 @@ module physics_material
     class(flow_law_t), allocatable :: flow   !! unallocated: elastic only
   contains
     procedure :: set_elastic
+    procedure :: lambda
     procedure :: wave_speed
+    procedure :: elastic_energy
+    procedure :: change_volume
   end type material_t
 
 contains
@@ -35,11 +41,51 @@ contains
     self%g = young/(2.0_rp*(1.0_rp + poisson))
   end subroutine set_elastic
 
+  !> Lame's first constant [Pa].
+  pure real(rp) function lambda(self)
+    class(material_t), intent(in) :: self
+
+    lambda = self%k - 2.0_rp/3.0_rp*self%g
+  end function lambda
+
   !> Speed of pressure waves at rest [m/s], without mass scaling.
   pure real(rp) function wave_speed(self)
     class(material_t), intent(in) :: self
 
     wave_speed = sqrt((self%k + 4.0_rp/3.0_rp*self%g)/self%rho)
   end function wave_speed
+
+  !> Elastic energy of `n` particles of a block [J].
+  pure real(rp) function elastic_energy(self, n, mass, temp, j, b)
+    class(material_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: mass(nlane), temp(nlane)   !! [kg], [K]
+    real(rp), intent(in) :: j(nlane), b(nlane, 6)      !! J, Bbar
+
+    if (self%is_coupled) then
+      elastic_energy = coupled_energy(n, self%lambda(), self%g, self%rho, mass, j, b)
+    else
+      elastic_energy = decoupled_energy(n, self%k, self%g, self%expansion, self%t_ref, self%rho, &
+                                        mass, temp, j, b)
+    end if
+  end function elastic_energy
+
+  !> Stress of a block whose J alone goes from `before` to `after`, and the energy that its `n`
+  !> particles take up [J].
+  pure subroutine change_volume(self, n, mass, temp, b, before, after, tau, energy)
+    class(material_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: mass(nlane), temp(nlane), b(nlane, 6)   !! [kg], [K], Bbar
+    real(rp), intent(in) :: before(nlane), after(nlane)
+    real(rp), intent(inout) :: tau(nlane, 6)           !! Kirchhoff stress [Pa]
+    real(rp), intent(out) :: energy
+
+    if (self%is_coupled) then
+      call change_coupled(n, self%lambda(), self%g, self%rho, mass, b, before, after, tau, energy)
+    else
+      call change_decoupled(n, self%k, self%expansion, self%t_ref, self%rho, mass, temp, before, &
+                            after, tau, energy)
+    end if
+  end subroutine change_volume
 
 end module physics_material

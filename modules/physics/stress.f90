@@ -2,6 +2,7 @@
 !> Constitutive update of one block: elastic trial, radial return, plastic heat, Kirchhoff stress.
 module physics_stress
   use base_kinds, only: nlane, rp
+  use physics_coupled, only: finish_coupled
   use physics_elastic, only: finish_state, trial_state
   use physics_flow_law, only: n_work
   use physics_material, only: material_t
@@ -9,13 +10,13 @@ module physics_stress
   implicit none (type, external)
   private
 
-  public :: stress_block, stress_sums_t, flow_strength
+  public :: stress_block, elastic_stress, stress_sums_t, flow_strength
 
   !> What the update reports, summed or maximised over blocks.
   type :: stress_sums_t
     real(rp) :: plastic_work = 0.0_rp   !! [J]
     real(rp) :: stress_work = 0.0_rp    !! of the mean stress of the step [J]
-    real(rp) :: stiffness = 0.0_rp      !! largest K Je^2 + 4/3 G tr(Bbar)/3 over rho [m2/s2]
+    real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed [m2/s2]
     integer :: failed = 0               !! returns that did not converge
   end type stress_sums_t
 
@@ -51,11 +52,42 @@ contains
       end if
     end if
     stiffness = 0.0_rp
-    call finish_state(n, material%k, material%g, material%expansion, material%t_ref, t_node, j, &
-                      mean, tau, stiffness)
+    call total_stress(material, n, t_node, b, j, mean, tau, stiffness)
     sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
     sums%stiffness = max(sums%stiffness, stiffness/material%rho)
   end subroutine stress_block
+
+  !> Kirchhoff stress of elastic states, and the largest squared wave speed of the first `n`.
+  subroutine elastic_stress(material, n, temp, b, j, tau, wave2)
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: n
+    real(rp), intent(in) :: temp(nlane)                   !! [K]
+    real(rp), intent(inout) :: b(nlane, 6), j(nlane)      !! Bbar and J, unchanged
+    real(rp), intent(out) :: tau(nlane, 6)                !! [Pa]
+    real(rp), intent(out) :: wave2                        !! [m2/s2]
+    real(rp) :: l(nlane, 9), q(nlane), mean(nlane), stiffness
+
+    l = 0.0_rp
+    stiffness = 0.0_rp
+    call trial_state(0.0_rp, material%g, l, b, j, tau, q, mean)
+    call total_stress(material, n, temp, b, j, mean, tau, stiffness)
+    wave2 = stiffness/material%rho
+  end subroutine elastic_stress
+
+  !> Kirchhoff stress from the state, or with the decoupled energy from its deviator in `tau`.
+  subroutine total_stress(material, n, temp, b, j, mean, tau, stiffness)
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: n
+    real(rp), intent(in) :: temp(nlane), b(nlane, 6), j(nlane), mean(nlane)
+    real(rp), intent(inout) :: tau(nlane, 6), stiffness
+
+    if (material%is_coupled) then
+      call finish_coupled(n, material%lambda(), material%g, j, b, tau, stiffness)
+    else
+      call finish_state(n, material%k, material%g, material%expansion, material%t_ref, temp, j, &
+                        mean, tau, stiffness)
+    end if
+  end subroutine total_stress
 
   !> Sum of mass tau : L [kg Pa/s].
   pure real(rp) function stress_power(n, mass, tau, l)

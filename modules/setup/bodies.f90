@@ -4,12 +4,12 @@ module setup_bodies
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use grid_geometry, only: grid_t
-  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, &
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, make_tag, &
                              particles_t
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use setup_solids, only: bounds, is_inside, read_solid, reference, solid_t
-  use time_state, only: load_t, probes_t, scene_t
+  use time_state, only: body_t, load_t, probes_t, scene_t, start_t
   implicit none (type, external)
   private
 
@@ -113,19 +113,27 @@ contains
                + rotation(input%reals('BODY', body, 'ANGULAR_VELOCITY', 3))
     centre = input%reals('BODY', body, 'CENTRE', 3)
     temperature = input%real('BODY', body, 'TEMPERATURE')
-    mass = scene%material(scene%body(body)%material)%rho*product(lattice%spacing)
+    mass = particle_mass(scene, scene%body(body))
     do j = 0, lattice%n(2) - 1
       do k = 0, lattice%n(3) - 1
         x = lattice%origin + lattice%spacing*[i, j, k]
         if (.not. is_inside(solids, x)) cycle
         id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
-        call add_particle(particles, body, x, velocity + matmul(gradient, x - centre), &
-                          temperature, mass, &
+        call add_particle(particles, body, scene%body(body)%start, x, &
+                          velocity + matmul(gradient, x - centre), temperature, mass, &
                           make_tag(id, open_faces(scene%grid, solids, x, lattice%spacing)))
         call add_extras(scene, body, gradient, particles)
       end do
     end do
   end subroutine fill_plane
+
+  !> Mass of one particle of a body [kg].
+  pure real(rp) function particle_mass(scene, body)
+    type(scene_t), intent(in) :: scene
+    type(body_t), intent(in) :: body
+
+    particle_mass = scene%material(body%material)%rho*product(body%spacing)/body%start%jac
+  end function particle_mass
 
   !> Velocity gradient of a rotation.
   pure function rotation(w) result(l)
@@ -156,10 +164,11 @@ contains
     end do
   end function open_faces
 
-  !> Append an undeformed particle; a new block begins when the body changes or the last is full.
-  subroutine add_particle(particles, body, x, v, temperature, mass, tag)
+  !> Append a particle; a new block begins when the body changes or the last is full.
+  subroutine add_particle(particles, body, start, x, v, temperature, mass, tag)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: body
+    type(start_t), intent(in) :: start
     real(rp), intent(in) :: x(3), v(3), temperature, mass
     integer(i8), intent(in) :: tag
     integer :: b, p
@@ -180,8 +189,9 @@ contains
     particles%count(b) = p
     particles%ps(p, f_pos:f_pos + 2, b) = x
     particles%ps(p, f_vel:f_vel + 2, b) = v
-    particles%ps(p, f_bbar:f_bbar + 2, b) = 1.0_rp
-    particles%ps(p, f_jac, b) = 1.0_rp
+    particles%ps(p, f_bbar:f_bbar + 5, b) = start%bbar
+    particles%ps(p, f_jac, b) = start%jac
+    particles%ps(p, f_tau:f_tau + 5, b) = start%tau
     particles%ps(p, f_temp, b) = temperature
     particles%ps(p, f_mass, b) = mass
     particles%tag(p, b) = tag
@@ -239,7 +249,7 @@ contains
 
     do b = 1, size(scene%body)
       associate (body => scene%body(b))
-        mass = real(counts(b), rp)*scene%material(body%material)%rho*product(body%spacing)
+        mass = real(counts(b), rp)*particle_mass(scene, body)
         allocate (body%load(0))
         do i = 1, input%count('LOAD')
           if (body%name /= input%text('LOAD', i, 'BODY')) cycle

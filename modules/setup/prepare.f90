@@ -11,6 +11,7 @@ module setup_prepare
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t, read_input, read_input_text
   use setup_scene, only: build_scene
+  use setup_stretch, only: stretch_bodies
   use time_loop, only: begin
   use time_regrid, only: first_partition, regrid
   use time_resume, only: resume
@@ -58,6 +59,7 @@ contains
       call world%barrier()
       return
     end if
+    call stretch_bodies(input, sim%scene)
     call load_bodies(input, counts, sim%scene)
     call warm_probes(input, sim%scene, sim%probes)
     sim%scene%output%input_text = input%text_of_file()

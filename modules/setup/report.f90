@@ -160,7 +160,7 @@ contains
     end do
     if (.not. any_flow) text = text//', plasticity (elastic materials)'
     if (.not. sim%scene%method%fbar) text = text//', volume averaging (FBAR = F)'
-    if (all(sim%scene%material%expansion <= 0.0_rp)) text = text//', thermal expansion'
+    if (all(abs(sim%scene%material%expansion) <= 0.0_rp)) text = text//', thermal expansion'
     if (size(sim%scene%constraint) == 0) text = text//', walls'
     if (sim%probes%n == 0) text = text//', probes'
     if (sim%halo%n == 0) text = text//', node exchange (one rank)'

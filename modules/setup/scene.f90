@@ -4,12 +4,12 @@
 module setup_scene
   use base_kinds, only: i8, rp
   use grid_geometry, only: make_grid
-  use physics_johnson_cook, only: johnson_cook_t
-  use physics_material, only: material_t
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
+  use setup_materials, only: read_materials
   use setup_names, only: find, known
   use setup_solids, only: bounds, read_solid, solid_t
+  use setup_stretch, only: check_stretch
   use setup_tools, only: read_tools
   use time_stability, only: default_cfl
   use time_state, only: probes_t, scene_t, scheme_usl, simulation_t, transfer_apic, &
@@ -29,7 +29,7 @@ contains
 
     call read_general(input, sim%scene, complaints)
     call lay_out_fields(input, sim%scene, complaints)
-    call read_materials(input, sim%scene, complaints)
+    call read_materials(input, sim%scene%material, complaints)
     call read_bodies(input, sim%scene, complaints)
     call read_surfaces(input, sim%scene, complaints)
     call check_shapes(input, sim%scene, complaints)
@@ -122,58 +122,6 @@ contains
     end if
   end subroutine read_grid
 
-  subroutine read_materials(input, scene, complaints)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
-    integer :: i, j
-
-    allocate (scene%material(input%count('MATERIAL')))
-    do i = 1, size(scene%material)
-      associate (m => scene%material(i))
-        m%name = input%text('MATERIAL', i, 'NAME')
-        m%rho = input%real('MATERIAL', i, 'DENSITY')
-        call m%set_elastic(input%real('MATERIAL', i, 'YOUNGS_MODULUS'), &
-                           input%real('MATERIAL', i, 'POISSON_RATIO'))
-        m%expansion = input%real('MATERIAL', i, 'EXPANSION')
-        m%t_ref = input%real('MATERIAL', i, 'T_ROOM')
-        m%c_p = input%real('MATERIAL', i, 'SPECIFIC_HEAT')
-        m%conductivity = input%real('MATERIAL', i, 'CONDUCTIVITY')
-        m%plastic_heat = input%real('MATERIAL', i, 'PLASTIC_HEAT')
-        ! A new flow law is one line here.
-        select case (input%text('MATERIAL', i, 'LAW'))
-        case ('johnson-cook')
-          call read_johnson_cook(input, i, m, complaints)
-        case default   ! elastic
-        end select
-        do j = 1, i - 1
-          if (scene%material(j)%name == m%name) call input%complain(complaints, 'MATERIAL', i, &
-            'NAME', 'another material has this name')
-        end do
-      end associate
-    end do
-  end subroutine read_materials
-
-  subroutine read_johnson_cook(input, i, material, complaints)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    type(material_t), intent(inout) :: material
-    type(complaints_t), intent(inout) :: complaints
-    type(johnson_cook_t) :: law
-
-    law%a = input%real('MATERIAL', i, 'JC_A')
-    law%b = input%real('MATERIAL', i, 'JC_B')
-    law%n = input%real('MATERIAL', i, 'JC_N')
-    law%c = input%real('MATERIAL', i, 'JC_C')
-    law%m = input%real('MATERIAL', i, 'JC_M')
-    law%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
-    law%t_room = input%real('MATERIAL', i, 'T_ROOM')
-    law%t_melt = input%real('MATERIAL', i, 'T_MELT')
-    if (law%t_melt <= law%t_room) call input%complain(complaints, 'MATERIAL', i, 'T_MELT', &
-      'must be above T_ROOM')
-    allocate (material%flow, source=law)
-  end subroutine read_johnson_cook
-
   subroutine read_bodies(input, scene, complaints)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -194,6 +142,7 @@ contains
             'there is no &MATERIAL of this name; '//known(scene%material%name))
           b%material = 1
         end if
+        call check_stretch(input, i, complaints)
         do j = 1, i - 1
           if (scene%body(j)%name == b%name) call input%complain(complaints, 'BODY', i, 'NAME', &
             'another body has this name')

@@ -47,6 +47,9 @@ contains
     do m = 1, size(sim%scene%material)
       most(1) = max(most(1), sim%scene%material(m)%wave_speed()**2)
     end do
+    do b = 1, size(sim%scene%body)
+      most(1) = max(most(1), sim%scene%body(b)%start%wave2)
+    end do
     call world%max(most)
     sim%clock%stiffness = most(1)
     sim%clock%max_speed = sqrt(most(2))

@@ -6,7 +6,6 @@ module time_records
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
-  use physics_elastic, only: elastic_energy
   use time_audit, only: e_body, e_film, e_plastic, e_stress, e_wall, n_sums
   use time_blocks, only: kinetic_energy
   use time_state, only: simulation_t
@@ -66,9 +65,8 @@ contains
       associate (ps => sim%particles%ps(:, :, b), &
                  mat => sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
         kinetic = kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
-        elastic = elastic + elastic_energy(n, mat%k, mat%g, mat%expansion, mat%t_ref, mat%rho, &
-                                           ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
-                                           ps(:, f_bbar:f_bbar + 5))
+        elastic = elastic + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
+                                               ps(:, f_bbar:f_bbar + 5))
         heat = heat + mat%c_p*sum(ps(1:n, f_mass)*ps(1:n, f_temp)) + sum(ps(1:n, f_heat))
         hottest = max(hottest, maxval(ps(1:n, f_temp)))
         fastest = max(fastest, maxval(ps(1:n, f_rate)))

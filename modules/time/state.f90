@@ -15,7 +15,7 @@ module time_state
   private
 
   public :: body_t, constraint_t, load_t, method_t, output_t, probes_t, scene_t, simulation_t
-  public :: clock_t
+  public :: clock_t, start_t
   public :: free_simulation
 
   ! When the stress is updated, and how velocities come back from the grid.
@@ -29,6 +29,14 @@ module time_state
     real(rp) :: ramp = 0.0_rp                !! time until it is whole [s]
   end type load_t
 
+  !> Elastic state in which the particles of a body start.
+  type :: start_t
+    real(rp) :: bbar(6) = [1.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp]
+    real(rp) :: jac = 1.0_rp
+    real(rp) :: tau(6) = 0.0_rp              !! Kirchhoff stress [Pa]
+    real(rp) :: wave2 = 0.0_rp               !! squared wave speed if it is stretched [m2/s2]
+  end type start_t
+
   !> A body: its material and what acts on all its particles.
   type :: body_t
     character(32) :: name = ''
@@ -36,6 +44,7 @@ module time_state
     integer :: group = 1                     !! bodies of a group share a velocity field
     real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
     logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
+    type(start_t) :: start
     type(load_t), allocatable :: load(:)
     real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
     real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]

@@ -138,7 +138,7 @@ contains
       call advance_particles(n, dt, sim%pic, v, dv, ps(1, f_pos), ps(1, f_vel), report%speed2)
     end if
     if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
-    call restore_volume(sim, sim%particles%body(b), n, first, ps(1, f_mass), ps(1, f_jac))
+    call restore_volume(sim, sim%particles%body(b), n, first, nf, ps)
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
     call touch(sim, b, n, dt, v, dv, nf, ps)
     if (dt_stress <= 0.0_rp) return
@@ -183,7 +183,7 @@ contains
     call weights_of(sim, body, nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, g, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
-    call restore_volume(sim, body, n, first, ps(1, f_mass), ps(1, f_jac))
+    call restore_volume(sim, body, n, first, nf, ps)
     call constitutive(sim, body, n, dt, l, temp, nf, ps, report)
   end subroutine strain_block
 

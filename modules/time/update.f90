@@ -24,18 +24,21 @@ module time_update
 
 contains
 
-  !> F-bar: the mean volume ratio around each particle's node; the energy it takes is booked.
-  subroutine restore_volume(sim, body, n, first, mass, jac)
+  !> F-bar: the mean volume ratio around each particle's node, and the stress of it, with which the
+  !> work of the coming strain begins; the energy it takes is booked.
+  subroutine restore_volume(sim, body, n, first, nf, ps)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: body, n, first(nlane)
-    real(rp), intent(in) :: mass(nlane)
-    real(rp), intent(inout) :: jac(nlane)
-    real(rp) :: energy
+    integer, intent(in) :: body, n, first(nlane), nf
+    real(rp), intent(inout) :: ps(nlane, nf)
+    real(rp) :: before(nlane), energy
 
     if (.not. sim%scene%method%fbar) return
+    before = ps(:, f_jac)
+    call take_volume(n, first, sim%patch%stride, body, size(sim%volume, 1), sim%patch%nn, &
+                     sim%volume, ps(1, f_jac))
     associate (material => sim%scene%material(sim%scene%body(body)%material))
-      call take_volume(n, first, sim%patch%stride, body, size(sim%volume, 1), sim%patch%nn, &
-                       sim%volume, material%k, material%rho, mass, jac, energy)
+      call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
+                                  ps(1, f_jac), ps(1, f_tau), energy)
     end associate
     sim%sums(e_stress) = sim%sums(e_stress) + energy
   end subroutine restore_volume

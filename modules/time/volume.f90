@@ -48,27 +48,17 @@ contains
     call sim%halo%sum(world, size(sim%volume, 1), sim%patch%nn, sim%volume)
   end subroutine share_volume
 
-  !> Give the particles of a block the mean J of their nodes, and say what elastic energy that
-  !> adds [J] (it takes some: a numerical loss).
-  pure subroutine take_volume(n, first, stride, body, rows, nn, volume, k, rho, mass, jac, energy)
+  !> Give the particles of a block the mean J of their nodes.
+  pure subroutine take_volume(n, first, stride, body, rows, nn, volume, jac)
     integer, intent(in) :: n, first(nlane), stride(3), body, rows, nn
     real(rp), intent(in) :: volume(rows, nn)
-    real(rp), intent(in) :: k, rho           !! bulk modulus [Pa], initial density [kg/m3]
-    real(rp), intent(in) :: mass(nlane)
     real(rp), intent(inout) :: jac(nlane)
-    real(rp), intent(out) :: energy
-    real(rp) :: mean
     integer :: p, q, r
 
     r = 2*body - 1
-    energy = 0.0_rp
     do p = 1, n
       q = first(p) + sum(stride)
-      mean = volume(r + 1, q)/volume(r, q)
-      ! dU/dJ = K/2 (J - 1/J), by the trapezoidal rule
-      energy = energy + 0.25_rp*k/rho*mass(p)*(mean - jac(p))*(mean + jac(p)) &
-                        *(1.0_rp - 1.0_rp/(mean*jac(p)))
-      jac(p) = mean
+      jac(p) = volume(r + 1, q)/volume(r, q)
     end do
   end subroutine take_volume
 

@@ -3,7 +3,6 @@
 program test_elastic
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use physics_elastic, only: elastic_energy
   use physics_material, only: material_t
   use physics_stress, only: stress_block, stress_sums_t
   implicit none (type, external)
@@ -89,8 +88,7 @@ contains
 
     mass = 0.0_rp
     mass(lane) = blk%mass(lane)
-    energy_of = elastic_energy(nlane, copper%k, copper%g, copper%expansion, copper%t_ref, &
-                               copper%rho, mass, blk%temp, blk%j, blk%b)
+    energy_of = copper%elastic_energy(nlane, mass, blk%temp, blk%j, blk%b)
   end function energy_of
 
   !> The stored stress of one lane as a matrix.

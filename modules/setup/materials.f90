@@ -1,0 +1,88 @@
+! SPDX-License-Identifier: MIT
+!> Materials from the input: elasticity, heat, and the flow law that LAW names.
+module setup_materials
+  use base_kinds, only: rp
+  use physics_johnson_cook, only: johnson_cook_t
+  use physics_material, only: material_t
+  use physics_norton, only: norton_t
+  use setup_complaints, only: complaints_t
+  use setup_input, only: input_t
+  implicit none (type, external)
+  private
+
+  public :: read_materials
+
+contains
+
+  !> All materials in the order of the file.
+  subroutine read_materials(input, material, complaints)
+    type(input_t), intent(in) :: input
+    type(material_t), allocatable, intent(out) :: material(:)
+    type(complaints_t), intent(inout) :: complaints
+    integer :: i, j
+
+    allocate (material(input%count('MATERIAL')))
+    do i = 1, size(material)
+      associate (m => material(i))
+        m%name = input%text('MATERIAL', i, 'NAME')
+        m%rho = input%real('MATERIAL', i, 'DENSITY')
+        m%c_p = input%real('MATERIAL', i, 'SPECIFIC_HEAT')
+        m%conductivity = input%real('MATERIAL', i, 'CONDUCTIVITY')
+        m%plastic_heat = input%real('MATERIAL', i, 'PLASTIC_HEAT')
+        call read_elasticity(input, i, m, complaints)
+        ! A new flow law is one line here.
+        select case (input%text('MATERIAL', i, 'LAW'))
+        case ('johnson-cook')
+          call read_johnson_cook(input, i, m, complaints)
+        case ('norton')
+          allocate (m%flow, source=norton_t(k=input%real('MATERIAL', i, 'NORTON_K'), &
+                                            n=input%real('MATERIAL', i, 'NORTON_N')))
+        case default   ! elastic
+        end select
+        do j = 1, i - 1
+          if (material(j)%name == m%name) call input%complain(complaints, 'MATERIAL', i, &
+            'NAME', 'another material has this name')
+        end do
+      end associate
+    end do
+  end subroutine read_materials
+
+  subroutine read_elasticity(input, i, material, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(inout) :: material
+    type(complaints_t), intent(inout) :: complaints
+
+    call material%set_elastic(input%real('MATERIAL', i, 'YOUNGS_MODULUS'), &
+                              input%real('MATERIAL', i, 'POISSON_RATIO'))
+    material%expansion = input%real('MATERIAL', i, 'EXPANSION')
+    material%t_ref = input%real('MATERIAL', i, 'T_ROOM')
+    material%is_coupled = input%text('MATERIAL', i, 'ENERGY') == 'coupled'
+    if (.not. material%is_coupled) return
+    if (input%text('MATERIAL', i, 'LAW') /= 'elastic') call input%complain(complaints, &
+      'MATERIAL', i, 'ENERGY', "goes only with LAW = 'elastic'")
+    if (abs(material%expansion) > 0.0_rp) call input%complain(complaints, 'MATERIAL', i, &
+      'EXPANSION', "must be 0 with ENERGY = 'coupled'")
+  end subroutine read_elasticity
+
+  subroutine read_johnson_cook(input, i, material, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(inout) :: material
+    type(complaints_t), intent(inout) :: complaints
+    type(johnson_cook_t) :: law
+
+    law%a = input%real('MATERIAL', i, 'JC_A')
+    law%b = input%real('MATERIAL', i, 'JC_B')
+    law%n = input%real('MATERIAL', i, 'JC_N')
+    law%c = input%real('MATERIAL', i, 'JC_C')
+    law%m = input%real('MATERIAL', i, 'JC_M')
+    law%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
+    law%t_room = input%real('MATERIAL', i, 'T_ROOM')
+    law%t_melt = input%real('MATERIAL', i, 'T_MELT')
+    if (law%t_melt <= law%t_room) call input%complain(complaints, 'MATERIAL', i, 'T_MELT', &
+      'must be above T_ROOM')
+    allocate (material%flow, source=law)
+  end subroutine read_johnson_cook
+
+end module setup_materials
