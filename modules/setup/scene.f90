@@ -7,6 +7,7 @@ module setup_scene
   use physics_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
   use setup_complaints, only: complaints_t
+  use setup_fields, only: read_fields
   use setup_input, only: input_t
   use setup_names, only: find, known
   use setup_solids, only: bounds, read_solid, solid_t
@@ -32,6 +33,7 @@ contains
     call read_materials(input, sim%scene, complaints)
     call read_bodies(input, sim%scene, complaints)
     call read_surfaces(input, sim%scene, complaints)
+    call read_fields(input, sim%scene, complaints)
     call check_shapes(input, sim%scene, complaints)
     call read_constraints(input, sim%scene, complaints)
     call read_tools(input, sim%tool, complaints)

@@ -1,0 +1,164 @@
+! SPDX-License-Identifier: MIT
+!> Bodies with a known field: their start, their body force, its work. Nothing happens to others.
+module time_known
+  use base_kinds, only: nlane, rp
+  use fields_field, only: field_t
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel
+  use physics_material, only: material_t
+  use physics_stress, only: stress_block, stress_sums_t
+  use time_audit, only: e_body
+  use time_state, only: scheme_musl, scheme_usl, simulation_t
+  implicit none (type, external)
+  private
+
+  public :: start_fields, stagger_velocities, velocity_time, add_known_force, known_work
+  public :: elastic_state
+
+contains
+
+  !> Particles that stand on the lattice, undeformed, take the state of their field at t = 0; its
+  !> velocity is added to theirs.
+  subroutine start_fields(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: b
+
+    do b = 1, sim%particles%nblk
+      associate (body => sim%scene%body(sim%particles%body(b)))
+        if (.not. allocated(body%field)) cycle
+        call start_block(body%field, sim%scene%material(body%material), sim%scene%layout%half, &
+                         sim%domain(sim%particles%body(b)), sim%particles%count(b), &
+                         sim%particles%nf, &
+                         sim%particles%ps(:, sim%scene%layout%origin:sim%scene%layout%origin + 2, b), &
+                         sim%particles%ps(:, :, b))
+      end associate
+    end do
+  end subroutine start_fields
+
+  subroutine start_block(field, material, half, domain, n, nf, x0, ps)
+    class(field_t), intent(in) :: field
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: half, n, nf
+    real(rp), intent(in) :: domain(3), x0(nlane, 3)
+    real(rp), intent(inout) :: ps(nlane, nf)
+    real(rp) :: v(nlane, 3), f(nlane, 9)
+    integer :: a
+
+    if (field%has_temperature) call field%temperature(0.0_rp, x0, ps(1, f_temp))
+    if (.not. field%has_motion) return
+    call field%motion(0.0_rp, x0, ps(1, f_pos), v, f)
+    ps(:, f_vel:f_vel + 2) = ps(:, f_vel:f_vel + 2) + v
+    call elastic_state(material, n, f, ps(1, f_temp), ps(1, f_bbar), ps(1, f_jac), ps(1, f_tau))
+    if (half == 0) return
+    do a = 1, 3
+      ps(:, half + a - 1) = domain(a)*f(:, 4*a - 3)
+    end do
+  end subroutine start_block
+
+  !> Elastic state of a block with the deformation gradient `f`, and its stress.
+  subroutine elastic_state(material, n, f, temp, bbar, jac, tau)
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: n
+    real(rp), intent(in) :: f(nlane, 9)            !! row by row
+    real(rp), intent(in) :: temp(nlane)            !! [K]
+    real(rp), intent(out) :: bbar(nlane, 6), jac(nlane)
+    real(rp), intent(out) :: tau(nlane, 6)         !! Kirchhoff stress [Pa]
+    real(rp) :: l(nlane, 9), massless(nlane), plastic(nlane), rate(nlane), flow(nlane), t(nlane)
+    type(stress_sums_t) :: unused
+    integer, parameter :: row(6) = [0, 3, 6, 0, 3, 0], column(6) = [0, 3, 6, 3, 6, 6]
+    integer :: c
+
+    jac = f(:, 1)*(f(:, 5)*f(:, 9) - f(:, 6)*f(:, 8)) - f(:, 2)*(f(:, 4)*f(:, 9) - f(:, 6)*f(:, 7)) &
+          + f(:, 3)*(f(:, 4)*f(:, 8) - f(:, 5)*f(:, 7))
+    do c = 1, 6
+      bbar(:, c) = (f(:, row(c) + 1)*f(:, column(c) + 1) + f(:, row(c) + 2)*f(:, column(c) + 2) &
+                    + f(:, row(c) + 3)*f(:, column(c) + 3))*jac**(-2.0_rp/3.0_rp)
+    end do
+    l = 0.0_rp
+    massless = 0.0_rp
+    plastic = 0.0_rp
+    rate = 0.0_rp
+    flow = 0.0_rp
+    tau = 0.0_rp
+    t = temp
+    call stress_block(material, n, 0.0_rp, l, temp, massless, bbar, jac, plastic, t, tau, rate, flow, &
+                      unused)
+  end subroutine elastic_state
+
+  !> Velocities of USL and MUSL belong to the middle of a step: put them back from t = 0 by half of `dt`.
+  subroutine stagger_velocities(sim, dt)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                     !! of the first step [s]
+    integer :: b
+
+    do b = 1, sim%particles%nblk
+      associate (body => sim%scene%body(sim%particles%body(b)))
+        if (.not. allocated(body%field)) cycle
+        sim%clock%dt = dt
+        if (body%field%has_motion) call stagger_block(body%field, velocity_time(sim), &
+          sim%particles%ps(:, sim%scene%layout%origin:sim%scene%layout%origin + 2, b), &
+          sim%particles%ps(:, f_vel:f_vel + 2, b))
+      end associate
+    end do
+  end subroutine stagger_velocities
+
+  subroutine stagger_block(field, t, x0, v)
+    class(field_t), intent(in) :: field
+    real(rp), intent(in) :: t, x0(nlane, 3)
+    real(rp), intent(inout) :: v(nlane, 3)
+    real(rp) :: x(nlane, 3), start(nlane, 3), early(nlane, 3), f(nlane, 9)
+
+    call field%motion(0.0_rp, x0, x, start, f)
+    call field%motion(t, x0, x, early, f)
+    v = v + early - start
+  end subroutine stagger_block
+
+  !> Time to which the particles' velocities belong [s].
+  pure real(rp) function velocity_time(sim)
+    type(simulation_t), intent(in) :: sim
+
+    velocity_time = sim%clock%time
+    if (any(sim%scene%method%scheme == [scheme_usl, scheme_musl])) &
+      velocity_time = sim%clock%time - 0.5_rp*sim%clock%dt
+  end function velocity_time
+
+  !> Add the body force of a block's field to its records.
+  subroutine add_known_force(sim, body, nf, ps, rec)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    real(rp) :: b(nlane, 3)
+    integer :: p
+
+    if (.not. is_forced(sim, body)) return
+    call sim%scene%body(body)%field%force(sim%clock%time, ps(1, sim%scene%layout%origin), b)
+    do p = 1, nlane
+      rec(5:7, 1, p) = rec(5:7, 1, p) + ps(p, f_mass)*b(p, :)
+    end do
+  end subroutine add_known_force
+
+  !> Book the work of that force in a step, with the mean grid velocity `v` - `dv`/2.
+  subroutine known_work(sim, body, n, dt, v, dv, nf, ps)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), ps(nlane, nf)
+    real(rp) :: b(nlane, 3)
+    integer :: p
+
+    if (.not. is_forced(sim, body)) return
+    call sim%scene%body(body)%field%force(sim%clock%time, ps(1, sim%scene%layout%origin), b)
+    do p = 1, n
+      sim%sums(e_body) = sim%sums(e_body) &
+                         + dt*ps(p, f_mass)*dot_product(b(p, :), v(p, :) - 0.5_rp*dv(p, :))
+    end do
+  end subroutine known_work
+
+  pure logical function is_forced(sim, body)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body
+
+    is_forced = allocated(sim%scene%body(body)%field)
+    if (is_forced) is_forced = sim%scene%body(body)%field%has_force
+  end function is_forced
+
+end module time_known
