@@ -43,9 +43,7 @@ contains
         'this body has another known field')
       if (field%has_motion) call check_motion(input, i, body, scene, field%has_force, complaints)
       call move_alloc(field, scene%body(body)%field)
-      if (scene%layout%origin > 0) cycle
-      scene%layout%origin = scene%layout%n + 1
-      scene%layout%n = scene%layout%n + 3
+      call scene%layout%add(3, scene%layout%origin)
     end do
   end subroutine read_fields
 

@@ -3,10 +3,11 @@
 module time_known
   use base_kinds, only: nlane, rp
   use fields_field, only: field_t
-  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, layout_t
   use physics_material, only: material_t
   use physics_stress, only: stress_block, stress_sums_t
   use time_audit, only: e_body
+  use time_blocks, only: longest_half, shortest_half
   use time_state, only: scheme_musl, scheme_usl, simulation_t
   implicit none (type, external)
   private
@@ -25,32 +26,33 @@ contains
     do b = 1, sim%particles%nblk
       associate (body => sim%scene%body(sim%particles%body(b)))
         if (.not. allocated(body%field)) cycle
-        call start_block(body%field, sim%scene%material(body%material), sim%scene%layout%half, &
-                         sim%domain(sim%particles%body(b)), sim%particles%count(b), &
-                         sim%particles%nf, &
-                         sim%particles%ps(:, sim%scene%layout%origin:sim%scene%layout%origin + 2, b), &
-                         sim%particles%ps(:, :, b))
+        call start_block(body%field, sim%scene%material(body%material), sim%scene%layout, &
+                         sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b))
       end associate
     end do
   end subroutine start_fields
 
-  subroutine start_block(field, material, half, domain, n, nf, x0, ps)
+  subroutine start_block(field, material, layout, n, nf, ps)
     class(field_t), intent(in) :: field
     type(material_t), intent(in) :: material
-    integer, intent(in) :: half, n, nf
-    real(rp), intent(in) :: domain(3), x0(nlane, 3)
+    type(layout_t), intent(in) :: layout
+    integer, intent(in) :: n, nf
     real(rp), intent(inout) :: ps(nlane, nf)
     real(rp) :: v(nlane, 3), f(nlane, 9)
     integer :: a
 
-    if (field%has_temperature) call field%temperature(0.0_rp, x0, ps(1, f_temp))
+    if (field%has_temperature) then
+      call field%temperature(0.0_rp, ps(1, layout%origin), ps(1, f_temp))
+    end if
     if (.not. field%has_motion) return
-    call field%motion(0.0_rp, x0, ps(1, f_pos), v, f)
+    call field%motion(0.0_rp, ps(1, layout%origin), ps(1, f_pos), v, f)
     ps(:, f_vel:f_vel + 2) = ps(:, f_vel:f_vel + 2) + v
     call elastic_state(material, n, f, ps(1, f_temp), ps(1, f_bbar), ps(1, f_jac), ps(1, f_tau))
-    if (half == 0) return
+    if (layout%half == 0) return
     do a = 1, 3
-      ps(:, half + a - 1) = domain(a)*f(:, 4*a - 3)
+      associate (half => ps(:, layout%half + a - 1))
+        half = max(shortest_half, min(longest_half, half*f(:, 4*a - 3)))
+      end associate
     end do
   end subroutine start_block
 
