@@ -123,7 +123,7 @@ contains
     call field%motion(sim%clock%time, x0, exact_x, unused, f)
     call elastic_state(material, n, f, temp, bbar, jac, exact_tau)
     do p = 1, n
-      d = x(p, :) - exact_x(p, :)
+      d = field%nearest_image(x(p, :) - exact_x(p, :))
       sums(2) = sums(2) + mass(p)*sum(d**2)
       sums(3) = sums(3) + mass(p)*sum((v(p, :) - exact_v(p, :))**2)
       sums(4) = sums(4) + mass(p)*square(tau(p, :) - exact_tau(p, :))

@@ -86,7 +86,8 @@ contains
                       unused)
   end subroutine elastic_state
 
-  !> Velocities of USL and MUSL belong to the middle of a step: put them back from t = 0 by half of `dt`.
+  !> Velocities of USL and MUSL belong to the middle of a step: put them back from t = 0 by half of
+  !> `dt`; the velocity gradients that particles of an affine transfer carry are those of that time.
   subroutine stagger_velocities(sim, dt)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                     !! of the first step [s]
@@ -95,24 +96,57 @@ contains
     do b = 1, sim%particles%nblk
       associate (body => sim%scene%body(sim%particles%body(b)))
         if (.not. allocated(body%field)) cycle
+        if (.not. body%field%has_motion) cycle
         sim%clock%dt = dt
-        if (body%field%has_motion) call stagger_block(body%field, velocity_time(sim), &
-          sim%particles%ps(:, sim%scene%layout%origin:sim%scene%layout%origin + 2, b), &
-          sim%particles%ps(:, f_vel:f_vel + 2, b))
+        call stagger_block(body%field, velocity_time(sim), dt, sim%scene%layout, &
+                           sim%particles%nf, sim%particles%ps(:, :, b))
       end associate
     end do
   end subroutine stagger_velocities
 
-  subroutine stagger_block(field, t, x0, v)
+  subroutine stagger_block(field, t, dt, layout, nf, ps)
     class(field_t), intent(in) :: field
-    real(rp), intent(in) :: t, x0(nlane, 3)
-    real(rp), intent(inout) :: v(nlane, 3)
-    real(rp) :: x(nlane, 3), start(nlane, 3), early(nlane, 3), f(nlane, 9)
+    real(rp), intent(in) :: t, dt
+    type(layout_t), intent(in) :: layout
+    integer, intent(in) :: nf
+    real(rp), intent(inout) :: ps(nlane, nf)
+    real(rp), dimension(nlane, 3) :: x, start, early
+    real(rp), dimension(nlane, 9) :: f, before, after
+    real(rp) :: d
 
-    call field%motion(0.0_rp, x0, x, start, f)
-    call field%motion(t, x0, x, early, f)
-    v = v + early - start
+    call field%motion(0.0_rp, ps(1, layout%origin), x, start, f)
+    call field%motion(t, ps(1, layout%origin), x, early, f)
+    ps(:, f_vel:f_vel + 2) = ps(:, f_vel:f_vel + 2) + early - start
+    if (layout%affine == 0) return
+    d = 0.01_rp*dt
+    call field%motion(t - d, ps(1, layout%origin), x, start, before)
+    call field%motion(t + d, ps(1, layout%origin), x, early, after)
+    call velocity_gradient(f, (after - before)/(2.0_rp*d), ps(1, layout%affine))
   end subroutine stagger_block
+
+  !> L with dF/dt = L F.
+  pure subroutine velocity_gradient(f, rate, l)
+    real(rp), intent(in) :: f(nlane, 9), rate(nlane, 9)   !! F, dF/dt row by row [1, 1/s]
+    real(rp), intent(out) :: l(nlane, 9)                  !! [1/s]
+    real(rp) :: a(3, 3), inverse(3, 3)
+    integer :: p
+
+    do p = 1, nlane
+      a = reshape(f(p, :), [3, 3])               ! F^T, as its columns are the rows of F
+      inverse(1, :) = cross(a(:, 2), a(:, 3))
+      inverse(2, :) = cross(a(:, 3), a(:, 1))
+      inverse(3, :) = cross(a(:, 1), a(:, 2))
+      inverse = inverse/dot_product(inverse(1, :), a(:, 1))
+      l(p, :) = reshape(matmul(inverse, reshape(rate(p, :), [3, 3])), [9])
+    end do
+  end subroutine velocity_gradient
+
+  pure function cross(a, b) result(c)
+    real(rp), intent(in) :: a(3), b(3)
+    real(rp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
 
   !> Time to which the particles' velocities belong [s].
   pure real(rp) function velocity_time(sim)
