@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Expanding ring about an axis along z (Wallstedt & Guilkey 2008), Poisson's ratio 0: radial
-!> displacement T Q(R), T = A sin(w t), Q = c3 R^3 + c2 R^2 + c1 R with Q' = 0, and thus no traction,
-!> at both radii, and Q = 1 at the outer one.
+!> displacement T Q(R), T = A sin(w t), Q = c3 R^3 + c2 R^2 + c1 R with Q' = 0, and thus no
+!> traction, at both radii, and Q = 1 at the outer one.
 module fields_ring
   use base_kinds, only: nlane, rp
   use fields_field, only: field_t

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Displacement along the axes, u_i = A_i sin(k_i X_i + P_i) sin(w_i t + Q_i): a manufactured solution
-!> with body force (Wallstedt & Guilkey 2008), or small-amplitude standing elastic waves without one.
+!> Displacement along the axes, u_i = A_i sin(k_i X_i + P_i) sin(w_i t + Q_i): a manufactured
+!> solution with body force (Wallstedt & Guilkey 2008), or small-amplitude standing elastic waves
+!> without one.
 module fields_waves
   use base_kinds, only: nlane, rp
   use fields_field, only: field_t

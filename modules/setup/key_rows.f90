@@ -259,8 +259,8 @@ contains
 
     call t%group('FIELD', 'repeat', &
       'A known motion or temperature of a body: its start, body force, and errors in '// &
-      'NAME_errors.csv; or noise in its velocities. Shapes and masses are those of the undeformed '// &
-      'body, X a place in it.')
+      'NAME_errors.csv; or noise in its velocities. Shapes and masses are those of the '// &
+      'undeformed body, X a place in it.')
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
     call t%key('KIND', 'choice', 1, '', 'required', &
       'waves vortex ring mode noise alternating heat-mode', &
@@ -275,8 +275,8 @@ contains
       'axes that take part; components of the velocity with noise')
     call t%key('SHIFT', 'real', 3, 'rad', '0 0 0', '', 'P of each axis')
     call t%key('FREQUENCY', 'real', 1, '1/s', '0', '[0,inf)', &
-      'w/(2 pi); mode, ring: 0: from the material, w = 2 pi c/L_i or pi c/(sum of RADII), c the '// &
-      'speed of pressure waves')
+      'w/(2 pi); mode, ring: 0: from the material, w = 2 pi c/L_i or pi c/(sum of RADII), c '// &
+      'the speed of pressure waves')
     call t%key('PHASE', 'real', 3, 'rad', '0 0 0', '', 'Q of each axis')
     call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', 'a point of the axis of vortex and ring')
     call t%key('RADII', 'real', 2, 'm', '1 2', '(0,inf)', &

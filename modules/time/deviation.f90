@@ -80,10 +80,12 @@ contains
     call world%max(most)
     row = [sim%clock%time]
     do i = 1, size(sim%scene%body)
-      if (.not. allocated(sim%scene%body(i)%field)) cycle
-      mean = sqrt(sums(n_sums*(i - 1) + 1:n_sums*i)/sums(n_sums*(i - 1) + 1))
-      if (sim%scene%body(i)%field%has_motion) row = [row, mean(2), most(n_most*(i - 1) + 1), mean(3:5)]
-      if (sim%scene%body(i)%field%has_temperature) row = [row, mean(6), most(n_most*i)]
+      associate (body => sim%scene%body(i))
+        if (.not. allocated(body%field)) cycle
+        mean = sqrt(sums(n_sums*(i - 1) + 1:n_sums*i)/sums(n_sums*(i - 1) + 1))
+        if (body%field%has_motion) row = [row, mean(2), most(n_most*(i - 1) + 1), mean(3:5)]
+        if (body%field%has_temperature) row = [row, mean(6), most(n_most*i)]
+      end associate
     end do
   end subroutine deviation_row
 

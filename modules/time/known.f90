@@ -69,7 +69,8 @@ contains
     integer, parameter :: row(6) = [0, 3, 6, 0, 3, 0], column(6) = [0, 3, 6, 3, 6, 6]
     integer :: c
 
-    jac = f(:, 1)*(f(:, 5)*f(:, 9) - f(:, 6)*f(:, 8)) - f(:, 2)*(f(:, 4)*f(:, 9) - f(:, 6)*f(:, 7)) &
+    jac = f(:, 1)*(f(:, 5)*f(:, 9) - f(:, 6)*f(:, 8)) &
+          - f(:, 2)*(f(:, 4)*f(:, 9) - f(:, 6)*f(:, 7)) &
           + f(:, 3)*(f(:, 4)*f(:, 8) - f(:, 5)*f(:, 7))
     do c = 1, 6
       bbar(:, c) = (f(:, row(c) + 1)*f(:, column(c) + 1) + f(:, row(c) + 2)*f(:, column(c) + 2) &
@@ -82,8 +83,8 @@ contains
     flow = 0.0_rp
     tau = 0.0_rp
     t = temp
-    call stress_block(material, n, 0.0_rp, l, temp, massless, bbar, jac, plastic, t, tau, rate, flow, &
-                      unused)
+    call stress_block(material, n, 0.0_rp, l, temp, massless, bbar, jac, plastic, t, tau, rate, &
+                      flow, unused)
   end subroutine elastic_state
 
   !> Velocities of USL and MUSL belong to the middle of a step: put them back from t = 0 by half of
