@@ -15,7 +15,7 @@ module fields_noise
     logical :: takes_part(3) = .false.      !! components that are not zero
     logical :: alternates = .false.         !! +A and -A by turns along these axes
     integer :: seed = 1
-    real(rp) :: corner(3) = 0.0_rp          !! of the grid [m]
+    real(rp) :: corner(3) = 0.0_rp          !! between points of the lattice [m]
     real(rp) :: spacing(3) = 1.0_rp         !! of the lattice [m]
   contains
     procedure :: velocity

@@ -10,9 +10,11 @@ module setup_fields
   use fields_waves, only: waves_t
   use particles_store, only: f_pos, f_vel
   use physics_material, only: material_t
+  use setup_bodies, only: body_solids, lattice_corner
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use setup_names, only: find, known
+  use setup_solids, only: solid_t
   use time_state, only: scene_t, simulation_t
   implicit none (type, external)
   private
@@ -245,6 +247,7 @@ contains
     type(input_t), intent(in) :: input
     type(simulation_t), intent(inout) :: sim
     type(noise_t) :: noise
+    type(solid_t), allocatable :: solids(:)
     character(:), allocatable :: kind
     integer :: b, body, i, p
 
@@ -256,7 +259,8 @@ contains
       noise%amplitude = input%real('FIELD', i, 'AMPLITUDE')
       noise%takes_part = axes_of(input, i)
       noise%seed = input%integer('FIELD', i, 'SEED')
-      noise%corner = sim%scene%grid%lower
+      call body_solids(input, body, solids)
+      noise%corner = lattice_corner(sim%scene, body, solids)
       noise%spacing = sim%scene%body(body)%spacing
       do b = 1, sim%particles%nblk
         if (sim%particles%body(b) /= body) cycle
