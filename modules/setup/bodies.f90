@@ -13,7 +13,7 @@ module setup_bodies
   implicit none (type, external)
   private
 
-  public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes
+  public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes, lattice_corner
 
   !> Lattice of one body: spacing, first point, numbers along the axes.
   type :: lattice_t
@@ -51,7 +51,7 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
     type(solid_t), intent(in) :: solids(:)
-    real(rp) :: low(3), high(3), lower(3), upper(3), anchor(3)
+    real(rp) :: low(3), high(3), lower(3), upper(3), corner(3)
     integer :: i, first(3)
 
     low = huge(1.0_rp)
@@ -64,12 +64,22 @@ contains
     end do
     lattice_of%spacing = scene%body(body)%spacing
     if (any(high < low)) return
-    anchor = scene%grid%lower
-    if (scene%body(body)%own_lattice) anchor = reference(solids(findloc(solids%adds, .true., 1)))
-    first = floor((low - anchor)/lattice_of%spacing + 1.0e-6_rp)
-    lattice_of%origin = anchor + lattice_of%spacing*(real(first, rp) + 0.5_rp)
+    corner = lattice_corner(scene, body, solids)
+    first = floor((low - corner)/lattice_of%spacing + 1.0e-6_rp)
+    lattice_of%origin = corner + lattice_of%spacing*(real(first, rp) + 0.5_rp)
     lattice_of%n = ceiling((high - lattice_of%origin)/lattice_of%spacing) + 1
   end function lattice_of
+
+  !> A corner between points of a body's lattice [m].
+  pure function lattice_corner(scene, body, solids) result(corner)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
+    type(solid_t), intent(in) :: solids(:)
+    real(rp) :: corner(3)
+
+    corner = scene%grid%lower
+    if (scene%body(body)%own_lattice) corner = reference(solids(findloc(solids%adds, .true., 1)))
+  end function lattice_corner
 
   !> Make this rank's share of all particles: planes of the lattices dealt out in turn.
   subroutine fill_bodies(world, input, scene, particles)
@@ -205,9 +215,11 @@ contains
     type(particles_t), intent(inout) :: particles
 
     associate (ps => particles%ps(particles%count(particles%nblk), :, particles%nblk), &
-               half => scene%layout%half, affine => scene%layout%affine)
+               half => scene%layout%half, affine => scene%layout%affine, &
+               origin => scene%layout%origin)
       if (half > 0) ps(half:half + 2) = scene%domain(body)
       if (affine > 0) ps(affine:affine + 8) = reshape(transpose(gradient), [9])
+      if (origin > 0) ps(origin:origin + 2) = ps(f_pos:f_pos + 2)
     end associate
   end subroutine add_extras
 

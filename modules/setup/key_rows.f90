@@ -258,23 +258,27 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('FIELD', 'repeat', &
-      'A known motion or temperature of a body: initial state, body force if it needs one, and '// &
-      'the error against it in NAME_errors.csv.')
+      'A known motion or temperature of a body: its start, body force, and errors in '// &
+      'NAME_errors.csv; or noise in its velocities. Shapes and masses are those of the '// &
+      'undeformed body, X a place in it.')
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
     call t%key('KIND', 'choice', 1, '', 'required', &
-      'waves vortex ring mode noise heat-mode', &
-      'waves: u_i = A sin(2 pi X_i/L + P_i) sin(w t + Q_i) with body force; vortex, ring: '// &
-      'manufactured plane motions; mode: standing elastic wave; noise: random velocities; '// &
-      'heat-mode: decaying sine of temperature')
+      'waves vortex ring mode noise alternating heat-mode', &
+      'waves: u_i = A sin(2 pi X_i/L_i + P_i) sin(w t + Q_i) with body force; mode: without; '// &
+      'vortex, ring: plane, with force; noise, alternating: initial velocities; heat-mode: '// &
+      'TEMPERATURE + A times sines of X_i, decaying')
     call t%key('AMPLITUDE', 'real', 1, '', 'required', '', &
-      'A: displacement [m], angle [rad] (vortex), velocity [m/s] (noise) or temperature [K]')
+      'A: displacement [m], angle [rad] (vortex), velocity [m/s] (noise, alternating) or '// &
+      'temperature [K]')
     call t%key('WAVELENGTH', 'real', 3, 'm', '1 1 1', '(0,inf)', 'L of each axis')
-    call t%key('AXES', 'text', 1, '', 'x', 'xyz', 'axes that take part')
+    call t%key('AXES', 'text', 1, '', 'x', 'xyz', &
+      'axes that take part; components of the velocity with noise')
     call t%key('SHIFT', 'real', 3, 'rad', '0 0 0', '', 'P of each axis')
     call t%key('FREQUENCY', 'real', 1, '1/s', '0', '[0,inf)', &
-      'w/(2 pi); mode: 0: from the material')
+      'w/(2 pi); mode, ring: 0: from the material, w = 2 pi c/L_i or pi c/(sum of RADII), c '// &
+      'the speed of pressure waves')
     call t%key('PHASE', 'real', 3, 'rad', '0 0 0', '', 'Q of each axis')
-    call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', 'axis of vortex and ring')
+    call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', 'a point of the axis of vortex and ring')
     call t%key('RADII', 'real', 2, 'm', '1 2', '(0,inf)', &
       'inner and outer radius of vortex and ring')
     call t%key('SEED', 'integer', 1, '', '1', '', 'of the noise')

@@ -6,12 +6,15 @@ module setup_prepare
   use base_kinds, only: i8
   use comm_world, only: world_t
   use io_checkpoint, only: read_checkpoint_input
+  use particles_migrate, only: find_outside
   use setup_bodies, only: count_particles, fill_bodies, load_bodies, warm_probes
   use setup_command_line, only: command_t
   use setup_complaints, only: complaints_t
+  use setup_fields, only: add_noise
   use setup_input, only: input_t, read_input, read_input_text
   use setup_scene, only: build_scene
   use setup_stretch, only: stretch_bodies
+  use time_known, only: start_fields
   use time_loop, only: begin
   use time_regrid, only: first_partition, regrid
   use time_resume, only: resume
@@ -104,6 +107,7 @@ contains
     type(input_t), intent(in) :: input
     type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
+    character(:), allocatable :: outside
 
     call sim%prepare_scratch()
     if (command%restart /= '') then
@@ -111,6 +115,11 @@ contains
       return
     end if
     call fill_bodies(world, input, sim%scene, sim%particles)
+    call add_noise(input, sim)
+    call start_fields(sim)
+    call world%share_message(find_outside(sim%scene%grid, sim%particles), outside)
+    if (outside /= '') call error%raise(outside//' (at the start)')
+    if (error%is_set()) return
     call first_partition(world, sim)
     call regrid(world, sim)
     call begin(world, sim)

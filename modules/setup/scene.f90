@@ -5,6 +5,7 @@ module setup_scene
   use base_kinds, only: i8, rp
   use grid_geometry, only: make_grid
   use setup_complaints, only: complaints_t
+  use setup_fields, only: read_fields
   use setup_input, only: input_t
   use setup_materials, only: read_materials
   use setup_names, only: find, known
@@ -32,6 +33,7 @@ contains
     call read_materials(input, sim%scene%material, complaints)
     call read_bodies(input, sim%scene, complaints)
     call read_surfaces(input, sim%scene, complaints)
+    call read_fields(input, sim%scene, complaints)
     call check_shapes(input, sim%scene, complaints)
     call read_constraints(input, sim%scene, complaints)
     call read_tools(input, sim%tool, complaints)

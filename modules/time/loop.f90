@@ -10,6 +10,7 @@ module time_loop
   use particles_store, only: f_vel
   use time_culprit, only: name_culprit, not_a_number
   use time_heat, only: conduct, conduction_step
+  use time_known, only: stagger_velocities
   use time_records, only: energies
   use time_regrid, only: regrid
   use time_resume, only: broken_path, checkpoint_path, save_checkpoint
@@ -34,10 +35,6 @@ contains
     real(rp) :: energy(2), heat, unused(3), most(2)
     integer :: b, k, m
 
-    call energies(sim, energy(1), energy(2), heat, unused(1), unused(2), unused(3))
-    call world%sum(energy)
-    sim%kinetic0 = energy(1)
-    sim%elastic0 = energy(2)
     most = 0.0_rp
     do b = 1, sim%particles%nblk
       associate (ps => sim%particles%ps(1:sim%particles%count(b), :, b))
@@ -55,6 +52,11 @@ contains
     sim%clock%max_speed = sqrt(most(2))
     sim%last%stiffness = most(1)
     sim%last%speed2 = most(2)
+    call stagger_velocities(sim, stable_step(sim))
+    call energies(sim, energy(1), energy(2), heat, unused(1), unused(2), unused(3))
+    call world%sum(energy)
+    sim%kinetic0 = energy(1)
+    sim%elastic0 = energy(2)
     do k = 1, size(sim%tool)
       call sim%tool(k)%move_to(0.0_rp)
     end do

@@ -6,6 +6,7 @@ module time_state
   use base_timers, only: phase_timer_t
   use comm_world, only: world_t
   use contact_tool, only: tool_t
+  use fields_field, only: field_t
   use grid_geometry, only: box_t, grid_t, patch_t
   use grid_halo, only: halo_t
   use particles_store, only: layout_t, particles_t
@@ -48,6 +49,7 @@ module time_state
     type(load_t), allocatable :: load(:)
     real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
     real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]
+    class(field_t), allocatable :: field     !! its known motion or temperature
   contains
     procedure :: mean_spacing
   end type body_t

@@ -8,6 +8,7 @@ module time_sweeps
   use time_affine, only: affine_to_grid, carry_gradient
   use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains, &
                          unpack_velocity
+  use time_known, only: add_known_force, known_work
   use time_state, only: scheme_usl, simulation_t
   use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume, &
                          touch
@@ -49,6 +50,7 @@ contains
                        1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
                        outer_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), ps(1, f_tau), &
                        ps(1, f_force), ps(1, f_temp), rec)
+    call add_known_force(sim, body, nf, ps, rec)
     if (sim%scene%method%fbar) call add_volume(n, first, sim%patch%stride, ps(1, f_mass), &
       ps(1, f_jac), body, size(sim%volume, 1), sim%patch%nn, sim%volume)
     call to_grid(sim, n, nf, ps, w, first, rec, g)
@@ -140,6 +142,7 @@ contains
     if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
     call restore_volume(sim, sim%particles%body(b), n, first, nf, ps)
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
+    call known_work(sim, sim%particles%body(b), n, dt, v, dv, nf, ps)
     call touch(sim, b, n, dt, v, dv, nf, ps)
     if (dt_stress <= 0.0_rp) return
     call constitutive(sim, sim%particles%body(b), n, dt_stress, l, temp, nf, ps, report)

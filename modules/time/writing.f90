@@ -11,6 +11,7 @@ module time_writing
   use io_frames, only: write_frame, write_series
   use io_histories, only: table_t
   use time_culprit, only: not_a_number
+  use time_deviation, only: deviation_columns, deviation_row, has_fields
   use time_probes, only: share_probes
   use time_records, only: history_columns, history_row
   use time_resume, only: save_checkpoint
@@ -22,7 +23,7 @@ module time_writing
 
   !> Open files and the clockwork of output.
   type :: writer_t
-    type(table_t) :: history, probes
+    type(table_t) :: history, probes, errors
     real(rp) :: started = 0.0_rp        !! wall-clock time at the start [s]
     real(rp) :: cpu_started = 0.0_rp    !! processor time of this rank then [s]
     real(rp) :: spoke = 0.0_rp          !! wall-clock time of the last progress line
@@ -68,6 +69,8 @@ contains
                            resume_time, error)
     if (sim%probes%n > 0) call self%probes%open(world, stem//'_probes.csv', sim%scene%title, &
                                                 probe_columns(sim), resume_time, error)
+    if (has_fields(sim)) call self%errors%open(world, stem//'_errors.csv', sim%scene%title, &
+                                               deviation_columns(sim), resume_time, error)
     associate (clock => sim%clock, output => sim%scene%output)
       if (is_resumed) then
         clock%next_frame = next_time(output%frame_interval, clock%time)
@@ -171,6 +174,10 @@ contains
       call share_probes(world, sim%probes)
       call self%probes%row([sim%clock%time, sim%probes%temperature, &
                             reshape(sim%probes%x, [3*sim%probes%n])])
+    end if
+    if (has_fields(sim)) then
+      call deviation_row(world, sim, values)
+      call self%errors%row(values)
     end if
     if (sim%worst_returns > 0 .and. .not. self%warned_returns) then
       self%warned_returns = .true.
@@ -289,6 +296,7 @@ contains
 
     call self%history%close(error)
     call self%probes%close(error)
+    call self%errors%close(error)
   end subroutine close_files
 
 end module time_writing

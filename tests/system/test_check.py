@@ -68,7 +68,7 @@ def test_every_input_passes(checked, path):
 
 def test_numbers_of_a_scene(checked):
     """Exact: block.nml: 20 x 18 x 16 cells of 1 mm, 2 x 1920 particles 0.5 mm apart, fixed step 7e-8 s, 1000
-    steps for 7e-5 s. small.nml without DT: dt = CFL h/c = 0.4 * 1e-3/4615.3 s with c = sqrt(E (1 - nu)/((1 +
+    steps for 7e-5 s. small.nml without DT: dt = CFL h/c = 0.4257 * 1e-3/4615.3 s with c = sqrt(E (1 - nu)/((1 +
     nu)(1 - 2 nu) rho)), to 1e-5."""
     report = report_of(checked[driver.INPUTS / "block.nml"])
     assert report["grid"] == ["20 x 18 x 16 cells of 1 mm"]
@@ -78,7 +78,7 @@ def test_numbers_of_a_scene(checked):
     assert report["steps"] == ["1000 for 7e-5 s"]
     dt = report_of(checked[driver.INPUTS / "small.nml"])["time step"][0]
     speed = (124e9 * 0.66 / (1.34 * 0.32) / 8960.0) ** 0.5
-    assert number(dt) == pytest.approx(0.4 * 1e-3 / speed, rel=1e-5)
+    assert number(dt) == pytest.approx(0.9 * 0.473 * 1e-3 / speed, rel=1e-5)
 
 
 def test_set_changes_the_scene(run, tmp_path):
