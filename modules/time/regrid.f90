@@ -7,6 +7,7 @@ module time_regrid
   use grid_partition, only: bisect, imbalance
   use particles_migrate, only: redistribute
   use particles_store, only: f_pos
+  use time_mirrors, only: list_mirrors
   use time_probes, only: claim_probes, share_probes
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -75,6 +76,7 @@ contains
     active = box_in_use(world, sim)
     call sim%halo%init(world, sim%patch, sim%boxes, active)
     call list_runs(sim)
+    call list_mirrors(sim)
     call list_fixed(sim)
     call enclose_blocks(sim)
     call claim_probes(sim%scene%grid, sim%patch, sim%probes)
@@ -198,18 +200,22 @@ contains
     list(:, n) = entry
   end subroutine append
 
-  !> Nodes in use that a wall or clamp holds.
+  !> Nodes in use that a wall or clamp holds, but not those behind a mirror.
   subroutine list_fixed(sim)
     type(simulation_t), intent(inout) :: sim
     integer, allocatable :: list(:, :)
     real(rp) :: x(3), slack
+    logical, allocatable :: is_behind(:)
     integer :: c, ijk(3), q, r, rest
 
     allocate (list(3, 64))
+    allocate (is_behind(sim%patch%nn), source=.false.)
+    is_behind(sim%mirrors%pair(1, :)) = .true.
     sim%n_fixed = 0
     slack = 1.0e-6_rp*sim%scene%grid%h
     do r = 1, sim%n_runs
       do q = sim%run(1, r), sim%run(2, r)
+        if (is_behind(q)) cycle
         rest = q - 1
         ijk(1) = rest/sim%patch%stride(1)
         rest = rest - ijk(1)*sim%patch%stride(1)
@@ -218,6 +224,7 @@ contains
         x = sim%patch%origin + sim%patch%h*real(ijk, rp)
         do c = 1, size(sim%scene%constraint)
           associate (rule => sim%scene%constraint(c))
+            if (rule%axis > 0) cycle
             if (any(x < rule%lower - slack) .or. any(x > rule%upper + slack)) cycle
           end associate
           call append(list, sim%n_fixed, [q, c, sim%run(3, r)])
