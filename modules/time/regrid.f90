@@ -206,7 +206,7 @@ contains
     integer, allocatable :: list(:, :)
     real(rp) :: x(3), slack
     logical, allocatable :: is_behind(:)
-    integer :: c, ijk(3), q, r, rest
+    integer :: c, ijk(3), owned, q, r, rest
 
     allocate (list(3, 64))
     allocate (is_behind(sim%patch%nn), source=.false.)
@@ -222,12 +222,14 @@ contains
         ijk(2) = rest/sim%patch%stride(2)
         ijk(3) = rest - ijk(2)*sim%patch%stride(2)
         x = sim%patch%origin + sim%patch%h*real(ijk, rp)
+        ijk = max(0, min(sim%scene%grid%n - 1, ijk + sim%patch%all%lo))   ! owns those outside, too
+        owned = merge(1, 0, sim%patch%own%has(ijk))
         do c = 1, size(sim%scene%constraint)
           associate (rule => sim%scene%constraint(c))
             if (rule%axis > 0) cycle
             if (any(x < rule%lower - slack) .or. any(x > rule%upper + slack)) cycle
           end associate
-          call append(list, sim%n_fixed, [q, c, sim%run(3, r)])
+          call append(list, sim%n_fixed, [q, c, owned])
         end do
       end do
     end do
