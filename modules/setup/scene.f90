@@ -12,6 +12,7 @@ module setup_scene
   use setup_solids, only: bounds, read_solid, solid_t
   use setup_stretch, only: check_stretch
   use setup_tools, only: read_tools
+  use setup_walls, only: read_constraints
   use time_stability, only: default_cfl
   use time_state, only: probes_t, scene_t, scheme_usl, simulation_t, transfer_apic, &
                         transfer_fmpm, transfer_xpic
@@ -222,51 +223,6 @@ contains
         'no &SHAPE adds material to this body')
     end do
   end subroutine check_shapes
-
-  !> Walls become clamps of all nodes at and behind them.
-  subroutine read_constraints(input, scene, complaints)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
-    character(:), allocatable :: letters
-    real(rp) :: far, top(3)
-    integer :: a, i, n, side
-
-    n = input%count('WALL')
-    allocate (scene%constraint(n + input%count('CLAMP')))
-    far = huge(1.0_rp)
-    top = scene%grid%upper()
-    do i = 1, n
-      associate (c => scene%constraint(i))
-        c%lower = -far
-        c%upper = far
-        side = index('xminxmaxyminymaxzminzmax', input%text('WALL', i, 'SIDE'))/4
-        a = side/2 + 1
-        if (scene%grid%period(a) > 0) call input%complain(complaints, 'WALL', i, 'SIDE', &
-          'the grid is periodic along this axis')
-        if (mod(side, 2) == 0) then
-          c%upper(a) = scene%grid%lower(a)
-          if (input%given('WALL', i, 'POSITION')) c%upper(a) = input%real('WALL', i, 'POSITION')
-        else
-          c%lower(a) = top(a)
-          if (input%given('WALL', i, 'POSITION')) c%lower(a) = input%real('WALL', i, 'POSITION')
-        end if
-        c%component = input%text('WALL', i, 'KIND') == 'fixed'
-        c%component(a) = .true.
-      end associate
-    end do
-    do i = 1, input%count('CLAMP')
-      associate (c => scene%constraint(n + i))
-        c%lower = input%reals('CLAMP', i, 'LOWER', 3)
-        c%upper = input%reals('CLAMP', i, 'UPPER', 3)
-        c%velocity = input%reals('CLAMP', i, 'VELOCITY', 3)
-        letters = input%text('CLAMP', i, 'COMPONENTS')
-        c%component = [(index(letters, 'xyz'(a:a)) > 0, a=1, 3)]
-        if (any(c%upper < c%lower)) call input%complain(complaints, 'CLAMP', i, 'UPPER', &
-          'must not be below LOWER')
-      end associate
-    end do
-  end subroutine read_constraints
 
   subroutine read_probes(input, scene, probes, complaints)
     type(input_t), intent(in) :: input

@@ -12,6 +12,7 @@ module thermal_conduction
   public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
   public :: heat_particles, smooth_particles, film_to_grid
 
+  real(rp), parameter, public :: smooth_share = 0.1_rp   !! of unseen differences, taken back a step
   real(rp), parameter :: least_capacity = 1.0e-30_rp   !! [J/K]
 
 contains
@@ -140,12 +141,11 @@ contains
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), apart(nlane)
-    real(rp), parameter :: share = 0.1_rp
     integer :: p
 
     call g2p_block(n, w, first, stride, nn, g, rec)
     do p = 1, n
-      temp(p) = temp(p) - share*(apart(p) - rec(4, 1, p))
+      temp(p) = temp(p) - smooth_share*(apart(p) - rec(4, 1, p))
       apart(p) = 0.0_rp
     end do
   end subroutine smooth_particles

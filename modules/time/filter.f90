@@ -6,6 +6,7 @@ module time_filter
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_mass
+  use time_mirrors, only: fold, r_filter, unfold
   use time_nodes, only: clear_nodes, release_held
   use time_state, only: simulation_t, transfer_fmpm, transfer_xpic
   use time_weights, only: weights_of
@@ -33,19 +34,24 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout), dimension(8, sim%patch%nn, sim%n_groups) :: g
     real(rp), intent(inout), dimension(8, sim%patch%nn, sim%n_groups) :: mapped, increment
-    real(rp) :: old
+    real(rp) :: old, lost(8, size(sim%scene%constraint))
     integer :: k, power
 
     old = merge(1.0_rp, 0.0_rp, sim%scene%method%transfer == transfer_xpic)
     call first_increment(sim, old, g, increment)
+    lost = 0.0_rp                                ! nobody asks for it
     do power = 2, sim%scene%method%order
       call clear_nodes(sim, mapped)
       call there_and_back(sim, increment, mapped)
       do k = 1, sim%n_groups
+        call fold(sim, r_filter, mapped(:, :, k), lost)
         call sim%halo%sum(world, 8, sim%patch%nn, mapped(:, :, k))
       end do
       call next_increment(sim, g, mapped, increment)
       call release_held(sim, increment)
+      do k = 1, sim%n_groups
+        call unfold(sim, r_filter, increment(:, :, k))
+      end do
       call add_increment(sim, increment, g)
     end do
   end subroutine filter_velocity

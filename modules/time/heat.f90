@@ -5,8 +5,11 @@ module time_heat
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
   use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, &
-                                nodal_temperature, smooth_particles, temperature_increment
+                                nodal_temperature, smooth_particles, smooth_share, &
+                                temperature_increment
   use time_audit, only: e_film
+  use time_mirrors, only: book_heat, fold, r_apart, r_flux, r_heat, r_temperature, r_warming, &
+                          unfold
   use time_nodes, only: clear_nodes
   use time_state, only: simulation_t
   use time_weights, only: weights_of
@@ -36,26 +39,33 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                  !! [s]
+    real(rp) :: lost(8, size(sim%scene%constraint))   ! what folds at walls change
     integer :: b, r
 
-    call gather_temperature(world, sim, f_temp, f_heat)
+    lost = 0.0_rp
+    call gather_temperature(world, sim, f_temp, f_heat, r_heat, lost)
     call clear_nodes(sim, sim%g2)
     do b = 1, sim%particles%nblk
       call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
                          sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1), &
                          sim%g2(:, :, 1))
     end do
+    call fold(sim, r_flux, sim%g2(:, :, 1), lost)
     call sim%halo%sum(world, 8, sim%patch%nn, sim%g2(:, :, 1))
     do r = 1, sim%n_runs
       call temperature_increment(sim%run(2, r) - sim%run(1, r) + 1, &
                                  sim%g2(:, sim%run(1, r):sim%run(2, r), 1), &
                                  sim%g(:, sim%run(1, r):sim%run(2, r), 1))
     end do
+    call unfold(sim, r_warming, sim%g(:, :, 1))
+    call book_heat(sim, 1.0_rp, lost(3, :) + lost(5, :), sim%g(:, :, 1))
     do b = 1, sim%particles%nblk
       call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .false., &
                       sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
     end do
-    call gather_temperature(world, sim, f_heat, 0)
+    lost = 0.0_rp
+    call gather_temperature(world, sim, f_heat, 0, r_apart, lost)
+    call book_heat(sim, smooth_share, lost(2, :), sim%g(:, :, 1))
     do b = 1, sim%particles%nblk
       call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .true., &
                       sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
@@ -63,10 +73,12 @@ contains
   end subroutine conduct
 
   !> Capacities and nodal means of the field `temp_field`; waiting heat from `heat_field` (0: none).
-  subroutine gather_temperature(world, sim, temp_field, heat_field)
+  !> `kind` says how walls mirror the field, `lost` what that changes.
+  subroutine gather_temperature(world, sim, temp_field, heat_field, kind, lost)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: temp_field, heat_field
+    integer, intent(in) :: temp_field, heat_field, kind
+    real(rp), intent(inout) :: lost(8, size(sim%scene%constraint))
     integer :: b, r
 
     call clear_nodes(sim, sim%g)
@@ -75,11 +87,13 @@ contains
                         heat_field, sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, &
                         sim%g(:, :, 1))
     end do
+    call fold(sim, kind, sim%g(:, :, 1), lost, sim%mirrors%own(:, 1))
     call sim%halo%sum(world, 8, sim%patch%nn, sim%g(:, :, 1))
     do r = 1, sim%n_runs
       call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
                              sim%g(:, sim%run(1, r):sim%run(2, r), 1))
     end do
+    call unfold(sim, merge(r_temperature, r_apart, kind == r_heat), sim%g(:, :, 1))
   end subroutine gather_temperature
 
   subroutine gather_block(sim, body, n, temp_field, heat_field, nf, ps, rec, g)

@@ -70,7 +70,7 @@ contains
     end do
   end subroutine update_run
 
-  !> Give the nodes of walls and clamps their velocity; book the work.
+  !> Give the held nodes of walls and clamps their velocity; book impulse and work.
   subroutine hold_walls(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
@@ -96,6 +96,7 @@ contains
           before = g(a, q) - g(4 + a, q)
           if (sim%fixed(3, i) == 1) then
             impulse = g(8, q)*(value - g(a, q))
+            sim%impulse(a, sim%fixed(2, i)) = sim%impulse(a, sim%fixed(2, i)) + impulse
             sim%sums(e_wall) = sim%sums(e_wall) + impulse*0.5_rp*(before + value)
           end if
           g(a, q) = value

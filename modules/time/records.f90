@@ -6,7 +6,7 @@ module time_records
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
-  use time_audit, only: e_body, e_film, e_plastic, e_stress, e_wall, n_sums
+  use time_audit, only: e_body, e_film, e_plastic, e_stress, e_wall, e_wall_heat, n_sums
   use time_blocks, only: kinetic_energy
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -14,23 +14,24 @@ module time_records
 
   public :: history_columns, history_row, energies
 
-  integer, parameter :: n_common = 20, n_per_tool = 9
+  integer, parameter :: n_common = 21, n_per_tool = 9
 
 contains
 
-  !> Column names with units: the common ones, then nine for each tool.
+  !> Column names with units: the common ones, nine for each tool, three for each wall and clamp.
   function history_columns(sim) result(columns)
     type(simulation_t), intent(in) :: sim
     character(48), allocatable :: columns(:)
     integer :: k, c
 
-    allocate (columns(n_common + n_per_tool*size(sim%tool)))
+    allocate (columns(n_columns(sim)))
     columns(1:n_common) = [character(48) :: &
       'time[s]', 'step', 'dt[s]', 'kinetic[J]', 'elastic[J]', &
       'plastic_work[J]', 'tool_work[J]', 'body_work[J]', 'wall_work[J]', 'friction_heat[J]', &
       'contact_loss[J]', 'numerical_loss[J]', 'audit_error[%]', 'film_loss[J]', 'heat_content[J]', &
       'temperature_max[K]', 'strain_rate_max[1/s]', 'kinetic_over_internal[%]', &
-      'inertial_stress_over_flow[%]', 'friction_heat_to_bodies[J]']
+      'inertial_stress_over_flow[%]', 'friction_heat_to_bodies[J]', &
+      'wall_heat[J]']
     do k = 1, size(sim%tool)
       c = n_common + n_per_tool*(k - 1)
       associate (name => sim%tool(k)%name)
@@ -45,7 +46,18 @@ contains
         columns(c + 9) = trim(name)//'_friction_share[%]'
       end associate
     end do
+    c = n_common + n_per_tool*size(sim%tool)
+    do k = 1, size(sim%scene%constraint)
+      columns(c + 3*k - 2:c + 3*k) = trim(sim%scene%constraint(k)%name)//'_force_'// &
+                                     ['x[N]', 'y[N]', 'z[N]']
+    end do
   end function history_columns
+
+  pure integer function n_columns(sim)
+    type(simulation_t), intent(in) :: sim
+
+    n_columns = n_common + n_per_tool*size(sim%tool) + 3*size(sim%scene%constraint)
+  end function n_columns
 
   !> Kinetic energy (with mass scaling), elastic energy and heat content of this rank [J], hottest
   !> particle [K], largest strain rate [1/s] and inertial over flow stress.
@@ -97,21 +109,23 @@ contains
     real(rp), allocatable, intent(out) :: row(:)
     real(rp), allocatable :: all(:), tool(:, :)
     real(rp) :: most(3), kinetic, elastic, heat, work, friction, normal, given, taken, loss, inner
-    integer :: k
+    integer :: k, last
 
-    allocate (all(n_sums + 3 + n_tool_sums*size(sim%tool)), tool(n_tool_sums, size(sim%tool)))
+    last = n_sums + 3 + n_tool_sums*size(sim%tool)
+    allocate (all(last + size(sim%impulse)), tool(n_tool_sums, size(sim%tool)))
     call energies(sim, kinetic, elastic, heat, most(1), most(2), most(3))
     all(1:n_sums) = sim%sums
     all(n_sums + 1:n_sums + 3) = [kinetic, elastic, heat]
     do k = 1, size(sim%tool)
       all(n_sums + 4 + n_tool_sums*(k - 1):n_sums + 3 + n_tool_sums*k) = sim%tool(k)%sums
     end do
+    all(last + 1:) = reshape(sim%impulse, [size(sim%impulse)])
     call world%sum(all)
     call world%max(most)
     kinetic = all(n_sums + 1)
     elastic = all(n_sums + 2)
     heat = all(n_sums + 3)
-    tool = reshape(all(n_sums + 4:), shape(tool))
+    tool = reshape(all(n_sums + 4:last), shape(tool))
     work = sum(tool(s_work, :))
     friction = sum(tool(s_friction, :))
     normal = sum(tool(s_normal, :))
@@ -123,12 +137,16 @@ contains
                           sim%kinetic0 + sim%elastic0, tiny(1.0_rp))
     inner = elastic + all(e_plastic) + friction
     if (inner > 0.0_rp) inner = 100.0_rp*kinetic/inner
-    allocate (row(n_common + n_per_tool*size(sim%tool)))
+    allocate (row(n_columns(sim)))
     row(1:n_common) = [sim%clock%time, real(sim%clock%step, rp), sim%clock%dt, kinetic, elastic, &
       all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
       100.0_rp*(given - taken)/sim%audit_scale, all(e_film), heat, most(1), most(2), &
-      inner, 100.0_rp*most(3), sum(tool(s_to_plate, :))]
-    call tool_columns(sim, tool, row(n_common + 1:))
+      inner, 100.0_rp*most(3), sum(tool(s_to_plate, :)), &
+      all(e_wall_heat)]
+    k = n_common + n_per_tool*size(sim%tool)
+    call tool_columns(sim, tool, row(n_common + 1:k))
+    call wall_columns(sim, all(last + 1:), row(k + 1:))
+    sim%row_time = sim%clock%time
   end subroutine history_row
 
   !> Means of each tool's force, torque, powers and speeds since the last row.
@@ -136,30 +154,45 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: tool(:, :)
     real(rp), intent(out) :: columns(:)
-    real(rp) :: d(n_tool_sums), per_second, per_press
+    real(rp) :: d(n_tool_sums), per_press
     integer :: c, k
 
     if (.not. allocated(sim%row_sums)) then
       allocate (sim%row_sums(n_tool_sums, size(sim%tool)), source=0.0_rp)
     end if
-    per_second = 0.0_rp
-    if (sim%clock%time > sim%row_time) per_second = 1.0_rp/(sim%clock%time - sim%row_time)
     do k = 1, size(sim%tool)
       d = tool(:, k) - sim%row_sums(:, k)
       per_press = 0.0_rp
       if (d(s_press) > 0.0_rp) per_press = 1.0_rp/d(s_press)
       c = n_per_tool*(k - 1)
-      columns(c + 1) = d(s_torque)*per_second
-      columns(c + 2:c + 4) = d(s_force:s_force + 2)*per_second
-      columns(c + 5) = d(s_work)*per_second
-      columns(c + 6) = d(s_friction)*per_second
+      columns(c + 1) = d(s_torque)*per_second(sim)
+      columns(c + 2:c + 4) = d(s_force:s_force + 2)*per_second(sim)
+      columns(c + 5) = d(s_work)*per_second(sim)
+      columns(c + 6) = d(s_friction)*per_second(sim)
       columns(c + 7) = d(s_creep)*per_press
       columns(c + 8) = d(s_slide)*per_press
       columns(c + 9) = 0.0_rp
       if (abs(d(s_work)) > 0.0_rp) columns(c + 9) = 100.0_rp*d(s_friction)/d(s_work)
     end do
     sim%row_sums = tool
-    sim%row_time = sim%clock%time
   end subroutine tool_columns
+
+  !> Mean force of each wall and clamp on the bodies since the last row.
+  subroutine wall_columns(sim, impulse, columns)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: impulse(:)               !! since t = 0, of all ranks [N s]
+    real(rp), intent(out) :: columns(:)
+
+    columns = (impulse - reshape(sim%row_impulse, shape(impulse)))*per_second(sim)
+    sim%row_impulse = reshape(impulse, shape(sim%row_impulse))
+  end subroutine wall_columns
+
+  !> One over the time since the last row; 0 in the first [1/s].
+  pure real(rp) function per_second(sim)
+    type(simulation_t), intent(in) :: sim
+
+    per_second = 0.0_rp
+    if (sim%clock%time > sim%row_time) per_second = 1.0_rp/(sim%clock%time - sim%row_time)
+  end function per_second
 
 end module time_records

@@ -7,6 +7,7 @@ module time_regrid
   use grid_partition, only: bisect, imbalance
   use particles_migrate, only: redistribute, wrap_positions
   use particles_store, only: f_pos
+  use time_mirrors, only: list_mirrors
   use time_probes, only: claim_probes, share_probes
   use time_state, only: constraint_t, simulation_t
   implicit none (type, external)
@@ -77,6 +78,7 @@ contains
     active = box_in_use(world, sim)
     call sim%halo%init(world, sim%patch, sim%boxes, active)
     call list_runs(sim)
+    call list_mirrors(sim)
     call list_fixed(sim)
     call enclose_blocks(sim)
     call claim_probes(sim%scene%grid, sim%patch, sim%probes)
@@ -190,17 +192,21 @@ contains
     list(:, n) = entry
   end subroutine append
 
-  !> Nodes in use that a wall or clamp holds.
+  !> Nodes in use that a wall or clamp holds, but not those behind a mirror.
   subroutine list_fixed(sim)
     type(simulation_t), intent(inout) :: sim
     integer, allocatable :: list(:, :)
     real(rp) :: x(3)
-    integer :: c, ijk(3), q, r, rest
+    logical, allocatable :: is_behind(:)
+    integer :: c, ijk(3), owned, q, r, rest
 
     allocate (list(3, 64))
+    allocate (is_behind(sim%patch%nn), source=.false.)
+    is_behind(sim%mirrors%pair(1, :)) = .true.
     sim%n_fixed = 0
     do r = 1, sim%n_runs
       do q = sim%run(1, r), sim%run(2, r)
+        if (is_behind(q)) cycle
         rest = q - 1
         ijk(1) = rest/sim%patch%stride(1)
         rest = rest - ijk(1)*sim%patch%stride(1)
@@ -208,9 +214,13 @@ contains
         ijk(3) = rest - ijk(2)*sim%patch%stride(2)
         x = sim%patch%origin + sim%patch%h*real(ijk, rp)
         call wrap(sim%scene%grid, x)
+        ijk = ijk + sim%patch%all%lo
+        where (sim%scene%grid%period == 0) ijk = max(0, min(sim%scene%grid%n - 1, ijk))
+        owned = merge(1, 0, sim%patch%own%has(ijk))   ! nodes outside belong to the nearest inside
         do c = 1, size(sim%scene%constraint)
+          if (sim%scene%constraint(c)%axis > 0) cycle
           if (.not. holds(sim%scene%constraint(c), sim%patch, x)) cycle
-          call append(list, sim%n_fixed, [q, c, sim%run(3, r)])
+          call append(list, sim%n_fixed, [q, c, owned])
         end do
       end do
     end do

@@ -17,6 +17,8 @@ module time_resume
   public :: save_checkpoint, resume, checkpoint_path, broken_path
 
   integer, parameter :: n_clock = 17
+  character(*), parameter :: other_scene = &
+    ': the checkpoint belongs to another scene (tools, walls, clamps or probes differ)'
 
 contains
 
@@ -59,8 +61,9 @@ contains
     if (sim%probes%n > 0) global = [global, reshape(sim%probes%x, [3*sim%probes%n]), &
                                     sim%probes%temperature]
     global = [global, sim%frame_times]
+    global = [global, reshape(sim%row_impulse, [size(sim%row_impulse)])]
     if (allocated(sim%row_sums)) global = [global, reshape(sim%row_sums, [size(sim%row_sums)])]
-    local = [sim%sums, real(sim%failed_returns, rp)]
+    local = [sim%sums, real(sim%failed_returns, rp), reshape(sim%impulse, [size(sim%impulse)])]
     do k = 1, size(sim%tool)
       local = [local, sim%tool(k)%sums]
     end do
@@ -80,20 +83,22 @@ contains
     real(rp), allocatable :: global(:), local(:)
     character(:), allocatable :: text
     logical :: same_ranks
-    integer :: k
+    integer :: k, n
 
     call read_checkpoint(world, path, sim%particles, boxes, global, local, same_ranks, text, error)
     if (error%is_set()) return
-    if (size(global) < n_clock .or. size(local) /= n_sums + 1 + n_tool_sums*size(sim%tool)) then
-      call error%raise(path//': the checkpoint belongs to another scene (tools or probes differ)')
+    n = n_sums + 1 + size(sim%impulse)
+    if (size(global) < n_clock .or. size(local) /= n + n_tool_sums*size(sim%tool)) then
+      call error%raise(path//other_scene)
       return
     end if
     call unpack_global(sim, global, path, error)
     if (error%is_set()) return
     sim%sums = local(1:n_sums)
     sim%failed_returns = nint(local(n_sums + 1))
+    sim%impulse = reshape(local(n_sums + 2:n), shape(sim%impulse))
     do k = 1, size(sim%tool)
-      sim%tool(k)%sums = local(n_sums + 2 + n_tool_sums*(k - 1):n_sums + 1 + n_tool_sums*k)
+      sim%tool(k)%sums = local(n + 1 + n_tool_sums*(k - 1):n + n_tool_sums*k)
       call sim%tool(k)%move_to(sim%clock%time)
     end do
     if (same_ranks) then
@@ -112,7 +117,7 @@ contains
     real(rp), intent(in) :: global(:)
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
-    integer :: frames, n, rest
+    integer :: frames, last, n, rest
 
     associate (c => sim%clock)
       c%step = nint(global(1), i8)
@@ -133,16 +138,17 @@ contains
     sim%clock%refused = nint(global(17), i8)
     n = nint(global(13))
     frames = nint(global(14))
-    rest = size(global) - n_clock - 4*n - frames
+    last = n_clock + 4*n + frames + size(sim%row_impulse)
+    rest = size(global) - last
     if (n /= sim%probes%n .or. (rest /= 0 .and. rest /= n_tool_sums*size(sim%tool))) then
-      call error%raise(path//': the checkpoint belongs to another scene (tools or probes differ)')
+      call error%raise(path//other_scene)
       return
     end if
     sim%probes%x = reshape(global(n_clock + 1:n_clock + 3*n), [3, n])
     sim%probes%temperature = global(n_clock + 3*n + 1:n_clock + 4*n)
     sim%frame_times = global(n_clock + 4*n + 1:n_clock + 4*n + frames)
-    if (rest > 0) sim%row_sums = reshape(global(n_clock + 4*n + frames + 1:), &
-                                         [n_tool_sums, size(sim%tool)])
+    sim%row_impulse = reshape(global(n_clock + 4*n + frames + 1:last), shape(sim%row_impulse))
+    if (rest > 0) sim%row_sums = reshape(global(last + 1:), [n_tool_sums, size(sim%tool)])
   end subroutine unpack_global
 
 end module time_resume

@@ -16,7 +16,7 @@ module time_state
   private
 
   public :: body_t, constraint_t, load_t, method_t, output_t, probes_t, scene_t, simulation_t
-  public :: clock_t, start_t
+  public :: clock_t, mirrors_t, start_t
   public :: free_simulation
 
   ! When the stress is updated, and how velocities come back from the grid.
@@ -54,12 +54,27 @@ module time_state
     procedure :: mean_spacing
   end type body_t
 
-  !> Nodes in a box move with a given velocity (some components).
+  !> Nodes in a box move with a given velocity (some components), or a wall is a mirror: these
+  !> components are odd there.
   type :: constraint_t
+    character(32) :: name = ''                         !! in the history
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! [m]
     logical :: component(3) = .true.
     real(rp) :: velocity(3) = 0.0_rp                   !! [m/s]
+    integer :: axis = 0                                !! normal of a mirror; 0: nodes are held
+    integer :: plane = 0                               !! row of grid nodes on the mirror, from 0
+    logical :: faces_up = .true.                       !! the bodies lie above it
+    real(rp) :: temperature = 0.0_rp                   !! of a mirror [K]; 0: insulated
   end type constraint_t
+
+  !> Nodes behind walls and their mirrors (time_mirrors).
+  type :: mirrors_t
+    integer :: n_pairs = 0, n_planes = 0
+    integer, allocatable :: pair(:, :)    !! (3, n_pairs) node behind, node in front, wall
+    integer, allocatable :: plane(:, :)   !! (2, n_planes) node on the wall, wall
+    real(rp), allocatable :: own(:, :)    !! (n_pairs, n_groups) mass or capacity of this rank behind
+    real(rp), allocatable :: lost(:, :)   !! (8, constraints) of the sum of all nodes, by the fold
+  end type mirrors_t
 
   !> Numerical method.
   type :: method_t
@@ -160,13 +175,16 @@ module time_state
     integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
     integer :: n_fixed = 0
     integer, allocatable :: fixed(:, :)      !! (3, n) node, constraint, 1 if owned
+    type(mirrors_t) :: mirrors
     real(rp), allocatable :: ball(:, :)      !! (4, nblk) centre and radius of each block [m]
     real(rp) :: sums(n_sums) = 0.0_rp        !! this rank's energy books, see time_audit
+    real(rp), allocatable :: impulse(:, :)   !! (3, constraints) on this rank's particles [N s]
     real(rp) :: kinetic0 = 0.0_rp, elastic0 = 0.0_rp   !! energies at t = 0 [J]
     real(rp) :: audit_scale = 0.0_rp         !! largest energy turned over so far [J]
     real(rp), allocatable :: frame_times(:)  !! of the frames written so far [s]
     real(rp) :: row_time = 0.0_rp            !! time of the last history row [s]
     real(rp), allocatable :: row_sums(:, :)  !! tools' books then, of all ranks
+    real(rp), allocatable :: row_impulse(:, :)   !! of walls and clamps then, of all ranks
     integer :: failed_returns = 0            !! of this rank that did not converge; most of any
     integer :: worst_returns = 0
     ! set by the check in the middle of a step, equal on all ranks
@@ -199,10 +217,14 @@ contains
     end if
   end function mean_spacing
 
+  !> Scratch and books of the size of the scene.
   subroutine prepare_scratch(self)
     class(simulation_t), intent(inout) :: self
+    integer :: n
 
     if (associated(self%rec)) return
+    n = size(self%scene%constraint)
+    allocate (self%impulse(3, n), self%row_impulse(3, n), self%mirrors%lost(8, n), source=0.0_rp)
     call allocate_aligned(32_i8*nlane, self%rec_memory)
     self%rec(1:8, 1:4, 1:nlane) => self%rec_memory
   end subroutine prepare_scratch

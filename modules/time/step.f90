@@ -8,6 +8,7 @@ module time_step
   use comm_world, only: world_t
   use time_filter, only: filter_is_due, filter_velocity
   use time_limit, only: limit_step
+  use time_mirrors, only: book_impulse, fold, r_momentum, r_velocity, unfold
   use time_nodes, only: clear_nodes, hold_walls, update_nodes
   use time_probes, only: move_probes
   use time_state, only: scheme_musl, scheme_usf, scheme_usl, simulation_t, transfer_apic
@@ -102,14 +103,16 @@ contains
     call sim%timer%lap(ph_to_particles)
   end subroutine step_twice
 
-  !> Sum the records of shared nodes over the ranks.
+  !> Fold the records at walls, sum those of shared nodes over the ranks.
   subroutine sum_nodes(world, sim, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
     integer :: k
 
+    sim%mirrors%lost = 0.0_rp
     do k = 1, sim%n_groups
+      call fold(sim, r_momentum, g(:, :, k), sim%mirrors%lost, sim%mirrors%own(:, k))
       call sim%halo%sum(world, 8, sim%patch%nn, g(:, :, k))
     end do
   end subroutine sum_nodes
@@ -122,8 +125,22 @@ contains
 
     call update_nodes(sim, dt, g)
     call limit_step(world, sim, dt, g)
-    if (.not. sim%is_broken) call hold_walls(sim, g)
+    if (sim%is_broken) return
+    call hold_nodes(sim, g)
+    call book_impulse(sim, dt, g)
   end subroutine accelerate_nodes
+
+  !> Velocities of clamps and walls, and behind these.
+  subroutine hold_nodes(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: k
+
+    call hold_walls(sim, g)
+    do k = 1, sim%n_groups
+      call unfold(sim, r_velocity, g(:, :, k))
+    end do
+  end subroutine hold_nodes
 
   subroutine move_tools(sim, dt)
     type(simulation_t), intent(inout) :: sim
@@ -139,12 +156,14 @@ contains
   subroutine velocity_field(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    real(rp) :: books(size(sim%sums))
+    real(rp) :: books(size(sim%sums)), impulse(3, size(sim%scene%constraint))
 
-    books = sim%sums                       ! no work is done by interpolation
+    books = sim%sums                       ! interpolation does no work and gives no impulse
+    impulse = sim%impulse
     call update_nodes(sim, 0.0_rp, g)
-    call hold_walls(sim, g)
+    call hold_nodes(sim, g)
     sim%sums = books
+    sim%impulse = impulse
   end subroutine velocity_field
 
 end module time_step

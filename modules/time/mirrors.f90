@@ -1,0 +1,246 @@
+! SPDX-License-Identifier: MIT
+!> Walls as mirrors. What particles say to the nodes behind a wall is folded onto the nodes in front
+!> with the signs of an image body behind the wall, and after the update the nodes behind get the
+!> mirrored values. Nodes on the wall keep their own half and lose what is odd. A fold is linear:
+!> each rank folds its own contributions, before they are summed over ranks, since it stores the
+!> mirror of every node that its particles touch but not every node whose mirror they touch.
+module time_mirrors
+  use base_kinds, only: rp
+  use time_audit, only: e_wall_heat
+  use time_state, only: constraint_t, simulation_t
+  implicit none (type, external)
+  private
+
+  public :: list_mirrors, fold, unfold, book_impulse, book_heat
+
+  ! What the lanes of a record hold, which decides what is odd at a wall.
+  integer, parameter, public :: &
+    r_momentum = 1, &      !! mass, momentum (3), force (3), mass times temperature
+    r_velocity = 2, &      !! velocity (3), temperature, velocity change (3), mass
+    r_filter = 3, &        !! momentum (3) or, in lanes 5:7, a velocity increment
+    r_heat = 4, &          !! capacity, capacity times temperature, waiting heat
+    r_temperature = 5, &   !! capacity, -, -, temperature
+    r_flux = 6, &          !! heat in lane 5
+    r_warming = 7, &       !! increment of temperature in lane 4, temperature in lane 6
+    r_apart = 8            !! capacity, capacity times a difference of temperature; that in lane 4
+
+contains
+
+  !> List the nodes in use on and behind the walls, with their mirrors; pairs in the order x, y, z.
+  subroutine list_mirrors(sim)
+    type(simulation_t), intent(inout) :: sim
+    logical, allocatable :: used(:)
+    integer, allocatable :: pair(:, :), plane(:, :)
+    integer :: axis, c, most, n(3), r
+
+    associate (m => sim%mirrors, rules => sim%scene%constraint)
+      m%n_pairs = 0
+      m%n_planes = 0
+      most = 0
+      if (sim%patch%nn > 0) then
+        n = sim%patch%all%hi - sim%patch%all%lo + 1
+        do c = 1, size(rules)
+          if (rules(c)%axis > 0) most = most + sim%patch%nn/n(rules(c)%axis)
+        end do
+      end if
+      allocate (pair(3, most), plane(2, most))
+      if (most > 0) then
+        allocate (used(sim%patch%nn), source=.false.)
+        do r = 1, sim%n_runs
+          used(sim%run(1, r):sim%run(2, r)) = .true.
+        end do
+        do axis = 1, 3
+          do c = 1, size(rules)
+            if (rules(c)%axis == axis) call add_wall(sim, c, used, pair, plane)
+          end do
+        end do
+      end if
+      m%pair = pair(:, 1:m%n_pairs)
+      m%plane = plane(:, 1:m%n_planes)
+      if (allocated(m%own)) deallocate (m%own)
+      allocate (m%own(m%n_pairs, sim%n_groups), source=0.0_rp)
+    end associate
+  end subroutine list_mirrors
+
+  subroutine add_wall(sim, c, used, pair, plane)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: c
+    logical, intent(in) :: used(:)
+    integer, intent(inout) :: pair(:, :), plane(:, :)
+    integer :: a, across(2), behind(3), front(3), i, j, on(3), reach
+
+    associate (patch => sim%patch, rule => sim%scene%constraint(c))
+      a = rule%axis
+      across = pack([1, 2, 3], [1, 2, 3] /= a)
+      reach = merge(1, -1, rule%faces_up)
+      do i = patch%all%lo(across(1)), patch%all%hi(across(1))
+        do j = patch%all%lo(across(2)), patch%all%hi(across(2))
+          on(across) = [i, j]
+          on(a) = rule%plane
+          behind = on
+          front = on
+          behind(a) = on(a) - reach
+          front(a) = on(a) + reach
+          if (is_used(on)) then
+            sim%mirrors%n_planes = sim%mirrors%n_planes + 1
+            plane(:, sim%mirrors%n_planes) = [patch%node(on), c]
+          end if
+          if (.not. (is_used(behind) .and. is_used(front))) cycle
+          sim%mirrors%n_pairs = sim%mirrors%n_pairs + 1
+          pair(:, sim%mirrors%n_pairs) = [patch%node(behind), patch%node(front), c]
+        end do
+      end do
+    end associate
+  contains
+    logical function is_used(ijk)
+      integer, intent(in) :: ijk(3)
+
+      is_used = sim%patch%all%has(ijk)
+      if (is_used) is_used = used(sim%patch%node(ijk))
+    end function is_used
+  end subroutine add_wall
+
+  !> How a record is mirrored at a wall: signs of its lanes, and what is added to each (times mass
+  !> or capacity for a fold): twice the temperature of the wall.
+  pure subroutine reflection(rule, kind, sign, shift)
+    type(constraint_t), intent(in) :: rule
+    integer, intent(in) :: kind
+    real(rp), intent(out) :: sign(8), shift(8)
+    real(rp) :: thermal, v(3)
+
+    v = merge(-1.0_rp, 1.0_rp, rule%component)
+    thermal = merge(-1.0_rp, 1.0_rp, rule%temperature > 0.0_rp)
+    sign = 1.0_rp
+    shift = 0.0_rp
+    select case (kind)
+    case (r_momentum)
+      sign(2:8) = [v, v, thermal]
+      shift(8) = 2.0_rp*rule%temperature
+    case (r_velocity)
+      sign(1:7) = [v, thermal, v]
+      shift(4) = 2.0_rp*rule%temperature
+    case (r_filter)
+      sign(1:7) = [v, 1.0_rp, v]
+    case (r_heat)
+      sign(2:3) = thermal
+      shift(2) = 2.0_rp*rule%temperature
+    case (r_temperature)
+      sign(4) = thermal
+      shift(4) = 2.0_rp*rule%temperature
+    case (r_flux)
+      sign(5) = thermal
+    case (r_warming)
+      sign([4, 6]) = thermal
+      shift(6) = 2.0_rp*rule%temperature
+    case (r_apart)
+      sign([2, 4]) = thermal
+    end select
+  end subroutine reflection
+
+  subroutine reflections(sim, kind, sign, shift)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: kind
+    real(rp), intent(out), dimension(8, size(sim%scene%constraint)) :: sign, shift
+    integer :: c
+
+    do c = 1, size(sim%scene%constraint)
+      call reflection(sim%scene%constraint(c), kind, sign(:, c), shift(:, c))
+    end do
+  end subroutine reflections
+
+  !> Fold the records behind the walls onto those in front; records behind are zero then. To `lost`
+  !> is added what that changes of the sum over the nodes; `own` takes lane 1 of the nodes behind.
+  subroutine fold(sim, kind, g, lost, own)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: kind
+    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    real(rp), intent(inout) :: lost(8, size(sim%scene%constraint))   !! for each wall
+    real(rp), intent(inout), optional :: own(sim%mirrors%n_pairs)
+    real(rp), dimension(8, size(sim%scene%constraint)) :: sign, shift
+    real(rp) :: odd(8)
+    integer :: a, b, c, i
+
+    associate (m => sim%mirrors)
+      if (m%n_pairs + m%n_planes == 0) return
+      call reflections(sim, kind, sign, shift)
+      do i = 1, m%n_pairs
+        b = m%pair(1, i)
+        a = m%pair(2, i)
+        c = m%pair(3, i)
+        if (present(own)) own(i) = g(1, b)
+        lost(:, c) = lost(:, c) + (sign(:, c) - 1.0_rp)*g(:, b)
+        g(:, a) = g(:, a) + sign(:, c)*g(:, b) + shift(:, c)*g(1, b)
+        g(:, b) = 0.0_rp
+      end do
+      do i = 1, m%n_planes
+        a = m%plane(1, i)
+        c = m%plane(2, i)
+        odd = 0.5_rp*(1.0_rp - sign(:, c))
+        lost(:, c) = lost(:, c) - odd*g(:, a)
+        g(:, a) = (1.0_rp - odd)*g(:, a) + 0.5_rp*shift(:, c)*g(1, a)
+      end do
+    end associate
+  end subroutine fold
+
+  !> Give the nodes behind the walls the mirrored values of those in front.
+  subroutine unfold(sim, kind, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: kind
+    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    real(rp), dimension(8, size(sim%scene%constraint)) :: sign, shift
+    integer :: c, i
+
+    associate (m => sim%mirrors)
+      if (m%n_pairs == 0) return
+      call reflections(sim, kind, sign, shift)
+      do i = m%n_pairs, 1, -1
+        c = m%pair(3, i)
+        g(:, m%pair(1, i)) = sign(:, c)*g(:, m%pair(2, i)) + shift(:, c)
+      end do
+    end associate
+  end subroutine unfold
+
+  !> Impulse of the walls on this rank's particles in a step: the change of their momentum by the
+  !> nodes' dv less that by their own forces. For s = -1 a pair adds -2 (m_b dv_a + dt f_b) with the
+  !> own mass and force of the node behind, a node on the wall -dt f.
+  subroutine book_impulse(sim, dt, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                                !! [s]
+    real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)  !! velocity records
+    integer :: a, c, i, k
+
+    associate (m => sim%mirrors)
+      if (m%n_pairs + m%n_planes == 0) return
+      sim%impulse = sim%impulse + dt*m%lost(5:7, :)
+      do k = 1, sim%n_groups
+        do i = 1, m%n_pairs
+          a = m%pair(2, i)
+          c = m%pair(3, i)
+          sim%impulse(:, c) = sim%impulse(:, c) - merge(2.0_rp, 0.0_rp, &
+            sim%scene%constraint(c)%component)*m%own(i, k)*g(5:7, a, k)
+        end do
+      end do
+    end associate
+  end subroutine book_impulse
+
+  !> Heat that the walls give to this rank's particles, when these take `part` of lane 4 of `g`;
+  !> `lost` is the heat that folds have changed. As for momentum: -2 (C_b dT_a + q_b), -q.
+  subroutine book_heat(sim, part, lost, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: part, lost(size(sim%scene%constraint))   !! [-], [J]
+    real(rp), intent(in) :: g(8, sim%patch%nn)                       !! lane 4 in K
+    real(rp) :: heat
+    integer :: i
+
+    associate (m => sim%mirrors)
+      if (m%n_pairs + m%n_planes == 0) return
+      heat = sum(lost)
+      do i = 1, m%n_pairs
+        if (sim%scene%constraint(m%pair(3, i))%temperature <= 0.0_rp) cycle
+        heat = heat - 2.0_rp*m%own(i, 1)*g(4, m%pair(2, i))
+      end do
+      sim%sums(e_wall_heat) = sim%sums(e_wall_heat) + part*heat
+    end associate
+  end subroutine book_heat
+
+end module time_mirrors
