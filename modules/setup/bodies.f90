@@ -186,8 +186,9 @@ contains
     type(particles_t), intent(inout) :: particles
 
     associate (ps => particles%ps(particles%count(particles%nblk), :, particles%nblk), &
-               half => scene%layout%half)
+               half => scene%layout%half, origin => scene%layout%origin)
       if (half > 0) ps(half:half + 2) = scene%domain(body)
+      if (origin > 0) ps(origin:origin + 2) = ps(f_pos:f_pos + 2)
     end associate
   end subroutine add_extras
 

@@ -6,10 +6,11 @@ module time_audit
 
   integer, parameter, public :: &
     e_plastic = 1, &    !! plastic work
-    e_body = 2, &       !! work of gravity and body loads
+    e_body = 2, &       !! work of gravity, body loads and tractions
     e_wall = 3, &       !! work of walls and prescribed velocities
     e_stress = 4, &     !! work of the stresses on the material, and of the averaging of volume
-    e_film = 5          !! heat lost through the faces
-  integer, parameter, public :: n_sums = 5
+    e_film = 5, &       !! heat lost through the faces
+    e_source = 6        !! heat of the sources
+  integer, parameter, public :: n_sums = 6
 
 end module time_audit

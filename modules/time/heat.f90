@@ -8,6 +8,7 @@ module time_heat
                                 nodal_temperature, smooth_particles, temperature_increment
   use time_audit, only: e_film
   use time_nodes, only: clear_nodes
+  use time_sources, only: balls_to_particles, discs_to_grid, heat_of_sources
   use time_state, only: simulation_t
   use time_weights, only: weights_of
   implicit none (type, external)
@@ -38,6 +39,8 @@ contains
     real(rp), intent(in) :: dt                  !! [s]
     integer :: b, r
 
+    call heat_of_sources(world, sim, dt)
+    call balls_to_particles(sim)
     call gather_temperature(world, sim, f_temp, f_heat)
     call clear_nodes(sim, sim%g2)
     do b = 1, sim%particles%nblk
@@ -111,6 +114,7 @@ contains
       call flux_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, dt, mat%conductivity, &
                         1.0_rp/mat%rho, ps(1, f_jac), ps(1, f_mass), g, rec, flux)
     end associate
+    call discs_to_grid(sim, b, nf, ps, w, first, flux)
     if (any(sim%scene%body(body)%film > 0.0_rp)) then
       call lose_heat(sim, b, body, n, dt, nf, ps, g, flux)
     end if
@@ -135,8 +139,9 @@ contains
           x = ps(p, f_pos:f_pos + 2)
           x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing(axis)
           area = product(body_now%spacing)/body_now%spacing(axis)
-          call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), x, sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, &
-                            flux, sim%sums(e_film))
+          call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), &
+                            (x - sim%patch%origin)/sim%patch%h, sim%patch%stride, sim%patch%nn, &
+                            g, flux, sim%sums(e_film))
         end do
       end do
     end associate

@@ -7,7 +7,8 @@ module time_records
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
   use physics_elastic, only: elastic_energy
-  use time_audit, only: e_body, e_film, e_plastic, e_stress, e_wall, n_sums
+  use time_audit, only: e_body, e_film, e_plastic, e_source, e_stress, e_wall, &
+                        n_sums
   use time_blocks, only: kinetic_energy
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -15,7 +16,7 @@ module time_records
 
   public :: history_columns, history_row, energies
 
-  integer, parameter :: n_common = 20, n_per_tool = 9
+  integer, parameter :: n_common = 21, n_per_tool = 9
 
 contains
 
@@ -31,7 +32,8 @@ contains
       'plastic_work[J]', 'tool_work[J]', 'body_work[J]', 'wall_work[J]', 'friction_heat[J]', &
       'contact_loss[J]', 'numerical_loss[J]', 'audit_error[%]', 'film_loss[J]', 'heat_content[J]', &
       'temperature_max[K]', 'strain_rate_max[1/s]', 'kinetic_over_internal[%]', &
-      'inertial_stress_over_flow[%]', 'friction_heat_to_bodies[J]']
+      'inertial_stress_over_flow[%]', 'friction_heat_to_bodies[J]', &
+      'source_heat[J]']
     do k = 1, size(sim%tool)
       c = n_common + n_per_tool*(k - 1)
       associate (name => sim%tool(k)%name)
@@ -129,7 +131,8 @@ contains
     row(1:n_common) = [sim%clock%time, real(sim%clock%step, rp), sim%clock%dt, kinetic, elastic, &
       all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
       100.0_rp*(given - taken)/sim%audit_scale, all(e_film), heat, most(1), most(2), &
-      inner, 100.0_rp*most(3), sum(tool(s_to_plate, :))]
+      inner, 100.0_rp*most(3), sum(tool(s_to_plate, :)), &
+      all(e_source)]
     call tool_columns(sim, tool, row(n_common + 1:))
   end subroutine history_row
 
