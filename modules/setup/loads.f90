@@ -96,7 +96,6 @@ contains
     type(complaints_t), intent(inout) :: complaints
     integer :: i
 
-    if (input%count('SOURCE') == 0) return
     allocate (source(input%count('SOURCE')))
     do i = 1, size(source)
       associate (s => source(i))

@@ -8,7 +8,7 @@ module time_heat
                                 nodal_temperature, smooth_particles, temperature_increment
   use time_audit, only: e_film
   use time_nodes, only: clear_nodes
-  use time_sources, only: balls_to_particles, discs_to_grid, heat_of_sources
+  use time_sources, only: give_source_heat
   use time_state, only: simulation_t
   use time_weights, only: weights_of
   implicit none (type, external)
@@ -39,8 +39,7 @@ contains
     real(rp), intent(in) :: dt                  !! [s]
     integer :: b, r
 
-    call heat_of_sources(world, sim, dt)
-    call balls_to_particles(sim)
+    call give_source_heat(world, sim, dt)
     call gather_temperature(world, sim, f_temp, f_heat)
     call clear_nodes(sim, sim%g2)
     do b = 1, sim%particles%nblk
@@ -114,7 +113,6 @@ contains
       call flux_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, dt, mat%conductivity, &
                         1.0_rp/mat%rho, ps(1, f_jac), ps(1, f_mass), g, rec, flux)
     end associate
-    call discs_to_grid(sim, b, nf, ps, w, first, flux)
     if (any(sim%scene%body(body)%film > 0.0_rp)) then
       call lose_heat(sim, b, body, n, dt, nf, ps, g, flux)
     end if

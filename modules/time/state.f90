@@ -154,7 +154,7 @@ module time_state
     type(scene_t) :: scene
     type(clock_t) :: clock
     type(tool_t), allocatable :: tool(:)
-    type(source_t), allocatable :: source(:) !! of heat; not allocated: none
+    type(source_t), allocatable :: source(:) !! of heat
     type(probes_t) :: probes
     type(particles_t) :: particles
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)
