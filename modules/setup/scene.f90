@@ -7,6 +7,7 @@ module setup_scene
   use setup_complaints, only: complaints_t
   use setup_fields, only: read_fields
   use setup_input, only: input_t
+  use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_materials, only: read_materials
   use setup_names, only: find, known
   use setup_solids, only: bounds, read_solid, solid_t
@@ -35,6 +36,8 @@ contains
     call read_bodies(input, sim%scene, complaints)
     call read_surfaces(input, sim%scene, complaints)
     call read_fields(input, sim%scene, complaints)
+    call read_tractions(input, sim%scene, complaints)
+    call read_sources(input, sim%scene, sim%source, complaints)
     call check_shapes(input, sim%scene, complaints)
     call read_constraints(input, sim%scene, complaints)
     call read_tools(input, sim%tool, complaints)
@@ -89,6 +92,7 @@ contains
     associate (m => scene%method, layout => scene%layout)
       if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
       if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
+      if (tractions_have_boxes(input)) call layout%add(3, layout%origin)
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
         call input%complain(complaints, 'METHOD', 1, 'SCHEME', &

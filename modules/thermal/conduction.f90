@@ -6,6 +6,7 @@
 module thermal_conduction
   use base_kinds, only: nlane, rp
   use transfer_kernels, only: g2p_block, p2g_block
+  use transfer_points, only: point_nodes
   implicit none (type, external)
   private
 
@@ -71,33 +72,21 @@ contains
     call p2g_block(n, w, first, rec, stride, nn, flux)
   end subroutine flux_to_grid
 
-  !> Film loss in `dt` of a face at `x`, with linear weights on the nodes: lane 5 of `flux`.
-  subroutine film_to_grid(dt, film, area, ambient, x, origin, h, stride, nn, g, flux, lost)
+  !> Film loss in `dt` of a face at `s`, with linear weights on the nodes: lane 5 of `flux`.
+  subroutine film_to_grid(dt, film, area, ambient, s, stride, nn, g, flux, lost)
     real(rp), intent(in) :: dt, film, area, ambient   !! [s], [W/(m2 K)], [m2], [K]
-    real(rp), intent(in) :: x(3), origin(3), h        !! [m]
+    real(rp), intent(in) :: s(3)                      !! from the first node [cells]
     integer, intent(in) :: stride(3), nn
     real(rp), intent(in) :: g(8, nn)
     real(rp), intent(inout) :: flux(8, nn)
     real(rp), intent(inout) :: lost                   !! running sum [J]
-    real(rp) :: s(3), f(3), temp, weight(0:7), heat
-    integer :: base(3), c, d(3), q(0:7)
+    real(rp) :: weight(0:7), heat
+    integer :: c, q(0:7)
 
-    s = (x - origin)/h
-    base = floor(s + 1.0e-9_rp)
-    f = s - base
-    temp = 0.0_rp
+    call point_nodes(s, stride, 1, least_capacity, nn, g, q, weight)
+    heat = -dt*film*area*(sum(weight*g(4, q)) - sum(weight)*ambient)   ! 0 without a node
     do c = 0, 7
-      d = [iand(c, 1), iand(ishft(c, -1), 1), iand(ishft(c, -2), 1)]
-      q(c) = 1 + sum((base + d)*stride)
-      weight(c) = product(merge(f, 1.0_rp - f, d == 1))
-      if (g(1, q(c)) <= least_capacity) weight(c) = 0.0_rp
-      temp = temp + weight(c)*g(4, q(c))
-    end do
-    if (sum(weight) <= 0.0_rp) return
-    temp = temp/sum(weight)
-    heat = -dt*film*area*(temp - ambient)
-    do c = 0, 7
-      flux(5, q(c)) = flux(5, q(c)) + heat*weight(c)/sum(weight)
+      flux(5, q(c)) = flux(5, q(c)) + heat*weight(c)
     end do
     lost = lost - heat
   end subroutine film_to_grid

@@ -6,11 +6,12 @@ module time_audit
 
   integer, parameter, public :: &
     e_plastic = 1, &    !! plastic work
-    e_body = 2, &       !! work of gravity and body loads
+    e_body = 2, &       !! work of gravity, body loads and tractions
     e_wall = 3, &       !! work of walls and prescribed velocities
     e_stress = 4, &     !! work of the stresses on the material, and of the averaging of volume
     e_film = 5, &       !! heat lost through the faces
-    e_wall_heat = 6     !! heat given by walls
-  integer, parameter, public :: n_sums = 6
+    e_wall_heat = 6, &  !! heat given by walls
+    e_source = 7        !! heat of the sources
+  integer, parameter, public :: n_sums = 7
 
 end module time_audit

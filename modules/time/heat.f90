@@ -11,6 +11,7 @@ module time_heat
   use time_mirrors, only: book_heat, fold, r_apart, r_flux, r_heat, r_temperature, r_warming, &
                           unfold
   use time_nodes, only: clear_nodes
+  use time_sources, only: give_source_heat
   use time_state, only: simulation_t
   use time_weights, only: weights_of
   implicit none (type, external)
@@ -43,6 +44,7 @@ contains
     integer :: b, r
 
     lost = 0.0_rp
+    call give_source_heat(world, sim, dt)
     call gather_temperature(world, sim, f_temp, f_heat, r_heat, lost)
     call clear_nodes(sim, sim%g2)
     do b = 1, sim%particles%nblk
@@ -149,9 +151,9 @@ contains
           x = ps(p, f_pos:f_pos + 2)
           x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing(axis)
           area = product(body_now%spacing)/body_now%spacing(axis)
-          call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), x, &
-                            sim%patch%origin, sim%patch%h, sim%patch%stride, sim%patch%nn, g, &
-                            flux, sim%sums(e_film))
+          call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), &
+                            (x - sim%patch%origin)/sim%patch%h, sim%patch%stride, sim%patch%nn, &
+                            g, flux, sim%sums(e_film))
         end do
       end do
     end associate

@@ -6,6 +6,7 @@ module time_probes
   use comm_world, only: world_t
   use grid_geometry, only: grid_t, nearest_node, patch_t, wrap
   use time_state, only: probes_t
+  use transfer_points, only: point_nodes
   implicit none (type, external)
   private
 
@@ -20,28 +21,20 @@ contains
     integer, intent(in) :: n_groups
     real(rp), intent(in) :: g(8, patch%nn, n_groups)   !! velocity, temperature, -, mass of nodes
     type(probes_t), intent(inout) :: probes
-    real(rp) :: s(3), w(3), record(8), total, weight
-    integer :: base(3), c, d(3), n, q
+    real(rp) :: record(8), s(3), weight(0:7)
+    integer :: n, q(0:7)
 
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
       s = (probes%x(:, n) - patch%origin)/patch%h
       where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
-      base = floor(s)
-      w = s - base
-      record = 0.0_rp
-      total = 0.0_rp
-      do c = 0, 7
-        d = [iand(c, 1), iand(ishft(c, -1), 1), iand(ishft(c, -2), 1)]
-        q = 1 + sum((base + d)*patch%stride)
-        if (g(8, q, probes%group(n)) <= 0.0_rp) cycle            ! an empty node says nothing
-        weight = product(merge(w, 1.0_rp - w, d == 1))
-        record = record + weight*g(:, q, probes%group(n))
-        total = total + weight
-      end do
-      if (total <= 0.0_rp) cycle
-      probes%x(:, n) = probes%x(:, n) + dt*record(1:3)/total
-      probes%temperature(n) = record(4)/total
+      associate (nodes => g(:, :, probes%group(n)))
+        call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
+        if (sum(weight) <= 0.0_rp) cycle           ! empty nodes say nothing
+        record = matmul(nodes(:, q), weight)
+      end associate
+      probes%x(:, n) = probes%x(:, n) + dt*record(1:3)
+      probes%temperature(n) = record(4)
     end do
   end subroutine move_probes
 

@@ -6,7 +6,7 @@ module time_records
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
-  use time_audit, only: e_body, e_film, e_plastic, e_stress, e_wall, e_wall_heat, n_sums
+  use time_audit, only: e_body, e_film, e_plastic, e_source, e_stress, e_wall, e_wall_heat, n_sums
   use time_blocks, only: kinetic_energy
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -14,7 +14,7 @@ module time_records
 
   public :: history_columns, history_row, energies
 
-  integer, parameter :: n_common = 21, n_per_tool = 9
+  integer, parameter :: n_common = 22, n_per_tool = 9
 
 contains
 
@@ -31,7 +31,7 @@ contains
       'contact_loss[J]', 'numerical_loss[J]', 'audit_error[%]', 'film_loss[J]', 'heat_content[J]', &
       'temperature_max[K]', 'strain_rate_max[1/s]', 'kinetic_over_internal[%]', &
       'inertial_stress_over_flow[%]', 'friction_heat_to_bodies[J]', &
-      'wall_heat[J]']
+      'wall_heat[J]', 'source_heat[J]']
     do k = 1, size(sim%tool)
       c = n_common + n_per_tool*(k - 1)
       associate (name => sim%tool(k)%name)
@@ -142,7 +142,7 @@ contains
       all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
       100.0_rp*(given - taken)/sim%audit_scale, all(e_film), heat, most(1), most(2), &
       inner, 100.0_rp*most(3), sum(tool(s_to_plate, :)), &
-      all(e_wall_heat)]
+      all(e_wall_heat), all(e_source)]
     k = n_common + n_per_tool*size(sim%tool)
     call tool_columns(sim, tool, row(n_common + 1:k))
     call wall_columns(sim, all(last + 1:), row(k + 1:))

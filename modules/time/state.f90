@@ -16,13 +16,14 @@ module time_state
   private
 
   public :: body_t, constraint_t, load_t, method_t, output_t, probes_t, scene_t, simulation_t
-  public :: clock_t, mirrors_t, start_t
+  public :: clock_t, mirrors_t, source_t, start_t, traction_t
   public :: free_simulation
 
   ! When the stress is updated, and how velocities come back from the grid.
   integer, parameter, public :: scheme_usl = 1, scheme_usf = 2, scheme_musl = 3, scheme_usavg = 4
   integer, parameter, public :: transfer_flip = 1, transfer_apic = 2, transfer_xpic = 3, &
                                 transfer_fmpm = 4
+  integer, parameter, public :: source_disc = 1, source_ball = 2
 
   !> A force on a body, shared by mass.
   type :: load_t
@@ -38,6 +39,28 @@ module time_state
     real(rp) :: wave2 = 0.0_rp               !! squared wave speed if it is stretched [m2/s2]
   end type start_t
 
+  !> A force per initial area on faces of a body.
+  type :: traction_t
+    real(rp) :: stress(3, 6) = 0.0_rp        !! on the faces xmin..zmax [Pa]
+    real(rp) :: ramp = 0.0_rp                !! time until it is whole [s]
+    logical :: has_box = .false.             !! only where particles began between two corners [m]
+    real(rp) :: lower(3) = -huge(1.0_rp), upper(3) = huge(1.0_rp)
+  end type traction_t
+
+  !> A moving source of heat, and what it does in the present conduction step.
+  type :: source_t
+    integer :: kind = source_disc
+    real(rp) :: power = 0.0_rp               !! [W]
+    real(rp) :: position(3) = 0.0_rp         !! of the centre at t = 0 [m]
+    real(rp) :: velocity(3) = 0.0_rp         !! [m/s]
+    real(rp) :: radius = 0.0_rp              !! [m]
+    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! [s]
+    real(rp) :: duration = 0.0_rp            !! how long it gives heat in this step [s]
+    real(rp) :: centre(3) = 0.0_rp           !! in the middle of that time [m]
+    real(rp) :: share = 0.0_rp               !! heat per covered area or mass [J/m2, J/kg]
+    logical :: has_warned = .false.          !! that it touches nothing
+  end type source_t
+
   !> A body: its material and what acts on all its particles.
   type :: body_t
     character(32) :: name = ''
@@ -47,6 +70,7 @@ module time_state
     logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
     type(start_t) :: start
     type(load_t), allocatable :: load(:)
+    type(traction_t), allocatable :: traction(:)   !! not allocated: none
     real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
     real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]
     class(field_t), allocatable :: field     !! its known motion or temperature
@@ -157,6 +181,7 @@ module time_state
     type(scene_t) :: scene
     type(clock_t) :: clock
     type(tool_t), allocatable :: tool(:)
+    type(source_t), allocatable :: source(:) !! of heat
     type(probes_t) :: probes
     type(particles_t) :: particles
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)

@@ -10,6 +10,7 @@ module time_sweeps
                          unpack_velocity
   use time_known, only: add_known_force, known_work
   use time_state, only: scheme_usl, simulation_t
+  use time_surface_loads, only: book_tractions, tractions_to_grid
   use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume, &
                          touch
   use time_volume, only: add_volume, clear_volume
@@ -35,6 +36,7 @@ contains
       call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
                          sim%particles%ps(:, :, b), sim%rec, g(:, :, group_of(sim, b)))
     end do
+    call tractions_to_grid(sim, g)
   end subroutine momentum_and_force_to_grid
 
   subroutine force_to_grid(sim, body, n, nf, ps, rec, g)
@@ -108,6 +110,7 @@ contains
     type(report_t), intent(inout) :: report
     integer :: b, k
 
+    call book_tractions(sim, dt, moved)
     do b = 1, sim%particles%nblk
       call fetch_next(sim, b)
       k = group_of(sim, b)

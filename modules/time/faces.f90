@@ -1,0 +1,100 @@
+! SPDX-License-Identifier: MIT
+!> Faces of particles that lie on a face of their body, and the nodes that what acts on them goes to.
+!> A face has the particle's initial area. Along its plane it has the weights of its particle,
+!> across it those of `face_weights`: only nodes to which the particle itself gives mass, so that
+!> each rank adds the faces of its own particles before the sum over ranks.
+module time_faces
+  use base_kinds, only: nlane, rp
+  use particles_store, only: f_pos
+  use time_state, only: simulation_t
+  use transfer_points, only: face_weights
+  implicit none (type, external)
+  private
+
+  public :: face_t, face_of, face_area, add_to_nodes, mean_velocity
+
+  !> Nodes of a face.
+  type :: face_t
+    integer :: first = 0            !! first of 27 nodes
+    real(rp) :: w(3, 3) = 0.0_rp    !! weights of three nodes on each axis
+  end type face_t
+
+contains
+
+  !> Face `k` (xmin, xmax, ymin, ymax, zmin, zmax) of particle `p` of a block, whose weights are
+  !> `w` and `first`.
+  pure type(face_t) function face_of(sim, body, k, p, nf, ps, w, first)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, k, p, nf, first(nlane)
+    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
+    real(rp) :: d, half(3), reach, spacing
+    integer :: a, ijk(3), layers, rest
+
+    face_of%first = first(p)
+    face_of%w = reshape(w(p, 1:9), [3, 3])
+    a = (k + 1)/2
+    rest = first(p) - 1
+    ijk(1) = rest/sim%patch%stride(1)
+    rest = rest - ijk(1)*sim%patch%stride(1)
+    ijk(2) = rest/sim%patch%stride(2)
+    ijk(3) = rest - ijk(2)*sim%patch%stride(2)
+    d = (ps(p, f_pos + a - 1) - sim%patch%origin(a))/sim%patch%h - (ijk(a) + 1)
+    half = sim%scene%domain(body)
+    spacing = sim%scene%body(body)%spacing(a)/sim%patch%h
+    layers = 1
+    reach = max(half(a), 0.5_rp*spacing)             ! linear weights: half is nearly 0
+    if (sim%scene%method%is_bspline) layers = nint(1.0_rp/spacing)
+    if (sim%scene%layout%half > 0) then
+      half(a) = ps(p, sim%scene%layout%half + a - 1)
+      reach = half(a)
+    end if
+    face_of%w(:, a) = face_weights(d, 2*mod(k + 1, 2) - 1, half(a), reach, layers, spacing)
+  end function face_of
+
+  !> Initial area of face `k` of a particle of `body` [m2].
+  pure real(rp) function face_area(sim, body, k)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, k
+
+    face_area = product(sim%scene%body(body)%spacing)/sim%scene%body(body)%spacing((k + 1)/2)
+  end function face_area
+
+  !> Add the weighted `value` to the lanes from `lane` on of the nodes of a face.
+  pure subroutine add_to_nodes(face, value, lane, stride, nn, g)
+    type(face_t), intent(in) :: face
+    real(rp), intent(in) :: value(:)
+    integer, intent(in) :: lane, stride(3), nn
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: i, j, k, last, q
+
+    last = lane + size(value) - 1
+    do i = 1, 3
+      do j = 1, 3
+        do k = 1, 3
+          q = face%first + sum(([i, j, k] - 1)*stride)
+          g(lane:last, q) = g(lane:last, q) + face%w(i, 1)*face%w(j, 2)*face%w(k, 3)*value
+        end do
+      end do
+    end do
+  end subroutine add_to_nodes
+
+  !> Velocity of a face in the middle of a step [m/s]; nodes hold the new one and its change.
+  pure function mean_velocity(face, stride, nn, g) result(v)
+    type(face_t), intent(in) :: face
+    integer, intent(in) :: stride(3), nn
+    real(rp), intent(in) :: g(8, nn)
+    real(rp) :: v(3)
+    integer :: i, j, k, q
+
+    v = 0.0_rp
+    do i = 1, 3
+      do j = 1, 3
+        do k = 1, 3
+          q = face%first + sum(([i, j, k] - 1)*stride)
+          v = v + face%w(i, 1)*face%w(j, 2)*face%w(k, 3)*(g(1:3, q) - 0.5_rp*g(5:7, q))
+        end do
+      end do
+    end do
+  end function mean_velocity
+
+end module time_faces
