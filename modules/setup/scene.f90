@@ -7,6 +7,7 @@ module setup_scene
   use physics_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
   use setup_complaints, only: complaints_t
+  use setup_contacts, only: read_contacts
   use setup_input, only: input_t
   use setup_names, only: find, known
   use setup_solids, only: bounds, read_solid, solid_t
@@ -33,7 +34,8 @@ contains
     call read_surfaces(input, sim%scene, complaints)
     call check_shapes(input, sim%scene, complaints)
     call read_constraints(input, sim%scene, complaints)
-    call read_tools(input, sim%tool, complaints)
+    call read_tools(input, sim%scene%body, sim%tool, complaints)
+    call read_contacts(input, sim%scene, sim%n_groups, complaints)
     call read_probes(input, sim%scene, sim%probes, complaints)
   end subroutine build_scene
 

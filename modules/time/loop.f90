@@ -13,6 +13,7 @@ module time_loop
   use time_records, only: energies
   use time_regrid, only: regrid
   use time_resume, only: broken_path, checkpoint_path, save_checkpoint
+  use time_rigid, only: start_rigid
   use time_state, only: simulation_t
   use time_step, only: take_step
   use time_writing, only: writer_t
@@ -33,6 +34,7 @@ contains
     real(rp) :: energy(2), heat, unused(3), most(2)
     integer :: b, k, m
 
+    call start_rigid(sim)
     call energies(sim, energy(1), energy(2), heat, unused(1), unused(2), unused(3))
     call world%sum(energy)
     sim%kinetic0 = energy(1)
