@@ -40,7 +40,8 @@ contains
     slip = v(:, 2) - v(:, 1)
     vn = dot_product(slip, normal)
     slip = slip - vn*normal
-    wanted = -gap/dt*merge(0.0*closing, 1.0_rp, gap < 0.0_rp)
+    wanted = -max(0.0_rp, gap)/dt
+    if (gap < -touching) wanted = -closing*(gap + touching)/dt
     m = 1.0_rp/sum(inverse)
     speed = norm2(slip)
     if (law%kind == law_stick .and. gap <= touching) then
