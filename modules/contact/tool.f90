@@ -15,7 +15,8 @@ module contact_tool
 
   public :: tool_t, contact_block, measure_gaps, slip_rate, tool_is_near
 
-  integer, parameter, public :: kind_revolved = 1, kind_plane = 2, kind_sphere = 3, kind_box = 4
+  integer, parameter, public :: kind_revolved = 1, kind_plane = 2, kind_sphere = 3, &
+                                kind_box = 4, kind_particles = 5
 
   ! What a tool sums up between two reports.
   integer, parameter, public :: &
@@ -42,18 +43,21 @@ module contact_tool
     logical :: shear_limit = .true.
     real(rp) :: heat_share = 1.0_rp        !! share of friction heat into the material
     type(motion_t) :: motion
-    ! pose at the current time
+    ! pose at the current time, and the one before
     real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
     real(rp) :: axes(3, 3) = 0.0_rp        !! local axes now
+    real(rp) :: last_position(3) = 0.0_rp, last_axes(3, 3) = 0.0_rp
     real(rp) :: spin = 0.0_rp
     real(rp) :: sums(n_tool_sums) = 0.0_rp
   contains
     procedure :: move_to
+    procedure :: mean_motion
+    procedure :: carry
     procedure :: distance
     procedure :: surface_velocity
   end type tool_t
 
-  real(rp), parameter :: closing = 0.2_rp   !! share of a penetration taken back in one step
+  real(rp), parameter, public :: closing = 0.2_rp   !! share of a penetration taken back in one step
   real(rp), parameter :: memory = 0.9_rp    !! share of a sticking force kept for the next step
 
 contains
@@ -64,6 +68,8 @@ contains
     real(rp), intent(in) :: t                   !! [s]
     real(rp) :: shift(3), angle, c, s
 
+    self%last_position = self%position
+    self%last_axes = self%axes
     call self%motion%at(t, shift, self%velocity, angle, self%spin)
     self%position = self%start + shift
     self%omega = -self%spin*self%frame(:, 3)    ! clockwise seen from above
@@ -73,6 +79,30 @@ contains
     self%axes(:, 2) = c*self%frame(:, 2) - s*self%frame(:, 1)
     self%axes(:, 3) = self%frame(:, 3)
   end subroutine move_to
+
+  !> Means over the `dt` from `t` of the tool's position, velocity and angular velocity.
+  pure subroutine mean_motion(self, t, dt, position, velocity, omega)
+    class(tool_t), intent(in) :: self
+    real(rp), intent(in) :: t, dt                                   !! [s]
+    real(rp), intent(out) :: position(3), velocity(3), omega(3)     !! [m], [m/s], [rad/s]
+    real(rp), dimension(3) :: from, to, unused
+    real(rp) :: before, after, spin
+
+    call self%motion%at(t, from, unused, before, spin)
+    call self%motion%at(t + dt, to, unused, after, spin)
+    position = self%start + 0.5_rp*(from + to)
+    velocity = (to - from)/dt
+    omega = -(after - before)/dt*self%frame(:, 3)
+  end subroutine mean_motion
+
+  !> Where a point `x` of the rigid tool has got to by the last move.
+  pure function carry(self, x) result(y)
+    class(tool_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp) :: y(3)
+
+    y = self%position + matmul(self%axes, matmul(x - self%last_position, self%last_axes))
+  end function carry
 
   !> Signed distance of `x` from the tool and its gradient (out of the tool).
   pure subroutine distance(self, x, d, n)
@@ -91,6 +121,9 @@ contains
       d = d - self%radius
     case (kind_box)
       call box_distance(self%half, y, d, m)
+    case (kind_particles)      ! it touches nodes, not points
+      d = huge(1.0_rp)
+      m = 0.0_rp
     case default
       d = y(3)
       m = [0.0_rp, 0.0_rp, 1.0_rp]

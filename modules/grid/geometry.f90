@@ -49,6 +49,7 @@ module grid_geometry
     integer :: period(3) = 0        !! that of the grid
   contains
     procedure :: node
+    procedure :: position
   end type patch_t
 
 contains
@@ -149,6 +150,18 @@ contains
 
     node = 1 + sum((ijk - self%all%lo)*self%stride)
   end function node
+
+  !> Place of the node with storage index `q` [m].
+  pure function position(self, q) result(x)
+    class(patch_t), intent(in) :: self
+    integer, intent(in) :: q
+    real(rp) :: x(3)
+    integer :: i, j
+
+    i = (q - 1)/self%stride(1)
+    j = (q - 1 - i*self%stride(1))/self%stride(2)
+    x = self%origin + self%h*real([i, j, q - 1 - i*self%stride(1) - j*self%stride(2)], rp)
+  end function position
 
   !> Grid node nearest to `x`, by the same rounding as the kernels use.
   pure function nearest_node(grid, x) result(ijk)

@@ -38,6 +38,7 @@ module grid_halo
     procedure :: init
     procedure :: mark_used
     procedure :: sum => sum_records
+    procedure :: combine => combine_entries
   end type halo_t
 
   !> Nodes along one axis.
@@ -286,5 +287,101 @@ contains
       g(:, list(i)) = g(:, list(i)) + buffer(:, i)
     end do
   end subroutine scatter_add
+
+  !> Sums over ranks (or maxima) of values kept for a few nodes only. The entries of node q are
+  !> `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a node must
+  !> have the same entries there. Ranks that share no entry swap nothing.
+  subroutine combine_entries(self, world, largest, nn, first, n, node, width, values)
+    class(halo_t), intent(in) :: self
+    type(world_t), intent(in) :: world
+    logical, intent(in) :: largest                 !! maxima instead of sums
+    integer, intent(in) :: nn, first(nn), n, node(n), width
+    real(rp), intent(inout) :: values(width, n)
+    type(mpi_request) :: requests(2*self%n)
+    real(rp), allocatable :: own(:, :), send(:, :), receive(:, :)
+    integer, allocatable :: list(:)
+    integer :: last(0:self%n), i, k, messages
+    logical :: own_added
+
+    if (self%n == 0) return
+    call list_entries(self, nn, first, n, node, last, list)
+    allocate (own, source=values)
+    allocate (send, source=values(:, list))
+    allocate (receive(width, size(list)))
+    messages = 0
+    do i = 1, self%n
+      associate (from => last(i - 1) + 1, count => width*(last(i) - last(i - 1)), &
+                 rank => self%neighbour(i)%rank)
+        if (count == 0) cycle
+        call mpi_irecv(receive(1, from), count, mpi_double_precision, rank, 2, world%comm, &
+                       requests(messages + 1))
+        call mpi_isend(send(1, from), count, mpi_double_precision, rank, 2, world%comm, &
+                       requests(messages + 2))
+        messages = messages + 2
+      end associate
+    end do
+    call mpi_waitall(messages, requests, mpi_statuses_ignore)
+    if (largest) then
+      do i = 1, size(list)
+        values(:, list(i)) = max(values(:, list(i)), receive(:, i))
+      end do
+      return
+    end if
+    values(:, list) = 0.0_rp       ! then added up in the order of the ranks
+    own_added = .false.
+    do i = 1, self%n
+      if (self%neighbour(i)%rank > world%rank .and. .not. own_added) then
+        call add_own(list, own, values)
+        own_added = .true.
+      end if
+      do k = last(i - 1) + 1, last(i)
+        values(:, list(k)) = values(:, list(k)) + receive(:, k)
+      end do
+    end do
+    if (.not. own_added) call add_own(list, own, values)
+  end subroutine combine_entries
+
+  !> Entries of the nodes shared with each rank: list(last(i - 1) + 1:last(i)) for neighbour i.
+  pure subroutine list_entries(self, nn, first, n, node, last, list)
+    class(halo_t), intent(in) :: self
+    integer, intent(in) :: nn, first(nn), n, node(n)
+    integer, intent(out) :: last(0:self%n)
+    integer, allocatable, intent(out) :: list(:)
+    integer :: c, e, i, k, pass
+
+    last(0) = 0
+    do pass = 1, 2
+      c = 0
+      do i = 1, self%n
+        do k = 1, self%neighbour(i)%count
+          e = first(self%neighbour(i)%node(k))
+          if (e == 0) cycle
+          do while (node(e) == self%neighbour(i)%node(k))
+            c = c + 1
+            if (pass == 2) list(c) = e
+            e = e + 1
+            if (e > n) exit
+          end do
+        end do
+        last(i) = c
+      end do
+      if (pass == 1) allocate (list(c))
+    end do
+  end subroutine list_entries
+
+  !> Add own contributions once to each entry of a list that may name it twice.
+  pure subroutine add_own(list, own, values)
+    integer, intent(in) :: list(:)
+    real(rp), intent(in) :: own(:, :)
+    real(rp), intent(inout) :: values(:, :)
+    logical :: is_shared(size(own, 2))
+    integer :: e
+
+    is_shared = .false.
+    is_shared(list) = .true.
+    do e = 1, size(own, 2)
+      if (is_shared(e)) values(:, e) = values(:, e) + own(:, e)
+    end do
+  end subroutine add_own
 
 end module grid_halo

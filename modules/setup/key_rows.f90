@@ -132,7 +132,7 @@ contains
     call t%key('VELOCITY_GRADIENT', 'real', 9, '1/s', '0 0 0 0 0 0 0 0 0', '', &
       'initial dv/dx row by row, added to VELOCITY: xx xy xz yx yy yz zx zy zz')
     call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', &
-      'the point that moves with VELOCITY when there is rotation or a gradient')
+      'the point that moves with VELOCITY when there is rotation or a gradient; RIGID: on its axis')
     call t%key('DEFORMATION', 'real', 9, '', '1 0 0 0 1 0 0 0 1', '', &
       'initial elastic deformation gradient row by row; the shapes are the deformed ones')
     call t%key('RIGID', 'logical', 1, '', '.false.', '', &
@@ -193,7 +193,7 @@ contains
 
     call t%group('MOTION', 'repeat', &
       'A phase of motion of a tool; phases follow in the order of the file.')
-    call t%key('TOOL', 'text', 1, '', 'tool', '', 'NAME of the &TOOL')
+    call t%key('TOOL', 'text', 1, '', 'tool', '', 'NAME of the &TOOL, or of a rigid &BODY')
     call t%key('DURATION', 'real', 1, 's', '0', '[0,inf)', &
       'length of the phase; 0: to the end of the run')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the tool')
@@ -251,7 +251,8 @@ contains
       'what happens along the surface')
     call t%key('FRICTION', 'real', 1, '', '0.2', '[0,inf)', 'Coulomb coefficient of friction')
     call t%key('NORMAL', 'choice', 1, '', 'gradient', 'gradient regression', &
-      'direction of the surface: from gradients of volume, or from a plane between the particles')
+      'direction of the surface: from gradients of volume, or from a plane between the particles; '// &
+      'that of either body instead where it separates them better')
   end subroutine add_boundary
 
   subroutine add_fields(t)

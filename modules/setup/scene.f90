@@ -5,6 +5,7 @@ module setup_scene
   use base_kinds, only: i8, rp
   use grid_geometry, only: make_grid
   use setup_complaints, only: complaints_t
+  use setup_contacts, only: read_contacts
   use setup_fields, only: read_fields
   use setup_input, only: input_t
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
@@ -40,7 +41,8 @@ contains
     call read_sources(input, sim%scene, sim%source, complaints)
     call check_shapes(input, sim%scene, complaints)
     call read_constraints(input, sim%scene, complaints)
-    call read_tools(input, sim%tool, complaints)
+    call read_tools(input, sim%scene%body, sim%tool, complaints)
+    call read_contacts(input, sim%scene, sim%n_groups, complaints)
     call read_probes(input, sim%scene, sim%probes, complaints)
   end subroutine build_scene
 

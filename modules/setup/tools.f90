@@ -4,10 +4,11 @@ module setup_tools
   use base_kinds, only: pi, rp
   use contact_motion, only: phase_t
   use contact_shapes, only: shoulder_profile
-  use contact_tool, only: kind_box, kind_plane, kind_revolved, kind_sphere, tool_t
+  use contact_tool, only: kind_box, kind_particles, kind_plane, kind_revolved, kind_sphere, tool_t
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use setup_names, only: find, known
+  use time_state, only: body_t
   implicit none (type, external)
   private
 
@@ -15,15 +16,17 @@ module setup_tools
 
 contains
 
-  !> All &TOOL groups with their &MOTION phases, at t = 0.
-  subroutine read_tools(input, tool, complaints)
+  !> All &TOOL groups with their &MOTION phases, at t = 0, and behind them the rigid bodies.
+  subroutine read_tools(input, body, tool, complaints)
     type(input_t), intent(in) :: input
+    type(body_t), intent(inout) :: body(:)
     type(tool_t), allocatable, intent(out) :: tool(:)
     type(complaints_t), intent(inout) :: complaints
-    integer :: i, j
+    integer :: i, j, n_rigid
 
-    allocate (tool(input%count('TOOL')))
-    do i = 1, size(tool)
+    n_rigid = count([(input%logical('BODY', i, 'RIGID'), i=1, size(body))])
+    allocate (tool(input%count('TOOL') + n_rigid))
+    do i = 1, input%count('TOOL')
       tool(i)%name = input%text('TOOL', i, 'NAME')
       tool(i)%start = input%reals('TOOL', i, 'POSITION', 3)
       tool(i)%friction = input%real('TOOL', i, 'FRICTION')
@@ -37,11 +40,50 @@ contains
           'another tool has this name')
       end do
     end do
+    call read_rigid_bodies(input, body, tool, complaints)
     do i = 1, input%count('MOTION')
       if (find(tool%name, input%text('MOTION', i, 'TOOL')) == 0) call input%complain(complaints, &
         'MOTION', i, 'TOOL', 'there is no &TOOL of this name; '//known(tool%name))
     end do
   end subroutine read_tools
+
+  !> A rigid body is a tool made of particles that turns about its CENTRE.
+  subroutine read_rigid_bodies(input, body, tool, complaints)
+    type(input_t), intent(in) :: input
+    type(body_t), intent(inout) :: body(:)
+    type(tool_t), intent(inout) :: tool(:)
+    type(complaints_t), intent(inout) :: complaints
+    character(24), parameter :: unused(4) = [character(24) :: 'VELOCITY', 'ANGULAR_VELOCITY', &
+                                             'VELOCITY_GRADIENT', 'DEFORMATION']
+    integer :: a, b, i, k
+
+    k = input%count('TOOL')
+    do b = 1, size(body)
+      if (.not. input%logical('BODY', b, 'RIGID')) cycle
+      k = k + 1
+      body(b)%tool = k
+      tool(k)%name = body(b)%name
+      tool(k)%kind = kind_particles
+      tool(k)%start = input%reals('BODY', b, 'CENTRE', 3)
+      do a = 1, 3
+        tool(k)%frame(a, a) = 1.0_rp
+      end do
+      call read_motion(input, tool(k))
+      call tool(k)%move_to(0.0_rp)
+      do i = 1, size(unused)
+        if (.not. input%given('BODY', b, trim(unused(i)))) cycle
+        call input%complain(complaints, 'BODY', b, trim(unused(i)), &
+                            'a rigid body moves as &MOTION says')
+      end do
+      do i = 1, input%count('LOAD')
+        if (input%text('LOAD', i, 'BODY') == body(b)%name) call input%complain(complaints, 'LOAD', &
+          i, 'BODY', 'a rigid body moves as &MOTION says')
+      end do
+      if (find(tool(:input%count('TOOL'))%name, trim(tool(k)%name)) > 0) then
+        call input%complain(complaints, 'BODY', b, 'NAME', 'a tool has this name')
+      end if
+    end do
+  end subroutine read_rigid_bodies
 
   !> Kind, size and frame. The tilt turns the shoulder about y: the trailing edge (-x) goes down.
   subroutine read_tool_shape(input, i, tool, complaints)

@@ -11,7 +11,9 @@ module time_audit
     e_stress = 4, &     !! work of the stresses on the material, and of the averaging of volume
     e_film = 5, &       !! heat lost through the faces
     e_wall_heat = 6, &  !! heat given by walls
-    e_source = 7        !! heat of the sources
-  integer, parameter, public :: n_sums = 7
+    e_source = 7, &     !! heat of the sources
+    e_friction = 8, &   !! friction heat between deformable bodies
+    e_contact = 9       !! energy lost in normal contact between deformable bodies
+  integer, parameter, public :: n_sums = 9
 
 end module time_audit

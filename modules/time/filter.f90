@@ -6,6 +6,7 @@ module time_filter
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_mass
+  use time_contacts, only: share_increments
   use time_mirrors, only: fold, r_filter, unfold
   use time_nodes, only: clear_nodes, release_held
   use time_state, only: simulation_t, transfer_fmpm, transfer_xpic
@@ -49,6 +50,7 @@ contains
       end do
       call next_increment(sim, g, mapped, increment)
       call release_held(sim, increment)
+      if (sim%n_groups > 1) call share_increments(sim, g, increment)
       do k = 1, sim%n_groups
         call unfold(sim, r_filter, increment(:, :, k))
       end do

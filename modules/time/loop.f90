@@ -14,6 +14,7 @@ module time_loop
   use time_records, only: energies
   use time_regrid, only: regrid
   use time_resume, only: broken_path, checkpoint_path, save_checkpoint
+  use time_rigid, only: start_rigid
   use time_stability, only: stable_step
   use time_state, only: simulation_t
   use time_step, only: take_step
@@ -35,6 +36,7 @@ contains
     real(rp) :: energy(2), heat, unused(3), most(2)
     integer :: b, k, m
 
+    call start_rigid(sim)
     most = 0.0_rp
     do b = 1, sim%particles%nblk
       associate (ps => sim%particles%ps(1:sim%particles%count(b), :, b))

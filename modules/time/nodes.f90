@@ -11,7 +11,7 @@ module time_nodes
 
   public :: clear_nodes, update_nodes, hold_walls, release_held
 
-  real(rp), parameter :: least_mass = 1.0e-30_rp   !! below this a node is empty [kg]
+  real(rp), parameter, public :: least_mass = 1.0e-30_rp   !! below this a node is empty [kg]
 
 contains
 
@@ -77,6 +77,7 @@ contains
     integer :: k
 
     do k = 1, sim%n_groups
+      if (sim%scene%tool_of(k) > 0) cycle
       call hold_group(sim, g(:, :, k))
     end do
   end subroutine hold_walls

@@ -6,7 +6,8 @@ module time_records
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
-  use time_audit, only: e_body, e_film, e_plastic, e_source, e_stress, e_wall, e_wall_heat, n_sums
+  use time_audit, only: e_body, e_contact, e_film, e_friction, e_plastic, e_source, e_stress, &
+                        e_wall, e_wall_heat, n_sums
   use time_blocks, only: kinetic_energy
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -76,11 +77,12 @@ contains
       n = sim%particles%count(b)
       associate (ps => sim%particles%ps(:, :, b), &
                  mat => sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
+        heat = heat + mat%c_p*sum(ps(1:n, f_mass)*ps(1:n, f_temp)) + sum(ps(1:n, f_heat))
+        hottest = max(hottest, maxval(ps(1:n, f_temp)))
+        if (sim%scene%body(sim%particles%body(b))%tool > 0) cycle
         kinetic = kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
         elastic = elastic + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
                                                ps(:, f_bbar:f_bbar + 5))
-        heat = heat + mat%c_p*sum(ps(1:n, f_mass)*ps(1:n, f_temp)) + sum(ps(1:n, f_heat))
-        hottest = max(hottest, maxval(ps(1:n, f_temp)))
         fastest = max(fastest, maxval(ps(1:n, f_rate)))
         ratio = max(ratio, inertial_stress_ratio(n, sim%scene%method%mass_scaling*mat%rho, &
                                                  ps(:, f_vel:f_vel + 2), ps(:, f_flow)))
@@ -109,6 +111,7 @@ contains
     real(rp), allocatable, intent(out) :: row(:)
     real(rp), allocatable :: all(:), tool(:, :)
     real(rp) :: most(3), kinetic, elastic, heat, work, friction, normal, given, taken, loss, inner
+    real(rp) :: to_bodies
     integer :: k, last
 
     last = n_sums + 3 + n_tool_sums*size(sim%tool)
@@ -127,21 +130,23 @@ contains
     heat = all(n_sums + 3)
     tool = reshape(all(n_sums + 4:last), shape(tool))
     work = sum(tool(s_work, :))
-    friction = sum(tool(s_friction, :))
-    normal = sum(tool(s_normal, :))
+    friction = sum(tool(s_friction, :)) + all(e_friction)
+    normal = sum(tool(s_normal, :)) + all(e_contact)
     given = work + all(e_body) + all(e_wall)
     loss = given - friction - normal - (kinetic - sim%kinetic0) - all(e_stress)
     taken = friction + normal + all(e_plastic) + elastic - sim%elastic0 + kinetic - sim%kinetic0 &
             + loss
     sim%audit_scale = max(sim%audit_scale, abs(work) + abs(all(e_body)) + abs(all(e_wall)), &
                           sim%kinetic0 + sim%elastic0, tiny(1.0_rp))
+    to_bodies = sum(tool(s_to_plate, :))
+    if (sim%scene%method%conducts) to_bodies = to_bodies + all(e_friction)
     inner = elastic + all(e_plastic) + friction
     if (inner > 0.0_rp) inner = 100.0_rp*kinetic/inner
     allocate (row(n_columns(sim)))
     row(1:n_common) = [sim%clock%time, real(sim%clock%step, rp), sim%clock%dt, kinetic, elastic, &
       all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
       100.0_rp*(given - taken)/sim%audit_scale, all(e_film), heat, most(1), most(2), &
-      inner, 100.0_rp*most(3), sum(tool(s_to_plate, :)), &
+      inner, 100.0_rp*most(3), to_bodies, &
       all(e_wall_heat), all(e_source)]
     k = n_common + n_per_tool*size(sim%tool)
     call tool_columns(sim, tool, row(n_common + 1:k))

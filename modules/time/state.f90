@@ -12,6 +12,7 @@ module time_state
   use particles_store, only: layout_t, particles_t
   use physics_material, only: material_t
   use time_audit, only: n_sums
+  use time_meeting, only: contact_t, meeting_t
   implicit none (type, external)
   private
 
@@ -66,6 +67,7 @@ module time_state
     character(32) :: name = ''
     integer :: material = 1
     integer :: group = 1                     !! bodies of a group share a velocity field
+    integer :: tool = 0                      !! rigid: the tool whose schedule it follows
     real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
     logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
     type(start_t) :: start
@@ -148,6 +150,8 @@ module time_state
     type(material_t), allocatable :: material(:)
     type(body_t), allocatable :: body(:)
     type(constraint_t), allocatable :: constraint(:)
+    type(contact_t), allocatable :: contact(:)   !! one for every two groups of bodies
+    integer, allocatable :: tool_of(:)       !! tool of each group of bodies; 0: not rigid
     type(method_t) :: method
     type(layout_t) :: layout             !! of the particles' fields
     type(output_t) :: output
@@ -194,6 +198,7 @@ module time_state
     real(rp), pointer, contiguous :: increment(:, :, :) => null()   !! third grid: XPIC, FMPM
     real(rp), pointer, contiguous, dimension(:) :: memory => null(), memory2 => null(), &
                                                    memory3 => null()
+    type(meeting_t) :: meeting               !! nodes where groups of bodies meet
     real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
     real(rp) :: pic = 0.0_rp                 !! part of the grid velocity taken in this step
     integer :: n_runs = 0

@@ -6,6 +6,7 @@ module time_step
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_nodes, ph_to_grid, ph_to_particles
   use comm_world, only: world_t
+  use time_contacts, only: touch_bodies
   use time_filter, only: filter_is_due, filter_velocity
   use time_limit, only: limit_step
   use time_mirrors, only: book_impulse, fold, r_momentum, r_velocity, unfold
@@ -31,6 +32,7 @@ contains
     real(rp), intent(inout) :: dt               !! [s]
     type(report_t) :: report
 
+    sim%meeting%is_known = .false.
     sim%pic = sim%scene%method%pic
     if (sim%scene%method%transfer == transfer_apic .or. filter_is_due(sim)) sim%pic = 1.0_rp
     select case (sim%scene%method%scheme)
@@ -85,7 +87,7 @@ contains
       call momentum_to_grid(sim, sim%g)
       call sum_nodes(world, sim, sim%g)
       call share_volume(world, sim)
-      call velocity_field(sim, sim%g)
+      call velocity_field(world, sim, dt, sim%g)
       call update_stress(sim, early*dt, sim%g, report)
     end if
     call clear_nodes(sim, sim%g2)
@@ -97,7 +99,7 @@ contains
     call accelerate_and_map_again(sim, sim%g2, sim%g)
     call sum_nodes(world, sim, sim%g)
     call share_volume(world, sim)
-    call velocity_field(sim, sim%g)
+    call velocity_field(world, sim, dt, sim%g)
     call move_tools(sim, dt)
     call grid_to_particles(sim, dt, sim%g2, sim%g, (1.0_rp - early)*dt, report)
     call sim%timer%lap(ph_to_particles)
@@ -126,21 +128,22 @@ contains
     call update_nodes(sim, dt, g)
     call limit_step(world, sim, dt, g)
     if (sim%is_broken) return
-    call hold_nodes(sim, g)
+    call hold_walls(sim, g)
+    if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g, .true.)
+    call mirror_nodes(sim, g)
     call book_impulse(sim, dt, g)
   end subroutine accelerate_nodes
 
-  !> Velocities of clamps and walls, and behind these.
-  subroutine hold_nodes(sim, g)
+  !> Velocities of the nodes behind walls.
+  subroutine mirror_nodes(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
     integer :: k
 
-    call hold_walls(sim, g)
     do k = 1, sim%n_groups
       call unfold(sim, r_velocity, g(:, :, k))
     end do
-  end subroutine hold_nodes
+  end subroutine mirror_nodes
 
   subroutine move_tools(sim, dt)
     type(simulation_t), intent(inout) :: sim
@@ -152,16 +155,20 @@ contains
     end do
   end subroutine move_tools
 
-  !> Velocities of the nodes from their momentum alone, walls held.
-  subroutine velocity_field(sim, g)
+  !> Velocities of the nodes from their momentum alone, walls and contact held.
+  subroutine velocity_field(world, sim, dt, g)
+    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                  !! of the step that they belong to [s]
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
     real(rp) :: books(size(sim%sums)), impulse(3, size(sim%scene%constraint))
 
     books = sim%sums                       ! interpolation does no work and gives no impulse
     impulse = sim%impulse
     call update_nodes(sim, 0.0_rp, g)
-    call hold_nodes(sim, g)
+    call hold_walls(sim, g)
+    if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g, .false.)
+    call mirror_nodes(sim, g)
     sim%sums = books
     sim%impulse = impulse
   end subroutine velocity_field

@@ -9,6 +9,7 @@ module time_sweeps
   use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains, &
                          unpack_velocity
   use time_known, only: add_known_force, known_work
+  use time_rigid, only: move_rigid
   use time_state, only: scheme_usl, simulation_t
   use time_surface_loads, only: book_tractions, tractions_to_grid
   use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume, &
@@ -130,6 +131,11 @@ contains
     real(rp), dimension(nlane, 3) :: v, dv, v2, dv2
     real(rp) :: w(nlane, 18), l(nlane, 9), temp(nlane)
 
+    if (sim%scene%body(sim%particles%body(b))%tool > 0) then
+      call move_rigid(sim, sim%scene%body(sim%particles%body(b))%tool, n, ps(1, f_pos), &
+                      ps(1, f_vel), report%speed2)
+      return
+    end if
     call weights_of(sim, sim%particles%body(b), nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
@@ -186,6 +192,7 @@ contains
     integer :: first(nlane)
     real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane)
 
+    if (sim%scene%body(body)%tool > 0) return
     call weights_of(sim, body, nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, g, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
@@ -216,6 +223,7 @@ contains
     integer :: first(nlane)
     real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane), fastest
 
+    if (sim%scene%body(body)%tool > 0) return
     fastest = 0.0_rp
     call weights_of(sim, body, nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)

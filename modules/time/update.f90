@@ -43,13 +43,15 @@ contains
     sim%sums(e_stress) = sim%sums(e_stress) + energy
   end subroutine restore_volume
 
-  !> Acceleration of a body now: gravity and its loads.
+  !> Acceleration of a body now: gravity and its loads; none of a rigid body.
   pure function outer_acceleration(sim, body) result(a)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body
     real(rp) :: a(3), share
     integer :: i
 
+    a = 0.0_rp
+    if (sim%scene%body(body)%tool > 0) return
     a = sim%scene%method%gravity
     do i = 1, size(sim%scene%body(body)%load)
       associate (load => sim%scene%body(body)%load(i))

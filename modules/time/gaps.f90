@@ -1,0 +1,328 @@
+! SPDX-License-Identifier: MIT
+!> Where bodies meet: list of the nodes, direction of the surface there, and the gap.
+!>
+!> Three directions are tried at a node: out of the first body, out of the second (turned round), and
+!> one from both, by the sum of volume gradients or by the plane that tells their particles apart
+!> (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME 362:112859, use
+!> the logistic one). That with the largest gap separates the bodies best, at edges and corners too.
+!> The gap is that between the particles themselves: a surface is where the foremost of its
+!> particles with weight at the node ends.
+module time_gaps
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use particles_store, only: f_jac, f_mass, f_pos
+  use time_meeting, only: moves_as_one, n_sums_all, n_sums_gradient, n_trials, &
+                          normal_regression, s_gradient, s_moment
+  use time_nodes, only: least_mass
+  use time_state, only: simulation_t
+  use time_weights, only: weights_of
+  implicit none (type, external)
+  private
+
+  public :: find_meeting, touching_gap
+
+  real(rp), parameter :: least_weight = 1.0e-6_rp   !! of a particle that has a say in the gap
+  real(rp), parameter :: ridge = 1.0e-3_rp          !! of the regression [cells^2]
+  real(rp), parameter :: clearly = 1.0e-3_rp        !! larger gap of another direction [cells]
+
+contains
+
+  !> Collective. List the nodes with mass of two groups, their normals and gaps.
+  subroutine find_meeting(world, sim, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)
+
+    call list_nodes(sim, g)
+    call note_walls(sim)
+    call list_near_blocks(sim)
+    sim%meeting%sums = 0.0_rp
+    call visit_blocks(sim, .true.)
+    call share(world, sim, .false., size(sim%meeting%sums, 1), sim%meeting%sums)
+    call try_normals(sim)
+    sim%meeting%surface = -huge(1.0_rp)
+    call visit_blocks(sim, .false.)
+    call share(world, sim, .true., 2*n_trials, sim%meeting%surface)
+    call choose_normals(sim)
+    sim%meeting%is_known = .true.
+  end subroutine find_meeting
+
+  !> Gap up to which bodies that stick are one [m].
+  pure real(rp) function touching_gap(sim)
+    type(simulation_t), intent(in) :: sim
+
+    touching_gap = 0.05_rp*sim%scene%grid%h
+  end function touching_gap
+
+  subroutine share(world, sim, largest, width, values)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: largest
+    integer, intent(in) :: width
+    real(rp), intent(inout) :: values(width, sim%meeting%n)
+
+    call sim%halo%combine(world, largest, sim%patch%nn, sim%meeting%first, sim%meeting%n, &
+                          sim%meeting%node, width, values)
+  end subroutine share
+
+  !> An entry for each pair of groups with mass at a node.
+  subroutine list_nodes(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: c, e, i, pass, r, width
+
+    call sim%meeting%forget(sim%patch%nn)
+    width = n_sums_gradient
+    if (any(sim%scene%contact%normal == normal_regression)) width = n_sums_all
+    associate (meeting => sim%meeting)
+      do pass = 1, 2
+        e = 0
+        do r = 1, sim%n_runs
+          do i = sim%run(1, r), sim%run(2, r)
+            do c = 1, size(sim%scene%contact)
+              if (any(g(8, i, sim%scene%contact(c)%group) <= least_mass)) cycle
+              e = e + 1
+              if (pass == 1) cycle
+              meeting%node(e) = i
+              meeting%pair(e) = c
+              meeting%is_owned(e) = sim%run(3, r) == 1
+              meeting%x(:, e) = sim%patch%position(i)
+              if (meeting%first(i) == 0) meeting%first(i) = e
+            end do
+          end do
+        end do
+        if (pass == 1) call meeting%reserve(e, width)
+      end do
+      meeting%free = 1.0_rp
+    end associate
+  end subroutine list_nodes
+
+  !> Directions in which a wall or clamp holds the nodes.
+  subroutine note_walls(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: e, i
+
+    associate (meeting => sim%meeting)
+      do i = 1, sim%n_fixed
+        e = meeting%first(sim%fixed(1, i))
+        if (e == 0) cycle
+        do while (meeting%node(e) == sim%fixed(1, i))
+          where (sim%scene%constraint(sim%fixed(2, i))%component) meeting%free(:, e) = 0.0_rp
+          e = e + 1
+          if (e > meeting%n) exit
+        end do
+      end do
+    end associate
+  end subroutine note_walls
+
+  !> Blocks that may have particles with weight at the listed nodes.
+  subroutine list_near_blocks(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: low(3), high(3), reach
+    integer :: b
+
+    associate (meeting => sim%meeting)
+      if (allocated(meeting%near)) deallocate (meeting%near)
+      allocate (meeting%near(sim%particles%nblk))
+      meeting%n_near = 0
+      if (meeting%n == 0) return
+      low = minval(meeting%x, 2)
+      high = maxval(meeting%x, 2)
+      do b = 1, sim%particles%nblk
+        reach = sim%ball(4, b) + sim%scene%grid%h
+        if (any(sim%ball(1:3, b) + reach < low) .or. any(sim%ball(1:3, b) - reach > high)) cycle
+        meeting%n_near = meeting%n_near + 1
+        meeting%near(meeting%n_near) = b
+      end do
+    end associate
+  end subroutine list_near_blocks
+
+  !> Sums over the particles (`adds`), or their surfaces along the trial normals.
+  subroutine visit_blocks(sim, adds)
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: adds
+    integer :: b, k
+
+    do k = 1, sim%meeting%n_near
+      b = sim%meeting%near(k)
+      call visit_block(sim, adds, sim%particles%body(b), sim%particles%count(b), &
+                       sim%particles%nf, sim%particles%ps(:, :, b))
+    end do
+  end subroutine visit_blocks
+
+  subroutine visit_block(sim, adds, body, n, nf, ps)
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: adds
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    integer :: e, first(nlane), group, i, j, k, p, q, side
+    real(rp) :: w(nlane, 18), weight, slope(3), edges(3)
+
+    call weights_of(sim, body, nf, ps, w, first)
+    group = sim%scene%body(body)%group
+    do p = 1, n
+      if (.not. adds) edges = edges_of(sim, body, ps(p, :))
+      do i = 1, 3
+        do j = 1, 3
+          do k = 1, 3
+            q = first(p) + (i - 1)*sim%patch%stride(1) + (j - 1)*sim%patch%stride(2) + k - 1
+            e = sim%meeting%first(q)
+            if (e == 0) cycle
+            weight = w(p, i)*w(p, 3 + j)*w(p, 6 + k)
+            slope = [w(p, 9 + i)*w(p, 3 + j)*w(p, 6 + k), w(p, i)*w(p, 12 + j)*w(p, 6 + k), &
+                     w(p, i)*w(p, 3 + j)*w(p, 15 + k)]
+            do while (sim%meeting%node(e) == q)
+              associate (contact => sim%scene%contact(sim%meeting%pair(e)))
+                side = findloc(contact%group, group, 1)
+                if (side > 0 .and. contact%normal /= moves_as_one) then
+                  if (adds) then
+                    call add_particle(sim, e, side, weight, slope, body, ps(p, f_mass), &
+                                      ps(p, f_jac), ps(p, f_pos:f_pos + 2))
+                  else if (weight > least_weight) then
+                    call reach_out(sim, e, side, edges, ps(p, f_pos:f_pos + 2))
+                  end if
+                end if
+              end associate
+              e = e + 1
+              if (e > sim%meeting%n) exit
+            end do
+          end do
+        end do
+      end do
+    end do
+  end subroutine visit_block
+
+  !> Edges of a particle's domain: as it started, times the stretch that is known [m].
+  pure function edges_of(sim, body, ps) result(edges)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body
+    real(rp), intent(in) :: ps(:)
+    real(rp) :: edges(3)
+
+    edges = sim%scene%body(body)%spacing
+    associate (half => sim%scene%layout%half)
+      if (half > 0) then
+        edges = edges*ps(half:half + 2)/sim%scene%domain(body)
+      else
+        edges = edges*ps(f_jac)**(1.0_rp/3.0_rp)
+      end if
+    end associate
+  end function edges_of
+
+  !> A particle's part of the sums of entry `e`.
+  pure subroutine add_particle(sim, e, side, weight, slope, body, mass, jac, x)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: e, side, body
+    real(rp), intent(in) :: weight, slope(3), mass, jac, x(3)
+    real(rp) :: y(3), label
+    integer :: o
+
+    associate (s => sim%meeting%sums(:, e), &
+               rho => sim%scene%material(sim%scene%body(body)%material)%rho)
+      o = s_gradient + 3*(side - 1)
+      s(o:o + 2) = s(o:o + 2) + mass/rho*jac*slope
+      if (sim%scene%contact(sim%meeting%pair(e))%normal /= normal_regression) return
+      y = (x - sim%meeting%x(:, e))/sim%patch%h
+      label = 2*side - 3
+      o = s_moment
+      s(o:o + 13) = s(o:o + 13) + weight*[y*y, y(1)*y(2), y(2)*y(3), y(1)*y(3), y, 1.0_rp, &
+                                          label*y, label]
+    end associate
+  end subroutine add_particle
+
+  !> Move the surface of body `side` at entry `e` out to where a particle ends.
+  pure subroutine reach_out(sim, e, side, edges, x)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: e, side
+    real(rp), intent(in) :: edges(3), x(3)
+    real(rp) :: along, half
+    integer :: k
+
+    do k = 1, n_trials
+      associate (normal => sim%meeting%trial(:, k, e), s => sim%meeting%surface(2*k - 2 + side, e))
+        along = dot_product(x - sim%meeting%x(:, e), normal)*(3 - 2*side)
+        half = 0.5_rp*norm2(normal*edges)
+        s = max(s, along + half)
+      end associate
+    end do
+  end subroutine reach_out
+
+  !> Directions to choose from; a rigid body's own is the first.
+  subroutine try_normals(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: e
+
+    do e = 1, sim%meeting%n
+      associate (s => sim%meeting%sums(:, e), t => sim%meeting%trial(:, :, e), &
+                 contact => sim%scene%contact(sim%meeting%pair(e)))
+        t(:, 1) = s(1:3) - s(4:6)
+        if (contact%normal == normal_regression) t(:, 1) = plane_between(s(s_moment:s_moment + 13))
+        t(:, 3) = unit(sim%meeting%free(:, e)*s(1:3))
+        t(:, 4) = unit(-sim%meeting%free(:, e)*s(4:6))
+        t(:, 1) = unit(sim%meeting%free(:, e)*t(:, 1))
+        t(:, 2) = unit(t(:, 3) + t(:, 4))
+        if (sim%scene%tool_of(contact%group(1)) > 0) t = t(:, [3, 1, 2, 4])
+        if (sim%scene%tool_of(contact%group(2)) > 0) t = t(:, [4, 1, 2, 3])
+      end associate
+    end do
+  end subroutine try_normals
+
+  pure function unit(a)
+    real(rp), intent(in) :: a(3)
+    real(rp) :: unit(3), length
+
+    length = norm2(a)
+    unit = 0.0_rp
+    if (length > 0.0_rp) unit = a/length
+  end function unit
+
+  !> Slope of the linear function that fits the labels of the particles best.
+  pure function plane_between(s) result(slope)
+    real(rp), intent(in) :: s(14)
+    real(rp) :: slope(3), a(3, 3), b(3), mean(3)
+    integer :: i
+
+    mean = s(7:9)/s(10)
+    a = reshape([s(1), s(4), s(6), s(4), s(2), s(5), s(6), s(5), s(3)], [3, 3])/s(10)
+    do i = 1, 3
+      a(:, i) = a(:, i) - mean*mean(i)
+      a(i, i) = a(i, i) + ridge
+    end do
+    b = (s(11:13) - mean*s(14))/s(10)
+    slope = [dot_product(b, cross(a(:, 2), a(:, 3))), dot_product(b, cross(a(:, 3), a(:, 1))), &
+             dot_product(b, cross(a(:, 1), a(:, 2)))]     ! times det(a) > 0
+  end function plane_between
+
+  pure function cross(a, b) result(c)
+    real(rp), intent(in) :: a(3), b(3)
+    real(rp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+  !> The direction with the largest gap, in case of doubt the first.
+  subroutine choose_normals(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: gap
+    integer :: e, k
+
+    associate (meeting => sim%meeting)
+      do e = 1, meeting%n
+        meeting%gap(e) = -huge(1.0_rp)
+        meeting%normal(:, e) = 0.0_rp
+        do k = 1, n_trials
+          if (all(abs(meeting%trial(:, k, e)) <= 0.0_rp)) cycle
+          if (any(meeting%surface(2*k - 1:2*k, e) < -1.0e30_rp)) then
+            gap = huge(1.0_rp)                     ! one of the bodies has no particle near
+          else
+            gap = -sum(meeting%surface(2*k - 1:2*k, e))
+          end if
+          if (gap < meeting%gap(e) + clearly*sim%patch%h .and. meeting%gap(e) > -1.0e30_rp) cycle
+          meeting%gap(e) = gap
+          meeting%normal(:, e) = meeting%trial(:, k, e)
+        end do
+      end do
+    end associate
+  end subroutine choose_normals
+
+end module time_gaps

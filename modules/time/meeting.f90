@@ -1,0 +1,83 @@
+! SPDX-License-Identifier: MIT
+!> The nodes where two bodies with velocity fields of their own meet, a list made anew in each step.
+!> A node has an entry for every pair of bodies with mass on it; its entries lie side by side.
+module time_meeting
+  use base_kinds, only: rp
+  use contact_pair, only: pair_law_t
+  implicit none (type, external)
+  private
+
+  public :: contact_t, meeting_t
+
+  ! How the normal of a pair is found; bodies without a &CONTACT move as one.
+  integer, parameter, public :: normal_gradient = 1, normal_regression = 2, moves_as_one = 3
+
+  ! Sums of an entry: volume gradients of both bodies; moments of the particles of both.
+  integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
+  integer, parameter, public :: n_trials = 4   !! directions to choose from
+
+  !> What happens between two groups of bodies.
+  type :: contact_t
+    integer :: group(2) = 0
+    integer :: normal = normal_gradient
+    type(pair_law_t) :: law
+  end type contact_t
+
+  type :: meeting_t
+    integer :: n = 0
+    logical :: is_known = .false.              !! found for the places the particles are at
+    integer, allocatable :: first(:)           !! (nn) first entry of each node; 0: none
+    integer, allocatable :: node(:), pair(:)   !! (n) of each entry
+    logical, allocatable :: is_owned(:)        !! its books are kept by this rank
+    integer, allocatable :: state(:)           !! is_apart, is_sliding or is_stuck, see contact_pair
+    real(rp), allocatable :: x(:, :)           !! (3, n) place of the node [m]
+    real(rp), allocatable :: free(:, :)        !! (3, n) 1, or 0 where a wall holds the node
+    real(rp), allocatable :: sums(:, :)        !! (n_sums_gradient or n_sums_all, n)
+    real(rp), allocatable :: trial(:, :, :)    !! (3, n_trials, n) normals to choose from
+    real(rp), allocatable :: surface(:, :)     !! (2 n_trials, n) both surfaces along them [m]
+    real(rp), allocatable :: normal(:, :)      !! (3, n) out of the first body
+    real(rp), allocatable :: gap(:)            !! [m]
+    real(rp), allocatable :: heat(:)           !! friction heat over mass [J/kg]
+    integer :: n_near = 0
+    integer, allocatable :: near(:)            !! blocks with particles at these nodes
+  contains
+    procedure :: forget
+    procedure :: reserve
+  end type meeting_t
+
+contains
+
+  !> Empty the list; on a new patch of `nn` nodes make it.
+  pure subroutine forget(self, nn)
+    class(meeting_t), intent(inout) :: self
+    integer, intent(in) :: nn
+
+    if (allocated(self%first)) then
+      if (size(self%first) /= nn) deallocate (self%first)
+    end if
+    if (allocated(self%first)) then
+      self%first(self%node(1:self%n)) = 0
+    else
+      allocate (self%first(nn), source=0)
+    end if
+    self%n = 0
+    self%n_near = 0
+  end subroutine forget
+
+  !> Storage for `n` entries with `width` sums.
+  pure subroutine reserve(self, n, width)
+    class(meeting_t), intent(inout) :: self
+    integer, intent(in) :: n, width
+
+    self%n = n
+    if (allocated(self%node)) then
+      if (size(self%node) == n) return
+      deallocate (self%node, self%pair, self%is_owned, self%state, self%x, self%free, self%sums, &
+                  self%trial, self%surface, self%normal, self%gap, self%heat)
+    end if
+    allocate (self%node(n), self%pair(n), self%is_owned(n), self%state(n), self%gap(n), &
+              self%heat(n), self%x(3, n), self%free(3, n), self%normal(3, n), self%surface(2*n_trials, n), &
+              self%trial(3, n_trials, n), self%sums(width, n))
+  end subroutine reserve
+
+end module time_meeting
