@@ -12,12 +12,10 @@ module fields_field
     logical :: has_motion = .false.        !! `motion` is the exact one
     logical :: has_force = .false.         !! it needs the body force `force`
     logical :: has_temperature = .false.   !! `temperature` is the exact one
-    real(rp) :: period(3) = 0.0_rp         !! of a box that repeats itself [m]; 0: it does not
   contains
     procedure :: motion => rest
     procedure :: force => no_force
     procedure :: temperature => no_temperature
-    procedure :: nearest_image
   end type field_t
 
 contains
@@ -58,15 +56,5 @@ contains
 
     temp = 0.0_rp
   end subroutine no_temperature
-
-  !> A difference of places less whole periods of the box.
-  pure function nearest_image(self, d) result(r)
-    class(field_t), intent(in) :: self
-    real(rp), intent(in) :: d(3)            !! [m]
-    real(rp) :: r(3)
-
-    r = d
-    where (self%period > 0.0_rp) r = d - self%period*anint(d/max(self%period, tiny(1.0_rp)))
-  end function nearest_image
 
 end module fields_field

@@ -44,23 +44,10 @@ contains
       if (allocated(scene%body(body)%field)) call input%complain(complaints, 'FIELD', i, 'BODY', &
         'this body has another known field')
       if (field%has_motion) call check_motion(input, i, body, scene, field%has_force, complaints)
-      field%period = period_of(input)
       call move_alloc(field, scene%body(body)%field)
       call scene%layout%add(3, scene%layout%origin)
     end do
   end subroutine read_fields
-
-  !> Edges of the box along the axes along which it repeats itself, else 0 [m].
-  function period_of(input) result(period)
-    type(input_t), intent(in) :: input
-    real(rp) :: period(3)
-    integer :: a
-
-    period = input%reals('GRID', 1, 'UPPER', 3) - input%reals('GRID', 1, 'LOWER', 3)
-    do a = 1, 3
-      if (index(input%text('GRID', 1, 'PERIODIC'), 'xyz'(a:a)) == 0) period(a) = 0.0_rp
-    end do
-  end function period_of
 
   !> The field of group `i`; none for noise, or without a known KIND.
   subroutine make_field(input, i, body, scene, complaints, field)

@@ -4,6 +4,7 @@ module time_deviation
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use fields_field, only: field_t
+  use grid_geometry, only: grid_t
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use physics_material, only: material_t
   use time_known, only: elastic_state, velocity_time
@@ -125,7 +126,7 @@ contains
     call field%motion(sim%clock%time, x0, exact_x, unused, f)
     call elastic_state(material, n, f, temp, bbar, jac, exact_tau)
     do p = 1, n
-      d = field%nearest_image(x(p, :) - exact_x(p, :))
+      d = nearest_image(sim%scene%grid, x(p, :) - exact_x(p, :))
       sums(2) = sums(2) + mass(p)*sum(d**2)
       sums(3) = sums(3) + mass(p)*sum((v(p, :) - exact_v(p, :))**2)
       sums(4) = sums(4) + mass(p)*square(tau(p, :) - exact_tau(p, :))
@@ -133,6 +134,17 @@ contains
       most(1) = max(most(1), norm2(d))
     end do
   end subroutine compare_motion
+
+  !> A difference of places less whole periods of the box.
+  pure function nearest_image(grid, d) result(r)
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: d(3)            !! [m]
+    real(rp) :: r(3), length(3)
+
+    length = grid%h*grid%period
+    r = d
+    where (length > 0.0_rp) r = d - length*anint(d/max(length, tiny(1.0_rp)))
+  end function nearest_image
 
   !> s : s of a symmetric tensor.
   pure real(rp) function square(s)

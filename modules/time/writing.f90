@@ -164,7 +164,7 @@ contains
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), allocatable :: values(:)
+    real(rp), allocatable :: values(:), errors(:)
 
     if (sim%row_time >= sim%clock%time .and. sim%clock%step > 0) return   ! has it already
     call history_row(world, sim, values)
@@ -176,8 +176,8 @@ contains
                             reshape(sim%probes%x, [3*sim%probes%n])])
     end if
     if (has_fields(sim)) then
-      call deviation_row(world, sim, values)
-      call self%errors%row(values)
+      call deviation_row(world, sim, errors)
+      call self%errors%row(errors)
     end if
     if (sim%worst_returns > 0 .and. .not. self%warned_returns) then
       self%warned_returns = .true.

@@ -52,7 +52,6 @@ program test_fields
   call test_mode()
   call test_heat_mode()
   call test_noise()
-  call test_images()
   call end_tests()
 
 contains
@@ -365,13 +364,5 @@ contains
     end do
     call expect('alternating: signs', ok)
   end subroutine test_noise
-
-  !> Differences of places in a box that repeats itself after 2 m along y.
-  subroutine test_images()
-    mode%period = [0.0_rp, 2.0_rp, 0.0_rp]
-    call expect_close('images', maxval(abs(mode%nearest_image([5.0_rp, 3.9_rp, -7.0_rp]) &
-                                           - [5.0_rp, -0.1_rp, -7.0_rp])), 0.0_rp, atol=1.0e-14_rp)
-    mode%period = 0.0_rp
-  end subroutine test_images
 
 end program test_fields
