@@ -142,6 +142,7 @@ contains
       call sim%timer%lap(ph_sorting)
     end if
     dt = min(stable_step(sim), sim%scene%end_time - sim%clock%time)
+    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim))
     call take_step(world, sim, dt)
     if (sim%is_broken) then
       status = ended_broken
