@@ -248,6 +248,26 @@ def test_walls_do_not_depend_on_the_number_of_ranks(run, tmp_path_factory, shape
                 assert b[name] == pytest.approx(a[name], abs=1e-8 * max(1e-12, np.abs(a[name]).max())), name
 
 
+@pytest.mark.parametrize("shape", ["ugimp", "bspline"])
+def test_walls_along_a_periodic_axis(run, tmp_path, shape):
+    """Exact: a bar in the corner of two walls, periodic along y, is the same on 1 and 4 ranks to 1e-10, and its
+    momentum [N s] = weight times time + impulses of the walls, in every direction, to the digits of the history."""
+    text = "\n".join(line for line in CORNER.splitlines() if "ymin" not in line)
+    text = text.replace("LOWER = -3e-3, -3e-3, -3e-3, UPPER = 6e-3, 6e-3",
+                        "PERIODIC = 'y', LOWER = -3e-3, 0, -3e-3, UPPER = 6e-3, 5e-3")
+    (tmp_path / "bar.nml").write_text(text.replace("UPPER = 4e-3, 4e-3, 4e-3", "UPPER = 4e-3, 5e-3, 4e-3"))
+    sets = {"METHOD.SHAPE": shape, "METHOD.SORT_INTERVAL": 5, "METHOD.REBALANCE": 1.0}
+    one = run("bar.nml", "--quiet", sets=sets).results("bar").checkpoint()
+    results = run("bar.nml", "--quiet", sets=sets, ranks=4).results("bar")
+    many, history = results.checkpoint(), results.history()
+    assert one.step == many.step == 200 and many.plastic.max() > 1e-3
+    assert max(driver.distance(one, many, ["x", "v", "temp", "tau", "plastic"]).values()) <= 1e-10
+    impulse = sum(np.array([history.impulse(f"{wall}_force_{axis}[N]") for axis in "xyz"])
+                  for wall in ("wall_xmin", "wall_zmin"))
+    weight = -1.5e7 * many.mass.sum() * many.time
+    assert impulse + weight == pytest.approx(many.mass @ many.v, abs=1e-8 * abs(weight))
+
+
 def test_walls_of_a_continued_run(run, tmp_path_factory):
     """Exact: 105 steps, then 95 more from the checkpoint: the same particles as after 200, bit for bit, and
     the same history, with forces and heat of the walls."""
