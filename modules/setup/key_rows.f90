@@ -306,7 +306,8 @@ contains
     call t%group('SOURCE', 'repeat', 'A moving source of heat.')
     call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball', &
       'disc: on the surface particles within RADIUS of its axis (z); ball: in the volume')
-    call t%key('POWER', 'real', 1, 'W', 'required', '', 'total power')
+    call t%key('POWER', 'real', 1, 'W', 'required', '', &
+      'total power, all of it on the particles that the source covers')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'of the centre')
     call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', 'extent of the source')

@@ -44,8 +44,8 @@ contains
       call read_traction(input, i, traction, complaints)
       body = find(scene%body%name, input%text('TRACTION', i, 'BODY'))
       if (body == 0) then
-        call input%complain(complaints, 'TRACTION', i, 'BODY', 'there is no &BODY of this name; '// &
-                            known(scene%body%name))
+        call input%complain(complaints, 'TRACTION', i, 'BODY', &
+          'there is no &BODY of this name; '//known(scene%body%name))
         cycle
       end if
       associate (b => scene%body(body))

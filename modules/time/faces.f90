@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Faces of particles that lie on a face of their body, and the nodes that what acts on them goes to.
+!> Faces of particles that lie on a face of their body, and the nodes of what acts on them.
 !> A face has the particle's initial area. Along its plane it has the weights of its particle,
 !> across it those of `face_weights`: only nodes to which the particle itself gives mass, so that
 !> each rank adds the faces of its own particles before the sum over ranks.

@@ -117,7 +117,8 @@ contains
     covered = covered*max(0.0_rp, min(1.0_rp, (source%radius - norm2(d))/width + 0.5_rp))
   end function covered
 
-  !> True if a particle `d` above the centre of a disc has an open face across z within a cell of it.
+  !> True if a particle `d` above the centre of a disc has an open face across z within a cell of
+  !> that height.
   pure logical function lies_at_height(tag, d, spacing, h)
     integer(i8), intent(in) :: tag
     real(rp), intent(in) :: d, spacing, h          !! [m]
