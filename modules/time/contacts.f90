@@ -8,7 +8,7 @@ module time_contacts
                           s_torque, s_work, tool_t
   use particles_store, only: f_heat, f_mass
   use time_audit, only: e_contact, e_friction
-  use time_gaps, only: find_meeting, touching_gap
+  use time_gaps, only: find_meeting
   use time_meeting, only: moves_as_one
   use time_rigid, only: hold_rigid
   use time_state, only: simulation_t
@@ -17,6 +17,8 @@ module time_contacts
   private
 
   public :: touch_bodies, share_increments
+
+  real(rp), parameter :: slack = 0.05_rp   !! overlap that is left alone [cells]
 
 contains
 
@@ -69,7 +71,7 @@ contains
       else if (meeting%gap(e) > sim%patch%h .or. all(abs(meeting%normal(:, e)) <= 0.0_rp)) then
         meeting%state(e) = is_apart            ! too far to meet within a step
       else
-        call pair_impulse(contact%law, dt, meeting%gap(e), touching_gap(sim), &
+        call pair_impulse(contact%law, dt, meeting%gap(e), slack*sim%patch%h, &
                           meeting%normal(:, e), inverse, v, impulse, meeting%state(e))
       end if
       if (meeting%state(e) == is_apart) return

@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> Where bodies meet: list of the nodes, direction of the surface there, and the gap.
 !>
-!> Three directions are tried at a node: out of the first body, out of the second (turned round), and
-!> one from both, by the sum of volume gradients or by the plane that tells their particles apart
-!> (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME 362:112859, use
-!> the logistic one). That with the largest gap separates the bodies best, at edges and corners too.
-!> The gap is that between the particles themselves: a surface is where the foremost of its
-!> particles with weight at the node ends.
+!> Directions are tried at a node: out of the first body, out of the second (turned round), their
+!> mean, and one from both by the sum of volume gradients or by the plane that tells their particles
+!> apart (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME 362:112859,
+!> use the logistic one). That with the largest gap separates the bodies best. At edges, where a node
+!> sees few particles, none of them may be right: the mean of what was chosen at the nodes around is
+!> tried last. The gap is that between the particles themselves: a surface is where the foremost of
+!> its particles with weight at the node ends.
 module time_gaps
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -19,11 +20,13 @@ module time_gaps
   implicit none (type, external)
   private
 
-  public :: find_meeting, touching_gap
+  public :: find_meeting
 
   real(rp), parameter :: least_weight = 1.0e-6_rp   !! of a particle that has a say in the gap
   real(rp), parameter :: ridge = 1.0e-3_rp          !! of the regression [cells^2]
   real(rp), parameter :: clearly = 1.0e-3_rp        !! larger gap of another direction [cells]
+  real(rp), parameter :: thin = 0.05_rp             !! volume gradient of a full surface: about 0.5
+  real(rp), parameter :: far = 1.0e30_rp            !! beyond any surface [m]
 
 contains
 
@@ -33,26 +36,39 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)
 
+    integer :: k
+
     call list_nodes(sim, g)
     call note_walls(sim)
     call list_near_blocks(sim)
     sim%meeting%sums = 0.0_rp
-    call visit_blocks(sim, .true.)
+    call visit_blocks(sim, 0, 0)
     call share(world, sim, .false., size(sim%meeting%sums, 1), sim%meeting%sums)
     call try_normals(sim)
-    sim%meeting%surface = -huge(1.0_rp)
-    call visit_blocks(sim, .false.)
-    call share(world, sim, .true., 2*n_trials, sim%meeting%surface)
-    call choose_normals(sim)
+    call find_surfaces(world, sim, 1, n_trials - 1)
+    sim%meeting%gap = -huge(1.0_rp)
+    sim%meeting%normal = 0.0_rp
+    do k = 1, n_trials - 1
+      call choose_normals(sim, k, clearly*sim%patch%h)
+    end do
+    call average_normals(sim, g, sim%meeting%trial(:, n_trials, :))
+    call share(world, sim, .false., 3, sim%meeting%trial(:, n_trials, :))
+    call find_surfaces(world, sim, n_trials, n_trials)
+    call choose_normals(sim, n_trials, -clearly*sim%patch%h)
+    call ignore_thin_overlaps(sim)
     sim%meeting%is_known = .true.
   end subroutine find_meeting
 
-  !> Gap up to which bodies that stick are one [m].
-  pure real(rp) function touching_gap(sim)
-    type(simulation_t), intent(in) :: sim
+  !> Surfaces of both bodies along the trial normals `from` to `to`.
+  subroutine find_surfaces(world, sim, from, to)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: from, to
 
-    touching_gap = 0.05_rp*sim%scene%grid%h
-  end function touching_gap
+    sim%meeting%surface(2*from - 1:2*to, :) = -huge(1.0_rp)
+    call visit_blocks(sim, from, to)
+    call share(world, sim, .true., 2*(to - from + 1), sim%meeting%surface(2*from - 1:2*to, :))
+  end subroutine find_surfaces
 
   subroutine share(world, sim, largest, width, values)
     type(world_t), intent(in) :: world
@@ -137,23 +153,22 @@ contains
     end associate
   end subroutine list_near_blocks
 
-  !> Sums over the particles (`adds`), or their surfaces along the trial normals.
-  subroutine visit_blocks(sim, adds)
+  !> Surfaces of the particles along the trial normals `from` to `to`; 0: sums over the particles.
+  subroutine visit_blocks(sim, from, to)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: adds
+    integer, intent(in) :: from, to
     integer :: b, k
 
     do k = 1, sim%meeting%n_near
       b = sim%meeting%near(k)
-      call visit_block(sim, adds, sim%particles%body(b), sim%particles%count(b), &
+      call visit_block(sim, from, to, sim%particles%body(b), sim%particles%count(b), &
                        sim%particles%nf, sim%particles%ps(:, :, b))
     end do
   end subroutine visit_blocks
 
-  subroutine visit_block(sim, adds, body, n, nf, ps)
+  subroutine visit_block(sim, from, to, body, n, nf, ps)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: adds
-    integer, intent(in) :: body, n, nf
+    integer, intent(in) :: from, to, body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     integer :: e, first(nlane), group, i, j, k, p, q, side
     real(rp) :: w(nlane, 18), weight, slope(3), edges(3)
@@ -161,7 +176,7 @@ contains
     call weights_of(sim, body, nf, ps, w, first)
     group = sim%scene%body(body)%group
     do p = 1, n
-      if (.not. adds) edges = edges_of(sim, body, ps(p, :))
+      if (from > 0) edges = edges_of(sim, body, ps(p, :))
       do i = 1, 3
         do j = 1, 3
           do k = 1, 3
@@ -175,11 +190,11 @@ contains
               associate (contact => sim%scene%contact(sim%meeting%pair(e)))
                 side = findloc(contact%group, group, 1)
                 if (side > 0 .and. contact%normal /= moves_as_one) then
-                  if (adds) then
+                  if (from == 0) then
                     call add_particle(sim, e, side, weight, slope, body, ps(p, f_mass), &
                                       ps(p, f_jac), ps(p, f_pos:f_pos + 2))
                   else if (weight > least_weight) then
-                    call reach_out(sim, e, side, edges, ps(p, f_pos:f_pos + 2))
+                    call reach_out(sim, from, to, e, side, edges, ps(p, f_pos:f_pos + 2))
                   end if
                 end if
               end associate
@@ -231,14 +246,14 @@ contains
   end subroutine add_particle
 
   !> Move the surface of body `side` at entry `e` out to where a particle ends.
-  pure subroutine reach_out(sim, e, side, edges, x)
+  pure subroutine reach_out(sim, from, to, e, side, edges, x)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: e, side
+    integer, intent(in) :: from, to, e, side
     real(rp), intent(in) :: edges(3), x(3)
     real(rp) :: along, half
     integer :: k
 
-    do k = 1, n_trials
+    do k = from, to
       associate (normal => sim%meeting%trial(:, k, e), s => sim%meeting%surface(2*k - 2 + side, e))
         along = dot_product(x - sim%meeting%x(:, e), normal)*(3 - 2*side)
         half = 0.5_rp*norm2(normal*edges)
@@ -261,8 +276,8 @@ contains
         t(:, 4) = unit(-sim%meeting%free(:, e)*s(4:6))
         t(:, 1) = unit(sim%meeting%free(:, e)*t(:, 1))
         t(:, 2) = unit(t(:, 3) + t(:, 4))
-        if (sim%scene%tool_of(contact%group(1)) > 0) t = t(:, [3, 1, 2, 4])
-        if (sim%scene%tool_of(contact%group(2)) > 0) t = t(:, [4, 1, 2, 3])
+        if (sim%scene%tool_of(contact%group(1)) > 0) t = t(:, [3, 1, 2, 4, 5])
+        if (sim%scene%tool_of(contact%group(2)) > 0) t = t(:, [4, 1, 2, 3, 5])
       end associate
     end do
   end subroutine try_normals
@@ -300,29 +315,76 @@ contains
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
 
-  !> The direction with the largest gap, in case of doubt the first.
-  subroutine choose_normals(sim)
+  !> Take the trial normal `k` where its gap is larger by `more` [m] than the largest so far.
+  subroutine choose_normals(sim, k, more)
     type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: k
+    real(rp), intent(in) :: more
     real(rp) :: gap
-    integer :: e, k
+    integer :: e
 
     associate (meeting => sim%meeting)
       do e = 1, meeting%n
-        meeting%gap(e) = -huge(1.0_rp)
-        meeting%normal(:, e) = 0.0_rp
-        do k = 1, n_trials
-          if (all(abs(meeting%trial(:, k, e)) <= 0.0_rp)) cycle
-          if (any(meeting%surface(2*k - 1:2*k, e) < -1.0e30_rp)) then
-            gap = huge(1.0_rp)                     ! one of the bodies has no particle near
-          else
-            gap = -sum(meeting%surface(2*k - 1:2*k, e))
-          end if
-          if (gap < meeting%gap(e) + clearly*sim%patch%h .and. meeting%gap(e) > -1.0e30_rp) cycle
-          meeting%gap(e) = gap
-          meeting%normal(:, e) = meeting%trial(:, k, e)
-        end do
+        if (all(abs(meeting%trial(:, k, e)) <= 0.0_rp)) cycle
+        if (any(meeting%surface(2*k - 1:2*k, e) < -far)) then
+          gap = huge(1.0_rp)                     ! one of the bodies has no particle near
+        else
+          gap = -sum(meeting%surface(2*k - 1:2*k, e))
+        end if
+        if (gap < meeting%gap(e) + more .and. meeting%gap(e) > -far) cycle
+        meeting%gap(e) = gap
+        meeting%normal(:, e) = meeting%trial(:, k, e)
       end do
     end associate
   end subroutine choose_normals
+
+  !> Mean of the normals chosen at each owned node and those around it, by the mass that meets there
+  !> and how well they separate the bodies.
+  subroutine average_normals(sim, g, mean)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)
+    real(rp), intent(out) :: mean(3, sim%meeting%n)
+    integer :: e, i, j, k, o
+
+    mean = 0.0_rp
+    associate (meeting => sim%meeting)
+      do e = 1, meeting%n
+        if (.not. meeting%is_owned(e)) cycle
+        do i = -1, 1
+          do j = -1, 1
+            do k = -1, 1
+              o = meeting%place(meeting%node(e) + i*sim%patch%stride(1) + j*sim%patch%stride(2) &
+                                + k, meeting%pair(e))
+              if (o == 0) cycle
+              mean(:, e) = mean(:, e) + trust(meeting%gap(o)/sim%patch%h)*meeting%normal(:, o) &
+                /sum(1.0_rp/g(8, meeting%node(o), sim%scene%contact(meeting%pair(o))%group))
+            end do
+          end do
+        end do
+        mean(:, e) = unit(meeting%free(:, e)*mean(:, e))
+      end do
+    end associate
+  end subroutine average_normals
+
+  !> No overlap is believed where a node sees too little of a body to tell its surface.
+  subroutine ignore_thin_overlaps(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: e
+
+    associate (s => sim%meeting%sums)
+      do e = 1, sim%meeting%n
+        if (min(norm2(s(1:3, e)), norm2(s(4:6, e))) > thin*sim%patch%h**2) cycle
+        sim%meeting%gap(e) = max(0.0_rp, sim%meeting%gap(e))
+      end do
+    end associate
+  end subroutine ignore_thin_overlaps
+
+  !> Weight of a normal that leaves a gap [cells]: little if the bodies overlap.
+  pure real(rp) function trust(gap)
+    real(rp), intent(in) :: gap
+    real(rp), parameter :: overlap = 0.02_rp
+
+    trust = 1.0_rp/(1.0_rp + (min(0.0_rp, gap)/overlap)**2)**2
+  end function trust
 
 end module time_gaps

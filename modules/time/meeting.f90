@@ -14,7 +14,8 @@ module time_meeting
 
   ! Sums of an entry: volume gradients of both bodies; moments of the particles of both.
   integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
-  integer, parameter, public :: n_trials = 4   !! directions to choose from
+  ! Directions to choose from; the last one is a mean over the nodes around.
+  integer, parameter, public :: n_trials = 5
 
   !> What happens between two groups of bodies.
   type :: contact_t
@@ -43,6 +44,7 @@ module time_meeting
   contains
     procedure :: forget
     procedure :: reserve
+    procedure :: place
   end type meeting_t
 
 contains
@@ -79,5 +81,24 @@ contains
               self%heat(n), self%x(3, n), self%free(3, n), self%normal(3, n), self%surface(2*n_trials, n), &
               self%trial(3, n_trials, n), self%sums(width, n))
   end subroutine reserve
+
+  !> The entry of a pair at node `q`; 0 if there is none.
+  pure integer function place(self, q, pair)
+    class(meeting_t), intent(in) :: self
+    integer, intent(in) :: q, pair
+
+    place = self%first(q)
+    if (place == 0) return
+    do while (self%pair(place) /= pair)
+      place = place + 1
+      if (place > self%n) exit
+      if (self%node(place) /= q) exit
+    end do
+    if (place > self%n) then
+      place = 0
+    else if (self%node(place) /= q) then
+      place = 0
+    end if
+  end function place
 
 end module time_meeting
