@@ -74,9 +74,9 @@ def resolutions_of(problem, options):
 
 def order(rows):
     """Observed order between the last two rows (n, error)."""
-    if len(rows) < 2 or min(rows[-2][1], rows[-1][1]) <= 0.0:
+    if len(rows) < 2 or not 0.0 < min(rows[-2][1], rows[-1][1]) < math.inf:
         return math.nan
-    return math.log(rows[-2][1] / rows[-1][1]) / math.log(rows[-1][0] / rows[-2][0])
+    return (math.log(rows[-2][1]) - math.log(rows[-1][1])) / math.log(rows[-1][0] / rows[-2][0])
 
 
 def verdict(problem, rows, is_last, at):
