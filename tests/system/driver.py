@@ -210,6 +210,9 @@ class Results:
     def series(self):
         return json.loads(self.path(".hdf.series").read_text(encoding="utf-8"))
 
+    def summary(self):
+        return json.loads(self.path("_summary.json").read_text(encoding="utf-8"))
+
     def checkpoint(self):
         return Checkpoint(self.path("_checkpoint.h5"))
 

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""What every verification problem has: an input, parameters, resolutions, a way to measure its error."""
+
+import pathlib
+import sys
+
+TESTS = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(TESTS / "system"))
+
+import driver  # noqa: E402  (runs the program and reads its results)
+
+INPUTS = TESTS / "verification" / "inputs"
+
+
+def values(*numbers):
+    """A list of numbers as --set takes it."""
+    return ",".join(repr(float(number)) for number in numbers)
+
+
+class Problem:
+    """One problem. A resolution `n` is the number of cells across the length that `cells` names."""
+
+    name = ""
+    section = ""  # of the list of problems in README.md
+    input = ""  # stem of the input file; not given: the name
+    cells = ""  # what n counts
+    norm = ""  # what the error is
+    passes = 0.0  # largest error at the last of `resolutions`
+    least_order = None  # smallest order of the error between the last two resolutions
+    resolutions = ()
+    fine = ()  # added by --fine
+    quick = ()  # resolutions of the pytest run; () : by the command only
+    quick_passes = None  # largest error there; not given: `passes`
+    parameters = {}
+
+    def sets(self, n, p):
+        """Values of keys for resolution n and parameters p, as {GROUP.KEY: value}."""
+        raise NotImplementedError
+
+    def measure(self, run, n, p):
+        """Error and a dictionary of figures from the results of a run."""
+        raise NotImplementedError
+
+    def runs(self, n, p):
+        """The sets of all runs of one resolution (mostly one)."""
+        return [self.sets(n, p)]
+
+    def solve(self, n, p, directory, sets=None, ranks=None, timeout=3600):
+        """Run resolution n in `directory`; error, figures, core-seconds."""
+        results, seconds = [], 0.0
+        stem = self.input or self.name
+        for k, own in enumerate(self.runs(n, p)):
+            place = pathlib.Path(directory) / f"{self.name}_{n}_{k}"
+            place.mkdir(parents=True)
+            done = driver.run(INPUTS / f"{stem}.nml", "--quiet", directory=place, ranks=ranks,
+                              sets=own | (sets or {}), timeout=timeout)
+            results.append(done.results(stem))
+            seconds += results[-1].summary()["cpu_seconds"]
+        error, figures = self.measure(results[0] if len(results) == 1 else results, n, p)
+        return error, figures, seconds
+
+
+def crossing(x, y, level):
+    """First x at which y passes `level`, by linear interpolation."""
+    for i in range(1, len(x)):
+        if (y[i - 1] - level) * (y[i] - level) <= 0.0 and y[i] != y[i - 1]:
+            return x[i - 1] + (level - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1])
+    return float("nan")
