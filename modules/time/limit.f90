@@ -74,7 +74,7 @@ contains
     do k = 1, sim%n_groups
       do r = 1, sim%n_runs
         do i = sim%run(1, r), sim%run(2, r)
-          if (g(8, i, k) < least) cycle
+          if (g(8, i, k) < least .or. sim%is_held(i)) cycle
           s = g(1, i, k)**2 + g(2, i, k)**2 + g(3, i, k)**2
           if (s <= fastest_node) cycle           ! goes on for NaN
           fastest_node = merge(s, huge(1.0_rp), s <= huge(1.0_rp))

@@ -197,16 +197,16 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer, allocatable :: list(:, :)
     real(rp) :: x(3)
-    logical, allocatable :: is_behind(:)
     integer :: c, ijk(3), owned, q, r, rest
 
     allocate (list(3, 64))
-    allocate (is_behind(sim%patch%nn), source=.false.)
-    is_behind(sim%mirrors%pair(1, :)) = .true.
+    if (allocated(sim%is_held)) deallocate (sim%is_held)
+    allocate (sim%is_held(sim%patch%nn), source=.false.)
+    sim%is_held(sim%mirrors%pair(1, :)) = .true.
     sim%n_fixed = 0
     do r = 1, sim%n_runs
       do q = sim%run(1, r), sim%run(2, r)
-        if (is_behind(q)) cycle
+        if (sim%is_held(q)) cycle                 ! behind a mirror
         rest = q - 1
         ijk(1) = rest/sim%patch%stride(1)
         rest = rest - ijk(1)*sim%patch%stride(1)
@@ -225,6 +225,7 @@ contains
       end do
     end do
     call move_alloc(list, sim%fixed)
+    sim%is_held(sim%fixed(1, 1:sim%n_fixed)) = .true.
   end subroutine list_fixed
 
   !> Whether a rule is for the node at `x` or one of its next images.

@@ -203,6 +203,7 @@ module time_state
     real(rp) :: pic = 0.0_rp                 !! part of the grid velocity taken in this step
     integer :: n_runs = 0
     integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
+    logical, allocatable :: is_held(:)       !! (nn) node held by a clamp or wall, or behind one
     integer :: n_fixed = 0
     integer, allocatable :: fixed(:, :)      !! (3, n) node, constraint, 1 if owned
     type(mirrors_t) :: mirrors
