@@ -116,20 +116,35 @@ contains
   !> Directions in which a wall or clamp holds the nodes.
   subroutine note_walls(sim)
     type(simulation_t), intent(inout) :: sim
-    integer :: e, i
+    integer :: i
+
+    do i = 1, sim%n_fixed
+      call note_node(sim, sim%fixed(1, i), sim%scene%constraint(sim%fixed(2, i))%component)
+    end do
+    do i = 1, sim%mirrors%n_planes
+      associate (plane => sim%mirrors%plane(:, i))
+        call note_node(sim, plane(1), sim%scene%constraint(plane(2))%component)
+      end associate
+    end do
+  end subroutine note_walls
+
+  !> The entries of node `q` are not free in directions that are `held`.
+  pure subroutine note_node(sim, q, held)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: q
+    logical, intent(in) :: held(3)
+    integer :: e
 
     associate (meeting => sim%meeting)
-      do i = 1, sim%n_fixed
-        e = meeting%first(sim%fixed(1, i))
-        if (e == 0) cycle
-        do while (meeting%node(e) == sim%fixed(1, i))
-          where (sim%scene%constraint(sim%fixed(2, i))%component) meeting%free(:, e) = 0.0_rp
-          e = e + 1
-          if (e > meeting%n) exit
-        end do
+      e = meeting%first(q)
+      if (e == 0) return
+      do while (meeting%node(e) == q)
+        where (held) meeting%free(:, e) = 0.0_rp
+        e = e + 1
+        if (e > meeting%n) exit
       end do
     end associate
-  end subroutine note_walls
+  end subroutine note_node
 
   !> Blocks that may have particles with weight at the listed nodes.
   subroutine list_near_blocks(sim)
