@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: MIT
+"""Round problems: Couette flow, thick tubes, torque of discs; beams, discs in contact, moving sources."""
+
+import math
+
+import exact
+import numpy as np
+
+from .base import Problem, crossing, values
+
+
+class Couette(Problem):
+    """Power-law flow between a turning pin and a fixed ring."""
+
+    name = "couette"
+    section = "1.16"
+    cells = "across the gap"
+    norm = "torque from the shear stress in the outer half of the gap, off by"
+    passes = 0.03
+    resolutions = (10, 20)
+    fine = (40,)
+    inner, outer = 3e-3, 12e-3
+    parameters = {"k": 1e6, "n": 0.5, "rpm": 1000.0, "time": 2e-4}
+
+    def sets(self, n, p):
+        h = (self.outer - self.inner) / n
+        side = math.ceil(15e-3 / h) * h
+        result = {
+            "GRID.CELL": h,
+            "GRID.LOWER": values(-side, -side, 0),
+            "GRID.UPPER": values(side, side, h),
+            "MATERIAL(metal).NORTON_K": p["k"] * math.sqrt(3.0) ** (1.0 + p["n"]),
+            "MATERIAL(metal).NORTON_N": p["n"],
+            "MOTION.SPIN_RPM": -p["rpm"],
+            "TIME.END": p["time"],
+            "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
+        }
+        for i in range(1, 6):
+            result[f"SHAPE({i}).CENTRE"] = values(0, 0, 0.5 * h)
+        for i in (1, 3, 4):
+            result[f"SHAPE({i}).LENGTH"] = h
+        return result
+
+    def measure(self, run, n, p):
+        state = run.checkpoint()
+        omega = p["rpm"] * math.pi / 30.0
+        r = np.hypot(state.x[:, 0], state.x[:, 1])
+        s, c = state.x[:, 1] / r, state.x[:, 0] / r
+        shear = ((state.tau[:, 1] - state.tau[:, 0]) * s * c + state.tau[:, 3] * (c * c - s * s)) / state.jac
+        fluid = state.body == state.body[np.argmin(np.abs(r - 0.5 * (self.inner + self.outer)))]
+        outer = fluid & (r > 0.5 * (self.inner + self.outer)) & (r < self.outer - (self.outer - self.inner) / n)
+        wanted = exact.couette_torque(p["k"], p["n"], omega, self.inner, self.outer)
+        torque = float(np.mean(2.0 * math.pi * r[outer] ** 2 * np.abs(shear[outer])))
+        spin = (state.v[:, 1] * c - state.v[:, 0] * s) / (r * omega)
+        figures = {"torque/length": torque, "exact": wanted}
+        for place in (4e-3, 6e-3):
+            near = fluid & (np.abs(r - place) < 0.5 * (self.outer - self.inner) / n)
+            figures[f"spin at {place * 1e3:.0f} mm"] = float(spin[near].mean()) / float(
+                np.mean(exact.couette_spin(r[near], p["n"], self.inner, self.outer)))
+        return abs(torque / wanted - 1.0), figures
+
+
+class Tube(Problem):
+    """Elastic tube under pressure."""
+
+    name = "tube"
+    section = "1.17"
+    cells = "across the wall"
+    norm = "displacement at r = 1.25 a, off by, over the exact one"
+    passes = 0.03
+    resolutions = (8, 16)
+    fine = (32,)
+    parameters = {"poisson": 0.3, "young": 1e5, "pressure": 1.0}
+
+    def sets(self, n, p):
+        h = 1.0 / n
+        side = 2.0 + 4 * h
+        result = {
+            "GRID.CELL": h,
+            "GRID.LOWER": values(-side, -side, 0),
+            "GRID.UPPER": values(side, side, h),
+            "SHAPE(1).LENGTH": h,
+            "SHAPE(1).CENTRE": values(0, 0, 0.5 * h),
+            "SHAPE(2).CENTRE": values(0, 0, 0.5 * h),
+            "TRACTION.PRESSURE": p["pressure"],
+            "PROBE.POSITION": values(1.25 * math.sqrt(0.5), 1.25 * math.sqrt(0.5), 0.5 * h),
+        }
+        return result | self.material(p)
+
+    def material(self, p):
+        return {"MATERIAL.POISSON_RATIO": p["poisson"], "MATERIAL.YOUNGS_MODULUS": p["young"]}
+
+    def measure(self, run, n, p):
+        state, probes = run.checkpoint(), run.probes()
+        late = probes["time[s]"] > 50.0
+        moved = np.hypot(probes["inside_x[m]"], probes["inside_y[m]"])[late].mean() - 1.25
+        wanted = float(exact.tube_displacement(1.25, p["pressure"], 1.0, 2.0, p["young"], p["poisson"]))
+        r = np.hypot(state.x[:, 0], state.x[:, 1])
+        s, c = state.x[:, 1] / r, state.x[:, 0] / r
+        tau = state.tau / state.jac[:, None]
+        radial = tau[:, 0] * c * c + tau[:, 1] * s * s + 2.0 * tau[:, 3] * s * c
+        hoop = tau[:, 0] * s * s + tau[:, 1] * c * c - 2.0 * tau[:, 3] * s * c
+        mean = exact.tube_stress(r, p["pressure"], 1.0, 2.0)
+        inner = (r > 1.0 + 1.0 / n) & (r < 2.0 - 1.0 / n)
+        pressure = -(tau[:, 0] + tau[:, 1] + tau[:, 2]) / 3.0
+        smooth = -(1.0 + p["poisson"]) * sum(mean) / 3.0
+        figures = {"displacement": moved / wanted,
+                   "radial, rms": float(np.sqrt(np.mean((radial - mean[0])[inner] ** 2)) / p["pressure"]),
+                   "hoop, rms": float(np.sqrt(np.mean((hoop - mean[1])[inner] ** 2)) / p["pressure"]),
+                   "pressure noise": float(np.std((pressure - smooth)[inner]) / p["pressure"])}
+        return abs(moved / wanted - 1.0), figures
+
+
+class TubeLimit(Tube):
+    """Limit load of a plastic tube."""
+
+    name = "tube_limit"
+    norm = "pressure at which the tube has widened by 2 % of its bore, off by, over the limit"
+    resolutions = (8, 16)
+    fine = ()
+    parameters = {"yield_stress": 1e6}
+
+    def sets(self, n, p):
+        result = super().sets(n, p | {"pressure": 1.2 * p["yield_stress"]})
+        return result | {"MATERIAL.JC_A": p["yield_stress"]}
+
+    def material(self, p):
+        return {}
+
+    def measure(self, run, n, p):
+        probes = run.probes()
+        time = probes["time[s]"]
+        moved = np.hypot(probes["inside_x[m]"], probes["inside_y[m]"]) - 1.25
+        limit = exact.tube_limit(p["yield_stress"], 1.0, 2.0)
+        pressure = 1.2 * p["yield_stress"] * crossing(time, moved, 0.02) / 0.6
+        return abs(pressure / limit - 1.0), {"limit": pressure / p["yield_stress"], "exact": limit / p["yield_stress"]}
+
+
+class Cantilever(Problem):
+    """Large deflection under a dead tip load."""
+
+    name = "cantilever"
+    section = "1.6"
+    cells = "over the depth of the beam"
+    norm = "larger error of deflection and shortening of the tip, over the deflection"
+    passes = 0.02
+    resolutions = (4, 8)
+    fine = ()
+    parameters = {"load": 10e3}
+
+    def sets(self, n, p):
+        h = 1.0 / n
+        return {
+            "GRID.CELL": h,
+            "GRID.LOWER": values(0, 0, -10.5),
+            "GRID.UPPER": values(11, h, 3),
+            "SHAPE(1).UPPER": values(10 - h, h, 1),
+            "SHAPE(2).LOWER": values(10 - h, 0, 0),
+            "SHAPE(2).UPPER": values(10, h, 1),
+            "LOAD.FORCE": values(0, 0, -p["load"] * h),
+            "PROBE.POSITION": values(10, 0.5 * h, 0.5),
+        }
+
+    def measure(self, run, n, p):
+        probes = run.probes()
+        late = probes["time[s]"] > 22.0  # two periods of the beam, 5.5 s each
+        down = (0.5 - probes["tip_z[m]"][late]).mean() / 10.0
+        short = (10.0 - probes["tip_x[m]"][late]).mean() / 10.0
+        bending = exact.plane_strain_modulus(12e6, 0.2) / 12.0
+        wanted = exact.elastica_tip(p["load"], 10.0, bending)
+        figures = {"deflection": down, "shortening": short, "exact": f"{wanted[0]:.4f} {wanted[1]:.4f}",
+                   "swing": float(np.ptp(probes["tip_z[m]"][late]) / 10.0)}
+        return max(abs(down - wanted[0]), abs(short - wanted[1])) / wanted[0], figures
+
+
+class Discs(Problem):
+    """Two elastic discs meet."""
+
+    name = "discs"
+    section = "1.7"
+    cells = "over the radius"
+    norm = "time of the touch, off by, over 0.1 h/(closing speed), or change of total energy over 1 %"
+    passes = 1.0
+    resolutions = (4, 8)
+    fine = (16,)
+    parameters = {}
+
+    def sets(self, n, p):
+        h = 0.2 / n
+        return {
+            "GRID.CELL": h,
+            "GRID.LOWER": values(-0.1, -0.1, 0),
+            "GRID.UPPER": values(1.1, 1.1, h),
+            "SHAPE.LENGTH": h,
+            "SHAPE(1).CENTRE": values(0.25, 0.25, 0.5 * h),
+            "SHAPE(2).CENTRE": values(0.75, 0.75, 0.5 * h),
+        }
+
+    def measure(self, run, n, p):
+        history, state = run.history(), run.checkpoint()
+        h = 0.2 / n
+        total = history["kinetic[J]"] + history["elastic[J]"]
+        start = crossing(history["time[s]"], history["kinetic[J]"] / history["kinetic[J]"][0], 0.9999)
+        wanted = exact.discs_touch(math.hypot(0.5, 0.5), 0.2, math.hypot(0.1, 0.1))
+        late = abs(start - wanted) / (0.1 * h / (2.0 * math.hypot(0.1, 0.1)))
+        drift = abs(total[-1] / total[0] - 1.0)
+        figures = {"touch [s]": start, "exact": wanted, "energy": float(total[-1] / total[0]),
+                   "momentum": float(np.abs(state.momentum()).max() / (state.mass.sum() * 0.1)),
+                   "rebound": float(-state.v[state.body == state.body.min()].mean(axis=0)[0] / 0.1)}
+        return max(late, drift / 0.01), figures
+
+
+class SourcePlate(Problem):
+    """Source moving over a plate."""
+
+    name = "source_plate"
+    section = "1.14"
+    cells = "over the thickness of the plate"
+    norm = "largest error farther than 6 cells and a thickness from the source, over the rise at r = 10 mm"
+    passes = 0.02
+    resolutions = (3, 6)
+    fine = ()
+    parameters = {"speed": 1e-3, "power": 1500.0}
+
+    def sets(self, n, p):
+        h = 6e-3 / n
+        return {"GRID.CELL": h, "TIME.DT": 0.13 * h * h / 6.9e-5, "SOURCE.POWER": p["power"],
+                "SOURCE.VELOCITY": values(p["speed"], 0, 0)}
+
+    def measure(self, run, n, p):
+        state = run.checkpoint()
+        t = state.time
+        ahead, aside = state.x[:, 0] - p["speed"] * t, state.x[:, 1]
+        r = np.hypot(ahead, aside)
+        chosen = np.flatnonzero((r > max(36e-3 / n, 8e-3)) & (r < 60e-3))[::97]
+        wanted = np.array([exact.moving_line_transient(ahead[i], aside[i], t, p["power"], 6e-3, p["speed"], 167.0,
+                                                       6.9e-5, 2000) for i in chosen])
+        scale = exact.moving_line_transient(-7e-3, 7e-3, t, p["power"], 6e-3, p["speed"], 167.0, 6.9e-5)
+        error = state.temp[chosen] - 300.0 - wanted
+        given = run.history()["heat_content[J]"]
+        figures = {"rms": float(np.sqrt(np.mean(error**2)) / scale), "heat": float((given[-1] - given[0]) / (p["power"] * t))}
+        return float(np.abs(error).max() / scale), figures
+
+
+class ToolTorque(Problem):
+    """Sliding disc: torque and heat."""
+
+    name = "tool_torque"
+    section = "1.15"
+    cells = "over the radius"
+    norm = "larger of: torque over 2/3 mu N R, heat over work, off by 1"
+    passes = 0.02
+    resolutions = (6, 9)
+    fine = (12,)
+    quick = (6,)
+    quick_passes = 0.03
+    parameters = {"friction": 0.3}
+    radius = 9e-3
+
+    def sets(self, n, p):
+        h = self.radius / n
+        side = math.ceil(1.25 * n) * h
+        return {
+            "GRID.CELL": h,
+            "GRID.LOWER": values(-side, -side, 0),
+            "GRID.UPPER": values(side, side, 12e-3 + 3 * h),
+            "TOOL.FRICTION": p["friction"],
+        }
+
+    def measure(self, run, n, p):
+        history = run.history()
+        late = history["time[s]"] > 0.5e-3
+        torque = np.abs(history["tool_torque[Nm]"][late]).mean()
+        force = np.abs(history["tool_force_z[N]"][late]).mean()
+        work, heat = history["tool_power[W]"][late].mean(), history["tool_friction_power[W]"][late].mean()
+        ratio = torque / (2.0 / 3.0 * p["friction"] * force * self.radius)
+        spin = torque * 1000.0 * math.pi / 30.0
+        figures = {"torque": ratio, "heat/(torque spin)": heat / spin, "force": force, "work/heat": work / heat}
+        return max(abs(ratio - 1.0), abs(heat / spin - 1.0)), figures
+
+
+class ToolTorqueStick(ToolTorque):
+    """Sticking disc on a plastic rod."""
+
+    name = "tool_torque_stick"
+    norm = "torque, off by, over 2/3 pi k R^3"
+    passes = 0.03
+    quick = ()
+    parameters = {"friction": 20.0}
+
+    def measure(self, run, n, p):
+        history = run.history()
+        late = history["time[s]"] > 0.7e-3
+        wanted = exact.tool_torque(20e6, self.radius)[0]
+        torque = np.abs(history["tool_torque[Nm]"][late]).mean()
+        pressure = np.abs(history["tool_force_z[N]"][late]).mean() / (math.pi * self.radius**2)
+        figures = {"torque": torque / wanted, "pressure/yield": pressure / (20e6 * math.sqrt(3.0)),
+                   "material over tool speed": float((history["tool_interface_velocity[m/s]"] /
+                                                      np.maximum(history["tool_tool_velocity[m/s]"], 1e-9))[late].mean())}
+        return abs(torque / wanted - 1.0), figures
+
+
+PROBLEMS = (Couette(), Tube(), TubeLimit(), Cantilever(), Discs(), SourcePlate(), ToolTorque(), ToolTorqueStick())
