@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Largest stable mechanical step of each method.
 !>
-!> In units of h/c (c: pressure waves) the limit of a free elastic block in three dimensions with two
-!> particles per cell and direction, at the worst offset from the grid, was found by runs of 3,000
-!> steps (Poisson's ratio 0.33, docs/accuracy.md): FLIP with uGIMP 0.473, with quadratic B-splines
-!> 0.709. The limits in closed form are those of a frozen lattice, W = (omega dt)^2 <= 4/(2 - lambda)
-!> for FLIP and 2 (1 + lambda_k) lambda/lambda_k for FMPM(k), lambda_k = 1 - (1 - lambda)^k, with
-!> lambda the eigenvalue of S+ S; free surfaces lower them.
+!> In units of h/c (c: pressure waves) the limit of a free elastic block in three dimensions with
+!> two particles per cell and direction, at the worst offset from the grid, was found by runs of
+!> 3,000 steps (Poisson's ratio 0.33, docs/accuracy.md): FLIP with uGIMP 0.473, with quadratic
+!> B-splines 0.709. The limits in closed form are those of a frozen lattice,
+!> W = (omega dt)^2 <= 4/(2 - lambda) for FLIP and 2 (1 + lambda_k) lambda/lambda_k for FMPM(k),
+!> lambda_k = 1 - (1 - lambda)^k, with lambda the eigenvalue of S+ S; free surfaces lower them.
 module time_stability
   use base_kinds, only: rp
   use time_state, only: method_t, simulation_t, transfer_apic, transfer_fmpm, transfer_xpic
