@@ -55,6 +55,7 @@ contains
     type(complaints_t), intent(inout) :: complaints
     character(24), parameter :: unused(4) = [character(24) :: 'VELOCITY', 'ANGULAR_VELOCITY', &
                                              'VELOCITY_GRADIENT', 'DEFORMATION']
+    character(8), parameter :: forces(2) = [character(8) :: 'LOAD', 'TRACTION']
     integer :: a, b, i, k
 
     k = input%count('TOOL')
@@ -75,9 +76,12 @@ contains
         call input%complain(complaints, 'BODY', b, trim(unused(i)), &
                             'a rigid body moves as &MOTION says')
       end do
-      do i = 1, input%count('LOAD')
-        if (input%text('LOAD', i, 'BODY') == body(b)%name) call input%complain(complaints, 'LOAD', &
-          i, 'BODY', 'a rigid body moves as &MOTION says')
+      do a = 1, size(forces)
+        do i = 1, input%count(trim(forces(a)))
+          if (input%text(trim(forces(a)), i, 'BODY') /= body(b)%name) cycle
+          call input%complain(complaints, trim(forces(a)), i, 'BODY', &
+                              'a rigid body moves as &MOTION says')
+        end do
       end do
       if (find(tool(:input%count('TOOL'))%name, trim(tool(k)%name)) > 0) then
         call input%complain(complaints, 'BODY', b, 'NAME', 'a tool has this name')

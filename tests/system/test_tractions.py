@@ -217,6 +217,7 @@ def test_pressure_in_the_tube(tube, nu):
 MISTAKES = {
     "body": ({"TRACTION.BODY": "bra"}, r"TRACTION.*BODY.*there is no &BODY of this name; known: bar"),
     "nothing": ({"TRACTION.VECTOR": "0,0,0"}, "needs a PRESSURE or a VECTOR"),
+    "rigid body": ({"BODY.RIGID": "true"}, "TRACTION BODY.*a rigid body moves as &MOTION says"),
     "box": ({"TRACTION.LOWER": "0,0,1", "TRACTION.UPPER": "1,1,0"}, "UPPER.*must not be below LOWER"),
 }
 
