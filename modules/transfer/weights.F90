@@ -72,14 +72,15 @@ contains
   subroutine moment_weights(origin, h, x, w, moment, square)
     real(rp), intent(in) :: origin(3), h, x(nlane, 3), w(nlane, 18)   !! [m]
     real(rp), intent(out) :: moment(nlane, 18), square(nlane, 3)      !! [m], [m2]
-    real(rp) :: s, d
+    real(rp) :: s, d, inv_h
     integer :: a, o, p
 
+    inv_h = 1.0_rp/h                         ! the nearest node by the rounding of the weights
     do a = 1, 3
       o = 3*(a - 1)
       !$omp simd private(s, d)
       do p = 1, nlane
-        s = (x(p, a) - origin(a))/h
+        s = (x(p, a) - origin(a))*inv_h
         d = h*(s - int(s + 0.5_rp))
         moment(p, o + 1) = w(p, o + 1); moment(p, o + 2) = w(p, o + 2)
         moment(p, o + 3) = w(p, o + 3)
