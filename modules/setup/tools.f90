@@ -24,7 +24,10 @@ contains
     type(complaints_t), intent(inout) :: complaints
     integer :: i, j, n_rigid
 
-    n_rigid = count([(input%logical('BODY', i, 'RIGID'), i=1, size(body))])
+    n_rigid = 0
+    do i = 1, size(body)
+      if (input%logical('BODY', i, 'RIGID')) n_rigid = n_rigid + 1
+    end do
     allocate (tool(input%count('TOOL') + n_rigid))
     do i = 1, input%count('TOOL')
       tool(i)%name = input%text('TOOL', i, 'NAME')
@@ -56,6 +59,7 @@ contains
     character(24), parameter :: unused(4) = [character(24) :: 'VELOCITY', 'ANGULAR_VELOCITY', &
                                              'VELOCITY_GRADIENT', 'DEFORMATION']
     integer :: a, b, i, k
+    logical :: is_given
 
     k = input%count('TOOL')
     do b = 1, size(body)
@@ -71,7 +75,8 @@ contains
       call read_motion(input, tool(k))
       call tool(k)%move_to(0.0_rp)
       do i = 1, size(unused)
-        if (.not. input%given('BODY', b, trim(unused(i)))) cycle
+        is_given = input%given('BODY', b, trim(unused(i)))
+        if (.not. is_given) cycle
         call input%complain(complaints, 'BODY', b, trim(unused(i)), &
                             'a rigid body moves as &MOTION says')
       end do

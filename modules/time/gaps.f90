@@ -327,7 +327,7 @@ contains
       do e = 1, meeting%n
         if (all(abs(meeting%trial(:, k, e)) <= 0.0_rp)) cycle
         if (any(meeting%surface(2*k - 1:2*k, e) < -far)) then
-          gap = huge(1.0_rp)                     ! one of the bodies has no particle near
+          gap = far                              ! one of the bodies has no particle near
         else
           gap = -sum(meeting%surface(2*k - 1:2*k, e))
         end if
@@ -356,6 +356,7 @@ contains
               o = meeting%place(meeting%node(e) + i*sim%patch%stride(1) + j*sim%patch%stride(2) &
                                 + k, meeting%pair(e))
               if (o == 0) cycle
+              if (meeting%gap(o) < -far) cycle
               mean(:, e) = mean(:, e) + trust(meeting%gap(o)/sim%patch%h)*meeting%normal(:, o) &
                 /sum(1.0_rp/g(8, meeting%node(o), sim%scene%contact(meeting%pair(o))%group))
             end do
@@ -384,7 +385,7 @@ contains
     real(rp), intent(in) :: gap
     real(rp), parameter :: overlap = 0.02_rp
 
-    trust = 1.0_rp/(1.0_rp + (min(0.0_rp, gap)/overlap)**2)**2
+    trust = 1.0_rp/(1.0_rp + (max(-1.0_rp, min(0.0_rp, gap))/overlap)**2)**2
   end function trust
 
 end module time_gaps
