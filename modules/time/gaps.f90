@@ -24,7 +24,7 @@ module time_gaps
 
   real(rp), parameter :: least_weight = 1.0e-6_rp   !! of a particle that has a say in the gap
   real(rp), parameter :: ridge = 1.0e-3_rp          !! of the regression [cells^2]
-  real(rp), parameter :: clearly = 1.0e-3_rp        !! larger gap of another direction [cells]
+  real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better founded direction [cells]
   real(rp), parameter :: thin = 0.05_rp             !! volume gradient of a full surface: about 0.5
   real(rp), parameter :: far = 1.0e30_rp            !! beyond any surface [m]
 
@@ -48,8 +48,8 @@ contains
     call find_surfaces(world, sim, 1, n_trials - 1)
     sim%meeting%gap = -huge(1.0_rp)
     sim%meeting%normal = 0.0_rp
-    do k = 1, n_trials - 1
-      call choose_normals(sim, k, clearly*sim%patch%h)
+    do k = n_trials - 1, 1, -1
+      call choose_normals(sim, k, merge(0.0_rp, -clearly*sim%patch%h, k > 2))
     end do
     call average_normals(sim, g, sim%meeting%trial(:, n_trials, :))
     call share(world, sim, .false., 3, sim%meeting%trial(:, n_trials, :))
@@ -262,7 +262,7 @@ contains
     end do
   end subroutine reach_out
 
-  !> Directions to choose from; a rigid body's own is the first.
+  !> Directions to choose from, the best founded first: that of both bodies, or a rigid body's own.
   subroutine try_normals(sim)
     type(simulation_t), intent(inout) :: sim
     integer :: e
