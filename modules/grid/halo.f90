@@ -24,6 +24,12 @@ module grid_halo
     real(rp), allocatable :: send(:), receive(:)         !! (width*count)
   end type neighbour_t
 
+  !> Entries swapped with one other rank.
+  type :: parcel_t
+    integer, allocatable :: entry(:)
+    real(rp), allocatable :: send(:), receive(:)
+  end type parcel_t
+
   !> The exchange of one patch; `init` after every sort.
   type :: halo_t
     integer :: n = 0
@@ -297,89 +303,93 @@ contains
     logical, intent(in) :: largest                 !! maxima instead of sums
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
+    type(parcel_t) :: parcel(self%n)
     type(mpi_request) :: requests(2*self%n)
-    real(rp), allocatable :: own(:, :), send(:, :), receive(:, :)
-    integer, allocatable :: list(:)
-    integer :: last(0:self%n), i, k, messages
-    logical :: own_added
+    logical :: is_shared(n), own_added
+    real(rp), allocatable :: own(:, :)
+    integer :: i, messages
 
-    if (self%n == 0) return
-    call list_entries(self, nn, first, n, node, last, list)
-    allocate (own, source=values)
-    allocate (send, source=values(:, list))
-    allocate (receive(width, size(list)))
     messages = 0
+    is_shared = .false.
     do i = 1, self%n
-      associate (from => last(i - 1) + 1, count => width*(last(i) - last(i - 1)), &
-                 rank => self%neighbour(i)%rank)
-        if (count == 0) cycle
-        call mpi_irecv(receive(1, from), count, mpi_double_precision, rank, 2, world%comm, &
+      associate (p => parcel(i), rank => self%neighbour(i)%rank)
+        call list_entries(self%neighbour(i), nn, first, n, node, p%entry)
+        if (size(p%entry) == 0) cycle
+        is_shared(p%entry) = .true.
+        allocate (p%send(width*size(p%entry)), p%receive(width*size(p%entry)))
+        p%send(:) = reshape(values(:, p%entry), shape(p%send))
+        call mpi_irecv(p%receive, size(p%receive), mpi_double_precision, rank, 2, world%comm, &
                        requests(messages + 1))
-        call mpi_isend(send(1, from), count, mpi_double_precision, rank, 2, world%comm, &
+        call mpi_isend(p%send, size(p%send), mpi_double_precision, rank, 2, world%comm, &
                        requests(messages + 2))
         messages = messages + 2
       end associate
     end do
     call mpi_waitall(messages, requests, mpi_statuses_ignore)
-    if (largest) then
-      do i = 1, size(list)
-        values(:, list(i)) = max(values(:, list(i)), receive(:, i))
+    own_added = largest
+    if (.not. largest) then
+      allocate (own, source=values)
+      do i = 1, n
+        if (is_shared(i)) values(:, i) = 0.0_rp
       end do
-      return
     end if
-    values(:, list) = 0.0_rp       ! then added up in the order of the ranks
-    own_added = .false.
     do i = 1, self%n
       if (self%neighbour(i)%rank > world%rank .and. .not. own_added) then
-        call add_own(list, own, values)
+        call add_own(is_shared, own, values)
         own_added = .true.
       end if
-      do k = last(i - 1) + 1, last(i)
-        values(:, list(k)) = values(:, list(k)) + receive(:, k)
-      end do
+      if (size(parcel(i)%entry) > 0) call unpack_entries(largest, width, size(parcel(i)%entry), &
+        parcel(i)%entry, parcel(i)%receive, values)
     end do
-    if (.not. own_added) call add_own(list, own, values)
+    if (.not. own_added) call add_own(is_shared, own, values)
   end subroutine combine_entries
 
-  !> Entries of the nodes shared with each rank: list(last(i - 1) + 1:last(i)) for neighbour i.
-  pure subroutine list_entries(self, nn, first, n, node, last, list)
-    class(halo_t), intent(in) :: self
+  !> Entries of the nodes shared with a rank, in an order that both know.
+  pure subroutine list_entries(neighbour, nn, first, n, node, entry)
+    type(neighbour_t), intent(in) :: neighbour
     integer, intent(in) :: nn, first(nn), n, node(n)
-    integer, intent(out) :: last(0:self%n)
-    integer, allocatable, intent(out) :: list(:)
-    integer :: c, e, i, k, pass
+    integer, allocatable, intent(out) :: entry(:)
+    integer :: c, e, k, pass
 
-    last(0) = 0
     do pass = 1, 2
       c = 0
-      do i = 1, self%n
-        do k = 1, self%neighbour(i)%count
-          e = first(self%neighbour(i)%node(k))
-          if (e == 0) cycle
-          do while (node(e) == self%neighbour(i)%node(k))
-            c = c + 1
-            if (pass == 2) list(c) = e
-            e = e + 1
-            if (e > n) exit
-          end do
+      do k = 1, neighbour%count
+        e = first(neighbour%node(k))
+        if (e == 0) cycle
+        do while (node(e) == neighbour%node(k))
+          c = c + 1
+          if (pass == 2) entry(c) = e
+          e = e + 1
+          if (e > n) exit
         end do
-        last(i) = c
       end do
-      if (pass == 1) allocate (list(c))
+      if (pass == 1) allocate (entry(c))
     end do
   end subroutine list_entries
 
-  !> Add own contributions once to each entry of a list that may name it twice.
-  pure subroutine add_own(list, own, values)
-    integer, intent(in) :: list(:)
+  pure subroutine unpack_entries(largest, width, n, entry, received, values)
+    logical, intent(in) :: largest
+    integer, intent(in) :: width, n, entry(n)
+    real(rp), intent(in) :: received(width, n)
+    real(rp), intent(inout) :: values(:, :)
+    integer :: i
+
+    do i = 1, n
+      if (largest) then
+        values(:, entry(i)) = max(values(:, entry(i)), received(:, i))
+      else
+        values(:, entry(i)) = values(:, entry(i)) + received(:, i)
+      end if
+    end do
+  end subroutine unpack_entries
+
+  pure subroutine add_own(is_shared, own, values)
+    logical, intent(in) :: is_shared(:)
     real(rp), intent(in) :: own(:, :)
     real(rp), intent(inout) :: values(:, :)
-    logical :: is_shared(size(own, 2))
     integer :: e
 
-    is_shared = .false.
-    is_shared(list) = .true.
-    do e = 1, size(own, 2)
+    do e = 1, size(is_shared)
       if (is_shared(e)) values(:, e) = values(:, e) + own(:, e)
     end do
   end subroutine add_own

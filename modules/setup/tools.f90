@@ -24,7 +24,10 @@ contains
     type(complaints_t), intent(inout) :: complaints
     integer :: i, j, n_rigid
 
-    n_rigid = count([(input%logical('BODY', i, 'RIGID'), i=1, size(body))])
+    n_rigid = 0
+    do i = 1, size(body)
+      if (input%logical('BODY', i, 'RIGID')) n_rigid = n_rigid + 1
+    end do
     allocate (tool(input%count('TOOL') + n_rigid))
     do i = 1, input%count('TOOL')
       tool(i)%name = input%text('TOOL', i, 'NAME')
@@ -57,6 +60,7 @@ contains
                                              'VELOCITY_GRADIENT', 'DEFORMATION']
     character(8), parameter :: forces(2) = [character(8) :: 'LOAD', 'TRACTION']
     integer :: a, b, i, k
+    logical :: is_given
 
     k = input%count('TOOL')
     do b = 1, size(body)
@@ -72,7 +76,8 @@ contains
       call read_motion(input, tool(k))
       call tool(k)%move_to(0.0_rp)
       do i = 1, size(unused)
-        if (.not. input%given('BODY', b, trim(unused(i)))) cycle
+        is_given = input%given('BODY', b, trim(unused(i)))
+        if (.not. is_given) cycle
         call input%complain(complaints, 'BODY', b, trim(unused(i)), &
                             'a rigid body moves as &MOTION says')
       end do

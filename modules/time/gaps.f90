@@ -24,7 +24,7 @@ module time_gaps
 
   real(rp), parameter :: least_weight = 1.0e-6_rp   !! of a particle that has a say in the gap
   real(rp), parameter :: ridge = 1.0e-3_rp          !! of the regression [cells^2]
-  real(rp), parameter :: clearly = 1.0e-3_rp        !! larger gap of another direction [cells]
+  real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better founded direction [cells]
   real(rp), parameter :: thin = 0.05_rp             !! volume gradient of a full surface: about 0.5
   real(rp), parameter :: far = 1.0e30_rp            !! beyond any surface [m]
 
@@ -48,8 +48,8 @@ contains
     call find_surfaces(world, sim, 1, n_trials - 1)
     sim%meeting%gap = -huge(1.0_rp)
     sim%meeting%normal = 0.0_rp
-    do k = 1, n_trials - 1
-      call choose_normals(sim, k, clearly*sim%patch%h)
+    do k = n_trials - 1, 1, -1
+      call choose_normals(sim, k, merge(0.0_rp, -clearly*sim%patch%h, k > 2))
     end do
     call average_normals(sim, g, sim%meeting%trial(:, n_trials, :))
     call share(world, sim, .false., 3, sim%meeting%trial(:, n_trials, :))
@@ -277,7 +277,7 @@ contains
     end do
   end subroutine reach_out
 
-  !> Directions to choose from; a rigid body's own is the first.
+  !> Directions to choose from, the best founded first: that of both bodies, or a rigid body's own.
   subroutine try_normals(sim)
     type(simulation_t), intent(inout) :: sim
     integer :: e
@@ -342,7 +342,7 @@ contains
       do e = 1, meeting%n
         if (all(abs(meeting%trial(:, k, e)) <= 0.0_rp)) cycle
         if (any(meeting%surface(2*k - 1:2*k, e) < -far)) then
-          gap = huge(1.0_rp)                     ! one of the bodies has no particle near
+          gap = far                              ! one of the bodies has no particle near
         else
           gap = -sum(meeting%surface(2*k - 1:2*k, e))
         end if
@@ -371,6 +371,7 @@ contains
               o = meeting%place(meeting%node(e) + i*sim%patch%stride(1) + j*sim%patch%stride(2) &
                                 + k, meeting%pair(e))
               if (o == 0) cycle
+              if (meeting%gap(o) < -far) cycle
               mean(:, e) = mean(:, e) + trust(meeting%gap(o)/sim%patch%h)*meeting%normal(:, o) &
                 /sum(1.0_rp/g(8, meeting%node(o), sim%scene%contact(meeting%pair(o))%group))
             end do
@@ -399,7 +400,7 @@ contains
     real(rp), intent(in) :: gap
     real(rp), parameter :: overlap = 0.02_rp
 
-    trust = 1.0_rp/(1.0_rp + (min(0.0_rp, gap)/overlap)**2)**2
+    trust = 1.0_rp/(1.0_rp + (max(-1.0_rp, min(0.0_rp, gap))/overlap)**2)**2
   end function trust
 
 end module time_gaps
