@@ -52,6 +52,8 @@ FIELDS = {
     "force": (24, 3),  # contact force [N]
     "heat": (27, 1),  # heat waiting for conduction [J]
 }
+# Fields that only some scenes have.
+MORE_FIELDS = {"half": (28, 3)}  # cpgimp: half lengths of the domain [cells]
 
 
 def command_of(name, options, ranks, sets):
@@ -284,7 +286,7 @@ def rewrite_checkpoint(path, **fields):
         old = raw.reshape(-1, n_fields, LANES)
         new = old.copy()
         for name, function in fields.items():
-            first, count = FIELDS[name]
+            first, count = (FIELDS | MORE_FIELDS)[name]
             value = function(old[:, 0:3])
             if value.ndim == 2:
                 new[:, first] = value
