@@ -226,6 +226,9 @@ run_tests() {
   stage "Tests of whole runs"
   STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
     "$root/tests/system" || fail "TESTS FAILED: of whole runs (see above)"
+  stage "Verification, the quick part"
+  STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
+    "$root/tests/verification" || fail "TESTS FAILED: of verification (see above)"
   stage "ALL TESTS PASSED"
 }
 
