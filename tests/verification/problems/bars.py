@@ -19,8 +19,7 @@ class BarImpact(Problem):
     passes = 0.03
     resolutions = (25, 50)
     fine = (100, 200)
-    quick = (25,)
-    quick_passes = 0.05
+    quick = (100,)
     parameters = {"length": 0.05, "speed": 1.0, "young": 1e9, "density": 1000.0}
 
     def sets(self, n, p):

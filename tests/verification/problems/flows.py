@@ -71,10 +71,11 @@ class Tube(Problem):
     resolutions = (8, 16)
     fine = (32,)
     parameters = {"poisson": 0.3, "young": 1e5, "pressure": 1.0}
+    margin = 0.5  # of the grid [m]
 
     def sets(self, n, p):
         h = 1.0 / n
-        side = 2.0 + 4 * h
+        side = 2.0 + self.margin
         result = {
             "GRID.CELL": h,
             "GRID.LOWER": values(-side, -side, 0),
@@ -83,6 +84,8 @@ class Tube(Problem):
             "SHAPE(1).CENTRE": values(0, 0, 0.5 * h),
             "SHAPE(2).CENTRE": values(0, 0, 0.5 * h),
             "TRACTION.PRESSURE": p["pressure"],
+            "TRACTION(1).LOWER": values(0.5 * h, -1, -1),  # not the cuts along the axes
+            "TRACTION(2).LOWER": values(-1, 0.5 * h, -1),
             "PROBE.POSITION": values(1.25 * math.sqrt(0.5), 1.25 * math.sqrt(0.5), 0.5 * h),
         }
         return result | self.material(p)
@@ -119,6 +122,7 @@ class TubeLimit(Tube):
     resolutions = (8, 16)
     fine = ()
     parameters = {"yield_stress": 1e6}
+    margin = 2.0
 
     def sets(self, n, p):
         result = super().sets(n, p | {"pressure": 1.2 * p["yield_stress"]})
@@ -192,6 +196,7 @@ class Discs(Problem):
             "GRID.LOWER": values(-0.1, -0.1, 0),
             "GRID.UPPER": values(1.1, 1.1, h),
             "SHAPE.LENGTH": h,
+            "OUTPUT.HISTORY_INTERVAL": 0.02 * h / 0.2828,  # a way of 0.02 h
             "SHAPE(1).CENTRE": values(0.25, 0.25, 0.5 * h),
             "SHAPE(2).CENTRE": values(0.75, 0.75, 0.5 * h),
         }
@@ -218,8 +223,8 @@ class SourcePlate(Problem):
     cells = "over the thickness of the plate"
     norm = "largest error farther than 6 cells and a thickness from the source, over the rise at r = 10 mm"
     passes = 0.02
-    resolutions = (3, 6)
-    fine = ()
+    resolutions = (1, 2)
+    fine = (3,)
     parameters = {"speed": 1e-3, "power": 1500.0}
 
     def sets(self, n, p):

@@ -24,8 +24,7 @@ class HeatStep(Problem):
     passes = 0.005
     resolutions = (10, 20, 32)
     fine = (64,)
-    quick = (10,)
-    quick_passes = 0.02
+    quick = (20,)
     parameters = {"time": 0.1, "cells_flown": 0.0}
     half = 20e-3
 

@@ -20,6 +20,7 @@ class JohnsonCookElement(Problem):
     resolutions = (2, 4)
     fine = (8,)
     quick = (2,)
+    quick_passes = 0.02
     parameters = {"m": 1.0, "squeeze": 0.6}
     law = dict(a=324e6, b=114e6, n=0.42, c=0.0, rate_ratio=1.0, t_room=300.0, t_melt=925.0, density=2700.0,
                heat=896.0, share=0.9)

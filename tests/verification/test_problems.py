@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: MIT
+"""The quick part of the verification problems: coarse, each against its exact answer. What is exact and
+what the error is, the problem and its input say; the full resolutions run by verify.py."""
+
+import math
+
+import problems
+import pytest
+
+QUICK = [(problem, n) for problem in problems.ALL.values() for n in problem.quick]
+
+
+@pytest.mark.parametrize("problem, n", QUICK, ids=[f"{problem.name}-{n}" for problem, n in QUICK])
+def test_problem(problem, n, tmp_path):
+    """Exact: see the problem; error at a coarse resolution below its `quick_passes`."""
+    error, figures, seconds = problem.solve(n, dict(problem.parameters), tmp_path)
+    print(f"{problem.name} n = {n}: error {error:.4%}, {seconds:.1f} core-seconds, {figures}")
+    assert error <= (problem.passes if problem.quick_passes is None else problem.quick_passes)
+
+
+def test_every_input_has_a_problem():
+    """An input that no problem runs would rot."""
+    from problems.base import INPUTS
+
+    used = {problem.input or problem.name for problem in problems.ALL.values()}
+    assert used == {path.stem for path in INPUTS.glob("*.nml")}
+
+
+@pytest.mark.parametrize("problem", problems.ALL.values(), ids=list(problems.ALL))
+def test_inputs_are_accepted(problem, tmp_path):
+    """Every input, as it stands and at the coarsest resolution, passes the check of the program."""
+    from problems.base import INPUTS, driver
+
+    path = INPUTS / f"{problem.input or problem.name}.nml"
+    sets = problem.runs(problem.resolutions[0], dict(problem.parameters))[0]
+    for chosen in ({}, sets):
+        driver.run(path, "--check", directory=tmp_path, sets=chosen)
+
+
+def test_orders():
+    """Errors that fall with the square of the resolution have order 2."""
+    import verify
+
+    assert verify.order([(8, 1.0), (16, 0.25)]) == pytest.approx(2.0)
+    assert math.isnan(verify.order([(8, 1.0)]))
