@@ -21,7 +21,7 @@ class StandingWave(Field):
     least_order = 1.8
     resolutions = (16, 32, 64)
     fine = (128,)
-    quick = (16, 32)
+    quick = (32,)
     quick_passes = 5e-2
     parameters = {"amplitude": 1e-4, "length": 25.0, "periods": 5.0}
 
@@ -43,7 +43,7 @@ class HeatBar(Field):
     least_order = 1.8
     resolutions = (16, 32)
     fine = (64, 128)
-    quick = (16, 32)
+    quick = (32,)
     parameters = {"fourier": 0.1, "number": 0.15}  # kappa t/L^2 at the end; of one step
     length, diffusivity = HeatRobin.length, 1e-4
 
