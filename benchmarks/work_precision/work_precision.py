@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Work and precision: error against core-seconds of option sets, as JSON lines, pictures and tables.
+
+    benchmarks/work_precision/run.sh                 everything anew: points, pictures, docs/accuracy.md
+    benchmarks/work_precision/work_precision.py [CASE...] [options]
+
+Without CASE all are measured, one run after the other on one core. A line holds the medians of a point;
+core_seconds is the step loop with its output, process_seconds the whole process.
+"""
+
+import argparse
+import json
+import pathlib
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+import cases as case_list  # noqa: E402
+import measuring  # noqa: E402
+import pictures  # noqa: E402
+import table  # noqa: E402
+
+RESULTS = HERE / "results.jsonl"
+PAGE = measuring.ROOT / "docs" / "accuracy.md"
+BEGIN, END = "<!-- tables of benchmarks/work_precision -->", "<!-- end of the tables -->"
+
+
+def arguments():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("case", nargs="*", help="names (see --list); not given: all")
+    parser.add_argument("--list", action="store_true", help="cases and their option sets")
+    parser.add_argument("--repeats", type=int, default=5, help="runs of a point (fewer after "
+                        f"{measuring.ENOUGH:.0f} core-seconds)")
+    parser.add_argument("--quick", action="store_true", help="smoke test: few points, seconds")
+    parser.add_argument("--coarse", action="store_true", help="without the finest resolution of each case")
+    parser.add_argument("--only", metavar="TEXT", help="only option sets whose label holds this")
+    parser.add_argument("--json", metavar="FILE", type=pathlib.Path,
+                        help=f"add lines to this file; with --table, --pictures: read it ({RESULTS.name})")
+    parser.add_argument("--table", action="store_true", help="print the tables of the file and measure nothing")
+    parser.add_argument("--pictures", metavar="DIR", type=pathlib.Path,
+                        help="draw the pictures of the file and measure nothing")
+    parser.add_argument("--page", action="store_true", help="pictures and tables of docs anew from the file")
+    parser.add_argument("--all", action="store_true", help=f"measure all into {RESULTS.name}, then --page")
+    parser.add_argument("--executable", help="the program; not given: $STIRPOINT_EXECUTABLE or build/release")
+    return parser.parse_args()
+
+
+def read(path):
+    """Points of a file; of a point that is there twice, the later."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    points = [json.loads(line) for line in lines if line.strip()]
+    return list({(p["problem"], p["option_set"], p["resolution"]): p for p in points}.values())
+
+
+def chosen(options):
+    """The cases to measure; those whose problem tests/verification does not have are named and left out."""
+    wanted = case_list.quick() if options.quick else case_list.CASES
+    unknown = [name for name in options.case if name not in wanted]
+    if unknown:
+        sys.exit(f"work_precision.py: no case {', '.join(unknown)}; see --list")
+    result = [wanted[name] for name in options.case or wanted]
+    for case in result:
+        if case.problem not in measuring.problems.ALL:
+            print(f"work_precision.py: no problem {case.problem} in tests/verification; left out", file=sys.stderr)
+    return [case for case in result if case.problem in measuring.problems.ALL]
+
+
+def measure(options, path):
+    """Print points as they come and add them to a file."""
+    for case in chosen(options):
+        for label in case.option_sets:
+            if options.only and options.only not in label:
+                continue
+            for n in case.resolutions[:-1] if options.coarse else case.resolutions:
+                line = json.dumps(measuring.point(case, label, n, 1 if options.quick else options.repeats))
+                print(line, flush=True)
+                if path:
+                    with open(path, "a", encoding="utf-8") as file:
+                        file.write(line + "\n")
+
+
+def renew_page(points):
+    """Pictures of docs and the tables between the marks of docs/accuracy.md."""
+    pictures.all_pictures(case_list.CASES, points, PAGE.parent / "pictures")
+    text = PAGE.read_text(encoding="utf-8")
+    head, rest = text.split(BEGIN)
+    tail = rest.split(END)[1]
+    measured = f"Measured with {points[-1]['version']} on {points[-1]['machine']}, one core.\n\n"
+    PAGE.write_text(f"{head}{BEGIN}\n{measured}{table.markdown(points)}{END}{tail}", encoding="utf-8")
+
+
+def main():
+    options = arguments()
+    if options.executable:
+        measuring.driver.EXECUTABLE = str(pathlib.Path(options.executable).resolve())
+    if options.list:
+        for case in case_list.CASES.values():
+            print(f"{case.name} ({case.problem}), n = {', '.join(map(str, case.resolutions))}")
+            print("    " + "; ".join(case.option_sets))
+        return
+    stored = options.json or RESULTS
+    if options.table:
+        print(table.markdown(read(stored)), end="")
+    if options.pictures:
+        pictures.all_pictures(case_list.CASES, read(stored), options.pictures)
+    if not (options.table or options.pictures or options.page):
+        if options.all and stored.exists() and not options.case:
+            stored.unlink()
+        measure(options, stored if options.all else options.json)
+    if options.page or options.all:
+        renew_page(read(stored))
+
+
+if __name__ == "__main__":
+    main()
