@@ -22,7 +22,7 @@ CULPRIT = re.compile(r"particle [0-9]+ (left the grid|runs away|has a state that
 
 @dataclasses.dataclass
 class Check:
-    """A measured figure and the bounds it must keep."""
+    """A measured figure and the bounds it must keep; without any it is only shown."""
 
     what: str
     measured: float
@@ -32,6 +32,8 @@ class Check:
     @property
     def passes(self):
         """The pass figure in words."""
+        if math.isinf(self.at_most) and math.isinf(self.at_least):
+            return "(not judged)"
         low, high = f">= {self.at_least:.3g}", f"<= {self.at_most:.3g}"
         if math.isinf(self.at_least):
             return high

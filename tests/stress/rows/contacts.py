@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: MIT
+"""Contact: it begins at the true gap, slides only above mu N, and never pulls."""
+
+import numpy as np
+
+from .base import SHIFT, Check, Row, box, finite, values
+
+LOAD, MASS, FRICTION, END, RAMP = 35.294, 3e-3, 0.5, 5e-3, 1e-4  # of friction.nml and blocks.nml
+
+
+class EarlyTool(Row):
+    """A block flies at a plane that stands anywhere between two grid planes."""
+
+    name = "early_tool"
+    text = "block at 10 m/s to a plane: true gap at the first impulse within 0.1 h"
+    input = "punch"
+
+    def cases(self, quick):
+        offsets = (0.41,) if quick else (0.0, *SHIFT, 0.5, 0.77)
+        shapes = ("ugimp",) if quick else ("ugimp", "bspline", "cpgimp", "linear")
+        return {f"{shape} offset {offset}": {"shape": shape, "offset": offset}
+                for shape in shapes for offset in offsets}
+
+    def measure(self, place, ranks, shape, offset):
+        h, face = 2e-3, 2e-3 * (0.5 + offset)
+        sets = {"METHOD.SHAPE": shape, "TOOL.POSITION": values(4e-3, 4e-3, face), "TIME.END": 2.9e-4 - 0.1 * face}
+        if shape == "linear":
+            sets["TIME.CFL"] = 0.1
+        _, results = self.run(place, ranks, sets | {"TIME.END": (4e-3 - face) / 10.0 + 1e-5}, "--quiet")
+        history = results.history()
+        first = np.flatnonzero(history["punch_force_z[N]"])[0]
+        gap = (4e-3 - face - 10.0 * history["time[s]"][first - 1 : first + 1]) / h
+        return [Check("gap/h", np.abs(gap).max(), at_most=0.1)]
+
+
+class EarlyBody(Row):
+    """The same to another deformable body."""
+
+    name = "early_body"
+    text = "block at 10 m/s to a block: true gap when the first elastic energy appears within 0.1 h"
+    input = "pair"
+
+    def cases(self, quick):
+        offsets = (0.41,) if quick else (0.0, *SHIFT, 0.5, 0.77)
+        shapes = ("ugimp",) if quick else ("ugimp", "bspline", "cpgimp")
+        return {f"{shape} offset {offset}": {"shape": shape, "offset": offset}
+                for shape in shapes for offset in offsets}
+
+    def measure(self, place, ranks, shape, offset):
+        sets = {"METHOD.SHAPE": shape} | box(1e-3, (-3, -3, -3), (7, 7, 13), [-offset] * 3)
+        _, results = self.run(place, ranks, sets | {"TIME.END": 2.2e-4}, "--quiet")
+        history = results.history()
+        elastic = history["elastic[J]"]
+        first = np.flatnonzero(elastic > 1e-9 * history["kinetic[J]"][0])[0]
+        gap = (2e-3 - 10.0 * history["time[s]"][first - 1 : first + 1]) / 1e-3
+        return [Check("gap/h", np.abs(gap).max(), at_most=0.1)]
+
+
+class Stick(Row):
+    """Motion if and only if the push is above mu N."""
+
+    name = "stick"
+    text = "pressed block pushed with 0.99 and 1.01 mu N (plane, slab of particles): rests, and slides within 5 %"
+    stems = {"plane": "friction", "slab": "blocks"}
+
+    def cases(self, quick):
+        kinds = ("plane",) if quick else self.stems
+        shapes = ("ugimp",) if quick else ("ugimp", "bspline")
+        return {f"{kind} {shape} {push}": {"kind": kind, "shape": shape, "push": push}
+                for kind in kinds for shape in shapes for push in (0.99, 1.01)}
+
+    def measure(self, place, ranks, kind, shape, push):
+        lower = {"plane": (-2, -1, -1), "slab": (-4, -2, -3)}[kind]
+        offset = SHIFT if kind == "plane" else (SHIFT[0], SHIFT[1], 0.0)
+        sets = {"METHOD.SHAPE": shape, "LOAD.FORCE": values(push * FRICTION * LOAD, 0, -LOAD)}
+        sets |= box(5e-3, lower, (28, 6, 5), [-o for o in offset])
+        _, results = self.run(place, ranks, sets, "--quiet", stem=self.stems[kind])
+        state = results.checkpoint()
+        block = state.body == 1
+        speed = state.mass[block] @ state.v[block, 0] / state.mass[block].sum()
+        slide = 0.01 * FRICTION * LOAD / MASS * (END - 0.5 * RAMP)  # of 1.01 mu N
+        if push < 1.0:
+            return [Check("speed/that at 1.01", abs(speed) / slide, at_most=0.05)]
+        return [Check("speed/exact", speed / slide, at_least=0.95, at_most=1.05)]
+
+
+class PullOff(Row):
+    """A load that pulls the block away meets no resistance."""
+
+    name = "pull_off"
+    text = "block that touches, pulled away: impulse of the contact on it never tensile, v = F t/m to 1e-6"
+    stems = {"plane": "friction", "slab": "blocks"}
+
+    def cases(self, quick):
+        kinds = ("plane",) if quick else self.stems
+        return {kind: {"kind": kind} for kind in kinds}
+
+    def measure(self, place, ranks, kind):
+        sets = {"LOAD.FORCE": values(0, 0, LOAD), "TIME.END": 5e-4, "OUTPUT.CHECKPOINT_INTERVAL": 5e-4}
+        _, results = self.run(place, ranks, sets, "--quiet", stem=self.stems[kind])
+        history, state = results.history(), results.checkpoint()
+        block = state.body == 1
+        speed = state.mass[block] @ state.v[block, 2] / state.mass[block].sum()
+        exact = LOAD / MASS * (5e-4 - 0.5 * RAMP)
+        checks = [finite(history), Check("speed off by", abs(speed / exact - 1.0), at_most=2e-3)]
+        if kind == "plane":
+            checks.append(Check("tension/N", max(0.0, history["plane_force_z[N]"].max() / LOAD), at_most=0.0))
+        return checks
+
+
+ROWS = (EarlyTool(), EarlyBody(), Stick(), PullOff())
