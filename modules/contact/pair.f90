@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Contact of two bodies at a node that both have mass on: the impulse between them and what it
-!> costs. Both velocities are those that the bodies would have without contact at the end of the step.
+!> costs. The velocities are those that the bodies would have at the end of a step without contact.
 module contact_pair
   use base_kinds, only: rp
   use contact_tool, only: closing
@@ -22,8 +22,8 @@ module contact_pair
 contains
 
   !> Impulse on the first body (the second gets the opposite) that lets the gap close within the
-  !> step and no further; never tensile unless bodies that stick touch. Tangentially as much as stops
-  !> the slip, at most friction times the normal impulse. Of an overlap deeper than `slack` a fifth
+  !> step and no further; never tensile unless bodies that stick touch. Tangentially as much as
+  !> stops the slip, at most friction times the normal impulse. Of an overlap deeper than `slack` a fifth
   !> is taken back. Up to there it stays: particles' surfaces are not known better, and pushing them
   !> apart in every step makes energy.
   pure subroutine pair_impulse(law, dt, gap, slack, normal, inverse, v, impulse, state)

@@ -3,8 +3,8 @@
 !>
 !> Directions are tried at a node: out of the first body, out of the second (turned round), their
 !> mean, and one from both by the sum of volume gradients or by the plane that tells their particles
-!> apart (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME 362:112859,
-!> use the logistic one). That with the largest gap separates the bodies best. At edges, where a node
+!> apart (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME
+!> 362:112859, use the logistic one). That with the largest gap separates the bodies best. At edges, where a node
 !> sees few particles, none of them may be right: the mean of what was chosen at the nodes around is
 !> tried last. The gap is that between the particles themselves: a surface is where the foremost of
 !> its particles with weight at the node ends.
@@ -24,7 +24,7 @@ module time_gaps
 
   real(rp), parameter :: least_weight = 1.0e-6_rp   !! of a particle that has a say in the gap
   real(rp), parameter :: ridge = 1.0e-3_rp          !! of the regression [cells^2]
-  real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better founded direction [cells]
+  real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better direction [cells]
   real(rp), parameter :: thin = 0.05_rp             !! volume gradient of a full surface: about 0.5
   real(rp), parameter :: far = 1.0e30_rp            !! beyond any surface [m]
 

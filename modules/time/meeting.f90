@@ -78,8 +78,8 @@ contains
                   self%trial, self%surface, self%normal, self%gap, self%heat)
     end if
     allocate (self%node(n), self%pair(n), self%is_owned(n), self%state(n), self%gap(n), &
-              self%heat(n), self%x(3, n), self%free(3, n), self%normal(3, n), self%surface(2*n_trials, n), &
-              self%trial(3, n_trials, n), self%sums(width, n))
+              self%heat(n), self%x(3, n), self%free(3, n), self%normal(3, n), self%sums(width, n), &
+              self%trial(3, n_trials, n), self%surface(2*n_trials, n))
   end subroutine reserve
 
   !> The entry of a pair at node `q`; 0 if there is none.

@@ -3,8 +3,8 @@
 program test_pair
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_pair, only: is_apart, is_sliding, is_stuck, law_coulomb, law_frictionless, law_stick, &
-                          pair_impulse, pair_law_t, pair_loss
+  use contact_pair, only: is_apart, is_sliding, is_stuck, law_coulomb, law_frictionless, &
+                          law_stick, pair_impulse, pair_law_t, pair_loss
   implicit none (type, external)
 
   real(rp), parameter :: dt = 1.0e-6_rp, slack = 5.0e-5_rp
