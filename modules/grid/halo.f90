@@ -294,10 +294,44 @@ contains
     end do
   end subroutine scatter_add
 
-  !> Sums over ranks (or maxima) of values kept for a few nodes only. The entries of node q are
-  !> `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a node must
-  !> have the same entries there. Ranks that share no entry swap nothing.
+  !> Sums over ranks and images (or maxima) of values kept for a few nodes only. The entries of node
+  !> q are `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a node,
+  !> and all its images, must have the same entries there. Ranks that share no entry swap nothing.
   subroutine combine_entries(self, world, largest, nn, first, n, node, width, values)
+    class(halo_t), intent(in) :: self
+    type(world_t), intent(in) :: world
+    logical, intent(in) :: largest                 !! maxima instead of sums
+    integer, intent(in) :: nn, first(nn), n, node(n), width
+    real(rp), intent(inout) :: values(width, n)
+    integer :: pairs(2, n)                         !! entry of an image, that of the first image
+    integer :: c, e, i
+
+    c = 0
+    do i = 1, size(self%image, 2)
+      e = first(self%image(1, i))
+      if (e == 0) cycle
+      do while (node(e) == self%image(1, i))
+        c = c + 1
+        pairs(:, c) = [e, first(self%image(2, i)) + e - first(self%image(1, i))]
+        e = e + 1
+        if (e > n) exit
+      end do
+    end do
+    do i = 1, c
+      if (largest) then
+        values(:, pairs(2, i)) = max(values(:, pairs(2, i)), values(:, pairs(1, i)))
+      else
+        values(:, pairs(2, i)) = values(:, pairs(2, i)) + values(:, pairs(1, i))
+      end if
+    end do
+    if (self%n > 0) call swap_entries(self, world, largest, nn, first, n, node, width, values)
+    do i = 1, c
+      values(:, pairs(1, i)) = values(:, pairs(2, i))
+    end do
+  end subroutine combine_entries
+
+  !> Sums over ranks (or maxima) of the entries of shared nodes.
+  subroutine swap_entries(self, world, largest, nn, first, n, node, width, values)
     class(halo_t), intent(in) :: self
     type(world_t), intent(in) :: world
     logical, intent(in) :: largest                 !! maxima instead of sums
@@ -342,7 +376,7 @@ contains
         parcel(i)%entry, parcel(i)%receive, values)
     end do
     if (.not. own_added) call add_own(is_shared, own, values)
-  end subroutine combine_entries
+  end subroutine swap_entries
 
   !> Entries of the nodes shared with a rank, in an order that both know.
   pure subroutine list_entries(neighbour, nn, first, n, node, entry)

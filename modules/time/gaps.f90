@@ -4,10 +4,10 @@
 !> Directions are tried at a node: out of the first body, out of the second (turned round), their
 !> mean, and one from both by the sum of volume gradients or by the plane that tells their particles
 !> apart (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME
-!> 362:112859, use the logistic one). That with the largest gap separates the bodies best. At edges, where a node
-!> sees few particles, none of them may be right: the mean of what was chosen at the nodes around is
-!> tried last. The gap is that between the particles themselves: a surface is where the foremost of
-!> its particles with weight at the node ends.
+!> 362:112859, use the logistic one). That with the largest gap separates the bodies best. At edges,
+!> where a node sees few particles, none of them may be right: the mean of what was chosen at the
+!> nodes around is tried last. The gap is that between the particles themselves: a surface is where
+!> the foremost of its particles with weight at the node ends.
 module time_gaps
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
