@@ -71,7 +71,8 @@ MISTAKES = {
     "contact with itself": [("&HEAT", "&CONTACT BODY = 'lid', OTHER = 'lid' /\n&HEAT"), r"&CONTACT OTHER = 'lid': must be another body"],
     "rigid body with a velocity": [("NAME = 'lid', MATERIAL = 'copper',", "NAME = 'lid', MATERIAL = 'copper', RIGID = T, VELOCITY = 1, 0, 0,"),
                                    r"&BODY VELOCITY .*&MOTION"],
-    "rigid body with a load": [("NAME = 'block', MATERIAL = 'copper',", "NAME = 'block', MATERIAL = 'copper', RIGID = T,"), r"&LOAD BODY = 'block': a rigid"],
+    "rigid body with a load": [("&LOAD BODY = 'block'", "&BODY NAME = 'ram', MATERIAL = 'copper', RIGID = T / &SHAPE BODY = 'ram', UPPER = "
+                                "1e-3, 1e-3, 1e-3, LOWER = 0, 0, 0 / &LOAD BODY = 'ram'"), r"&LOAD BODY = 'ram': a rigid"],
     "unclosed group": [("FORCE = 0, 0, -1 /", "FORCE = 0, 0, -1"), r"&LOAD is not closed with /"],
     "unclosed quotes": [("TITLE = 'Small' /", "TITLE = 'Small /"), r"quotes is not closed"],
     "text outside a group": [("&HEAT AMBIENT = 298 /", "&HEAT AMBIENT = 298 / more"), r"text outside a group: \"more\""],
