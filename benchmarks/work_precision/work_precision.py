@@ -109,8 +109,9 @@ def main():
     if options.pictures:
         pictures.all_pictures(case_list.CASES, read(stored), options.pictures)
     if not (options.table or options.pictures or options.page):
-        if options.all and stored.exists() and not options.case:
-            stored.unlink()
+        measuring.version()  # kept from now on: the results are part of the tree that it describes
+        if options.all and not options.case:
+            stored.unlink(missing_ok=True)
         measure(options, stored if options.all else options.json)
     if options.page or options.all:
         renew_page(read(stored))
