@@ -18,7 +18,7 @@ sys.path.insert(0, str(ROOT / "tests" / "verification"))
 import problems  # noqa: E402
 from problems.base import INPUTS, driver  # noqa: E402
 
-ENOUGH = 4.0  # core-seconds of a point after which it is not repeated any more
+ENOUGH = 3.0  # core-seconds of a point after which it is not repeated any more
 
 
 def children_seconds():

@@ -11,7 +11,7 @@ import dataclasses
 
 SPEED = 0.25e6  # particle-steps per core-second
 CELLS = (16, 32, 64, 128)
-NOTE = "NairnMPM: measured errors; core time estimated as particles x steps / 0.25 M/s,\n4 particles per cell, "
+NOTE = "NairnMPM: measured errors;\ncore time estimated as\nparticles x steps / 0.25 M/s,\n4 particles per cell,\n"
 
 
 @dataclasses.dataclass(frozen=True)

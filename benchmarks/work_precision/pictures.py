@@ -4,6 +4,9 @@
 import pathlib
 import sys
 
+import matplotlib
+from PIL import Image
+
 from pareto import front, judged
 from peers import PEERS
 
@@ -32,8 +35,6 @@ def columns(points):
 
 def picture(case, points, path):
     """Draw the points of one problem."""
-    import matplotlib
-
     with matplotlib.rc_context(look.STYLE):
         figure = look.new_figure(8.2, 4.4)
         axis = figure.add_subplot()
@@ -58,7 +59,10 @@ def picture(case, points, path):
         axis.set_axisbelow(True)
         axis.spines[["top", "right"]].set_visible(False)
         axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), borderaxespad=0.0, fontsize=8)
-        return look.save(figure, path)
+        look.save(figure, path)
+    with Image.open(path) as image:  # few colours: a third of the bytes
+        small = image.convert("RGB").quantize(64)
+    small.save(path, optimize=True)
 
 
 def quoted(axis, name):
@@ -66,7 +70,7 @@ def quoted(axis, name):
     for peer, line in zip(PEERS.get(name, ()), ("--", ":")):
         axis.plot([p[2] for p in peer.points], [p[1] for p in peer.points], color="black", linestyle=line,
                   linewidth=1.0, marker="x", markersize=5, label=peer.label, zorder=4)
-        axis.text(0.01, 0.01, peer.note, transform=axis.transAxes, fontsize=6.5, va="bottom")
+        axis.text(1.02, 0.0, peer.note, transform=axis.transAxes, fontsize=6.5, va="bottom")
 
 
 def all_pictures(cases, points, directory):

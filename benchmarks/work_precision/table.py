@@ -30,7 +30,7 @@ def cell(factor):
         return ""
     if math.isinf(factor):
         return "x"
-    return "**1**" if factor <= 1.0 else f"{factor:.2g}" if factor < 100.0 else f"{factor:.0f}"
+    return "**1**" if factor <= 1.0 else f"{factor:.1f}" if factor < 10.0 else f"{factor:.0f}"
 
 
 def matrix(points):
@@ -58,8 +58,8 @@ def losers(points):
 
 def against_peers(points):
     """For every quoted point: how many times less core time the front needs at its error."""
-    lines = ["| problem | quoted | n | error | core-seconds there (estimate) | here: method n | in the loop | times less "
-             "| whole process | times less |", "|---|---|---|---|---|---|---|---|---|---|"]
+    lines = ["| problem | quoted | n | error | core-seconds there (estimate) | here: method n | in the loop "
+             "| times less | whole process | times less |", "|---" * 10 + "|"]
     cases = by_case(points)
     for name, quotes in PEERS.items():
         for peer in quotes if name in cases else ():

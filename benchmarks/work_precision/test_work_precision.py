@@ -58,7 +58,7 @@ def test_seconds_for_an_error():
 def test_tables_name_winners_and_losers():
     text = table.markdown(POINTS)
     assert "| p | a 1: 1.0e-02 in 1; b 1: 1.0e-03 in 4 |" in text
-    assert "| c | 2 | p |" in text and "| d | x | none |" in text
+    assert "| c | 2.0 | p |" in text and "| d | x | none |" in text
     assert "| a | 1 |" not in text  # a winner is no loser
 
 

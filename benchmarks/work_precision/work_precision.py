@@ -35,7 +35,7 @@ def arguments():
     parser.add_argument("--repeats", type=int, default=5, help="runs of a point (fewer after "
                         f"{measuring.ENOUGH:.0f} core-seconds)")
     parser.add_argument("--quick", action="store_true", help="smoke test: few points, seconds")
-    parser.add_argument("--coarse", action="store_true", help="without the finest resolution of each case")
+    parser.add_argument("--resolution", type=int, nargs="+", metavar="N", help="only these of each case's own")
     parser.add_argument("--only", metavar="TEXT", help="only option sets whose label holds this")
     parser.add_argument("--json", metavar="FILE", type=pathlib.Path,
                         help=f"add lines to this file; with --table, --pictures: read it ({RESULTS.name})")
@@ -74,7 +74,9 @@ def measure(options, path):
         for label in case.option_sets:
             if options.only and options.only not in label:
                 continue
-            for n in case.resolutions[:-1] if options.coarse else case.resolutions:
+            for n in case.resolutions:
+                if options.resolution and n not in options.resolution:
+                    continue
                 line = json.dumps(measuring.point(case, label, n, 1 if options.quick else options.repeats))
                 print(line, flush=True)
                 if path:
@@ -107,8 +109,9 @@ def main():
     if options.pictures:
         pictures.all_pictures(case_list.CASES, read(stored), options.pictures)
     if not (options.table or options.pictures or options.page):
-        if options.all and stored.exists() and not options.case:
-            stored.unlink()
+        measuring.version()  # kept from now on: the results are part of the tree that it describes
+        if options.all and not options.case:
+            stored.unlink(missing_ok=True)
         measure(options, stored if options.all else options.json)
     if options.page or options.all:
         renew_page(read(stored))
