@@ -18,10 +18,10 @@ def finite_state(path):
         return bool(np.isfinite(file["/particles/state"][:]).all())
 
 
-def reported(done, folder, stem):
+def reported(done, folder, stem, status=driver.BROKEN):
     """Checks of a run that broke down."""
     last = folder / f"{stem}.out"
-    return [yes("ends with status 3", done.status == driver.BROKEN), yes("names a particle", CULPRIT.search(done.err)),
+    return [yes(f"ends with status {status}", done.status == status), yes("names a particle", CULPRIT.search(done.err)),
             yes("one message, no crash", done.err.count("particle ") == 1 and "Backtrace" not in done.err),
             yes("finite checkpoint", finite_state(last / f"{stem}_checkpoint.h5"))]
 
@@ -74,7 +74,7 @@ class Poison(Row):
         new[0, 0, 5] = np.nan
         driver.rewrite_checkpoint(bad, **{field: lambda x: new if count > 1 else new[:, 0]})
         done, _ = self.run(place, ranks, sets | {"TIME.MAX_STEPS": 400}, "--quiet", "--restart", bad, expect=None)
-        return reported(done, place, self.input)
+        return reported(done, place, self.input, driver.BAD_INPUT if field == "x" else driver.BROKEN)
 
 
 ROWS = (BlowUp(), Poison())
