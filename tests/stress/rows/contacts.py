@@ -108,4 +108,30 @@ class PullOff(Row):
         return checks
 
 
-ROWS = (EarlyTool(), EarlyBody(), Stick(), PullOff())
+class Pressed(Row):
+    """Two bodies that stay in contact."""
+
+    name = "pressed"
+    text = "block pressed on a block, 1e5 steps: finite, stopped by friction, no energy gained (0.1 %), still in touch"
+    input = "pressed_pair"
+    long = True
+
+    def cases(self, quick):
+        shapes = ("ugimp", "bspline", "cpgimp")
+        return {shape: {"shape": shape, "steps": 2000 if quick else 100000} for shape in shapes}
+
+    def measure(self, place, ranks, shape, steps):
+        end = steps * 4e-7
+        sets = {"METHOD.SHAPE": shape, "TIME.MAX_STEPS": steps, "TIME.END": end, "OUTPUT.CHECKPOINT_INTERVAL": 0.5 * end}
+        sets |= box(1e-3, (-2, -2, 0), (10, 6, 8), (-SHIFT[0], -SHIFT[1], -SHIFT[2]))
+        _, results = self.run(place, ranks, sets, "--quiet", timeout=36000)
+        history, state = results.history(), results.checkpoint()
+        upper = state.body == 2
+        inner = history["kinetic[J]"] + history["elastic[J]"] - history["body_work[J]"] + history["friction_heat[J]"]
+        gap = (state.x[upper, 2].min() - state.x[~upper, 2].max() - 0.5e-3) / 1e-3
+        return [finite(history), Check("energy gain", inner.max() / inner[0] - 1.0, at_most=1e-3),
+                Check("last/first kinetic", history["kinetic[J]"][-1] / history["kinetic[J]"][0], at_most=1e-2),
+                Check("gap/h", abs(gap), at_most=0.1)]
+
+
+ROWS = (EarlyTool(), EarlyBody(), Stick(), PullOff(), Pressed())
