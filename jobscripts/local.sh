@@ -142,7 +142,7 @@ build_program() {
   fi
   cd "$root" # presets are read from the current directory
   stage "Configuring build/release"
-  logged configure cmake --preset release
+  logged configure cmake --preset release -D STIRPOINT_PYTHON="$venv/bin/python"
   stage "Building with $(nproc) jobs"
   logged build cmake --build --preset release --parallel "$(nproc)"
   cd "$start"

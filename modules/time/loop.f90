@@ -83,13 +83,17 @@ contains
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       call writer%due(world, sim, .false., error)
+      call check_energy(world, sim, status, message)
       call writer%progress(world, sim)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
-    if (status == ended_well .and. .not. error%is_set()) call writer%due(world, sim, .true., error)
+    if (status == ended_well .and. .not. error%is_set()) then
+      call writer%due(world, sim, .true., error)
+      call check_energy(world, sim, status, message)
+    end if
     if (status /= ended_well) then
-      call save_last_state(world, sim, error, message)
+      call save_last_state(world, sim, status == ended_by_signal, error, message)
     end if
     call writer%summary(world, sim, error)
     call writer%close(error)
@@ -99,21 +103,38 @@ contains
     end if
   end subroutine run
 
-  !> The state at a stop: a checkpoint to go on from, unless it is not a number any more.
-  subroutine save_last_state(world, sim, error, message)
+  !> A row of the history that was just written may say that energy came from nothing.
+  subroutine check_energy(world, sim, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+
+    if (.not. sim%is_broken) return
+    status = ended_broken
+    call name_culprit(world, sim, message)
+    message = message//': more kinetic energy than was ever given'
+  end subroutine check_energy
+
+  !> The state at a stop: a checkpoint to go on from; but if the run broke down, an earlier one is
+  !> kept, and a state that is not a number is no checkpoint.
+  subroutine save_last_state(world, sim, is_sound, error, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_sound
     type(error_t), intent(inout) :: error
     character(:), allocatable, intent(inout) :: message
-    logical :: is_there
+    logical :: is_there, is_finite
 
-    if (world%all_true(not_a_number(sim) == '')) then
+    inquire (file=checkpoint_path(sim), exist=is_there)
+    is_there = .not. world%all_true(.not. is_there)
+    is_finite = world%all_true(not_a_number(sim) == '')
+    if (is_finite .and. (is_sound .or. .not. is_there)) then
       call save_checkpoint(world, sim, error)
       message = message//'; checkpoint '//checkpoint_path(sim)
       return
     end if
     call save_checkpoint(world, sim, error, broken_path(sim))
-    inquire (file=checkpoint_path(sim), exist=is_there)
     message = message//'; this state is in '//broken_path(sim)
     if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim)
   end subroutine save_last_state

@@ -138,6 +138,7 @@ contains
             + loss
     sim%audit_scale = max(sim%audit_scale, abs(work) + abs(all(e_body)) + abs(all(e_wall)), &
                           sim%kinetic0 + sim%elastic0, tiny(1.0_rp))
+    sim%is_broken = sim%is_broken .or. comes_from_nothing(sim, kinetic, heat)
     to_bodies = sum(tool(s_to_plate, :))
     if (sim%scene%method%conducts) to_bodies = to_bodies + all(e_friction)
     inner = elastic + all(e_plastic) + friction
@@ -153,6 +154,16 @@ contains
     call wall_columns(sim, all(last + 1:), row(k + 1:))
     sim%row_time = sim%clock%time
   end subroutine history_row
+
+  !> True if there is more kinetic energy than twice what all bodies had and were ever given: a run
+  !> away. Expansion makes energy from heat; below 1e-9 of the heat content it may be rounding.
+  pure logical function comes_from_nothing(sim, kinetic, heat)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: kinetic, heat            !! [J]
+
+    comes_from_nothing = .not. kinetic <= 2.0_rp*sim%audit_scale + 1.0e-9_rp*abs(heat) &
+                         .and. all(abs(sim%scene%material%expansion) <= 0.0_rp)
+  end function comes_from_nothing
 
   !> Means of each tool's force, torque, powers and speeds since the last row.
   subroutine tool_columns(sim, tool, columns)

@@ -7,6 +7,7 @@ module time_resume
   use contact_tool, only: n_tool_sums
   use grid_geometry, only: box_t, make_patch
   use io_checkpoint, only: read_checkpoint, write_checkpoint
+  use particles_migrate, only: find_outside
   use time_audit, only: n_sums
   use time_probes, only: share_probes
   use time_regrid, only: first_partition, regrid, relist
@@ -81,7 +82,7 @@ contains
     type(error_t), intent(inout) :: error
     type(box_t), allocatable :: boxes(:)
     real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text
+    character(:), allocatable :: text, outside
     logical :: same_ranks
     integer :: k, n
 
@@ -93,6 +94,8 @@ contains
       return
     end if
     call unpack_global(sim, global, path, error)
+    call world%share_message(find_outside(sim%scene%grid, sim%particles), outside)
+    if (outside /= '') call error%raise(path//': '//outside)
     if (error%is_set()) return
     sim%sums = local(1:n_sums)
     sim%failed_returns = nint(local(n_sums + 1))

@@ -120,7 +120,7 @@ contains
         clock%next_frame = next_time(output%frame_interval, clock%time)
       end if
       wanted = output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint
-      if (.not. last .and. (wanted .or. sim%safety_is_due)) then
+      if (.not. (last .or. sim%is_broken) .and. (wanted .or. sim%safety_is_due)) then
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
         if (world%all_true(not_a_number(sim) == '')) call save_checkpoint(world, sim, error)
         sim%secured = wall_time()

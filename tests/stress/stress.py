@@ -9,6 +9,7 @@ Without ROW all are run, those of 1e5 steps last. Every run starts the program o
 
 import argparse
 import json
+import math
 import pathlib
 import subprocess
 import sys
@@ -46,7 +47,7 @@ def measure(row, label, parameters, ranks, folder):
     place.mkdir(parents=True)
     try:
         return row.measure(place, ranks, **parameters), ""
-    except (AssertionError, OSError, subprocess.TimeoutExpired) as problem:
+    except (AssertionError, IndexError, OSError, ValueError, subprocess.TimeoutExpired) as problem:
         return [], str(problem).strip()[-400:]
 
 
@@ -82,7 +83,8 @@ def note(path, row, label, ranks, seconds, checks, problem):
     if not path:
         return
     common = {"row": row, "case": label, "ranks": ranks, "seconds": round(seconds, 2)}
-    lines = [common | {"what": c.what, "measured": c.measured, "pass": c.passes, "ok": c.ok} for c in checks]
+    lines = [common | {"what": c.what, "measured": float(c.measured) if math.isfinite(c.measured) else str(c.measured),
+                       "pass": c.passes, "ok": c.ok} for c in checks]
     if problem:
         lines.append(common | {"what": "run", "message": problem, "ok": False})
     with open(path, "a", encoding="utf-8") as file:

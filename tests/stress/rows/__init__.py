@@ -7,7 +7,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from . import base  # noqa: E402  (finds the driver)
-from . import cfl, contacts, energy, large, nodes, noise  # noqa: E402
+from . import broken, cfl, contacts, energy, large, nodes, noise, plastic, ranks  # noqa: E402
 
-MODULES = (cfl, nodes, noise, large, contacts, energy)
+MODULES = (cfl, nodes, noise, large, contacts, energy, broken, ranks, plastic)
 ALL = {row.name: row for module in MODULES for row in module.ROWS}

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""Plastic flow: pressure noise, melting, fast tools, mass scaling, long stirring."""
+
+import numpy as np
+
+from .base import SHIFT, Check, Row, box, finite, values, yes
+
+MELT = 1356.0  # of copper [K]
+
+
+class Punch(Row):
+    """Prandtl's punch to a tenth of its half width."""
+
+    name = "pressure_noise"
+    text = "Prandtl punch, 10 % deep: rms of the pressure against its neighbourhood < 0.3 of the yield stress, force plateau +-3 %"
+    input = "punch_plane"
+
+    def cases(self, quick):
+        return {"4 cells": {"n": 4}} if quick else {"4 cells": {"n": 4}, "8 cells": {"n": 8}}
+
+    def measure(self, place, ranks, n):
+        h, speed, depth = 1.0 / n, 0.5, 0.1
+        end = depth / speed
+        sets = {"GRID.CELL": h, "GRID.LOWER": values(-2 * h, 0, -2 * h), "GRID.UPPER": values(6 + 2 * h, h, 4 + 4 * h),
+                "SHAPE.UPPER": values(6, h, 4), "MATERIAL.POISSON_RATIO": 0.33, "TIME.END": end,
+                "OUTPUT.CHECKPOINT_INTERVAL": end, "OUTPUT.HISTORY_INTERVAL": end / 200.0}
+        _, results = self.run(place, ranks, sets, "--quiet")
+        history, state = results.history(), results.checkpoint()
+        pressure = -state.tau[:, :3].sum(axis=1) / 3.0 / state.jac
+        flowing = np.flatnonzero(state.plastic > 1e-3)
+        noise = [pressure[k] - pressure[np.abs(state.x - state.x[k]).max(axis=1) < 0.75 * h].mean() for k in flowing]
+        late = np.abs(history["punch_force_z[N]"][history["time[s]"] > 0.7 * end])
+        half = len(late) // 2
+        return [Check("rms/yield stress", float(np.std(noise)) / 3.0**0.5 / 1e6, at_most=0.3),
+                Check("change of the force", abs(late[half:].mean() / late[:half].mean() - 1.0), at_most=0.03)]
+
+
+class Runaway(Row):
+    """Strength goes to nothing at the melting point: neither the heat nor the step may run away."""
+
+    name = "melting"
+    text = "tool at 2000 rpm on hot copper, m = 1.34: T <= T_melt + 1 K (heated by the tool alone), step within 20 %, finite"
+    input = "stir_small"
+
+    def cases(self, quick):
+        result = {"from 1300 K": {"sets": {"BODY.TEMPERATURE": 1300}, "steps": 2000 if quick else 100000}}
+        if not quick:
+            result["from 298 K"] = {"sets": {}, "steps": 100000}
+            result["molten, 1400 K"] = {"sets": {"BODY.TEMPERATURE": 1400}, "steps": 100000}
+        return result
+
+    def measure(self, place, ranks, sets, steps):
+        start = sets.get("BODY.TEMPERATURE", 298)
+        sets = sets | {"MATERIAL.JC_M": 1.34, "MOTION(1).SPIN_RPM": 2000, "MOTION(2).SPIN_RPM": 2000,
+                       "SURFACE.COEFFICIENT": 0, "TIME.MAX_STEPS": steps, "TIME.END": steps * 1.3e-4}
+        sets |= box(4e-3, (-2, -2, 0), (8, 7, 6), (-SHIFT[0], -SHIFT[1], -SHIFT[2]))
+        _, results = self.run(place, ranks, sets, "--quiet", timeout=36000)
+        history = results.history()
+        step = history["dt[s]"][1:-1]
+        hottest = history["temperature_max[K]"].max()
+        return [finite(history), Check("hottest [K]", hottest, at_most=max(MELT, start) + 1.0),
+                Check("least/first step", step.min() / step[0], at_least=0.8)]
+
+
+class Stirring(Row):
+    """Many steps of stirring: no NaN, no gain of energy."""
+
+    name = "stirring"
+    text = "stirring on the spot, scaled mass 1e3 to 1e7, one particle per cell: finite, no energy gained (0.1 % of the work), books within 2 %"
+    input = "stir_small"
+    long = True
+
+    def cases(self, quick):
+        variants = {"mass 1e5": {}, "mass 1e3": {"TIME.MASS_SCALING": 1e3}, "mass 1e4": {"TIME.MASS_SCALING": 1e4},
+                    "mass 1e6": {"TIME.MASS_SCALING": 1e6}, "mass 1e7": {"TIME.MASS_SCALING": 1e7},
+                    "2000 rpm": {"MOTION(1).SPIN_RPM": 2000, "MOTION(2).SPIN_RPM": 2000},
+                    "one per cell": {"BODY.PARTICLES_PER_CELL": 1}, "B-spline": {"METHOD.SHAPE": "bspline"},
+                    "cpGIMP": {"METHOD.SHAPE": "cpgimp"}, "USAVG": {"METHOD.SCHEME": "usavg"},
+                    "FMPM2": {"METHOD.TRANSFER": "fmpm"}, "APIC": {"METHOD.TRANSFER": "apic"}}
+        return {name: {"sets": sets, "steps": 1000 if quick else 100000} for name, sets in variants.items()}
+
+    def measure(self, place, ranks, sets, steps):
+        sets = sets | box(4e-3, (-2, -2, 0), (8, 7, 6), (-SHIFT[0], -SHIFT[1], -SHIFT[2]))
+        scaling = sets.get("TIME.MASS_SCALING", 1e5)
+        sets |= {"TIME.MAX_STEPS": steps, "TIME.END": steps * 1.3e-4 * (scaling / 1e5) ** 0.5}
+        _, results = self.run(place, ranks, sets, "--quiet", timeout=36000)
+        history = results.history()
+        work = history["tool_work[J]"][-1]
+        return [finite(history), Check("steps", history["step"][-1], at_least=0.5 * steps),
+                Check("energy gain", -history["numerical_loss[J]"].min() / work, at_most=1e-3),
+                Check("audit error [%]", np.abs(history["audit_error[%]"]).max(), at_most=2.0)]
+
+
+class MassScaling(Row):
+    """The answer must not depend on the scaled mass."""
+
+    name = "mass_scaling"
+    text = "stirring with mass x 1e3, 4e3, 1.6e4: torque and hottest particle change by less than 2 %"
+    input = "stir"
+
+    def cases(self, quick):
+        return {} if quick else {"1e3 to 1.6e4": {}}
+
+    def measure(self, place, ranks):
+        torque, hottest = [], []
+        for k, factor in enumerate((1e3, 4e3, 1.6e4)):
+            folder = place / str(k)
+            folder.mkdir()
+            sets = {"TIME.MASS_SCALING": factor, "TIME.END": 0.16}
+            _, results = self.run(folder, ranks, sets, "--quiet")
+            history = results.history()
+            torque.append(history["tool_torque[Nm]"][history["time[s]"] > 0.1].mean())
+            hottest.append(history["temperature_max[K]"][-1] - 298.0)
+        spread = [max(abs(v / x[0] - 1.0) for v in x) for x in (torque, hottest)]
+        return [Check("torque", spread[0], at_most=0.02), Check("rise of T", spread[1], at_most=0.02)]
+
+
+ROWS = (Punch(), Runaway(), MassScaling(), Stirring())
