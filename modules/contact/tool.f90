@@ -58,7 +58,7 @@ module contact_tool
   end type tool_t
 
   real(rp), parameter, public :: closing = 0.2_rp   !! share of a penetration taken back in one step
-  real(rp), parameter :: memory = 0.7_rp    !! share of a force kept for the next step
+  real(rp), parameter :: memory = 0.9_rp    !! share of a sticking force kept for the next step
 
 contains
 
@@ -204,7 +204,7 @@ contains
 
   !> Close the books of the force that acted in the step just done, and set the next one.
   subroutine contact_block(tools, n, dt, inertia, spacing, touched, d, normal, x, v, dv, mass, &
-                           strength, press, force, heat)
+                           strength, force, heat)
     type(tool_t), intent(inout) :: tools(:)
     integer, intent(in) :: n                     !! particles in the block
     real(rp), intent(in) :: dt                   !! [s]
@@ -217,7 +217,6 @@ contains
     real(rp), intent(in) :: dv(nlane, 3)         !! its change in the step [m/s]
     real(rp), intent(in) :: mass(nlane)          !! [kg]
     real(rp), intent(in) :: strength(nlane)      !! flow stress for the shear limit [Pa]; 0: none
-    real(rp), intent(in) :: press(nlane)         !! mean normal force around in the last step [N]
     real(rp), intent(inout) :: force(nlane, 3)   !! contact force [N]
     real(rp), intent(inout) :: heat(nlane)       !! heat waiting for conduction [J]
     real(rp) :: slip_limit, reach
@@ -235,7 +234,7 @@ contains
         end if
         call contact_force(dt, inertia*mass(p), d(p) - reach, normal(p, :), &
                            v(p, :) - tool%surface_velocity(x(p, :)), tool%friction, slip_limit, &
-                           press(p), force(p, :))
+                           force(p, :))
       end associate
     end do
   end subroutine contact_block
@@ -275,21 +274,15 @@ contains
 
   !> Force that closes a positive gap within the step, or takes back part of a penetration; never
   !> tensile. Tangentially as much as stops the slip, at most friction*normal or `limit` [N].
-  pure subroutine contact_force(dt, m, gap, normal, slip, friction, limit, press, force)
+  pure subroutine contact_force(dt, m, gap, normal, slip, friction, limit, force)
     real(rp), intent(in) :: dt, m               !! [s], inertial mass [kg]
     real(rp), intent(in) :: gap, normal(3)      !! [m], out of the tool
     real(rp), intent(in) :: slip(3)             !! velocity of the material against the tool [m/s]
     real(rp), intent(in) :: friction, limit
-    real(rp), intent(in) :: press               !! mean normal force around in the last step [N]
     real(rp), intent(inout) :: force(3)         !! of the last step, of the next [N]
-    real(rp) :: vn, fn, ft, most, tangent(3)
-
+    real(rp) :: vn, fn, ft, tangent(3)
     vn = dot_product(slip, normal)
-    if (gap < 0.0_rp) then
-      fn = memory*press - m/dt*(vn + closing*gap/dt)
-    else
-      fn = -m/dt*(vn + gap/dt)
-    end if
+    fn = -m/dt*(vn + gap/dt*merge(closing, 1.0_rp, gap < 0.0_rp))
     if (fn <= 0.0_rp) then
       force = 0.0_rp
       return
@@ -297,8 +290,7 @@ contains
     tangent = memory*(force - dot_product(force, normal)*normal) - m/dt*(slip - vn*normal)
     force = fn*normal
     ft = norm2(tangent)
-    most = min(friction*merge(press, fn, press > 0.0_rp), limit)
-    if (ft > 0.0_rp) force = force + min(1.0_rp, most/ft)*tangent
+    if (ft > 0.0_rp) force = force + min(1.0_rp, min(friction*fn, limit)/ft)*tangent
   end subroutine contact_force
 
 end module contact_tool

@@ -201,7 +201,6 @@ module time_state
     type(meeting_t) :: meeting               !! nodes where groups of bodies meet
     real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
     real(rp) :: pic = 0.0_rp                 !! part of the grid velocity taken in this step
-    real(rp), allocatable :: press(:, :)     !! (2, nn) particles in contact, their normal force [N]
     integer :: n_runs = 0
     integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
     logical, allocatable :: is_held(:)       !! (nn) node held by a clamp or wall, or behind one
@@ -279,8 +278,6 @@ contains
       call allocate_aligned(8_i8*self%patch%nn*self%n_groups, self%memory3)
       self%increment(1:8, 1:self%patch%nn, 1:self%n_groups) => self%memory3
     end if
-    if (allocated(self%press)) deallocate (self%press)
-    if (size(self%tool) > 0) allocate (self%press(2, self%patch%nn), source=0.0_rp)
     if (allocated(self%volume)) deallocate (self%volume)
     if (self%scene%method%fbar) then
       allocate (self%volume(2*size(self%scene%body), self%patch%nn), source=0.0_rp)

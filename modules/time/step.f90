@@ -11,7 +11,6 @@ module time_step
   use time_limit, only: limit_step
   use time_mirrors, only: book_impulse, fold, r_momentum, r_velocity, unfold
   use time_nodes, only: clear_nodes, hold_walls, update_nodes
-  use time_pressure, only: collect_pressure
   use time_probes, only: move_probes
   use time_state, only: scheme_musl, scheme_usf, scheme_usl, simulation_t, transfer_apic
   use time_sweeps, only: accelerate_and_map_again, grid_to_particles, momentum_and_force_to_grid, &
@@ -64,7 +63,6 @@ contains
     call sim%timer%lap(ph_to_grid)
     call sum_nodes(world, sim, sim%g)
     call share_volume(world, sim)
-    call collect_pressure(world, sim)
     call sim%timer%lap(ph_exchange)
     call accelerate_nodes(world, sim, dt, sim%g)
     if (sim%is_broken) return
@@ -102,7 +100,6 @@ contains
     call sum_nodes(world, sim, sim%g)
     call share_volume(world, sim)
     call velocity_field(world, sim, dt, sim%g)
-    call collect_pressure(world, sim)
     call move_tools(sim, dt)
     call grid_to_particles(sim, dt, sim%g2, sim%g, (1.0_rp - early)*dt, report)
     call sim%timer%lap(ph_to_particles)

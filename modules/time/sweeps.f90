@@ -152,7 +152,7 @@ contains
     call restore_volume(sim, sim%particles%body(b), n, first, nf, ps)
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
     call known_work(sim, sim%particles%body(b), n, dt, v, dv, nf, ps)
-    call touch(sim, b, n, dt, first, v, dv, nf, ps)
+    call touch(sim, b, n, dt, v, dv, nf, ps)
     if (dt_stress <= 0.0_rp) return
     call constitutive(sim, sim%particles%body(b), n, dt_stress, l, temp, nf, ps, report)
   end subroutine advance_block

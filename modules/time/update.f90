@@ -9,7 +9,6 @@ module time_update
   use physics_stress, only: flow_strength, stress_block, stress_sums_t
   use time_audit, only: e_body, e_plastic, e_stress
   use time_blocks, only: body_work
-  use time_pressure, only: mean_press
   use time_state, only: simulation_t
   use time_volume, only: take_volume
   implicit none (type, external)
@@ -75,9 +74,9 @@ contains
   end subroutine outer_work
 
   !> Contact with the tools, only for blocks near one.
-  subroutine touch(sim, b, n, dt, first, v, dv, nf, ps)
+  subroutine touch(sim, b, n, dt, v, dv, nf, ps)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: b, n, nf, first(nlane)
+    integer, intent(in) :: b, n, nf
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
     real(rp), intent(inout) :: ps(nlane, nf)
     real(rp) :: d(nlane), normal(nlane, 3), rate(nlane), strength(nlane)
@@ -94,8 +93,7 @@ contains
     end associate
     call contact_block(sim%tool, n, dt, sim%scene%method%mass_scaling, &
                        sim%scene%body(sim%particles%body(b))%spacing, touched, d, normal, &
-                       ps(1, f_pos), v, dv, ps(1, f_mass), strength, mean_press(sim, n, first), &
-                       ps(1, f_force), ps(1, f_heat))
+                       ps(1, f_pos), v, dv, ps(1, f_mass), strength, ps(1, f_force), ps(1, f_heat))
   end subroutine touch
 
   subroutine constitutive(sim, body, n, dt, l, temp, nf, ps, report)

@@ -116,7 +116,7 @@ contains
 
     call measure_gaps(tools, nlane, 1.0e3_rp, points%x, touched, d, normal)
     call contact_block(tools, nlane, dt, inertia, spread(2.0_rp*reach, 1, 3), touched, d, normal, &
-                       points%x, points%v, points%dv, points%mass, points%flow, spread(0.0_rp, 1, nlane), points%force, &
+                       points%x, points%v, points%dv, points%mass, points%flow, points%force, &
                        points%heat)
   end subroutine touch
 
