@@ -23,9 +23,9 @@ contains
 
   !> Impulse on the first body (the second gets the opposite) that lets the gap close within the
   !> step and no further; never tensile unless bodies that stick touch. Tangentially as much as
-  !> stops the slip, at most friction times the normal impulse. Of an overlap deeper than `slack` a fifth
-  !> is taken back. Up to there it stays: particles' surfaces are not known better, and pushing them
-  !> apart in every step makes energy.
+  !> stops the slip, at most friction times the normal impulse. Of an overlap deeper than `slack` a
+  !> fifth is taken back. Up to there it stays: particles' surfaces are not known better, and
+  !> pushing them apart in every step makes energy.
   pure subroutine pair_impulse(law, dt, gap, slack, normal, inverse, v, impulse, state)
     type(pair_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, gap            !! [s], [m]

@@ -295,8 +295,9 @@ contains
   end subroutine scatter_add
 
   !> Sums over ranks and images (or maxima) of values kept for a few nodes only. The entries of node
-  !> q are `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a node,
-  !> and all its images, must have the same entries there. Ranks that share no entry swap nothing.
+  !> q are `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a
+  !> node, and all its images, must have the same entries there. Ranks that share no entry swap
+  !> nothing.
   subroutine combine_entries(self, world, largest, nn, first, n, node, width, values)
     class(halo_t), intent(in) :: self
     type(world_t), intent(in) :: world

@@ -98,7 +98,7 @@ module time_state
     integer :: n_pairs = 0, n_planes = 0
     integer, allocatable :: pair(:, :)    !! (3, n_pairs) node behind, node in front, wall
     integer, allocatable :: plane(:, :)   !! (2, n_planes) node on the wall, wall
-    real(rp), allocatable :: own(:, :)    !! (n_pairs, n_groups) mass or capacity behind, this rank's
+    real(rp), allocatable :: own(:, :)    !! (n_pairs, n_groups) mass or capacity behind, own part
     real(rp), allocatable :: lost(:, :)   !! (8, constraints) of the sum of nodes, by folds
   end type mirrors_t
 
