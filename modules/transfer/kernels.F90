@@ -190,10 +190,27 @@ contains
 
   !> Interpolate the node records to `n` particles: values of all lanes, slopes of lanes 1:4.
   subroutine g2p_block(n, w, first, stride, nn, g, rec)
-    integer, intent(in) :: n, nn
-    integer, intent(in) :: stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18)
-    real(rp), intent(in) :: g(8, nn)
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+
+    call g2p_lanes(.true., n, w, first, stride, nn, g, rec)
+  end subroutine g2p_block
+
+  !> Interpolate only the values of lanes 5:8 to `n` particles.
+  subroutine g2p_values_block(n, w, first, stride, nn, g, rec)
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+
+    call g2p_lanes(.false., n, w, first, stride, nn, g, rec)
+  end subroutine g2p_values_block
+
+  !> Values of lanes 5:8, and, unless only those are wanted, values and slopes of lanes 1:4.
+  subroutine g2p_lanes(all_lanes, n, w, first, stride, nn, g, rec)
+    logical, intent(in) :: all_lanes
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
     integer :: f, p, q, sx, sy
     real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3
@@ -214,42 +231,18 @@ contains
         ROW(3, Q+2*sy); \
         a0 = a0 + w(p, I)*y0; a1 = a1 + w(p, 9+I)*y0; \
         a2 = a2 + w(p, I)*y2; a3 = a3 + w(p, I)*y1
-      !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
-      do f = 1, 4
-        a0 = 0.0_rp; a1 = 0.0_rp; a2 = 0.0_rp; a3 = 0.0_rp
-        PLANE(1, q)
-        PLANE(2, q+sx)
-        PLANE(3, q+2*sx)
-        rec(f, 1, p) = a0; rec(f, 2, p) = a1; rec(f, 3, p) = a2; rec(f, 4, p) = a3
-      end do
+      if (all_lanes) then
+        !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
+        do f = 1, 4
+          a0 = 0.0_rp; a1 = 0.0_rp; a2 = 0.0_rp; a3 = 0.0_rp
+          PLANE(1, q)
+          PLANE(2, q+sx)
+          PLANE(3, q+2*sx)
+          rec(f, 1, p) = a0; rec(f, 2, p) = a1; rec(f, 3, p) = a2; rec(f, 4, p) = a3
+        end do
+      end if
 #undef ROW
 #undef PLANE
-      call g2p_values(p, w, q, stride, nn, g, rec)
-    end do
-  end subroutine g2p_block
-
-  !> Interpolate only the values of lanes 5:8 to `n` particles.
-  subroutine g2p_values_block(n, w, first, stride, nn, g, rec)
-    integer, intent(in) :: n, nn, stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)
-    integer :: p
-
-    do p = 1, n
-      call g2p_values(p, w, first(p), stride, nn, g, rec)
-    end do
-  end subroutine g2p_values_block
-
-  !> Values of lanes 5:8 at one particle.
-  subroutine g2p_values(p, w, q, stride, nn, g, rec)
-    integer, intent(in) :: p, q, nn, stride(3)
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane)
-    integer :: f, sx, sy
-    real(rp) :: a0, x0, y0
-
-    sx = stride(1)
-    sy = stride(2)
 #define ROW(J, Q) \
         x0 = w(p, 7)*g(f, Q) + w(p, 8)*g(f, Q+1) + w(p, 9)*g(f, Q+2); \
         y0 = y0 + w(p, 3+J)*x0
@@ -259,16 +252,17 @@ contains
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy); \
         a0 = a0 + w(p, I)*y0
-    !$omp simd private(a0, x0, y0)
-    do f = 5, 8
-      a0 = 0.0_rp
-      PLANE(1, q)
-      PLANE(2, q+sx)
-      PLANE(3, q+2*sx)
-      rec(f, 1, p) = a0
-    end do
+      !$omp simd private(a0, x0, y0)
+      do f = 5, 8
+        a0 = 0.0_rp
+        PLANE(1, q)
+        PLANE(2, q+sx)
+        PLANE(3, q+2*sx)
+        rec(f, 1, p) = a0
+      end do
 #undef ROW
 #undef PLANE
-  end subroutine g2p_values
+    end do
+  end subroutine g2p_lanes
 
 end module transfer_kernels
