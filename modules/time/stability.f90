@@ -4,7 +4,7 @@
 !> In units of h/c (c: pressure waves) the limit of a free elastic block in three dimensions with
 !> two particles per cell and direction, at the worst offset from the grid, was found by runs of
 !> 3,000 steps (Poisson's ratio 0.33, docs/accuracy.md): FLIP with uGIMP 0.473, with quadratic
-!> B-splines 0.709. The limits in closed form are those of a frozen lattice,
+!> B-splines 0.632. The limits in closed form are those of a frozen lattice,
 !> W = (omega dt)^2 <= 4/(2 - lambda) for FLIP and 2 (1 + lambda_k) lambda/lambda_k for FMPM(k),
 !> lambda_k = 1 - (1 - lambda)^k, with lambda the eigenvalue of S+ S; free surfaces lower them.
 module time_stability
@@ -16,8 +16,8 @@ module time_stability
   public :: default_cfl, stable_step
 
   real(rp), parameter :: margin = 0.9_rp
-  real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.709_rp
-  real(rp), parameter :: apic_gain = 1.12_rp       !! measured: 0.531 and 0.795
+  real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.632_rp
+  real(rp), parameter :: apic_gain = 1.12_rp       !! measured: 0.531 with uGIMP
   real(rp), parameter :: filter_power = -0.37_rp   !! measured: 0.376 and 0.531 at order 2, 0.282
                                                    !! and 0.398 at order 4
   real(rp), parameter :: limit_linear = 0.2_rp     !! falls to 0 at a free surface near a node

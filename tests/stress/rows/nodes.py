@@ -8,7 +8,7 @@ from .base import SHIFT, Check, Row, box, finite, values
 
 CELL, SPEED = 1e-3, 1000.0
 PROTRUDING = [10.0**-k for k in range(3, 10)]  # [cells]
-DEFAULT = {"ugimp": 0.9 * 0.473, "bspline": 0.9 * 0.709}
+DEFAULT = {"ugimp": 0.9 * 0.473, "bspline": 0.9 * 0.632}
 
 
 def windowed(energy, n):
