@@ -3,7 +3,6 @@
 !> costs. The velocities are those that the bodies would have at the end of a step without contact.
 module contact_pair
   use base_kinds, only: rp
-  use contact_tool, only: closing
   implicit none (type, external)
   private
 
@@ -13,6 +12,8 @@ module contact_pair
   integer, parameter, public :: law_coulomb = 1, law_stick = 2, law_frictionless = 3
   ! What a node does.
   integer, parameter, public :: is_apart = 0, is_sliding = 1, is_stuck = 2
+
+  real(rp), parameter :: closing = 0.2_rp   !! share of an overlap taken back in one step
 
   type :: pair_law_t
     integer :: kind = law_coulomb

@@ -49,11 +49,12 @@ contains
     outline%z(outline%n) = z
   end subroutine corner
 
-  !> Distance of `x` from the body of revolution about the local z axis, and its gradient.
-  pure subroutine revolved_distance(profile, x, distance, normal)
+  !> Distance of `x` from the body of revolution about the local z axis, its gradient, and the room
+  !> along the surface to the nearest edge that stands out.
+  pure subroutine revolved_distance(profile, x, distance, normal, room)
     type(profile_t), intent(in) :: profile
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: distance, normal(3)
+    real(rp), intent(out) :: distance, normal(3), room
     real(rp) :: r, z, ar, az, br, bz, er, ez, t, length2, d2, best, nr, nz
     logical :: inside, corner_is_nearest
     integer :: i
@@ -64,6 +65,7 @@ contains
     inside = .false.
     nr = 0.0_rp
     nz = 1.0_rp
+    room = huge(room)
     corner_is_nearest = .false.
     do i = 1, profile%n - 1
       ar = profile%r(i); az = profile%z(i)
@@ -80,6 +82,8 @@ contains
       d2 = er*er + ez*ez
       if (d2 >= best) cycle
       best = d2
+      room = min(t*sqrt(length2)/sharpness(profile, i), &
+                 (1.0_rp - t)*sqrt(length2)/sharpness(profile, i + 1))
       corner_is_nearest = (t <= 0.0_rp .or. t >= 1.0_rp) .and. d2 > 0.0_rp
       if (.not. corner_is_nearest) then     ! outward normal of the side: the body is on its right
         nr = -bz/sqrt(length2)
@@ -104,10 +108,29 @@ contains
     end if
   end subroutine revolved_distance
 
-  !> Distance of `x` from a box of half edges `half` centred at the origin, and its gradient.
-  pure subroutine box_distance(half, x, distance, normal)
+  !> How much a corner stands out: 1 - cos of the angle by which the outline turns, at most 1; tiny
+  !> on the axis and where it turns inwards.
+  pure real(rp) function sharpness(profile, i)
+    type(profile_t), intent(in) :: profile
+    integer, intent(in) :: i
+    real(rp) :: ar, az, br, bz
+
+    sharpness = tiny(1.0_rp)
+    if (i == 1 .or. i == profile%n) return
+    ar = profile%r(i) - profile%r(i - 1)
+    az = profile%z(i) - profile%z(i - 1)
+    br = profile%r(i + 1) - profile%r(i)
+    bz = profile%z(i + 1) - profile%z(i)
+    if (ar*bz - az*br >= 0.0_rp) return         ! the body is on the right
+    sharpness = max(tiny(1.0_rp), min(1.0_rp, &
+      1.0_rp - (ar*br + az*bz)/sqrt((ar*ar + az*az)*(br*br + bz*bz))))
+  end function sharpness
+
+  !> Distance of `x` from a box of half edges `half` centred at the origin, its gradient, and the room
+  !> along the surface to the nearest edge.
+  pure subroutine box_distance(half, x, distance, normal, room)
     real(rp), intent(in) :: half(3), x(3)
-    real(rp), intent(out) :: distance, normal(3)
+    real(rp), intent(out) :: distance, normal(3), room
     real(rp) :: q(3), outside(3)
     integer :: a
 
@@ -122,6 +145,9 @@ contains
       distance = q(a)
       normal(a) = sign(1.0_rp, x(a))
     end if
+    a = maxloc(q, 1)
+    q(a) = -huge(1.0_rp)
+    room = max(0.0_rp, -maxval(q))
   end subroutine box_distance
 
 end module contact_shapes

@@ -21,9 +21,8 @@ module particles_store
     f_tau = 17, &      !! Kirchhoff stress [Pa]
     f_rate = 23, &     !! equivalent plastic strain rate [1/s]
     f_flow = 24, &     !! flow stress [Pa]
-    f_force = 25, &    !! contact force acting in the coming step [N]
-    f_heat = 28        !! heat waiting for the next conduction step [J]
-  integer, parameter, public :: n_fields = 28  !! fields without a law's own state variables
+    f_heat = 25        !! heat waiting for the next conduction step [J]
+  integer, parameter, public :: n_fields = 25  !! fields without a law's own state variables
 
   !> Where the fields lie that only some methods and scenes need; 0: not there.
   type :: layout_t

@@ -63,7 +63,7 @@ contains
   subroutine warn_of_overlap(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
-    real(rp) :: deepest(size(sim%tool)), d, normal(3), reach
+    real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, room
     integer :: b, k, p
 
     deepest = 0.0_rp
@@ -71,7 +71,7 @@ contains
       reach = 0.5_rp*minval(sim%scene%body(sim%particles%body(b))%spacing)
       do k = 1, size(sim%tool)
         do p = 1, sim%particles%count(b)
-          call sim%tool(k)%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal)
+          call sim%tool(k)%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, room)
           deepest(k) = max(deepest(k), reach - d)
         end do
       end do

@@ -14,11 +14,11 @@ module time_blocks
 contains
 
   !> Records of mass, momentum, internal and outer force, temperature (times inertial mass).
-  pure subroutine force_records(inertia, volume, acceleration, mass, v, tau, force, temp, rec)
+  pure subroutine force_records(inertia, volume, acceleration, mass, v, tau, temp, rec)
     real(rp), intent(in) :: inertia              !! mass scaling
     real(rp), intent(in) :: volume               !! initial volume over mass [m3/kg]
     real(rp), intent(in) :: acceleration(3)      !! gravity and body load [m/s2]
-    real(rp), intent(in) :: mass(nlane), v(nlane, 3), tau(nlane, 6), force(nlane, 3), temp(nlane)
+    real(rp), intent(in) :: mass(nlane), v(nlane, 3), tau(nlane, 6), temp(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane)
     real(rp) :: m, vol
     integer :: p
@@ -28,9 +28,9 @@ contains
       vol = -volume*mass(p)
       rec(1, 1, p) = m
       rec(2, 1, p) = m*v(p, 1); rec(3, 1, p) = m*v(p, 2); rec(4, 1, p) = m*v(p, 3)
-      rec(5, 1, p) = force(p, 1) + mass(p)*acceleration(1)
-      rec(6, 1, p) = force(p, 2) + mass(p)*acceleration(2)
-      rec(7, 1, p) = force(p, 3) + mass(p)*acceleration(3)
+      rec(5, 1, p) = mass(p)*acceleration(1)
+      rec(6, 1, p) = mass(p)*acceleration(2)
+      rec(7, 1, p) = mass(p)*acceleration(3)
       rec(8, 1, p) = m*temp(p)
       rec(5, 2, p) = vol*tau(p, 1); rec(6, 2, p) = vol*tau(p, 4); rec(7, 2, p) = vol*tau(p, 6)
       rec(5, 3, p) = vol*tau(p, 4); rec(6, 3, p) = vol*tau(p, 2); rec(7, 3, p) = vol*tau(p, 5)

@@ -29,18 +29,19 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: dt               !! [s]
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    real(rp) :: most(5), longest, smaller
+    real(rp) :: most(5 + size(sim%tool)), longest, smaller
 
     longest = way*sim%scene%grid%h
     sim%asked_dt = dt
     do
       most = [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g)), &
-              real(stop_signal(), rp), real(sim%failed_returns, rp), since_checkpoint(sim)]
+              real(stop_signal(), rp), real(sim%failed_returns, rp), since_checkpoint(sim), near_tools(sim)]
       call world%max(most)
       sim%clock%stiffness = most(1)
       sim%clock%max_speed = sqrt(most(2))
       sim%signal = nint(most(3))
       sim%worst_returns = nint(most(4))
+      sim%is_near = most(6:) > 0.0_rp
       sim%safety_is_due = most(5) >= sim%scene%output%safety_interval
       sim%is_broken = .not. (most(1) < too_stiff .and. most(2) < too_stiff)
       if (sim%is_broken .or. dt*sim%clock%max_speed <= longest) return
@@ -52,6 +53,22 @@ contains
       sim%last%speed2 = 0.0_rp                  ! the particles' own speed has had its say
     end do
   end subroutine limit_step
+
+  !> 1 for each tool that a block of this rank may touch, else 0.
+  pure function near_tools(sim) result(near)
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: near(size(sim%tool))
+    integer :: b, k
+
+    near = 0.0_rp
+    do k = 1, size(sim%tool)
+      do b = 1, sim%particles%nblk
+        if (.not. sim%tool(k)%is_near(sim%ball(1:3, b), sim%ball(4, b))) cycle
+        near(k) = 1.0_rp
+        exit
+      end do
+    end do
+  end function near_tools
 
   !> Wall-clock seconds since the last checkpoint; negative if none is wanted.
   real(rp) function since_checkpoint(sim)

@@ -3,6 +3,7 @@
 !> whose shape they are.
 module time_rigid
   use base_kinds, only: nlane, rp
+  use contact_tool, only: rigid_t
   use particles_store, only: f_pos, f_vel
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -17,15 +18,15 @@ contains
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    real(rp) :: centre(3), velocity(3), omega(3)
+    type(rigid_t) :: rigid
     integer :: i, k, r
 
     do k = 1, sim%n_groups
       if (sim%scene%tool_of(k) == 0) cycle
-      call sim%tool(sim%scene%tool_of(k))%mean_motion(sim%clock%time, dt, centre, velocity, omega)
+      rigid = sim%tool(sim%scene%tool_of(k))%mean_motion(sim%clock%time, dt)
       do r = 1, sim%n_runs
         do i = sim%run(1, r), sim%run(2, r)
-          g(1:3, i, k) = velocity + cross(omega, sim%patch%position(i) - centre)
+          g(1:3, i, k) = rigid%velocity_at(sim%patch%position(i))
           g(5:7, i, k) = 0.0_rp
         end do
       end do
@@ -62,12 +63,5 @@ contains
       end do
     end do
   end subroutine start_rigid
-
-  pure function cross(a, b) result(c)
-    real(rp), intent(in) :: a(3), b(3)
-    real(rp) :: c(3)
-
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 
 end module time_rigid

@@ -13,6 +13,7 @@ module time_state
   use physics_material, only: material_t
   use time_audit, only: n_sums
   use time_meeting, only: contact_t, meeting_t
+  use time_touching, only: touching_t
   implicit none (type, external)
   private
 
@@ -199,6 +200,8 @@ module time_state
     real(rp), pointer, contiguous, dimension(:) :: memory => null(), memory2 => null(), &
                                                    memory3 => null()
     type(meeting_t) :: meeting               !! nodes where groups of bodies meet
+    type(touching_t) :: touching             !! particles and nodes in contact with a tool
+    logical, allocatable :: is_near(:)       !! tools that particles of any rank may touch
     real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
     real(rp) :: pic = 0.0_rp                 !! part of the grid velocity taken in this step
     integer :: n_runs = 0
@@ -254,6 +257,7 @@ contains
     integer :: n
 
     if (associated(self%rec)) return
+    allocate (self%is_near(size(self%tool)), source=.false.)
     n = size(self%scene%constraint)
     allocate (self%impulse(3, n), self%row_impulse(3, n), self%mirrors%lost(8, n), source=0.0_rp)
     call allocate_aligned(32_i8*nlane, self%rec_memory)

@@ -15,6 +15,7 @@ module time_step
   use time_state, only: scheme_musl, scheme_usf, scheme_usl, simulation_t, transfer_apic
   use time_sweeps, only: accelerate_and_map_again, grid_to_particles, momentum_and_force_to_grid, &
                          momentum_to_grid, update_stress
+  use time_tool_contact, only: touch_tools
   use time_update, only: report_t
   use time_volume, only: share_volume
   implicit none (type, external)
@@ -67,7 +68,6 @@ contains
     call accelerate_nodes(world, sim, dt, sim%g)
     if (sim%is_broken) return
     if (filter_is_due(sim)) call filter_velocity(world, sim, sim%g, sim%g2, sim%increment)
-    call move_tools(sim, dt)
     call sim%timer%lap(ph_nodes)
     call grid_to_particles(sim, dt, sim%g, sim%g, dt, report)
     call sim%timer%lap(ph_to_particles)
@@ -100,7 +100,7 @@ contains
     call sum_nodes(world, sim, sim%g)
     call share_volume(world, sim)
     call velocity_field(world, sim, dt, sim%g)
-    call move_tools(sim, dt)
+    call touch_tools(world, sim, dt, sim%g, .false.)
     call grid_to_particles(sim, dt, sim%g2, sim%g, (1.0_rp - early)*dt, report)
     call sim%timer%lap(ph_to_particles)
   end subroutine step_twice
@@ -131,6 +131,8 @@ contains
     call hold_walls(sim, g)
     if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g, .true.)
     call mirror_nodes(sim, g)
+    call move_tools(sim, dt)
+    call touch_tools(world, sim, dt, g, .true.)
     call book_impulse(sim, dt, g)
   end subroutine accelerate_nodes
 

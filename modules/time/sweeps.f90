@@ -4,7 +4,7 @@
 module time_sweeps
   use base_kinds, only: nlane, rp
   use base_system, only: prefetch_block
-  use particles_store, only: f_force, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel
+  use particles_store, only: f_jac, f_mass, f_pos, f_tau, f_temp, f_vel
   use time_affine, only: affine_to_grid, carry_gradient
   use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains, &
                          unpack_velocity
@@ -12,8 +12,7 @@ module time_sweeps
   use time_rigid, only: move_rigid
   use time_state, only: scheme_usl, simulation_t
   use time_surface_loads, only: book_tractions, tractions_to_grid
-  use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume, &
-                         touch
+  use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume
   use time_volume, only: add_volume, clear_volume
   use time_weights, only: weights_of
   use transfer_kernels, only: g2p_block, p2g_block
@@ -52,7 +51,7 @@ contains
     call force_records(sim%scene%method%mass_scaling, &
                        1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
                        outer_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), ps(1, f_tau), &
-                       ps(1, f_force), ps(1, f_temp), rec)
+                       ps(1, f_temp), rec)
     call add_known_force(sim, body, nf, ps, rec)
     if (sim%scene%method%fbar) call add_volume(n, first, sim%patch%stride, ps(1, f_mass), &
       ps(1, f_jac), body, size(sim%volume, 1), sim%patch%nn, sim%volume)
@@ -102,7 +101,7 @@ contains
     end if
   end subroutine to_grid
 
-  !> Grid to particles: move them with `moved`, then contact, then stress over `dt_stress` with the
+  !> Grid to particles: move them with `moved`, then stress over `dt_stress` with the
   !> gradient of `field` (the same grid in USL).
   subroutine grid_to_particles(sim, dt, moved, field, dt_stress, report)
     type(simulation_t), intent(inout) :: sim
@@ -152,7 +151,6 @@ contains
     call restore_volume(sim, sim%particles%body(b), n, first, nf, ps)
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
     call known_work(sim, sim%particles%body(b), n, dt, v, dv, nf, ps)
-    call touch(sim, b, n, dt, v, dv, nf, ps)
     if (dt_stress <= 0.0_rp) return
     call constitutive(sim, sim%particles%body(b), n, dt_stress, l, temp, nf, ps, report)
   end subroutine advance_block

@@ -3,10 +3,8 @@
 !> outer work, contact with tools, stress.
 module time_update
   use base_kinds, only: nlane, rp
-  use contact_tool, only: contact_block, measure_gaps, slip_rate, tool_is_near
-  use particles_store, only: f_bbar, f_flow, f_force, f_heat, f_jac, f_mass, f_plastic, f_pos, &
-                             f_rate, f_tau, f_temp
-  use physics_stress, only: flow_strength, stress_block, stress_sums_t
+  use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_rate, f_tau, f_temp
+  use physics_stress, only: stress_block, stress_sums_t
   use time_audit, only: e_body, e_plastic, e_stress
   use time_blocks, only: body_work
   use time_state, only: simulation_t
@@ -14,7 +12,7 @@ module time_update
   implicit none (type, external)
   private
 
-  public :: report_t, restore_volume, outer_acceleration, outer_work, touch, constitutive
+  public :: report_t, restore_volume, outer_acceleration, outer_work, constitutive
 
   !> What a step tells the driver: maxima over this rank's particles.
   type :: report_t
@@ -72,29 +70,6 @@ contains
     if (all(abs(a) <= 0.0_rp)) return
     sim%sums(e_body) = sim%sums(e_body) + body_work(n, dt, a, mass, v, dv)
   end subroutine outer_work
-
-  !> Contact with the tools, only for blocks near one.
-  subroutine touch(sim, b, n, dt, v, dv, nf, ps)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: b, n, nf
-    real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3)
-    real(rp), intent(inout) :: ps(nlane, nf)
-    real(rp) :: d(nlane), normal(nlane, 3), rate(nlane), strength(nlane)
-    integer :: touched(nlane)
-
-    if (size(sim%tool) == 0) return
-    if (.not. tool_is_near(sim%tool, sim%ball(1:3, b), sim%ball(4, b))) return
-    call measure_gaps(sim%tool, n, sim%scene%grid%h, ps(1, f_pos), touched, d, normal)
-    if (minval(d(1:n)) > sim%scene%grid%h) return      ! nothing can touch within a step
-    associate (body => sim%scene%body(sim%particles%body(b)))
-      call slip_rate(sim%tool, n, body%mean_spacing(), touched, ps(1, f_pos), v, rate)
-      call flow_strength(sim%scene%material(body%material), ps(1, f_plastic), ps(1, f_temp), rate, &
-                         strength)
-    end associate
-    call contact_block(sim%tool, n, dt, sim%scene%method%mass_scaling, &
-                       sim%scene%body(sim%particles%body(b))%spacing, touched, d, normal, &
-                       ps(1, f_pos), v, dv, ps(1, f_mass), strength, ps(1, f_force), ps(1, f_heat))
-  end subroutine touch
 
   subroutine constitutive(sim, body, n, dt, l, temp, nf, ps, report)
     type(simulation_t), intent(inout) :: sim

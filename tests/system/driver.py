@@ -49,11 +49,10 @@ FIELDS = {
     "tau": (16, 6),  # Kirchhoff stress [Pa]
     "rate": (22, 1),  # [1/s]
     "flow": (23, 1),  # [Pa]
-    "force": (24, 3),  # contact force [N]
-    "heat": (27, 1),  # heat waiting for conduction [J]
+    "heat": (24, 1),  # heat waiting for conduction [J]
 }
 # Fields that only some scenes have.
-MORE_FIELDS = {"half": (28, 3)}  # cpgimp: half lengths of the domain [cells]
+MORE_FIELDS = {"half": (25, 3)}  # cpgimp: half lengths of the domain [cells]
 
 
 def command_of(name, options, ranks, sets):

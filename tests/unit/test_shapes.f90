@@ -108,7 +108,7 @@ contains
     type(made_t), intent(in) :: made
     type(profile_t) :: outline
     real(rp), parameter :: step = 1.0e-8_rp
-    real(rp) :: x(3), y(3), normal(3), far(3), d, d1, d2, gradient(3), r, want
+    real(rp) :: x(3), y(3), normal(3), far(3), d, d1, d2, gradient(3), r, room, want
     real(rp) :: off, off_length, off_gradient, jump
     integer :: a, i, n_inside, n_kinks
     logical :: signs_agree
@@ -124,7 +124,7 @@ contains
       call random_number(x)
       x = [-0.012_rp, -0.012_rp, -0.010_rp] + x*[0.024_rp, 0.024_rp, 0.030_rp]
       r = norm2(x(1:2))
-      call revolved_distance(outline, x, d, normal)
+      call revolved_distance(outline, x, d, normal, room)
       want = sampled_distance(made, r, x(3))
       off = max(off, abs(abs(d) - want))
       if (is_in_tool(made, r, x(3))) n_inside = n_inside + 1
@@ -134,10 +134,10 @@ contains
       do a = 1, 3
         y = x
         y(a) = x(a) + step
-        call revolved_distance(outline, y, d1, far)
+        call revolved_distance(outline, y, d1, far, room)
         jump = max(jump, norm2(far - normal))
         y(a) = x(a) - step
-        call revolved_distance(outline, y, d2, far)
+        call revolved_distance(outline, y, d2, far, room)
         jump = max(jump, norm2(far - normal))
         gradient(a) = (d1 - d2)/(2.0_rp*step)
       end do
@@ -158,27 +158,27 @@ contains
   !> Places that random points miss: on the axis, on the faces, below the rim.
   subroutine test_known_points()
     type(profile_t) :: flat, pin
-    real(rp) :: d, normal(3)
+    real(rp) :: d, normal(3), room
 
     flat = outline_of(made_t(0.010_rp, 0.020_rp))
     pin = outline_of(made_t(0.010_rp, 0.020_rp, pin_radius=0.003_rp, tip_radius=0.003_rp, &
                             pin_length=0.005_rp))
-    call revolved_distance(flat, [0.0_rp, 0.0_rp, -1.0e-3_rp], d, normal)
+    call revolved_distance(flat, [0.0_rp, 0.0_rp, -1.0e-3_rp], d, normal, room)
     call expect_close('below the axis', d, 1.0e-3_rp)
     call expect('below the axis, gradient', all(normal == [0.0_rp, 0.0_rp, -1.0_rp]))
-    call revolved_distance(flat, [0.0_rp, 0.0_rp, 2.0e-3_rp], d, normal)
+    call revolved_distance(flat, [0.0_rp, 0.0_rp, 2.0e-3_rp], d, normal, room)
     call expect_close('on the axis inside', d, -2.0e-3_rp)
-    call revolved_distance(flat, [5.0e-3_rp, 0.0_rp, 0.0_rp], d, normal)
+    call revolved_distance(flat, [5.0e-3_rp, 0.0_rp, 0.0_rp], d, normal, room)
     call expect_close('on the face', d, 0.0_rp, atol=1.0e-18_rp)
     call expect_close('on the face, gradient', normal(3), -1.0_rp)
-    call revolved_distance(flat, [0.013_rp, 0.0_rp, -0.004_rp], d, normal)
+    call revolved_distance(flat, [0.013_rp, 0.0_rp, -0.004_rp], d, normal, room)
     call expect_close('off the rim', d, 0.005_rp)
     call expect_close('off the rim, gradient', norm2(normal - [0.6_rp, 0.0_rp, -0.8_rp]), 0.0_rp, &
                       atol=1.0e-12_rp)
-    call revolved_distance(pin, [0.0_rp, 3.5e-3_rp, -2.0e-3_rp], d, normal)
+    call revolved_distance(pin, [0.0_rp, 3.5e-3_rp, -2.0e-3_rp], d, normal, room)
     call expect_close('beside the pin', d, 0.5e-3_rp)
     call expect_close('beside the pin, gradient', normal(2), 1.0_rp)
-    call revolved_distance(pin, [0.0_rp, 0.0_rp, -4.0e-3_rp], d, normal)
+    call revolved_distance(pin, [0.0_rp, 0.0_rp, -4.0e-3_rp], d, normal, room)
     call expect_close('in the pin, near its tip', d, -1.0e-3_rp)
     call expect_close('in the pin, gradient', normal(3), -1.0_rp)
   end subroutine test_known_points
@@ -186,7 +186,7 @@ contains
   !> Box: distance to the sampled closest point, sign and gradient.
   subroutine test_box()
     real(rp), parameter :: half(3) = [0.3_rp, 0.5_rp, 0.2_rp], step = 1.0e-7_rp
-    real(rp) :: x(3), y(3), d, d1, d2, want, normal(3), unused(3), gradient(3)
+    real(rp) :: x(3), y(3), d, d1, d2, want, normal(3), unused(3), gradient(3), room
     real(rp) :: off, off_gradient
     integer :: a, i, n_inside
 
@@ -196,7 +196,7 @@ contains
     do i = 1, 2000
       call random_number(x)
       x = 1.6_rp*(x - 0.5_rp)
-      call box_distance(half, x, d, normal)
+      call box_distance(half, x, d, normal, room)
       want = norm2(x - max(-half, min(half, x)))
       if (all(abs(x) < half)) then
         n_inside = n_inside + 1
@@ -206,9 +206,9 @@ contains
       do a = 1, 3
         y = x
         y(a) = x(a) + step
-        call box_distance(half, y, d1, unused)
+        call box_distance(half, y, d1, unused, room)
         y(a) = x(a) - step
-        call box_distance(half, y, d2, unused)
+        call box_distance(half, y, d2, unused, room)
         gradient(a) = (d1 - d2)/(2.0_rp*step)
       end do
       if (d < 0.0_rp .and. maxval(abs(gradient)) < 1.0_rp - 1.0e-6_rp) cycle   ! two faces are near

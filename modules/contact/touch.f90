@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: MIT
+!> What contact with a tool does to a particle and at a node, and what the tool feels of it.
+module contact_touch
+  use base_kinds, only: rp
+  use contact_tool, only: rigid_t, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
+                          s_to_plate, s_torque, s_work, tool_t
+  implicit none (type, external)
+  private
+
+  public :: meet, held_part, settle
+
+contains
+
+  !> Velocity along the normal that contact takes from a particle, and its slip along the surface. A
+  !> gap is closed and no more. A penetration is taken back within a step of regular length, so that
+  !> a last, short step gives no kick.
+  pure subroutine meet(dt, regular, gap, normal, velocity, closing, slip)
+    real(rp), intent(in) :: dt, regular         !! this step and the one before [s]
+    real(rp), intent(in) :: gap                 !! at the end of the step, without contact [m]
+    real(rp), intent(in) :: normal(3)           !! out of the tool
+    real(rp), intent(in) :: velocity(3)         !! against the tool, without contact [m/s]
+    real(rp), intent(out) :: closing, slip(3)   !! [m/s]
+    real(rp) :: before, speed
+
+    speed = dot_product(velocity, normal)
+    slip = velocity - speed*normal
+    before = gap - dt*speed
+    closing = -speed - before/merge(max(dt, regular), dt, before < 0.0_rp)
+  end subroutine meet
+
+  !> The part of an impulse that friction can give: Coulomb's law and the shear strength.
+  pure real(rp) function held_part(hold, coulomb, shear)
+    real(rp), intent(in) :: hold(3), coulomb, shear     !! [N s]
+    real(rp) :: wanted
+
+    wanted = norm2(hold)
+    held_part = 1.0_rp
+    if (min(coulomb, shear) < wanted) held_part = min(coulomb, shear)/wanted
+  end function held_part
+
+  !> Books of a tool for the impulses that it gives at a place: force, torque, work, heat.
+  pure subroutine settle(tool, rigid, x, push, hold, mean)
+    type(tool_t), intent(inout) :: tool
+    type(rigid_t), intent(in) :: rigid          !! its motion in this step
+    real(rp), intent(in) :: x(3)                !! [m]
+    real(rp), intent(in) :: push(3), hold(3)    !! across and along the surface [N s]
+    real(rp), intent(in) :: mean(3)             !! velocity of the material, mean of the step [m/s]
+    real(rp), dimension(3) :: arm, impulse, moment, normal, slip, surface
+    real(rp) :: friction, press
+
+    press = norm2(push)
+    if (press <= 0.0_rp) return
+    impulse = push + hold
+    surface = rigid%velocity_at(x)
+    slip = mean - surface
+    arm = x - rigid%centre
+    moment = [arm(2)*impulse(3) - arm(3)*impulse(2), arm(3)*impulse(1) - arm(1)*impulse(3), &
+              arm(1)*impulse(2) - arm(2)*impulse(1)]
+    friction = -dot_product(hold, slip)
+    normal = push/press
+    associate (s => tool%sums)
+      s(s_force:s_force + 2) = s(s_force:s_force + 2) - impulse
+      s(s_torque) = s(s_torque) - dot_product(moment, tool%axes(:, 3))
+      s(s_work) = s(s_work) + dot_product(impulse, surface)
+      s(s_friction) = s(s_friction) + friction
+      s(s_normal) = s(s_normal) - dot_product(push, slip)
+      s(s_press) = s(s_press) + press
+      s(s_creep) = s(s_creep) + press*norm2(mean - dot_product(mean, normal)*normal)
+      s(s_slide) = s(s_slide) + press*norm2(surface - dot_product(surface, normal)*normal)
+      s(s_to_plate) = s(s_to_plate) + tool%heat_share*friction
+    end associate
+  end subroutine settle
+
+end module contact_touch

@@ -1,0 +1,330 @@
+! SPDX-License-Identifier: MIT
+!> Contact of material points with rigid analytic tools, within the step.
+!>
+!> With the velocities that the nodes would have without contact, a particle whose surface would be
+!> inside the tool at the end of the step touches: it is to lose the velocity e along the tool's
+!> normal. Its impulse m e/s goes to the nodes by its weights; s = sum w c_i/m_i, c_i the mass of
+!> the touching particles at node i, is the share of an even load that comes back to the particle, so
+!> that even loads are carried exactly in one pass. Friction is limited at the nodes, where the
+!> pressure of neighbouring particles is already averaged: by Coulomb's law and by the shear strength
+!> of the material.
+!>
+!> Beyond the last particle that touches, the velocity on the grid falls off over a cell, so that a
+!> tool seems wider by half a cell. Therefore nothing touches within half a cell of an edge that
+!> stands out: flat punches then carry what they should (tests/verification, punch_plane).
+module time_tool_contact
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use contact_tool, only: rigid_t, tool_t
+  use contact_touch, only: held_part, meet
+  use particles_store, only: f_mass, f_plastic, f_pos, f_temp
+  use physics_stress, only: flow_strength
+  use time_mirrors, only: r_velocity, unfold
+  use time_nodes, only: least_mass
+  use time_state, only: simulation_t
+  use time_touch_books, only: book_tool, give_heat
+  use time_touch_walls, only: book_walls, fold_entries, note_held, unfold_entries
+  use time_touching, only: n_values, touch_t, v_coulomb, v_hold, v_push, v_shear
+  use time_weights, only: weights_of
+  implicit none (type, external)
+  private
+
+  public :: touch_tools
+
+  real(rp), parameter :: share = 0.7_rp        !! of the exact impulse: all of it rattles
+  real(rp), parameter :: band = 3.0_rp         !! nodes that touching particles reach [cells]
+  real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
+  real(rp), parameter :: inset = 0.5_rp        !! of edges that stand out [cells]
+  real(rp), parameter :: unlimited = 1.0e30_rp     !! shear strength of an elastic material
+
+contains
+
+  !> Collective. Change the velocities of the nodes near tools to what contact leaves of them; with
+  !> `is_booked` keep the books of the tools and give friction heat to the particles.
+  subroutine touch_tools(world, sim, dt, g, is_booked)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)   !! velocity records
+    logical, intent(in) :: is_booked
+    integer :: group, k
+
+    do k = 1, size(sim%tool)
+      if (.not. sim%is_near(k)) cycle
+      do group = 1, sim%n_groups
+        if (sim%scene%tool_of(group) > 0) cycle
+        call touch_group(world, sim, k, group, dt, is_booked, g(:, :, group))
+      end do
+    end do
+  end subroutine touch_tools
+
+  subroutine touch_group(world, sim, k, group, dt, is_booked, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: k, group
+    real(rp), intent(in) :: dt
+    logical, intent(in) :: is_booked
+    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    type(rigid_t) :: rigid
+
+    rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
+    call list_nodes(sim, sim%tool(k), g)
+    call note_held(sim)
+    call find_touching(sim, sim%tool(k), rigid, group, dt, g)
+    call add_masses(sim)
+    call fold_entries(sim, 1, sim%touching%mass)
+    call share_entries(world, sim, 1, sim%touching%mass)
+    call unfold_entries(sim, 1, sim%touching%mass)
+    call add_impulses(sim, g)
+    sim%touching%own = sim%touching%values
+    call fold_entries(sim, n_values, sim%touching%values)
+    call share_entries(world, sim, n_values, sim%touching%values)
+    call push_nodes(sim, is_booked, g)
+    call unfold(sim, r_velocity, g)
+    if (.not. is_booked) return
+    call book_tool(sim, rigid, sim%tool(k), g)
+    call give_heat(sim, sim%tool(k)%heat_share)
+  end subroutine touch_group
+
+  !> List the nodes with mass near the tool: the same on all ranks that store them.
+  subroutine list_nodes(sim, tool, g)
+    type(simulation_t), intent(inout) :: sim
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: g(8, sim%patch%nn)
+    real(rp) :: lower(3), upper(3), room, x(3)
+    integer :: i, r
+
+    room = band*sim%patch%h
+    call tool%bounds(lower, upper)
+    where (sim%scene%grid%period > 0) lower = -huge(1.0_rp)
+    where (sim%scene%grid%period > 0) upper = huge(1.0_rp)
+    call sim%touching%forget(sim%patch%nn)
+    do r = 1, sim%n_runs
+      x = sim%patch%position(sim%run(1, r))
+      if (any(x(1:2) < lower(1:2) - room) .or. any(x(1:2) > upper(1:2) + room)) cycle
+      do i = sim%run(1, r), sim%run(2, r)
+        if (g(8, i) <= least_mass) cycle
+        x = sim%patch%position(i)
+        if (x(3) < lower(3) - room .or. x(3) > upper(3) + room) cycle
+        if (nearest_image(sim, tool, x) < room) call sim%touching%add_node(i)
+      end do
+    end do
+    call sim%touching%prepare()
+  end subroutine list_nodes
+
+  !> Distance of the tool from the image of `x` that is nearest to it [m].
+  pure real(rp) function nearest_image(sim, tool, x)
+    type(simulation_t), intent(in) :: sim
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: x(3)
+    real(rp) :: d, length(3), n(3), room
+    integer :: i, j, k, turns(3)
+
+    length = sim%patch%h*real(sim%patch%period, rp)
+    turns = merge(2, 0, sim%patch%period > 0)
+    nearest_image = huge(1.0_rp)
+    do i = -turns(1), turns(1)
+      do j = -turns(2), turns(2)
+        do k = -turns(3), turns(3)
+          call tool%distance(x + length*real([i, j, k], rp), d, n, room)
+          nearest_image = min(nearest_image, d)
+        end do
+      end do
+    end do
+  end function nearest_image
+
+  !> List the particles of a group whose surface would be inside the tool at the end of the step.
+  subroutine find_touching(sim, tool, rigid, group, dt, g)
+    type(simulation_t), intent(inout) :: sim
+    type(tool_t), intent(in) :: tool
+    type(rigid_t), intent(in) :: rigid
+    integer, intent(in) :: group
+    real(rp), intent(in) :: dt, g(8, sim%patch%nn)
+    integer :: b
+
+    do b = 1, sim%particles%nblk
+      if (sim%scene%body(sim%particles%body(b))%group /= group) cycle
+      if (.not. tool%is_near(sim%ball(1:3, b), sim%ball(4, b))) cycle
+      call visit_block(sim, tool, rigid, b, sim%particles%body(b), sim%particles%count(b), dt, &
+                       sim%particles%nf, sim%particles%ps(:, :, b), g)
+    end do
+  end subroutine find_touching
+
+  subroutine visit_block(sim, tool, rigid, b, body, n, dt, nf, ps, g)
+    type(simulation_t), intent(inout) :: sim
+    type(tool_t), intent(in) :: tool
+    type(rigid_t), intent(in) :: rigid
+    integer, intent(in) :: b, body, n, nf
+    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
+    real(rp) :: first_d, near, reach, rate(nlane), strength(nlane), w(nlane, 18), x(3)
+    integer :: before, first(nlane), i, p
+    type(touch_t) :: touch
+
+    before = sim%touching%n
+    ! no particle moves faster than the nodes; a distance changes by no more than the way
+    near = dt*sim%clock%max_speed + 0.01_rp*sim%patch%h &
+           + 0.5_rp*norm2(sim%scene%body(body)%spacing)
+    first_d = tool%clearance(ps(1, f_pos:f_pos + 2))
+    do p = 1, n
+      x = ps(p, f_pos:f_pos + 2)
+      if (first_d - norm2(x - ps(1, f_pos:f_pos + 2)) > near) cycle
+      if (tool%clearance(x) > near) cycle
+      if (before == sim%touching%n) call weights_of(sim, body, nf, ps, w, first)
+      touch%block = b
+      touch%lane = p
+      touch%first = first(p)
+      touch%w = reshape(w(p, 1:9), [3, 3])
+      touch%mass = sim%scene%method%mass_scaling*ps(p, f_mass)
+      if (approaches(sim, tool, rigid, dt, sim%scene%body(body)%spacing, x, &
+                     velocity_at(sim, touch, g), touch)) call sim%touching%add_touch(touch)
+    end do
+    if (sim%touching%n == before) return
+    rate = 1.0_rp
+    do i = before + 1, sim%touching%n
+      associate (t => sim%touching%touch(i))
+        rate(t%lane) = norm2(t%slip)/(sqrt(3.0_rp)*sim%scene%body(body)%mean_spacing())
+      end associate
+    end do
+    call flow_strength(sim%scene%material(sim%scene%body(body)%material), ps(1, f_plastic), &
+                       ps(1, f_temp), rate, strength)
+    do i = before + 1, sim%touching%n
+      associate (t => sim%touching%touch(i), spacing => sim%scene%body(body)%spacing)
+        t%shear = unlimited
+        reach = norm2(t%normal*spacing)
+        if (tool%shear_limit .and. strength(t%lane) > 0.0_rp) then
+          t%shear = dt*strength(t%lane)/sqrt(3.0_rp)*product(spacing)/reach
+        end if
+      end associate
+    end do
+  end subroutine visit_block
+
+  !> Velocity of the nodes at a particle [m/s].
+  pure function velocity_at(sim, touch, g) result(v)
+    type(simulation_t), intent(in) :: sim
+    type(touch_t), intent(in) :: touch
+    real(rp), intent(in) :: g(8, sim%patch%nn)
+    real(rp) :: v(3)
+    integer :: i, j, k, q
+
+    v = 0.0_rp
+    do i = 1, 3
+      do j = 1, 3
+        q = touch%first + (i - 1)*sim%patch%stride(1) + (j - 1)*sim%patch%stride(2) - 1
+        do k = 1, 3
+          v = v + touch%w(i, 1)*touch%w(j, 2)*touch%w(k, 3)*g(1:3, q + k)
+        end do
+      end do
+    end do
+  end function velocity_at
+
+  !> Whether the surface of the particle at `x` with velocity `v` would be inside the tool at the end
+  !> of the step; how fast it gets there, and its slip.
+  logical function approaches(sim, tool, rigid, dt, spacing, x, v, touch)
+    type(simulation_t), intent(in) :: sim
+    type(tool_t), intent(in) :: tool
+    type(rigid_t), intent(in) :: rigid
+    real(rp), intent(in) :: dt, spacing(3), x(3), v(3)
+    type(touch_t), intent(inout) :: touch
+    real(rp) :: gap, room
+
+    call tool%distance(x + dt*v, gap, touch%normal, room)
+    gap = gap - 0.5_rp*norm2(touch%normal*spacing)
+    approaches = gap < 0.0_rp .and. room > inset*sim%patch%h
+    if (.not. approaches) return
+    call meet(dt, sim%clock%dt, gap, touch%normal, v - rigid%velocity_at(x + 0.5_rp*dt*v), &
+              touch%closing, touch%slip)
+    touch%friction = tool%friction
+    approaches = touch%closing > 0.0_rp
+  end function approaches
+
+  !> Masses of the touching particles at the nodes.
+  subroutine add_masses(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: e(27), p
+    real(rp) :: w(27)
+
+    associate (touching => sim%touching)
+      do p = 1, touching%n
+        call touching%stencil(sim%patch%stride, touching%touch(p), e, w)
+        call add(touching%touch(p)%mass, e, w, touching%mass)
+      end do
+    end associate
+  contains
+    pure subroutine add(mass, e, w, sums)
+      real(rp), intent(in) :: mass, w(27)
+      integer, intent(in) :: e(27)
+      real(rp), intent(inout) :: sums(1, sim%touching%n_nodes)
+      integer :: i
+
+      do i = 1, 27
+        if (e(i) > 0) sums(1, e(i)) = sums(1, e(i)) + w(i)*mass
+      end do
+    end subroutine add
+  end subroutine add_masses
+
+  !> Impulses of the touching particles at the nodes.
+  subroutine add_impulses(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%patch%nn)
+    real(rp) :: values(n_values), s, w(27)
+    integer :: e(27), i, p
+
+    associate (touching => sim%touching)
+      do p = 1, touching%n
+        associate (t => touching%touch(p))
+          call touching%stencil(sim%patch%stride, t, e, w)
+          s = 0.0_rp
+          do i = 1, 27
+            if (e(i) > 0) s = s + w(i)*touching%mass(1, e(i))/g(8, touching%node(e(i))) &
+                                  *sum(touching%free(:, e(i))*t%normal**2)
+          end do
+          s = max(s, least_share)
+          t%hold = -t%mass/s*t%slip
+          values(v_push:v_push + 2) = share*t%mass/s*t%closing*t%normal
+          values(v_hold:v_hold + 2) = t%hold
+          values(v_coulomb) = t%friction*norm2(values(v_push:v_push + 2))
+          values(v_shear) = t%shear
+          do i = 1, 27
+            if (e(i) > 0) touching%values(:, e(i)) = touching%values(:, e(i)) + w(i)*values
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine add_impulses
+
+  !> Sum over the ranks.
+  subroutine share_entries(world, sim, width, values)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: width
+    real(rp), intent(inout) :: values(width, sim%touching%n_nodes)
+
+    call sim%halo%combine(world, .false., sim%patch%nn, sim%touching%place, &
+                          sim%touching%n_nodes, sim%touching%node, width, values)
+  end subroutine share_entries
+
+  !> New velocities of the listed nodes, as far as walls let them; what walls take of the impulse.
+  subroutine push_nodes(sim, is_booked, g)
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_booked
+    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    real(rp) :: jump(3)
+    integer :: e
+
+    associate (t => sim%touching)
+      do e = 1, t%n_nodes
+        t%part(e) = held_part(t%values(v_hold:v_hold + 2, e), t%values(v_coulomb, e), &
+                              t%values(v_shear, e))
+        associate (record => g(:, t%node(e)))
+          jump = t%free(:, e)/record(8)*(t%values(v_push:v_push + 2, e) &
+                                         + t%part(e)*t%values(v_hold:v_hold + 2, e))
+          record(1:3) = record(1:3) + jump
+          record(5:7) = record(5:7) + jump
+        end associate
+      end do
+    end associate
+    call unfold_entries(sim, 1, sim%touching%part)
+    if (is_booked) call book_walls(sim, g)
+  end subroutine push_nodes
+
+end module time_tool_contact

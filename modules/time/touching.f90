@@ -1,0 +1,138 @@
+! SPDX-License-Identifier: MIT
+!> The particles that touch a tool in a step, and the nodes near it: lists made anew in each step.
+module time_touching
+  use base_kinds, only: rp
+  implicit none (type, external)
+  private
+
+  public :: touching_t, touch_t
+
+  ! What the touching particles say to a node.
+  integer, parameter, public :: &
+    v_push = 1, &     !! impulse along the normals [N s], 3
+    v_hold = 4, &     !! impulse that would stop the slip [N s], 3
+    v_coulomb = 7, &  !! friction times the normal impulse [N s]
+    v_shear = 8       !! impulse at which the material shears [N s]
+  integer, parameter, public :: n_values = 8
+
+  !> A particle that touches.
+  type :: touch_t
+    integer :: block = 0, lane = 0, first = 0
+    real(rp) :: w(3, 3) = 0.0_rp               !! weights on the three axes
+    real(rp) :: mass = 0.0_rp                  !! inertial [kg]
+    real(rp) :: normal(3) = 0.0_rp             !! out of the tool
+    real(rp) :: closing = 0.0_rp               !! velocity that contact takes [m/s]
+    real(rp) :: slip(3) = 0.0_rp               !! along the tool's surface [m/s]
+    real(rp) :: friction = 0.0_rp
+    real(rp) :: shear = 0.0_rp                 !! impulse at which the material shears [N s]
+    real(rp) :: hold(3) = 0.0_rp               !! impulse that would stop the slip [N s]
+  end type touch_t
+
+  type :: touching_t
+    integer :: n = 0                           !! particles
+    type(touch_t), allocatable :: touch(:)
+    integer :: n_nodes = 0
+    integer, allocatable :: place(:)           !! (nn) entry of a node, 0: none
+    integer, allocatable :: node(:)
+    real(rp), allocatable :: mass(:, :)        !! (1, n_nodes) of the particles that touch [kg]
+    real(rp), allocatable :: values(:, :)      !! (n_values, n_nodes) of all ranks, folded at walls
+    real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
+    real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
+    real(rp), allocatable :: part(:)           !! of `v_hold` that friction can give
+    real(rp), allocatable :: slip(:, :)        !! (3, n_nodes) mean velocity against the tool [m/s]
+  contains
+    procedure :: forget
+    procedure :: add_node
+    procedure :: add_touch
+    procedure :: prepare
+    procedure :: stencil
+  end type touching_t
+
+contains
+
+  !> Empty the lists; on a new patch of `nn` nodes make them.
+  pure subroutine forget(self, nn)
+    class(touching_t), intent(inout) :: self
+    integer, intent(in) :: nn
+
+    if (allocated(self%place)) then
+      if (size(self%place) /= nn) deallocate (self%place)
+    end if
+    if (allocated(self%place)) then
+      self%place(self%node(1:self%n_nodes)) = 0
+    else
+      allocate (self%place(nn), source=0)
+    end if
+    if (.not. allocated(self%node)) allocate (self%node(64), self%touch(64))
+    self%n = 0
+    self%n_nodes = 0
+  end subroutine forget
+
+  pure subroutine add_node(self, q)
+    class(touching_t), intent(inout) :: self
+    integer, intent(in) :: q
+    integer, allocatable :: longer(:)
+
+    if (self%n_nodes == size(self%node)) then
+      allocate (longer(2*self%n_nodes))
+      longer(1:self%n_nodes) = self%node
+      call move_alloc(longer, self%node)
+    end if
+    self%n_nodes = self%n_nodes + 1
+    self%node(self%n_nodes) = q
+    self%place(q) = self%n_nodes
+  end subroutine add_node
+
+  pure subroutine add_touch(self, touch)
+    class(touching_t), intent(inout) :: self
+    type(touch_t), intent(in) :: touch
+    type(touch_t), allocatable :: longer(:)
+
+    if (self%n == size(self%touch)) then
+      allocate (longer(2*self%n))
+      longer(1:self%n) = self%touch
+      call move_alloc(longer, self%touch)
+    end if
+    self%n = self%n + 1
+    self%touch(self%n) = touch
+  end subroutine add_touch
+
+  !> Zero what the listed nodes hold.
+  pure subroutine prepare(self)
+    class(touching_t), intent(inout) :: self
+
+    if (allocated(self%mass)) then
+      if (size(self%mass, 2) /= self%n_nodes) deallocate (self%mass, self%values, self%own, &
+                                                          self%free, self%part, self%slip)
+    end if
+    if (.not. allocated(self%mass)) allocate (self%mass(1, self%n_nodes), &
+      self%values(n_values, self%n_nodes), self%own(n_values, self%n_nodes), &
+      self%free(3, self%n_nodes), self%part(self%n_nodes), self%slip(3, self%n_nodes))
+    self%mass = 0.0_rp
+    self%values = 0.0_rp
+    self%free = 1.0_rp
+  end subroutine prepare
+
+  !> Entries (0: not listed) and weights of a particle's 27 nodes.
+  pure subroutine stencil(self, stride, touch, e, w)
+    class(touching_t), intent(in) :: self
+    integer, intent(in) :: stride(3)
+    type(touch_t), intent(in) :: touch
+    integer, intent(out) :: e(27)
+    real(rp), intent(out) :: w(27)
+    integer :: c, i, j, k, q
+
+    c = 0
+    do i = 1, 3
+      do j = 1, 3
+        q = touch%first + (i - 1)*stride(1) + (j - 1)*stride(2) - 1
+        do k = 1, 3
+          c = c + 1
+          e(c) = self%place(q + k)
+          w(c) = touch%w(i, 1)*touch%w(j, 2)*touch%w(k, 3)
+        end do
+      end do
+    end do
+  end subroutine stencil
+
+end module time_touching
