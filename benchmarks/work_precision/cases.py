@@ -33,10 +33,8 @@ TRANSFERS = {
     "xpic(2)": {"TRANSFER": "xpic", "ORDER": 2},
     "fmpm(2)/10": {"TRANSFER": "fmpm", "ORDER": 2, "EVERY": 10},
     "fmpm(2)/100": {"TRANSFER": "fmpm", "ORDER": 2, "EVERY": 100},
-    "flip usf": {"SCHEME": "usf"},
     "flip musl": {"SCHEME": "musl"},
     "flip usavg": {"SCHEME": "usavg"},
-    "apic usf": {"TRANSFER": "apic", "SCHEME": "usf"},
 }
 
 
@@ -58,14 +56,13 @@ def mechanical(shape, cells, thorough=True):
     both = (1.0, 0.5)
     result = pairs(shape, ("flip", "apic"), (1.0, 0.5, 0.25))
     result |= pairs(shape, ("fmpm(2)", "xpic(2)", "flip usavg"), both)
-    result |= pairs(shape, ("fmpm(4)", "fmpm(2)/10", "fmpm(2)/100", "flip usf", "flip musl"))
+    result |= pairs(shape, ("fmpm(4)", "fmpm(2)/10", "fmpm(2)/100", "flip musl"))
     if thorough:
-        result |= pairs(shape, ("apic usf",))
         result |= pairs(shape, ("flip", "apic"), note=", 3 per cell", keys={"BODY.PARTICLES_PER_CELL": cells})
     for other in ("ugimp", "bspline"):
         if other != shape:
             result |= pairs(other, ("flip", "apic"), both) | pairs(other, ("fmpm(2)",))
-    return result | pairs("linear", ("flip", "apic"))
+    return result
 
 
 def conduction():
@@ -92,11 +89,11 @@ def fbar(shape, transfer, on):
 
 def few(shape):
     """The list for costly problems and those where the method matters little."""
-    result = pairs(shape, ("flip", "apic", "fmpm(2)", "xpic(2)", "fmpm(2)/10", "flip usf", "flip musl", "flip usavg"))
+    result = pairs(shape, ("flip", "apic", "fmpm(2)", "xpic(2)", "fmpm(2)/10", "flip musl", "flip usavg"))
     for other in ("ugimp", "cpgimp", "bspline"):
         if other != shape:
             result |= pairs(other, ("flip", "apic"))
-    return result | pairs(shape, ("flip", "apic"), (0.5,)) | pairs("linear", ("flip",))
+    return result | pairs(shape, ("flip", "apic"), (0.5,))
 
 
 CASES = {case.name: case for case in (
@@ -119,8 +116,7 @@ CASES = {case.name: case for case in (
     Case("source_plate", "source_plate", "Moving source on a plate", (2,),
          {"ugimp, Fo 0.13": OptionSet({"METHOD.SHAPE": "ugimp"}),
           "ugimp, Fo 0.5": OptionSet({"METHOD.SHAPE": "ugimp"} | longest_conduction(3e-3, 6.9e-5)),
-          "bspline, Fo 0.13": OptionSet({"METHOD.SHAPE": "bspline"}),
-          "linear, Fo 0.13": OptionSet({"METHOD.SHAPE": "linear"})}),
+          "bspline, Fo 0.13": OptionSet({"METHOD.SHAPE": "bspline"})}),
 )}
 
 QUICK = {"waves2d": ((8, 16), ("cpgimp flip", "cpgimp apic, dt/2", "bspline flip")),

@@ -56,10 +56,10 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('METHOD', 'once', 'Numerical method.')
-    call t%key('SHAPE', 'choice', 1, '', 'ugimp', 'linear ugimp cpgimp bspline', &
+    call t%key('SHAPE', 'choice', 1, '', 'ugimp', 'ugimp cpgimp bspline', &
       'shape functions between particles and grid; the domains of cpgimp follow the deformation')
-    call t%key('SCHEME', 'choice', 1, '', 'usl', 'usl usf musl usavg', &
-      'stress update: last, first, last from velocities mapped again, mean of first and last')
+    call t%key('SCHEME', 'choice', 1, '', 'usl', 'usl musl usavg', &
+      'stress update: last, last from velocities mapped again, half first and half last')
     call t%key('TRANSFER', 'choice', 1, '', 'flip', 'flip apic xpic fmpm', &
       'velocity transfer from grid to particles')
     call t%key('ORDER', 'integer', 1, '', '2', '[1,20]', 'order of xpic and fmpm')

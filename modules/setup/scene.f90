@@ -43,6 +43,9 @@ contains
     call read_constraints(input, sim%scene, complaints)
     call read_tools(input, sim%scene%body, sim%tool, complaints)
     call read_contacts(input, sim%scene, sim%n_groups, complaints)
+    associate (m => sim%scene%method)
+      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
+    end associate
     call read_probes(input, sim%scene, sim%probes, complaints)
   end subroutine build_scene
 
@@ -61,12 +64,10 @@ contains
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
       m%is_bspline = input%text('METHOD', 1, 'SHAPE') == 'bspline'
-      m%half_length = merge(1.0e-3_rp, 0.5_rp, input%text('METHOD', 1, 'SHAPE') == 'linear')
-      m%scheme = find(['usl  ', 'usf  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
+      m%scheme = find(['usl  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
       m%transfer = find(['flip', 'apic', 'xpic', 'fmpm'], input%text('METHOD', 1, 'TRANSFER'))
       m%order = input%integer('METHOD', 1, 'ORDER')
       m%every = input%integer('METHOD', 1, 'EVERY')
-      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m)
       m%pic = input%real('METHOD', 1, 'PIC_FRACTION')
       m%fbar = input%logical('METHOD', 1, 'FBAR')
       m%sort_interval = input%integer('METHOD', 1, 'SORT_INTERVAL')

@@ -11,25 +11,24 @@ module time_contacts
   use time_gaps, only: find_meeting
   use time_meeting, only: moves_as_one
   use time_rigid, only: hold_rigid
-  use time_state, only: simulation_t
+  use time_state, only: scheme_usavg, simulation_t
   use time_weights, only: weights_of
   implicit none (type, external)
   private
 
-  public :: touch_bodies, share_increments
+  public :: touch_bodies, join_bodies, share_increments
 
   real(rp), parameter :: slack = 0.05_rp   !! overlap that is left alone [cells]
 
 contains
 
-  !> Collective. Change the nodes' velocities to what contact leaves of them; with `is_booked` book
-  !> what it costs and give the friction heat to the particles.
-  subroutine touch_bodies(world, sim, dt, g, is_booked)
+  !> Collective. Change the nodes' velocities to what contact leaves of them, book what it costs and
+  !> give the friction heat to the particles.
+  subroutine touch_bodies(world, sim, dt, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    logical, intent(in) :: is_booked
     real(rp) :: record(8, 2)
     integer :: e
 
@@ -39,21 +38,47 @@ contains
     do e = 1, sim%meeting%n
       associate (groups => sim%scene%contact(sim%meeting%pair(e))%group, q => sim%meeting%node(e))
         record = g(:, q, groups)
-        call touch_node(sim, e, dt, is_booked, groups, record)
+        call touch_node(sim, e, dt, groups, record)
         g(:, q, groups) = record
       end associate
     end do
-    if (is_booked .and. sim%scene%method%conducts) call give_heat(sim)
+    if (sim%scene%method%conducts) call give_heat(sim)
   end subroutine touch_bodies
 
+  !> Collective. Velocities of the nodes that were only interpolated: rigid bodies have their own, and
+  !> groups without a &CONTACT one where they meet; `dt` is that of the step they belong to [s].
+  subroutine join_bodies(world, sim, dt, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    real(rp) :: record(8, 2)
+    integer :: e, k
+
+    call hold_rigid(sim, dt, g)
+    if (.not. sim%meeting%is_known) call find_meeting(world, sim, g)
+    do e = 1, sim%meeting%n
+      associate (contact => sim%scene%contact(sim%meeting%pair(e)), q => sim%meeting%node(e))
+        if (contact%normal /= moves_as_one) cycle
+        record = g(:, q, contact%group)
+        k = findloc(sim%scene%tool_of(contact%group) > 0, .true., 1)
+        if (k == 0) then
+          call unite(record)
+        else
+          record(1:3, 3 - k) = record(1:3, k)
+        end if
+        g(:, q, contact%group) = record
+      end associate
+    end do
+  end subroutine join_bodies
+
   !> One entry: records of both bodies at the node.
-  subroutine touch_node(sim, e, dt, is_booked, groups, g)
+  subroutine touch_node(sim, e, dt, groups, g)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: e, groups(2)
     real(rp), intent(in) :: dt
-    logical, intent(in) :: is_booked
     real(rp), intent(inout) :: g(8, 2)
-    real(rp) :: inverse(2), v(3, 2), impulse(3), mean(3, 2)
+    real(rp) :: inverse(2), v(3, 2), before(3), gap, impulse(3), mean(3, 2)
     integer :: k
 
     associate (meeting => sim%meeting, contact => sim%scene%contact(sim%meeting%pair(e)))
@@ -66,12 +91,18 @@ contains
       end if
       v = g(1:3, :)
       v(:, 2) = v(:, 1) + meeting%free(:, e)*(v(:, 2) - v(:, 1))
+      gap = meeting%gap(e)
+      if (sim%scene%method%scheme == scheme_usavg) then
+        ! half of this way with the old velocity, and in the next step half with the new one
+        before = (g(1:3, 2) - g(5:7, 2)) - (g(1:3, 1) - g(5:7, 1))
+        gap = gap + 0.5_rp*dt*dot_product(meeting%free(:, e)*before, meeting%normal(:, e))
+      end if
       if (contact%normal == moves_as_one) then
         impulse = (v(:, 2) - v(:, 1))/sum(inverse)
-      else if (meeting%gap(e) > sim%patch%h .or. all(abs(meeting%normal(:, e)) <= 0.0_rp)) then
+      else if (gap > sim%patch%h .or. all(abs(meeting%normal(:, e)) <= 0.0_rp)) then
         meeting%state(e) = is_apart            ! too far to meet within a step
       else
-        call pair_impulse(contact%law, dt, meeting%gap(e), slack*sim%patch%h, &
+        call pair_impulse(contact%law, dt, gap, slack*sim%patch%h, &
                           meeting%normal(:, e), inverse, v, impulse, meeting%state(e))
       end if
       if (meeting%state(e) == is_apart) return
@@ -80,7 +111,7 @@ contains
         g(5:7, k) = g(5:7, k) + (3 - 2*k)*inverse(k)*impulse
         mean(:, k) = g(1:3, k) - 0.5_rp*g(5:7, k)
       end do
-      if (is_booked) call book(sim, e, groups, impulse, mean, g(8, :))
+      call book(sim, e, groups, impulse, mean, g(8, :))
     end associate
   end subroutine touch_node
 

@@ -42,7 +42,7 @@ contains
     half = sim%scene%domain(body)
     spacing = sim%scene%body(body)%spacing(a)/sim%patch%h
     layers = 1
-    reach = max(half(a), 0.5_rp*spacing)             ! linear weights: half is nearly 0
+    reach = half(a)
     if (sim%scene%method%is_bspline) layers = nint(1.0_rp/spacing)
     if (sim%scene%layout%half > 0) then
       half(a) = ps(p, sim%scene%layout%half + a - 1)

@@ -11,7 +11,7 @@
 module time_gaps
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use particles_store, only: f_jac, f_mass, f_pos
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos
   use time_meeting, only: moves_as_one, n_sums_all, n_sums_gradient, n_trials, &
                           normal_regression, s_gradient, s_moment
   use time_nodes, only: least_mass
@@ -186,12 +186,12 @@ contains
     integer, intent(in) :: from, to, body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     integer :: e, first(nlane), group, i, j, k, p, q, side
-    real(rp) :: w(nlane, 18), weight, slope(3), edges(3)
+    real(rp) :: w(nlane, 18), weight, slope(3), edges(3), stretch(6)
 
     call weights_of(sim, body, nf, ps, w, first)
     group = sim%scene%body(body)%group
     do p = 1, n
-      if (from > 0) edges = edges_of(sim, body, ps(p, :))
+      if (from > 0) call size_of(sim, body, ps(p, :), edges, stretch)
       do i = 1, 3
         do j = 1, 3
           do k = 1, 3
@@ -209,7 +209,7 @@ contains
                     call add_particle(sim, e, side, weight, slope, body, ps(p, f_mass), &
                                       ps(p, f_jac), ps(p, f_pos:f_pos + 2))
                   else if (weight > least_weight) then
-                    call reach_out(sim, from, to, e, side, edges, ps(p, f_pos:f_pos + 2))
+                    call reach_out(sim, from, to, e, side, edges, stretch, ps(p, f_pos:f_pos + 2))
                   end if
                 end if
               end associate
@@ -222,22 +222,25 @@ contains
     end do
   end subroutine visit_block
 
-  !> Edges of a particle's domain: as it started, times the stretch that is known [m].
-  pure function edges_of(sim, body, ps) result(edges)
+  !> Edges of a particle's domain and the square of the stretch b that is still to be applied to
+  !> them: cpGIMP knows the edges, others the elastic stretch.
+  pure subroutine size_of(sim, body, ps, edges, stretch)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body
     real(rp), intent(in) :: ps(:)
-    real(rp) :: edges(3)
+    real(rp), intent(out) :: edges(3)          !! [m]
+    real(rp), intent(out) :: stretch(6)        !! xx, yy, zz, xy, yz, xz
 
     edges = sim%scene%body(body)%spacing
     associate (half => sim%scene%layout%half)
       if (half > 0) then
         edges = edges*ps(half:half + 2)/sim%scene%domain(body)
+        stretch = [1.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp]
       else
-        edges = edges*ps(f_jac)**(1.0_rp/3.0_rp)
+        stretch = ps(f_bbar:f_bbar + 5)*ps(f_jac)**(2.0_rp/3.0_rp)
       end if
     end associate
-  end function edges_of
+  end subroutine size_of
 
   !> A particle's part of the sums of entry `e`.
   pure subroutine add_particle(sim, e, side, weight, slope, body, mass, jac, x)
@@ -261,21 +264,29 @@ contains
   end subroutine add_particle
 
   !> Move the surface of body `side` at entry `e` out to where a particle ends.
-  pure subroutine reach_out(sim, from, to, e, side, edges, x)
+  pure subroutine reach_out(sim, from, to, e, side, edges, stretch, x)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: from, to, e, side
-    real(rp), intent(in) :: edges(3), x(3)
+    real(rp), intent(in) :: edges(3), stretch(6), x(3)
     real(rp) :: along, half
     integer :: k
 
     do k = from, to
       associate (normal => sim%meeting%trial(:, k, e), s => sim%meeting%surface(2*k - 2 + side, e))
         along = dot_product(x - sim%meeting%x(:, e), normal)*(3 - 2*side)
-        half = 0.5_rp*norm2(normal*edges)
+        half = 0.5_rp*norm2(normal*edges)*sqrt(along_square(stretch, normal))
         s = max(s, along + half)
       end associate
     end do
   end subroutine reach_out
+
+  !> n . b n of a symmetric tensor: xx, yy, zz, xy, yz, xz.
+  pure real(rp) function along_square(b, n)
+    real(rp), intent(in) :: b(6), n(3)
+
+    along_square = sum(b(1:3)*n**2) &
+                   + 2.0_rp*(b(4)*n(1)*n(2) + b(5)*n(2)*n(3) + b(6)*n(1)*n(3))
+  end function along_square
 
   !> Directions to choose from, the best founded first: that of both bodies, or a rigid body's own.
   subroutine try_normals(sim)

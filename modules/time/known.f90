@@ -159,7 +159,7 @@ contains
     integer :: p
 
     if (.not. is_forced(sim, body)) return
-    call sim%scene%body(body)%field%force(sim%clock%time, ps(1, sim%scene%layout%origin), b)
+    call sim%scene%body(body)%field%force(sim%force_time, ps(1, sim%scene%layout%origin), b)
     do p = 1, nlane
       rec(5:7, 1, p) = rec(5:7, 1, p) + ps(p, f_mass)*b(p, :)
     end do
@@ -174,7 +174,7 @@ contains
     integer :: p
 
     if (.not. is_forced(sim, body)) return
-    call sim%scene%body(body)%field%force(sim%clock%time, ps(1, sim%scene%layout%origin), b)
+    call sim%scene%body(body)%field%force(sim%force_time, ps(1, sim%scene%layout%origin), b)
     do p = 1, n
       sim%sums(e_body) = sim%sums(e_body) &
                          + dt*ps(p, f_mass)*dot_product(b(p, :), v(p, :) - 0.5_rp*dv(p, :))

@@ -9,7 +9,8 @@
 !> lambda_k = 1 - (1 - lambda)^k, with lambda the eigenvalue of S+ S; free surfaces lower them.
 module time_stability
   use base_kinds, only: rp
-  use time_state, only: method_t, simulation_t, transfer_apic, transfer_fmpm, transfer_xpic
+  use time_state, only: method_t, scheme_usl, simulation_t, transfer_apic, transfer_fmpm, &
+                        transfer_xpic
   implicit none (type, external)
   private
 
@@ -20,17 +21,18 @@ module time_stability
   real(rp), parameter :: apic_gain = 1.12_rp       !! measured: 0.531 with uGIMP
   real(rp), parameter :: filter_power = -0.37_rp   !! measured: 0.376 and 0.531 at order 2, 0.282
                                                    !! and 0.398 at order 4
-  real(rp), parameter :: limit_linear = 0.2_rp     !! falls to 0 at a free surface near a node
+  !> Contact of bodies makes energy in proportion to the step, which only USL loses again.
+  real(rp), parameter :: contact_share = 0.5_rp
 
 contains
 
   !> Time step as a part of the time in which a wave crosses a cell, for this method.
-  pure real(rp) function default_cfl(method)
+  pure real(rp) function default_cfl(method, has_contact)
     type(method_t), intent(in) :: method
+    logical, intent(in) :: has_contact             !! between bodies
 
     default_cfl = limit_ugimp
     if (method%is_bspline) default_cfl = limit_bspline
-    if (method%half_length < 0.1_rp) default_cfl = limit_linear
     select case (method%transfer)
     case (transfer_apic)
       default_cfl = apic_gain*default_cfl
@@ -38,6 +40,7 @@ contains
       default_cfl = default_cfl*real(max(1, method%order), rp)**filter_power
     end select
     default_cfl = margin*default_cfl
+    if (has_contact .and. method%scheme /= scheme_usl) default_cfl = contact_share*default_cfl
   end function default_cfl
 
   !> Stable mechanical step: CFL h over the fastest wave (scaled) and particle; [s].

@@ -22,7 +22,7 @@ module time_state
   public :: free_simulation
 
   ! When the stress is updated, and how velocities come back from the grid.
-  integer, parameter, public :: scheme_usl = 1, scheme_usf = 2, scheme_musl = 3, scheme_usavg = 4
+  integer, parameter, public :: scheme_usl = 1, scheme_musl = 2, scheme_usavg = 3
   integer, parameter, public :: transfer_flip = 1, transfer_apic = 2, transfer_xpic = 3, &
                                 transfer_fmpm = 4
   integer, parameter, public :: source_disc = 1, source_ball = 2
@@ -105,7 +105,6 @@ module time_state
 
   !> Numerical method.
   type :: method_t
-    real(rp) :: half_length = 0.5_rp     !! of a domain, in particle spacings; see `domain`
     logical :: is_bspline = .false.
     integer :: scheme = scheme_usl
     integer :: transfer = transfer_flip
@@ -204,6 +203,7 @@ module time_state
     logical, allocatable :: is_near(:)       !! tools that particles of any rank may touch
     real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
     real(rp) :: pic = 0.0_rp                 !! part of the grid velocity taken in this step
+    real(rp) :: force_time = 0.0_rp          !! to which its outer forces belong [s]
     integer :: n_runs = 0
     integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
     logical, allocatable :: is_held(:)       !! (nn) node held by a clamp or wall, or behind one
@@ -304,7 +304,7 @@ contains
     if (self%method%is_bspline) then
       domain = 0.5_rp
     else
-      domain = self%method%half_length*self%body(body)%spacing/self%grid%h
+      domain = 0.5_rp*self%body(body)%spacing/self%grid%h
     end if
   end function domain
 

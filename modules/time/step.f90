@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: MIT
-!> One time step. USL: stress last, one constitutive pass (Bardenhagen 2002). USF, MUSL, USAVG: two
-!> passes, before and after the momentum update, of which one may be empty (Nairn 2003; USAVG:
-!> thesis eqs. 3.69-3.81, figure 3.3).
+!> One time step. USL: stress last (Bardenhagen 2002). MUSL: from velocities mapped again after the
+!> momentum update (Sulsky 1995). USAVG: half before the update, half after it (Nairn 2003; thesis
+!> eqs. 3.69-3.81, figure 3.3).
 module time_step
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_nodes, ph_to_grid, ph_to_particles
   use comm_world, only: world_t
-  use time_contacts, only: touch_bodies
+  use time_contacts, only: join_bodies, touch_bodies
   use time_filter, only: filter_is_due, filter_velocity
   use time_limit, only: limit_step
   use time_mirrors, only: book_impulse, fold, r_momentum, r_velocity, unfold
   use time_nodes, only: clear_nodes, hold_walls, update_nodes
   use time_probes, only: move_probes
-  use time_state, only: scheme_musl, scheme_usf, scheme_usl, simulation_t, transfer_apic
+  use time_state, only: scheme_musl, scheme_usavg, scheme_usl, simulation_t, transfer_apic
   use time_sweeps, only: accelerate_and_map_again, grid_to_particles, momentum_and_force_to_grid, &
                          momentum_to_grid, update_stress
   use time_tool_contact, only: touch_tools
@@ -34,13 +34,13 @@ contains
     type(report_t) :: report
 
     sim%meeting%is_known = .false.
+    sim%force_time = sim%clock%time
+    if (sim%scene%method%scheme == scheme_usavg) sim%force_time = sim%clock%time + 0.5_rp*dt
     sim%pic = sim%scene%method%pic
     if (sim%scene%method%transfer == transfer_apic .or. filter_is_due(sim)) sim%pic = 1.0_rp
     select case (sim%scene%method%scheme)
     case (scheme_usl)
       call step_usl(world, sim, dt, report)
-    case (scheme_usf)
-      call step_twice(world, sim, 1.0_rp, dt, report)
     case (scheme_musl)
       call step_twice(world, sim, 0.0_rp, dt, report)
     case default
@@ -100,7 +100,6 @@ contains
     call sum_nodes(world, sim, sim%g)
     call share_volume(world, sim)
     call velocity_field(world, sim, dt, sim%g)
-    call touch_tools(world, sim, dt, sim%g, .false.)
     call grid_to_particles(sim, dt, sim%g2, sim%g, (1.0_rp - early)*dt, report)
     call sim%timer%lap(ph_to_particles)
   end subroutine step_twice
@@ -129,10 +128,10 @@ contains
     call limit_step(world, sim, dt, g)
     if (sim%is_broken) return
     call hold_walls(sim, g)
-    if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g, .true.)
+    if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g)
     call mirror_nodes(sim, g)
     call move_tools(sim, dt)
-    call touch_tools(world, sim, dt, g, .true.)
+    call touch_tools(world, sim, dt, g)
     call book_impulse(sim, dt, g)
   end subroutine accelerate_nodes
 
@@ -157,7 +156,8 @@ contains
     end do
   end subroutine move_tools
 
-  !> Velocities of the nodes from their momentum alone, walls and contact held.
+  !> Velocities of the nodes from their momentum alone, walls held. Bodies that touch keep theirs: the
+  !> strain is then that of the velocities with which the internal forces do their work.
   subroutine velocity_field(world, sim, dt, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -169,7 +169,7 @@ contains
     impulse = sim%impulse
     call update_nodes(sim, 0.0_rp, g)
     call hold_walls(sim, g)
-    if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g, .false.)
+    if (sim%n_groups > 1) call join_bodies(world, sim, dt, g)
     call mirror_nodes(sim, g)
     sim%sums = books
     sim%impulse = impulse

@@ -96,7 +96,7 @@ contains
               any(ps(p, origin:origin + 2) > tractions(i)%upper)) cycle
         end if
         share = 1.0_rp
-        if (sim%clock%time < tractions(i)%ramp) share = sim%clock%time/tractions(i)%ramp
+        if (sim%force_time < tractions(i)%ramp) share = sim%force_time/tractions(i)%ramp
         stress = stress + share*tractions(i)%stress(:, k)
       end do
     end associate

@@ -10,7 +10,7 @@ module time_sweeps
                          unpack_velocity
   use time_known, only: add_known_force, known_work
   use time_rigid, only: move_rigid
-  use time_state, only: scheme_usl, simulation_t
+  use time_state, only: scheme_usavg, scheme_usl, simulation_t
   use time_surface_loads, only: book_tractions, tractions_to_grid
   use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume
   use time_volume, only: add_volume, clear_volume
@@ -139,19 +139,20 @@ contains
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
     if (sim%scene%method%scheme /= scheme_usl) then   ! velocities are new already: move only
+      v2 = v
+      if (sim%scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
       dv2 = 0.0_rp
-      call advance_particles(n, dt, 0.0_rp, v, dv2, ps(1, f_pos), ps(1, f_vel), report%speed2)
+      call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), report%speed2)
       call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, field, rec)
       call unpack_velocity(n, rec, v2, dv2, l, temp)
     else
       call carry(sim, n, nf, ps, w, first, moved, rec)
       call advance_particles(n, dt, sim%pic, v, dv, ps(1, f_pos), ps(1, f_vel), report%speed2)
     end if
-    if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
+    if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, ps(1, sim%scene%layout%half))
     call restore_volume(sim, sim%particles%body(b), n, first, nf, ps)
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
     call known_work(sim, sim%particles%body(b), n, dt, v, dv, nf, ps)
-    if (dt_stress <= 0.0_rp) return
     call constitutive(sim, sim%particles%body(b), n, dt_stress, l, temp, nf, ps, report)
   end subroutine advance_block
 
@@ -194,6 +195,7 @@ contains
     call weights_of(sim, body, nf, ps, w, first)
     call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, g, rec)
     call unpack_velocity(n, rec, v, dv, l, temp)
+    if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
     call restore_volume(sim, body, n, first, nf, ps)
     call constitutive(sim, body, n, dt, l, temp, nf, ps, report)
   end subroutine strain_block

@@ -39,31 +39,29 @@ module time_tool_contact
 
 contains
 
-  !> Collective. Change the velocities of the nodes near tools to what contact leaves of them; with
-  !> `is_booked` keep the books of the tools and give friction heat to the particles.
-  subroutine touch_tools(world, sim, dt, g, is_booked)
+  !> Collective. Change the velocities of the nodes near tools to what contact leaves of them, keep the
+  !> books of the tools and give friction heat to the particles.
+  subroutine touch_tools(world, sim, dt, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)   !! velocity records
-    logical, intent(in) :: is_booked
     integer :: group, k
 
     do k = 1, size(sim%tool)
       if (.not. sim%is_near(k)) cycle
       do group = 1, sim%n_groups
         if (sim%scene%tool_of(group) > 0) cycle
-        call touch_group(world, sim, k, group, dt, is_booked, g(:, :, group))
+        call touch_group(world, sim, k, group, dt, g(:, :, group))
       end do
     end do
   end subroutine touch_tools
 
-  subroutine touch_group(world, sim, k, group, dt, is_booked, g)
+  subroutine touch_group(world, sim, k, group, dt, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: k, group
     real(rp), intent(in) :: dt
-    logical, intent(in) :: is_booked
     real(rp), intent(inout) :: g(8, sim%patch%nn)
     type(rigid_t) :: rigid
 
@@ -79,9 +77,8 @@ contains
     sim%touching%own = sim%touching%values
     call fold_entries(sim, n_values, sim%touching%values)
     call share_entries(world, sim, n_values, sim%touching%values)
-    call push_nodes(sim, is_booked, g)
+    call push_nodes(sim, g)
     call unfold(sim, r_velocity, g)
-    if (.not. is_booked) return
     call book_tool(sim, rigid, sim%tool(k), g)
     call give_heat(sim, sim%tool(k)%heat_share)
   end subroutine touch_group
@@ -304,9 +301,8 @@ contains
   end subroutine share_entries
 
   !> New velocities of the listed nodes, as far as walls let them; what walls take of the impulse.
-  subroutine push_nodes(sim, is_booked, g)
+  subroutine push_nodes(sim, g)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: is_booked
     real(rp), intent(inout) :: g(8, sim%patch%nn)
     real(rp) :: jump(3)
     integer :: e
@@ -324,7 +320,7 @@ contains
       end do
     end associate
     call unfold_entries(sim, 1, sim%touching%part)
-    if (is_booked) call book_walls(sim, g)
+    call book_walls(sim, g)
   end subroutine push_nodes
 
 end module time_tool_contact

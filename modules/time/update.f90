@@ -41,7 +41,7 @@ contains
     sim%sums(e_stress) = sim%sums(e_stress) + energy
   end subroutine restore_volume
 
-  !> Acceleration of a body now: gravity and its loads; none of a rigid body.
+  !> Acceleration of a body in this step: gravity and its loads; none of a rigid body.
   pure function outer_acceleration(sim, body) result(a)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body
@@ -54,7 +54,7 @@ contains
     do i = 1, size(sim%scene%body(body)%load)
       associate (load => sim%scene%body(body)%load(i))
         share = 1.0_rp
-        if (sim%clock%time < load%ramp) share = sim%clock%time/load%ramp
+        if (sim%force_time < load%ramp) share = sim%force_time/load%ramp
         a = a + share*load%acceleration
       end associate
     end do

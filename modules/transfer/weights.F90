@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Shape functions of a block of particles: one branch-free formula for the linear, uGIMP and
-!> quadratic B-spline functions (uGIMP: Bardenhagen & Kober 2004, CMES 5:477; half length l = h/2
-!> gives the B-spline, l -> 0 the linear function).
+!> Shape functions of a block of particles: one branch-free formula for uGIMP and quadratic
+!> B-spline functions (uGIMP: Bardenhagen & Kober 2004, CMES 5:477; half length l = h/2 gives the
+!> B-spline).
 module transfer_weights
   use base_kinds, only: nlane, rp
   implicit none (type, external)

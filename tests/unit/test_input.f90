@@ -177,8 +177,8 @@ contains
     call expect('byte order mark, no newline at the end', input%count('SHAPE') == 1)
     call parse('&RUN TITLE='//repeat(' ', 5000)//''''//repeat('x', 3000)//''' /'//base, input)
     call expect('long lines', len(input%text('RUN', 1, 'TITLE')) == 3000)
-    call parse('&RUN/&HEAT/'//base//'&METHOD SHAPE="Linear"/', input)
-    call expect_equal('choice in capitals', input%text('METHOD', 1, 'SHAPE'), 'linear')
+    call parse('&RUN/&HEAT/'//base//'&METHOD SHAPE="Bspline"/', input)
+    call expect_equal('choice in capitals', input%text('METHOD', 1, 'SHAPE'), 'bspline')
     call expect('empty group', input%count('HEAT') == 1 .and. input%count('OUTPUT') == 0)
   end subroutine test_layout
 
@@ -283,11 +283,11 @@ contains
              'expected a text in quotes, found 3')
     call bad('&RUN TITLE = ''a''''/'//nl//'/'//base, &
              't.nml:1: error: text in quotes is not closed on this line: ''a''''/')
-    call bad('&METHOD SHAPE = ''linaer'' /'//base, &
-             't.nml:1: error: &METHOD SHAPE = ''linaer'': must be one of '// &
-             'linear, ugimp, cpgimp, bspline; did you mean linear?')
+    call bad('&METHOD SHAPE = ''bslpine'' /'//base, &
+             't.nml:1: error: &METHOD SHAPE = ''bslpine'': must be one of '// &
+             'ugimp, cpgimp, bspline; did you mean bspline?')
     call bad('&METHOD SHAPE = ''cubic'' /'//base, 't.nml:1: error: &METHOD SHAPE = ''cubic'': '// &
-             'must be one of linear, ugimp, cpgimp, bspline')
+             'must be one of ugimp, cpgimp, bspline')
     call bad('&METHOD PIC_FRACTION = 1.5 /'//base, &
              't.nml:1: error: &METHOD PIC_FRACTION = 1.5: must be >= 0 and <= 1')
     call bad('&HEAT FOURIER = 0 /'//base, &
@@ -332,9 +332,9 @@ contains
     call expect('by name', all(nint(input%reals('BODY', 1, 'VELOCITY', 3)) == [4, 5, 6]))
     call parse(two, input, ['BODY(1).VELOCITY(2)=7'])
     call expect('one component', all(nint(input%reals('BODY', 1, 'VELOCITY', 3)) == [1, 7, 3]))
-    call parse(two, input, [character(40) :: 'METHOD.SHAPE=linear', 'RUN.TITLE="x y"', &
+    call parse(two, input, [character(40) :: 'METHOD.SHAPE=bspline', 'RUN.TITLE="x y"', &
                             'RUN.NAME=it''s a.b=c'])
-    call expect_equal('group made for it', input%text('METHOD', 1, 'SHAPE'), 'linear')
+    call expect_equal('group made for it', input%text('METHOD', 1, 'SHAPE'), 'bspline')
     call expect_equal('quoted text', input%text('RUN', 1, 'TITLE'), 'x y')
     call expect_equal('text without quotes', input%text('RUN', 1, 'NAME'), 'it''s a.b=c')
     call parse(base, input, ['SHAPE.KIND=box'])

@@ -18,7 +18,7 @@ program test_transfer
   call test_weights('uGIMP', 0.25_rp, kind_gimp, 1.0e-12_rp)
   call test_weights('uGIMP, l = 1/8', 0.125_rp, kind_gimp, 1.0e-12_rp)
   call test_weights('B-spline', 0.5_rp, kind_spline, 1.0e-12_rp)
-  call test_weights('linear', 1.0e-3_rp, kind_hat, 5.1e-4_rp)
+  call test_weights('short domain', 1.0e-3_rp, kind_hat, 5.1e-4_rp)
   call test_linear_fields()
   call test_to_grid(nlane, [1.0_rp, 1.0_rp, 1.0_rp])
   call test_to_grid(5, [1.0_rp, 1.0_rp, 1.0_rp])

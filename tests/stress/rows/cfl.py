@@ -14,14 +14,13 @@ SPEED, CELL, STEPS = 1000.0, 1e-3, 3000
 # Sets and half length of a domain [cells] for two particles a cell; keywords of the theory.
 METHODS = {
     "uGIMP": ({}, 0.25, {}),
-    "uGIMP USF": ({"SCHEME": "usf"}, 0.25, {"scheme": "usf"}),
     "uGIMP MUSL": ({"SCHEME": "musl"}, 0.25, {"scheme": "musl"}),
+    "uGIMP USAVG": ({"SCHEME": "usavg"}, 0.25, {"scheme": "usavg"}),
     "uGIMP FMPM2": ({"TRANSFER": "fmpm", "ORDER": 2}, 0.25, {"transfer": "fmpm", "order": 2}),
     "uGIMP FMPM4": ({"TRANSFER": "fmpm", "ORDER": 4}, 0.25, {"transfer": "fmpm", "order": 4}),
     "B-spline": ({"SHAPE": "bspline"}, 0.5, {}),
     "B-spline FMPM2": ({"SHAPE": "bspline", "TRANSFER": "fmpm", "ORDER": 2}, 0.5, {"transfer": "fmpm", "order": 2}),
     "B-spline FMPM4": ({"SHAPE": "bspline", "TRANSFER": "fmpm", "ORDER": 4}, 0.5, {"transfer": "fmpm", "order": 4}),
-    "linear": ({"SHAPE": "linear"}, 0.5e-3, {}),
 }
 
 
@@ -49,7 +48,7 @@ class Bracket(Row):
         draw = random.Random(1)
         result = {}
         for name in METHODS:
-            offsets = [0.5] + ([] if quick or name == "linear" else [round(draw.random(), 3) for _ in range(4)])
+            offsets = [0.5] + ([] if quick else [round(draw.random(), 3) for _ in range(4)])
             for seed, offset in enumerate(offsets, 1):
                 result[f"{name} offset {offset}"] = {"method": name, "offset": offset, "seed": seed}
         return result
@@ -83,7 +82,7 @@ class FreeBar(Row):
 
     def cases(self, quick):
         draw = random.Random(2)
-        names = ("uGIMP", "B-spline", "uGIMP FMPM2", "uGIMP FMPM4", "B-spline FMPM4", "uGIMP MUSL", "uGIMP USF")
+        names = ("uGIMP", "B-spline", "uGIMP FMPM2", "uGIMP FMPM4", "B-spline FMPM4", "uGIMP MUSL", "uGIMP USAVG")
         return {
             f"{name} offset {offset}": {"method": name, "offset": offset, "seed": seed}
             for name in names

@@ -17,15 +17,13 @@ class EarlyTool(Row):
 
     def cases(self, quick):
         offsets = (0.41,) if quick else (0.0, *SHIFT, 0.5, 0.77)
-        shapes = ("ugimp",) if quick else ("ugimp", "bspline", "cpgimp", "linear")
+        shapes = ("ugimp",) if quick else ("ugimp", "bspline", "cpgimp")
         return {f"{shape} offset {offset}": {"shape": shape, "offset": offset}
                 for shape in shapes for offset in offsets}
 
     def measure(self, place, ranks, shape, offset):
         h, face = 2e-3, 2e-3 * (0.5 + offset)
         sets = {"METHOD.SHAPE": shape, "TOOL.POSITION": values(4e-3, 4e-3, face)}
-        if shape == "linear":
-            sets["TIME.CFL"] = 0.1
         _, results = self.run(place, ranks, sets | {"TIME.END": (4e-3 - face) / 10.0 + 1e-5}, "--quiet")
         history = results.history()
         first = np.flatnonzero(history["punch_force_z[N]"])[0]

@@ -43,8 +43,8 @@ def step_map(x, half, dt, n=None, scheme="usl", transfer="flip", order=2, volume
     one, zero = np.eye(len(x)), np.zeros((len(x), len(x)))
     state = np.block([[one, zero], [zero, one]])
     half_v, half_s = state[: len(x)], state[len(x):]
-    if scheme == "usf":
-        half_s = half_s + dt * g @ back @ half_v
+    early = 0.5 if scheme == "usavg" else 0.0
+    half_s = half_s + early * dt * g @ back @ half_v
     change = push @ half_s
     new = back @ half_v + change
     if transfer == "fmpm":
@@ -55,8 +55,8 @@ def step_map(x, half, dt, n=None, scheme="usl", transfer="flip", order=2, volume
     v = s @ new if transfer == "fmpm" else half_v + s @ change
     if scheme == "usl":
         half_s = half_s + dt * g @ new
-    elif scheme == "musl":
-        half_s = half_s + dt * g @ back @ v
+    else:  # MUSL, USAVG: velocities mapped again
+        half_s = half_s + (1.0 - early) * dt * g @ back @ v
     return np.vstack([v, half_s])
 
 
