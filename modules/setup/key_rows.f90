@@ -250,7 +250,7 @@ contains
     call t%key('LAW', 'choice', 1, '', 'coulomb', 'coulomb stick frictionless', &
       'what happens along the surface')
     call t%key('FRICTION', 'real', 1, '', '0.2', '[0,inf)', 'Coulomb coefficient of friction')
-    call t%key('NORMAL', 'choice', 1, '', 'gradient', 'gradient regression', &
+    call t%key('NORMAL', 'choice', 1, '', 'regression', 'gradient regression', &
       'direction of the surface: from gradients of volume, or from a plane between the '// &
       'particles; that of either body instead where it separates them better')
   end subroutine add_boundary
