@@ -39,9 +39,10 @@ TRANSFERS = {
 
 
 def method(shape, transfer, step=1.0, **more):
-    """An option set of &METHOD; `more` are other keys as GROUP_KEY."""
-    keys = {"SHAPE": shape} | TRANSFERS[transfer]
-    return OptionSet({f"METHOD.{k}": v for k, v in keys.items()} | more.pop("keys", {}), step=step, **more)
+    """An option set of &METHOD, whatever the input has; `more` are other keys as GROUP_KEY."""
+    keys = {"SHAPE": shape, "TRANSFER": "flip", "SCHEME": "usl"} | TRANSFERS[transfer]
+    keys = {f"METHOD.{k}": v for k, v in keys.items()} | {"TIME.CFL": 0} | more.pop("keys", {})
+    return OptionSet(keys, step=step, **more)
 
 
 def pairs(shape, transfers, steps=(1.0,), note="", **more):

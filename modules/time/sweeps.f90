@@ -153,7 +153,7 @@ contains
     call restore_volume(sim, sim%particles%body(b), n, first, nf, ps)
     call outer_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
     call known_work(sim, sim%particles%body(b), n, dt, v, dv, nf, ps)
-    call constitutive(sim, sim%particles%body(b), n, dt_stress, l, temp, nf, ps, report)
+    call constitutive(sim, sim%particles%body(b), n, dt_stress, l, nf, ps, report)
   end subroutine advance_block
 
   !> The velocity gradient that particles of an affine transfer carry to the next step.
@@ -197,7 +197,7 @@ contains
     call unpack_velocity(n, rec, v, dv, l, temp)
     if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
     call restore_volume(sim, body, n, first, nf, ps)
-    call constitutive(sim, body, n, dt, l, temp, nf, ps, report)
+    call constitutive(sim, body, n, dt, l, nf, ps, report)
   end subroutine strain_block
 
   !> USAVG: new particle velocities from `moved`, mapped again to `again`; places are kept.

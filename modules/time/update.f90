@@ -71,14 +71,18 @@ contains
     sim%sums(e_body) = sim%sums(e_body) + body_work(n, dt, a, mass, v, dv)
   end subroutine outer_work
 
-  subroutine constitutive(sim, body, n, dt, l, temp, nf, ps, report)
+  !> Stress after `dt`. The law reads the particle's own temperature: that of the nodes, a mean over
+  !> neighbours of other strain, was off by 8 % of the rise at single particles of a squeezed cube.
+  subroutine constitutive(sim, body, n, dt, l, nf, ps, report)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: dt, l(nlane, 9), temp(nlane)
+    real(rp), intent(in) :: dt, l(nlane, 9)
     real(rp), intent(inout) :: ps(nlane, nf)
     type(report_t), intent(inout) :: report
     type(stress_sums_t) :: sums
+    real(rp) :: temp(nlane)
 
+    temp = ps(:, f_temp)
     call stress_block(sim%scene%material(sim%scene%body(body)%material), n, dt, l, temp, &
                       ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), &
                       ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), sums)

@@ -12,14 +12,13 @@ from .base import Problem, driver, values
 class Field(Problem):
     """What problems with a &FIELD share."""
 
-    axes = 1  # that have a wave of amplitude A
 
     def errors(self, run):
         return driver.Table(run.path("_errors.csv"))
 
     def measure(self, run, n, p):
         table = self.errors(run)
-        scale = p["amplitude"] * math.sqrt(self.axes)
+        scale = p["amplitude"]
         stress = table["body_exact_stress_rms[Pa]"].max()
         figures = {"at the end": table["body_displacement_rms[m]"][-1] / scale,
                    "worst particle": table["body_displacement_max[m]"].max() / scale,
@@ -33,19 +32,19 @@ class Waves2(Field):
     name = "waves2d"
     section = "1.1"
     cells = "along the side"
-    norm = "greatest rms error of the displacement in one period, over A sqrt(axes)"
+    norm = "greatest rms error of the displacement in one period, over A"
     passes = 1.5e-3
     least_order = 1.8
     resolutions = (16, 32, 64)
     fine = (128,)
     quick = (32,)
     quick_passes = 1e-2
-    axes = 2
+    is_cube = False
     parameters = {"amplitude": 0.05}
 
     def sets(self, n, p):
         h = 1.0 / n
-        upper = values(1.0, 1.0, h if self.axes == 2 else 1.0)
+        upper = values(1.0, 1.0, 1.0 if self.is_cube else h)
         return {"GRID.CELL": h, "GRID.UPPER": upper, "SHAPE.UPPER": upper, "FIELD.AMPLITUDE": p["amplitude"]}
 
 
@@ -57,8 +56,8 @@ class Waves3(Waves2):
     fine = (32,)
     passes = 2.5e-2
     quick = (8,)
-    quick_passes = 0.1
-    axes = 3
+    quick_passes = 0.15
+    is_cube = True
 
 
 class Vortex(Field):

@@ -15,7 +15,7 @@ class JohnsonCookElement(Problem):
     name = "jc_element"
     section = "1.12"
     cells = "along the cube"
-    norm = "mean temperature rise and strength of the particles over the exact ones at their strains, off by 1"
+    norm = "largest error of the temperature rise of a particle, or of their mean strength, over the exact one"
     passes = 0.001
     resolutions = (2, 4)
     fine = (8,)
@@ -41,14 +41,11 @@ class JohnsonCookElement(Problem):
         grid = np.linspace(0.0, state.plastic.max() * 1.001, 60)  # closed answers, then interpolation
         known = np.array([exact.johnson_cook_adiabatic(e, m=p["m"], steps=2000, **self.law) for e in grid])
         temp, flow = (np.interp(state.plastic, grid, known[:, k]) for k in (0, 1))
-        rise = float(np.mean(state.temp - 300.0) / np.mean(temp - 300.0))
         strength = float(np.mean(state.flow) / np.mean(flow))
-        # the law reads the temperature of the nodes: particles of other strain lag behind
         local = float(np.abs((state.temp - temp) / (temp - 300.0)).max())
-        figures = {"rise": rise, "strength": strength, "at one particle": local,
-                   "mean strain": float(state.plastic.mean()), "scatter": float(state.plastic.std()),
+        figures = {"strength": strength, "mean strain": float(state.plastic.mean()), "scatter": float(state.plastic.std()),
                    "uniaxial": -math.log(1.0 - p["squeeze"])}
-        return max(abs(rise - 1.0), abs(strength - 1.0)), figures
+        return max(local, abs(strength - 1.0)), figures
 
 
 class Taylor(Problem):
