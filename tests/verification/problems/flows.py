@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Round problems: Couette flow, thick tubes, torque of discs; beams, discs in contact, moving sources."""
+"""Round problems: Couette flow, thick tubes, torque of discs; beams, moving sources."""
 
 import math
 
@@ -177,44 +177,6 @@ class Cantilever(Problem):
         return max(abs(down - wanted[0]), abs(short - wanted[1])) / wanted[0], figures
 
 
-class Discs(Problem):
-    """Two elastic discs meet."""
-
-    name = "discs"
-    section = "1.7"
-    cells = "over the radius"
-    norm = "time of the touch, off by, over 0.1 h/(closing speed), or change of total energy over 1 %"
-    passes = 1.0
-    resolutions = (4, 8)
-    fine = (16,)
-    parameters = {}
-
-    def sets(self, n, p):
-        h = 0.2 / n
-        return {
-            "GRID.CELL": h,
-            "GRID.LOWER": values(-0.1, -0.1, 0),
-            "GRID.UPPER": values(1.1, 1.1, h),
-            "SHAPE.LENGTH": h,
-            "OUTPUT.HISTORY_INTERVAL": 0.02 * h / 0.2828,  # a way of 0.02 h
-            "SHAPE(1).CENTRE": values(0.25, 0.25, 0.5 * h),
-            "SHAPE(2).CENTRE": values(0.75, 0.75, 0.5 * h),
-        }
-
-    def measure(self, run, n, p):
-        history, state = run.history(), run.checkpoint()
-        h = 0.2 / n
-        total = history["kinetic[J]"] + history["elastic[J]"]
-        start = crossing(history["time[s]"], history["kinetic[J]"] / history["kinetic[J]"][0], 0.9999)
-        wanted = exact.discs_touch(math.hypot(0.5, 0.5), 0.2, math.hypot(0.1, 0.1))
-        late = abs(start - wanted) / (0.1 * h / (2.0 * math.hypot(0.1, 0.1)))
-        drift = abs(total[-1] / total[0] - 1.0)
-        figures = {"touch [s]": start, "exact": wanted, "energy": float(total[-1] / total[0]),
-                   "momentum": float(np.abs(state.momentum()).max() / (state.mass.sum() * 0.1)),
-                   "rebound": float(-state.v[state.body == state.body.min()].mean(axis=0)[0] / 0.1)}
-        return max(late, drift / 0.01), figures
-
-
 class SourcePlate(Problem):
     """Source moving over a plate."""
 
@@ -305,4 +267,4 @@ class ToolTorqueStick(ToolTorque):
         return abs(torque / wanted - 1.0), figures
 
 
-PROBLEMS = (Couette(), Tube(), TubeLimit(), Cantilever(), Discs(), SourcePlate(), ToolTorque(), ToolTorqueStick())
+PROBLEMS = (Couette(), Tube(), TubeLimit(), Cantilever(), SourcePlate(), ToolTorque(), ToolTorqueStick())

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""Elastic bodies that collide and part."""
+
+import math
+
+import exact
+import numpy as np
+
+from .base import Problem, crossing, values
+
+OFFSETS = ((0.0, 0.0), (0.13, 0.29), (0.41, 0.07), (0.5, 0.5), (0.77, 0.23), (0.9, 0.63))  # of the grid [cells]
+
+
+class Discs(Problem):
+    """Sulsky's discs at a quarter of the wave speed, at six offsets of the grid."""
+
+    name = "discs"
+    section = "1.7"
+    cells = "over the radius"
+    norm = "worst of six grids: touch too early or late over 0.1 h, energy lost over 2 %, gained over 0.1 %"
+    passes = 1.0
+    resolutions = (4, 8)
+    fine = (16,)
+    parameters = {}
+
+    def runs(self, n, p):
+        return [self.sets(n, p) | self.grid(n, offset) for offset in OFFSETS]
+
+    def sets(self, n, p):
+        h = 0.2 / n
+        return {
+            "GRID.CELL": h,
+            "SHAPE.LENGTH": h,
+            "OUTPUT.HISTORY_INTERVAL": 0.02 * h / 0.2828,  # a way of 0.02 h
+            "SHAPE(1).CENTRE": values(0.25, 0.25, 0.5 * h),
+            "SHAPE(2).CENTRE": values(0.75, 0.75, 0.5 * h),
+        }
+
+    def grid(self, n, offset):
+        h = 0.2 / n
+        lower = [-0.1 - o * h for o in offset]
+        return {"GRID.LOWER": values(*lower, 0), "GRID.UPPER": values(*(low + 1.2 + h for low in lower), h)}
+
+    def reach(self, h):
+        """Radius of the lattice of particles along the way."""
+        x, y = np.meshgrid(*2 * [(np.arange(-40, 40) + 0.5) * 0.5 * h])
+        return float(((x + y) / math.sqrt(2.0))[np.hypot(x, y) < 0.2].max() + 0.25 * h)
+
+    def measure(self, runs, n, p):
+        h, closing = 0.2 / n, 2.0 * math.hypot(0.1, 0.1)
+        wanted = exact.discs_touch(math.hypot(0.5, 0.5), self.reach(h), 0.5 * closing)
+        lost, gained, late, momentum = [], [], [], []
+        for run in runs:
+            history, state = run.history(), run.checkpoint()
+            total = history["kinetic[J]"] + history["elastic[J]"]
+            start = crossing(history["time[s]"], history["kinetic[J]"] / history["kinetic[J]"][0], 0.9999)
+            late.append((start - wanted) * closing / h)
+            lost.append(1.0 - total[-1] / total[0])
+            gained.append(total.max() / total[0] - 1.0)
+            momentum.append(np.abs(state.momentum()).max() / (0.1 * state.mass[state.body == state.body.min()].sum()))
+        figures = {"energy lost": f"{min(lost):.2%} to {max(lost):.2%}", "gained": float(max(gained)),
+                   "touch/h": f"{min(late):.3f} to {max(late):.3f}", "momentum": float(max(momentum))}
+        worst = max(max(np.abs(late)) / 0.1, max(lost) / 0.02, max(gained) / 1e-3, max(momentum) / 1e-12)
+        return float(worst), figures
+
+
+class NairnDiscs(Problem):
+    """Discs at 1 % of the wave speed."""
+
+    name = "discs_nairn"
+    section = "1.7"
+    cells = "over the radius"
+    norm = "energy lost or gained over that before"
+    passes = 0.02
+    resolutions = (10, 20)
+    fine = (40,)
+    quick = (10,)
+    parameters = {}
+
+    def sets(self, n, p):
+        h = 10e-3 / n
+        side = math.ceil(12e-3 / h) * h
+        return {
+            "GRID.CELL": h,
+            "GRID.LOWER": values(-23e-3, -side, 0),
+            "GRID.UPPER": values(23e-3, side, h),
+            "SHAPE.LENGTH": h,
+            "SHAPE(1).CENTRE": values(-10.5e-3, 0, 0.5 * h),
+            "SHAPE(2).CENTRE": values(10.5e-3, 0, 0.5 * h),
+        }
+
+    def measure(self, run, n, p):
+        history, state = run.history(), run.checkpoint()
+        total = history["kinetic[J]"] + history["elastic[J]"]
+        one = state.body == state.body.min()
+        figures = {"gained": float(total.max() / total[0] - 1.0),
+                   "contact": float(history["contact_loss[J]"][-1] / total[0]),
+                   "rebound": float(-(state.mass[one] @ state.v[one, 0]) / state.mass[one].sum() / 4.9695),
+                   "momentum": float(np.abs(state.momentum()).max() / (4.9695 * state.mass[one].sum()))}
+        return float(max(1.0 - total[-1] / total[0], figures["gained"])), figures
+
+
+PROBLEMS = (Discs(), NairnDiscs())
