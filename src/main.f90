@@ -9,6 +9,7 @@ program stirpoint
   use comm_world, only: end_world, start_world, world_t
   use setup_command_line, only: command_t, print_help, read_command
   use setup_input, only: input_t
+  use setup_material_driver, only: drive_material
   use setup_keys, only: print_keys, print_keys_markdown
   use setup_prepare, only: place_particles, read_scene
   use setup_report, only: report_scene, warn_of_overlap
@@ -37,6 +38,8 @@ program stirpoint
       if (world%is_root()) call print_keys(output_unit)
     case ('keys=markdown')
       if (world%is_root()) call print_keys_markdown(output_unit)
+    case ('material')
+      call drive_material(world, command, ended_io, status)
     case default
       call simulate(status)
     end select

@@ -38,8 +38,8 @@ contains
   end function frame_name
 
   !> One frame.
-  subroutine write_frame(world, path, time, step, cell, spacing, names, particles, input_text, &
-                         error)
+  subroutine write_frame(world, path, time, step, cell, spacing, names, particles, extra_names, &
+                         extra_units, extra, input_text, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in) :: time             !! [s]
@@ -48,9 +48,12 @@ contains
     real(rp), intent(in), contiguous :: spacing(:)       !! distance of particles of each body [m]
     character(*), intent(in) :: names(:)     !! of the bodies
     type(particles_t), intent(in) :: particles
+    character(*), intent(in) :: extra_names(:), extra_units(:)
+    real(sp), intent(in), contiguous :: extra(:, :)      !! further scalars of each particle
     character(*), intent(in) :: input_text   !! of rank 0
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
+    integer :: k
 
     call file%create(world, path, .true., error)
     call write_attribute(file, '/', 'time', time, error)
@@ -62,6 +65,9 @@ contains
     call write_text(file, '/stirpoint/input', input_text, error)
     call write_vertices(file, particles, error)
     call write_point_data(file, particles, error)
+    do k = 1, size(extra_names)
+      call write_scalar(file, trim(extra_names(k)), trim(extra_units(k)), extra(:, k), error)
+    end do
     call file%close(error)
   end subroutine write_frame
 

@@ -24,9 +24,9 @@ module physics_johnson_cook
 contains
 
   !> work(:,1) = 1 - theta^m.
-  subroutine prepare(self, temp, work)
+  subroutine prepare(self, temp, state, work)
     class(johnson_cook_t), intent(in) :: self
-    real(rp), intent(in) :: temp(nlane)
+    real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
     call softening(self%m, self%t_room, 1.0_rp/(self%t_melt - self%t_room), temp, work(:, 1))

@@ -20,9 +20,9 @@ module physics_norton
 contains
 
   !> Nothing depends on temperature.
-  subroutine prepare(self, temp, work)
+  subroutine prepare(self, temp, state, work)
     class(norton_t), intent(in) :: self
-    real(rp), intent(in) :: temp(nlane)
+    real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
     work = 0.0_rp

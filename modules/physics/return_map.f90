@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Radial return of a batch: solves q = 3 Gbar x + sigma(alpha + x, x/dt, T) for the increment x of
-!> plastic strain by Newton's method in ln x, kept inside a bracket (sigma has an infinite slope by
-!> x at 0, where plain Newton fails).
+!> Radial return of a batch: solves q = 3 Gbar x + sigma(alpha + x, x/dt, T, state advanced by x)
+!> for the increment x of plastic strain by Newton's method in ln x, kept inside a bracket (sigma has
+!> an infinite slope by x at 0, where plain Newton fails).
 module physics_return_map
   use base_kinds, only: nlane, rp
   use physics_flow_law, only: flow_law_t, n_work
@@ -20,12 +20,14 @@ contains
   !> where elastic), `failed` the number of particles that did not converge. `rate` brings the last
   !> step's rate as the first guess.
   !> The residual of the result is below 1e-10 q: 1e-6 q, then one more correction to second order.
-  subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, x, sigma, any_plastic, failed)
+  subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, state, x, sigma, any_plastic, &
+                        failed)
     class(flow_law_t), intent(in) :: law
     integer, intent(in) :: n                                !! particles in the block
     real(rp), intent(in) :: dt                              !! [s]
     real(rp), intent(in) :: temp(nlane), alpha(nlane), rate(nlane)
     real(rp), intent(in) :: q(nlane), g3(nlane)             !! trial stress, 3 Gbar [Pa]
+    real(rp), intent(inout) :: state(nlane, law%n_state)    !! internal variables, advanced by x
     real(rp), intent(out) :: x(nlane), sigma(nlane)
     logical, intent(out) :: any_plastic
     integer, intent(inout) :: failed
@@ -34,7 +36,7 @@ contains
     integer :: iteration, p
 
     log_dt = log(dt)
-    call law%prepare(temp, work)
+    call law%prepare(temp, state, work)
     x = least_rate*dt
     log_rate = log(least_rate)
     call law%stress(work, alpha, x, log_rate, sigma, slope)
@@ -62,6 +64,7 @@ contains
     end if
     x = plastic*x*(1.0_rp + step*(1.0_rp + 0.5_rp*step))
     sigma = merge(sigma + step*slope, yield, plastic > 0.0_rp)
+    if (law%n_state > 0) call law%advance(work, x, log_rate, state)
   end subroutine return_map
 
   !> Bracket in ln x (its upper end is that of the whole block) and first guess: the last rate, or a

@@ -4,7 +4,7 @@ module physics_stress
   use base_kinds, only: nlane, rp
   use physics_coupled, only: finish_coupled
   use physics_elastic, only: finish_state, trial_state
-  use physics_flow_law, only: n_work
+  use physics_flow_law, only: n_alarms, n_work
   use physics_material, only: material_t
   use physics_return_map, only: least_rate, return_map
   implicit none (type, external)
@@ -18,6 +18,8 @@ module physics_stress
     real(rp) :: stress_work = 0.0_rp    !! of the mean stress of the step [J]
     real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed [m2/s2]
     integer :: failed = 0               !! returns that did not converge
+    integer :: alarms(n_alarms) = 0     !! particles outside the validity of their law, by kind
+    integer :: lane(n_alarms) = 0       !! the first of each kind
   end type stress_sums_t
 
 contains
@@ -25,13 +27,15 @@ contains
   !> Advance the state of a block by `dt` with velocity gradient `l` [1/s]; the law reads the nodal
   !> temperature `t_node` interpolated to the particles [K].
   subroutine stress_block(material, n, dt, l, t_node, mass, b, j, alpha, temp, tau, rate, flow, &
-                          sums)
+                          n_state, state, sums)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
     real(rp), intent(in) :: dt
     real(rp), intent(in) :: l(nlane, 9), t_node(nlane), mass(nlane)
     real(rp), intent(inout) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane)
     real(rp), intent(inout) :: tau(nlane, 6), rate(nlane), flow(nlane)
+    integer, intent(in) :: n_state                     !! at least the law's
+    real(rp), intent(inout) :: state(nlane, n_state)   !! internal variables of the law
     type(stress_sums_t), intent(inout) :: sums
     real(rp), dimension(nlane) :: q, mean, x, g3
     real(rp) :: stiffness
@@ -41,12 +45,14 @@ contains
     call trial_state(dt, material%g, l, b, j, tau, q, mean)
     if (allocated(material%flow)) then
       g3 = 3.0_rp*material%g*mean
-      call return_map(material%flow, n, dt, t_node, alpha, rate, q, g3, x, flow, plastic, &
-                      sums%failed)
+      call return_map(material%flow, n, dt, t_node, alpha, rate, q, g3, state, x, flow, &
+                      plastic, sums%failed)
       if (plastic) then
         call apply_return(n, material%g, material%plastic_heat/(material%rho*material%c_p), &
                           1.0_rp/material%rho, dt, q, g3, x, flow, mass, mean, b, alpha, temp, &
                           tau, rate, sums%plastic_work)
+        if (material%flow%n_state > 0) call material%flow%inspect(n, t_node, rate, state, &
+                                                                  sums%alarms, sums%lane)
       else
         rate = 0.0_rp
       end if
@@ -106,9 +112,11 @@ contains
   end function stress_power
 
   !> Flow stress of a block at given rates of plastic strain [Pa]; 0 for an elastic material.
-  subroutine flow_strength(material, alpha, temp, rate, strength)
+  subroutine flow_strength(material, alpha, temp, rate, n_state, state, strength)
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: alpha(nlane), temp(nlane), rate(nlane)   !! [-], [K], [1/s]
+    integer, intent(in) :: n_state
+    real(rp), intent(in) :: state(nlane, n_state)
     real(rp), intent(out) :: strength(nlane)
     real(rp) :: work(nlane, n_work), x(nlane), log_rate(nlane), slope(nlane)
 
@@ -116,7 +124,7 @@ contains
     if (.not. allocated(material%flow)) return
     x = 0.0_rp
     log_rate = log(max(rate, least_rate))
-    call material%flow%prepare(temp, work)
+    call material%flow%prepare(temp, state, work)
     call material%flow%stress(work, alpha, x, log_rate, strength, slope)
   end subroutine flow_strength
 

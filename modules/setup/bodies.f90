@@ -213,13 +213,20 @@ contains
     integer, intent(in) :: body
     real(rp), intent(in) :: gradient(3, 3)   !! of the velocity [1/s]
     type(particles_t), intent(inout) :: particles
+    real(rp), allocatable :: state(:)
 
     associate (ps => particles%ps(particles%count(particles%nblk), :, particles%nblk), &
                half => scene%layout%half, affine => scene%layout%affine, &
-               origin => scene%layout%origin)
+               origin => scene%layout%origin, law => scene%layout%law, &
+               material => scene%material(scene%body(body)%material))
       if (half > 0) ps(half:half + 2) = scene%domain(body)
       if (affine > 0) ps(affine:affine + 8) = reshape(transpose(gradient), [9])
       if (origin > 0) ps(origin:origin + 2) = ps(f_pos:f_pos + 2)
+      if (allocated(material%flow)) then
+        allocate (state(material%flow%n_state))
+        call material%flow%start(state)
+        ps(law:law + size(state) - 1) = state
+      end if
     end associate
   end subroutine add_extras
 

@@ -8,7 +8,7 @@ module setup_command_line
   public :: command_t, read_command, print_help
 
   type :: command_t
-    character(:), allocatable :: action      !! run, check, help, version, keys, keys=markdown
+    character(:), allocatable :: action      !! run, check, material, help, version, keys, keys=markdown
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
     character(:), allocatable :: directory   !! for outputs, '' for the default
@@ -38,6 +38,8 @@ contains
       case ('--help', '-h', '--version', '--keys', '--keys=markdown', '--check')
         command%action = word(verify(word, '-'):)
         if (word == '-h') command%action = 'help'
+      case ('--material')
+        command%action = 'material'
       case ('--quiet', '-q')
         command%is_quiet = .true.
       case ('--restart')
@@ -57,7 +59,7 @@ contains
       end select
     end do
     if (command%problem == '' .and. command%input == '' .and. command%restart == '' &
-        .and. (command%action == 'run' .or. command%action == 'check')) then
+        .and. any(command%action == [character(8) :: 'run', 'check', 'material'])) then
       command%problem = 'no input file (see stirpoint --help)'
     end if
   contains
@@ -106,6 +108,7 @@ contains
       '', &
       '  INPUT                  file of namelist groups (see --keys and input/*.nml)', &
       '  --check                report the scene, its cost and what it skips; write nothing', &
+      '  --material             only the flow laws, along the &PATH groups; curves as CSV', &
       '  --set GROUP.KEY=VALUE  override a value; '// &
       'GROUP(2).KEY or GROUP(name).KEY for one of many', &
       '  --restart FILE         go on from a checkpoint (INPUT may be left out)', &

@@ -25,6 +25,7 @@ module setup_input
     procedure :: given => is_given
     procedure :: real => one_real
     procedure :: reals => some_reals
+    procedure :: list => all_reals
     procedure :: integers => some_integers
     procedure :: integer => one_integer
     procedure :: logical => one_logical
@@ -40,16 +41,17 @@ module setup_input
 contains
 
   !> Read and check a file; every rank may do so, nothing is printed.
-  subroutine read_input(file, sets, input, complaints)
+  subroutine read_input(file, sets, input, complaints, point)
     character(*), intent(in) :: file
     character(*), intent(in) :: sets(:)   !! GROUP.KEY=VALUE, GROUP(2).KEY=.., GROUP(name).KEY=..
     type(input_t), intent(out) :: input
     type(complaints_t), intent(inout) :: complaints
+    logical, intent(in), optional :: point   !! true: only of a material point, not of a run
     character(:), allocatable :: text, problem
 
     call read_file(file, text, problem)
     if (problem == '') then
-      call read_input_text(file, text, sets, input, complaints)
+      call read_input_text(file, text, sets, input, complaints, point)
     else
       input%file = file
       input%table = key_table()
@@ -59,16 +61,21 @@ contains
   end subroutine read_input
 
   !> The same for a text at hand, such as the input kept in a checkpoint.
-  subroutine read_input_text(file, text, sets, input, complaints)
+  subroutine read_input_text(file, text, sets, input, complaints, point)
     character(*), intent(in) :: file      !! name for the messages; its stem is the default RUN NAME
     character(*), intent(in) :: text, sets(:)
     type(input_t), intent(out) :: input
     type(complaints_t), intent(inout) :: complaints
+    logical, intent(in), optional :: point
     character(:), allocatable :: stem
     integer :: k
 
     input%file = file
     input%table = key_table()
+    if (present(point)) then
+      input%table%groups%is_required = input%table%groups%name == 'MATERIAL' &
+                                       .or. input%table%groups%name == 'PATH'
+    end if
     stem = file(index(file, '/', back=.true.) + 1:)
     if (index(stem, '.', back=.true.) > 1) stem = stem(:index(stem, '.', back=.true.) - 1)
     input%table%keys(input%table%find_key(input%table%find_group('RUN'), 'NAME'))%default = stem
@@ -347,6 +354,20 @@ contains
       call to_real(self%item(group, i, key, 'real', k), r(k), ok)
     end do
   end function some_reals
+
+  !> All values of a key of real numbers, as many as were written; those of the default if none.
+  function all_reals(self, group, i, key) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    real(rp), allocatable :: r(:)
+    integer :: n
+
+    do n = 1, abs(self%table%keys(self%row_number(group, i, key, 'real'))%n)
+      if (self%item(group, i, key, 'real', n) == '') exit
+    end do
+    r = self%reals(group, i, key, n - 1)
+  end function all_reals
 
   real(rp) function one_real(self, group, i, key)
     class(input_t), intent(in) :: self

@@ -3,6 +3,7 @@
 !> defaults and the reference page follow.
 module setup_key_rows
   use setup_keys_table, only: key_table_t
+  use setup_law_rows, only: add_laws, add_paths
   implicit none (type, external)
   private
 
@@ -23,6 +24,7 @@ contains
     call add_fields(t)
     call add_heat(t)
     call add_output(t)
+    call add_paths(t)
   end function key_table
 
   subroutine add_run(t)
@@ -86,22 +88,7 @@ contains
       'ratio of lateral contraction')
     call t%key('ENERGY', 'choice', 1, '', 'decoupled', 'decoupled coupled', &
       'elastic energy: volume and shape apart, or P = mu(F - F^-T) + lambda ln(J) F^-T')
-    call t%key('LAW', 'choice', 1, '', 'elastic', 'elastic johnson-cook norton', 'material law')
-    call t%key('NORTON_K', 'real', 1, 'Pa', 'required if LAW = norton', '(0,inf)', &
-      'flow stress at a strain rate of 1/s: NORTON_K rate^NORTON_N')
-    call t%key('NORTON_N', 'real', 1, '', 'required if LAW = norton', '(0,1]', &
-      'exponent of the strain rate')
-    call t%key('JC_A', 'real', 1, 'Pa', 'required if LAW = johnson-cook', '(0,inf)', &
-      'initial yield stress at T_ROOM and JC_RATE0')
-    call t%key('JC_B', 'real', 1, 'Pa', 'required if LAW = johnson-cook', '[0,inf)', &
-      'hardening modulus')
-    call t%key('JC_N', 'real', 1, '', 'required if LAW = johnson-cook', '[0,inf)', &
-      'hardening exponent')
-    call t%key('JC_C', 'real', 1, '', 'required if LAW = johnson-cook', '[0,inf)', &
-      'sensitivity to the strain rate')
-    call t%key('JC_M', 'real', 1, '', 'required if LAW = johnson-cook', '(0,inf)', &
-      'exponent of thermal softening')
-    call t%key('JC_RATE0', 'real', 1, '1/s', '1', '(0,inf)', 'reference strain rate')
+    call add_laws(t)
     call t%key('T_ROOM', 'real', 1, 'K', '298', '(0,inf)', &
       'temperature up to which the law does not soften')
     call t%key('T_MELT', 'real', 1, 'K', '1356', '(0,inf)', &

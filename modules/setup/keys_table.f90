@@ -33,7 +33,7 @@ module setup_keys_table
     character(12) :: unit = ''
     character(256) :: default = ''      !! as text
     character(48) :: requirement = ''   !! empty, 'required' or 'required if KEY = a or b'
-    character(64) :: allowed = ''       !! interval, names of a choice, characters of a text
+    character(96) :: allowed = ''       !! interval, names of a choice, characters of a text
     character(240) :: about = ''
   end type key_row_t
 

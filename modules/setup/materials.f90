@@ -2,10 +2,9 @@
 !> Materials from the input: elasticity, heat, and the flow law that LAW names.
 module setup_materials
   use base_kinds, only: rp
-  use physics_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
-  use physics_norton, only: norton_t
   use setup_complaints, only: complaints_t
+  use setup_flow_laws, only: read_flow_law
   use setup_input, only: input_t
   implicit none (type, external)
   private
@@ -30,15 +29,7 @@ contains
         m%conductivity = input%real('MATERIAL', i, 'CONDUCTIVITY')
         m%plastic_heat = input%real('MATERIAL', i, 'PLASTIC_HEAT')
         call read_elasticity(input, i, m, complaints)
-        ! A new flow law is one line here.
-        select case (input%text('MATERIAL', i, 'LAW'))
-        case ('johnson-cook')
-          call read_johnson_cook(input, i, m, complaints)
-        case ('norton')
-          allocate (m%flow, source=norton_t(k=input%real('MATERIAL', i, 'NORTON_K'), &
-                                            n=input%real('MATERIAL', i, 'NORTON_N')))
-        case default   ! elastic
-        end select
+        call read_flow_law(input, i, m, complaints)
         do j = 1, i - 1
           if (material(j)%name == m%name) call input%complain(complaints, 'MATERIAL', i, &
             'NAME', 'another material has this name')
@@ -64,25 +55,5 @@ contains
     if (abs(material%expansion) > 0.0_rp) call input%complain(complaints, 'MATERIAL', i, &
       'EXPANSION', "must be 0 with ENERGY = 'coupled'")
   end subroutine read_elasticity
-
-  subroutine read_johnson_cook(input, i, material, complaints)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    type(material_t), intent(inout) :: material
-    type(complaints_t), intent(inout) :: complaints
-    type(johnson_cook_t) :: law
-
-    law%a = input%real('MATERIAL', i, 'JC_A')
-    law%b = input%real('MATERIAL', i, 'JC_B')
-    law%n = input%real('MATERIAL', i, 'JC_N')
-    law%c = input%real('MATERIAL', i, 'JC_C')
-    law%m = input%real('MATERIAL', i, 'JC_M')
-    law%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
-    law%t_room = input%real('MATERIAL', i, 'T_ROOM')
-    law%t_melt = input%real('MATERIAL', i, 'T_MELT')
-    if (law%t_melt <= law%t_room) call input%complain(complaints, 'MATERIAL', i, 'T_MELT', &
-      'must be above T_ROOM')
-    allocate (material%flow, source=law)
-  end subroutine read_johnson_cook
 
 end module setup_materials

@@ -34,6 +34,7 @@ contains
     call read_general(input, sim%scene, complaints)
     call lay_out_fields(input, sim%scene, complaints)
     call read_materials(input, sim%scene%material, complaints)
+    call lay_out_laws(sim%scene)
     call read_bodies(input, sim%scene, complaints)
     call read_surfaces(input, sim%scene, complaints)
     call read_fields(input, sim%scene, complaints)
@@ -103,6 +104,22 @@ contains
       end if
     end associate
   end subroutine lay_out_fields
+
+  !> Room for the internal variables of the flow law that has most.
+  subroutine lay_out_laws(scene)
+    type(scene_t), intent(inout) :: scene
+    integer :: m
+
+    associate (layout => scene%layout)
+      do m = 1, size(scene%material)
+        if (allocated(scene%material(m)%flow)) &
+          layout%n_law = max(layout%n_law, scene%material(m)%flow%n_state)
+      end do
+      if (layout%n_law == 0) return
+      layout%law = 0
+      call layout%add(layout%n_law, layout%law)
+    end associate
+  end subroutine lay_out_laws
 
   !> A grid that cannot be made has no nodes, and nothing is compared with it.
   subroutine read_grid(input, scene, complaints)

@@ -8,6 +8,7 @@ module time_heat
                                 nodal_temperature, smooth_particles, smooth_share, &
                                 temperature_increment
   use time_audit, only: e_film
+  use time_microstructure, only: anneal_particles
   use time_mirrors, only: book_heat, fold, r_apart, r_flux, r_heat, r_temperature, r_warming, &
                           unfold
   use time_nodes, only: clear_nodes
@@ -72,6 +73,7 @@ contains
       call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .true., &
                       sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
     end do
+    call anneal_particles(sim, dt)
   end subroutine conduct
 
   !> Capacities and nodal means of the field `temp_field`; waiting heat from `heat_field` (0: none).

@@ -9,6 +9,7 @@ module time_records
   use time_audit, only: e_body, e_contact, e_film, e_friction, e_plastic, e_source, e_stress, &
                         e_wall, e_wall_heat, n_sums
   use time_blocks, only: kinetic_energy
+  use time_microstructure, only: micro_columns, micro_row
   use time_state, only: simulation_t
   implicit none (type, external)
   private
@@ -19,7 +20,8 @@ module time_records
 
 contains
 
-  !> Column names with units: the common ones, nine for each tool, three for each wall and clamp.
+  !> Column names with units: the common ones, nine for each tool, three for each wall and clamp,
+  !> those of the microstructure if a law describes it.
   function history_columns(sim) result(columns)
     type(simulation_t), intent(in) :: sim
     character(48), allocatable :: columns(:)
@@ -52,12 +54,14 @@ contains
       columns(c + 3*k - 2:c + 3*k) = trim(sim%scene%constraint(k)%name)//'_force_'// &
                                      ['x[N]', 'y[N]', 'z[N]']
     end do
+    columns(c + 3*size(sim%scene%constraint) + 1:) = micro_columns(sim)
   end function history_columns
 
-  pure integer function n_columns(sim)
+  integer function n_columns(sim)
     type(simulation_t), intent(in) :: sim
 
-    n_columns = n_common + n_per_tool*size(sim%tool) + 3*size(sim%scene%constraint)
+    n_columns = n_common + n_per_tool*size(sim%tool) + 3*size(sim%scene%constraint) &
+                + size(micro_columns(sim))
   end function n_columns
 
   !> Kinetic energy (with mass scaling), elastic energy and heat content of this rank [J], hottest
@@ -112,7 +116,7 @@ contains
     real(rp), allocatable :: all(:), tool(:, :)
     real(rp) :: most(3), kinetic, elastic, heat, work, friction, normal, given, taken, loss, inner
     real(rp) :: to_bodies
-    integer :: k, last
+    integer :: k, last, walls
 
     last = n_sums + 3 + n_tool_sums*size(sim%tool)
     allocate (all(last + size(sim%impulse)), tool(n_tool_sums, size(sim%tool)))
@@ -151,7 +155,9 @@ contains
       all(e_wall_heat), all(e_source)]
     k = n_common + n_per_tool*size(sim%tool)
     call tool_columns(sim, tool, row(n_common + 1:k))
-    call wall_columns(sim, all(last + 1:), row(k + 1:))
+    walls = k + 3*size(sim%scene%constraint)
+    call wall_columns(sim, all(last + 1:), row(k + 1:walls))
+    call micro_row(world, sim, row(walls + 1:))
     sim%row_time = sim%clock%time
   end subroutine history_row
 

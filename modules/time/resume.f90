@@ -8,6 +8,7 @@ module time_resume
   use grid_geometry, only: box_t, make_patch
   use io_checkpoint, only: read_checkpoint, write_checkpoint
   use particles_migrate, only: find_outside
+  use physics_flow_law, only: n_alarms
   use time_audit, only: n_sums
   use time_probes, only: share_probes
   use time_regrid, only: first_partition, regrid, relist
@@ -64,7 +65,8 @@ contains
     global = [global, sim%frame_times]
     global = [global, reshape(sim%row_impulse, [size(sim%row_impulse)])]
     if (allocated(sim%row_sums)) global = [global, reshape(sim%row_sums, [size(sim%row_sums)])]
-    local = [sim%sums, real(sim%failed_returns, rp), reshape(sim%impulse, [size(sim%impulse)])]
+    local = [sim%sums, real(sim%failed_returns, rp), sim%alarms, &
+             reshape(sim%impulse, [size(sim%impulse)])]
     do k = 1, size(sim%tool)
       local = [local, sim%tool(k)%sums]
     end do
@@ -88,7 +90,7 @@ contains
 
     call read_checkpoint(world, path, sim%particles, boxes, global, local, same_ranks, text, error)
     if (error%is_set()) return
-    n = n_sums + 1 + size(sim%impulse)
+    n = n_sums + 1 + n_alarms + size(sim%impulse)
     if (size(global) < n_clock .or. size(local) /= n + n_tool_sums*size(sim%tool)) then
       call error%raise(path//other_scene)
       return
@@ -99,7 +101,8 @@ contains
     if (error%is_set()) return
     sim%sums = local(1:n_sums)
     sim%failed_returns = nint(local(n_sums + 1))
-    sim%impulse = reshape(local(n_sums + 2:n), shape(sim%impulse))
+    sim%alarms = local(n_sums + 2:n_sums + 1 + n_alarms)
+    sim%impulse = reshape(local(n_sums + 2 + n_alarms:n), shape(sim%impulse))
     do k = 1, size(sim%tool)
       sim%tool(k)%sums = local(n + 1 + n_tool_sums*(k - 1):n + n_tool_sums*k)
       call sim%tool(k)%move_to(sim%clock%time)

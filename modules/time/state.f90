@@ -10,6 +10,7 @@ module time_state
   use grid_geometry, only: box_t, grid_t, patch_t
   use grid_halo, only: halo_t
   use particles_store, only: layout_t, particles_t
+  use physics_flow_law, only: n_alarms
   use physics_material, only: material_t
   use time_audit, only: n_sums
   use time_meeting, only: contact_t, meeting_t
@@ -221,6 +222,8 @@ module time_state
     real(rp), allocatable :: row_impulse(:, :)   !! of walls and clamps then, of all ranks
     integer :: failed_returns = 0            !! of this rank that did not converge; most of any
     integer :: worst_returns = 0
+    real(rp) :: alarms(n_alarms) = 0.0_rp    !! particle-steps outside the validity of a flow law
+    real(rp) :: alarm_place(5, n_alarms) = 0.0_rp   !! time, temperature and place of the first
     ! set by the check in the middle of a step, equal on all ranks
     logical :: is_broken = .false.           !! no step is possible from here
     integer :: signal = 0                    !! that arrived on any rank

@@ -183,7 +183,8 @@ contains
       end associate
     end do
     call flow_strength(sim%scene%material(sim%scene%body(body)%material), ps(1, f_plastic), &
-                       ps(1, f_temp), rate, strength)
+                       ps(1, f_temp), rate, sim%scene%layout%n_law, &
+                       ps(1, sim%scene%layout%law), strength)
     do i = before + 1, sim%touching%n
       associate (t => sim%touching%touch(i), spacing => sim%scene%body(body)%spacing)
         t%shear = unlimited

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> What a step does with one block of particles once its velocity gradient is known: mean volume,
-!> outer work, contact with tools, stress.
+!> outer work, stress.
 module time_update
   use base_kinds, only: nlane, rp
   use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_rate, f_tau, f_temp
+  use physics_flow_law, only: n_alarms
   use physics_stress, only: stress_block, stress_sums_t
   use time_audit, only: e_body, e_plastic, e_stress
   use time_blocks, only: body_work
@@ -85,11 +86,29 @@ contains
     temp = ps(:, f_temp)
     call stress_block(sim%scene%material(sim%scene%body(body)%material), n, dt, l, temp, &
                       ps(1, f_mass), ps(1, f_bbar), ps(1, f_jac), ps(1, f_plastic), ps(1, f_temp), &
-                      ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), sums)
+                      ps(1, f_tau), ps(1, f_rate), ps(1, f_flow), sim%scene%layout%n_law, &
+                      ps(1, sim%scene%layout%law), sums)
     sim%sums(e_plastic) = sim%sums(e_plastic) + sums%plastic_work
     sim%sums(e_stress) = sim%sums(e_stress) + sums%stress_work
     sim%failed_returns = sim%failed_returns + sums%failed
     report%stiffness = max(report%stiffness, sums%stiffness)
+    if (any(sums%alarms > 0)) call note_alarms(sim, sums, nf, ps)
   end subroutine constitutive
+
+  !> Count what left the validity of a flow law, and keep where that was first.
+  subroutine note_alarms(sim, sums, nf, ps)
+    type(simulation_t), intent(inout) :: sim
+    type(stress_sums_t), intent(in) :: sums
+    integer, intent(in) :: nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    integer :: k
+
+    do k = 1, n_alarms
+      if (sums%alarms(k) == 0) cycle
+      if (sim%alarms(k) <= 0.0_rp) sim%alarm_place(:, k) = &
+        [sim%clock%time, ps(sums%lane(k), f_temp), ps(sums%lane(k), f_pos:f_pos + 2)]
+      sim%alarms(k) = sim%alarms(k) + sums%alarms(k)
+    end do
+  end subroutine note_alarms
 
 end module time_update

@@ -3,7 +3,7 @@
 module time_writing
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
-  use base_kinds, only: i8, rp
+  use base_kinds, only: i8, rp, sp
   use base_system, only: peak_memory
   use base_text, only: str
   use base_timers, only: cpu_seconds, n_phases, phase_name, wall_time
@@ -11,7 +11,9 @@ module time_writing
   use io_frames, only: write_frame, write_series
   use io_histories, only: table_t
   use time_culprit, only: not_a_number
+  use physics_flow_law, only: law_output, law_unit, n_alarms
   use time_deviation, only: deviation_columns, deviation_row, has_fields
+  use time_microstructure, only: alarm_message, n_micro_outputs, pack_outputs
   use time_probes, only: share_probes
   use time_records, only: history_columns, history_row
   use time_resume, only: save_checkpoint
@@ -32,12 +34,14 @@ module time_writing
     integer(i8) :: particles = 0        !! on all ranks
     integer(i8) :: told_refused = 0     !! refused steps when last spoken of
     logical :: warned = .false., warned_returns = .false.
+    logical :: warned_alarm(n_alarms) = .false.
   contains
     procedure :: init
     procedure :: due
     procedure :: frame
     procedure :: row
     procedure :: tell_refused
+    procedure :: tell_alarms
     procedure :: progress
     procedure :: summary
     procedure :: close => close_files
@@ -143,16 +147,20 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
     character(6) :: number
+    real(sp), allocatable :: outputs(:, :)
+    integer :: k
 
     if (size(sim%frame_times) > 0) then
       if (sim%frame_times(size(sim%frame_times)) >= sim%clock%time) return   ! has it already
     end if
     write (number, '(i6.6)') size(sim%frame_times)
+    k = n_micro_outputs(sim)
+    call pack_outputs(sim, outputs)
     associate (output => sim%scene%output)
       call write_frame(world, output%directory//'/'//output%name//'_'//number//'.hdf', &
                        sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
                        sim%scene%body%mean_spacing(), sim%scene%body%name, sim%particles, &
-                       output%input_text, error)
+                       law_output(:k), law_unit(:k), outputs, output%input_text, error)
       if (error%is_set()) return
       sim%frame_times = [sim%frame_times, sim%clock%time]
       call write_series(world, output%directory, output%name, size(sim%frame_times), &
@@ -169,6 +177,7 @@ contains
     if (sim%row_time >= sim%clock%time .and. sim%clock%step > 0) return   ! has it already
     call history_row(world, sim, values)
     call self%tell_refused(world, sim)
+    call self%tell_alarms(world, sim)
     call self%history%row(values)
     if (sim%probes%n > 0) then
       call share_probes(world, sim%probes)
@@ -206,6 +215,23 @@ contains
       ' s '//str(sim%clock%refused)//' step(s) would have moved a node by more than half a '// &
       'cell and were made shorter; the last one is '//str(sim%clock%dt)//' s'
   end subroutine tell_refused
+
+  !> Say once of each kind that particles left the validity of a flow law, and where.
+  subroutine tell_alarms(self, world, sim)
+    class(writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: message
+    integer :: k
+
+    if (n_micro_outputs(sim) == 0) return
+    do k = 1, n_alarms
+      if (self%warned_alarm(k)) cycle
+      call alarm_message(world, sim, k, message)
+      self%warned_alarm(k) = message /= ''
+      if (world%is_root() .and. message /= '') write (output_unit, '(a)') message
+    end do
+  end subroutine tell_alarms
 
   !> A line with percent, time, speed and time left, every PROGRESS_INTERVAL seconds.
   subroutine progress(self, world, sim)

@@ -142,7 +142,7 @@ contains
     type(particles_t) :: p
     type(h5file_t) :: file
     type(error_t) :: error
-    real(sp), allocatable :: x(:, :), a(:)
+    real(sp), allocatable :: x(:, :), a(:), extra(:, :)
     integer(i8), allocatable :: id(:), offsets(:), dims(:)
     integer(i8) :: first, pieces(world%size)
     character(:), allocatable :: text
@@ -156,8 +156,11 @@ contains
       p%ps(:, f_tau + 3, :) = 4.0_rp
       p%ps(:, f_tau + 4:f_tau + 5, :) = 0.0_rp
     end if
+    allocate (extra(p%total(), 2), source=1.0_sp)
+    extra(:, 2) = 2.0_sp
     call write_frame(world, base//'frame.hdf', 0.25_rp, 12, 5.0e-4_rp, [1.0e-4_rp, 2.0e-4_rp], &
-                     ['plate  ', 'backing'], p, sample_input, error)
+                     ['plate  ', 'backing'], p, ['one', 'two'], ['m', '1'], extra, sample_input, &
+                     error)
     call expect_no_error('frame is written', error)
 
     n = p%total()
@@ -180,6 +183,8 @@ contains
     call expect('pressure', all(abs(a - 3.0_sp) < 1.0e-5_sp))
     call read_array(file, '/VTKHDF/PointData/von_mises', first, a, error)
     call expect('von Mises stress', all(abs(a - sqrt(12.0_sp)) < 1.0e-5_sp))
+    call read_array(file, '/VTKHDF/PointData/two', first, a, error)
+    call expect('a further scalar', all(abs(a - 2.0_sp) <= 0.0_sp))
     call read_array(file, '/VTKHDF/PointData/id', first, id, error)
     if (n > 0) id(1:p%count(1)) = id(1:p%count(1)) - tag_id(p%tag(1:p%count(1), 1))
     call expect('identities', all(id(:min(n, nlane - 1)) == 0))

@@ -8,6 +8,7 @@ program test_coupled
   use physics_stress, only: elastic_stress, stress_block, stress_sums_t
   implicit none (type, external)
 
+  real(rp) :: none(nlane, 0)   !! no internal variables
   real(rp), parameter :: unit(3, 3) = reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, &
                                                0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
   real(rp), parameter :: still(nlane) = 298.0_rp
@@ -158,7 +159,7 @@ contains
     mass = rubber%rho
     do i = 1, steps
       call stress_block(rubber, nlane, 1.0_rp/steps, l, still, mass, b, j, alpha, temp, tau, rate, &
-                        flow, sums)
+                        flow, 0, none, sums)
     end do
   end subroutine carry
 

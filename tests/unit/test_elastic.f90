@@ -7,6 +7,7 @@ program test_elastic
   use physics_stress, only: stress_block, stress_sums_t
   implicit none (type, external)
 
+  real(rp) :: none(nlane, 0)   !! no internal variables
   !> State of one block.
   type :: block_t
     real(rp) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane), tau(nlane, 6)
@@ -62,7 +63,7 @@ contains
 
     t_node = blk%temp
     call stress_block(copper, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
-                      blk%temp, blk%tau, blk%rate, blk%flow, mine)
+                      blk%temp, blk%tau, blk%rate, blk%flow, 0, none, mine)
     if (present(sums)) sums = mine
   end subroutine advance
 

@@ -11,6 +11,7 @@ program test_element
   use physics_stress, only: stress_block, stress_sums_t
   implicit none (type, external)
 
+  real(rp) :: none(nlane, 0)   !! no internal variables
   !> State of one block.
   type :: block_t
     real(rp) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane), tau(nlane, 6)
@@ -62,7 +63,7 @@ contains
 
     t_node = blk%temp
     call stress_block(material, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
-                      blk%temp, blk%tau, blk%rate, blk%flow, sums)
+                      blk%temp, blk%tau, blk%rate, blk%flow, 0, none, sums)
     call expect('the return converges', sums%failed == 0)
   end subroutine advance
 
@@ -187,7 +188,7 @@ contains
       q = 10.0_rp**(4.8_rp + 3.0_rp*q)
       do i = 1, 2
         exponent = 1.0_rp/i
-        call return_map(norton_t(k=k, n=exponent), nlane, dt, temp, alpha, guess, q, g3, x, &
+        call return_map(norton_t(k=k, n=exponent), nlane, dt, temp, alpha, guess, q, g3, none, x, &
                         sigma, any_plastic, failed)
         if (i == 1) then
           want = q/(g3 + k/dt)
@@ -203,7 +204,7 @@ contains
     end do
     call expect('returns of the power law', failed == 0)
     q = 0.999_rp*k*sqrt(least_rate)
-    call return_map(norton_t(k=k, n=0.5_rp), nlane, dt, temp, alpha, guess, q, g3, x, sigma, &
+    call return_map(norton_t(k=k, n=0.5_rp), nlane, dt, temp, alpha, guess, q, g3, none, x, sigma, &
                     any_plastic, failed)
     call expect('no flow below the least rate', .not. any_plastic .and. all(x <= 0.0_rp))
   end subroutine test_norton_return

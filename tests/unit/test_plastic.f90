@@ -10,6 +10,7 @@ program test_plastic
   use physics_stress, only: stress_block, stress_sums_t
   implicit none (type, external)
 
+  real(rp) :: none(nlane, 0)   !! no internal variables
   !> State of one block.
   type :: block_t
     real(rp) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane), tau(nlane, 6)
@@ -76,7 +77,7 @@ contains
     if (present(sums)) mine = sums
     t_node = blk%temp
     call stress_block(material, nlane, dt, blk%l, t_node, blk%mass, blk%b, blk%j, blk%alpha, &
-                      blk%temp, blk%tau, blk%rate, blk%flow, mine)
+                      blk%temp, blk%tau, blk%rate, blk%flow, 0, none, mine)
     if (present(sums)) sums = mine
     if (blk%is_isothermal) blk%temp = t_node
   end subroutine advance

@@ -9,6 +9,7 @@ program test_return
 
   real(rp), parameter :: shear = 46.27e9_rp   !! modulus [Pa]
   type(johnson_cook_t) :: law
+  real(rp) :: none(nlane, 0)                  !! the law has no internal variables
 
   law = johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, m=1.09_rp)
 
@@ -94,7 +95,7 @@ contains
     worst_sigma = 0.0_rp
     do batch = 1, batches
       call random_state(dt, temp, alpha, guess, g3, q)
-      call return_map(law, nlane, dt, temp, alpha, guess, q, g3, x, sigma, any_plastic, &
+      call return_map(law, nlane, dt, temp, alpha, guess, q, g3, none, x, sigma, any_plastic, &
                       failed)
       do p = 1, nlane
         if (mod(p, 3) == 2) then
@@ -139,7 +140,7 @@ contains
     do p = 1, nlane
       q(p) = flow_stress(0.5_rp + least_rate*dt, least_rate, 600.0_rp) + gap*p/(nlane + 1)
     end do
-    call return_map(law, nlane, dt, temp, alpha, guess, q, g3, x, sigma, any_plastic, failed)
+    call return_map(law, nlane, dt, temp, alpha, guess, q, g3, none, x, sigma, any_plastic, failed)
     call expect('gap above yield: no failure', failed == 0)
     call expect('gap above yield: residual', maxval(abs(q - g3*x - sigma)) <= gap*1.001_rp)
   end subroutine test_gap_above_yield

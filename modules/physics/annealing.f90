@@ -1,0 +1,137 @@
+! SPDX-License-Identifier: MIT
+!> What time at temperature does to a dislocated structure, for each particle by itself:
+!>   recovery           d rho/dt = -C_r(T) rho^n of both densities, not below the initial ones;
+!>   coarsening         d(d^m)/dt = C_g(T) of subgrains (rho as 1/d^2) and of recrystallised grains;
+!>   recrystallisation  nuclei D apart grow into what is deformed at v = M(T) G b^2 rho/2 while rho
+!>                      is above a threshold: X = 1 - exp(-(2 R/D)^3), dR/dt = v (Johnson & Mehl,
+!>                      Avrami, site-saturated); the swept share gets the initial densities.
+!> C(T) = C0 exp(-Q/(R T)). During deformation X fades with strain, dX = -X deps/strain: the new
+!> grains are deformed in their turn, and a steady state comes about (dynamic recrystallisation).
+module physics_annealing
+  use base_kinds, only: nlane, rp
+  implicit none (type, external)
+  private
+
+  public :: annealing_t, anneal_block, deformed_density
+
+  integer, parameter, public :: n_annealing = 2   !! X, size of the recrystallised grains [m]
+
+  !> C0 exp(-Q/(R T)); 0: does not happen.
+  type, public :: arrhenius_t
+    real(rp) :: factor = 0.0_rp        !! C0
+    real(rp) :: energy = 0.0_rp        !! Q [J/mol]
+  end type arrhenius_t
+
+  type :: annealing_t
+    type(arrhenius_t) :: recovery      !! C0 [m^(2n-2)/s]
+    type(arrhenius_t) :: growth        !! C0 [m^m/s]
+    type(arrhenius_t) :: mobility      !! C0 [m4/(J s)]
+    real(rp) :: recovery_exponent = 2.0_rp
+    real(rp) :: growth_exponent = 2.0_rp
+    real(rp) :: threshold = huge(1.0_rp)   !! density above which nuclei grow [1/m2]
+    real(rp) :: spacing = 1.0_rp       !! D, also the grain size when all is recrystallised [m]
+    real(rp) :: strain = huge(1.0_rp)  !! in which deformation wipes X out
+  end type annealing_t
+
+  real(rp), parameter :: gas_constant = 8.314462618_rp   !! [J/(mol K)]
+  real(rp), parameter :: nucleus = 0.1_rp    !! first radius of a nucleus over D/2
+  real(rp), parameter :: complete = 1.0e-3_rp   !! what is left when fronts have met
+
+contains
+
+  !> Advance the state of a block by `dt`; `size` is K of d = K/sqrt(rho).
+  pure subroutine anneal_block(self, dt, line_energy, size, walls, interior, temp, rate, root, &
+                               cells, fraction, new)
+    type(annealing_t), intent(in) :: self
+    real(rp), intent(in) :: dt                       !! [s]
+    real(rp), intent(in) :: line_energy              !! G b^2/2 [J/m]
+    real(rp), intent(in) :: size
+    real(rp), intent(in) :: walls, interior          !! initial densities [1/m2]
+    real(rp), intent(in) :: temp(nlane), rate(nlane) !! [K], plastic [1/s]
+    real(rp), intent(inout) :: root(nlane)           !! sqrt(rho_w) [1/m]
+    real(rp), intent(inout) :: cells(nlane)          !! rho_c [1/m2]
+    real(rp), intent(in) :: fraction(nlane)          !! f
+    real(rp), intent(inout) :: new(nlane, n_annealing)
+    real(rp), dimension(nlane) :: wall, total, scale
+
+    wall = root**2
+    if (self%recovery%factor > 0.0_rp) then
+      call recover(self%recovery_exponent, dt*arrhenius(self%recovery, temp), walls, wall)
+      call recover(self%recovery_exponent, dt*arrhenius(self%recovery, temp), interior, cells)
+    end if
+    if (self%growth%factor > 0.0_rp) then
+      total = fraction*wall + (1.0_rp - fraction)*cells
+      scale = size/sqrt(total)
+      call grow(self%growth_exponent, dt*arrhenius(self%growth, temp), scale)
+      scale = size**2/(scale**2*total)
+      wall = max(min(wall, walls), scale*wall)
+      cells = max(min(cells, interior), scale*cells)
+      call grow(self%growth_exponent, dt*arrhenius(self%growth, temp), new(:, 2))
+    end if
+    if (self%mobility%factor > 0.0_rp) then
+      call recrystallise(self, dt*line_energy*arrhenius(self%mobility, temp), walls, interior, &
+                         fraction, wall, cells, new)
+      new(:, 1) = new(:, 1)*exp(-dt*rate/self%strain)
+    end if
+    root = sqrt(wall)
+  end subroutine anneal_block
+
+  pure function arrhenius(rate, temp) result(value)
+    type(arrhenius_t), intent(in) :: rate
+    real(rp), intent(in) :: temp(nlane)
+    real(rp) :: value(nlane)
+
+    value = rate%factor*exp(-rate%energy/(gas_constant*max(temp, 1.0_rp)))
+  end function arrhenius
+
+  !> d rho = -rho^n dc, exactly; a density below `least` stays as it is.
+  pure subroutine recover(n, dc, least, density)
+    real(rp), intent(in) :: n, dc(nlane), least
+    real(rp), intent(inout) :: density(nlane)
+
+    where (density > least)
+      density = max(least, density*(1.0_rp + (n - 1.0_rp)*dc*density**(n - 1.0_rp)) &
+                           **(-1.0_rp/(n - 1.0_rp)))
+    end where
+  end subroutine recover
+
+  !> d(d^m) = dc, exactly; nothing grows from nothing.
+  pure subroutine grow(m, dc, d)
+    real(rp), intent(in) :: m, dc(nlane)
+    real(rp), intent(inout) :: d(nlane)
+
+    where (d > 0.0_rp) d = d*(1.0_rp + dc/d**m)**(1.0_rp/m)
+  end subroutine grow
+
+  !> Density of what is not recrystallised, from the mean over all.
+  elemental real(rp) function deformed_density(total, initial, x)
+    real(rp), intent(in) :: total, initial, x
+
+    deformed_density = max(total, (total - x*initial)/max(1.0_rp - x, complete))
+  end function deformed_density
+
+  !> Fronts move by `advance` times the deformed density.
+  pure subroutine recrystallise(self, advance, walls, interior, fraction, wall, cells, new)
+    type(annealing_t), intent(in) :: self
+    real(rp), intent(in) :: advance(nlane), walls, interior, fraction(nlane)
+    real(rp), intent(inout) :: wall(nlane), cells(nlane), new(nlane, n_annealing)
+    real(rp) :: density, initial, radius, swept, x
+    integer :: p
+
+    do p = 1, nlane
+      x = new(p, 1)
+      initial = fraction(p)*walls + (1.0_rp - fraction(p))*interior
+      density = deformed_density(fraction(p)*wall(p) + (1.0_rp - fraction(p))*cells(p), initial, x)
+      if (density <= self%threshold .or. 1.0_rp - x <= complete) cycle
+      radius = max(nucleus, (-log(1.0_rp - x))**(1.0_rp/3.0_rp)) &
+               + 2.0_rp*advance(p)*density/self%spacing
+      new(p, 1) = 1.0_rp - exp(-min(radius, 8.0_rp)**3)
+      swept = (new(p, 1) - x)/(1.0_rp - x)
+      wall(p) = wall(p) + swept*(walls - wall(p))
+      cells(p) = cells(p) + swept*(interior - cells(p))
+      if (x < nucleus) new(p, 2) = 0.0_rp          ! a new generation of grains
+      new(p, 2) = max(new(p, 2), self%spacing*min(radius, 1.0_rp))
+    end do
+  end subroutine recrystallise
+
+end module physics_annealing

@@ -1,0 +1,322 @@
+! SPDX-License-Identifier: MIT
+!> Two-phase dislocation law (Estrin et al. 1998; thesis eqs. 6.1-6.15): cells of density rho_c
+!> within walls of density rho_w and volume fraction f, in shear rates gdot = M x/dt:
+!>   sigma = sigma_0 + M alpha G b (gdot/gdot_0)^(T/A) [f sqrt(rho_w) + (1-f) sqrt(rho_c)],
+!> grain size d = K/sqrt(f rho_w + (1-f) rho_c). Internal variables: u = sqrt(rho_w), rho_c, f, and
+!> what recrystallisation needs (physics_annealing).
+module physics_two_phase
+  use base_kinds, only: nlane, rp
+  use physics_annealing, only: anneal_block, annealing_t, deformed_density, n_annealing
+  use physics_flow_law, only: flow_law_t, n_alarms, n_outputs, n_work
+  implicit none (type, external)
+  private
+
+  public :: two_phase_t, alpha_star_t
+
+  !> alpha*(T): linear between points, constant outside; or a/(T + b) + c between two temperatures
+  !> and constants outside.
+  type :: alpha_star_t
+    real(rp), allocatable :: t(:), value(:)        !! points, at least one: a table [K], [-]
+    real(rp) :: fit(3) = [0.0_rp, 1.0_rp, 0.0_rp]  !! a [K], b [K], c
+    real(rp) :: from = 0.0_rp, to = huge(1.0_rp)   !! where the fit holds [K]
+    real(rp) :: below = 0.0_rp, above = 0.0_rp     !! values outside
+  contains
+    procedure :: evaluate => evaluate_alpha_star
+  end type alpha_star_t
+
+  type, extends(flow_law_t) :: two_phase_t
+    real(rp) :: sigma0 = 0.0_rp         !! [Pa]
+    real(rp) :: taylor = 3.06_rp        !! M
+    real(rp) :: alpha = 0.25_rp
+    real(rp) :: shear = 0.0_rp          !! G [Pa]
+    real(rp) :: burgers = 0.0_rp        !! b [m]
+    real(rp) :: beta = 0.0_rp           !! beta*
+    real(rp) :: k0 = 0.0_rp
+    real(rp) :: a = 1.0_rp, b = 1.0_rp  !! A, B [K]
+    real(rp) :: rate0 = 1.0e3_rp        !! gdot_0 [1/s]
+    real(rp) :: size = 1.0_rp           !! K
+    real(rp) :: f0 = 0.25_rp, f_end = 0.06_rp, gamma = 3.2_rp   !! of eq. 6.11
+    real(rp) :: walls = 0.0_rp, interior = 0.0_rp   !! initial rho_w, rho_c [1/m2]
+    real(rp) :: calibrated(2) = [0.0_rp, huge(1.0_rp)]   !! temperatures [K]
+    type(alpha_star_t) :: alpha_star
+    type(annealing_t) :: annealing
+  contains
+    procedure :: prepare
+    procedure :: stress
+    procedure :: advance
+    procedure :: inspect
+    procedure :: anneal
+    procedure :: start
+    procedure :: describe
+    procedure, private :: coefficients
+  end type two_phase_t
+
+  integer, parameter :: s_wall = 1, s_cell = 2, s_fraction = 3, n_own = 3
+  integer, parameter, public :: n_two_phase = n_own, n_two_phase_annealing = n_own + n_annealing
+
+  ! Columns of `work`.
+  integer, parameter :: w_rate = 1, &    !! 1/m = T/A
+                        w_recovery = 2, & !! 1/n = T/B
+                        w_source = 3, &  !! alpha*/(sqrt(3) b) [1/m]
+                        w_state = 4, &   !! the internal variables, n_own
+                        w_root = 7, &    !! (1 - f)^(1/3)
+                        w_mean = 8       !! f sqrt(rho_w) + (1-f) sqrt(rho_c) [1/m]
+
+  real(rp), parameter :: longest_substep = 5.0e-4_rp   !! plastic strain
+  real(rp), parameter :: least_density = 1.0_rp        !! [1/m2]
+  real(rp), parameter :: third = 1.0_rp/3.0_rp
+
+contains
+
+  !> alpha* at each temperature of a block.
+  pure subroutine evaluate_alpha_star(self, temp, value)
+    class(alpha_star_t), intent(in) :: self
+    real(rp), intent(in) :: temp(nlane)
+    real(rp), intent(out) :: value(nlane)
+    integer :: k, n, p
+
+    if (.not. allocated(self%t)) then
+      call fitted(self%fit, self%from, self%to, self%below, self%above, temp, value)
+      return
+    end if
+    n = size(self%t)
+    value = self%value(1)
+    do k = 1, n - 1
+      associate (t1 => self%t(k), v1 => self%value(k), v2 => self%value(k + 1), &
+                 scale => 1.0_rp/(self%t(k + 1) - self%t(k)))
+        !$omp simd
+        do p = 1, nlane
+          if (temp(p) > t1) value(p) = v1 + (v2 - v1)*min(1.0_rp, (temp(p) - t1)*scale)
+        end do
+      end associate
+    end do
+  end subroutine evaluate_alpha_star
+
+  pure subroutine fitted(fit, from, to, below, above, temp, value)
+    real(rp), intent(in) :: fit(3), from, to, below, above, temp(nlane)
+    real(rp), intent(out) :: value(nlane)
+    integer :: p
+
+    !$omp simd
+    do p = 1, nlane
+      value(p) = fit(1)/(min(to, max(from, temp(p))) + fit(2)) + fit(3)
+      value(p) = merge(below, merge(above, value(p), temp(p) > to), temp(p) < from)
+    end do
+  end subroutine fitted
+
+  !> Exponents, source of cells, and the state with its root and mean.
+  subroutine prepare(self, temp, state, work)
+    class(two_phase_t), intent(in) :: self
+    real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
+    real(rp), intent(out) :: work(nlane, n_work)
+    real(rp) :: star(nlane)
+
+    call self%alpha_star%evaluate(temp, star)
+    call prepare_block(1.0_rp/self%a, 1.0_rp/self%b, 1.0_rp/(sqrt(3.0_rp)*self%burgers), temp, &
+                       star, state, work)
+  end subroutine prepare
+
+  pure subroutine prepare_block(per_a, per_b, source, temp, star, state, work)
+    real(rp), intent(in) :: per_a, per_b, source
+    real(rp), intent(in) :: temp(nlane), star(nlane), state(nlane, n_own)
+    real(rp), intent(out) :: work(nlane, n_work)
+    real(rp) :: z
+    integer :: p
+
+    !$omp simd private(z)
+    do p = 1, nlane
+      work(p, w_rate) = per_a*temp(p)
+      work(p, w_recovery) = per_b*temp(p)
+      work(p, w_source) = source*star(p)
+      work(p, w_state) = state(p, s_wall)
+      work(p, w_state + 1) = state(p, s_cell)
+      work(p, w_state + 2) = state(p, s_fraction)
+      z = 1.0_rp - state(p, s_fraction)
+      work(p, w_root) = exp(third*log(z))
+      work(p, w_mean) = state(p, s_fraction)*state(p, s_wall) + z*sqrt(state(p, s_cell))
+    end do
+  end subroutine prepare_block
+
+  !> 6 beta*/(b K), sqrt(3) beta*/(2 b), M alpha G b, ln(M/gdot_0).
+  pure function coefficients(self) result(c)
+    class(two_phase_t), intent(in) :: self
+    real(rp) :: c(4)
+
+    c = [6.0_rp*self%beta/(self%burgers*self%size), &
+         0.5_rp*sqrt(3.0_rp)*self%beta/self%burgers, &
+         self%taylor*self%alpha*self%shear*self%burgers, &
+         log(self%taylor/self%rate0)]
+  end function coefficients
+
+  subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
+    class(two_phase_t), intent(in) :: self
+    real(rp), intent(in) :: work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
+    real(rp), intent(out) :: sigma(nlane), slope(nlane)
+    real(rp) :: state(nlane, n_own), c(4)
+
+    c = self%coefficients()
+    call march(c, self%k0, self%taylor, self%f_end, self%gamma, work, x, log_rate, state)
+    call evaluate(self%sigma0, c, work, log_rate, state, sigma, slope)
+  end subroutine stress
+
+  subroutine advance(self, work, x, log_rate, state)
+    class(two_phase_t), intent(in) :: self
+    real(rp), intent(in) :: work(nlane, n_work), x(nlane), log_rate(nlane)
+    real(rp), intent(inout) :: state(nlane, self%n_state)
+
+    call march(self%coefficients(), self%k0, self%taylor, self%f_end, self%gamma, work, x, &
+               log_rate, state)
+  end subroutine advance
+
+  !> Eqs. 6.5, 6.6, 6.11 over the shear M x by the explicit midpoint rule, in substeps of equal
+  !> length and a last shorter one: the state is continuous in x and knows nothing of other lanes.
+  !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.05, so nothing is stiff.
+  pure subroutine march(c, k0, taylor, f_end, gamma, work, x, log_rate, state)
+    real(rp), intent(in) :: c(4), k0, taylor, f_end, gamma
+    real(rp), intent(in) :: work(nlane, n_work), x(nlane), log_rate(nlane)
+    real(rp), intent(inout) :: state(nlane, n_own)   !! out only
+    real(rp), dimension(nlane) :: k, u, cells, f, z
+    real(rp) :: h, decay, um, cm, fm, zm, most
+    integer :: n, p, step
+
+    most = 0.0_rp
+    do p = 1, nlane
+      most = merge(x(p), most, x(p) > most)
+    end do
+    n = max(1, ceiling(min(most, 1.0e3_rp)/longest_substep))
+    !$omp simd
+    do p = 1, nlane
+      k(p) = k0*exp(-work(p, w_recovery)*(log_rate(p) + c(4)))
+      u(p) = work(p, w_state)
+      cells(p) = work(p, w_state + 1)
+      f(p) = work(p, w_state + 2)
+      z(p) = work(p, w_root)
+    end do
+    do step = 0, n - 1
+      !$omp simd private(h, decay, um, cm, fm, zm)
+      do p = 1, nlane
+        h = taylor*max(0.0_rp, min(longest_substep, x(p) - step*longest_substep))
+        decay = 0.5_rp*h/gamma                       ! becomes 1 - exp(-decay), decay < 1e-3
+        decay = decay*(1.0_rp - decay*(0.5_rp - decay*(1.0_rp/6.0_rp - decay*(1.0_rp/24.0_rp))))
+        call slope_of(c, k(p), work(p, w_source), u(p), cells(p), f(p), z(p), um, cm)
+        um = u(p) + 0.5_rp*h*um
+        cm = max(0.0_rp, cells(p) + 0.5_rp*h*cm)
+        fm = f(p) - (f(p) - f_end)*decay
+        zm = cube_root(1.0_rp - fm, z(p))
+        call slope_of(c, k(p), work(p, w_source), um, cm, fm, zm, um, cm)
+        u(p) = u(p) + h*um
+        cells(p) = max(least_density, cells(p) + h*cm)
+        f(p) = fm - (fm - f_end)*decay
+        z(p) = cube_root(1.0_rp - f(p), zm)
+      end do
+    end do
+    state(:, s_wall) = u
+    state(:, s_cell) = cells
+    state(:, s_fraction) = f
+  contains
+    !> du and d rho_c by the shear; z = (1 - f)^(1/3).
+    pure subroutine slope_of(c, k, source, u, cells, f, z, du, dc)
+      real(rp), intent(in) :: c(4), k, source
+      real(rp), value :: u, cells, f, z
+      real(rp), intent(out) :: du, dc
+      real(rp) :: inverse                       ! 1/d over 1/K
+
+      inverse = sqrt(f*u*u + z*z*z*cells)
+      du = z*z*(0.5_rp*c(1)*inverse/u + c(2)*z)/f - 0.5_rp*k*u
+      dc = source*u - c(1)*inverse/z - k*cells
+    end subroutine slope_of
+
+    !> From a near value: Halley's method, error of third order.
+    pure real(rp) function cube_root(x, near)
+      real(rp), intent(in) :: x, near
+      real(rp) :: y3
+
+      y3 = near*near*near
+      cube_root = near*(y3 + 2.0_rp*x)/(2.0_rp*y3 + x)
+    end function cube_root
+  end subroutine march
+
+  !> Stress of the advanced state, and its slope by ln x: the exponent of the rate, and what the
+  !> increment has changed in the state.
+  pure subroutine evaluate(sigma0, c, work, log_rate, state, sigma, slope)
+    real(rp), intent(in) :: sigma0, c(4)
+    real(rp), intent(in) :: work(nlane, n_work), log_rate(nlane), state(nlane, n_own)
+    real(rp), intent(out) :: sigma(nlane), slope(nlane)
+    real(rp) :: mean, factor
+    integer :: p
+
+    !$omp simd private(mean, factor)
+    do p = 1, nlane
+      mean = state(p, s_fraction)*state(p, s_wall) &
+             + (1.0_rp - state(p, s_fraction))*sqrt(state(p, s_cell))
+      factor = c(3)*exp(work(p, w_rate)*(log_rate(p) + c(4)))
+      sigma(p) = sigma0 + factor*mean
+      slope(p) = factor*(work(p, w_rate)*mean + mean - work(p, w_mean))
+    end do
+  end subroutine evaluate
+
+  subroutine inspect(self, n, temp, rate, state, alarms, lane)
+    class(two_phase_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: temp(nlane), rate(nlane), state(nlane, self%n_state)
+    integer, intent(inout) :: alarms(n_alarms), lane(n_alarms)
+    real(rp) :: limit
+    logical :: is_outside(nlane, n_alarms)
+    integer :: k
+
+    limit = self%rate0/self%taylor
+    is_outside(:, 1) = rate > limit
+    is_outside(:, 2) = state(:, s_cell) <= least_density
+    is_outside(:, 3) = (temp < self%calibrated(1) .or. temp > self%calibrated(2)) &
+                       .and. rate > 0.0_rp
+    if (.not. any(is_outside(:n, :))) return
+    do k = 1, n_alarms
+      if (lane(k) == 0) lane(k) = findloc(is_outside(:n, k), .true., dim=1)
+      alarms(k) = alarms(k) + count(is_outside(:n, k))
+    end do
+  end subroutine inspect
+
+  subroutine anneal(self, dt, temp, rate, state)
+    class(two_phase_t), intent(in) :: self
+    real(rp), intent(in) :: dt, temp(nlane), rate(nlane)
+    real(rp), intent(inout) :: state(nlane, self%n_state)
+
+    if (.not. self%anneals) return
+    call anneal_block(self%annealing, dt, 0.5_rp*self%shear*self%burgers**2, self%size, &
+                      self%walls, self%interior, temp, rate, state(1, s_wall), &
+                      state(1, s_cell), state(1, s_fraction), state(1, n_own + 1))
+  end subroutine anneal
+
+  pure subroutine start(self, state)
+    class(two_phase_t), intent(in) :: self
+    real(rp), intent(out) :: state(self%n_state)
+
+    state = 0.0_rp
+    state(1:n_own) = [sqrt(self%walls), self%interior, self%f0]
+  end subroutine start
+
+  !> The grain size is the mean by volume of what is recrystallised and what is not.
+  pure subroutine describe(self, state, values)
+    class(two_phase_t), intent(in) :: self
+    real(rp), intent(in) :: state(nlane, self%n_state)
+    real(rp), intent(out) :: values(nlane, n_outputs)
+    real(rp) :: density(nlane)
+
+    values = 0.0_rp
+    density = state(:, s_fraction)*state(:, s_wall)**2 &
+              + (1.0_rp - state(:, s_fraction))*state(:, s_cell)
+    values(:, 1) = self%size/sqrt(max(density, least_density))
+    values(:, 2) = density
+    values(:, 3) = state(:, s_wall)**2
+    values(:, 4) = state(:, s_cell)
+    values(:, 5) = state(:, s_fraction)
+    if (.not. self%anneals) return
+    associate (x => state(:, n_own + 1))
+      density = deformed_density(density, state(:, s_fraction)*self%walls &
+                                          + (1.0_rp - state(:, s_fraction))*self%interior, x)
+      values(:, 1) = (1.0_rp - x)*self%size/sqrt(density) + x*state(:, n_own + 2)
+      values(:, 6) = x
+    end associate
+  end subroutine describe
+
+end module physics_two_phase

@@ -1,0 +1,62 @@
+! SPDX-License-Identifier: MIT
+!> Zerilli & Armstrong (1987), face- and body-centred metals in one:
+!> sigma = C0 + (C1 + C2 sqrt(eps)) exp(-C3 T + C4 T ln rate) + C5 eps^n, rate in 1/s.
+module physics_zerilli_armstrong
+  use base_kinds, only: nlane, rp
+  use physics_flow_law, only: flow_law_t, n_work
+  implicit none (type, external)
+  private
+
+  public :: zerilli_armstrong_t
+
+  type, extends(flow_law_t) :: zerilli_armstrong_t
+    real(rp) :: c0 = 0.0_rp, c1 = 0.0_rp, c2 = 0.0_rp   !! [Pa]
+    real(rp) :: c3 = 0.0_rp, c4 = 0.0_rp                !! [1/K]
+    real(rp) :: c5 = 0.0_rp, n = 0.5_rp                 !! [Pa], [-]
+  contains
+    procedure :: prepare
+    procedure :: stress
+  end type zerilli_armstrong_t
+
+  real(rp), parameter :: least_strain = 1.0e-9_rp
+
+contains
+
+  !> work(:,1) = C4 T, work(:,2) = exp(-C3 T).
+  subroutine prepare(self, temp, state, work)
+    class(zerilli_armstrong_t), intent(in) :: self
+    real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
+    real(rp), intent(out) :: work(nlane, n_work)
+
+    work(:, 1) = self%c4*temp
+    work(:, 2) = exp(-self%c3*temp)
+  end subroutine prepare
+
+  subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
+    class(zerilli_armstrong_t), intent(in) :: self
+    real(rp), intent(in) :: work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
+    real(rp), intent(out) :: sigma(nlane), slope(nlane)
+
+    call evaluate([self%c0, self%c1, self%c2, self%c5], self%n, work, alpha, x, log_rate, sigma, &
+                  slope)
+  end subroutine stress
+
+  pure subroutine evaluate(c, n, work, alpha, x, log_rate, sigma, slope)
+    real(rp), intent(in) :: c(4), n
+    real(rp), intent(in) :: work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
+    real(rp), intent(out) :: sigma(nlane), slope(nlane)
+    real(rp) :: e, root, hard, factor
+    integer :: p
+
+    !$omp simd private(e, root, hard, factor)
+    do p = 1, nlane
+      e = alpha(p) + x(p) + least_strain
+      root = c(3)*sqrt(e)
+      hard = c(4)*exp(n*log(e))
+      factor = work(p, 2)*exp(work(p, 1)*log_rate(p))
+      sigma(p) = c(1) + (c(2) + root)*factor + hard
+      slope(p) = x(p)/e*(0.5_rp*root*factor + n*hard) + (c(2) + root)*factor*work(p, 1)
+    end do
+  end subroutine evaluate
+
+end module physics_zerilli_armstrong

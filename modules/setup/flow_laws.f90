@@ -1,0 +1,213 @@
+! SPDX-License-Identifier: MIT
+!> The flow law that LAW of a &MATERIAL names.
+module setup_flow_laws
+  use base_kinds, only: rp
+  use base_text, only: str
+  use physics_annealing, only: arrhenius_t
+  use physics_flow_table, only: flow_table_t
+  use physics_johnson_cook, only: johnson_cook_t
+  use physics_material, only: material_t
+  use physics_norton, only: norton_t
+  use physics_sellars_tegart, only: sellars_tegart_t
+  use physics_two_phase, only: alpha_star_t, n_two_phase, n_two_phase_annealing, two_phase_t
+  use physics_zerilli_armstrong, only: zerilli_armstrong_t
+  use setup_complaints, only: complaints_t
+  use setup_input, only: input_t
+  implicit none (type, external)
+  private
+
+  public :: read_flow_law
+
+  character(*), parameter :: group = 'MATERIAL'
+
+contains
+
+  !> Allocate `material%flow`; stays unallocated for LAW = 'elastic'. A new law is one line here.
+  subroutine read_flow_law(input, i, material, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i                        !! number of the &MATERIAL
+    type(material_t), intent(inout) :: material     !! with its elastic constants
+    type(complaints_t), intent(inout) :: complaints
+
+    select case (input%text(group, i, 'LAW'))
+    case ('johnson-cook')
+      call read_johnson_cook(input, i, material, complaints)
+    case ('norton')
+      allocate (material%flow, source=norton_t(k=input%real(group, i, 'NORTON_K'), &
+                                               n=input%real(group, i, 'NORTON_N')))
+    case ('two-phase')
+      call read_two_phase(input, i, material, complaints)
+    case ('zerilli-armstrong')
+      allocate (material%flow, source=zerilli_armstrong_t( &
+        c0=input%real(group, i, 'ZA_C0'), c1=input%real(group, i, 'ZA_C1'), &
+        c2=input%real(group, i, 'ZA_C2'), c3=input%real(group, i, 'ZA_C3'), &
+        c4=input%real(group, i, 'ZA_C4'), c5=input%real(group, i, 'ZA_C5'), &
+        n=input%real(group, i, 'ZA_N')))
+    case ('sellars-tegart')
+      allocate (material%flow, source=sellars_tegart_t( &
+        alpha=input%real(group, i, 'ST_ALPHA'), n=input%real(group, i, 'ST_N'), &
+        log_a=input%real(group, i, 'ST_LN_A'), q=input%real(group, i, 'ST_Q')))
+    case ('table')
+      call read_table(input, i, material, complaints)
+    case default   ! elastic
+    end select
+  end subroutine read_flow_law
+
+  subroutine read_johnson_cook(input, i, material, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(inout) :: material
+    type(complaints_t), intent(inout) :: complaints
+    type(johnson_cook_t) :: law
+
+    law%a = input%real(group, i, 'JC_A')
+    law%b = input%real(group, i, 'JC_B')
+    law%n = input%real(group, i, 'JC_N')
+    law%c = input%real(group, i, 'JC_C')
+    law%m = input%real(group, i, 'JC_M')
+    law%rate0 = input%real(group, i, 'JC_RATE0')
+    law%t_room = input%real(group, i, 'T_ROOM')
+    law%t_melt = input%real(group, i, 'T_MELT')
+    if (law%t_melt <= law%t_room) call input%complain(complaints, group, i, 'T_MELT', &
+      'must be above T_ROOM')
+    allocate (material%flow, source=law)
+  end subroutine read_johnson_cook
+
+  subroutine read_two_phase(input, i, material, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(inout) :: material
+    type(complaints_t), intent(inout) :: complaints
+    type(two_phase_t) :: law
+
+    law%sigma0 = input%real(group, i, 'TP_SIGMA0')
+    law%taylor = input%real(group, i, 'TP_TAYLOR')
+    law%alpha = input%real(group, i, 'TP_ALPHA')
+    law%shear = material%g
+    law%burgers = input%real(group, i, 'TP_BURGERS')
+    law%beta = input%real(group, i, 'TP_BETA')
+    law%k0 = input%real(group, i, 'TP_K0')
+    law%a = input%real(group, i, 'TP_A')
+    law%b = input%real(group, i, 'TP_B')
+    law%rate0 = input%real(group, i, 'TP_RATE0')
+    law%size = input%real(group, i, 'TP_SIZE')
+    law%f0 = input%real(group, i, 'TP_F0')
+    law%f_end = input%real(group, i, 'TP_F_END')
+    law%gamma = input%real(group, i, 'TP_GAMMA')
+    law%walls = input%real(group, i, 'TP_WALLS')
+    law%interior = input%real(group, i, 'TP_INTERIOR')
+    law%calibrated = input%reals(group, i, 'TP_CALIBRATED', 2)
+    call read_alpha_star(input, i, law%alpha_star, complaints)
+    call read_annealing(input, i, law, complaints)
+    law%n_state = merge(n_two_phase_annealing, n_two_phase, law%anneals)
+    allocate (material%flow, source=law)
+  end subroutine read_two_phase
+
+  !> alpha* as a table, a constant or a fit.
+  subroutine read_alpha_star(input, i, star, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(alpha_star_t), intent(inout) :: star
+    type(complaints_t), intent(inout) :: complaints
+
+    if (input%given(group, i, 'TP_STAR_FIT') .eqv. input%given(group, i, 'TP_STAR')) then
+      call input%complain(complaints, group, i, 'TP_STAR', &
+                          'give alpha* either by TP_STAR or by TP_STAR_FIT')
+    else if (input%given(group, i, 'TP_STAR_FIT')) then
+      if (size(input%list(group, i, 'TP_STAR_RANGE')) + size(input%list(group, i, 'TP_STAR_ENDS')) &
+          < 4) then
+        call input%complain(complaints, group, i, 'TP_STAR_FIT', &
+                            'needs TP_STAR_RANGE and TP_STAR_ENDS')
+        return
+      end if
+      star%fit = input%reals(group, i, 'TP_STAR_FIT', 3)
+      associate (range => input%reals(group, i, 'TP_STAR_RANGE', 2), &
+                 ends => input%reals(group, i, 'TP_STAR_ENDS', 2))
+        star%from = range(1)
+        star%to = range(2)
+        star%below = ends(1)
+        star%above = ends(2)
+      end associate
+      if (star%to < star%from) call input%complain(complaints, group, i, 'TP_STAR_RANGE', &
+                                                   'must rise')
+      if (star%from + star%fit(2) <= 0.0_rp) call input%complain(complaints, group, i, &
+        'TP_STAR_FIT', 'has its pole within TP_STAR_RANGE')
+    else
+      star%value = input%list(group, i, 'TP_STAR')
+      star%t = [1.0_rp]
+      if (size(star%value) > 1) star%t = input%list(group, i, 'TP_STAR_T')
+      call check_points(input, i, 'TP_STAR_T', star%t, complaints)
+      if (size(star%t) /= size(star%value)) call input%complain(complaints, group, i, 'TP_STAR', &
+        'has '//str(size(star%value))//' values, TP_STAR_T '//str(size(star%t)))
+    end if
+  end subroutine read_alpha_star
+
+  subroutine read_annealing(input, i, law, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(two_phase_t), intent(inout) :: law
+    type(complaints_t), intent(inout) :: complaints
+
+    associate (a => law%annealing)
+      a%recovery = arrhenius('RECOVERY')
+      a%growth = arrhenius('GROWTH')
+      a%mobility = arrhenius('RECRYSTALLISATION')
+      a%recovery_exponent = input%real(group, i, 'RECOVERY_EXPONENT')
+      a%growth_exponent = input%real(group, i, 'GROWTH_EXPONENT')
+      a%threshold = input%real(group, i, 'NUCLEATION_DENSITY')
+      a%spacing = input%real(group, i, 'NUCLEUS_SPACING')
+      a%strain = input%real(group, i, 'RECRYSTALLISED_STRAIN')
+      law%anneals = a%recovery%factor > 0.0_rp .or. a%growth%factor > 0.0_rp &
+                    .or. a%mobility%factor > 0.0_rp
+      if (a%mobility%factor > 0.0_rp .and. a%spacing <= 0.0_rp) call input%complain(complaints, &
+        group, i, 'NUCLEUS_SPACING', 'must be above 0 with RECRYSTALLISATION')
+    end associate
+  contains
+    type(arrhenius_t) function arrhenius(key)
+      character(*), intent(in) :: key
+      real(rp) :: pair(2)
+
+      pair = input%reals(group, i, key, 2)
+      arrhenius = arrhenius_t(pair(1), pair(2))
+    end function arrhenius
+  end subroutine read_annealing
+
+  subroutine read_table(input, i, material, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(inout) :: material
+    type(complaints_t), intent(inout) :: complaints
+    type(flow_table_t) :: law
+    real(rp), allocatable :: values(:)
+    integer :: wanted
+
+    law%strain = input%list(group, i, 'TABLE_STRAIN')
+    law%log_rate = log(input%list(group, i, 'TABLE_RATE'))
+    law%temp = input%list(group, i, 'TABLE_T')
+    values = input%list(group, i, 'TABLE_STRESS')
+    call check_points(input, i, 'TABLE_STRAIN', law%strain, complaints)
+    call check_points(input, i, 'TABLE_RATE', law%log_rate, complaints)
+    call check_points(input, i, 'TABLE_T', law%temp, complaints)
+    wanted = size(law%strain)*size(law%log_rate)*size(law%temp)
+    if (size(values) /= wanted) then
+      call input%complain(complaints, group, i, 'TABLE_STRESS', 'has '//str(size(values))// &
+                          ' values, the table has '//str(wanted))
+      return
+    end if
+    law%sigma = reshape(values, [size(law%strain), size(law%log_rate), size(law%temp)])
+    allocate (material%flow, source=law)
+  end subroutine read_table
+
+  !> Points of a table must rise.
+  subroutine check_points(input, i, key, points, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key
+    real(rp), intent(in) :: points(:)
+    type(complaints_t), intent(inout) :: complaints
+
+    if (any(points(2:) <= points(:size(points) - 1))) call input%complain(complaints, group, i, &
+      key, 'must rise from value to value')
+  end subroutine check_points
+
+end module setup_flow_laws

@@ -1,0 +1,327 @@
+! SPDX-License-Identifier: MIT
+!> `stirpoint --material INPUT`: flow laws along paths of a material point, one CSV file a &PATH.
+module setup_material_driver
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use base_errors, only: error_t
+  use base_kinds, only: nlane, rp
+  use base_system, only: make_directory
+  use comm_world, only: world_t
+  use io_histories, only: table_t
+  use physics_flow_law, only: law_output, law_unit, n_outputs
+  use physics_material, only: material_t
+  use physics_point, only: point_t
+  use physics_stress, only: stress_block, stress_sums_t
+  use setup_command_line, only: command_t
+  use setup_complaints, only: complaints_t
+  use setup_csv, only: read_columns
+  use setup_input, only: input_t, read_input
+  use setup_materials, only: read_materials
+  use setup_names, only: find, known
+  implicit none (type, external)
+  private
+
+  public :: drive_material
+
+  character(*), parameter :: group = 'PATH'
+  integer, parameter :: n_common = 5
+  real(rp), parameter :: largest_warming = 2.0_rp   !! within an increment of a history [K]
+  integer, parameter :: least_parts = 8             !! of a line of a history with annealing
+
+contains
+
+  !> Collective. `status` 2: bad input, nothing written; `io_status`: a file cannot be written.
+  subroutine drive_material(world, command, io_status, status)
+    type(world_t), intent(in) :: world
+    type(command_t), intent(in) :: command
+    integer, intent(in) :: io_status
+    integer, intent(inout) :: status
+    type(input_t) :: input
+    type(complaints_t) :: complaints
+    type(material_t), allocatable :: material(:)
+    type(error_t) :: error
+    character(:), allocatable :: directory
+    integer :: i, m
+    logical :: ok
+
+    call read_input(command%input, command%sets, input, complaints, point=.true.)
+    if (input%count('MATERIAL') > 0) call read_materials(input, material, complaints)
+    if (complaints%count() == 0) call check_paths(input, material, command%input, complaints)
+    if (complaints%count() > 0) then
+      status = 2
+      if (world%is_root()) call complaints%print(error_unit)
+      return
+    end if
+    directory = input%text('RUN', 1, 'NAME')//'.out'
+    if (command%directory /= '') directory = command%directory
+    call make_directory(directory, ok)
+    if (.not. world%all_true(ok)) call error%raise('cannot make directory '//directory)
+    do i = 1, input%count(group)
+      if (error%is_set()) exit
+      m = find(material%name, input%text(group, i, 'MATERIAL'))
+      call follow(world, input, i, material(m), command%input, directory, error)
+    end do
+    if (error%is_set()) then
+      status = io_status
+      if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
+    else if (world%is_root() .and. .not. command%is_quiet) then
+      write (output_unit, '(2a)') 'curves in ', directory
+    end if
+  end subroutine drive_material
+
+  subroutine check_paths(input, material, file, complaints)
+    type(input_t), intent(in) :: input
+    type(material_t), intent(in) :: material(:)
+    character(*), intent(in) :: file
+    type(complaints_t), intent(inout) :: complaints
+    real(rp), allocatable :: rows(:, :)
+    type(error_t) :: error
+    integer :: i, j, m
+
+    do i = 1, input%count(group)
+      m = find(material%name, input%text(group, i, 'MATERIAL'))
+      if (m == 0) then
+        call input%complain(complaints, group, i, 'MATERIAL', &
+                            'there is no &MATERIAL of this name; '//known(material%name))
+      else if (.not. allocated(material(m)%flow)) then
+        call input%complain(complaints, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
+      end if
+      do j = 1, i - 1
+        if (input%text(group, j, 'NAME') == input%text(group, i, 'NAME')) &
+          call input%complain(complaints, group, i, 'NAME', 'another path has this name')
+      end do
+      if (input%text(group, i, 'KIND') /= 'history') cycle
+      call read_history(input, i, file, rows, error)
+      if (error%is_set()) then
+        call input%complain(complaints, group, i, 'FILE', error%message)
+        deallocate (error%message)
+      end if
+    end do
+  end subroutine check_paths
+
+  !> One path: its curve goes to directory/NAME.csv.
+  subroutine follow(world, input, i, material, file, directory, error)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(in) :: material
+    character(*), intent(in) :: file, directory
+    type(error_t), intent(inout) :: error
+    type(table_t) :: curve
+
+    call curve%open(world, directory//'/'//input%text(group, i, 'NAME')//'.csv', &
+                    input%text('RUN', 1, 'TITLE'), &
+                    columns(material, input%text(group, i, 'KIND') == 'shear'), -1.0_rp, error)
+    if (error%is_set()) return
+    select case (input%text(group, i, 'KIND'))
+    case ('shear')
+      call follow_shear(input, i, material, curve)
+    case ('history')
+      call follow_history(input, i, material, file, curve)
+    case default
+      call follow_strain(input, i, material, curve)
+    end select
+    call curve%close(error)
+  end subroutine follow
+
+  function columns(material, is_shear) result(names)
+    type(material_t), intent(in) :: material
+    logical, intent(in) :: is_shear
+    character(48), allocatable :: names(:)
+    integer :: k
+
+    names = [character(48) :: 'time[s]', 'plastic_strain[1]', 'strain_rate[1/s]', &
+             'temperature[K]', 'stress[Pa]']
+    do k = 1, merge(n_outputs, 0, material%flow%n_state > 0)
+      names = [character(48) :: names, trim(law_output(k))//'['//trim(law_unit(k))//']']
+    end do
+    if (is_shear) names = [character(48) :: names, 'strain[1]', 'shear_stress[Pa]', 'det_error[1]']
+  end function columns
+
+  !> Write the present point; `more` are columns behind those of the law.
+  subroutine write_point(curve, material, time, point, more)
+    type(table_t), intent(inout) :: curve
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: time
+    type(point_t), intent(in) :: point
+    real(rp), intent(in), optional :: more(:)
+    real(rp) :: values(n_outputs), row(n_common + n_outputs + 8)
+    integer :: n
+
+    row(1:n_common) = [time, point%alpha, point%rate, point%temp, point%sigma]
+    n = n_common
+    if (material%flow%n_state > 0) then
+      values = point%outputs(material)
+      row(n + 1:n + n_outputs) = values
+      n = n + n_outputs
+    end if
+    if (present(more)) then
+      row(n + 1:n + size(more)) = more
+      n = n + size(more)
+    end if
+    call curve%row(row(:n))
+  end subroutine write_point
+
+  !> Rows of equal strain, each of as many increments as STEP asks for.
+  subroutine divide(input, i, strain, rows, parts, x)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: strain
+    integer, intent(out) :: rows, parts
+    real(rp), intent(out) :: x               !! the increment
+
+    rows = input%integer(group, i, 'ROWS')
+    parts = max(1, ceiling(strain/(rows*input%real(group, i, 'STEP'))*(1.0_rp - 1.0e-12_rp)))
+    x = strain/(real(rows, rp)*parts)
+  end subroutine divide
+
+  subroutine follow_strain(input, i, material, curve)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(in) :: material
+    type(table_t), intent(inout) :: curve
+    type(point_t) :: point
+    real(rp) :: rate, x
+    integer :: k, part, parts, rows
+    logical :: is_adiabatic
+
+    rate = input%real(group, i, 'RATE')
+    is_adiabatic = input%logical(group, i, 'ADIABATIC')
+    call divide(input, i, input%real(group, i, 'STRAIN'), rows, parts, x)
+    call point%init(material, input%real(group, i, 'TEMPERATURE'), rate)
+    call write_point(curve, material, 0.0_rp, point)
+    do k = 1, rows
+      do part = 1, parts
+        if (is_adiabatic) then
+          call point%strain_adiabatic(material, x, rate)
+        else
+          call point%strain_to(material, x, rate, point%temp)
+        end if
+        call point%anneal(material, x/rate)
+      end do
+      call write_point(curve, material, k*parts*x/rate, point)
+    end do
+  end subroutine follow_strain
+
+  !> Simple shear xy through elasticity and return, in steps of at most STEP of von Mises strain.
+  subroutine follow_shear(input, i, material, curve)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(in) :: material
+    type(table_t), intent(inout) :: curve
+    type(material_t) :: mat
+    type(stress_sums_t) :: sums
+    type(point_t) :: point
+    real(rp), dimension(nlane) :: j, alpha, temp, rate, flow, mass
+    real(rp) :: l(nlane, 9), b(nlane, 6), tau(nlane, 6), state(nlane, material%flow%n_state)
+    real(rp) :: x, dt
+    integer :: k, part, parts, rows
+
+    mat = material
+    if (.not. input%logical(group, i, 'ADIABATIC')) mat%plastic_heat = 0.0_rp
+    call divide(input, i, input%real(group, i, 'STRAIN'), rows, parts, x)
+    dt = x/input%real(group, i, 'RATE')
+    call point%init(mat, input%real(group, i, 'TEMPERATURE'), input%real(group, i, 'RATE'))
+    mat%t_ref = point%temp
+    mass = 1.0_rp
+    b = 0.0_rp
+    b(:, 1:3) = 1.0_rp
+    j = 1.0_rp
+    l = 0.0_rp
+    l(:, 2) = sqrt(3.0_rp)*input%real(group, i, 'RATE')
+    tau = 0.0_rp
+    alpha = 0.0_rp
+    rate = 0.0_rp
+    flow = 0.0_rp
+    temp = point%temp
+    state = spread(point%state, 1, nlane)
+    do k = 1, rows
+      do part = 1, parts
+        call stress_block(mat, nlane, dt, l, temp, mass, b, j, alpha, temp, tau, rate, flow, &
+                          mat%flow%n_state, state, sums)
+        call mat%flow%anneal(dt, temp, rate, state)
+      end do
+      point%alpha = alpha(1)
+      point%rate = rate(1)
+      point%temp = temp(1)
+      point%sigma = flow(1)
+      point%state = state(1, :)
+      call write_point(curve, mat, k*parts*dt, point, &
+                       [k*parts*x, tau(1, 4)/j(1), determinant(b(1, :)) - 1.0_rp])
+    end do
+  end subroutine follow_shear
+
+  !> Of a symmetric tensor.
+  pure real(rp) function determinant(b)
+    real(rp), intent(in) :: b(6)
+
+    determinant = b(1)*(b(2)*b(3) - b(5)**2) - b(4)*(b(4)*b(3) - b(5)*b(6)) &
+                  + b(6)*(b(4)*b(5) - b(2)*b(6))
+  end function determinant
+
+  !> Rows (time, temperature, plastic strain) of the file of a history.
+  subroutine read_history(input, i, file, rows, error)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: file
+    real(rp), allocatable, intent(out) :: rows(:, :)
+    type(error_t), intent(inout) :: error
+    character(16), parameter :: names(4) = &
+      [character(16) :: 'time[s]', 'temperature[K]', 'plastic_strain', 'strain_rate[1/s]']
+    character(:), allocatable :: path
+    logical :: found(4)
+    integer :: k
+
+    path = file(:index(file, '/', back=.true.))//input%text(group, i, 'FILE')
+    call read_columns(path, names, rows, found, error)
+    if (error%is_set()) return
+    if (.not. all(found(1:2)) .or. .not. any(found(3:4))) then
+      call error%raise('needs columns time[s], temperature[K] and plastic_strain or '// &
+                       'strain_rate[1/s]')
+    else if (size(rows, 1) < 2) then
+      call error%raise('has fewer than two rows')
+    else if (any(rows(2:, 1) <= rows(:size(rows, 1) - 1, 1))) then
+      call error%raise('its times do not rise')
+    else if (any(rows(:, 2) <= 0.0_rp)) then
+      call error%raise('has a temperature that is not above 0')
+    end if
+    if (error%is_set() .or. found(3)) return
+    rows(1, 3) = 0.0_rp
+    do k = 2, size(rows, 1)          ! the rate is linear between rows
+      rows(k, 3) = rows(k - 1, 3) + 0.5_rp*(rows(k, 4) + rows(k - 1, 4))*(rows(k, 1) - rows(k - 1, 1))
+    end do
+  end subroutine read_history
+
+  !> From row to row with constant rate of strain and of temperature; strain only grows.
+  subroutine follow_history(input, i, material, file, curve)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(in) :: material
+    character(*), intent(in) :: file
+    type(table_t), intent(inout) :: curve
+    type(point_t) :: point
+    type(error_t) :: error
+    real(rp), allocatable :: rows(:, :)
+    real(rp) :: dt, temp, warming, x
+    integer :: k, n, part
+
+    call read_history(input, i, file, rows, error)
+    call point%init(material, rows(1, 2), 1.0_rp)
+    point%alpha = rows(1, 3)
+    point%rate = 0.0_rp
+    call write_point(curve, material, rows(1, 1), point)
+    do k = 2, size(rows, 1)
+      x = max(0.0_rp, rows(k, 3) - rows(k - 1, 3))
+      warming = rows(k, 2) - rows(k - 1, 2)
+      n = max(1, ceiling(x/input%real(group, i, 'STEP')), ceiling(abs(warming)/largest_warming), &
+              merge(least_parts, 1, material%flow%anneals))
+      dt = (rows(k, 1) - rows(k - 1, 1))/n
+      do part = 1, n
+        temp = rows(k - 1, 2) + part*warming/n
+        call point%strain_to(material, x/n, x/(n*dt), temp)
+        call point%anneal(material, dt)
+      end do
+      call write_point(curve, material, rows(k, 1), point)
+    end do
+  end subroutine follow_history
+
+end module setup_material_driver
