@@ -59,10 +59,11 @@ module physics_two_phase
                         w_recovery = 2, & !! 1/n = T/B
                         w_source = 3, &  !! alpha*/(sqrt(3) b) [1/m]
                         w_state = 4, &   !! the internal variables, n_own
-                        w_root = 7, &    !! (1 - f)^(1/3)
+                        w_root = 7, &    !! (1 - f)^(-1/3)
                         w_mean = 8       !! f sqrt(rho_w) + (1-f) sqrt(rho_c) [1/m]
 
   real(rp), parameter :: longest_substep = 5.0e-4_rp   !! plastic strain
+  real(rp), parameter :: no_strain = 1.0e-11_rp        !! changes no density by 1e-5 of itself
   real(rp), parameter :: least_density = 1.0_rp        !! [1/m2]
   real(rp), parameter :: third = 1.0_rp/3.0_rp
 
@@ -132,7 +133,7 @@ contains
       work(p, w_state + 1) = state(p, s_cell)
       work(p, w_state + 2) = state(p, s_fraction)
       z = 1.0_rp - state(p, s_fraction)
-      work(p, w_root) = exp(third*log(z))
+      work(p, w_root) = exp(-third*log(z))
       work(p, w_mean) = state(p, s_fraction)*state(p, s_wall) + z*sqrt(state(p, s_cell))
     end do
   end subroutine prepare_block
@@ -175,65 +176,64 @@ contains
     real(rp), intent(in) :: c(4), k0, taylor, f_end, gamma
     real(rp), intent(in) :: work(nlane, n_work), x(nlane), log_rate(nlane)
     real(rp), intent(inout) :: state(nlane, n_own)   !! out only
-    real(rp), dimension(nlane) :: k, u, cells, f, z
-    real(rp) :: h, decay, um, cm, fm, zm, most
+    real(rp), dimension(nlane) :: k, u, cells, f, y
+    real(rp) :: h, decay, um, cm, fm, ym, most
     integer :: n, p, step
 
     most = 0.0_rp
     do p = 1, nlane
       most = merge(x(p), most, x(p) > most)
     end do
-    n = max(1, ceiling(min(most, 1.0e3_rp)/longest_substep))
+    n = 0
+    if (most > no_strain) n = ceiling(min(most, 1.0e3_rp)/longest_substep)
     !$omp simd
     do p = 1, nlane
       k(p) = k0*exp(-work(p, w_recovery)*(log_rate(p) + c(4)))
       u(p) = work(p, w_state)
       cells(p) = work(p, w_state + 1)
       f(p) = work(p, w_state + 2)
-      z(p) = work(p, w_root)
+      y(p) = work(p, w_root)
     end do
     do step = 0, n - 1
-      !$omp simd private(h, decay, um, cm, fm, zm)
+      !$omp simd private(h, decay, um, cm, fm, ym)
       do p = 1, nlane
         h = taylor*max(0.0_rp, min(longest_substep, x(p) - step*longest_substep))
         decay = 0.5_rp*h/gamma                       ! becomes 1 - exp(-decay), decay < 1e-3
         decay = decay*(1.0_rp - decay*(0.5_rp - decay*(1.0_rp/6.0_rp - decay*(1.0_rp/24.0_rp))))
-        call slope_of(c, k(p), work(p, w_source), u(p), cells(p), f(p), z(p), um, cm)
+        call slope_of(c, k(p), work(p, w_source), u(p), cells(p), f(p), y(p), um, cm)
         um = u(p) + 0.5_rp*h*um
         cm = max(0.0_rp, cells(p) + 0.5_rp*h*cm)
         fm = f(p) - (f(p) - f_end)*decay
-        zm = cube_root(1.0_rp - fm, z(p))
-        call slope_of(c, k(p), work(p, w_source), um, cm, fm, zm, um, cm)
+        ym = inverse_root(1.0_rp - fm, y(p))
+        call slope_of(c, k(p), work(p, w_source), um, cm, fm, ym, um, cm)
         u(p) = u(p) + h*um
         cells(p) = max(least_density, cells(p) + h*cm)
         f(p) = fm - (fm - f_end)*decay
-        z(p) = cube_root(1.0_rp - f(p), zm)
+        y(p) = inverse_root(1.0_rp - f(p), ym)
       end do
     end do
     state(:, s_wall) = u
     state(:, s_cell) = cells
     state(:, s_fraction) = f
   contains
-    !> du and d rho_c by the shear; z = (1 - f)^(1/3).
-    pure subroutine slope_of(c, k, source, u, cells, f, z, du, dc)
+    !> du and d rho_c by the shear; y = (1 - f)^(-1/3).
+    pure subroutine slope_of(c, k, source, u, cells, f, y, du, dc)
       real(rp), intent(in) :: c(4), k, source
-      real(rp), value :: u, cells, f, z
+      real(rp), value :: u, cells, f, y
       real(rp), intent(out) :: du, dc
-      real(rp) :: inverse                       ! 1/d over 1/K
+      real(rp) :: crossed                       ! c1 sqrt(total density): 6 beta*/(b d)
 
-      inverse = sqrt(f*u*u + z*z*z*cells)
-      du = z*z*(0.5_rp*c(1)*inverse/u + c(2)*z)/f - 0.5_rp*k*u
-      dc = source*u - c(1)*inverse/z - k*cells
+      crossed = c(1)*sqrt(f*u*u + (1.0_rp - f)*cells)
+      du = (1.0_rp - f)*(0.5_rp*crossed*y + c(2)*u)/(f*u) - 0.5_rp*k*u
+      dc = source*u - crossed*y - k*cells
     end subroutine slope_of
 
-    !> From a near value: Halley's method, error of third order.
-    pure real(rp) function cube_root(x, near)
+    !> x^(-1/3) from a near value by a step of Newton's method, without a division.
+    pure real(rp) function inverse_root(x, near)
       real(rp), intent(in) :: x, near
-      real(rp) :: y3
 
-      y3 = near*near*near
-      cube_root = near*(y3 + 2.0_rp*x)/(2.0_rp*y3 + x)
-    end function cube_root
+      inverse_root = near*(4.0_rp - x*near*near*near)*third
+    end function inverse_root
   end subroutine march
 
   !> Stress of the advanced state, and its slope by ln x: the exponent of the rate, and what the
