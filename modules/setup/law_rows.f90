@@ -154,7 +154,7 @@ contains
     call t%key('STEP', 'real', 1, '', '1e-3', '(0,0.1]', 'longest increment of strain')
     call t%key('ROWS', 'integer', 1, '', '200', '[1,1000000]', 'rows of the curve')
     call t%key('FILE', 'text', 1, '', 'required if KIND = history', '', &
-      'CSV with columns time[s], temperature[K] and plastic_strain or strain_rate[1/s], '// &
+      'CSV with columns time[s], temperature[K] and plastic_strain[1] or strain_rate[1/s], '// &
       'beside the input')
   end subroutine add_paths
 

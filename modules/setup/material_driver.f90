@@ -265,8 +265,8 @@ contains
     character(*), intent(in) :: file
     real(rp), allocatable, intent(out) :: rows(:, :)
     type(error_t), intent(inout) :: error
-    character(16), parameter :: names(4) = &
-      [character(16) :: 'time[s]', 'temperature[K]', 'plastic_strain', 'strain_rate[1/s]']
+    character(20), parameter :: names(4) = [character(20) :: 'time[s]', 'temperature[K]', &
+                                            'plastic_strain[1]', 'strain_rate[1/s]']
     character(:), allocatable :: path
     logical :: found(4)
     integer :: k
@@ -275,7 +275,7 @@ contains
     call read_columns(path, names, rows, found, error)
     if (error%is_set()) return
     if (.not. all(found(1:2)) .or. .not. any(found(3:4))) then
-      call error%raise('needs columns time[s], temperature[K] and plastic_strain or '// &
+      call error%raise('needs columns time[s], temperature[K] and plastic_strain[1] or '// &
                        'strain_rate[1/s]')
     else if (size(rows, 1) < 2) then
       call error%raise('has fewer than two rows')
@@ -287,7 +287,8 @@ contains
     if (error%is_set() .or. found(3)) return
     rows(1, 3) = 0.0_rp
     do k = 2, size(rows, 1)          ! the rate is linear between rows
-      rows(k, 3) = rows(k - 1, 3) + 0.5_rp*(rows(k, 4) + rows(k - 1, 4))*(rows(k, 1) - rows(k - 1, 1))
+      rows(k, 3) = rows(k - 1, 3) &
+                   + 0.5_rp*(rows(k, 4) + rows(k - 1, 4))*(rows(k, 1) - rows(k - 1, 1))
     end do
   end subroutine read_history
 
