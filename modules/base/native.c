@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * What only C can say: signal flags, cache prefetch, peak memory. */
+ * What only C can say: signal flags, cache prefetch, peak memory, transposition in registers. */
 #include <signal.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -20,9 +20,20 @@ void stirpoint_watch_signals(void)
 
 int stirpoint_stop_signal(void) { return stop_flag; }
 
-void stirpoint_prefetch(const char *p, int bytes)
+/* Memory that will be needed soon, fetched a few lines at a time between other work: all at once
+ * would stall on the few loads that a core can have under way. */
+static const char *ahead = 0, *ahead_end = 0;
+
+void stirpoint_need_soon(const char *p, int bytes)
 {
-    for (int i = 0; i < bytes; i += 64) __builtin_prefetch(p + i, 1, 3);
+    ahead = p;
+    ahead_end = p + bytes;
+}
+
+void stirpoint_fetch_some(int lines)
+{
+    const char *end = ahead + 64 * lines < ahead_end ? ahead + 64 * lines : ahead_end;
+    for (; ahead < end; ahead += 64) __builtin_prefetch(ahead, 1, 3);
 }
 
 double stirpoint_peak_memory(void)
@@ -30,4 +41,74 @@ double stirpoint_peak_memory(void)
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
     return 1024.0 * (double)usage.ru_maxrss;
+}
+
+/* Eight reals, one vector register with AVX-512; anywhere in memory. */
+typedef double eight __attribute__((vector_size(64), aligned(8)));
+typedef long long index8 __attribute__((vector_size(64)));
+
+/* Rows to columns of an 8 x 8 matrix in registers. */
+static inline void transpose8(eight m[8])
+{
+    const index8 low = {0, 8, 2, 10, 4, 12, 6, 14}, high = {1, 9, 3, 11, 5, 13, 7, 15};
+    const index8 even = {0, 1, 8, 9, 4, 5, 12, 13}, odd = {2, 3, 10, 11, 6, 7, 14, 15};
+    const index8 front = {0, 1, 2, 3, 8, 9, 10, 11}, back = {4, 5, 6, 7, 12, 13, 14, 15};
+    eight t[8], u[8];
+    for (int i = 0; i < 8; i += 2) {
+        t[i] = __builtin_shuffle(m[i], m[i + 1], low);
+        t[i + 1] = __builtin_shuffle(m[i], m[i + 1], high);
+    }
+    for (int i = 0; i < 8; i += 4)
+        for (int j = 0; j < 2; j++) {
+            u[i + j] = __builtin_shuffle(t[i + j], t[i + j + 2], even);
+            u[i + j + 2] = __builtin_shuffle(t[i + j], t[i + j + 2], odd);
+        }
+    for (int i = 0; i < 4; i++) {
+        m[i] = __builtin_shuffle(u[i], u[i + 4], front);
+        m[i + 4] = __builtin_shuffle(u[i], u[i + 4], back);
+    }
+}
+
+/* Records rec[n][4][8] of n particles (a multiple of 8): row 0 from value[8][n], lanes 4 to 6 of
+ * rows 1 to 3 from slope[3][3][n], all else 0. */
+void stirpoint_to_records(int n, const double *value, const double *slope, double *rec)
+{
+    const index8 low = {0, 8, 2, 10, 4, 12, 6, 14}, high = {1, 9, 3, 11, 5, 13, 7, 15};
+    const eight zero = {0};
+    for (int p = 0; p < n; p += 8) {
+        double *r = rec + 32 * p;
+        eight m[8];
+        for (int f = 0; f < 8; f++) m[f] = *(const eight *)(value + n * f + p);
+        transpose8(m);
+        for (int i = 0; i < 8; i++) *(eight *)(r + 32 * i) = m[i];
+        for (int row = 1; row < 4; row++) {
+            const double *s = slope + 3 * n * (row - 1) + p;
+            eight a = *(const eight *)s, b = *(const eight *)(s + n), c = *(const eight *)(s + 2 * n);
+            for (int odd = 0; odd < 2; odd++) {
+                eight ab = __builtin_shuffle(a, b, odd ? high : low);
+                eight c0 = __builtin_shuffle(c, zero, odd ? high : low);
+                for (int i = 0; i < 8; i += 2) {
+                    index8 pick = {9, 9, 9, 9, i, i + 1, i + 8, 9};
+                    *(eight *)(r + 32 * (i + odd) + 8 * row) = __builtin_shuffle(ab, c0, pick);
+                }
+            }
+        }
+    }
+}
+
+/* Back: value[8][n] from row 0, slope[3][3][n] from lanes 0 to 2 of rows 1 to 3: slope[f][row]. */
+void stirpoint_from_records(int n, const double *rec, double *value, double *slope)
+{
+    for (int p = 0; p < n; p += 8) {
+        const double *r = rec + 32 * p;
+        eight m[8];
+        for (int i = 0; i < 8; i++) m[i] = *(const eight *)(r + 32 * i);
+        transpose8(m);
+        for (int f = 0; f < 8; f++) *(eight *)(value + n * f + p) = m[f];
+        for (int row = 1; row < 4; row++) {
+            for (int i = 0; i < 8; i++) m[i] = *(const eight *)(r + 32 * i + 8 * row);
+            transpose8(m);
+            for (int f = 0; f < 3; f++) *(eight *)(slope + n * (3 * f + row - 1) + p) = m[f];
+        }
+    }
 }

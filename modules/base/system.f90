@@ -9,7 +9,8 @@ module base_system
   private
 
   public :: allocate_aligned, free_aligned, rename_file, make_directory, remove_file
-  public :: watch_signals, stop_signal, raise_signal, prefetch_block, peak_memory
+  public :: watch_signals, stop_signal, raise_signal, peak_memory
+  public :: need_soon, fetch_some, to_records, from_records
 
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
@@ -62,13 +63,39 @@ module base_system
       integer(c_int), value :: number
     end function raise_signal
 
-    !> Fetch `bytes` from `p` into the second-level cache.
-    subroutine prefetch_block(p, bytes) bind(c, name='stirpoint_prefetch')
+    !> The `bytes` from `p` on are needed soon: `fetch_some` fetches them in small parts.
+    subroutine need_soon(p, bytes) bind(c, name='stirpoint_need_soon')
       import :: c_double, c_int
       implicit none (type, external)
       real(c_double), intent(in) :: p(*)
       integer(c_int), value :: bytes
-    end subroutine prefetch_block
+    end subroutine need_soon
+
+    !> Fetch the next `lines` of 64 bytes of what is needed soon into the cache.
+    subroutine fetch_some(lines) bind(c, name='stirpoint_fetch_some')
+      import :: c_int
+      implicit none (type, external)
+      integer(c_int), value :: lines
+    end subroutine fetch_some
+
+    !> Records rec(8, 4, n) of n particles (a multiple of 8) for the transfer to the grid: values
+    !> from `value(n, 8)`, lanes 5:7 of the slope parts from `slope(n, 9)`, all else 0.
+    pure subroutine to_records(n, value, slope, rec) bind(c, name='stirpoint_to_records')
+      import :: c_double, c_int
+      implicit none (type, external)
+      integer(c_int), value :: n
+      real(c_double), intent(in) :: value(*), slope(*)
+      real(c_double), intent(inout) :: rec(*)
+    end subroutine to_records
+
+    !> Back from records: values, and the slopes of lanes 1:3 as a tensor row by row.
+    pure subroutine from_records(n, rec, value, slope) bind(c, name='stirpoint_from_records')
+      import :: c_double, c_int
+      implicit none (type, external)
+      integer(c_int), value :: n
+      real(c_double), intent(in) :: rec(*)
+      real(c_double), intent(inout) :: value(*), slope(*)
+    end subroutine from_records
 
     !> Peak resident memory of this process [bytes].
     real(c_double) function peak_memory() bind(c, name='stirpoint_peak_memory')

@@ -2,6 +2,7 @@
 !> What a step does with one block of particles, between the transfers: plain arrays, no branches.
 module time_blocks
   use base_kinds, only: nlane, rp
+  use base_system, only: from_records, to_records
   implicit none (type, external)
   private
 
@@ -20,23 +21,24 @@ contains
     real(rp), intent(in) :: acceleration(3)      !! gravity and body load [m/s2]
     real(rp), intent(in) :: mass(nlane), v(nlane, 3), tau(nlane, 6), temp(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane)
-    real(rp) :: m, vol
+    real(rp) :: value(nlane, 8), slope(nlane, 9), m, vol
     integer :: p
 
+    !$omp simd private(m, vol)
     do p = 1, nlane
       m = inertia*mass(p)
       vol = -volume*mass(p)
-      rec(1, 1, p) = m
-      rec(2, 1, p) = m*v(p, 1); rec(3, 1, p) = m*v(p, 2); rec(4, 1, p) = m*v(p, 3)
-      rec(5, 1, p) = mass(p)*acceleration(1)
-      rec(6, 1, p) = mass(p)*acceleration(2)
-      rec(7, 1, p) = mass(p)*acceleration(3)
-      rec(8, 1, p) = m*temp(p)
-      rec(5, 2, p) = vol*tau(p, 1); rec(6, 2, p) = vol*tau(p, 4); rec(7, 2, p) = vol*tau(p, 6)
-      rec(5, 3, p) = vol*tau(p, 4); rec(6, 3, p) = vol*tau(p, 2); rec(7, 3, p) = vol*tau(p, 5)
-      rec(5, 4, p) = vol*tau(p, 6); rec(6, 4, p) = vol*tau(p, 5); rec(7, 4, p) = vol*tau(p, 3)
-      rec(8, 2, p) = 0.0_rp; rec(8, 3, p) = 0.0_rp; rec(8, 4, p) = 0.0_rp
+      value(p, 1) = m
+      value(p, 2) = m*v(p, 1); value(p, 3) = m*v(p, 2); value(p, 4) = m*v(p, 3)
+      value(p, 5) = mass(p)*acceleration(1)
+      value(p, 6) = mass(p)*acceleration(2)
+      value(p, 7) = mass(p)*acceleration(3)
+      value(p, 8) = m*temp(p)
+      slope(p, 1) = vol*tau(p, 1); slope(p, 2) = vol*tau(p, 4); slope(p, 3) = vol*tau(p, 6)
+      slope(p, 4) = slope(p, 2); slope(p, 5) = vol*tau(p, 2); slope(p, 6) = vol*tau(p, 5)
+      slope(p, 7) = slope(p, 3); slope(p, 8) = slope(p, 6); slope(p, 9) = vol*tau(p, 3)
     end do
+    call to_records(nlane, value, slope, rec)
   end subroutine force_records
 
   !> Records of mass, momentum and temperature alone.
@@ -62,16 +64,12 @@ contains
     integer, intent(in) :: n
     real(rp), intent(in) :: rec(8, 4, nlane)
     real(rp), intent(out) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane)
-    integer :: p
+    real(rp) :: value(nlane, 8)
 
-    do p = 1, n
-      v(p, 1) = rec(1, 1, p); v(p, 2) = rec(2, 1, p); v(p, 3) = rec(3, 1, p)
-      temp(p) = rec(4, 1, p)
-      dv(p, 1) = rec(5, 1, p); dv(p, 2) = rec(6, 1, p); dv(p, 3) = rec(7, 1, p)
-      l(p, 1) = rec(1, 2, p); l(p, 2) = rec(1, 3, p); l(p, 3) = rec(1, 4, p)
-      l(p, 4) = rec(2, 2, p); l(p, 5) = rec(2, 3, p); l(p, 6) = rec(2, 4, p)
-      l(p, 7) = rec(3, 2, p); l(p, 8) = rec(3, 3, p); l(p, 9) = rec(3, 4, p)
-    end do
+    call from_records(nlane, rec, value, l)
+    v = value(:, 1:3)
+    temp = value(:, 4)
+    dv = value(:, 5:7)
     if (n == nlane) return
     v(n + 1:, :) = 0.0_rp
     dv(n + 1:, :) = 0.0_rp

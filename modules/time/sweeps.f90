@@ -3,7 +3,7 @@
 !> Each sweep hands one block at a time, as an explicit-shape array, to a procedure of its own.
 module time_sweeps
   use base_kinds, only: nlane, rp
-  use base_system, only: prefetch_block
+  use base_system, only: need_soon
   use particles_store, only: f_jac, f_mass, f_pos, f_tau, f_temp, f_vel
   use time_affine, only: affine_to_grid, carry_gradient
   use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains, &
@@ -240,13 +240,13 @@ contains
     group_of = sim%scene%body(sim%particles%body(b))%group
   end function group_of
 
-  !> Have the next block's memory on its way.
+  !> The next block's memory is fetched while the transfers work on this one.
   subroutine fetch_next(sim, b)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: b
 
     if (b < sim%particles%nblk) then
-      call prefetch_block(sim%particles%ps(:, :, b + 1), 8*nlane*sim%particles%nf)
+      call need_soon(sim%particles%ps(:, :, b + 1), 8*nlane*sim%particles%nf)
     end if
   end subroutine fetch_next
 

@@ -8,6 +8,7 @@
 !>   from the grid 1:4 velocity, temperature (+slopes)  5:8 velocity change, spare (values)
 module transfer_kernels
   use base_kinds, only: nlane, rp
+  use base_system, only: fetch_some
   implicit none (type, external)
   private
 
@@ -27,6 +28,7 @@ contains
 
     p = 1
     do while (p < n)
+      call fetch_some(8)
       if (first(p) == first(p + 1)) then
         call p2g_pair(p, w, first(p), rec, stride, nn, g)
         p = p + 2
@@ -218,6 +220,7 @@ contains
     sx = stride(1)
     sy = stride(2)
     do p = 1, n
+      call fetch_some(4)
       q = first(p)
 #define ROW(J, Q) \
         t1 = g(f, Q); t2 = g(f, Q+1); t3 = g(f, Q+2); \
