@@ -13,6 +13,13 @@ add_compile_options(
   $<$<COMPILE_LANGUAGE:Fortran>:-fopenmp-simd>)
 set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH} -fno-trapping-math -mprefer-vector-width=512")
 set(CMAKE_C_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH}")
+include(CheckCSourceCompiles)
+set(CMAKE_REQUIRED_FLAGS "-march=${STIRPOINT_ARCH}")
+check_c_source_compiles("#ifndef __AVX512F__\n#error\n#endif\nint main(void) { return 0; }" HAS_AVX512_${STIRPOINT_ARCH})
+unset(CMAKE_REQUIRED_FLAGS)
+if(HAS_AVX512_${STIRPOINT_ARCH})
+  add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_AVX512>)   # a node record is one register
+endif()
 set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace")
 set(CMAKE_C_FLAGS_DEBUG "-g -O1")
 set(CMAKE_Fortran_FLAGS_SANITIZE "-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer")

@@ -40,6 +40,7 @@ contains
       tau(p, 5) = scale(p)*b(p, 5)
       tau(p, 6) = scale(p)*b(p, 6)
     end do
+    !$omp simd private(c) reduction(max: stiffness)
     do p = 1, n
       c = scale(p)*max(b(p, 1) + abs(b(p, 4)) + abs(b(p, 6)), &
                        b(p, 2) + abs(b(p, 4)) + abs(b(p, 5)), &
@@ -84,6 +85,7 @@ contains
     call finish_coupled(n, lambda, mu, after, b, tau, unused)
     slope = slope + (tau(:, 1) + tau(:, 2) + tau(:, 3))/after
     energy = 0.0_rp
+    !$omp simd reduction(+: energy)
     do p = 1, n
       energy = energy + mass(p)/(6.0_rp*rho)*slope(p)*(after(p) - before(p))
     end do

@@ -112,6 +112,7 @@ contains
       tau(p, 2) = tau(p, 2) + c
       tau(p, 3) = tau(p, 3) + c
     end do
+    !$omp simd private(c) reduction(max: stiffness)
     do p = 1, n
       c = k*je2(p) + (4.0_rp/3.0_rp)*g*mean(p)
       stiffness = max(stiffness, merge(c, huge(1.0_rp), c <= huge(1.0_rp)))   ! NaN counts as huge
@@ -159,6 +160,7 @@ contains
       tau(p, 3) = tau(p, 3) + c
     end do
     energy = 0.0_rp
+    !$omp simd reduction(+: energy)
     do p = 1, n
       energy = energy + 0.25_rp*k/rho*mass(p)*(after(p) - before(p))*(after(p) + before(p)) &
                         *(free(p) - 1.0_rp/(after(p)*before(p)))

@@ -41,6 +41,7 @@ contains
     log_rate = log(least_rate)
     call law%stress(work, alpha, x, log_rate, sigma, slope)
     any_plastic = .false.
+    !$omp simd reduction(.or.: any_plastic)
     do p = 1, n
       any_plastic = any_plastic .or. q(p) > sigma(p)
     end do
@@ -77,6 +78,7 @@ contains
     integer :: p
 
     most = 0.0_rp
+    !$omp simd reduction(max: most)
     do p = 1, nlane
       most = max(most, q(p)/g3(p))
     end do

@@ -106,6 +106,7 @@ contains
                   + tau(:, 4)*(l(:, 2) + l(:, 4)) + tau(:, 5)*(l(:, 6) + l(:, 8)) &
                   + tau(:, 6)*(l(:, 3) + l(:, 7)))
     stress_power = 0.0_rp
+    !$omp simd reduction(+: stress_power)
     do p = 1, n
       stress_power = stress_power + power(p)
     end do
@@ -162,6 +163,7 @@ contains
       temp(p) = temp(p) + heat*flow(p)*x(p)
       rate(p) = x(p)*inv_dt
     end do
+    !$omp simd reduction(+: work)
     do p = 1, n
       work = work + mass(p)*volume*flow(p)*x(p)
     end do

@@ -54,7 +54,7 @@ contains
       rec(2, 1, p) = m*v(p, 1); rec(3, 1, p) = m*v(p, 2); rec(4, 1, p) = m*v(p, 3)
       rec(5:7, 1, p) = 0.0_rp
       rec(8, 1, p) = m*temp(p)
-      rec(5:8, 2:4, p) = 0.0_rp
+      rec(:, 2:4, p) = 0.0_rp
     end do
   end subroutine momentum_records
 
@@ -95,6 +95,7 @@ contains
       end do
     end do
     s = vg(:, 1)**2 + vg(:, 2)**2 + vg(:, 3)**2
+    !$omp simd reduction(max: fastest)
     do p = 1, n
       fastest = max(fastest, merge(s(p), huge(1.0_rp), s(p) <= huge(1.0_rp)))   ! NaN counts as huge
     end do

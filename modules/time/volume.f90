@@ -29,13 +29,24 @@ contains
     integer, intent(in) :: n, first(nlane), stride(3), body, rows, nn
     real(rp), intent(in) :: mass(nlane), jac(nlane)
     real(rp), intent(inout) :: volume(rows, nn)
+    real(rp) :: m, v
     integer :: p, q, r
 
     r = 2*body - 1
-    do p = 1, n
-      q = first(p) + sum(stride)
-      volume(r, q) = volume(r, q) + mass(p)
-      volume(r + 1, q) = volume(r + 1, q) + mass(p)*jac(p)
+    p = 1
+    do while (p <= n)
+      q = first(p)
+      m = 0.0_rp
+      v = 0.0_rp
+      do while (first(p) == q)                 ! neighbours in the block share the node
+        m = m + mass(p)
+        v = v + mass(p)*jac(p)
+        p = p + 1
+        if (p > n) exit
+      end do
+      q = q + sum(stride)
+      volume(r, q) = volume(r, q) + m
+      volume(r + 1, q) = volume(r + 1, q) + v
     end do
   end subroutine add_volume
 
@@ -56,6 +67,7 @@ contains
     integer :: p, q, r
 
     r = 2*body - 1
+    !$omp simd private(q)
     do p = 1, n
       q = first(p) + sum(stride)
       jac(p) = volume(r + 1, q)/volume(r, q)

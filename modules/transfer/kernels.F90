@@ -6,6 +6,8 @@
 !> Records hold two groups of four lanes, since most lanes need either values or slopes:
 !>   to the grid   1:4 mass, momentum (values)          5:8 force (slopes), temperature (value)
 !>   from the grid 1:4 velocity, temperature (+slopes)  5:8 velocity change, spare (values)
+!> Where a vector register holds a whole record, all lanes go with slopes instead: parts that are
+!> not needed are 0 on the way to the grid and not read on the way back.
 module transfer_kernels
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -14,9 +16,17 @@ module transfer_kernels
 
   public :: p2g_block, p2g_affine_block, g2p_block, p2g_values_block, g2p_values_block
 
+  ! First lane that goes to the grid with slopes, last one that comes back with them.
+#ifdef STIRPOINT_AVX512
+  integer, parameter :: to_slopes = 1, back_slopes = 8
+#else
+  integer, parameter :: to_slopes = 5, back_slopes = 4
+#endif
+
 contains
 
-  !> Add the records of `n` particles to the nodes: values by weights, `rec(5:8,2:4,:)` by slopes.
+  !> Add the records of `n` particles to the nodes: values by weights, `rec(5:8,2:4,:)` by slopes;
+  !> `rec(1:4,2:4,:)` must be 0.
   !> Two neighbours with the same stencil are added together, which halves the traffic of nodes.
   subroutine p2g_block(n, w, first, rec, stride, nn, g)
     integer, intent(in) :: n, nn
@@ -162,7 +172,7 @@ contains
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
     !$omp simd private(a0, b0, r0, s0)
-    do f = 1, 4
+    do f = 1, to_slopes - 1
       PLANE(1, q)
       PLANE(2, q+sx)
       PLANE(3, q+2*sx)
@@ -181,7 +191,7 @@ contains
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
     !$omp simd private(a0, ay, az, r0, r1, b0, by, bz, s0, s1)
-    do f = 5, 8
+    do f = to_slopes, 8
       PLANE(1, q)
       PLANE(2, q+sx)
       PLANE(3, q+2*sx)
@@ -236,7 +246,7 @@ contains
         a2 = a2 + w(p, I)*y2; a3 = a3 + w(p, I)*y1
       if (all_lanes) then
         !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
-        do f = 1, 4
+        do f = 1, back_slopes
           a0 = 0.0_rp; a1 = 0.0_rp; a2 = 0.0_rp; a3 = 0.0_rp
           PLANE(1, q)
           PLANE(2, q+sx)
@@ -256,7 +266,7 @@ contains
         ROW(3, Q+2*sy); \
         a0 = a0 + w(p, I)*y0
       !$omp simd private(a0, x0, y0)
-      do f = 5, 8
+      do f = merge(back_slopes + 1, 5, all_lanes), 8
         a0 = 0.0_rp
         PLANE(1, q)
         PLANE(2, q+sx)
