@@ -8,11 +8,16 @@ program stirpoint
   use base_version, only: version_text
   use comm_world, only: end_world, start_world, world_t
   use setup_command_line, only: command_t, print_help, read_command
+  use setup_heat_report, only: report_heat_scene
+  use setup_heat_scene, only: build_heat_scene
   use setup_input, only: input_t
   use setup_material_driver, only: drive_material
   use setup_keys, only: print_keys, print_keys_markdown
   use setup_prepare, only: place_particles, read_scene
   use setup_report, only: report_scene, warn_of_overlap
+  use thermal_petsc, only: end_petsc
+  use time_heat_loop, only: begin_heat, run_heat
+  use time_heat_state, only: heat_run_t
   use time_loop, only: ended_io, ended_well, run
   use time_state, only: free_simulation, simulation_t
   implicit none (type, external)
@@ -66,6 +71,10 @@ contains
       status = bad_input
       return
     end if
+    if (.not. sim%scene%method%has_mechanics) then
+      call simulate_heat(sim, input, status)
+      return
+    end if
     call place_particles(world, command, input, sim, error)
     if (error%is_set()) then
       status = bad_input
@@ -77,23 +86,66 @@ contains
     if (command%action == 'check') then
       call report_scene(world, sim, counts)
     else
-      call make_directory(sim%scene%output%directory, ok)
-      if (.not. world%all_true(ok)) then
-        status = ended_io
-        if (world%is_root()) write (error_unit, '(2a)') &
-          'stirpoint: error: cannot make directory ', sim%scene%output%directory
-      else
-        call watch_signals()
-        call run(world, sim, command%restart /= '', status, message)
-        if (world%is_root() .and. status /= ended_well) then
-          write (error_unit, '(2a)') 'stirpoint: ', message
-        end if
-        if (world%is_root() .and. status == ended_well .and. .not. command%is_quiet) then
-          write (output_unit, '(2a)') 'results in ', sim%scene%output%directory
-        end if
-      end if
+      call open_results(sim, status)
+      if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
+      call tell_end(sim, status, message)
     end if
     call free_simulation(sim)
   end subroutine simulate
+
+  !> Check or run a scene of heat alone.
+  subroutine simulate_heat(sim, input, status)
+    type(simulation_t), intent(in) :: sim
+    type(input_t), intent(in) :: input
+    integer, intent(inout) :: status
+    type(heat_run_t) :: heat
+    type(error_t) :: error
+    character(:), allocatable :: message
+
+    call build_heat_scene(world, input, sim%scene, heat)
+    call begin_heat(world, sim%probes, heat, command%restart, error)
+    if (error%is_set()) then
+      status = bad_input
+      if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
+    else if (command%action == 'check') then
+      call report_heat_scene(world, sim%scene, heat)
+    else
+      call open_results(sim, status)
+      if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &
+                                              command%restart /= '', status, message)
+      call tell_end(sim, status, message)
+    end if
+    call end_petsc()
+  end subroutine simulate_heat
+
+  !> Make the directory of the results, and heed signals from now on.
+  subroutine open_results(sim, status)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(inout) :: status
+    logical :: ok
+
+    call make_directory(sim%scene%output%directory, ok)
+    if (world%all_true(ok)) then
+      call watch_signals()
+    else
+      status = ended_io
+      if (world%is_root()) write (error_unit, '(2a)') &
+        'stirpoint: error: cannot make directory ', sim%scene%output%directory
+    end if
+  end subroutine open_results
+
+  !> Why the run ended, or where its results are; `message` is not allocated if it never began.
+  subroutine tell_end(sim, status, message)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: status
+    character(:), allocatable, intent(in) :: message
+
+    if (.not. world%is_root() .or. .not. allocated(message)) return
+    if (status /= ended_well) then
+      write (error_unit, '(2a)') 'stirpoint: ', message
+    else if (.not. command%is_quiet) then
+      write (output_unit, '(2a)') 'results in ', sim%scene%output%directory
+    end if
+  end subroutine tell_end
 
 end program stirpoint

@@ -6,7 +6,7 @@ module comm_world
   use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
                      mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
                      mpi_finalize, mpi_in_place, mpi_init, mpi_integer, mpi_integer8, mpi_max, &
-                     mpi_min, mpi_sum
+                     mpi_min, mpi_proc_null, mpi_sendrecv, mpi_status_ignore, mpi_sum
   implicit none (type, external)
   private
 
@@ -27,6 +27,7 @@ module comm_world
     procedure :: broadcast
     procedure :: all_true
     procedure :: share_message
+    procedure :: swap
   end type world_t
 
 contains
@@ -135,5 +136,21 @@ contains
     if (self%rank == first) message = mine
     call mpi_bcast(message, length, mpi_character, first, self%comm)
   end subroutine share_message
+
+  !> Swap with the rank before and the one after (-1: none) in a row of ranks.
+  subroutine swap(self, before, after, to_before, to_after, from_before, from_after)
+    class(world_t), intent(in) :: self
+    integer, intent(in) :: before, after
+    real(rp), intent(in), contiguous :: to_before(:), to_after(:)
+    real(rp), intent(inout), contiguous :: from_before(:), from_after(:)
+    integer :: b, a
+
+    b = merge(before, mpi_proc_null, before >= 0)
+    a = merge(after, mpi_proc_null, after >= 0)
+    call mpi_sendrecv(to_before, size(to_before), mpi_double_precision, b, 1, from_after, &
+                      size(from_after), mpi_double_precision, a, 1, self%comm, mpi_status_ignore)
+    call mpi_sendrecv(to_after, size(to_after), mpi_double_precision, a, 2, from_before, &
+                      size(from_before), mpi_double_precision, b, 2, self%comm, mpi_status_ignore)
+  end subroutine swap
 
 end module comm_world

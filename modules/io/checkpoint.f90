@@ -18,7 +18,7 @@ module io_checkpoint
   implicit none (type, external)
   private
 
-  public :: write_checkpoint, read_checkpoint, read_checkpoint_input
+  public :: write_checkpoint, read_checkpoint, read_checkpoint_input, mark_format, check_format
 
   character(*), parameter :: format_name = 'stirpoint checkpoint'
   integer, parameter :: format_version = 1
@@ -47,10 +47,8 @@ contains
     end do
 
     call file%create(world, path, .false., error)
-    call write_attribute(file, '/', 'format', format_name, error)
-    call write_attribute(file, '/', 'version', format_version, error)
+    call mark_format(file, error)
     call write_attribute(file, '/', 'ranks', world%size, error)
-    call write_attribute(file, '/', 'lanes', nlane, error)
     call write_attribute(file, '/', 'fields', particles%nf, error)
     call write_text(file, '/input', input_text, error)
     call write_array(file, '/global', global(:mine*size(global)), error)
@@ -62,6 +60,16 @@ contains
     call file%flush(error)
     call file%close(error)
   end subroutine write_checkpoint
+
+  !> What tells a checkpoint of this program from other files.
+  subroutine mark_format(file, error)
+    type(h5file_t), intent(in) :: file
+    type(error_t), intent(inout) :: error
+
+    call write_attribute(file, '/', 'format', format_name, error)
+    call write_attribute(file, '/', 'version', format_version, error)
+    call write_attribute(file, '/', 'lanes', nlane, error)
+  end subroutine mark_format
 
   !> The blocks of all ranks, one after the other.
   subroutine write_blocks(file, particles, error)

@@ -18,7 +18,7 @@ module io_frames
   implicit none (type, external)
   private
 
-  public :: write_frame, write_series, frame_name
+  public :: write_frame, write_heat_frame, write_series, frame_name
 
   character(*), parameter :: point_data = '/VTKHDF/PointData/'
   integer(int8), parameter :: vertex = 1_int8   !! VTK_VERTEX
@@ -53,7 +53,55 @@ contains
     character(*), intent(in) :: input_text   !! of rank 0
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
+    real(sp), allocatable :: x(:, :)
     integer :: k
+
+    call begin_frame(file, world, path, time, step, cell, spacing, names, input_text, error)
+    allocate (x(3, particles%total()))
+    call pack_vector(particles, f_pos, x)
+    call write_vertices(file, x, error)
+    call write_point_data(file, particles, error)
+    do k = 1, size(extra_names)
+      call write_scalar(file, trim(extra_names(k)), trim(extra_units(k)), extra(:, k), error)
+    end do
+    call file%close(error)
+  end subroutine write_frame
+
+  !> One frame of a run of heat alone: the centres of the cells.
+  subroutine write_heat_frame(world, path, time, step, cell, names, x, temperature, body, &
+                              input_text, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    real(rp), intent(in) :: time             !! [s]
+    integer, intent(in) :: step
+    real(rp), intent(in) :: cell             !! [m]
+    character(*), intent(in) :: names(:)     !! of the bodies
+    real(sp), intent(in), contiguous :: x(:, :), temperature(:)   !! (3, n) [m], (n) [K]
+    integer, intent(in), contiguous :: body(:)
+    character(*), intent(in) :: input_text   !! of rank 0
+    type(error_t), intent(inout) :: error
+    type(h5file_t) :: file
+    integer :: b
+
+    call begin_frame(file, world, path, time, step, cell, [(cell, b=1, size(names))], names, &
+                     input_text, error)
+    call write_vertices(file, x, error)
+    call file%group('/VTKHDF/PointData', error)
+    call write_scalar(file, 'temperature', 'K', temperature, error)
+    call write_array(file, point_data//'body', body, error)
+    call write_attribute(file, point_data//'body', 'units', '1', error)
+    call file%close(error)
+  end subroutine write_heat_frame
+
+  !> A new file with what every frame says of itself.
+  subroutine begin_frame(file, world, path, time, step, cell, spacing, names, input_text, error)
+    type(h5file_t), intent(out) :: file
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path, names(:), input_text
+    real(rp), intent(in) :: time, cell
+    integer, intent(in) :: step
+    real(rp), intent(in), contiguous :: spacing(:)
+    type(error_t), intent(inout) :: error
 
     call file%create(world, path, .true., error)
     call write_attribute(file, '/', 'time', time, error)
@@ -63,29 +111,21 @@ contains
     call write_attribute(file, '/', 'body_names', names, error)
     call file%group('/stirpoint', error)
     call write_text(file, '/stirpoint/input', input_text, error)
-    call write_vertices(file, particles, error)
-    call write_point_data(file, particles, error)
-    do k = 1, size(extra_names)
-      call write_scalar(file, trim(extra_names(k)), trim(extra_units(k)), extra(:, k), error)
-    end do
-    call file%close(error)
-  end subroutine write_frame
+  end subroutine begin_frame
 
   !> Positions, and one cell, a vertex, for each.
-  subroutine write_vertices(file, particles, error)
+  subroutine write_vertices(file, x, error)
     type(h5file_t), intent(in) :: file
-    type(particles_t), intent(in) :: particles
+    real(sp), intent(in), contiguous :: x(:, :)   !! (3, n) [m]
     type(error_t), intent(inout) :: error
     integer(i8), allocatable :: numbers(:)
     integer(int8), allocatable :: types(:)
-    real(sp), allocatable :: x(:, :)
     integer :: i, n
 
-    n = particles%total()
-    allocate (x(3, n), types(n), numbers(n + 1))
+    n = size(x, 2)
+    allocate (types(n), numbers(n + 1))
     types = vertex
     numbers = [(int(i, i8), i=0, n)]
-    call pack_vector(particles, f_pos, x)
     call file%group('/VTKHDF', error)
     call write_attribute(file, '/VTKHDF', 'Version', [1, 0], error)
     call write_attribute(file, '/VTKHDF', 'Type', 'UnstructuredGrid', error)

@@ -58,6 +58,8 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('METHOD', 'once', 'Numerical method.')
+    call t%key('MECHANICS', 'logical', 1, '', '.true.', '', &
+      'false: heat alone, in bodies at rest, on a mesh of cells about as large as those of the grid')
     call t%key('SHAPE', 'choice', 1, '', 'ugimp', 'ugimp cpgimp bspline', &
       'shape functions between particles and grid; the domains of cpgimp follow the deformation')
     call t%key('SCHEME', 'choice', 1, '', 'usl', 'usl musl usavg', &
@@ -95,6 +97,16 @@ contains
       'temperature at which no strength is left')
     call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '386', '(0,inf)', 'specific heat capacity')
     call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '0', '[0,inf)', 'thermal conductivity')
+    call t%key('SPECIFIC_HEAT_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'heat alone: pairs of temperature and SPECIFIC_HEAT, linear between them; it replaces the '// &
+      'constant')
+    call t%key('CONDUCTIVITY_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'heat alone: pairs of temperature and CONDUCTIVITY')
+    call t%key('YIELD_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'heat alone: pairs of temperature and yield stress [Pa], for stirring sources')
+    call t%key('YIELD_LOGISTIC', 'real', -25, '', '', '', &
+      'heat alone: yield stress by pieces of five values: a, b, T0, n, T1 say '// &
+      'a + (b - a)/(1 + (T/T0)^n) up to T1, at most five pieces; 0 above the last')
     call t%key('EXPANSION', 'real', 1, '1/K', '0', '(-0.01,0.01)', &
       'coefficient of linear expansion')
     call t%key('PLASTIC_HEAT', 'real', 1, '', '0.9', '[0,1]', &
@@ -280,6 +292,16 @@ contains
       'temperature of the surroundings, where a &SURFACE gives none')
     call t%key('FOURIER', 'real', 1, '', '0.15', '(0,0.5]', &
       'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
+    call t%key('INTEGRATOR', 'choice', 1, '', 'auto', &
+      'auto explicit rkl2 backward-euler tr-bdf2', &
+      'heat alone: time integration; rkl2: explicit with long steps of many stages; auto: rkl2')
+    call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
+      'of implicit steps; auto: the best that was built in, in the order fftw, petsc, cg')
+    call t%key('TOLERANCE', 'real', 1, 'K', '2', '(0,inf)', &
+      'heat alone: largest estimate of the error of a time step in any cell; at the rim of a '// &
+      'moving source it is some hundred times that of the temperatures')
+    call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', &
+      'heat alone: fixed time step; 0: by TOLERANCE')
 
     call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
@@ -291,15 +313,31 @@ contains
       'temperature on the other side; not given: that of &HEAT')
 
     call t%group('SOURCE', 'repeat', 'A moving source of heat.')
-    call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball', &
-      'disc: on the surface particles within RADIUS of its axis (z); ball: in the volume')
-    call t%key('POWER', 'real', 1, 'W', 'required', '', &
-      'total power, all of it on the particles that the source covers')
+    call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball stir', &
+      'disc: on the surface within RADIUS of its axis (z); ball: in the volume; stir: heat alone, '// &
+      'a disc that spins on the surface and shears it: SHARE times shear stress, spin and radius')
+    call t%key('POWER', 'real', 1, 'W', 'required if KIND = disc or ball', '', &
+      'total power, all of it on what the source covers')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'of the centre')
     call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', 'extent of the source')
     call t%key('BEGIN', 'real', 1, 's', '0', '[0,inf)', 'time of the start')
     call t%key('END', 'real', 1, 's', '0', '[0,inf)', 'time of the end; 0: never')
+    call t%key('SPIN_RPM', 'real', 1, '1/min', '0', '', 'stir: spin')
+    call t%key('CONTACT', 'choice', 1, '', 'sticking', 'sticking sliding limited mixed', &
+      'stir: the shear stress: yield stress over sqrt(3); FRICTION PRESSURE; the lesser; '// &
+      'SLIP sliding and the rest sticking')
+    call t%key('FRICTION', 'real', 1, '', '0', '[0,inf)', 'stir: coefficient of friction')
+    call t%key('PRESSURE', 'real', 1, 'Pa', '0', '[0,inf)', 'stir: pressure under the tool')
+    call t%key('SLIP', 'real', 1, '', '0', '[0,1]', 'stir: part that slides if CONTACT = mixed')
+    call t%key('SHARE', 'real', 1, '', '', '[0,1]', &
+      'stir: part of the heat that enters the body; not given: e/(e + e_tool) with e = '// &
+      'sqrt(conductivity density specific heat)')
+    call t%key('TOOL_DENSITY', 'real', 1, 'kg/m3', '7800', '(0,inf)', 'stir: for the SHARE')
+    call t%key('TOOL_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '460', '(0,inf)', &
+      'stir: for the SHARE')
+    call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4', '[0,inf)', &
+      'stir: for the SHARE')
   end subroutine add_heat
 
   subroutine add_output(t)

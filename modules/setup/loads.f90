@@ -111,7 +111,7 @@ contains
       end associate
       if (.not. scene%method%conducts) then
         call input%complain(complaints, 'SOURCE', i, '', 'has no effect without a &HEAT group')
-      else if (all(scene%material%conductivity <= 0.0_rp)) then
+      else if (scene%method%has_mechanics .and. all(scene%material%conductivity <= 0.0_rp)) then
         call input%complain(complaints, 'SOURCE', i, '', &
           'has no effect without a &MATERIAL with CONDUCTIVITY')
       end if

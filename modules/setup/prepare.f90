@@ -51,7 +51,7 @@ contains
     if (.not. error%is_set()) then
       if (input%count('GRID') > 0) call build_scene(input, sim, complaints)
     end if
-    if (complaints%count() == 0) then
+    if (complaints%count() == 0 .and. sim%scene%method%has_mechanics) then
       allocate (counts(size(sim%scene%body)))
       call count_particles(world, input, sim%scene, counts)
       call require_particles(input, counts, complaints)
@@ -62,9 +62,11 @@ contains
       call world%barrier()
       return
     end if
-    call stretch_bodies(input, sim%scene)
-    call load_bodies(input, counts, sim%scene)
-    call warm_probes(input, sim%scene, sim%probes)
+    if (sim%scene%method%has_mechanics) then
+      call stretch_bodies(input, sim%scene)
+      call load_bodies(input, counts, sim%scene)
+      call warm_probes(input, sim%scene, sim%probes)
+    end if
     sim%scene%output%input_text = input%text_of_file()
     sim%scene%output%is_quiet = command%is_quiet
     sim%scene%output%directory = sim%scene%output%name//'.out'

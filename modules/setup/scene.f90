@@ -7,6 +7,7 @@ module setup_scene
   use setup_complaints, only: complaints_t
   use setup_contacts, only: read_contacts
   use setup_fields, only: read_fields
+  use setup_heat_scene, only: check_heat_scene
   use setup_input, only: input_t
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_materials, only: read_materials
@@ -48,6 +49,7 @@ contains
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
     end associate
     call read_probes(input, sim%scene, sim%probes, complaints)
+    call check_heat_scene(input, sim%scene, complaints)
   end subroutine build_scene
 
   subroutine read_general(input, scene, complaints)
@@ -73,6 +75,7 @@ contains
       m%fbar = input%logical('METHOD', 1, 'FBAR')
       m%sort_interval = input%integer('METHOD', 1, 'SORT_INTERVAL')
       m%rebalance = input%real('METHOD', 1, 'REBALANCE')
+      m%has_mechanics = input%logical('METHOD', 1, 'MECHANICS')
       m%conducts = input%count('HEAT') > 0
       if (m%conducts) m%fourier = input%real('HEAT', 1, 'FOURIER')
     end associate

@@ -120,6 +120,7 @@ module time_state
     real(rp) :: mass_scaling = 1.0_rp    !! on inertia only
     real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
     logical :: conducts = .false.
+    logical :: has_mechanics = .true.    !! false: heat alone (time_heat_loop)
     real(rp) :: fourier = 0.15_rp        !! conduction step over h^2/kappa
   end type method_t
 

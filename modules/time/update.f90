@@ -3,7 +3,7 @@
 !> outer work, stress.
 module time_update
   use base_kinds, only: nlane, rp
-  use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_rate, f_tau, f_temp
+  use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, f_temp
   use physics_flow_law, only: n_alarms
   use physics_stress, only: stress_block, stress_sums_t
   use time_audit, only: e_body, e_plastic, e_stress

@@ -21,7 +21,7 @@ module time_writing
   implicit none (type, external)
   private
 
-  public :: writer_t
+  public :: writer_t, next_time, span
 
   !> Open files and the clockwork of output.
   type :: writer_t

@@ -1,0 +1,60 @@
+! SPDX-License-Identifier: MIT
+!> Checkpoints of a run of heat alone: the field in the order of the cells, whatever the ranks.
+module io_heat_checkpoint
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use io_checkpoint, only: check_format, mark_format
+  use io_hdf5, only: h5file_t
+  use io_hdf5_arrays, only: read_array, write_array
+  use io_hdf5_notes, only: write_text
+  implicit none (type, external)
+  private
+
+  public :: write_heat_checkpoint, read_heat_checkpoint
+
+contains
+
+  !> Write everything that a restart needs.
+  subroutine write_heat_checkpoint(world, path, field, global, input_text, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    real(rp), intent(in), contiguous :: field(:, :)   !! (cells of a plane, own planes)
+    real(rp), intent(in), contiguous :: global(:)     !! state of the run; rank 0's is kept
+    character(*), intent(in) :: input_text            !! of rank 0
+    type(error_t), intent(inout) :: error
+    type(h5file_t) :: file
+    integer :: mine
+
+    mine = merge(1, 0, world%is_root())
+    call file%create(world, path, .false., error)
+    call mark_format(file, error)
+    call write_text(file, '/input', input_text, error)
+    call write_array(file, '/global', global(:mine*size(global)), error)
+    call file%group('/heat', error)
+    call write_array(file, '/heat/state', field, error)
+    call file%flush(error)
+    call file%close(error)
+  end subroutine write_heat_checkpoint
+
+  !> Read what `write_heat_checkpoint` wrote, with the planes from `first` (from 0) on.
+  subroutine read_heat_checkpoint(world, path, first, field, global, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    integer, intent(in) :: first
+    real(rp), intent(inout), contiguous :: field(:, :)
+    real(rp), allocatable, intent(out) :: global(:)
+    type(error_t), intent(inout) :: error
+    type(h5file_t) :: file
+    integer(i8), allocatable :: dims(:)
+
+    call file%open(world, path, error)
+    call check_format(file, path, error)
+    call file%extent('/global', dims, error)
+    allocate (global(product(dims)), source=0.0_rp)
+    call read_array(file, '/global', 0_i8, global, error)
+    call read_array(file, '/heat/state', int(first, i8), field, error)
+    call file%close(error)
+  end subroutine read_heat_checkpoint
+
+end module io_heat_checkpoint

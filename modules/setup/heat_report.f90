@@ -1,0 +1,71 @@
+! SPDX-License-Identifier: MIT
+!> `stirpoint --check` of a scene of heat alone.
+module setup_heat_report
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_kinds, only: i8, rp
+  use base_text, only: str
+  use base_timers, only: wall_time
+  use comm_world, only: world_t
+  use thermal_method, only: euler, method_names, rkl2, solver_names
+  use time_heat_state, only: heat_run_t
+  use time_state, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: report_heat_scene
+
+contains
+
+  !> Collective; evaluates the rates a few times to time them, writes no file.
+  subroutine report_heat_scene(world, scene, run)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    real(rp) :: volume(1), t, best
+    integer(i8) :: odd
+    integer :: i
+
+    associate (heat => run%heat, mesh => run%heat%mesh)
+      volume = sum(mesh%capacity)/(heat%property%rho*heat%property%c_ref)
+      odd = size(mesh%odd)
+      call world%sum(volume)
+      call world%sum(odd)
+      call heat%aim(0.0_rp, 0.0_rp)
+      best = huge(1.0_rp)
+      block
+        real(rp), allocatable :: rate(:)
+        real(rp) :: power(2)
+
+        allocate (rate, mold=heat%theta)
+        do i = 1, 5
+          t = wall_time()
+          call heat%rate(heat%theta, 0.0_rp, rate, power)
+          best = min(best, wall_time() - t)
+        end do
+      end block
+      if (.not. world%is_root()) return
+      call line('scene', scene%output%name//'  '//scene%title)
+      call line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
+                ' cells of about '//str(1.0e3_rp*scene%grid%h)//' mm, '//str(run%cells)// &
+                ' in the solid, '//str(odd)//' with rates of their own')
+      call line('volume', str(1.0e9_rp*volume(1))//' mm3')
+      call line('ranks', str(world%size))
+      call line('time step', trim(method_names(run%march%method))//', error of a step at most '// &
+                str(run%march%tolerance)//' K; an explicit step is stable below '// &
+                str(2.0_rp/heat%fastest)//' s')
+      if (run%march%method /= euler .and. run%march%method /= rkl2) &
+        call line('solver', trim(solver_names(run%march%implicit%solver)))
+      call line('speed', str(real(run%cells, rp)/best*1.0e-6_rp)//' M cells/s in one evaluation')
+      call line('skipped', 'mechanics, contact, particles (MECHANICS = F)')
+    end associate
+  end subroutine report_heat_scene
+
+  subroutine line(name, text)
+    character(*), intent(in) :: name, text
+    character(12) :: label
+
+    label = name
+    write (output_unit, '(3a)') label, ' ', trim(text)
+  end subroutine line
+
+end module setup_heat_report

@@ -1,0 +1,38 @@
+! SPDX-License-Identifier: MIT
+!> Stands in for `fft.f90` in a build without FFTW; the set-up does not let a scene choose it.
+module thermal_fft
+  use base_errors, only: fatal
+  use base_kinds, only: rp
+  use thermal_rates, only: heat_t
+  implicit none (type, external)
+  private
+
+  public :: fft_t, has_fft
+
+  logical, parameter :: has_fft = .false.
+
+  type :: fft_t
+  contains
+    procedure :: start
+    procedure :: apply
+  end type fft_t
+
+contains
+
+  subroutine start(self, heat)
+    class(fft_t), intent(inout) :: self
+    type(heat_t), intent(in) :: heat
+
+    call fatal('this program was built without FFTW')
+  end subroutine start
+
+  subroutine apply(self, heat, a, r, z)
+    class(fft_t), intent(inout) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(in) :: a, r(:)
+    real(rp), intent(out) :: z(:)
+
+    z = r
+  end subroutine apply
+
+end module thermal_fft

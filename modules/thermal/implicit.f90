@@ -1,0 +1,172 @@
+! SPDX-License-Identifier: MIT
+!> Implicit steps: backward Euler, and TR-BDF2 in its form of one diagonally implicit scheme (Hosea &
+!> Shampine 1996, Appl. Numer. Math. 20, 21), L-stable and of order 2. Stages are solved by Newton
+!> steps; the new state is that of the fluxes at the stages, so that heat is exact whatever the
+!> tolerances.
+module thermal_implicit
+  use base_kinds, only: rp
+  use thermal_linear, only: linear_t
+  use thermal_method, only: backward_euler, tr_bdf2
+  use thermal_rates, only: heat_t, n_books
+  implicit none (type, external)
+  private
+
+  public :: implicit_t, order_of
+
+  integer, parameter :: most_newton = 12
+  real(rp), parameter :: root2 = sqrt(2.0_rp)
+  real(rp), parameter :: first_end = 2.0_rp - root2      !! gamma: end of the first stage
+  real(rp), parameter :: diagonal = 0.5_rp*first_end     !! d
+  real(rp), parameter :: weight = 0.25_rp*root2          !! w
+  real(rp), parameter :: error_weight(3) = [(4.0_rp*weight - 1.0_rp)/3.0_rp, -1.0_rp/3.0_rp, &
+                                            2.0_rp*diagonal/3.0_rp]
+
+  type :: implicit_t
+    integer :: method = tr_bdf2
+    integer :: solver = 0                         !! by_cg, by_fft, by_petsc
+    real(rp) :: tolerance = 1.0e-3_rp             !! of a stage [K]
+    integer :: newtons = 0                        !! Newton steps so far
+    integer :: failed = 0                         !! stages that did not converge
+    type(linear_t) :: linear
+    real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y
+  contains
+    procedure :: start
+    procedure :: step
+    procedure :: estimate
+  end type implicit_t
+
+contains
+
+  !> Order of a method.
+  pure real(rp) function order_of(method)
+    integer, intent(in) :: method
+
+    order_of = merge(1.0_rp, 2.0_rp, method == backward_euler)
+  end function order_of
+
+  subroutine start(self, heat, method)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    integer, intent(in) :: method
+    integer :: lo, hi, n
+
+    self%method = method
+    lo = lbound(heat%theta, 1)
+    hi = ubound(heat%theta, 1)
+    n = heat%size()
+    allocate (self%m2(lo:hi), self%f(lo:hi), self%base(lo:hi), self%y(lo:hi), source=0.0_rp)
+    allocate (self%d(n), self%scale(n), source=0.0_rp)
+    call self%linear%start(heat, self%solver)
+  end subroutine start
+
+  !> One step of length `dt` from `y0` with rates `m0`, powers `p0`; `gain` are the heats of the step.
+  subroutine step(self, heat, dt, y0, m0, p0, gain)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: dt
+    real(rp), allocatable, intent(in) :: y0(:), m0(:)
+    real(rp), intent(in) :: p0(n_books)
+    real(rp), intent(out) :: gain(n_books)
+    real(rp) :: p(n_books)
+
+    if (self%method == backward_euler) then
+      self%base = y0
+      self%y = y0 + dt*m0
+      call solve_stage(self, heat, dt, 1.0_rp, p)
+      heat%theta = y0 + dt*self%f
+      gain = dt*p
+      return
+    end if
+    self%base = y0 + diagonal*dt*m0
+    self%y = y0 + first_end*dt*m0
+    call solve_stage(self, heat, diagonal*dt, first_end, p)
+    self%m2 = self%f
+    self%base = y0 + weight*dt*(m0 + self%m2)
+    self%y = self%y + (1.0_rp - first_end)*dt*self%m2
+    gain = weight*dt*(p0 + p)
+    call solve_stage(self, heat, diagonal*dt, 1.0_rp, p)
+    heat%theta = self%base + diagonal*dt*self%f
+    gain = gain + diagonal*dt*p
+  end subroutine step
+
+  !> y = base + a f(y) at a part `blend` of the step; f and the powers p are those of y.
+  subroutine solve_stage(self, heat, a, blend, p)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: a                     !! [s]
+    real(rp), intent(in) :: blend
+    real(rp), intent(out) :: p(n_books)
+    real(rp) :: worst(1), before
+    real(rp), allocatable :: rhs(:), x(:)
+    integer :: k, n
+
+    n = heat%size()
+    before = huge(1.0_rp)
+    allocate (rhs(n), x(n))
+    do k = 1, most_newton
+      call heat%rate(self%y, blend, self%f, p)
+      rhs = self%base(1:n) + a*self%f(1:n) - self%y(1:n)
+      where (heat%mesh%capacity <= 0.0_rp) rhs = 0.0_rp
+      worst = 0.0_rp
+      if (n > 0) worst = maxval(abs(rhs))
+      call heat%world%max(worst)
+      if (worst(1) <= self%tolerance) return
+      if (k > 4 .and. worst(1) >= 0.9_rp*before) exit
+      before = worst(1)
+      call linearise(self, heat, blend)
+      call self%linear%solve(heat, a, self%scale, self%d, rhs*heat%mesh%capacity, x)
+      self%y(1:n) = self%y(1:n) + x/self%scale
+      self%newtons = self%newtons + 1
+    end do
+    self%failed = self%failed + 1
+  end subroutine solve_stage
+
+  !> dphi/dtheta of each cell, and the slope by phi of what walls give it.
+  subroutine linearise(self, heat, blend)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(in) :: blend
+    real(rp) :: k, t
+    integer :: c
+
+    call heat%slope(self%y, blend, self%d)
+    self%scale = 1.0_rp
+    if (heat%property%is_constant) return
+    do c = 1, heat%size()
+      t = heat%property%temperature_at(self%y(c))
+      k = 1.0_rp/(heat%property%k_ref*heat%property%resistivity%at(t))
+      self%scale(c) = k/heat%property%capacity%at(t)
+      self%d(c) = self%d(c)/k
+    end do
+  end subroutine linearise
+
+  !> Largest error of this rank's cells in the step just made [K], freed of its stiff part by a solve.
+  subroutine estimate(self, heat, dt, m0, m1, error)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: dt
+    real(rp), allocatable, intent(in) :: m0(:), m1(:)
+    real(rp), intent(out) :: error
+    real(rp), allocatable :: rhs(:), x(:)
+    real(rp) :: a
+    integer :: n
+
+    n = heat%size()
+    allocate (rhs(n), x(n))
+    if (self%method == backward_euler) then
+      a = dt
+      rhs = 0.5_rp*dt*(m1(1:n) - m0(1:n))*heat%mesh%capacity
+    else
+      a = diagonal*dt
+      rhs = dt*(error_weight(1)*m0(1:n) + error_weight(2)*self%m2(1:n) &
+                + error_weight(3)*m1(1:n))*heat%mesh%capacity
+    end if
+    call linearise(self, heat, 1.0_rp)
+    call self%linear%solve(heat, a, self%scale, self%d, rhs, x)
+    error = 0.0_rp
+    if (n > 0) error = maxval(abs(x/self%scale))
+    if (self%failed > 0) error = huge(1.0_rp)
+    self%failed = 0
+  end subroutine estimate
+
+end module thermal_implicit

@@ -1,0 +1,308 @@
+! SPDX-License-Identifier: MIT
+!> What a run of heat alone writes: frames, history, probes, checkpoints, progress, summary.
+module time_heat_files
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp, sp
+  use base_system, only: peak_memory
+  use base_text, only: str
+  use base_timers, only: cpu_seconds, wall_time
+  use comm_world, only: world_t
+  use io_frames, only: frame_name, write_heat_frame, write_series
+  use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
+  use io_histories, only: table_t
+  use thermal_method, only: by_cg, method_names, rkl2, euler, solver_names
+  use thermal_rates, only: b_film, b_source
+  use time_heat_probes, only: read_probes
+  use time_heat_state, only: heat_run_t
+  use time_state, only: output_t, scene_t
+  use time_writing, only: next_time, span
+  implicit none (type, external)
+  private
+
+  public :: heat_writer_t, heat_checkpoint_path, resume_heat, save_heat
+
+  integer, parameter :: n_global = 9
+  character(24), parameter :: columns(11) = [character(24) :: 'time[s]', 'step', 'dt[s]', &
+    'heat_content[J]', 'source_heat[J]', 'film_loss[J]', 'balance_error[%]', &
+    'temperature_max[K]', 'temperature_mean[K]', 'source_power[W]', 'film_power[W]']
+
+  type :: heat_writer_t
+    type(table_t) :: history, probes
+    real(rp) :: started = 0.0_rp, cpu_started = 0.0_rp, spoke = 0.0_rp   !! [s]
+    real(rp) :: first_time = 0.0_rp, next_row = 0.0_rp, next_frame = 0.0_rp
+    real(rp) :: next_checkpoint = 0.0_rp, secured = 0.0_rp
+    real(rp) :: last_books(3) = 0.0_rp        !! time, source heat, film loss of the last row
+    integer(i8) :: first_step = 0
+  contains
+    procedure :: init
+    procedure :: due
+    procedure :: next_event
+    procedure :: progress
+    procedure :: summary
+    procedure :: close => close_files
+  end type heat_writer_t
+
+contains
+
+  pure function heat_checkpoint_path(output) result(path)
+    type(output_t), intent(in) :: output
+    character(:), allocatable :: path
+
+    path = output%directory//'/'//output%name//'_checkpoint.h5'
+  end function heat_checkpoint_path
+
+  !> Open the tables; a resumed run goes on in those it has.
+  subroutine init(self, world, scene, names, run, is_resumed, error)
+    class(heat_writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: names(:)      !! of the probes
+    type(heat_run_t), intent(inout) :: run
+    logical, intent(in) :: is_resumed
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: stem
+    character(48) :: of_probes(1 + size(names))
+    real(rp) :: resume_time
+    integer :: n
+
+    self%started = wall_time()
+    self%cpu_started = cpu_seconds()
+    self%spoke = self%started
+    self%secured = self%started
+    self%first_time = run%time
+    self%first_step = run%march%steps
+    resume_time = merge(run%time, -1.0_rp, is_resumed)
+    stem = scene%output%directory//'/'//scene%output%name
+    call self%history%open(world, stem//'_history.csv', scene%title, columns, resume_time, error)
+    of_probes(1) = 'time[s]'
+    do n = 1, size(names)
+      of_probes(1 + n) = trim(names(n))//'[K]'
+    end do
+    if (size(names) > 0) call self%probes%open(world, stem//'_probes.csv', scene%title, of_probes, &
+                                               resume_time, error)
+    self%last_books = [run%time, run%march%books(b_source), run%march%books(b_film)]
+    if (is_resumed) call set_times(self, scene%output, run%time)
+  end subroutine init
+
+  subroutine set_times(self, output, time)
+    class(heat_writer_t), intent(inout) :: self
+    type(output_t), intent(in) :: output
+    real(rp), intent(in) :: time
+
+    self%next_row = next_time(output%history_interval, time)
+    self%next_frame = next_time(output%frame_interval, time)
+    self%next_checkpoint = next_time(output%checkpoint_interval, time)
+  end subroutine set_times
+
+  !> Time at which a step has to end [s].
+  pure real(rp) function next_event(self)
+    class(heat_writer_t), intent(in) :: self
+
+    next_event = min(self%next_row, self%next_frame, self%next_checkpoint)
+  end function next_event
+
+  !> Write what is due at the present time; `last` writes all but a checkpoint.
+  subroutine due(self, world, scene, run, last, is_safety_due, error)
+    class(heat_writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    logical, intent(in) :: last, is_safety_due
+    type(error_t), intent(inout) :: error
+    real(rp) :: now
+
+    now = run%time*(1.0_rp + 1.0e-12_rp)
+    if ((last .or. now >= self%next_row) .and. run%row_time < run%time) &
+      call row(self, world, run)
+    if (last .or. now >= self%next_frame) call frame(world, scene, run, error)
+    if (.not. last .and. (is_safety_due .or. (now >= self%next_checkpoint .and. &
+        scene%output%checkpoint_interval > 0.0_rp))) then
+      call save_heat(world, scene, run, error)
+      self%secured = wall_time()
+    end if
+    call set_times(self, scene%output, run%time)
+  end subroutine due
+
+  !> One row of the history and of the probes.
+  subroutine row(self, world, run)
+    class(heat_writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(heat_run_t), intent(inout) :: run
+    real(rp) :: sums(3), most(1), in, out, span_of_row, error
+    real(rp), allocatable :: t(:), probes(:)
+    integer :: n
+
+    n = run%heat%size()
+    allocate (t(n), probes(size(run%probe_cell, 2)))
+    associate (heat => run%heat, capacity => run%heat%mesh%capacity)
+      call heat%temperatures(heat%theta, t)
+      sums = [heat%content(heat%theta, 0.0_rp), sum(capacity*t), sum(capacity)]
+      most = maxval([0.0_rp, pack(t, capacity > 0.0_rp)])
+    end associate
+    call world%sum(sums)
+    call world%max(most)
+    in = run%march%books(b_source)
+    out = run%march%books(b_film)
+    error = sums(1) - run%content0 - in + out
+    error = 100.0_rp*error/max(abs(in) + abs(out), 1.0e-6_rp*abs(run%content0), tiny(1.0_rp))
+    span_of_row = max(run%time - self%last_books(1), tiny(1.0_rp))
+    call self%history%row([run%time, real(run%march%steps, rp), run%march%last, sums(1), in, out, &
+                           error, most(1), sums(2)/sums(3), &
+                           (in - self%last_books(2))/span_of_row, &
+                           (out - self%last_books(3))/span_of_row])
+    self%last_books = [run%time, in, out]
+    if (size(probes) > 0) then
+      call read_probes(world, run, probes)
+      call self%probes%row([run%time, probes])
+    end if
+    run%row_time = run%time
+  end subroutine row
+
+  !> The cells of the solid as points with a temperature.
+  subroutine frame(world, scene, run, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    integer, allocatable :: cells(:)
+    real(sp), allocatable :: x(:, :), t(:)
+    integer :: c, n
+
+    if (size(run%frame_times) > 0) then
+      if (run%frame_times(size(run%frame_times)) >= run%time) return   ! has it already
+    end if
+    associate (mesh => run%heat%mesh, heat => run%heat, output => scene%output)
+      cells = pack([(c, c=1, heat%size())], mesh%capacity > 0.0_rp)
+      n = size(cells)
+      allocate (x(3, n), t(n))
+      do c = 1, n
+        x(:, c) = real(mesh%centre(cells(c)), sp)
+        t(c) = real(heat%property%temperature_at(heat%theta(cells(c))), sp)
+      end do
+      call write_heat_frame(world, output%directory//'/'//frame_name(output%name, &
+                            size(run%frame_times)), run%time, int(run%march%steps), &
+                            scene%grid%h, scene%body%name, x, t, mesh%body(cells), &
+                            output%input_text, error)
+      if (error%is_set()) return
+      run%frame_times = [run%frame_times, run%time]
+      call write_series(world, output%directory, output%name, size(run%frame_times), &
+                        run%frame_times, error)
+    end associate
+  end subroutine frame
+
+  !> Write the state between two steps.
+  subroutine save_heat(world, scene, run, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+
+    associate (mesh => run%heat%mesh)
+      call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
+        reshape(run%heat%theta(1:mesh%np*mesh%nx), [mesh%np, mesh%nx]), &
+        [run%time, run%march%next, real(run%march%steps, rp), real(run%march%refused, rp), &
+         run%march%books, run%content0, run%row_time, run%march%last, run%frame_times], &
+        scene%output%input_text, error)
+    end associate
+    call run%march%forget()
+  end subroutine save_heat
+
+  !> Fill a run, whose scene stands, with the state of a checkpoint.
+  subroutine resume_heat(world, path, run, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    real(rp), allocatable :: field(:, :), global(:)
+
+    associate (mesh => run%heat%mesh)
+      allocate (field(mesh%np, mesh%nx), source=0.0_rp)
+      call read_heat_checkpoint(world, path, mesh%lo - 1, field, global, error)
+      if (error%is_set()) return
+      if (size(global) < n_global) then
+        call error%raise(path//' is damaged')
+        return
+      end if
+      run%heat%theta(1:mesh%np*mesh%nx) = reshape(field, [mesh%np*mesh%nx])
+    end associate
+    run%time = global(1)
+    run%march%next = global(2)
+    run%march%steps = nint(global(3), i8)
+    run%march%refused = nint(global(4), i8)
+    run%march%books = global(5:6)
+    run%content0 = global(7)
+    run%row_time = global(8)
+    run%march%last = global(9)
+    run%frame_times = global(n_global + 1:)
+  end subroutine resume_heat
+
+  !> A line with percent, time and time left, every PROGRESS_INTERVAL seconds.
+  subroutine progress(self, world, scene, run)
+    class(heat_writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    real(rp) :: now, share
+
+    if (.not. world%is_root() .or. scene%output%is_quiet) return
+    now = wall_time()
+    if (now - self%spoke < scene%output%progress_interval) return
+    self%spoke = now
+    share = (run%time - self%first_time)/max(scene%end_time - self%first_time, tiny(1.0_rp))
+    write (output_unit, '(f6.1,a)') 100.0_rp*run%time/scene%end_time, ' %  step '// &
+      str(run%march%steps)//'  t = '//str(run%time)//' s  dt = '//str(run%march%last)// &
+      ' s  left '//span((now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp))
+    flush (output_unit)
+  end subroutine progress
+
+  !> Cost of the run: a line, and NAME_summary.json.
+  subroutine summary(self, world, scene, run, error)
+    class(heat_writer_t), intent(in) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    type(error_t), intent(inout) :: error
+    real(rp) :: cost(2), wall
+    character(:), allocatable :: solver
+    integer :: status, unit
+
+    wall = max(wall_time() - self%started, 1.0e-9_rp)
+    cost = [cpu_seconds() - self%cpu_started, peak_memory()]
+    call world%sum(cost)
+    if (.not. world%is_root()) return
+    solver = 'none'
+    if (run%march%method /= rkl2 .and. run%march%method /= euler) &
+      solver = trim(solver_names(max(by_cg, run%march%implicit%solver)))
+    open (newunit=unit, file=scene%output%directory//'/'//scene%output%name//'_summary.json', &
+          action='write', status='replace', iostat=status)
+    if (status == 0) then
+      write (unit, '(a)') '{', '  "cells": '//str(run%cells)//',', &
+        '  "steps": '//str(run%march%steps - self%first_step)//',', &
+        '  "refused_steps": '//str(run%march%refused)//',', &
+        '  "evaluations": '//str(run%heat%evaluations)//',', &
+        '  "integrator": "'//trim(method_names(run%march%method))//'",', &
+        '  "solver": "'//solver//'",', &
+        '  "linear_solves": '//str(run%march%implicit%linear%solves)//',', &
+        '  "linear_iterations": '//str(run%march%implicit%linear%iterations)//',', &
+        '  "ranks": '//str(world%size)//',', '  "wall_seconds": '//str(wall)//',', &
+        '  "cpu_seconds": '//str(cost(1))//',', &
+        '  "peak_memory_bytes": '//str(nint(cost(2), i8)), '}'
+      close (unit, iostat=status)
+    end if
+    if (status /= 0) call error%raise('cannot write the summary of the run')
+    if (.not. scene%output%is_quiet) write (output_unit, '(a)') &
+      str(run%march%steps - self%first_step)//' steps ('//trim(method_names(run%march%method))// &
+      ', '//str(run%heat%evaluations)//' evaluations) of '//str(run%cells)//' cells in '// &
+      str(wall)//' s on '//str(world%size)//' rank(s)'
+  end subroutine summary
+
+  subroutine close_files(self, error)
+    class(heat_writer_t), intent(inout) :: self
+    type(error_t), intent(inout) :: error
+
+    call self%history%close(error)
+    call self%probes%close(error)
+  end subroutine close_files
+
+end module time_heat_files

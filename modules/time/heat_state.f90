@@ -1,0 +1,24 @@
+! SPDX-License-Identifier: MIT
+!> The state of a run of heat alone.
+module time_heat_state
+  use base_kinds, only: i8, rp
+  use thermal_march, only: march_t
+  use thermal_rates, only: heat_t
+  implicit none (type, external)
+  private
+
+  public :: heat_run_t
+
+  type :: heat_run_t
+    type(heat_t) :: heat
+    type(march_t) :: march
+    real(rp) :: time = 0.0_rp                !! [s]
+    real(rp) :: content0 = 0.0_rp            !! heat at t = 0 [J]
+    real(rp) :: row_time = -1.0_rp           !! of the last history row [s]
+    real(rp), allocatable :: frame_times(:)  !! of the frames written so far [s]
+    integer(i8) :: cells = 0                 !! in the solid, of all ranks
+    integer, allocatable :: probe_cell(:, :)       !! (27, probes) own cells, 0: another rank's
+    real(rp), allocatable :: probe_weight(:, :)    !! (27, probes)
+  end type heat_run_t
+
+end module time_heat_state
