@@ -8,7 +8,8 @@ module time_filter
   use particles_store, only: f_mass
   use time_contacts, only: share_increments
   use time_mirrors, only: fold, r_filter, unfold
-  use time_nodes, only: clear_nodes, release_held
+  use time_clamps, only: release_held
+  use time_nodes, only: clear_nodes
   use time_state, only: simulation_t, transfer_fmpm, transfer_xpic
   use time_weights, only: weights_of
   use transfer_kernels, only: g2p_values_block, p2g_values_block
@@ -49,7 +50,7 @@ contains
         call sim%halo%sum(world, 8, sim%patch%nn, mapped(:, :, k))
       end do
       call next_increment(sim, g, mapped, increment)
-      call release_held(sim, increment)
+      call release_held(sim, g, increment)
       if (sim%n_groups > 1) call share_increments(sim, g, increment)
       do k = 1, sim%n_groups
         call unfold(sim, r_filter, increment(:, :, k))

@@ -1,15 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> Work on the nodes in use: clear them, turn momentum and force into velocities, hold the walls.
+!> Work on the nodes in use: clear them, turn momentum and force into velocities.
 !> A record comes in as mass, momentum (3), force (3), mass times temperature and goes out as
 !> velocity (3), temperature, velocity change (3), mass.
 module time_nodes
   use base_kinds, only: rp
-  use time_audit, only: e_wall
   use time_state, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: clear_nodes, update_nodes, hold_walls, release_held
+  public :: clear_nodes, update_nodes
 
   real(rp), parameter, public :: least_mass = 1.0e-30_rp   !! below this a node is empty [kg]
 
@@ -69,57 +68,5 @@ contains
       g(8, i) = m
     end do
   end subroutine update_run
-
-  !> Give the held nodes of walls and clamps their velocity; book impulse and work.
-  subroutine hold_walls(sim, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    integer :: k
-
-    do k = 1, sim%n_groups
-      if (sim%scene%tool_of(k) > 0) cycle
-      call hold_group(sim, g(:, :, k))
-    end do
-  end subroutine hold_walls
-
-  subroutine hold_group(sim, g)
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: g(8, sim%patch%nn)
-    real(rp) :: value, before, impulse
-    integer :: a, i, q
-
-    do i = 1, sim%n_fixed
-      q = sim%fixed(1, i)
-      associate (rule => sim%scene%constraint(sim%fixed(2, i)))
-        do a = 1, 3
-          if (.not. rule%component(a)) cycle
-          value = rule%velocity(a)
-          before = g(a, q) - g(4 + a, q)
-          if (sim%fixed(3, i) == 1) then
-            impulse = g(8, q)*(value - g(a, q))
-            sim%impulse(a, sim%fixed(2, i)) = sim%impulse(a, sim%fixed(2, i)) + impulse
-            sim%sums(e_wall) = sim%sums(e_wall) + impulse*0.5_rp*(before + value)
-          end if
-          g(a, q) = value
-          g(4 + a, q) = value - before
-        end do
-      end associate
-    end do
-  end subroutine hold_group
-
-  !> Zero the held components of the velocities in lanes 5:7.
-  subroutine release_held(sim, g)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    integer :: i, k
-
-    do k = 1, sim%n_groups
-      do i = 1, sim%n_fixed
-        associate (v => g(5:7, sim%fixed(1, i), k))
-          where (sim%scene%constraint(sim%fixed(2, i))%component) v = 0.0_rp
-        end associate
-      end do
-    end do
-  end subroutine release_held
 
 end module time_nodes

@@ -3,13 +3,14 @@
 module time_regrid
   use base_kinds, only: rp
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, halo, make_patch, nearest_node, patch_t, wrap
+  use grid_geometry, only: box_t, halo, make_patch, nearest_node
   use grid_partition, only: bisect, imbalance
   use particles_migrate, only: redistribute, wrap_positions
   use particles_store, only: f_pos
+  use time_clamps, only: list_clamps
   use time_mirrors, only: list_mirrors
   use time_probes, only: claim_probes, share_probes
-  use time_state, only: constraint_t, simulation_t
+  use time_state, only: simulation_t
   implicit none (type, external)
   private
 
@@ -79,7 +80,7 @@ contains
     call sim%halo%init(world, sim%patch, sim%boxes, active)
     call list_runs(sim)
     call list_mirrors(sim)
-    call list_fixed(sim)
+    call list_clamps(world, sim)
     call enclose_blocks(sim)
     call claim_probes(sim%scene%grid, sim%patch, sim%probes)
   end subroutine relist
@@ -191,60 +192,6 @@ contains
     n = n + 1
     list(:, n) = entry
   end subroutine append
-
-  !> Nodes in use that a wall or clamp holds, but not those behind a mirror.
-  subroutine list_fixed(sim)
-    type(simulation_t), intent(inout) :: sim
-    integer, allocatable :: list(:, :)
-    real(rp) :: x(3)
-    integer :: c, ijk(3), owned, q, r, rest
-
-    allocate (list(3, 64))
-    if (allocated(sim%is_held)) deallocate (sim%is_held)
-    allocate (sim%is_held(sim%patch%nn), source=.false.)
-    sim%is_held(sim%mirrors%pair(1, :)) = .true.
-    sim%n_fixed = 0
-    do r = 1, sim%n_runs
-      do q = sim%run(1, r), sim%run(2, r)
-        if (sim%is_held(q)) cycle                 ! behind a mirror
-        rest = q - 1
-        ijk(1) = rest/sim%patch%stride(1)
-        rest = rest - ijk(1)*sim%patch%stride(1)
-        ijk(2) = rest/sim%patch%stride(2)
-        ijk(3) = rest - ijk(2)*sim%patch%stride(2)
-        x = sim%patch%origin + sim%patch%h*real(ijk, rp)
-        call wrap(sim%scene%grid, x)
-        ijk = ijk + sim%patch%all%lo
-        where (sim%scene%grid%period == 0) ijk = max(0, min(sim%scene%grid%n - 1, ijk))
-        owned = merge(1, 0, sim%patch%own%has(ijk))   ! nodes outside belong to the nearest inside
-        do c = 1, size(sim%scene%constraint)
-          if (sim%scene%constraint(c)%axis > 0) cycle
-          if (.not. holds(sim%scene%constraint(c), sim%patch, x)) cycle
-          call append(list, sim%n_fixed, [q, c, owned])
-        end do
-      end do
-    end do
-    call move_alloc(list, sim%fixed)
-    sim%is_held(sim%fixed(1, 1:sim%n_fixed)) = .true.
-  end subroutine list_fixed
-
-  !> Whether a rule is for the node at `x` or one of its next images.
-  pure logical function holds(rule, patch, x)
-    type(constraint_t), intent(in) :: rule
-    type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: x(3)             !! [m]
-    real(rp) :: y(3), slack
-    logical :: inside(3)
-    integer :: turn
-
-    slack = 1.0e-6_rp*patch%h
-    inside = .false.
-    do turn = -1, 1
-      y = x + patch%h*real(turn*patch%period, rp)
-      inside = inside .or. (y >= rule%lower - slack .and. y <= rule%upper + slack)
-    end do
-    holds = all(inside)
-  end function holds
 
   !> Ball around each block, with room for the way until the next sort (one cell) and the reach of
   !> a particle (half a cell at most).

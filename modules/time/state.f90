@@ -19,7 +19,7 @@ module time_state
   private
 
   public :: body_t, constraint_t, load_t, method_t, output_t, probes_t, scene_t, simulation_t
-  public :: clock_t, mirrors_t, source_t, start_t, traction_t
+  public :: clock_t, column_t, mirrors_t, source_t, start_t, traction_t
   public :: free_simulation
 
   ! When the stress is updated, and how velocities come back from the grid.
@@ -94,6 +94,14 @@ module time_state
     logical :: faces_up = .true.                       !! the bodies lie above it
     real(rp) :: temperature = 0.0_rp                   !! of a mirror [K]; 0: insulated
   end type constraint_t
+
+  !> Three nodes across the face of a clamp that lies between nodes (time_clamps).
+  type :: column_t
+    integer :: node(3) = 0                   !! 0: not stored here
+    real(rp) :: weight(3) = 0.0_rp           !! of their velocities at the face
+    integer :: rule = 0                      !! constraint
+    logical :: is_owned(3) = .false.
+  end type column_t
 
   !> Nodes behind walls and their mirrors (time_mirrors).
   type :: mirrors_t
@@ -211,6 +219,9 @@ module time_state
     logical, allocatable :: is_held(:)       !! (nn) node held by a clamp or wall, or behind one
     integer :: n_fixed = 0
     integer, allocatable :: fixed(:, :)      !! (3, n) node, constraint, 1 if owned
+    integer :: n_columns = 0
+    type(column_t), allocatable :: column(:) !! nodes across the faces of clamps between nodes
+    logical :: columns_are_cut = .false.     !! some rank does not store all nodes of a column
     type(mirrors_t) :: mirrors
     real(rp), allocatable :: ball(:, :)      !! (4, nblk) centre and radius of each block [m]
     real(rp) :: sums(n_sums) = 0.0_rp        !! this rank's energy books, see time_audit

@@ -6,11 +6,12 @@ module time_step
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_nodes, ph_to_grid, ph_to_particles
   use comm_world, only: world_t
+  use time_clamps, only: hold_walls
   use time_contacts, only: join_bodies, touch_bodies
   use time_filter, only: filter_is_due, filter_velocity
   use time_limit, only: limit_step
   use time_mirrors, only: book_impulse, fold, r_momentum, r_velocity, unfold
-  use time_nodes, only: clear_nodes, hold_walls, update_nodes
+  use time_nodes, only: clear_nodes, update_nodes
   use time_probes, only: move_probes
   use time_state, only: scheme_musl, scheme_usavg, scheme_usl, simulation_t, transfer_apic
   use time_sweeps, only: accelerate_and_map_again, grid_to_particles, momentum_and_force_to_grid, &
@@ -127,7 +128,7 @@ contains
     call update_nodes(sim, dt, g)
     call limit_step(world, sim, dt, g)
     if (sim%is_broken) return
-    call hold_walls(sim, g)
+    call hold_walls(world, sim, g)
     if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g)
     call mirror_nodes(sim, g)
     call move_tools(sim, dt)
@@ -168,7 +169,7 @@ contains
     books = sim%sums                       ! interpolation does no work and gives no impulse
     impulse = sim%impulse
     call update_nodes(sim, 0.0_rp, g)
-    call hold_walls(sim, g)
+    call hold_walls(world, sim, g)
     if (sim%n_groups > 1) call join_bodies(world, sim, dt, g)
     call mirror_nodes(sim, g)
     sim%sums = books

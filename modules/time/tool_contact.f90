@@ -10,8 +10,9 @@
 !> of the material.
 !>
 !> Beyond the last particle that touches, the velocity on the grid falls off over a cell, so that a
-!> tool seems wider by half a cell. Therefore nothing touches within half a cell of an edge that
-!> stands out: flat punches then carry what they should (tests/verification, punch_plane).
+!> tool seems wider by half a cell. Therefore nothing is pushed within half a cell of an edge that
+!> stands out, only held by friction: flat punches then carry what they should on plastic metal
+!> (tests/verification, punch_plane).
 module time_tool_contact
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -70,9 +71,9 @@ contains
     call note_held(sim)
     call find_touching(sim, sim%tool(k), rigid, group, dt, g)
     call add_masses(sim)
-    call fold_entries(sim, 1, sim%touching%mass)
-    call share_entries(world, sim, 1, sim%touching%mass)
-    call unfold_entries(sim, 1, sim%touching%mass)
+    call fold_entries(sim, 2, sim%touching%mass)
+    call share_entries(world, sim, 2, sim%touching%mass)
+    call unfold_entries(sim, 2, sim%touching%mass)
     call add_impulses(sim, g)
     sim%touching%own = sim%touching%values
     call fold_entries(sim, n_values, sim%touching%values)
@@ -227,44 +228,39 @@ contains
 
     call tool%distance(x + dt*v, gap, touch%normal, room)
     gap = gap - 0.5_rp*norm2(touch%normal*spacing)
-    approaches = gap < 0.0_rp .and. room > inset*sim%patch%h
+    approaches = gap < 0.0_rp
     if (.not. approaches) return
     call meet(dt, sim%clock%dt, gap, touch%normal, v - rigid%velocity_at(x + 0.5_rp*dt*v), &
               touch%closing, touch%slip)
     touch%friction = tool%friction
     approaches = touch%closing > 0.0_rp
+    if (room <= inset*sim%patch%h) touch%closing = 0.0_rp
   end function approaches
 
-  !> Masses of the touching particles at the nodes.
+  !> Masses of the touching and of the pushed particles at the nodes.
   subroutine add_masses(sim)
     type(simulation_t), intent(inout) :: sim
-    integer :: e(27), p
-    real(rp) :: w(27)
+    real(rp) :: mass(2), w(27)
+    integer :: e(27), i, p
 
     associate (touching => sim%touching)
       do p = 1, touching%n
-        call touching%stencil(sim%patch%stride, touching%touch(p), e, w)
-        call add(touching%touch(p)%mass, e, w, touching%mass)
+        associate (t => touching%touch(p))
+          call touching%stencil(sim%patch%stride, t, e, w)
+          mass = t%mass*[1.0_rp, merge(1.0_rp, 0.0_rp, t%closing > 0.0_rp)]
+        end associate
+        do i = 1, 27
+          if (e(i) > 0) touching%mass(:, e(i)) = touching%mass(:, e(i)) + w(i)*mass
+        end do
       end do
     end associate
-  contains
-    pure subroutine add(mass, e, w, sums)
-      real(rp), intent(in) :: mass, w(27)
-      integer, intent(in) :: e(27)
-      real(rp), intent(inout) :: sums(1, sim%touching%n_nodes)
-      integer :: i
-
-      do i = 1, 27
-        if (e(i) > 0) sums(1, e(i)) = sums(1, e(i)) + w(i)*mass
-      end do
-    end subroutine add
   end subroutine add_masses
 
   !> Impulses of the touching particles at the nodes.
   subroutine add_impulses(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: g(8, sim%patch%nn)
-    real(rp) :: values(n_values), s, w(27)
+    real(rp) :: s(2), values(n_values), w(27)
     integer :: e(27), i, p
 
     associate (touching => sim%touching)
@@ -273,12 +269,12 @@ contains
           call touching%stencil(sim%patch%stride, t, e, w)
           s = 0.0_rp
           do i = 1, 27
-            if (e(i) > 0) s = s + w(i)*touching%mass(1, e(i))/g(8, touching%node(e(i))) &
+            if (e(i) > 0) s = s + w(i)*touching%mass(:, e(i))/g(8, touching%node(e(i))) &
                                   *sum(touching%free(:, e(i))*t%normal**2)
           end do
           s = max(s, least_share)
-          t%hold = -t%mass/s*t%slip
-          values(v_push:v_push + 2) = share*t%mass/s*t%closing*t%normal
+          t%hold = -t%mass/s(1)*t%slip
+          values(v_push:v_push + 2) = share*t%mass/s(2)*t%closing*t%normal
           values(v_hold:v_hold + 2) = t%hold
           values(v_coulomb) = t%friction*norm2(values(v_push:v_push + 2))
           values(v_shear) = t%shear

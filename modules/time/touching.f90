@@ -21,7 +21,7 @@ module time_touching
     real(rp) :: w(3, 3) = 0.0_rp               !! weights on the three axes
     real(rp) :: mass = 0.0_rp                  !! inertial [kg]
     real(rp) :: normal(3) = 0.0_rp             !! out of the tool
-    real(rp) :: closing = 0.0_rp               !! velocity that contact takes [m/s]
+    real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
     real(rp) :: slip(3) = 0.0_rp               !! along the tool's surface [m/s]
     real(rp) :: friction = 0.0_rp
     real(rp) :: shear = 0.0_rp                 !! impulse at which the material shears [N s]
@@ -34,7 +34,8 @@ module time_touching
     integer :: n_nodes = 0
     integer, allocatable :: place(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
-    real(rp), allocatable :: mass(:, :)        !! (1, n_nodes) of the particles that touch [kg]
+    real(rp), allocatable :: mass(:, :)        !! (2, n_nodes) of the particles that touch, and of
+                                               !! those that are pushed [kg]
     real(rp), allocatable :: values(:, :)      !! (n_values, n_nodes) of all ranks, folded at walls
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
@@ -105,7 +106,7 @@ contains
       if (size(self%mass, 2) /= self%n_nodes) deallocate (self%mass, self%values, self%own, &
                                                           self%free, self%part, self%slip)
     end if
-    if (.not. allocated(self%mass)) allocate (self%mass(1, self%n_nodes), &
+    if (.not. allocated(self%mass)) allocate (self%mass(2, self%n_nodes), &
       self%values(n_values, self%n_nodes), self%own(n_values, self%n_nodes), &
       self%free(3, self%n_nodes), self%part(self%n_nodes), self%slip(3, self%n_nodes))
     self%mass = 0.0_rp
