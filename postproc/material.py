@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Pictures of the curves of stirpoint --material: python3 postproc/material.py DIRECTORY [-o DIR]
 
-Curves whose names agree up to the first '-' share a picture, NAME.png: stress over plastic strain, and the
-temperature below it where one changes, and the grain size where a law has one.
+Curves whose names agree up to the first '-' share a picture, NAME.png: stress over plastic strain (or --over time,
+a logarithmic axis), below it the temperature where one changes, and the grain size where a law has one.
 """
 
 from __future__ import annotations
@@ -18,12 +18,14 @@ from stirpost import look
 from stirpost.table import read_table
 
 STRESS, STRAIN, WARMTH, SIZE = "stress", "plastic_strain", "temperature", "grain_size"
+TIME = "time"
 
 
 def main(arguments=None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("directory", type=Path, help="where stirpoint --material wrote its curves")
     parser.add_argument("-o", "--output", type=Path, help="where to draw (default: beside the curves)")
+    parser.add_argument("--over", choices=("strain", "time"), default="strain")
     options = parser.parse_args(arguments)
     groups: dict[str, dict] = {}
     for path in sorted(options.directory.glob("*.csv")):
@@ -38,12 +40,12 @@ def main(arguments=None) -> int:
     output.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(look.STYLE):
         for group, curves in groups.items():
-            look.save(draw(group, curves), output / f"{group}.png")
+            look.save(draw(group, curves, options.over), output / f"{group}.png")
     print(f"{len(groups)} pictures in {output}")
     return 0
 
 
-def draw(group: str, curves: dict):
+def draw(group: str, curves: dict, over: str):
     """One picture of some curves."""
     rows = [(STRESS, 1e-6, "stress [MPa]")]
     if any(np.ptp(table[WARMTH]) > 1.0 for table in curves.values()):
@@ -55,7 +57,7 @@ def draw(group: str, curves: dict):
     for (label, table), colour in zip(curves.items(), look.line_colours(len(curves)), strict=True):
         for axis, (name, scale, _) in zip(axes, rows, strict=True):
             if name in table:
-                axis.plot(table[STRAIN], table[name] * scale, color=colour, label=label)
+                axis.plot(table[TIME if over == "time" else STRAIN], table[name] * scale, color=colour, label=label)
     for axis, (name, _, title) in zip(axes, rows, strict=True):
         axis.set_ylabel(title)
         axis.grid(True)
@@ -63,7 +65,9 @@ def draw(group: str, curves: dict):
             axis.set_yscale("log")
         else:
             axis.set_ylim(bottom=0.0 if name == STRESS else None)
-    axes[-1].set_xlabel("plastic strain")
+    axes[-1].set_xlabel("time [s]" if over == "time" else "plastic strain")
+    if over == "time":
+        axes[-1].set_xscale("log")
     axes[0].set_title(group)
     axes[0].legend(loc="best", fontsize="small", ncols=2)
     return figure

@@ -2,6 +2,7 @@
 !> Rigid analytic tools: signed distance, motion, and what contact sums up (time_tool_contact).
 module contact_tool
   use base_kinds, only: rp
+  use contact_friction_table, only: friction_table_t
   use contact_motion, only: motion_t
   use contact_shapes, only: box_distance, profile_t, revolved_distance
   implicit none (type, external)
@@ -42,6 +43,7 @@ module contact_tool
     real(rp) :: start(3) = 0.0_rp          !! position at t = 0 [m]
     real(rp) :: frame(3, 3) = 0.0_rp       !! columns: local axes at t = 0
     real(rp) :: friction = 0.0_rp
+    type(friction_table_t) :: friction_table   !! instead, if it is of something
     logical :: shear_limit = .true.
     real(rp) :: heat_share = 1.0_rp        !! share of friction heat into the material
     type(motion_t) :: motion

@@ -62,7 +62,8 @@ module physics_two_phase
                         w_root = 7, &    !! (1 - f)^(-1/3)
                         w_mean = 8       !! f sqrt(rho_w) + (1-f) sqrt(rho_c) [1/m]
 
-  real(rp), parameter :: longest_substep = 5.0e-4_rp   !! plastic strain
+  real(rp), parameter :: longest_substep = 5.0e-3_rp   !! plastic strain
+  real(rp), parameter :: most_strain = 0.5_rp
   real(rp), parameter :: no_strain = 1.0e-11_rp        !! changes no density by 1e-5 of itself
   real(rp), parameter :: least_density = 1.0_rp        !! [1/m2]
   real(rp), parameter :: third = 1.0_rp/3.0_rp
@@ -169,15 +170,16 @@ contains
                log_rate, state)
   end subroutine advance
 
-  !> Eqs. 6.5, 6.6, 6.11 over the shear M x by the explicit midpoint rule, in substeps of equal
+  !> Eqs. 6.5, 6.6, 6.11 over the shear M x by the classical Runge-Kutta method, in substeps of equal
   !> length and a last shorter one: the state is continuous in x and knows nothing of other lanes.
-  !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.05, so nothing is stiff.
+  !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.4, so nothing is stiff. A plastic
+  !> increment above `most_strain` (a step that has gone wrong) changes the state as that would.
   pure subroutine march(c, k0, taylor, f_end, gamma, work, x, log_rate, state)
     real(rp), intent(in) :: c(4), k0, taylor, f_end, gamma
     real(rp), intent(in) :: work(nlane, n_work), x(nlane), log_rate(nlane)
     real(rp), intent(inout) :: state(nlane, n_own)   !! out only
     real(rp), dimension(nlane) :: k, u, cells, f, y
-    real(rp) :: h, decay, um, cm, fm, ym, most
+    real(rp) :: h, half, decay, fm, fe, ym, ye, u1, u2, u3, u4, c1, c2, c3, c4, most
     integer :: n, p, step
 
     most = 0.0_rp
@@ -185,7 +187,7 @@ contains
       most = merge(x(p), most, x(p) > most)
     end do
     n = 0
-    if (most > no_strain) n = ceiling(min(most, 1.0e3_rp)/longest_substep)
+    if (most > no_strain) n = ceiling(min(most, most_strain)/longest_substep)
     !$omp simd
     do p = 1, nlane
       k(p) = k0*exp(-work(p, w_recovery)*(log_rate(p) + c(4)))
@@ -195,21 +197,24 @@ contains
       y(p) = work(p, w_root)
     end do
     do step = 0, n - 1
-      !$omp simd private(h, decay, um, cm, fm, ym)
+      !$omp simd private(h, half, decay, fm, fe, ym, ye, u1, u2, u3, u4, c1, c2, c3, c4)
       do p = 1, nlane
         h = taylor*max(0.0_rp, min(longest_substep, x(p) - step*longest_substep))
-        decay = 0.5_rp*h/gamma                       ! becomes 1 - exp(-decay), decay < 1e-3
+        half = 0.5_rp*h
+        decay = half/gamma                       ! becomes 1 - exp(-decay), decay < 0.01
         decay = decay*(1.0_rp - decay*(0.5_rp - decay*(1.0_rp/6.0_rp - decay*(1.0_rp/24.0_rp))))
-        call slope_of(c, k(p), work(p, w_source), u(p), cells(p), f(p), y(p), um, cm)
-        um = u(p) + 0.5_rp*h*um
-        cm = max(0.0_rp, cells(p) + 0.5_rp*h*cm)
         fm = f(p) - (f(p) - f_end)*decay
+        fe = fm - (fm - f_end)*decay
         ym = inverse_root(1.0_rp - fm, y(p))
-        call slope_of(c, k(p), work(p, w_source), um, cm, fm, ym, um, cm)
-        u(p) = u(p) + h*um
-        cells(p) = max(least_density, cells(p) + h*cm)
-        f(p) = fm - (fm - f_end)*decay
-        y(p) = inverse_root(1.0_rp - f(p), ym)
+        ye = inverse_root(1.0_rp - fe, ym)
+        call slope_of(c, k(p), work(p, w_source), u(p), cells(p), f(p), y(p), u1, c1)
+        call slope_of(c, k(p), work(p, w_source), u(p) + half*u1, cells(p) + half*c1, fm, ym, u2, c2)
+        call slope_of(c, k(p), work(p, w_source), u(p) + half*u2, cells(p) + half*c2, fm, ym, u3, c3)
+        call slope_of(c, k(p), work(p, w_source), u(p) + h*u3, cells(p) + h*c3, fe, ye, u4, c4)
+        u(p) = u(p) + h*(1.0_rp/6.0_rp)*(u1 + 2.0_rp*(u2 + u3) + u4)
+        cells(p) = max(least_density, cells(p) + h*(1.0_rp/6.0_rp)*(c1 + 2.0_rp*(c2 + c3) + c4))
+        f(p) = fe
+        y(p) = ye
       end do
     end do
     state(:, s_wall) = u
@@ -219,11 +224,11 @@ contains
     !> du and d rho_c by the shear; y = (1 - f)^(-1/3).
     pure subroutine slope_of(c, k, source, u, cells, f, y, du, dc)
       real(rp), intent(in) :: c(4), k, source
-      real(rp), value :: u, cells, f, y
+      real(rp), intent(in) :: u, cells, f, y
       real(rp), intent(out) :: du, dc
       real(rp) :: crossed                       ! c1 sqrt(total density): 6 beta*/(b d)
 
-      crossed = c(1)*sqrt(f*u*u + (1.0_rp - f)*cells)
+      crossed = c(1)*sqrt(f*u*u + (1.0_rp - f)*max(0.0_rp, cells))
       du = (1.0_rp - f)*(0.5_rp*crossed*y + c(2)*u)/(f*u) - 0.5_rp*k*u
       dc = source*u - crossed*y - k*cells
     end subroutine slope_of

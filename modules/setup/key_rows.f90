@@ -185,6 +185,13 @@ contains
     call t%key('TILT_DEG', 'real', 1, 'deg', '0', '[-10,10]', &
       'the shoulder tips backwards against the travel direction +x: trailing edge deeper')
     call t%key('FRICTION', 'real', 1, '', '0.2', '[0,inf)', 'Coulomb coefficient of friction')
+    call t%key('FRICTION_TABLE_OF', 'choice', 1, '', 'none', 'none temperature pressure slip', &
+      'what the coefficient depends on instead: temperature of the body, pressure in it on the '// &
+      'surface, speed of sliding')
+    call t%key('FRICTION_AT', 'real', -64, '', '', '[0,inf)', &
+      'rising temperatures [K], pressures [Pa] or speeds [m/s]')
+    call t%key('FRICTION_MU', 'real', -64, '', '', '[0,inf)', &
+      'coefficients there; linear between, constant outside')
     call t%key('SHEAR_LIMIT', 'logical', 1, '', '.true.', '', &
       'friction does not exceed the shear yield stress of the body')
     call t%key('HEAT_SHARE', 'real', 1, '', '1', '[0,1]', &

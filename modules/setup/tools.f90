@@ -2,6 +2,7 @@
 !> Tools and their schedules from the input.
 module setup_tools
   use base_kinds, only: pi, rp
+  use contact_friction_table, only: friction_table_t, of_nothing
   use contact_motion, only: phase_t
   use contact_shapes, only: shoulder_profile
   use contact_tool, only: kind_box, kind_particles, kind_plane, kind_revolved, kind_sphere, tool_t
@@ -35,6 +36,7 @@ contains
       tool(i)%friction = input%real('TOOL', i, 'FRICTION')
       tool(i)%shear_limit = input%logical('TOOL', i, 'SHEAR_LIMIT')
       tool(i)%heat_share = input%real('TOOL', i, 'HEAT_SHARE')
+      call read_friction_table(input, i, tool(i), complaints)
       call read_tool_shape(input, i, tool(i), complaints)
       call read_motion(input, tool(i))
       call tool(i)%move_to(0.0_rp)
@@ -93,6 +95,28 @@ contains
       end if
     end do
   end subroutine read_rigid_bodies
+
+  !> A coefficient of friction that depends on the state of the contact.
+  subroutine read_friction_table(input, i, tool, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(tool_t), intent(inout) :: tool
+    type(complaints_t), intent(inout) :: complaints
+    type(friction_table_t) :: table
+
+    table%of = find(['none       ', 'temperature', 'pressure   ', 'slip       '], &
+                    input%text('TOOL', i, 'FRICTION_TABLE_OF')) - 1
+    if (table%of == of_nothing) return
+    table%at = input%list('TOOL', i, 'FRICTION_AT')
+    table%mu = input%list('TOOL', i, 'FRICTION_MU')
+    if (size(table%at) == 0 .or. size(table%at) /= size(table%mu)) then
+      call input%complain(complaints, 'TOOL', i, 'FRICTION_AT', &
+                          'needs as many values as FRICTION_MU, at least one')
+    else if (any(table%at(2:) <= table%at(:size(table%at) - 1))) then
+      call input%complain(complaints, 'TOOL', i, 'FRICTION_AT', 'must rise from value to value')
+    end if
+    tool%friction_table = table
+  end subroutine read_friction_table
 
   !> Kind, size and frame. The tilt turns the shoulder about y: the trailing edge (-x) goes down.
   subroutine read_tool_shape(input, i, tool, complaints)

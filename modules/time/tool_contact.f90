@@ -16,9 +16,10 @@
 module time_tool_contact
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
+  use contact_friction_table, only: friction_table_t, of_nothing
   use contact_tool, only: rigid_t, tool_t
   use contact_touch, only: held_part, meet
-  use particles_store, only: f_mass, f_plastic, f_pos, f_temp
+  use particles_store, only: f_jac, f_mass, f_plastic, f_pos, f_tau, f_temp
   use physics_stress, only: flow_strength
   use time_mirrors, only: r_velocity, unfold
   use time_nodes, only: least_mass
@@ -195,7 +196,35 @@ contains
         end if
       end associate
     end do
+    if (tool%friction_table%of /= of_nothing) then
+      call look_up_friction(tool%friction_table, n, nf, ps, &
+                            sim%touching%touch(before + 1:sim%touching%n))
+    end if
   end subroutine visit_block
+
+  !> Coefficients of friction of the touching particles of a block, from their temperature, the
+  !> pressure on the tool's surface in the body, or the speed of sliding.
+  pure subroutine look_up_friction(table, n, nf, ps, touch)
+    type(friction_table_t), intent(in) :: table
+    integer, intent(in) :: n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    type(touch_t), intent(inout) :: touch(:)
+    real(rp), dimension(nlane) :: mu, pressure, slip
+    integer :: i
+
+    pressure = 0.0_rp
+    slip = 0.0_rp
+    do i = 1, size(touch)
+      associate (a => touch(i)%normal, tau => ps(touch(i)%lane, f_tau:f_tau + 5), &
+                 p => touch(i)%lane)
+        pressure(p) = max(0.0_rp, -(sum(a**2*tau(1:3)) + 2.0_rp*(a(1)*a(2)*tau(4) &
+                          + a(2)*a(3)*tau(5) + a(1)*a(3)*tau(6)))/ps(p, f_jac))
+        slip(p) = norm2(touch(i)%slip)
+      end associate
+    end do
+    call table%coefficients(n, ps(1, f_temp), pressure, slip, mu)
+    touch%friction = mu(touch%lane)
+  end subroutine look_up_friction
 
   !> Velocity of the nodes at a particle [m/s].
   pure function velocity_at(sim, touch, g) result(v)
