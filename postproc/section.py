@@ -62,7 +62,7 @@ class Section:
             raise NoRun(f"{frame.path}: no grain size (no material with LAW = 'two-phase')")
         points = frame.points()
         self.time, self.spacing = frame.time, run.spacing
-        self.bottom = points[:, 2].min()
+        self.bottom = points[:, 2].min() - 0.5 * run.spacing
         self.centre = 0.5 * (points[:, 1].min() + points[:, 1].max()) if options.centre is None else options.centre
         near = np.abs(points[:, 0] - options.x) <= 0.5 * run.spacing * (1.0 + 1e-6)
         if not near.any():
@@ -74,7 +74,7 @@ class Section:
     def line(self, y):
         """Means in layers of a particle's height along the line at `y`: height, values, numbers."""
         near = np.abs(self.y - y) <= self.spacing
-        layer = np.floor((self.z[near] - self.bottom) / self.spacing + 0.5).astype(int)
+        layer = np.floor((self.z[near] - self.bottom) / self.spacing).astype(int)
         rows = []
         for k in np.unique(layer):
             own = np.flatnonzero(near)[layer == k]

@@ -35,7 +35,7 @@ contains
     call read_general(input, sim%scene, complaints)
     call lay_out_fields(input, sim%scene, complaints)
     call read_materials(input, sim%scene%material, complaints)
-    call lay_out_laws(sim%scene)
+    call lay_out_laws(input, sim%scene, complaints)
     call read_bodies(input, sim%scene, complaints)
     call read_surfaces(input, sim%scene, complaints)
     call read_fields(input, sim%scene, complaints)
@@ -109,14 +109,19 @@ contains
   end subroutine lay_out_fields
 
   !> Room for the internal variables of the flow law that has most.
-  subroutine lay_out_laws(scene)
+  subroutine lay_out_laws(input, scene, complaints)
+    type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
+    type(complaints_t), intent(inout) :: complaints
     integer :: m
 
     associate (layout => scene%layout)
       do m = 1, size(scene%material)
-        if (allocated(scene%material(m)%flow)) &
-          layout%n_law = max(layout%n_law, scene%material(m)%flow%n_state)
+        if (.not. allocated(scene%material(m)%flow)) cycle
+        layout%n_law = max(layout%n_law, scene%material(m)%flow%n_state)
+        if (scene%material(m)%flow%anneals .and. .not. scene%method%conducts) &
+          call input%complain(complaints, 'MATERIAL', m, '', 'RECOVERY, GROWTH and '// &
+                              'RECRYSTALLISATION go with the conduction steps: there is no &HEAT')
       end do
       if (layout%n_law == 0) return
       layout%law = 0

@@ -24,9 +24,9 @@ def whole(tmp_path_factory):
     return results
 
 
-def stop_in_the_middle(directory, ranks, number, to_rank=None):
+def stop_in_the_middle(directory, ranks, number, to_rank=None, sets=None):
     """Start stir.nml, stop it by a signal while the tool is in contact; its results so far."""
-    one = driver.Started("stir", "--quiet", directory=directory, ranks=ranks)
+    one = driver.Started("stir", "--quiet", directory=directory, ranks=ranks, sets=sets)
     results = driver.Results(one.directory / "stir.out", "stir")
     try:
         one.wait_for_rows(results.path("_history.csv"), 45)
