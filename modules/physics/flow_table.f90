@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Flow stress from a table over plastic strain, ln(rate) and temperature: linear between its points,
-!> constant outside.
+!> Flow stress from a table over plastic strain, ln(rate) and temperature: linear between its
+!> points, constant outside.
 module physics_flow_table
   use base_kinds, only: nlane, rp
   use physics_flow_law, only: flow_law_t, n_work

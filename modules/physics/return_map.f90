@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Radial return of a batch: solves q = 3 Gbar x + sigma(alpha + x, x/dt, T, state advanced by x)
-!> for the increment x of plastic strain by Newton's method in ln x, kept inside a bracket (sigma has
-!> an infinite slope by x at 0, where plain Newton fails).
+!> for the increment x of plastic strain by Newton's method in ln x, kept inside a bracket (sigma
+!> has an infinite slope by x at 0, where plain Newton fails).
 module physics_return_map
   use base_kinds, only: nlane, rp
   use physics_flow_law, only: flow_law_t, n_work

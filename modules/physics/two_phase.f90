@@ -66,6 +66,7 @@ module physics_two_phase
   real(rp), parameter :: most_strain = 0.5_rp
   real(rp), parameter :: no_strain = 1.0e-11_rp        !! changes no density by 1e-5 of itself
   real(rp), parameter :: least_density = 1.0_rp        !! [1/m2]
+  real(rp), parameter :: margin = 0.5_rp               !! of the calibrated temperatures [K]
   real(rp), parameter :: third = 1.0_rp/3.0_rp
 
 contains
@@ -170,8 +171,9 @@ contains
                log_rate, state)
   end subroutine advance
 
-  !> Eqs. 6.5, 6.6, 6.11 over the shear M x by the classical Runge-Kutta method, in substeps of equal
-  !> length and a last shorter one: the state is continuous in x and knows nothing of other lanes.
+  !> Eqs. 6.5, 6.6, 6.11 over the shear M x by the classical Runge-Kutta method, in substeps of
+  !> equal length and a last shorter one: the state is continuous in x and knows nothing of other
+  !> lanes.
   !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.4, so nothing is stiff. A plastic
   !> increment above `most_strain` (a step that has gone wrong) changes the state as that would.
   pure subroutine march(c, k0, taylor, f_end, gamma, work, x, log_rate, state)
@@ -208,8 +210,10 @@ contains
         ym = inverse_root(1.0_rp - fm, y(p))
         ye = inverse_root(1.0_rp - fe, ym)
         call slope_of(c, k(p), work(p, w_source), u(p), cells(p), f(p), y(p), u1, c1)
-        call slope_of(c, k(p), work(p, w_source), u(p) + half*u1, cells(p) + half*c1, fm, ym, u2, c2)
-        call slope_of(c, k(p), work(p, w_source), u(p) + half*u2, cells(p) + half*c2, fm, ym, u3, c3)
+        call slope_of(c, k(p), work(p, w_source), u(p) + half*u1, cells(p) + half*c1, fm, ym, &
+                      u2, c2)
+        call slope_of(c, k(p), work(p, w_source), u(p) + half*u2, cells(p) + half*c2, fm, ym, &
+                      u3, c3)
         call slope_of(c, k(p), work(p, w_source), u(p) + h*u3, cells(p) + h*c3, fe, ye, u4, c4)
         u(p) = u(p) + h*(1.0_rp/6.0_rp)*(u1 + 2.0_rp*(u2 + u3) + u4)
         cells(p) = max(least_density, cells(p) + h*(1.0_rp/6.0_rp)*(c1 + 2.0_rp*(c2 + c3) + c4))
@@ -272,8 +276,8 @@ contains
     limit = self%rate0/self%taylor
     is_outside(:, 1) = rate > limit
     is_outside(:, 2) = state(:, s_cell) <= least_density
-    is_outside(:, 3) = (temp < self%calibrated(1) .or. temp > self%calibrated(2)) &
-                       .and. rate > 0.0_rp
+    is_outside(:, 3) = rate > 0.0_rp .and. (temp < self%calibrated(1) - margin &
+                                            .or. temp > self%calibrated(2) + margin)
     if (.not. any(is_outside(:n, :))) return
     do k = 1, n_alarms
       if (lane(k) == 0) lane(k) = findloc(is_outside(:n, k), .true., dim=1)

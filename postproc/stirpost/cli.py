@@ -133,6 +133,21 @@ def draw_frames(run: Run, add) -> None:
                 ),
                 f"Equivalent plastic strain {where}; the scale ends at 99.5 % of what has yielded.",
             )
+    if all("grain_size" in frame.fields for frame in frames):
+        norm = maps.size_norm(frames)
+        for kind, name, where in views:
+            add(
+                f"grain_size_{name}",
+                maps.field_map(
+                    getattr(scene, kind),
+                    kind,
+                    "grain_size",
+                    "grain size [m]",
+                    look.STRAIN,
+                    norm,
+                ),
+                f"Grain size {where}, on a logarithmic scale.",
+            )
 
 
 def surface_frames(run: Run, frames: list) -> list:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from matplotlib.colors import Normalize
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from . import look, raster
@@ -165,6 +165,14 @@ def strain_norm(frames: list[Frame]) -> Normalize:
     values = np.concatenate([frame.field("plastic_strain") for frame in frames])
     yielded = values[np.isfinite(values) & (values > 1e-3)]
     return Normalize(0.0, float(np.percentile(yielded, 99.5)) if yielded.size else 1.0)
+
+
+def size_norm(frames: list[Frame]) -> Normalize:
+    """Grain sizes, which are above 0 where a law has them, by their logarithm."""
+    values = np.concatenate([frame.field("grain_size") for frame in frames])
+    values = values[np.isfinite(values) & (values > 0.0)]
+    low, high = (values.min(), values.max()) if values.size else (1e-7, 1e-5)
+    return LogNorm(float(low), float(max(high, 1.01 * low)))
 
 
 def bounds(frames: list[Frame], name: str, percent: float) -> tuple[float, float]:
