@@ -177,7 +177,7 @@ contains
     integer, intent(in) :: from, to, body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     integer :: e, first(nlane), group, i, j, k, p, q, side
-    real(rp) :: w(nlane, 18), weight, slope(3), edges(3), stretch(6)
+    real(rp) :: w(nlane, 18), weight, slope(3), edges(3), stretch(6, 2)
 
     call weights_of(sim, body, nf, ps, w, first)
     group = sim%scene%body(body)%group
@@ -213,22 +213,26 @@ contains
     end do
   end subroutine visit_block
 
-  !> Edges of a particle's domain and the square of the stretch b that is still to be applied to
-  !> them: cpGIMP knows the edges, others the elastic stretch.
+  !> Edges of a particle's domain and the stretch since they had that length: cpGIMP knows the edges,
+  !> others the elastic stretch b, now and at the start.
   pure subroutine size_of(sim, body, ps, edges, stretch)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body
     real(rp), intent(in) :: ps(:)
     real(rp), intent(out) :: edges(3)          !! [m]
-    real(rp), intent(out) :: stretch(6)        !! xx, yy, zz, xy, yz, xz
+    real(rp), intent(out) :: stretch(6, 2)     !! b now, b at the start: xx, yy, zz, xy, yz, xz
 
     edges = sim%scene%body(body)%spacing
     associate (half => sim%scene%layout%half)
       if (half > 0) then
         edges = edges*ps(half:half + 2)/sim%scene%domain(body)
-        stretch = [1.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp]
+        stretch(1:3, :) = 1.0_rp
+        stretch(4:6, :) = 0.0_rp
       else
-        stretch = ps(f_bbar:f_bbar + 5)*ps(f_jac)**(2.0_rp/3.0_rp)
+        associate (start => sim%scene%body(body)%start)
+          stretch(:, 1) = ps(f_bbar:f_bbar + 5)*ps(f_jac)**(2.0_rp/3.0_rp)
+          stretch(:, 2) = start%bbar*start%jac**(2.0_rp/3.0_rp)
+        end associate
       end if
     end associate
   end subroutine size_of
@@ -258,14 +262,15 @@ contains
   pure subroutine reach_out(sim, from, to, e, side, edges, stretch, x)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: from, to, e, side
-    real(rp), intent(in) :: edges(3), stretch(6), x(3)
+    real(rp), intent(in) :: edges(3), stretch(6, 2), x(3)
     real(rp) :: along, half
     integer :: k
 
     do k = from, to
       associate (normal => sim%meeting%trial(:, k, e), s => sim%meeting%surface(2*k - 2 + side, e))
         along = dot_product(x - sim%meeting%x(:, e), normal)*(3 - 2*side)
-        half = 0.5_rp*norm2(normal*edges)*sqrt(along_square(stretch, normal))
+        half = 0.5_rp*norm2(normal*edges) &
+               *sqrt(along_square(stretch(:, 1), normal)/along_square(stretch(:, 2), normal))
         s = max(s, along + half)
       end associate
     end do

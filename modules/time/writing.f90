@@ -13,6 +13,7 @@ module time_writing
   use time_culprit, only: not_a_number
   use physics_flow_law, only: law_output, law_unit, n_alarms
   use time_deviation, only: deviation_columns, deviation_row, has_fields
+  use time_fracture, only: stretched_apart
   use time_microstructure, only: alarm_message, n_micro_outputs, pack_outputs
   use time_probes, only: share_probes
   use time_records, only: history_columns, history_row
@@ -33,7 +34,7 @@ module time_writing
     real(rp) :: first_time = 0.0_rp
     integer(i8) :: particles = 0        !! on all ranks
     integer(i8) :: told_refused = 0     !! refused steps when last spoken of
-    logical :: warned = .false., warned_returns = .false.
+    logical :: warned = .false., warned_returns = .false., warned_fracture = .false.
     logical :: warned_alarm(n_alarms) = .false.
   contains
     procedure :: init
@@ -173,6 +174,7 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), allocatable :: values(:), errors(:)
+    real(rp) :: apart
 
     if (sim%row_time >= sim%clock%time .and. sim%clock%step > 0) return   ! has it already
     call history_row(world, sim, values)
@@ -192,6 +194,14 @@ contains
       self%warned_returns = .true.
       if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
         ' s the return mapping of '//str(sim%worst_returns)//' particle-steps had not converged'
+    end if
+    if (.not. self%warned_fracture) then
+      apart = stretched_apart(world, sim)
+      self%warned_fracture = apart > 0.9_rp
+      if (self%warned_fracture .and. world%is_root()) write (output_unit, '(a)') &
+        'warning: at t = '//str(sim%clock%time)//' s neighbouring particles are stretched to '// &
+        str(apart)//' of the distance up to which nodes join them: numerical fracture '// &
+        '(try cpgimp, or more particles per cell)'
     end if
     if (values(19) > 5.0_rp .and. sim%scene%method%mass_scaling > 1.0_rp &
         .and. .not. self%warned) then
