@@ -15,11 +15,20 @@ module setup_bodies
 
   public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes, lattice_corner
 
-  !> Lattice of one body: spacing, first point, numbers along the axes.
+  !> Lattice of one body: spacing, first point, numbers along the axes; or, around `axis`, numbers of
+  !> rings (from the outermost, inside `radius`), of points on a ring at most, and along the axis.
   type :: lattice_t
     real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
     integer :: n(3) = 0
+    integer :: axis = 0                        !! 0: straight rows
+    real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
+  contains
+    procedure :: on_ring
+    procedure :: point
+    procedure :: share
   end type lattice_t
+
+  real(rp), parameter :: turn = 2.0_rp*acos(-1.0_rp)
 
 contains
 
@@ -68,7 +77,58 @@ contains
     first = floor((low - corner)/lattice_of%spacing + 1.0e-6_rp)
     lattice_of%origin = corner + lattice_of%spacing*(real(first, rp) + 0.5_rp)
     lattice_of%n = ceiling((high - lattice_of%origin)/lattice_of%spacing) + 1
+    if (.not. scene%body(body)%is_round) return
+    associate (first_solid => solids(findloc(solids%adds, .true., 1)), s => lattice_of%spacing)
+      lattice_of%axis = first_solid%axis
+      lattice_of%centre = first_solid%centre
+      lattice_of%radius = first_solid%radius
+      lattice_of%n = [int(first_solid%radius/minval(s) + 1.0e-6_rp), &
+                      nint(turn*first_solid%radius/minval(s)), lattice_of%n(first_solid%axis)]
+    end associate
   end function lattice_of
+
+  !> Points on ring `i` from 0 on; all rows of a straight lattice have the same number.
+  pure integer function on_ring(self, i)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    on_ring = self%n(2)
+    if (self%axis > 0) on_ring = max(1, nint(turn*ring_radius(self, i)/minval(self%spacing)))
+  end function on_ring
+
+  pure real(rp) function ring_radius(self, i)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    ring_radius = self%radius - (i + 0.5_rp)*minval(self%spacing)
+  end function ring_radius
+
+  !> Place of a point, its numbers from 0 on [m].
+  pure function point(self, i, j, k) result(x)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i, j, k
+    real(rp) :: x(3), phi
+    integer :: a, b
+
+    x = self%origin + self%spacing*[i, j, k]
+    if (self%axis == 0) return
+    a = mod(self%axis, 3) + 1
+    b = mod(a, 3) + 1
+    phi = turn*(j + 0.5_rp)/self%on_ring(i)
+    x = self%centre
+    x(a) = x(a) + ring_radius(self, i)*cos(phi)
+    x(b) = x(b) + ring_radius(self, i)*sin(phi)
+    x(self%axis) = self%origin(self%axis) + self%spacing(self%axis)*k
+  end function point
+
+  !> Volume of a point of row or ring `i` over the product of the spacings.
+  pure real(rp) function share(self, i)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    share = 1.0_rp
+    if (self%axis > 0) share = turn*ring_radius(self, i)/(minval(self%spacing)*self%on_ring(i))
+  end function share
 
   !> A corner between points of a body's lattice [m].
   pure function lattice_corner(scene, body, solids) result(corner)
@@ -116,22 +176,24 @@ contains
     type(particles_t), intent(inout) :: particles
     real(rp) :: x(3), velocity(3), gradient(3, 3), centre(3), temperature, mass
     integer(i8) :: id
-    integer :: j, k
+    integer :: faces, j, k
 
     velocity = input%reals('BODY', body, 'VELOCITY', 3)
     gradient = transpose(reshape(input%reals('BODY', body, 'VELOCITY_GRADIENT', 9), [3, 3])) &
                + rotation(input%reals('BODY', body, 'ANGULAR_VELOCITY', 3))
     centre = input%reals('BODY', body, 'CENTRE', 3)
     temperature = input%real('BODY', body, 'TEMPERATURE')
-    mass = particle_mass(scene, scene%body(body))
-    do j = 0, lattice%n(2) - 1
+    mass = particle_mass(scene, scene%body(body))*lattice%share(i)
+    do j = 0, lattice%on_ring(i) - 1
       do k = 0, lattice%n(3) - 1
-        x = lattice%origin + lattice%spacing*[i, j, k]
+        x = lattice%point(i, j, k)
         if (.not. is_inside(solids, x)) cycle
+        faces = 0
+        if (lattice%axis == 0) faces = open_faces(scene%grid, solids, x, lattice%spacing)
         id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
         call add_particle(particles, body, scene%body(body)%start, x, &
                           velocity + matmul(gradient, x - centre), temperature, mass, &
-                          make_tag(id, open_faces(scene%grid, solids, x, lattice%spacing)))
+                          make_tag(id, faces))
         call add_extras(scene, body, gradient, particles)
       end do
     end do
@@ -245,9 +307,9 @@ contains
       call body_solids(input, body, solids)
       lattice = lattice_of(scene, body, solids)
       do i = world%rank, lattice%n(1) - 1, world%size
-        do j = 0, lattice%n(2) - 1
+        do j = 0, lattice%on_ring(i) - 1
           do k = 0, lattice%n(3) - 1
-            if (is_inside(solids, lattice%origin + lattice%spacing*[i, j, k])) then
+            if (is_inside(solids, lattice%point(i, j, k))) then
               counts(body) = counts(body) + 1
             end if
           end do

@@ -121,9 +121,9 @@ contains
     call t%key('MATERIAL', 'text', 1, '', 'required', '', 'NAME of its &MATERIAL')
     call t%key('PARTICLES_PER_CELL', 'integer', -3, '', '2', '[1,8]', &
       'particles per cell and direction: one number, or one for each axis')
-    call t%key('LATTICE', 'choice', 1, '', 'body', 'body grid', &
+    call t%key('LATTICE', 'choice', 1, '', 'body', 'body grid round', &
       'anchor of the lattice of particles: lower corner or centre of the first shape, or lower '// &
-      'corner of the grid')
+      'corner of the grid; round: rings that follow the first shape, a cylinder')
     call t%key('TEMPERATURE', 'real', 1, 'K', '298', '(0,inf)', 'initial temperature')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'initial velocity')
     call t%key('ANGULAR_VELOCITY', 'real', 3, 'rad/s', '0 0 0', '', &

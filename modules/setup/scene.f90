@@ -157,6 +157,29 @@ contains
     end if
   end subroutine read_grid
 
+  !> Rings of particles need a cylinder to follow, and have no lattice faces and equal masses.
+  subroutine check_round(input, body, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: body
+    type(complaints_t), intent(inout) :: complaints
+    character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']
+    integer :: g, i
+
+    do i = 1, input%count('SHAPE')
+      if (input%text('SHAPE', i, 'BODY') /= input%text('BODY', body, 'NAME')) cycle
+      if (input%text('SHAPE', i, 'KIND') /= 'cylinder') call input%complain(complaints, 'BODY', &
+        body, 'LATTICE', 'round: the first &SHAPE of the body must be a cylinder')
+      exit
+    end do
+    do g = 1, size(groups)
+      do i = 1, input%count(trim(groups(g)))
+        if (input%text(trim(groups(g)), i, 'BODY') == input%text('BODY', body, 'NAME')) &
+          call input%complain(complaints, trim(groups(g)), i, 'BODY', &
+          'a body with LATTICE = round cannot have a &'//trim(groups(g)))
+      end do
+    end do
+  end subroutine check_round
+
   subroutine read_bodies(input, scene, complaints)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -170,7 +193,9 @@ contains
         per_cell = input%integers('BODY', i, 'PARTICLES_PER_CELL', 3)
         where (per_cell == 0) per_cell = max(1, per_cell(1))
         b%spacing = scene%grid%h/per_cell
-        b%own_lattice = input%text('BODY', i, 'LATTICE') == 'body'
+        b%own_lattice = input%text('BODY', i, 'LATTICE') /= 'grid'
+        b%is_round = input%text('BODY', i, 'LATTICE') == 'round'
+        if (b%is_round) call check_round(input, i, complaints)
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
           call input%complain(complaints, 'BODY', i, 'MATERIAL', &

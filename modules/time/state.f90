@@ -72,6 +72,7 @@ module time_state
     integer :: tool = 0                      !! rigid: the tool whose schedule it follows
     real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
     logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
+    logical :: is_round = .false.            !! they lie on rings around the axis of a cylinder
     type(start_t) :: start
     type(load_t), allocatable :: load(:)
     type(traction_t), allocatable :: traction(:)   !! not allocated: none

@@ -24,7 +24,7 @@ class Couette(Problem):
 
     def sets(self, n, p):
         h = (self.outer - self.inner) / n
-        side = math.ceil(15e-3 / h) * h
+        side = math.ceil(16e-3 / h + 2) * h
         result = {
             "GRID.CELL": h,
             "GRID.LOWER": values(-side, -side, 0),
@@ -35,9 +35,8 @@ class Couette(Problem):
             "TIME.END": p["time"],
             "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
         }
-        for i in range(1, 6):
-            result[f"SHAPE({i}).CENTRE"] = values(0, 0, 0.5 * h)
-        for i in (1, 3, 4):
+        result["SHAPE.CENTRE"] = values(0, 0, 0.5 * h)
+        for i in (1, 3, 5, 6, 8):
             result[f"SHAPE({i}).LENGTH"] = h
         return result
 
