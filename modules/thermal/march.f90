@@ -96,7 +96,7 @@ contains
       call heat%world%max(error)
       self%next = dt*max(least_growth, min(most_growth, &
         safety*(self%tolerance/max(error(1), tiny(1.0_rp)))**(1.0_rp/(1.0_rp + order(self)))))
-      if (error(1) <= self%tolerance) exit
+      if (.not. error(1) > self%tolerance) exit   ! also if it is not a number: the loop will say so
       heat%theta = self%y0
       self%refused = self%refused + 1
     end do

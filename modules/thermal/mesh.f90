@@ -42,6 +42,7 @@ module thermal_mesh
     real(rp), allocatable :: xm(:), xp(:)         !! (nx) to the planes before and after
     real(rp), allocatable, dimension(:) :: ym, yp, zm, zp   !! (np)
     real(rp), allocatable :: capacity(:)          !! (np nx) [J/K]; 0: not in the solid
+    integer, allocatable :: void(:)               !! cells that are not in the solid
     integer, allocatable :: odd(:)                !! cells whose rates are not those of the lines
     real(rp), allocatable :: odd_rate(:, :)       !! (6, odd)
     integer, allocatable :: body(:)               !! (np nx)
@@ -396,6 +397,7 @@ contains
       odd(n_odd) = c
       odd_rate(:, n_odd) = rate
     end do
+    self%void = pack([(c, c=1, self%np*self%nx)], self%capacity <= 0.0_rp)
     self%odd = odd(:n_odd)
     self%odd_rate = odd_rate(:, :n_odd)
   end subroutine set_cells

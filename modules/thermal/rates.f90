@@ -174,6 +174,7 @@ contains
     dydt = 0.0_rp
     call self%fill(y)
     call self%stage([0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp], y, dydt, y, y, blend, power)
+    dydt(self%mesh%void) = 0.0_rp
   end subroutine rate
 
   !> Bring the neighbours' planes of a state before it is given to `stage`.
