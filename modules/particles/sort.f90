@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Puts particles into blocks by body and nearest node, so that a block works on few nodes.
+!> Puts particles into blocks by rest, body and nearest node, so that a block works on few nodes.
 module particles_sort
   use base_kinds, only: i8, nlane, rp
-  use particles_store, only: f_bbar, f_jac, f_pos, f_temp, n_fields, particles_t
+  use particles_store, only: f_bbar, f_jac, f_pos, f_temp, n_fields, particles_t, tag_rest
   implicit none (type, external)
   private
 
@@ -29,46 +29,52 @@ contains
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: n, nn, nbody
     integer, intent(in) :: slot(n), node(n), body(n)
-    integer, allocatable :: from(:), to(:), per_body(:)
-    integer :: b, c, k, nblk
+    integer, allocatable :: class(:), from(:), to(:), per_class(:)
+    integer :: b, c, i, k, nblk, nclass
 
-    allocate (from(n), to(n), per_body(nbody))
-    call counting_order(n, slot, node, body, nn, nbody, from, per_body)
-    nblk = sum((per_body + nlane - 1)/nlane)
+    allocate (from(n), to(n), class(n))
+    do i = 1, n
+      class(i) = body(i) + nbody*tag_rest(particles%tag(slot_lane(slot(i)), slot_block(slot(i))))
+    end do
+    nclass = nbody
+    if (n > 0) nclass = max(nbody, maxval(class))
+    allocate (per_class(nclass))
+    call counting_order(n, slot, node, class, nn, nclass, from, per_class)
+    nblk = sum((per_class + nlane - 1)/nlane)
     call particles%reserve(nblk)
     k = 0
     c = 0
-    do b = 1, nbody
-      call place_body(particles, b, per_body(b), c, to(k + 1:k + per_body(b)))
-      k = k + per_body(b)
+    do b = 1, nclass
+      call place_body(particles, mod(b - 1, nbody) + 1, per_class(b), c, to(k + 1:k + per_class(b)))
+      k = k + per_class(b)
     end do
     particles%nblk = nblk
     call move_fields(particles, n, from, to)
     call neutralise_padding(particles)
   end subroutine sort_particles
 
-  !> `from` lists the slots by body, then node, then old place; `per_body` counts them.
-  pure subroutine counting_order(n, slot, node, body, nn, nbody, from, per_body)
-    integer, intent(in) :: n, nn, nbody, slot(n), node(n), body(n)
-    integer, intent(out) :: from(n), per_body(nbody)
+  !> `from` lists the slots by class, then node, then old place; `per_class` counts them.
+  pure subroutine counting_order(n, slot, node, class, nn, nclass, from, per_class)
+    integer, intent(in) :: n, nn, nclass, slot(n), node(n), class(n)
+    integer, intent(out) :: from(n), per_class(nclass)
     integer, allocatable :: start(:)
     integer :: i, key, t, c
 
-    allocate (start(nn*nbody + 1), source=0)
-    per_body = 0
+    allocate (start(nn*nclass + 1), source=0)
+    per_class = 0
     do i = 1, n
-      key = (body(i) - 1)*nn + node(i)
+      key = (class(i) - 1)*nn + node(i)
       start(key) = start(key) + 1
-      per_body(body(i)) = per_body(body(i)) + 1
+      per_class(class(i)) = per_class(class(i)) + 1
     end do
     c = 1
-    do key = 1, nn*nbody
+    do key = 1, nn*nclass
       t = start(key)
       start(key) = c
       c = c + t
     end do
     do i = 1, n
-      key = (body(i) - 1)*nn + node(i)
+      key = (class(i) - 1)*nn + node(i)
       from(start(key)) = slot(i)
       start(key) = start(key) + 1
     end do

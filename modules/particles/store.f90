@@ -7,7 +7,7 @@ module particles_store
   implicit none (type, external)
   private
 
-  public :: particles_t, layout_t, make_tag, tag_id, tag_faces
+  public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, set_rest
 
   ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz).
   integer, parameter, public :: &
@@ -32,11 +32,15 @@ module particles_store
     integer :: origin = 0       !! position at t = 0 [m], 3 (known fields, tractions)
     integer :: law = 1          !! internal variables of the flow law, n_law
     integer :: n_law = 0
+    integer :: rest = 0         !! temperature at which it fell asleep [K] (sleeping)
   contains
     procedure :: add => add_fields
   end type layout_t
 
-  integer, parameter :: face_shift = 48
+  !> Rest of a particle: mechanics, mass and frozen force only, nothing (time_sleep).
+  integer, parameter, public :: awake = 0, rim = 1, asleep = 2
+
+  integer, parameter :: face_shift = 48, rest_shift = 54
 
   type :: particles_t
     integer :: nf = n_fields                       !! fields per particle
@@ -153,5 +157,20 @@ contains
 
     tag_faces = int(ibits(tag, face_shift, 6))
   end function tag_faces
+
+  !> Awake, rim or asleep: two bits above those of the faces.
+  elemental integer function tag_rest(tag)
+    integer(i8), intent(in) :: tag
+
+    tag_rest = int(ibits(tag, rest_shift, 2))
+  end function tag_rest
+
+  elemental integer(i8) function set_rest(tag, rest)
+    integer(i8), intent(in) :: tag
+    integer, intent(in) :: rest
+
+    set_rest = tag
+    call mvbits(int(rest, i8), 0, 2, set_rest, rest_shift)
+  end function set_rest
 
 end module particles_store

@@ -77,6 +77,16 @@ contains
       'steps between two sorts of the particles by cell')
     call t%key('REBALANCE', 'real', 1, '', '1.1', '[1,inf)', &
       'most loaded rank over the mean load above which the grid is divided anew')
+    call t%key('SLEEPING', 'choice', 1, '', 'off', 'off auto on', &
+      'material that is still stops its mechanics but keeps conducting; auto: if the scene allows')
+    call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0', '[0,inf)', &
+      'material nearer than this to a tool is awake; 0: half the radius of the largest tool')
+    call t%key('SLEEP_STRAIN', 'real', 1, '', '1e-4', '(0,1)', &
+      'particle speed over wave speed above which material is awake')
+    call t%key('SLEEP_RATE', 'real', 1, '1/s', '1e-2', '(0,inf)', &
+      'plastic strain rate above which material is awake')
+    call t%key('SLEEP_HEAT', 'real', 1, 'K', '20', '(0,inf)', &
+      'change of temperature by which sleeping material wakes')
   end subroutine add_method
 
   subroutine add_material(t)

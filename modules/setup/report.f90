@@ -163,6 +163,7 @@ contains
     if (all(abs(sim%scene%material%expansion) <= 0.0_rp)) text = text//', thermal expansion'
     if (size(sim%scene%constraint) == 0) text = text//', walls'
     if (sim%probes%n == 0) text = text//', probes'
+    if (sim%scene%method%sleep%is_on) text = text//', mechanics of material at rest (SLEEPING)'
     if (sim%halo%n == 0) text = text//', node exchange (one rank)'
     if (sim%scene%method%scheme == scheme_usl) text = text//', second stress pass (USL)'
     text = text//', nodes without material; contact in blocks far from the tool'

@@ -12,6 +12,7 @@ module setup_scene
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_materials, only: read_materials
   use setup_names, only: find, known
+  use setup_sleeping, only: read_sleeping
   use setup_solids, only: bounds, read_solid, solid_t
   use setup_stretch, only: check_stretch
   use setup_tools, only: read_tools
@@ -48,6 +49,7 @@ contains
     associate (m => sim%scene%method)
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
     end associate
+    call read_sleeping(input, sim, complaints)
     call read_probes(input, sim%scene, sim%probes, complaints)
     call check_heat_scene(input, sim%scene, complaints)
   end subroutine build_scene

@@ -12,6 +12,7 @@ module time_heat
   use time_mirrors, only: book_heat, fold, r_apart, r_flux, r_heat, r_temperature, r_warming, &
                           unfold
   use time_nodes, only: clear_nodes
+  use time_probes, only: warm_probes
   use time_sources, only: give_source_heat
   use time_state, only: simulation_t
   use time_weights, only: weights_of
@@ -60,6 +61,8 @@ contains
                                  sim%g2(:, sim%run(1, r):sim%run(2, r), 1), &
                                  sim%g(:, sim%run(1, r):sim%run(2, r), 1))
     end do
+    ! mechanical steps tell probes their temperature, but not where the material sleeps
+    if (sim%scene%method%sleep%is_on) call warm_probes(sim%patch, sim%g(:, :, 1), sim%probes)
     call unfold(sim, r_warming, sim%g(:, :, 1))
     call book_heat(sim, 1.0_rp, lost(3, :) + lost(5, :), sim%g(:, :, 1))
     do b = 1, sim%particles%nblk

@@ -173,10 +173,12 @@ contains
     sim%clock%dt = dt
     sim%clock%time = sim%clock%time + dt
     sim%clock%step = sim%clock%step + 1
+    sim%awake_steps = sim%awake_steps + sum(sim%particles%count(:sim%n_awake))
     if (sim%scene%method%conducts) then
       if (sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim)) then
         call conduct(world, sim, sim%clock%time - sim%clock%heat_time)
         sim%clock%heat_time = sim%clock%time
+        sim%rim%is_stale = .true.
         call sim%timer%lap(ph_conduction)
       end if
     end if

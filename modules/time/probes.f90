@@ -10,7 +10,7 @@ module time_probes
   implicit none (type, external)
   private
 
-  public :: move_probes, share_probes, claim_probes
+  public :: warm_probes, move_probes, share_probes, claim_probes
 
 contains
 
@@ -37,6 +37,22 @@ contains
       probes%temperature(n) = record(4)
     end do
   end subroutine move_probes
+
+  !> Temperatures of the probes from `g`: capacity (lane 1) and new temperature (lane 6) of nodes.
+  subroutine warm_probes(patch, g, probes)
+    type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: g(8, patch%nn)
+    type(probes_t), intent(inout) :: probes
+    real(rp) :: weight(0:7)
+    integer :: n, q(0:7)
+
+    do n = 1, probes%n
+      if (.not. probes%is_mine(n)) cycle
+      call point_nodes((probes%x(:, n) - patch%origin)/patch%h, patch%stride, 1, 0.0_rp, patch%nn, &
+                       g, q, weight)
+      if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q))
+    end do
+  end subroutine warm_probes
 
   !> Give all ranks the places and temperatures that their movers know.
   subroutine share_probes(world, probes)

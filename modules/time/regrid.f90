@@ -6,10 +6,11 @@ module time_regrid
   use grid_geometry, only: box_t, halo, make_patch, nearest_node
   use grid_partition, only: bisect, imbalance
   use particles_migrate, only: redistribute, wrap_positions
-  use particles_store, only: f_pos
+  use particles_store, only: f_pos, tag_rest
   use time_clamps, only: list_clamps
   use time_mirrors, only: list_mirrors
   use time_probes, only: claim_probes, share_probes
+  use time_sleep, only: count_awake, load_of, update_sleep
   use time_state, only: simulation_t
   implicit none (type, external)
   private
@@ -35,8 +36,9 @@ contains
 
     call share_probes(world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
+    call update_sleep(world, sim)
     if (world%size > 1) then
-      if (imbalance(world, real(sim%particles%total(), rp)) > sim%scene%method%rebalance) then
+      if (imbalance(world, load_here(sim)) > sim%scene%method%rebalance) then
         call partition(world, sim)
       end if
     end if
@@ -47,7 +49,18 @@ contains
     call relist(world, sim)
   end subroutine regrid
 
-  !> New boxes for all ranks by particle numbers.
+  !> Cost of a step on this rank, in awake particles.
+  pure real(rp) function load_here(sim)
+    type(simulation_t), intent(in) :: sim
+    integer :: b
+
+    load_here = 0.0_rp
+    do b = 1, sim%particles%nblk
+      load_here = load_here + sum(load_of(tag_rest(sim%particles%tag(:sim%particles%count(b), b))))
+    end do
+  end function load_here
+
+  !> New boxes for all ranks by the cost of their particles.
   subroutine partition(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -57,11 +70,11 @@ contains
 
     n = sim%particles%total()
     allocate (nodes(3, n), weight(n))
-    weight = 1.0_rp
     c = 0
     do b = 1, sim%particles%nblk
       do p = 1, sim%particles%count(b)
         c = c + 1
+        weight(c) = load_of(tag_rest(sim%particles%tag(p, b)))
         nodes(:, c) = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b))
       end do
     end do
@@ -82,6 +95,7 @@ contains
     call list_mirrors(sim)
     call list_clamps(world, sim)
     call enclose_blocks(sim)
+    call count_awake(sim)
     call claim_probes(sim%scene%grid, sim%patch, sim%probes)
   end subroutine relist
 

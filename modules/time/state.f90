@@ -113,6 +113,24 @@ module time_state
     real(rp), allocatable :: lost(:, :)   !! (8, constraints) of the sum of nodes, by folds
   end type mirrors_t
 
+  !> When material sleeps (time_sleep).
+  type :: sleep_t
+    logical :: is_on = .false.
+    real(rp) :: distance = 0.0_rp        !! from the tools below which it is awake [m]
+    real(rp) :: strain = 0.0_rp          !! speed over wave speed above which it is awake
+    real(rp) :: rate = 0.0_rp            !! plastic strain rate above which it is awake [1/s]
+    real(rp) :: heat = 0.0_rp            !! change of temperature that wakes it [K]
+  end type sleep_t
+
+  !> What the rim of sleeping material gives to the nodes (time_rim).
+  type :: rim_t
+    logical :: is_stale = .true.
+    integer, allocatable :: node(:)          !! where this rank's particles give something
+    real(rp), allocatable :: record(:, :)    !! (8, nodes) mass, momentum 0, force, heat
+    real(rp), allocatable :: volume(:, :)    !! (2 bodies, nodes)
+    real(rp), allocatable :: mass(:)         !! (nn) of all ranks
+  end type rim_t
+
   !> Numerical method.
   type :: method_t
     logical :: is_bspline = .false.
@@ -128,6 +146,7 @@ module time_state
     real(rp) :: fixed_dt = 0.0_rp        !! [s]; 0: from the wave speed
     real(rp) :: mass_scaling = 1.0_rp    !! on inertia only
     real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
+    type(sleep_t) :: sleep
     logical :: conducts = .false.
     logical :: has_mechanics = .true.    !! false: heat alone (time_heat_loop)
     real(rp) :: fourier = 0.15_rp        !! conduction step over h^2/kappa
@@ -199,6 +218,10 @@ module time_state
     type(source_t), allocatable :: source(:) !! of heat
     type(probes_t) :: probes
     type(particles_t) :: particles
+    ! Sleeping: how many blocks, from the first, move, and how many give mass and force.
+    integer :: n_awake = 0, n_mapped = 0
+    type(rim_t) :: rim
+    integer(i8) :: awake_steps = 0           !! steps of awake particles on this rank in this run
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)
     type(patch_t) :: patch
     type(halo_t) :: halo

@@ -13,6 +13,7 @@ module time_step
   use time_mirrors, only: book_impulse, fold, r_momentum, r_velocity, unfold
   use time_nodes, only: clear_nodes, update_nodes
   use time_probes, only: move_probes
+  use time_rim, only: damp_rim, freeze_rim
   use time_state, only: scheme_musl, scheme_usavg, scheme_usl, simulation_t, transfer_apic
   use time_sweeps, only: accelerate_and_map_again, grid_to_particles, momentum_and_force_to_grid, &
                          momentum_to_grid, update_stress
@@ -60,6 +61,7 @@ contains
     real(rp), intent(inout) :: dt
     type(report_t), intent(inout) :: report
 
+    call freeze_rim(world, sim)
     call clear_nodes(sim, sim%g)
     call momentum_and_force_to_grid(sim, sim%g)
     call sim%timer%lap(ph_to_grid)
@@ -128,6 +130,7 @@ contains
     call update_nodes(sim, dt, g)
     call limit_step(world, sim, dt, g)
     if (sim%is_broken) return
+    call damp_rim(sim, g)
     call hold_walls(world, sim, g)
     if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g)
     call mirror_nodes(sim, g)

@@ -20,7 +20,7 @@ module time_sweeps
   private
 
   public :: momentum_and_force_to_grid, momentum_to_grid, grid_to_particles
-  public :: update_stress, accelerate_and_map_again
+  public :: force_to_grid, update_stress, accelerate_and_map_again
 
 contains
 
@@ -31,16 +31,32 @@ contains
     integer :: b
 
     call clear_volume(sim)
-    do b = 1, sim%particles%nblk
+    do b = 1, sim%n_awake
       call fetch_next(sim, b)
-      call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                         sim%particles%ps(:, :, b), sim%rec, g(:, :, group_of(sim, b)))
+      call force_to_grid(sim, sim%scene%method%mass_scaling, sim%particles%body(b), &
+                         sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, g(:, :, group_of(sim, b)))
     end do
+    call add_rim(sim, g(:, :, 1))
     call tractions_to_grid(sim, g)
   end subroutine momentum_and_force_to_grid
 
-  subroutine force_to_grid(sim, body, n, nf, ps, rec, g)
+  !> What the rim of sleeping material gives to its nodes (time_rim).
+  subroutine add_rim(sim, g)
     type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn)
+    integer :: i, q
+
+    if (.not. allocated(sim%rim%node)) return
+    do i = 1, size(sim%rim%node)
+      q = sim%rim%node(i)
+      g(:, q) = g(:, q) + sim%rim%record(:, i)
+      if (allocated(sim%volume)) sim%volume(:, q) = sim%volume(:, q) + sim%rim%volume(:, i)
+    end do
+  end subroutine add_rim
+
+  subroutine force_to_grid(sim, inertia, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: inertia             !! on mass
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%patch%nn)
@@ -48,8 +64,7 @@ contains
     real(rp) :: w(nlane, 18)
 
     call weights_of(sim, body, nf, ps, w, first)
-    call force_records(sim%scene%method%mass_scaling, &
-                       1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
+    call force_records(inertia, 1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
                        outer_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), ps(1, f_tau), &
                        ps(1, f_temp), rec)
     call add_known_force(sim, body, nf, ps, rec)
@@ -111,7 +126,7 @@ contains
     integer :: b, k
 
     call book_tractions(sim, dt, moved)
-    do b = 1, sim%particles%nblk
+    do b = 1, sim%n_awake
       call fetch_next(sim, b)
       k = group_of(sim, b)
       call advance_block(sim, b, sim%particles%count(b), dt, moved(:, :, k), field(:, :, k), &

@@ -1,0 +1,172 @@
+! SPDX-License-Identifier: MIT
+!> Sleeping: material that is still stops its mechanics but keeps conducting. The grid is divided
+!> into cubes of a few cells. A cube is active near a tool, where particles move or flow, and where
+!> sleepers have changed their temperature; it is awake if itself or a neighbour is active.
+!> Sleepers that share nodes with awake particles are the rim (time_rim).
+module time_sleep
+  use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use grid_geometry, only: nearest_node
+  use particles_store, only: asleep, awake, f_pos, f_rate, f_temp, f_vel, rim, set_rest, &
+                             tag_rest
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: update_sleep, count_awake, load_of
+
+  integer, parameter :: edge = 2          !! of a cube [cells]
+  integer, parameter :: patience = 500    !! steps from one falling asleep to the next
+  ! Cost of a particle in a step by its rest, for the balance of ranks.
+  real(rp), parameter :: cost(0:2) = [1.0_rp, 0.03_rp, 0.02_rp]
+
+contains
+
+  !> Collective, before a sort: who sleeps until the next one.
+  subroutine update_sleep(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical, allocatable :: is_awake(:, :, :)
+    integer :: b, p, ijk(3), rest
+
+    if (.not. sim%scene%method%sleep%is_on) return
+    call find_awake(world, sim, is_awake)
+    do b = 1, sim%particles%nblk
+      associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b))
+        do p = 1, sim%particles%count(b)
+          ijk = nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2))
+          rest = rest_at(is_awake, ijk)
+          if (rest /= awake .and. tag_rest(tag(p)) == awake) then
+            ps(p, f_vel:f_vel + 2) = 0.0_rp
+            ps(p, sim%scene%layout%rest) = ps(p, f_temp)
+          end if
+          tag(p) = set_rest(tag(p), rest)
+        end do
+      end associate
+    end do
+  end subroutine update_sleep
+
+  !> The cubes that are awake.
+  subroutine find_awake(world, sim, is_awake)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    logical, allocatable, intent(out) :: is_awake(:, :, :)
+    real(rp), allocatable :: active(:, :, :), was_awake(:, :, :), flat(:)
+    integer :: n(3)
+
+    n = cube(sim%scene%grid%n - 1)
+    allocate (active(n(1), n(2), n(3)), was_awake(n(1), n(2), n(3)), source=0.0_rp)
+    call ask_particles(sim, active, was_awake)
+    flat = [active, was_awake]
+    call world%max(flat)
+    active = reshape(flat(1:product(n)), n)
+    was_awake = reshape(flat(product(n) + 1:), n)
+    is_awake = active > 0.0_rp
+    call ask_tools(sim, is_awake)
+    call add_neighbours(is_awake)
+    if (sim%clock%step/patience == max(0_i8, sim%clock%sorted_at)/patience) then
+      is_awake = is_awake .or. was_awake > 0.0_rp
+    end if
+  end subroutine find_awake
+
+  !> Marks in the cubes of this rank's particles: where one calls, and where one was awake.
+  subroutine ask_particles(sim, active, was_awake)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(inout) :: active(:, :, :), was_awake(:, :, :)
+    real(rp) :: fastest2
+    integer :: b, c(3), p
+    logical :: calls
+
+    fastest2 = sim%scene%method%sleep%strain**2*sim%clock%stiffness/sim%scene%method%mass_scaling
+    associate (limits => sim%scene%method%sleep)
+      do b = 1, sim%particles%nblk
+        associate (ps => sim%particles%ps(:, :, b))
+          do p = 1, sim%particles%count(b)
+            c = cube(nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2)))
+            if (tag_rest(sim%particles%tag(p, b)) == awake) then
+              was_awake(c(1), c(2), c(3)) = 1.0_rp
+              calls = sum(ps(p, f_vel:f_vel + 2)**2) > fastest2 .or. ps(p, f_rate) > limits%rate
+            else
+              calls = abs(ps(p, f_temp) - ps(p, sim%scene%layout%rest)) > limits%heat
+            end if
+            if (calls) active(c(1), c(2), c(3)) = 1.0_rp
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine ask_particles
+
+  !> Marks the cubes that a tool is near.
+  subroutine ask_tools(sim, is_active)
+    type(simulation_t), intent(in) :: sim
+    logical, intent(inout) :: is_active(:, :, :)
+    real(rp) :: d, x(3)
+    integer :: i, j, k, t
+
+    do k = 1, size(is_active, 3)
+      do j = 1, size(is_active, 2)
+        do i = 1, size(is_active, 1)
+          x = sim%scene%grid%lower + sim%scene%grid%h*(edge*([i, j, k] - 0.5_rp) - 0.5_rp)
+          do t = 1, size(sim%tool)
+            d = sim%tool(t)%clearance(x) - sqrt(0.75_rp)*edge*sim%scene%grid%h
+            if (d < sim%scene%method%sleep%distance) is_active(i, j, k) = .true.
+          end do
+        end do
+      end do
+    end do
+  end subroutine ask_tools
+
+  pure subroutine add_neighbours(marked)
+    logical, intent(inout) :: marked(:, :, :)
+    integer :: a
+
+    do a = 1, 3
+      marked = marked .or. eoshift(marked, 1, .false., a) .or. eoshift(marked, -1, .false., a)
+    end do
+  end subroutine add_neighbours
+
+  !> Cube of a node, from 1.
+  pure function cube(ijk) result(c)
+    integer, intent(in) :: ijk(3)
+    integer :: c(3)
+
+    c = max(0, ijk)/edge + 1
+  end function cube
+
+  !> Rest of a particle whose nearest node is `ijk`: rim if another that shares a node is awake.
+  pure integer function rest_at(is_awake, ijk) result(rest)
+    logical, intent(in) :: is_awake(:, :, :)
+    integer, intent(in) :: ijk(3)
+    integer :: c(3), low(3), high(3)
+
+    c = cube(ijk)
+    rest = awake
+    if (is_awake(c(1), c(2), c(3))) return
+    low = cube(ijk - 2)
+    high = min(cube(ijk + 2), shape(is_awake))
+    rest = asleep
+    if (any(is_awake(low(1):high(1), low(2):high(2), low(3):high(3)))) rest = rim
+  end function rest_at
+
+  !> After a sort: the awake blocks come first, then those of the rim.
+  subroutine count_awake(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: b
+
+    sim%rim%is_stale = .true.
+    sim%n_awake = 0
+    sim%n_mapped = 0
+    do b = 1, sim%particles%nblk
+      if (tag_rest(sim%particles%tag(1, b)) == awake) sim%n_awake = b
+      if (tag_rest(sim%particles%tag(1, b)) /= asleep) sim%n_mapped = b
+    end do
+  end subroutine count_awake
+
+  !> What a particle costs, an awake one being 1.
+  elemental real(rp) function load_of(rest)
+    integer, intent(in) :: rest
+
+    load_of = cost(rest)
+  end function load_of
+
+end module time_sleep

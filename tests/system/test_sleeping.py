@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""Material that sleeps: the same results as always awake, no reflection, ranks, restart."""
+
+import driver
+import numpy as np
+import pytest
+
+# stir.nml with a plate twice as long, so that a part of it is far from the tool
+LONG = {"GRID.UPPER": "104e-3,48e-3,28e-3", "SHAPE.UPPER": "96e-3,40e-3,12e-3", "MOTION(1).VELOCITY": "0,0,-8e-3"}
+STATE = ["x", "v", "b", "jac", "plastic", "temp", "tau"]
+
+
+def place(tmp_path, name):
+    """A new directory."""
+    (tmp_path / name).mkdir()
+    return tmp_path / name
+
+
+def test_sleeping_changes_little(run, tmp_path):
+    """The project's own measure, at 2 mm: temperatures within 3 K, torque and force within 2 %, plastic
+    strain in the stir zone within 2 % of the always awake run, half of the particle steps saved."""
+    both = {}
+    for mode in ("off", "on"):
+        sets = {**LONG, "METHOD.SLEEPING": mode}
+        both[mode] = run("stir", "--quiet", sets=sets, directory=place(tmp_path, mode)).results("stir")
+    one, two = both["off"], both["on"]
+    assert one.summary()["awake_share"] == 1.0
+    assert two.summary()["awake_share"] < 0.7
+    n = min(len(one.history().rows), len(two.history().rows))
+    late = one.history()["time[s]"][:n] > 0.05
+    for name in ("tool_torque[Nm]", "tool_force_z[N]"):
+        a, b = one.history()[name][:n][late], two.history()[name][:n][late]
+        apart = abs(b.mean() / a.mean() - 1.0)
+        print(name, a.mean(), apart)
+        assert a.mean() > 1.0 and apart < 0.02
+    for name in one.probes().names:
+        if name.endswith("[K]"):
+            apart = abs(one.probes()[name][-1] - two.probes()[name][-1])
+            print(name, one.probes()[name][-1], apart)
+            assert apart < 3.0
+    a, b = one.checkpoint(), two.checkpoint()
+    stirred = a.plastic > 0.2 * a.plastic.max()
+    assert stirred.sum() > 20 and a.plastic.max() > 0.02
+    print("plastic strain", a.plastic[stirred].mean(), b.plastic[stirred].mean(), "hottest", a.temp.max())
+    assert abs(b.plastic[stirred].mean() / a.plastic[stirred].mean() - 1.0) < 0.02
+    assert np.abs(a.temp - b.temp)[~stirred].max() < 3.0
+    still = np.abs(b.v).max(axis=1) == 0.0
+    print("sleepers", still.mean(), b.temp[still].max())
+    assert b.temp[still].max() > 298.0 + 1e-5, "sleepers must conduct"
+
+
+def test_rim_does_not_reflect(run, tmp_path):
+    """Of a pulse that runs into sleeping material, which a strain limit of 0.5 keeps asleep, less than 5 %
+    of its energy comes back (a free or fixed end would send back all of it)."""
+    energy = {}
+    for mode in ("off", "on"):
+        sets = {"METHOD.SLEEPING": mode, "METHOD.SLEEP_STRAIN": "0.5"}
+        history = run("pulse", "--quiet", sets=sets, directory=place(tmp_path, mode)).results("pulse").history()
+        energy[mode] = history["kinetic[J]"] + history["elastic[J]"]
+    print(energy["on"].max() / energy["off"].max(), energy["on"][-1] / energy["off"][-1])
+    assert energy["on"].max() > 0.9 * energy["off"].max()
+    assert energy["on"][-1] < 0.05 * energy["off"][-1]
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_ranks_and_restart(run, tmp_path, ranks):
+    """1000 steps with sleepers: the same on any number of ranks to 1e-9, and bit for bit if stopped in
+    the middle and continued."""
+    sets = {**LONG, "METHOD.SLEEPING": "on", "TIME.END": "0.12", "OUTPUT.CHECKPOINT_INTERVAL": "0.12"}
+    alone = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "alone")).results("stir")
+    whole = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "whole"), ranks=ranks).results("stir")
+    one, two = alone.checkpoint(), whole.checkpoint()
+    assert (np.abs(one.v).max(axis=1) == 0.0).mean() > 0.2
+    apart = driver.distance(one, two, STATE)
+    print(apart)
+    assert max(apart.values()) < (1e-30 if ranks == 1 else 1e-9), apart
+    part = place(tmp_path, "part")
+    run("stir", "--quiet", sets={**sets, "TIME.MAX_STEPS": "770"}, directory=part, ranks=ranks)
+    path = part / "stir.out" / "stir_checkpoint.h5"
+    more = run("stir", "--quiet", "--restart", path, sets=sets, directory=part, ranks=ranks).results("stir")
+    three = more.checkpoint()
+    assert two.step == three.step
+    for name in STATE:
+        assert np.array_equal(getattr(two, name), getattr(three, name)), name
