@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> What a flow law must offer: the flow stress of a batch of particles and its slope; a law with
 !> internal variables also advances and describes them.
-!> A new law is a type in a file of its own and one line in `setup_materials`.
+!> A new law is a type in a file of its own and one line in `setup_flow_laws`.
 module physics_flow_law
   use base_kinds, only: nlane, rp
   implicit none (type, external)
