@@ -3,6 +3,7 @@
 """Stress tests of numerical stability: a table row | case | measured | pass figure | ok.
 
     python3 tests/stress/stress.py [ROW...] [--quick] [--list] [--ranks 1 2]
+    python3 tests/stress/stress.py --ranks 1 2 --json results.jsonl --results tests/stress/results.md
 
 Without ROW all are run, those of 1e5 steps last. Every run starts the program on an input with --set.
 """
@@ -10,7 +11,9 @@ Without ROW all are run, those of 1e5 steps last. Every run starts the program o
 import argparse
 import json
 import math
+import os
 import pathlib
+import platform
 import subprocess
 import sys
 import tempfile
@@ -30,6 +33,8 @@ def arguments():
     parser.add_argument("--case", metavar="TEXT", help="only cases whose label contains this")
     parser.add_argument("--ranks", type=int, nargs="+", default=[1], help="numbers of MPI ranks to run each case on")
     parser.add_argument("--json", metavar="FILE", help="append one JSON object a check to this file")
+    parser.add_argument("--results", metavar="FILE", help="write a page of what the --json file holds")
+    parser.add_argument("--no-run", action="store_true", help="write that page alone")
     parser.add_argument("--keep", metavar="DIR", help="keep the runs there")
     return parser.parse_args()
 
@@ -49,8 +54,6 @@ def measure(row, label, parameters, ranks, folder):
         return row.measure(place, ranks, **parameters), ""
     except (AssertionError, IndexError, OSError, ValueError, subprocess.TimeoutExpired) as problem:
         return [], str(problem).strip()[-400:]
-
-
 
 
 def show(row, label, what, measured, passes, ok):
@@ -98,6 +101,11 @@ def main():
         sys.exit(f"stress.py: no row {', '.join(unknown)}; see --list")
     chosen = [rows.ALL[name] for name in options.row or rows.ALL]
     chosen = [row for row in chosen if not (options.quick and row.long)]
+    if options.results and not options.json:
+        sys.exit("stress.py: --results needs --json")
+    if options.no_run:
+        write_page(options.json, options.results)
+        return 0
     if options.list:
         show_list(chosen, options.quick)
         return 0
@@ -105,7 +113,39 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         failed = sum(run_row(row, options, options.keep or scratch) for row in chosen)
     print(f"{failed} failed" if failed else "all passed")
+    if options.results:
+        write_page(options.json, options.results)
     return 1 if failed else 0
+
+
+def machine():
+    """Kind of the machine, as the page names it."""
+    text = pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    names = [line.split(":", 1)[1].strip() for line in text.splitlines() if line.startswith("model name")]
+    return f"{os.cpu_count()} x {names[0] if names else platform.machine()}"
+
+
+def write_page(source, target):
+    """The last result of every check in a file of JSON lines, as a page; failures case by case, the rest by row."""
+    last = {}
+    for text in pathlib.Path(source).read_text(encoding="utf-8").splitlines():
+        line = json.loads(text)
+        last[line["row"], line["case"], line["ranks"], line["what"]] = line
+    lines = ["# Results of the stress tests", "", "Made by", "",
+             "    python3 tests/stress/stress.py --ranks 1 2 --json results.jsonl --results tests/stress/results.md", "",
+             f"on {machine()}.", "", "| row | ranks | cases | checks | failed | what it is |", "|---|---|---|---|---|---|"]
+    for name, row in rows.ALL.items():
+        for ranks in sorted({line["ranks"] for line in last.values() if line["row"] == name}):
+            mine = [line for line in last.values() if line["row"] == name and line["ranks"] == ranks]
+            lines.append(f"| {name} | {ranks} | {len({line['case'] for line in mine})} | {len(mine)} | "
+                         f"{sum(not line['ok'] for line in mine)} | {row.text} |")
+    absent = [name for name in rows.ALL if not any(line["row"] == name for line in last.values())]
+    lines += ["", f"Not run: {', '.join(absent)}." if absent else "All rows were run.", "", "## Failed", "",
+              "| row | case | ranks | what | measured | pass figure |", "|---|---|---|---|---|---|"]
+    lines += [f"| {v['row']} | {v['case']} | {v['ranks']} | {v['what']} | "
+              f"{v['measured'] if 'measured' in v else v.get('message', '')} | {v.get('pass', '')} |".replace("\n", " ")
+              for v in last.values() if not v["ok"]]
+    pathlib.Path(target).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

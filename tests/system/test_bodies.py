@@ -346,3 +346,28 @@ def test_restart(run, tmp_path):
     assert a.step == b.step and np.abs(a.heat).max() > 0.0
     for name in RESTING:
         assert np.array_equal(getattr(a, name), getattr(b, name)), name
+
+
+# -- particles on rings
+
+
+@pytest.mark.parametrize("ranks", [None, 3])
+def test_round_lattice(run, ranks):
+    """Exact: 20 rings 0.5 mm apart between 3 and 13 mm, in four layers, with the mass of the ring, rho pi (b^2 - a^2) L,
+    and its moment of inertia to the thickness of a ring: sum m r^2 = rho pi/2 (b^4 - a^4) L to 1e-3."""
+    state = run("annulus", "--quiet", ranks=ranks).results("annulus").checkpoint()
+    r = np.hypot(state.x[:, 0], state.x[:, 1])
+    rings = (r - 3e-3) / 0.5e-3 - 0.5
+    assert np.abs(rings - np.round(rings)).max() < 1e-9
+    assert np.unique(np.round(rings)).size == 20 and np.unique(np.round(state.x[:, 2] / 0.25e-3)).size == 4
+    assert state.mass.sum() == pytest.approx(1000.0 * np.pi * (13e-3**2 - 3e-3**2) * 2e-3, rel=1e-12)
+    assert state.mass @ r**2 == pytest.approx(500.0 * np.pi * (13e-3**4 - 3e-3**4) * 2e-3, rel=1e-3)
+    assert np.unique(state.number).size == state.number.size
+
+
+def test_round_lattice_needs_a_cylinder(run, tmp_path):
+    """Rings around nothing, and a load that would be shared by equal masses, are refused together."""
+    path = spoiled(tmp_path, "annulus", ("KIND = 'cylinder', RADIUS = 13e-3, LENGTH = 2e-3", "KIND = 'sphere', RADIUS = 13e-3"),
+                   ("&OUTPUT", "&LOAD BODY = 'ring', FORCE = 0, 0, 1 /\n&OUTPUT"))
+    done = run(path, "--quiet", expect=driver.BAD_INPUT)
+    assert "must be a cylinder" in done.err and "cannot have a &LOAD" in done.err

@@ -261,6 +261,24 @@ def tube_limit(yield_stress, inner, outer):
     return 2.0 / math.sqrt(3.0) * yield_stress * math.log(outer / inner)
 
 
+def tube_widening(yield_stress, density, rate, inner, outer, r, steps=20000):
+    """Times [s] and radii [m] of a ring that began at `r` in a rigid, perfectly plastic tube (Mises, plane strain)
+    whose inner pressure rises with `rate` [Pa/s] on the initial face. With q = a da/dt the momentum balance gives
+    p a0/a = 2 k ln(b/a) + rho (dq/dt ln(b/a) + q^2/2 (1/b^2 - 1/a^2)), 2 k = 2 sigma_y/sqrt(3)."""
+    times, radii = [0.0], [r]
+    a, q, t = inner, 0.0, tube_limit(yield_stress, inner, outer) / rate
+    dt = 0.2 * t / steps
+    while times[-1] < 1.2 * tube_limit(yield_stress, inner, outer) / rate and a < 1.5 * inner:
+        b = math.sqrt(outer**2 + a * a - inner**2)
+        log = math.log(b / a)
+        push = rate * t * inner / a - 2.0 * yield_stress / math.sqrt(3.0) * log
+        q = max(0.0, q + dt * (push / density - 0.5 * q * q * (1.0 / b**2 - 1.0 / a**2)) / log)
+        a, t = a + dt * q / a, t + dt
+        times.append(t)
+        radii.append(math.sqrt(r * r + a * a - inner * inner))
+    return np.array(times), np.array(radii)
+
+
 def tool_torque(shear, radius, pin_radius=0.0, pin_length=0.0):
     """Torque [N m] of a full disc and of the side of a pin under a uniform shear stress [Pa]:
     2/3 pi tau R^3, 2 pi r^2 H tau."""

@@ -18,7 +18,11 @@ METHODS = {
     "uGIMP USAVG": ({"SCHEME": "usavg"}, 0.25, {"scheme": "usavg"}),
     "uGIMP FMPM2": ({"TRANSFER": "fmpm", "ORDER": 2}, 0.25, {"transfer": "fmpm", "order": 2}),
     "uGIMP FMPM4": ({"TRANSFER": "fmpm", "ORDER": 4}, 0.25, {"transfer": "fmpm", "order": 4}),
+    "uGIMP XPIC2": ({"TRANSFER": "xpic", "ORDER": 2}, 0.25, {"transfer": "xpic", "order": 2}),
+    "uGIMP APIC": ({"TRANSFER": "apic"}, 0.25, {"transfer": "apic"}),
+    "cpGIMP": ({"SHAPE": "cpgimp"}, 0.25, {}),
     "B-spline": ({"SHAPE": "bspline"}, 0.5, {}),
+    "B-spline APIC": ({"SHAPE": "bspline", "TRANSFER": "apic"}, 0.5, {"transfer": "apic"}),
     "B-spline FMPM2": ({"SHAPE": "bspline", "TRANSFER": "fmpm", "ORDER": 2}, 0.5, {"transfer": "fmpm", "order": 2}),
     "B-spline FMPM4": ({"SHAPE": "bspline", "TRANSFER": "fmpm", "ORDER": 4}, 0.5, {"transfer": "fmpm", "order": 4}),
 }

@@ -12,7 +12,7 @@ import numpy as np
 def shapes(x, half, n=None):
     """Weights S and slopes G [1/cell] of all particles at the nodes."""
     x = np.asarray(x, dtype=float)
-    first = 0 if n else int(np.floor(x.min())) - 2
+    first = first_node(x, n)
     count = n or int(np.ceil(x.max())) + 3 - first
     s, g = np.zeros((len(x), count)), np.zeros((len(x), count))
 
@@ -33,31 +33,44 @@ def shapes(x, half, n=None):
 
 
 def step_map(x, half, dt, n=None, scheme="usl", transfer="flip", order=2, volume=1.0):
-    """Matrix that takes (velocities, stresses) of the particles over a step."""
+    """Matrix that takes (velocities, stresses, and of APIC gradients) of the particles over a step."""
     s, g = shapes(x, half, n)
     mass = s.sum(axis=0) * volume
     used = mass > 0.0
     s, g, mass = s[:, used], g[:, used], mass[used]
     back = (s * volume).T / mass[:, None]  # S+: velocities of the nodes
     push = -dt * (g * volume).T / mass[:, None]  # change of the nodes' velocities by the stresses
-    one, zero = np.eye(len(x)), np.zeros((len(x), len(x)))
-    state = np.block([[one, zero], [zero, one]])
-    half_v, half_s = state[: len(x)], state[len(x):]
+    count = len(x)
+    state = np.eye((3 if transfer == "apic" else 2) * count)
+    half_v, half_s = state[:count], state[count : 2 * count]
+    old = back @ half_v
+    if transfer == "apic":
+        arm = np.where(s > 0.0, np.flatnonzero(used)[None, :] + first_node(x, n) - np.asarray(x)[:, None], 0.0)
+        if n:
+            arm = np.where(s > 0.0, (arm + 0.5 * n) % n - 0.5 * n, 0.0)
+        old = old + (s * arm * volume).T / mass[:, None] @ state[2 * count :]
     early = 0.5 if scheme == "usavg" else 0.0
-    half_s = half_s + early * dt * g @ back @ half_v
+    half_s = half_s + early * dt * g @ old
     change = push @ half_s
-    new = back @ half_v + change
-    if transfer == "fmpm":
-        term = new
+    new = old + change
+    if transfer in ("fmpm", "xpic"):
+        term = new if transfer == "fmpm" else old
         for _ in range(order - 1):
             term = term - back @ (s @ term)
             new = new + term
-    v = s @ new if transfer == "fmpm" else half_v + s @ change
+    v = half_v + s @ change if transfer == "flip" else s @ new
     if scheme == "usl":
         half_s = half_s + dt * g @ new
     else:  # MUSL, USAVG: velocities mapped again
         half_s = half_s + (1.0 - early) * dt * g @ back @ v
+    if transfer == "apic":
+        return np.vstack([v, half_s, (s * arm) @ new / (s * arm**2).sum(axis=1)[:, None]])
     return np.vstack([v, half_s])
+
+
+def first_node(x, n):
+    """Number of the first column of `shapes`."""
+    return 0 if n else int(np.floor(np.min(x))) - 2
 
 
 def growth(*lattice, **method):

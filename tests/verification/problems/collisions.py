@@ -100,4 +100,50 @@ class NairnDiscs(Problem):
         return float(max(1.0 - total[-1] / total[0], figures["gained"])), figures
 
 
-PROBLEMS = (Discs(), NairnDiscs())
+class HertzImpact(Problem):
+    """Two equal spheres: each as if it met a rigid plane."""
+
+    name = "hertz_impact"
+    section = "1.10"
+    cells = "over the radius"
+    norm = "largest of: deepest approach, time between half the kinetic energy, off by, and energy lost"
+    passes = 0.05
+    resolutions = (12, 16)
+    fine = (24,)
+    parameters = {"speed": 5.0}
+
+    def sets(self, n, p):
+        h = 1.0 / n
+        end = 0.004 * 5.0 / p["speed"] + 0.016 * (5.0 / p["speed"]) ** 0.2
+        return {
+            "GRID.CELL": h,
+            "GRID.LOWER": values(-1 - h, -1 - h, -math.ceil(2.2 * n) * h),
+            "GRID.UPPER": values(1 + 3 * h, 1 + 3 * h, math.ceil(2.2 * n) * h),
+            "BODY(upper).VELOCITY": values(0, 0, -p["speed"]),
+            "BODY(lower).VELOCITY": values(0, 0, p["speed"]),
+            "TIME.END": end,
+            "OUTPUT.CHECKPOINT_INTERVAL": end,
+        }
+
+    def measure(self, run, n, p):
+        history, probes = run.history(), run.probes()
+        modulus = exact.plane_strain_modulus(1e9, 0.3)
+        time, _ = exact.hertz_impact(4.0 / 3.0 * math.pi * 1e3, 1.0, modulus, p["speed"])
+        deepest = time * p["speed"] / 2.94326593
+        # half the kinetic energy is left where (d/deepest)^(5/2) = 1/2
+        x = np.linspace(0.0, 1.0, 200001)[:-1] ** 0.5
+        whole = (1.0 - x**2.5) ** -0.5
+        steps = 0.5 * (whole[1:] + whole[:-1]) * np.diff(x)
+        wanted = float(steps[x[1:] > 0.5**0.4].sum() / steps.sum()) * time
+        kinetic = history["kinetic[J]"] / history["kinetic[J]"][0]
+        middle = int(np.argmin(kinetic))
+        first = crossing(history["time[s]"], kinetic, 0.5)
+        last = crossing(history["time[s]"][middle:], kinetic[middle:], 0.5)
+        near = 0.5 * (probes["upper_z[m]"] - probes["lower_z[m]"])
+        total = history["kinetic[J]"] + history["elastic[J]"]
+        figures = {"approach": float((1.0 - near.min()) / deepest), "time": (last - first) / wanted,
+                   "energy lost": float(1.0 - total[-1] / total[0]), "a/h": math.sqrt(deepest) * n}
+        return max(abs(figures["approach"] - 1.0), abs(figures["time"] - 1.0), abs(figures["energy lost"])), figures
+
+
+PROBLEMS = (Discs(), NairnDiscs(), HertzImpact())

@@ -24,7 +24,7 @@ class Couette(Problem):
 
     def sets(self, n, p):
         h = (self.outer - self.inner) / n
-        side = math.ceil(16e-3 / h + 2) * h
+        side = math.ceil(14e-3 / h + 2) * h
         result = {
             "GRID.CELL": h,
             "GRID.LOWER": values(-side, -side, 0),
@@ -36,7 +36,7 @@ class Couette(Problem):
             "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
         }
         result["SHAPE.CENTRE"] = values(0, 0, 0.5 * h)
-        for i in (1, 3, 5, 6, 8):
+        for i in (1, 3):
             result[f"SHAPE({i}).LENGTH"] = h
         return result
 
@@ -51,7 +51,10 @@ class Couette(Problem):
         wanted = exact.couette_torque(p["k"], p["n"], omega, self.inner, self.outer)
         torque = float(np.mean(2.0 * math.pi * r[outer] ** 2 * np.abs(shear[outer])))
         spin = (state.v[:, 1] * c - state.v[:, 0] * s) / (r * omega)
-        figures = {"torque/length": torque, "exact": wanted}
+        history = run.history()
+        late = history["time[s]"] > 0.5 * p["time"]
+        pin = np.abs(history["pin_torque[Nm]"][late]).mean() * n / (self.outer - self.inner)
+        figures = {"torque/length": torque, "on the pin": float(pin), "exact": wanted}
         for place in (4e-3, 6e-3):
             near = fluid & (np.abs(r - place) < 0.5 * (self.outer - self.inner) / n)
             figures[f"spin at {place * 1e3:.0f} mm"] = float(spin[near].mean()) / float(
@@ -114,29 +117,39 @@ class Tube(Problem):
 
 
 class TubeLimit(Tube):
-    """Limit load of a plastic tube."""
+    """Plastic tube that is loaded beyond its limit. It cannot widen at the limit itself: its inertia takes another 8 %
+    of pressure until it has widened by 2 %, so it is compared with the rigid-plastic tube that has its mass."""
 
     name = "tube_limit"
-    norm = "pressure at which the tube has widened by 2 % of its bore, off by, over the limit"
+    norm = "pressure when the ring r = 1.25 a has widened by 2 % of the bore, off by, over the limit; 0.3 of the noise of pressure"
     resolutions = (8, 16)
     fine = ()
-    parameters = {"yield_stress": 1e6}
+    parameters = {"yield_stress": 1e6, "rise": 0.6}
     margin = 2.0
 
     def sets(self, n, p):
         result = super().sets(n, p | {"pressure": 1.2 * p["yield_stress"]})
-        return result | {"MATERIAL.JC_A": p["yield_stress"]}
+        return result | {"MATERIAL.JC_A": p["yield_stress"], "TRACTION.RAMP": p["rise"], "TIME.END": 0.74 * p["rise"],
+                         "OUTPUT.CHECKPOINT_INTERVAL": 0.74 * p["rise"], "OUTPUT.HISTORY_INTERVAL": p["rise"] / 600.0}
 
     def material(self, p):
         return {}
 
     def measure(self, run, n, p):
-        probes = run.probes()
-        time = probes["time[s]"]
+        probes, state = run.probes(), run.checkpoint()
         moved = np.hypot(probes["inside_x[m]"], probes["inside_y[m]"]) - 1.25
         limit = exact.tube_limit(p["yield_stress"], 1.0, 2.0)
-        pressure = 1.2 * p["yield_stress"] * crossing(time, moved, 0.02) / 0.6
-        return abs(pressure / limit - 1.0), {"limit": pressure / p["yield_stress"], "exact": limit / p["yield_stress"]}
+        rate = 1.2 * p["yield_stress"] / p["rise"]
+        times, radii = exact.tube_widening(p["yield_stress"], 1000.0, rate, 1.0, 2.0, 1.25)
+        got = rate * crossing(probes["time[s]"], moved, 0.02)
+        wanted = rate * crossing(times, radii - 1.25, 0.02)
+        r = np.hypot(state.x[:, 0], state.x[:, 1])
+        pressure = -state.tau[:, :3].sum(axis=1) / 3.0 / state.jac
+        inner = (r > r.min() + 1.0 / n) & (r < r.max() - 1.0 / n)
+        smooth = np.polyval(np.polyfit(r[inner], pressure[inner], 3), r[inner])
+        noise = float(np.std(pressure[inner] - smooth) / limit)
+        figures = {"pressure/limit": got / limit, "exact": wanted / limit, "pressure noise": noise}
+        return max(abs(got - wanted) / limit, 0.3 * noise), figures
 
 
 class Cantilever(Problem):
