@@ -68,10 +68,12 @@ class Discs(Row):
 
     def cases(self, quick):
         methods = {"USL": {}, "MUSL": {"METHOD.SCHEME": "musl"}, "USAVG": {"METHOD.SCHEME": "usavg"},
+                   "USAVG without F-bar": {"METHOD.SCHEME": "usavg", "METHOD.FBAR": "F"},
                    "FMPM2": {"METHOD.TRANSFER": "fmpm"}, "B-spline": {"METHOD.SHAPE": "bspline"}}
         return {name: {"sets": sets} for name, sets in methods.items() if name == "USL" or not quick}
 
     def measure(self, place, ranks, sets):
+        sets = {"METHOD.SCHEME": "usl", "METHOD.FBAR": "T"} | sets
         sets = sets | {"GRID.LOWER": values(-0.13 * 0.05, -0.29 * 0.05, 0), "GRID.UPPER": values(1.05 - 0.13 * 0.05, 1.05 - 0.29 * 0.05, 0.05)}
         _, results = self.run(place, ranks, sets, "--quiet")
         history, state = results.history(), results.checkpoint()

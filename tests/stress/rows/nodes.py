@@ -66,6 +66,11 @@ class Growth(Row):
         "uGIMP FMPM4": (0.25, {"METHOD.TRANSFER": "fmpm", "METHOD.ORDER": 4}, {"transfer": "fmpm", "order": 4}),
         "B-spline FMPM4": (0.5, {"METHOD.TRANSFER": "fmpm", "METHOD.ORDER": 4, "METHOD.SHAPE": "bspline"},
                            {"transfer": "fmpm", "order": 4}),
+        "uGIMP XPIC2": (0.25, {"METHOD.TRANSFER": "xpic"}, {"transfer": "xpic", "order": 2}),
+        "uGIMP APIC": (0.25, {"METHOD.TRANSFER": "apic"}, {"transfer": "apic"}),
+        "B-spline APIC": (0.5, {"METHOD.TRANSFER": "apic", "METHOD.SHAPE": "bspline"}, {"transfer": "apic"}),
+        "uGIMP MUSL": (0.25, {"METHOD.SCHEME": "musl"}, {"scheme": "musl"}),
+        "uGIMP USAVG": (0.25, {"METHOD.SCHEME": "usavg"}, {"scheme": "usavg"}),
     }
 
     def cases(self, quick):
