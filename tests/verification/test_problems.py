@@ -37,6 +37,16 @@ def test_inputs_are_accepted(problem, tmp_path):
         driver.run(path, "--check", directory=tmp_path, sets=chosen)
 
 
+@pytest.mark.parametrize("problem", problems.ALL.values(), ids=list(problems.ALL))
+def test_shifted_grids_are_accepted(problem, tmp_path):
+    """Every problem can run on a grid moved by a part of a cell."""
+    from problems.base import INPUTS, driver, shifted
+
+    path = INPUTS / f"{problem.input or problem.name}.nml"
+    sets = problem.runs(problem.resolutions[0], dict(problem.parameters))[0]
+    driver.run(path, "--check", directory=tmp_path, sets=sets | shifted(path, sets))
+
+
 def test_orders():
     """Errors that fall with the square of the resolution have order 2."""
     import verify

@@ -32,6 +32,8 @@ def arguments():
                         help="a parameter of the problem, as angle=30")
     parser.add_argument("--set", dest="sets", action="append", default=[], metavar="GROUP.KEY=VALUE",
                         help="a key of every input, as METHOD.SHAPE=bspline")
+    parser.add_argument("--shift", action="store_true",
+                        help="on a grid moved by (0.13, 0.29, 0.41) cells, where neither walls on its sides nor periods forbid")
     parser.add_argument("--ranks", type=int, help="MPI ranks; not given: no mpirun")
     parser.add_argument("--json", metavar="FILE", help="append one JSON object a run to this file")
     parser.add_argument("--keep", metavar="DIR", help="keep the runs there")
@@ -107,14 +109,14 @@ def run_problem(problem, options, directory):
     for n in wanted:
         try:
             error, figures, seconds = problem.solve(
-                n, parameters, directory, pairs(options.sets), options.ranks)
+                n, parameters, directory, pairs(options.sets), options.ranks, shift=options.shift)
         except AssertionError as problem_of_run:
             error, figures, seconds = math.nan, {"message": str(problem_of_run).strip()[-300:]}, 0.0
         done.append((n, error))
         out.append({"problem": problem.name, "resolution": n, "error": error, "order": order(done),
                     "core_seconds": seconds, "pass": verdict(problem, done, n == wanted[-1], error),
                     "figures": figures, "parameters": parameters, "sets": pairs(options.sets),
-                    "ranks": options.ranks or 1})
+                    "ranks": options.ranks or 1, "shifted": options.shift})
         show(out[-1])
         if options.json:
             with open(options.json, "a", encoding="utf-8") as file:
