@@ -15,8 +15,8 @@ module setup_bodies
 
   public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes, lattice_corner
 
-  !> Lattice of one body: spacing, first point, numbers along the axes; or, around `axis`, numbers of
-  !> rings (from the outermost, inside `radius`), of points on a ring at most, and along the axis.
+  !> Lattice of one body: spacing, first point, numbers along the axes; or, around `axis`, numbers
+  !> of rings (from the outermost, inside `radius`), of points on a ring at most, along the axis.
   type :: lattice_t
     real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
     integer :: n(3) = 0

@@ -45,8 +45,8 @@ contains
     if (sim%scene%method%conducts) call give_heat(sim)
   end subroutine touch_bodies
 
-  !> Collective. Velocities of the nodes that were only interpolated: rigid bodies have their own, and
-  !> groups without a &CONTACT one where they meet; `dt` is that of the step they belong to [s].
+  !> Collective. Velocities of the nodes that were only interpolated: rigid bodies have their own,
+  !> and groups without a &CONTACT one where they meet; `dt` is that of their step [s].
   subroutine join_bodies(world, sim, dt, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Numerical fracture: neighbours that are stretched so far apart that they need not share a node
-!> break a body that should hold. The distance is the spacing at the start times the elastic stretch since
-!> then; that of plastic flow is not known.
+!> break a body that should hold. The distance is the spacing at the start times the elastic
+!> stretch since then; that of plastic flow is not known.
 module time_fracture
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t

@@ -213,8 +213,8 @@ contains
     end do
   end subroutine visit_block
 
-  !> Edges of a particle's domain and the stretch since they had that length: cpGIMP knows the edges,
-  !> others the elastic stretch b, now and at the start.
+  !> Edges of a particle's domain and the stretch since they had that length: cpGIMP knows the
+  !> edges, others the elastic stretch b, now and at the start.
   pure subroutine size_of(sim, body, ps, edges, stretch)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body
