@@ -57,7 +57,7 @@ contains
     if (complaints%count() > 0) return
     call all_solids(input, solids)
     do i = 1, input%count('PROBE')
-      if (holder_of(solids, input%reals('PROBE', i, 'POSITION', 3)) == 0) &
+      if (.not. is_held(solids, input%reals('PROBE', i, 'POSITION', 3), scene%grid%h)) &
         call input%complain(complaints, 'PROBE', i, 'POSITION', 'lies outside the bodies')
     end do
     do i = 1, input%count('SOURCE')
@@ -70,6 +70,19 @@ contains
       end associate
     end do
   end subroutine check_heat_scene
+
+  !> True if a place lies in a body or on its surface.
+  pure logical function is_held(solids, x, h)
+    type(solids_t), intent(in) :: solids(:)
+    real(rp), intent(in) :: x(3), h             !! [m]
+    integer :: c
+
+    is_held = .false.
+    do c = 0, 7
+      is_held = is_held .or. holder_of(solids, x + 1.0e-6_rp*h*merge(1.0_rp, -1.0_rp, &
+                [btest(c, 0), btest(c, 1), btest(c, 2)])) > 0
+    end do
+  end function is_held
 
   !> A solver that this build does not have is missed by name.
   subroutine check_solver(input, complaints)
