@@ -37,6 +37,15 @@ contains
         if (input%text('SOURCE', i, 'KIND') == 'stir') call input%complain(complaints, 'SOURCE', &
           i, 'KIND', 'needs &METHOD MECHANICS = F')
       end do
+      if (.not. scene%method%conducts) return
+      select case (input%text('HEAT', 1, 'INTEGRATOR'))
+      case ('rkl2', 'tr-bdf2')
+        call input%complain(complaints, 'HEAT', 1, 'INTEGRATOR', 'needs &METHOD MECHANICS = F')
+      case default
+      end select
+      if (input%text('HEAT', 1, 'SOLVER') == 'petsc' .or. input%text('HEAT', 1, 'SOLVER') == 'fftw') &
+        call input%complain(complaints, 'HEAT', 1, 'SOLVER', &
+                            'needs &METHOD MECHANICS = F: beside mechanics it is cg')
       return
     end if
     do g = 1, size(idle)

@@ -311,14 +311,15 @@ contains
       'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
     call t%key('INTEGRATOR', 'choice', 1, '', 'auto', &
       'auto explicit rkl2 backward-euler tr-bdf2', &
-      'heat alone: time integration; rkl2: explicit with long steps of many stages; auto: rkl2')
+      'time integration; rkl2: explicit, long steps of many stages; tr-bdf2: implicit, order 2; '// &
+      'auto: rkl2 for heat alone; beside mechanics explicit or backward-euler, auto: explicit')
     call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
-      'of implicit steps; auto: the best that was built in, in the order fftw, petsc, cg')
+      'of implicit steps for heat alone; auto: what was built in, in the order fftw, petsc, cg')
     call t%key('TOLERANCE', 'real', 1, 'K', '2', '(0,inf)', &
       'heat alone: largest estimate of the error of a time step in any cell; at the rim of a '// &
       'moving source it is some hundred times that of the temperatures')
     call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', &
-      'heat alone: fixed time step; 0: by TOLERANCE')
+      'fixed time step; 0: by TOLERANCE for heat alone, beside mechanics ten explicit steps')
 
     call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')

@@ -79,7 +79,11 @@ contains
       m%rebalance = input%real('METHOD', 1, 'REBALANCE')
       m%has_mechanics = input%logical('METHOD', 1, 'MECHANICS')
       m%conducts = input%count('HEAT') > 0
-      if (m%conducts) m%fourier = input%real('HEAT', 1, 'FOURIER')
+      if (m%conducts) then
+        m%fourier = input%real('HEAT', 1, 'FOURIER')
+        m%implicit_heat = input%text('HEAT', 1, 'INTEGRATOR') == 'backward-euler'
+        m%heat_step = input%real('HEAT', 1, 'STEP')
+      end if
     end associate
     associate (o => scene%output)
       o%name = input%text('RUN', 1, 'NAME')

@@ -14,7 +14,7 @@ module thermal_conduction
   public :: heat_particles, smooth_particles, film_to_grid
 
   real(rp), parameter, public :: smooth_share = 0.1_rp   !! of unseen differences, taken back a step
-  real(rp), parameter :: least_capacity = 1.0e-30_rp   !! [J/K]
+  real(rp), parameter, public :: least_capacity = 1.0e-30_rp   !! of a node that is not empty [J/K]
 
 contains
 

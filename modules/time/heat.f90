@@ -4,7 +4,7 @@ module time_heat
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
-  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, &
+  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, least_capacity, &
                                 nodal_temperature, smooth_particles, smooth_share, &
                                 temperature_increment
   use time_audit, only: e_film
@@ -23,7 +23,8 @@ module time_heat
 
 contains
 
-  !> Largest conduction step of the scene [s]: FOURIER h^2 rho c/k over all materials.
+  !> Conduction step of the scene [s]: FOURIER h^2 rho c/k over all materials, or that of implicit
+  !> steps, if none is given ten times as long.
   pure real(rp) function conduction_step(sim)
     type(simulation_t), intent(in) :: sim
     integer :: m
@@ -35,6 +36,9 @@ contains
           sim%scene%method%fourier*sim%scene%grid%h**2*mat%rho*mat%c_p/mat%conductivity)
       end associate
     end do
+    if (.not. sim%scene%method%implicit_heat .or. conduction_step >= huge(1.0_rp)) return
+    conduction_step = 10.0_rp*conduction_step
+    if (sim%scene%method%heat_step > 0.0_rp) conduction_step = sim%scene%method%heat_step
   end function conduction_step
 
   !> One conduction step of length `dt`.
@@ -43,19 +47,18 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                  !! [s]
     real(rp) :: lost(8, size(sim%scene%constraint))   ! what folds at walls change
+    real(rp), allocatable :: before(:)                ! nodal temperature
     integer :: b, r
 
     lost = 0.0_rp
     call give_source_heat(world, sim, dt)
     call gather_temperature(world, sim, f_temp, f_heat, r_heat, lost)
-    call clear_nodes(sim, sim%g2)
-    do b = 1, sim%particles%nblk
-      call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
-                         sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1), &
-                         sim%g2(:, :, 1))
-    end do
-    call fold(sim, r_flux, sim%g2(:, :, 1), lost)
-    call sim%halo%sum(world, 8, sim%patch%nn, sim%g2(:, :, 1))
+    if (sim%scene%method%implicit_heat) then
+      before = sim%g(4, :, 1)
+      call foresee_temperature(world, sim, dt)
+    end if
+    call gather_flux(world, sim, dt, lost)
+    if (sim%scene%method%implicit_heat) sim%g(4, :, 1) = before
     do r = 1, sim%n_runs
       call temperature_increment(sim%run(2, r) - sim%run(1, r) + 1, &
                                  sim%g2(:, sim%run(1, r):sim%run(2, r), 1), &
@@ -78,6 +81,96 @@ contains
     end do
     call anneal_particles(sim, dt)
   end subroutine conduct
+
+  !> Heat that conduction and films bring to the nodes in `dt` at the temperatures in lane 4: lane 5
+  !> of the second grid.
+  subroutine gather_flux(world, sim, dt, lost)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(inout) :: lost(8, size(sim%scene%constraint))
+    integer :: b
+
+    call clear_nodes(sim, sim%g2)
+    do b = 1, sim%particles%nblk
+      call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
+                         sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1), &
+                         sim%g2(:, :, 1))
+    end do
+    call fold(sim, r_flux, sim%g2(:, :, 1), lost)
+    call sim%halo%sum(world, 8, sim%patch%nn, sim%g2(:, :, 1))
+  end subroutine gather_flux
+
+  !> Lane 4 becomes the temperature at the end of a step of backward Euler, by conjugate gradients
+  !> without a matrix on its change x: C x - (F(x) - F(0)) = F(T) + waiting heat, F the heat that
+  !> `gather_flux` finds, weighted by the capacities C. The fluxes at the result are what the nodes
+  !> get, so that heat is exact whatever the tolerance.
+  subroutine foresee_temperature(world, sim, dt)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), parameter :: relative = 1.0e-8_rp
+    integer, parameter :: most = 1000
+    real(rp), dimension(sim%patch%nn) :: before, p, q, r, x, at_zero
+    real(rp) :: lost(8, size(sim%scene%constraint)), film, rho(1), first, last, curvature(1)
+    logical, dimension(sim%patch%nn) :: is_free, is_own
+    integer :: i
+
+    lost = 0.0_rp
+    film = sim%sums(e_film)                     ! what is lost here is only tried
+    call choose_nodes(sim, is_free, is_own)
+    before = sim%g(4, :, 1)
+    call gather_flux(world, sim, dt, lost)
+    r = merge(sim%g2(5, :, 1) + sim%g(3, :, 1), 0.0_rp, is_free)
+    sim%g(4, :, 1) = 0.0_rp
+    call gather_flux(world, sim, dt, lost)
+    at_zero = sim%g2(5, :, 1)
+    x = 0.0_rp
+    p = 0.0_rp
+    first = -1.0_rp
+    last = 1.0_rp
+    do i = 1, most
+      q = 0.0_rp
+      where (is_free) q = r/sim%g(1, :, 1)
+      rho = sum(r*q, mask=is_own)
+      call world%sum(rho)
+      if (first < 0.0_rp) first = rho(1)
+      if (rho(1) <= relative**2*first .or. rho(1) <= 0.0_rp) exit
+      p = q + (rho(1)/last)*p
+      last = rho(1)
+      sim%g(4, :, 1) = p
+      call unfold(sim, r_warming, sim%g(:, :, 1))
+      call gather_flux(world, sim, dt, lost)
+      q = merge(sim%g(1, :, 1)*p - (sim%g2(5, :, 1) - at_zero), 0.0_rp, is_free)
+      curvature = sum(p*q, mask=is_own)
+      call world%sum(curvature)
+      if (curvature(1) <= 0.0_rp) exit
+      x = x + (rho(1)/curvature(1))*p
+      r = r - (rho(1)/curvature(1))*q
+    end do
+    sim%g(4, :, 1) = x
+    call unfold(sim, r_warming, sim%g(:, :, 1))
+    sim%g(4, :, 1) = before + sim%g(4, :, 1)
+    sim%sums(e_film) = film
+  end subroutine foresee_temperature
+
+  !> Nodes with a temperature of their own: in use, not empty, not behind a wall; and those of them
+  !> that count for this rank in a sum.
+  subroutine choose_nodes(sim, is_free, is_own)
+    type(simulation_t), intent(in) :: sim
+    logical, dimension(sim%patch%nn), intent(out) :: is_free, is_own
+    integer :: r
+
+    is_free = .false.
+    is_own = .false.
+    do r = 1, sim%n_runs
+      is_free(sim%run(1, r):sim%run(2, r)) = .true.
+      if (sim%run(3, r) == 1) is_own(sim%run(1, r):sim%run(2, r)) = .true.
+    end do
+    is_free = is_free .and. sim%g(1, :, 1) > least_capacity
+    is_free(sim%mirrors%pair(1, :sim%mirrors%n_pairs)) = .false.
+    is_own = is_own .and. is_free
+  end subroutine choose_nodes
 
   !> Capacities and nodal means of the field `temp_field`; waiting heat from `heat_field` (0: none).
   !> `kind` says how walls mirror the field, `lost` what that changes.

@@ -148,6 +148,8 @@ module time_state
     real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
     type(sleep_t) :: sleep
     logical :: conducts = .false.
+    logical :: implicit_heat = .false.   !! conduction by backward Euler
+    real(rp) :: heat_step = 0.0_rp       !! its step [s]; 0: ten explicit ones
     logical :: has_mechanics = .true.    !! false: heat alone (time_heat_loop)
     real(rp) :: fourier = 0.15_rp        !! conduction step over h^2/kappa
   end type method_t

@@ -132,10 +132,12 @@ def test_disc_on_a_half_space(run, tmp_path, end, formula):
 
 
 def test_moving_line(run):
-    """Exact: a line source that moves through a plate, three probes, 1 % at the end (test_sources)."""
+    """Exact: a line source that moves through a plate, three probes, 1 % at the end (test_sources); a source
+    of 2 mm instead of 1 mm would raise the probe ahead by 1 %."""
     from test_sources import under_line
 
-    results = run("line", "--quiet", sets={"METHOD.MECHANICS": "F", "HEAT.TOLERANCE": 0.5}).results("line")
+    sets = {"METHOD.MECHANICS": "F", "HEAT.TOLERANCE": 0.5, "GRID.CELL": 1e-3, "SOURCE.RADIUS": 1e-3}
+    results = run("line", "--quiet", sets=sets).results("line")
     for name, x, y in (("side", 10e-3, 10e-3), ("behind", 0.0, 10e-3), ("ahead", 30e-3, 6e-3)):
         rise, exact = last(results, name) - 300.0, under_line(x, y, 2.0, 10e-3)
         print(name, rise, exact)
@@ -174,15 +176,17 @@ def test_copper_plate(run, film):
     results = run(PLAIN, "--quiet", sets=sets).results("heat_copper_plain")
     probes = results.probes()
     time = probes["time[s]"]
+    cooling = time > 65.0
+    rates = []
     for name, peak, when in zip(("T1", "T2", "T3"), PEAKS[film], (16.0, 29.5, 43.1)):
         t = probes[f"{name}[K]"]
         print(film, name, t.max(), time[t.argmax()])
         assert t.max() == pytest.approx(peak, abs=2.0)
+        rates.append(-np.polyfit(time[cooling], np.log(t[cooling] - 298.0), 1)[0])
         if film == 700:
             assert time[t.argmax()] == pytest.approx(when, abs=0.3)
-            cooling = time > 65.0
-            rate = -np.polyfit(time[cooling], np.log(t[cooling] - 298.0), 1)[0]
-            assert rate == pytest.approx(0.01675, rel=0.01)
+    if film == 700:
+        assert np.mean(rates) == pytest.approx(0.01675, rel=0.01)
     assert balance(results) < 1e-9
 
 
@@ -249,7 +253,8 @@ def test_ranks_and_restart(run, tmp_path):
         frames = [driver.read_frame(r.path("_000002.hdf"))[0] for r in (one, results[name])]
         assert np.array_equal(*(f["temperature"][np.lexsort(f["x"].T)] for f in frames)), name
     assert one.history().text == part.history().text
-    sets = {"GRID.CELL": 16e-3, "TIME.END": 0.05}
+    sets = {"GRID.CELL": 4e-3, "TIME.END": 0.05, "SHAPE.UPPER": "8e-3,4e-3,4e-3",
+            "PROBE(centre).POSITION": "4e-3,2e-3,2e-3", "PROBE(face).POSITION": "6e-3,2e-3,2e-3"}
     assert run("heat_slab", "--quiet", sets=sets, ranks=4).results("heat_slab").history()["time[s]"][-1] == 0.05
 
 
