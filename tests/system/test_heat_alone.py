@@ -287,3 +287,40 @@ def test_mistakes(run, name, tmp_path):
     path.write_text((driver.INPUTS / "heat_slab.nml").read_text() + more)
     done = run(path, sets=sets, expect=driver.BAD_INPUT)
     assert re.search(message, done.err), done.err
+
+
+def test_implicit_beside_mechanics(run, tmp_path):
+    """The moving line of test_sources with steps of backward Euler of 0.02 s, about twice the explicit ones: probes
+    within 1 K of the exact ones, the source's heat exact, and what is in the body is what was given."""
+    from test_sources import under_line
+
+    sets = {"HEAT.INTEGRATOR": "backward-euler", "HEAT.STEP": 0.02}
+    results = {}
+    for ranks in (1, 3):
+        (tmp_path / str(ranks)).mkdir()
+        results[ranks] = run("line", "--quiet", sets=sets, ranks=ranks, directory=tmp_path / str(ranks)).results("line")
+    history = results[1].history()
+    for name, x, y in (("side", 10e-3, 10e-3), ("behind", 0.0, 10e-3), ("ahead", 30e-3, 6e-3)):
+        rise, exact = last(results[1], name) - 300.0, under_line(x, y, 2.0, 10e-3)
+        print(name, rise, exact)
+        assert rise == pytest.approx(exact, abs=1.0)
+    content = history["heat_content[J]"]
+    assert content[-1] - content[0] == pytest.approx(history["source_heat[J]"][-1], rel=1e-6)  # of printed digits
+    apart = driver.distance(results[1].checkpoint(), results[3].checkpoint(), ["temp"])
+    assert apart["temp"] < 1e-9
+
+
+def test_implicit_between_walls(run, tmp_path):
+    """A hot bar between two cold walls: implicit steps of 0.05 s take its heat to the walls as explicit ones do
+    (1 % of what is left), and what the bar loses is what the walls are given."""
+    left = {}
+    for name, more in (("explicit", {}), ("implicit", {"HEAT.INTEGRATOR": "backward-euler", "HEAT.STEP": 0.05})):
+        sets = {"TIME.END": 2, "TIME.MASS_SCALING": 9e11, "BODY.TEMPERATURE": 400, "OUTPUT.CHECKPOINT_INTERVAL": 2}
+        (tmp_path / name).mkdir()
+        results = run("wall_heat", "--quiet", sets=sets | more, directory=tmp_path / name).results("wall_heat")
+        history = results.history()
+        content = history["heat_content[J]"]
+        assert content[-1] - content[0] == pytest.approx(history["wall_heat[J]"][-1], rel=1e-6)
+        left[name] = content[-1] - 0.75 * content[0]      # above 300 K
+    print(left)
+    assert left["implicit"] == pytest.approx(left["explicit"], rel=0.02)
