@@ -276,13 +276,13 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error
-    real(rp) :: all(n_phases + 3), wall, steps, share(n_phases)
+    real(rp) :: all(n_phases + 5), wall, steps, share(n_phases)
     integer :: k, status, unit
     character(1) :: comma
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
     all = [sim%timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
-           real(sim%awake_steps, rp)]
+           real(sim%awake_steps, rp), real(sim%halo%messages, rp), real(sim%halo%bytes, rp)]
     call world%sum(all)
     if (.not. world%is_root()) return
     share = 100.0_rp*all(1:n_phases)/max(sum(all(1:n_phases)), tiny(1.0_rp))
@@ -297,6 +297,8 @@ contains
         '  "particle_steps_per_wall_second": '//str(steps/wall)//',', &
         '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//',', &
         '  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//',', &
+        '  "messages": '//str(nint(all(n_phases + 4), i8))//',', &
+        '  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//',', &
         '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//',', '  "phase_percent": {'
       do k = 1, n_phases
         comma = merge(' ', ',', k == n_phases)
