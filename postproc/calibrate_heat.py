@@ -27,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         return options.action(options)
     except (OSError, ValueError, RuntimeError) as problem:
-        print(f"calibrate.py: {problem}", file=sys.stderr)
+        print(f"calibrate_heat.py: {problem}", file=sys.stderr)
         return 2
 
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Fits numbers of a flow law to measured stress-strain curves, with stirpoint --material as the model.
 
-usage: calibrate.py INPUT DATA.csv --material NAME --fit KEY=START[,START...] ... [-o DIR]
-       calibrate.py INPUT DATA.csv --generate [--noise 0.02] [--seed 1]
+usage: calibrate_law.py INPUT DATA.csv --material NAME --fit KEY=START[,START...] ... [-o DIR]
+       calibrate_law.py INPUT DATA.csv --generate [--noise 0.02] [--seed 1]
 
 INPUT has the &MATERIAL with all its keys. DATA.csv has the columns temperature[K], strain_rate[1/s],
 plastic_strain[1] and stress[Pa], one row a point; rows of equal temperature and rate are a curve. Each KEY is one
@@ -50,7 +50,7 @@ def main(arguments=None) -> int:
         else:
             calibrate(options)
     except (Failure, OSError) as problem:
-        print(f"calibrate.py: {problem}", file=sys.stderr)
+        print(f"calibrate_law.py: {problem}", file=sys.stderr)
         return 2
     return 0
 

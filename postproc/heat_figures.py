@@ -14,7 +14,7 @@ from pathlib import Path
 
 import matplotlib
 
-from calibrate import probes_of
+from calibrate_heat import probes_of
 from stirpost import heat_pictures, look
 from stirpost.run import NoRun, Run
 

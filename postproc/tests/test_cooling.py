@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-import calibrate
+import calibrate_heat as calibrate
 from stirpost import cooling
 
 COPPER = dict(density=8960, specific_heat=386, volume=4.671e-5, area=0.004)
