@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+POINTS = ROOT / "tests/system/points/points.nml"   # no input of a run
 
 # Stress [MPa] and grain size [um] at plastic strains of 0.5, 1, 4, 30; rate 1/s, isothermal.
 STRAINS = (0.5, 1.0, 4.0, 30.0)
@@ -31,7 +32,7 @@ STRESS_DIGIT, SIZE_DIGITS = 0.005e6, {"cu1123": 5e-10, "aa723": 5e-10}
 def curves(tmp_path_factory):
     """All curves of points.nml."""
     directory = tmp_path_factory.mktemp("points")
-    driver.run("points", "--material", "--quiet", directory=directory)
+    driver.run(POINTS, "--material", "--quiet", directory=directory)
     return {path.stem: driver.Table(path) for path in (directory / "points.out").glob("*.csv")}
 
 
@@ -108,7 +109,7 @@ def test_other_laws(curves):
 def test_history(run, tmp_path, curves):
     """A recorded history of constant rate and temperature is the path of that rate; one that cools keeps its
     densities; its own curve can be read again."""
-    text = (driver.INPUTS / "points.nml").read_text()
+    text = POINTS.read_text()
     text = text[: text.index("&PATH")]
     rows = "".join(f"{t},773,{t}\n" for t in np.linspace(0.0, 4.0, 9))
     (tmp_path / "steady.csv").write_text("# a particle\ntime[s],temperature[K],plastic_strain[1]\n" + rows)
@@ -136,7 +137,7 @@ def test_on_ranks(run, tmp_path):
     sets = {"PATH(cu298).STRAIN": 0.5}
     texts = []
     for ranks in (1, 3):
-        run("points", "--material", "--output", f"on{ranks}", ranks=ranks, sets=sets)
+        run(POINTS, "--material", "--output", f"on{ranks}", ranks=ranks, sets=sets)
         texts.append([path.read_text() for path in sorted((tmp_path / f"on{ranks}").iterdir())])
     assert texts[0] == texts[1]
 
@@ -158,7 +159,7 @@ MISTAKES = {
 
 def test_mistakes(tmp_path):
     """One mistake gives one message with its line, and nothing is written."""
-    good = (driver.INPUTS / "points.nml").read_text()
+    good = POINTS.read_text()
     cases = {}
     for name, (old, new, _) in MISTAKES.items():
         assert good.count(old) >= 1, name
@@ -173,7 +174,7 @@ def test_mistakes(tmp_path):
 
 def test_calibration(tmp_path):
     """Numbers with which noisy curves were made come back within four standard errors, and the noise is found."""
-    text = (driver.INPUTS / "points.nml").read_text()
+    text = POINTS.read_text()
     paths = "".join(f"&PATH NAME = 'm{t}', MATERIAL = 'copper', TEMPERATURE = {t}, ROWS = 40 /\n" for t in (298, 773))
     (tmp_path / "made.nml").write_text(text[: text.index("&PATH")] + paths)
     words = [sys.executable, ROOT / "postproc/calibrate_law.py", "made.nml", "data.csv"]

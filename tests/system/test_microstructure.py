@@ -119,7 +119,7 @@ def test_section_and_track(stirred, tmp_path):
     number = int(data["id"][np.argmax(data["plastic_strain"])])
     subprocess.run([sys.executable, ROOT / "postproc/track.py", directory, str(number), tmp_path / "track.csv"],
                    env=environment, check=True)
-    text = (driver.INPUTS / "points.nml").read_text()
+    text = (ROOT / "tests/system/points/points.nml").read_text()
     (tmp_path / "one.nml").write_text(text[: text.index("&PATH")] + "&PATH NAME = 'one', MATERIAL = 'copper', "
                                       "KIND = 'history', FILE = 'track.csv' /\n")
     driver.run("one.nml", "--material", "--quiet", directory=tmp_path)
