@@ -80,6 +80,34 @@ class Crush(Row):
                 Check("energy gain", energy[-1] / energy[0] - 1.0, at_most=1e-3)]
 
 
+class CrushRigid(Row):
+    """Crushed to a fifth by a rigid body made of particles, and released."""
+
+    name = "crush_rigid"
+    text = "column crushed to J = 0.2 by a rigid plate of particles, and back: mean J there, least >= 0.1, books, no energy gained"
+    input = "crush_rigid"
+    variants = {"ugimp": {}, "bspline": {"METHOD.SHAPE": "bspline"}, "cpgimp": {"METHOD.SHAPE": "cpgimp"},
+                "ugimp no F-bar": {"METHOD.FBAR": "F"}, "USAVG no F-bar": {"METHOD.SCHEME": "usavg", "METHOD.FBAR": "F"}}
+
+    def cases(self, quick):
+        names = ("ugimp",) if quick else self.variants
+        return {name: {"sets": self.variants[name]} for name in names}
+
+    def measure(self, place, ranks, sets):
+        half = {"TIME.END": 1.6e-4, "OUTPUT.CHECKPOINT_INTERVAL": 1.6e-4}
+        crushed = self.run(place, ranks, sets | half, "--quiet")[1].checkpoint()
+        _, results = self.run(place, ranks, sets, "--quiet")
+        history, state = results.history(), results.checkpoint()
+        least = crushed.jac[crushed.body == 1]
+        work = history["tool_work[J]"].max()
+        return [finite(history), Check("mean J crushed", least.mean(), at_least=0.19, at_most=0.21),
+                Check("least J crushed", least.min(), at_least=0.1),
+                Check("particles", float((state.body == 1).sum()), 80, 80),
+                Check("pull of the plate [N]", -history["plate_force_z[N]"].min(), at_most=0.0),
+                Check("audit error [%]", np.abs(history["audit_error[%]"]).max(), at_most=2.0),
+                Check("energy gain", -history["numerical_loss[J]"].min() / work, at_most=1e-3)]
+
+
 class PulledFree(Row):
     """A particle alone has nothing that pulls back: it flies with F/m."""
 
@@ -106,4 +134,4 @@ class PulledFree(Row):
                 yes("J of the cube is 0.5 to 2", 0.5 < state.jac[~crumb].min() and state.jac[~crumb].max() < 2.0)]
 
 
-ROWS = (Fracture(), Crush(), PulledFree())
+ROWS = (Fracture(), Crush(), CrushRigid(), PulledFree())
