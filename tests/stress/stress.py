@@ -126,25 +126,28 @@ def machine():
 
 
 def write_page(source, target):
-    """The last result of every check in a file of JSON lines, as a page; failures case by case, the rest by row."""
-    last = {}
+    """The last run of every case in a file of JSON lines, as a page; failures case by case, the rest by row."""
+    runs = {}
     for text in pathlib.Path(source).read_text(encoding="utf-8").splitlines():
         line = json.loads(text)
-        last[line["row"], line["case"], line["ranks"], line["what"]] = line
+        run = runs.setdefault((line["row"], line["case"], line["ranks"]), {})
+        if line["what"] in run or "run" in run:  # a later run of the case
+            run.clear()
+        run[line["what"]] = line
+    last = [line for run in runs.values() for line in run.values()]
     lines = ["# Results of the stress tests", "", "Made by", "",
              "    python3 tests/stress/stress.py --ranks 1 2 --json results.jsonl --results tests/stress/results.md", "",
              f"on {machine()}.", "", "| row | ranks | cases | checks | failed | what it is |", "|---|---|---|---|---|---|"]
     for name, row in rows.ALL.items():
-        for ranks in sorted({line["ranks"] for line in last.values() if line["row"] == name}):
-            mine = [line for line in last.values() if line["row"] == name and line["ranks"] == ranks]
-            lines.append(f"| {name} | {ranks} | {len({line['case'] for line in mine})} | {len(mine)} | "
+        for ranks in sorted({line["ranks"] for line in last if line["row"] == name}):
+            mine = [line for line in last if line["row"] == name and line["ranks"] == ranks]
+            lines.append(f"| {name} | {ranks} | {len({line['case'] for line in mine})} of {len(row.cases(False))} | {len(mine)} | "
                          f"{sum(not line['ok'] for line in mine)} | {row.text} |")
-    absent = [name for name in rows.ALL if not any(line["row"] == name for line in last.values())]
+    absent = [name for name in rows.ALL if not any(line["row"] == name for line in last)]
     lines += ["", f"Not run: {', '.join(absent)}." if absent else "All rows were run.", "", "## Failed", "",
               "| row | case | ranks | what | measured | pass figure |", "|---|---|---|---|---|---|"]
     lines += [f"| {v['row']} | {v['case']} | {v['ranks']} | {v['what']} | "
-              f"{v['measured'] if 'measured' in v else v.get('message', '')} | {v.get('pass', '')} |".replace("\n", " ")
-              for v in last.values() if not v["ok"]]
+              f"{v.get('measured', 'broken')} | {v.get('pass', '')} |" for v in last if not v["ok"]]
     pathlib.Path(target).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
