@@ -43,7 +43,7 @@ contains
         call input%complain(complaints, 'HEAT', 1, 'INTEGRATOR', 'needs &METHOD MECHANICS = F')
       case default
       end select
-      if (input%text('HEAT', 1, 'SOLVER') == 'petsc' .or. input%text('HEAT', 1, 'SOLVER') == 'fftw') &
+      if (any(input%text('HEAT', 1, 'SOLVER') == ['petsc', 'fftw '])) &
         call input%complain(complaints, 'HEAT', 1, 'SOLVER', &
                             'needs &METHOD MECHANICS = F: beside mechanics it is cg')
       return

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Implicit steps: backward Euler, and TR-BDF2 in its form of one diagonally implicit scheme (Hosea &
-!> Shampine 1996, Appl. Numer. Math. 20, 21), L-stable and of order 2. Stages are solved by Newton
+!> Implicit steps: backward Euler, and TR-BDF2 in its form of one diagonally implicit scheme (Hosea
+!> & Shampine 1996, Appl. Numer. Math. 20, 21), L-stable and of order 2. Stages are solved by Newton
 !> steps; the new state is that of the fluxes at the stages, so that heat is exact whatever the
 !> tolerances.
 module thermal_implicit
@@ -59,7 +59,7 @@ contains
     call self%linear%start(heat, self%solver)
   end subroutine start
 
-  !> One step of length `dt` from `y0` with rates `m0`, powers `p0`; `gain` are the heats of the step.
+  !> One step of length `dt` from `y0` with rates `m0`, powers `p0`; `gain`: the heats of the step.
   subroutine step(self, heat, dt, y0, m0, p0, gain)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
@@ -140,7 +140,8 @@ contains
     end do
   end subroutine linearise
 
-  !> Largest error of this rank's cells in the step just made [K], freed of its stiff part by a solve.
+  !> Largest error of this rank's cells in the step just made [K], freed of its stiff part by a
+  !> solve.
   subroutine estimate(self, heat, dt, m0, m1, error)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat

@@ -18,7 +18,7 @@ module thermal_march
 
   type :: march_t
     integer :: method = rkl2
-    real(rp) :: tolerance = 2.0_rp                 !! of the error of a step, largest of all cells [K]
+    real(rp) :: tolerance = 2.0_rp                 !! of the error of a step in any cell [K]
     real(rp) :: fixed = 0.0_rp                     !! fixed step [s]; 0: by the estimate
     real(rp) :: next = 0.0_rp                      !! step to try next [s]
     real(rp) :: last = 0.0_rp                      !! last step made [s]

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Finite volumes for conduction in a solid: a rectilinear mesh whose lines lie on the plane faces of
-!> the solid; cells that other faces cut keep the true part of their volume and of their faces
+!> Finite volumes for conduction in a solid: a rectilinear mesh whose lines lie on the plane faces
+!> of the solid; cells that other faces cut keep the true part of their volume and of their faces
 !> (Johansen & Colella 1998). A cell with little volume gives it to the neighbour behind its largest
 !> face. Cells are stored by planes across x, z fastest; a rank owns a run of planes.
 module thermal_mesh
@@ -447,8 +447,8 @@ contains
           axis = maxloc(abs(vector), dim=1)
           wall%face = 2*axis - merge(0, 1, vector(axis) > 0.0_rp)
           wall%area = norm2(vector)
-          wall%depth = min(0.5_rp*minval(b(:, 2) - b(:, 1)), 0.5_rp*cuts%volume(k, j, i - first + 1) &
-                           *product(b(:, 2) - b(:, 1))/wall%area)
+          wall%depth = 0.5_rp*min(minval(b(:, 2) - b(:, 1)), cuts%volume(k, j, i - first + 1) &
+                                  *product(b(:, 2) - b(:, 1))/wall%area)
           wall%at = 0
           call append(list, n, wall)
         end do

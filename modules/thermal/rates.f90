@@ -152,7 +152,8 @@ contains
     real(rp), intent(out) :: t(self%mesh%np*self%mesh%nx)
 
     t = y(1:size(t))
-    if (.not. self%property%is_constant) call self%property%temperature%map(size(t), y(1:size(t)), t)
+    if (self%property%is_constant) return
+    call self%property%temperature%map(size(t), y(1:size(t)), t)
   end subroutine temperatures
 
   !> Heat above `datum` [K] of this rank [J].

@@ -4,7 +4,8 @@ module time_heat
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
-  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, least_capacity, &
+  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, &
+                                least_capacity, &
                                 nodal_temperature, smooth_particles, smooth_share, &
                                 temperature_increment
   use time_audit, only: e_film
