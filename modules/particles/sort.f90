@@ -30,7 +30,7 @@ contains
     integer, intent(in) :: n, nn, nbody
     integer, intent(in) :: slot(n), node(n), body(n)
     integer, allocatable :: class(:), from(:), to(:), per_class(:)
-    integer :: b, c, i, k, nblk, nclass
+    integer :: b, c, i, k, last, nblk, nclass
 
     allocate (from(n), to(n), class(n))
     do i = 1, n
@@ -49,7 +49,12 @@ contains
       k = k + per_class(b)
     end do
     particles%nblk = nblk
-    call move_fields(particles, n, from, to)
+    last = n                                   ! those that sleep mostly keep their places
+    do while (last > 0)
+      if (from(last) /= to(last)) exit
+      last = last - 1
+    end do
+    call move_fields(particles, last, from(:last), to(:last))
     call neutralise_padding(particles)
   end subroutine sort_particles
 

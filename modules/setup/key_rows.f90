@@ -49,6 +49,8 @@ contains
     call t%key('DT', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: from CFL')
     call t%key('MASS_SCALING', 'real', 1, '', '1', '[1,1e12)', &
       'factor on the inertial mass, for larger time steps')
+    call t%key('INERTIAL_FRACTION', 'real', 1, '', '0.05', '(0,1]', &
+      'inertial stress of mass scaling, chi rho v^2, over flow stress that is small enough')
     call t%key('GRAVITY', 'real', 3, 'm/s2', '0 0 0', '', 'acceleration of gravity')
     call t%key('MAX_STEPS', 'integer', 1, '', '0', '[0,inf)', &
       'stop after so many steps; 0: no limit')

@@ -67,6 +67,7 @@ contains
       m%cfl = input%real('TIME', 1, 'CFL')
       m%fixed_dt = input%real('TIME', 1, 'DT')
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
+      m%inertial_fraction = input%real('TIME', 1, 'INERTIAL_FRACTION')
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
       m%is_bspline = input%text('METHOD', 1, 'SHAPE') == 'bspline'
       m%scheme = find(['usl  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))

@@ -14,6 +14,7 @@ module time_heat
                           unfold
   use time_nodes, only: clear_nodes
   use time_probes, only: warm_probes
+  use time_sleep, only: swap_lists
   use time_sources, only: give_source_heat
   use time_state, only: simulation_t
   use time_weights, only: weights_of
@@ -51,6 +52,7 @@ contains
     real(rp), allocatable :: before(:)                ! nodal temperature
     integer :: b, r
 
+    call swap_lists(sim)
     lost = 0.0_rp
     call give_source_heat(world, sim, dt)
     call gather_temperature(world, sim, f_temp, f_heat, r_heat, lost)
@@ -81,6 +83,8 @@ contains
                       sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
     end do
     call anneal_particles(sim, dt)
+    if (sim%scene%method%sleep%is_on) call clear_nodes(sim, sim%g)
+    call swap_lists(sim)
   end subroutine conduct
 
   !> Heat that conduction and films bring to the nodes in `dt` at the temperatures in lane 4: lane 5

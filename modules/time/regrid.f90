@@ -9,6 +9,7 @@ module time_regrid
   use particles_store, only: f_pos, tag_rest
   use time_clamps, only: list_clamps
   use time_mirrors, only: list_mirrors
+  use time_nodes, only: clear_nodes
   use time_probes, only: claim_probes, share_probes
   use time_sleep, only: count_awake, load_of, update_sleep
   use time_state, only: simulation_t
@@ -91,11 +92,12 @@ contains
 
     active = box_in_use(world, sim)
     call sim%halo%init(world, sim%patch, sim%boxes, active)
-    call list_runs(sim)
+    call count_awake(sim)
+    call list_runs(sim, sim%particles%nblk)
     call list_mirrors(sim)
     call list_clamps(world, sim)
     call enclose_blocks(sim)
-    call count_awake(sim)
+    call list_for_steps(sim)
     call claim_probes(sim%scene%grid, sim%patch, sim%probes)
   end subroutine relist
 
@@ -123,9 +125,23 @@ contains
     box_in_use%hi = nearest_node(sim%scene%grid, extent(1:3)) + halo
   end function box_in_use
 
-  !> Runs of consecutive nodes in use; a run is wholly owned or wholly another rank's.
-  subroutine list_runs(sim)
+  !> While material sleeps, steps use only the nodes of the other particles.
+  subroutine list_for_steps(sim)
     type(simulation_t), intent(inout) :: sim
+
+    if (.not. sim%scene%method%sleep%is_on) return
+    call clear_nodes(sim, sim%g)
+    if (allocated(sim%resting)) deallocate (sim%resting)
+    call move_alloc(sim%run, sim%resting)
+    sim%n_resting = sim%n_runs
+    call list_runs(sim, sim%n_mapped)
+  end subroutine list_for_steps
+
+  !> Runs of consecutive nodes that the particles of the first `n_blocks` use; a run is wholly owned
+  !> or wholly another rank's.
+  subroutine list_runs(sim, n_blocks)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: n_blocks
     logical, allocatable :: used(:, :, :)
     integer, allocatable :: list(:, :)
     integer :: b, i, j, k, n(3), p, ijk(3), start, owned
@@ -134,7 +150,7 @@ contains
     n = 0
     if (sim%patch%nn > 0) n = sim%patch%all%hi - sim%patch%all%lo + 1
     allocate (used(n(3), n(2), n(1)), source=.false.)
-    do b = 1, sim%particles%nblk
+    do b = 1, n_blocks
       do p = 1, sim%particles%count(b)
         ijk = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)) &
               - sim%patch%all%lo + 1

@@ -13,7 +13,7 @@ module time_sleep
   implicit none (type, external)
   private
 
-  public :: update_sleep, count_awake, load_of
+  public :: update_sleep, count_awake, load_of, swap_lists
 
   integer, parameter :: edge = 2          !! of a cube [cells]
   integer, parameter :: patience = 500    !! steps from one falling asleep to the next
@@ -161,6 +161,22 @@ contains
       if (tag_rest(sim%particles%tag(1, b)) /= asleep) sim%n_mapped = b
     end do
   end subroutine count_awake
+
+  !> Conduction works on the nodes of all particles, steps on those of awake particles and the rim;
+  !> the other nodes must be 0 then.
+  subroutine swap_lists(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer, allocatable :: list(:, :)
+    integer :: n
+
+    if (.not. sim%scene%method%sleep%is_on) return
+    n = sim%n_runs
+    sim%n_runs = sim%n_resting
+    sim%n_resting = n
+    call move_alloc(sim%run, list)
+    call move_alloc(sim%resting, sim%run)
+    call move_alloc(list, sim%resting)
+  end subroutine swap_lists
 
   !> What a particle costs, an awake one being 1.
   elemental real(rp) function load_of(rest)

@@ -145,6 +145,7 @@ module time_state
     real(rp) :: cfl = 0.4_rp
     real(rp) :: fixed_dt = 0.0_rp        !! [s]; 0: from the wave speed
     real(rp) :: mass_scaling = 1.0_rp    !! on inertia only
+    real(rp) :: inertial_fraction = 0.05_rp   !! inertial stress over flow stress that is small
     real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
     type(sleep_t) :: sleep
     logical :: conducts = .false.
@@ -242,6 +243,8 @@ module time_state
     real(rp) :: force_time = 0.0_rp          !! to which its outer forces belong [s]
     integer :: n_runs = 0
     integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
+    integer :: n_resting = 0                 !! the same for all particles, while some sleep: of
+    integer, allocatable :: resting(:, :)    !! the steps while the other list conducts, and back
     logical, allocatable :: is_held(:)       !! (nn) node held by a clamp or wall, or behind one
     integer :: n_fixed = 0
     integer, allocatable :: fixed(:, :)      !! (3, n) node, constraint, 1 if owned

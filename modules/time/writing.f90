@@ -34,6 +34,7 @@ module time_writing
     real(rp) :: first_time = 0.0_rp
     integer(i8) :: particles = 0        !! on all ranks
     integer(i8) :: told_refused = 0     !! refused steps when last spoken of
+    real(rp) :: inertial = 0.0_rp            !! largest inertial stress over flow stress so far
     logical :: warned = .false., warned_returns = .false., warned_fracture = .false.
     logical :: warned_alarm(n_alarms) = .false.
   contains
@@ -203,15 +204,27 @@ contains
         str(apart)//' of the distance up to which nodes join them: numerical fracture '// &
         '(try cpgimp, or more particles per cell)'
     end if
-    if (values(19) > 5.0_rp .and. sim%scene%method%mass_scaling > 1.0_rp &
+    self%inertial = max(self%inertial, 0.01_rp*values(19))
+    if (0.01_rp*values(19) > sim%scene%method%inertial_fraction &
+        .and. sim%scene%method%mass_scaling > 1.0_rp &
         .and. .not. self%warned) then
       self%warned = .true.
       if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
         ' s the inertial stress of mass scaling, chi rho v^2, is '//str(values(19))// &
         ' % of the flow stress somewhere (KE/IE '//str(values(18))// &
-        ' %): try a smaller MASS_SCALING'
+        ' %): try a MASS_SCALING of '//str(allowed_scaling(self, sim))
     end if
   end subroutine row
+
+  !> Mass scaling whose inertial stress would have been just small enough so far: it is proportional
+  !> to it, since the tool gives the speeds.
+  pure real(rp) function allowed_scaling(self, sim)
+    class(writer_t), intent(in) :: self
+    type(simulation_t), intent(in) :: sim
+
+    allowed_scaling = max(1.0_rp, sim%scene%method%mass_scaling*sim%scene%method%inertial_fraction &
+                                  /max(self%inertial, tiny(1.0_rp)))
+  end function allowed_scaling
 
   !> Say that steps were refused, at most once between two rows of the history.
   subroutine tell_refused(self, world, sim)
@@ -312,6 +325,11 @@ contains
       str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)//' particles in '// &
       span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '// &
       str(world%size)//' rank(s)'
+    if (sim%scene%output%is_quiet .or. self%inertial <= 0.0_rp) return
+    if (sim%scene%method%mass_scaling > 1.0_rp) write (output_unit, '(a)') &
+      'inertial stress up to '//str(100.0_rp*self%inertial)//' % of the flow stress: MASS_SCALING = '// &
+      str(allowed_scaling(self, sim))//' would make that '// &
+      str(100.0_rp*sim%scene%method%inertial_fraction)//' %'
   end subroutine summary
 
   !> Seconds as a person says them.
