@@ -51,12 +51,12 @@ def test_sliding_block(run, cell, shape):
     """Exact: 40 x 15 x 5 mm, 3 g, mu = 0.5, pushed and pressed by 35.294 N each, ramped in 0.1 ms:
     a = (F - mu N)/m = 5882.3 m/s2, so v = a (5 - 0.05) ms = 29.118 m/s after 5 ms; tool force
     (mu N, 0, -N) = (17.647, 0, -35.294) N; friction heat mu N s = 1.273 J; no rotation: to 0.1 %
-    (required: 1 %)."""
+    (required: 1 %). Sideways it stays below what the load gives in one step of free fall."""
     v, history, state = slide(run, **{"GRID.CELL": cell, "METHOD.SHAPE": shape})
     exact = (LOAD - 0.5 * LOAD) / MASS * (5e-3 - 0.5e-4)
     print(cell, shape, v, exact)
     assert v[0] == pytest.approx(exact, rel=1e-3)
-    assert np.abs(v[1:]).max() < 1e-3
+    assert np.abs(v[1:]).max() < LOAD / MASS * history["dt[s]"].max()
     assert history["plane_force_x[N]"][-20:].mean() == pytest.approx(0.5 * LOAD, rel=1e-3)
     assert history["plane_force_z[N]"][-20:].mean() == pytest.approx(-LOAD, rel=1e-3)
     # the way from v = a (t/tr)^2 tr/2 and a (t - tr/2); the force ramps with N
@@ -129,7 +129,8 @@ def test_two_loads_on_a_body_add_up(run, tmp_path):
 def test_elastic_bar_hits_a_wall(run, shape, scheme):
     """Exact: E = 1 GPa, nu = 0, 1000 kg/m3, c = 1000 m/s, 4 x 4 x 50 mm (50 cells), 1 m/s: force
     rho c A v = 16 N (mean from 0.02 to 0.09 ms to 1 %, all of it to 3 %) for 2L/c = 0.1 ms (until half of
-    it is left, to 2 %), then the bar leaves at 1 m/s (restitution >= 0.96); momentum balance to 1e-9."""
+    it is left, to 2 %), then the bar leaves at 1 m/s (restitution >= 0.95: the layer that touches first is
+    stopped, see below); momentum balance to 1e-9."""
     sets = {"METHOD.SHAPE": shape, "METHOD.SCHEME": scheme}
     results = run("impact", "--quiet", sets=sets).results("impact")
     history, state = results.history(), results.checkpoint()
@@ -149,9 +150,25 @@ def test_elastic_bar_hits_a_wall(run, shape, scheme):
     assert np.abs(plateau - 16.0).max() < 0.03 * 16.0
     assert contact == pytest.approx(1e-4, rel=0.02)
     assert last < 1.05e-4
-    assert 0.96 <= restitution <= 1.0
+    assert 0.95 <= restitution <= 1.0
     assert force.min() >= 0.0
     assert -history.impulse("wall_force_z[N]") == pytest.approx(mass * (restitution + 1.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("shape", ["ugimp", "bspline"])
+def test_what_an_impact_loses_falls_with_the_cell(run, tmp_path, shape):
+    """Exact: nothing is lost. The energy of the layer of particles that the tool stops is, of first order in
+    the cell: at 100 cells the restitution of the bar is >= 0.97 and its loss < 0.7 of that at 50 cells."""
+    loss = []
+    for cell in (1e-3, 0.5e-3):
+        place = tmp_path / str(cell)
+        place.mkdir()
+        sets = {"METHOD.SHAPE": shape, "GRID.CELL": cell}
+        state = run("impact", "--quiet", sets=sets, directory=place).results("impact").checkpoint()
+        loss.append(1.0 - state.momentum()[2] / state.mass.sum())
+    print(shape, loss)
+    assert loss[1] < 0.03
+    assert loss[1] < 0.7 * loss[0]
 
 
 @pytest.mark.parametrize("name", ["impact", "punch"])
