@@ -9,10 +9,11 @@
 !> pressure of neighbouring particles is already averaged: by Coulomb's law and by the shear strength
 !> of the material.
 !>
-!> Beyond the last particle that touches, the velocity on the grid falls off over a cell, so that a
-!> tool seems wider by half a cell. Therefore nothing is pushed within half a cell of an edge that
-!> stands out, only held by friction: flat punches then carry what they should on plastic metal
-!> (tests/verification, punch_plane).
+!> At the edge of a tool the velocity of metal that flows jumps; on the grid it falls off over a cell
+!> beyond the last particle that touches, so that the tool seems wider by half a cell. Therefore
+!> material that can flow is not pushed within half a cell of an edge that stands out, only held by
+!> friction. Elastic material has no such jump and is pushed up to the edge (tests/verification,
+!> punch_plane, punch_circle and punch_elastic).
 module time_tool_contact
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -36,7 +37,7 @@ module time_tool_contact
   real(rp), parameter :: share = 0.7_rp        !! of the exact impulse: all of it rattles
   real(rp), parameter :: band = 3.0_rp         !! nodes that touching particles reach [cells]
   real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
-  real(rp), parameter :: inset = 0.5_rp        !! of edges that stand out [cells]
+  real(rp), parameter :: inset = 0.5_rp        !! of edges that stand out, in metal that flows [cells]
   real(rp), parameter :: unlimited = 1.0e30_rp     !! shear strength of an elastic material
 
 contains
@@ -155,11 +156,13 @@ contains
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
-    real(rp) :: first_d, near, reach, rate(nlane), strength(nlane), w(nlane, 18), x(3)
+    real(rp) :: edge, first_d, near, reach, rate(nlane), strength(nlane), w(nlane, 18), x(3)
     integer :: before, first(nlane), i, p
     type(touch_t) :: touch
 
     before = sim%touching%n
+    edge = 0.0_rp
+    if (allocated(sim%scene%material(sim%scene%body(body)%material)%flow)) edge = inset*sim%patch%h
     ! no particle moves faster than the nodes; a distance changes by no more than the way
     near = dt*sim%clock%max_speed + 0.01_rp*sim%patch%h &
            + 0.5_rp*norm2(sim%scene%body(body)%spacing)
@@ -174,7 +177,7 @@ contains
       touch%first = first(p)
       touch%w = reshape(w(p, 1:9), [3, 3])
       touch%mass = sim%scene%method%mass_scaling*ps(p, f_mass)
-      if (approaches(sim, tool, rigid, dt, sim%scene%body(body)%spacing, x, &
+      if (approaches(sim, tool, rigid, dt, edge, sim%scene%body(body)%spacing, x, &
                      velocity_at(sim, touch, g), touch)) call sim%touching%add_touch(touch)
     end do
     if (sim%touching%n == before) return
@@ -247,11 +250,11 @@ contains
 
   !> Whether the surface of the particle at `x` with velocity `v` would be inside the tool at the end
   !> of the step; how fast it gets there, and its slip.
-  logical function approaches(sim, tool, rigid, dt, spacing, x, v, touch)
+  logical function approaches(sim, tool, rigid, dt, edge, spacing, x, v, touch)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, spacing(3), x(3), v(3)
+    real(rp), intent(in) :: dt, edge, spacing(3), x(3), v(3)
     type(touch_t), intent(inout) :: touch
     real(rp) :: gap, room
 
@@ -263,7 +266,7 @@ contains
               touch%closing, touch%slip)
     touch%friction = tool%friction
     approaches = touch%closing > 0.0_rp
-    if (room <= inset*sim%patch%h) touch%closing = 0.0_rp
+    if (room < edge) touch%closing = 0.0_rp
   end function approaches
 
   !> Masses of the touching and of the pushed particles at the nodes.
