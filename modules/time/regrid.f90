@@ -159,6 +159,9 @@ contains
     end do
     call dilate(used)
     call sim%halo%mark_used(size(used), used)
+    if (n_blocks < sim%particles%nblk) then
+      call mark_partners(sim%mirrors%n_pairs, sim%mirrors%pair, size(used), used)
+    end if
     allocate (list(3, 64))
     sim%n_runs = 0
     do i = 1, n(1)
@@ -192,6 +195,18 @@ contains
                         .and. k - 1 + sim%patch%all%lo(3) <= sim%patch%own%hi(3))
     end function ownership
   end subroutine list_runs
+
+  !> A node in front of a wall and the one behind it are used together: what one step leaves in one
+  !> must be cleared before the next.
+  pure subroutine mark_partners(n, pair, nn, used)
+    integer, intent(in) :: n, pair(:, :), nn
+    logical, intent(inout) :: used(nn)
+    integer :: i
+
+    do i = 1, n
+      if (any(used(pair(1:2, i)))) used(pair(1:2, i)) = .true.
+    end do
+  end subroutine mark_partners
 
   !> Mark all nodes up to `halo` away from a marked one along each axis.
   pure subroutine dilate(used)
