@@ -62,7 +62,7 @@ contains
 
     near = 0.0_rp
     do k = 1, size(sim%tool)
-      do b = 1, sim%particles%nblk
+      do b = 1, sim%n_awake
         if (.not. sim%tool(k)%is_near(sim%ball(1:3, b), sim%ball(4, b))) cycle
         near(k) = 1.0_rp
         exit

@@ -7,7 +7,7 @@ module time_regrid
   use grid_partition, only: bisect, imbalance
   use particles_migrate, only: redistribute, wrap_positions
   use particles_store, only: f_pos, tag_rest
-  use time_clamps, only: list_clamps
+  use time_clamp_list, only: list_clamps
   use time_mirrors, only: list_mirrors
   use time_nodes, only: clear_nodes
   use time_probes, only: claim_probes, share_probes

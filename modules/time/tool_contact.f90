@@ -142,7 +142,7 @@ contains
     real(rp), intent(in) :: dt, g(8, sim%patch%nn)
     integer :: b
 
-    do b = 1, sim%particles%nblk
+    do b = 1, sim%n_awake
       if (sim%scene%body(sim%particles%body(b))%group /= group) cycle
       if (.not. tool%is_near(sim%ball(1:3, b), sim%ball(4, b))) cycle
       call visit_block(sim, tool, rigid, b, sim%particles%body(b), sim%particles%count(b), dt, &
