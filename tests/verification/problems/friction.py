@@ -128,6 +128,6 @@ PROBLEMS = (
     FrictionBlock(),
     FrictionPush(),
     Incline("block", (4, 8), (16,), (4,)),
-    Incline("cylinder", (8, 16), (32,), (16,)),
+    Incline("cylinder", (16, 32), (64,), (16,)),
     Incline("sphere", (4, 8), (16,)),
 )
