@@ -5,6 +5,7 @@ module time_clamp_list
   use base_kinds, only: rp
   use comm_world, only: world_t
   use grid_geometry, only: wrap
+  use time_nodes, only: append
   use time_state, only: column_t, constraint_t, simulation_t
   implicit none (type, external)
   private
@@ -222,22 +223,6 @@ contains
     where (sim%scene%grid%period == 0) ijk = max(0, min(sim%scene%grid%n - 1, ijk))
     is_owned = sim%patch%own%has(ijk)
   end function is_owned
-
-  !> Add `entry` behind the `n` entries of a growing list.
-  pure subroutine append(list, n, entry)
-    integer, allocatable, intent(inout) :: list(:, :)
-    integer, intent(inout) :: n
-    integer, intent(in) :: entry(3)
-    integer, allocatable :: longer(:, :)
-
-    if (n == size(list, 2)) then
-      allocate (longer(3, 2*n))
-      longer(:, 1:n) = list
-      call move_alloc(longer, list)
-    end if
-    n = n + 1
-    list(:, n) = entry
-  end subroutine append
 
   pure subroutine append_column(list, n, entry)
     type(column_t), allocatable, intent(inout) :: list(:)

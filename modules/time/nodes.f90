@@ -8,11 +8,27 @@ module time_nodes
   implicit none (type, external)
   private
 
-  public :: clear_nodes, update_nodes
+  public :: append, clear_nodes, update_nodes
 
   real(rp), parameter, public :: least_mass = 1.0e-30_rp   !! below this a node is empty [kg]
 
 contains
+
+  !> Add `entry` behind the `n` entries of a growing list of nodes.
+  pure subroutine append(list, n, entry)
+    integer, allocatable, intent(inout) :: list(:, :)
+    integer, intent(inout) :: n
+    integer, intent(in) :: entry(3)
+    integer, allocatable :: longer(:, :)
+
+    if (n == size(list, 2)) then
+      allocate (longer(3, 2*n))
+      longer(:, 1:n) = list
+      call move_alloc(longer, list)
+    end if
+    n = n + 1
+    list(:, n) = entry
+  end subroutine append
 
   !> Zero the records of all nodes in use.
   subroutine clear_nodes(sim, g)

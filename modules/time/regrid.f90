@@ -9,6 +9,7 @@ module time_regrid
   use particles_store, only: f_pos, tag_rest
   use time_clamp_list, only: list_clamps
   use time_mirrors, only: list_mirrors
+  use time_nodes, only: append
   use time_nodes, only: clear_nodes
   use time_probes, only: claim_probes, share_probes
   use time_sleep, only: count_awake, load_of, update_sleep
@@ -221,22 +222,6 @@ contains
       end do
     end do
   end subroutine dilate
-
-  !> Add `entry` behind the `n` entries of a growing list.
-  pure subroutine append(list, n, entry)
-    integer, allocatable, intent(inout) :: list(:, :)
-    integer, intent(inout) :: n
-    integer, intent(in) :: entry(3)
-    integer, allocatable :: longer(:, :)
-
-    if (n == size(list, 2)) then
-      allocate (longer(3, 2*n))
-      longer(:, 1:n) = list
-      call move_alloc(longer, list)
-    end if
-    n = n + 1
-    list(:, n) = entry
-  end subroutine append
 
   !> Ball around each block, with room for the way until the next sort (one cell) and the reach of
   !> a particle (half a cell at most).
