@@ -68,8 +68,8 @@ class CirclePunch(PlanePunch):
     name = "punch_circle"
     norm = "mean pressure from 7 to 10 % of the radius deep, off by, over 5.69 k"
     limit = exact.circular_punch(1.0)
-    resolutions = (3, 4)
-    fine = (6, 8)
+    resolutions = (4, 6)
+    fine = (8,)
     quick = ()
     parameters = {"friction": 0.0, "speed": 0.5, "depth": 0.1, "width": 4.0, "deep": 3.0}
 
