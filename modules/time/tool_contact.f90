@@ -34,7 +34,7 @@ module time_tool_contact
 
   public :: touch_tools
 
-  real(rp), parameter :: share = 0.7_rp        !! of the exact impulse: all of it rattles
+  real(rp), parameter :: share = 0.7_rp        !! of the exact impulse: all of it is noisier
   real(rp), parameter :: band = 3.0_rp         !! nodes that touching particles reach [cells]
   real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
   real(rp), parameter :: inset = 0.5_rp        !! of edges that stand out, in metal that flows [cells]
