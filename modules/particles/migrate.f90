@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Sends particles to the rank that owns their nearest node, and sorts those that stay or come.
 module particles_migrate
-  use base_kinds, only: i8, rp
+  use base_kinds, only: i8, nlane, rp
   use base_text, only: str
   use comm_world, only: world_t
   use grid_geometry, only: box_t, grid_t, halo, nearest_node, patch_t, wrap
   use grid_partition, only: owner_of
   use mpi_f08, only: mpi_alltoall, mpi_alltoallv, mpi_double_precision, mpi_integer
-  use particles_sort, only: slot_block, slot_lane, sort_particles
-  use particles_store, only: f_pos, f_vel, particles_t, tag_id
+  use particles_sort, only: slot_block, slot_lane, sort_first, sort_particles
+  use particles_store, only: awake, f_pos, f_vel, particles_t, tag_id, tag_rest
   implicit none (type, external)
   private
 
@@ -34,43 +34,80 @@ contains
   end subroutine wrap_positions
 
   !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`), wrapped.
-  subroutine redistribute(world, grid, patch, boxes, nbody, particles)
+  !> Blocks behind `n_moving` are as they were sorted: at rest, here, and none was added to them.
+  subroutine redistribute(world, grid, patch, boxes, nbody, n_moving, particles)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: boxes(0:)
-    integer, intent(in) :: nbody
+    integer, intent(in) :: nbody, n_moving
     type(particles_t), intent(inout) :: particles
     integer, allocatable :: slot(:), node(:), body(:), owner(:)
-    integer :: n, kept, i
+    integer :: n
 
-    n = particles%total()
+    n = sum(particles%count(:n_moving))
     allocate (slot(n), node(n), body(n), owner(n))
-    call locate(world, grid, patch, boxes, particles, slot, node, body, owner)
+    call locate(world, grid, patch, boxes, 1, n_moving, particles, slot, node, body, owner)
     if (world%size > 1) call exchange(world, grid, patch, particles, slot, node, body, owner)
-    kept = 0
-    do i = 1, size(slot)
-      if (owner(i) /= world%rank) cycle
-      kept = kept + 1
-      slot(kept) = slot(i)
-      node(kept) = node(i)
-      body(kept) = body(i)
-    end do
-    call sort_particles(particles, kept, slot, node, body, patch%nn, nbody)
+    call keep_own(world%rank, slot, node, body, owner)
+    if (n_moving < particles%nblk) then
+      if (fit_in(particles, slot, body, nbody, n_moving)) then
+        call sort_first(particles, n_moving, slot, node, body, patch%nn, nbody)
+        return
+      end if
+      n = sum(particles%count(n_moving + 1:particles%nblk))
+      block
+        integer :: slot2(n), node2(n), body2(n), owner2(n)
+        call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
+                    node2, body2, owner2)
+        slot = [slot, slot2]
+        node = [node, node2]
+        body = [body, body2]
+      end block
+    end if
+    call sort_particles(particles, size(slot), slot, node, body, patch%nn, nbody)
   end subroutine redistribute
 
-  !> Slot, nearest node (storage index), body and owner of every particle.
-  subroutine locate(world, grid, patch, boxes, particles, slot, node, body, owner)
+  !> Drop from the lists what other ranks own.
+  pure subroutine keep_own(rank, slot, node, body, owner)
+    integer, intent(in) :: rank, owner(:)
+    integer, allocatable, intent(inout) :: slot(:), node(:), body(:)
+
+    if (all(owner == rank)) return
+    slot = pack(slot, owner == rank)
+    node = pack(node, owner == rank)
+    body = pack(body, owner == rank)
+  end subroutine keep_own
+
+  !> Whether the listed particles are all awake and need the first `n_moving` blocks as they are.
+  pure logical function fit_in(particles, slot, body, nbody, n_moving)
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: slot(:), body(:), nbody, n_moving
+    integer :: i, k, b(nbody), n(nbody)
+
+    n = 0
+    fit_in = .false.
+    do i = 1, size(slot)
+      if (tag_rest(particles%tag(slot_lane(slot(i)), slot_block(slot(i)))) /= awake) return
+      n(body(i)) = n(body(i)) + 1
+    end do
+    b = [(count(particles%body(:n_moving) == k), k=1, nbody)]
+    fit_in = all((n + nlane - 1)/nlane == b)
+  end function fit_in
+
+  !> Slot, nearest node (storage index), body and owner of every particle in blocks `low` to `high`.
+  subroutine locate(world, grid, patch, boxes, low, high, particles, slot, node, body, owner)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: boxes(0:)
+    integer, intent(in) :: low, high
     type(particles_t), intent(in) :: particles
     integer, intent(out) :: slot(:), node(:), body(:), owner(:)
     integer :: b, c, p, ijk(3)
 
     c = 0
-    do b = 1, particles%nblk
+    do b = low, high
       do p = 1, particles%count(b)
         c = c + 1
         slot(c) = (b - 1)*size(particles%ps, 1) + p - 1

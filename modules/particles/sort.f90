@@ -6,7 +6,7 @@ module particles_sort
   implicit none (type, external)
   private
 
-  public :: sort_particles, slot_block, slot_lane
+  public :: sort_particles, sort_first, slot_block, slot_lane
 
 contains
 
@@ -22,6 +22,19 @@ contains
 
     slot_lane = mod(s, nlane) + 1
   end function slot_lane
+
+  !> Sort the particles in `slot`, all awake, into the first `n_blocks` blocks, which they need; the
+  !> other blocks stay.
+  subroutine sort_first(particles, n_blocks, slot, node, body, nn, nbody)
+    type(particles_t), intent(inout) :: particles
+    integer, intent(in) :: n_blocks, slot(:), node(:), body(:), nn, nbody
+    integer :: old
+
+    old = particles%nblk
+    call sort_particles(particles, size(slot), slot, node, body, nn, nbody)
+    if (particles%nblk /= n_blocks) error stop 'sort_first: the particles need other blocks'
+    particles%nblk = old
+  end subroutine sort_first
 
   !> Rebuild the blocks from the particles in `slot(1:n)`; all others are dropped.
   !> `node(1:n)` is the storage index of each one's nearest node, `body(1:n)` its body.

@@ -62,8 +62,8 @@ contains
     call t%group('METHOD', 'once', 'Numerical method.')
     call t%key('MECHANICS', 'logical', 1, '', '.true.', '', &
       'false: heat alone, in bodies at rest, on a mesh of cells about as large as those of the grid')
-    call t%key('SHAPE', 'choice', 1, '', 'ugimp', 'ugimp cpgimp bspline', &
-      'shape functions between particles and grid; the domains of cpgimp follow the deformation')
+    call t%key('SHAPE', 'choice', 1, '', 'auto', 'auto ugimp cpgimp bspline', &
+      'shape functions; auto: bspline with a &TOOL, else ugimp; domains of cpgimp follow the strain')
     call t%key('SCHEME', 'choice', 1, '', 'usl', 'usl musl usavg', &
       'stress update: last, last from velocities mapped again, half first and half last')
     call t%key('TRANSFER', 'choice', 1, '', 'flip', 'flip apic xpic fmpm', &
@@ -79,8 +79,8 @@ contains
       'steps between two sorts of the particles by cell')
     call t%key('REBALANCE', 'real', 1, '', '1.1', '[1,inf)', &
       'most loaded rank over the mean load above which the grid is divided anew')
-    call t%key('SLEEPING', 'choice', 1, '', 'off', 'off auto on', &
-      'material that is still stops its mechanics but keeps conducting; auto: if the scene allows')
+    call t%key('SLEEPING', 'choice', 1, '', 'auto', 'off auto on', &
+      'material that is still stops its mechanics; auto: with MASS_SCALING, if the scene allows')
     call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0', '[0,inf)', &
       'material nearer than this to a tool is awake; 0: half the radius of the largest tool')
     call t%key('SLEEP_STRAIN', 'real', 1, '', '1e-4', '(0,1)', &
@@ -309,7 +309,7 @@ contains
     call t%group('HEAT', 'once', 'Heat conduction; the presence of this group switches it on.')
     call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', &
       'temperature of the surroundings, where a &SURFACE gives none')
-    call t%key('FOURIER', 'real', 1, '', '0.15', '(0,0.5]', &
+    call t%key('FOURIER', 'real', 1, '', '0.5', '(0,0.5]', &
       'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
     call t%key('INTEGRATOR', 'choice', 1, '', 'auto', &
       'auto explicit rkl2 backward-euler tr-bdf2', &

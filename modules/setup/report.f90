@@ -52,6 +52,7 @@ contains
               str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
     call line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
               str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
+    call line('method', method(sim))
     call line('time step', str(dt)//' s, limited by '//limit(sim))
     call line('steps', str(nint(steps, i8))//' for '//str(sim%scene%end_time)//' s')
     call line('speed', str(real(sum(counts), rp)/per_step*1.0e-6_rp)//' M particle-steps/s here')
@@ -124,6 +125,21 @@ contains
       time_steps = min(time_steps, wall_time() - t)
     end do
   end function time_steps
+
+  !> Shape functions, transfer and scheme, as given or chosen.
+  function method(sim) result(text)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
+    character(5), parameter :: transfer(4) = ['FLIP ', 'APIC ', 'XPIC ', 'FMPM ']
+    character(5), parameter :: scheme(3) = ['USL  ', 'MUSL ', 'USAVG']
+
+    text = 'uGIMP'
+    if (sim%scene%layout%half > 0) text = 'cpGIMP'
+    if (sim%scene%method%is_bspline) text = 'quadratic B-splines'
+    text = text//', '//trim(transfer(sim%scene%method%transfer))//', '// &
+           trim(scheme(sim%scene%method%scheme))
+    if (sim%scene%method%sleep%is_on) text = text//', still material sleeps'
+  end function method
 
   function limit(sim) result(text)
     type(simulation_t), intent(in) :: sim

@@ -69,7 +69,7 @@ contains
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
       m%inertial_fraction = input%real('TIME', 1, 'INERTIAL_FRACTION')
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
-      m%is_bspline = input%text('METHOD', 1, 'SHAPE') == 'bspline'
+      m%is_bspline = shape_functions(input) == 'bspline'
       m%scheme = find(['usl  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
       m%transfer = find(['flip', 'apic', 'xpic', 'fmpm'], input%text('METHOD', 1, 'TRANSFER'))
       m%order = input%integer('METHOD', 1, 'ORDER')
@@ -96,6 +96,17 @@ contains
       o%safety_interval = input%real('OUTPUT', 1, 'SAFETY_INTERVAL')
     end associate
   end subroutine read_general
+
+  !> The shape functions of the input, or those that suit the scene: in contact with tools B-splines
+  !> depend least on where the grid lies, elsewhere uGIMP is as good or better (docs/accuracy.md).
+  function shape_functions(input) result(name)
+    type(input_t), intent(in) :: input
+    character(:), allocatable :: name
+
+    name = input%text('METHOD', 1, 'SHAPE')
+    if (name == 'auto' .and. input%count('TOOL') > 0) name = 'bspline'
+    if (name == 'auto') name = 'ugimp'
+  end function shape_functions
 
   !> Fields of a particle beyond the common ones; methods that do not go together.
   subroutine lay_out_fields(input, scene, complaints)

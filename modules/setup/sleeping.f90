@@ -27,7 +27,7 @@ contains
       call input%complain(complaints, 'METHOD', 1, 'SLEEPING', 'cannot be on with '//obstacle)
     end if
     associate (sleep => sim%scene%method%sleep)
-      sleep%is_on = obstacle == ''
+      sleep%is_on = obstacle == '' .and. (choice == 'on' .or. is_quasi_static(sim))
       if (.not. sleep%is_on) return
       sleep%distance = input%real('METHOD', 1, 'SLEEP_DISTANCE')
       if (sleep%distance <= 0.0_rp) sleep%distance = 0.5_rp*maxval(sim%tool%radius)
@@ -37,6 +37,13 @@ contains
     end associate
     call sim%scene%layout%add(1, sim%scene%layout%rest)
   end subroutine read_sleeping
+
+  !> Whether waves are of no interest: the inertia of the material is not the true one.
+  pure logical function is_quasi_static(sim)
+    type(simulation_t), intent(in) :: sim
+
+    is_quasi_static = sim%scene%method%mass_scaling > 1.0_rp
+  end function is_quasi_static
 
   !> What in the scene sleeping does not go with; '' if nothing.
   function what_forbids(input, sim) result(text)

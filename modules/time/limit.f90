@@ -22,7 +22,8 @@ module time_limit
 contains
 
   !> Collective. Share what all ranks must know about the last and this step; if a node moves
-  !> farther than half a cell, take back the change of velocity and try again with a smaller `dt`.
+  !> farther than half a cell, or a particle might have moved more than a cell since the last sort,
+  !> take back the change of velocity and try again with a smaller `dt`.
   !> `sim%is_broken` says that no step is small enough, or that the state is not a number.
   subroutine limit_step(world, sim, dt, g)
     type(world_t), intent(in) :: world
@@ -31,7 +32,7 @@ contains
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
     real(rp) :: most(5 + size(sim%tool)), longest, smaller
 
-    longest = way*sim%scene%grid%h
+    longest = min(way*sim%scene%grid%h, sim%scene%grid%h - sim%clock%travel)
     sim%asked_dt = dt
     do
       most = [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g)), &

@@ -191,11 +191,13 @@ contains
     end if
   end subroutine advance
 
+  !> Every so many steps, or before a particle can be a cell from where it was sorted to: steps like
+  !> the last one and half a cell's way in one are allowed for.
   pure logical function sort_is_due(sim)
     type(simulation_t), intent(in) :: sim
 
     sort_is_due = sim%clock%step - sim%clock%sorted_at >= sim%scene%method%sort_interval &
-                  .or. sim%clock%travel > 0.5_rp*sim%scene%grid%h
+                  .or. sim%clock%travel + 2.0_rp*sim%clock%dt*sim%clock%max_speed > sim%scene%grid%h
   end function sort_is_due
 
   !> A particle outside the grid ends the run on all ranks.

@@ -36,16 +36,21 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
 
+    integer :: n_moving                      ! blocks in which particles may have to go elsewhere
+    logical :: has_changed
+
     call share_probes(world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
-    call update_sleep(world, sim)
+    call update_sleep(world, sim, has_changed)
+    n_moving = merge(sim%particles%nblk, sim%n_awake, has_changed .or. sim%n_awake < 0)
     if (world%size > 1) then
       if (imbalance(world, load_here(sim)) > sim%scene%method%rebalance) then
         call partition(world, sim)
+        n_moving = sim%particles%nblk
       end if
     end if
     call redistribute(world, sim%scene%grid, sim%patch, sim%boxes, size(sim%scene%body), &
-                      sim%particles)
+                      n_moving, sim%particles)
     sim%clock%travel = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
     call relist(world, sim)

@@ -22,21 +22,26 @@ module time_sleep
 
 contains
 
-  !> Collective, before a sort: who sleeps until the next one.
-  subroutine update_sleep(world, sim)
+  !> Collective, before a sort: who sleeps until the next one. `has_changed`: on this rank other
+  !> particles than before, or it is not known.
+  subroutine update_sleep(world, sim, has_changed)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
+    logical, intent(out) :: has_changed
     logical, allocatable :: is_awake(:, :, :)
     integer :: b, p, ijk(3), rest
 
-    if (.not. sim%scene%method%sleep%is_on) return
+    has_changed = .not. sim%scene%method%sleep%is_on
+    if (has_changed) return
     call find_awake(world, sim, is_awake)
     do b = 1, sim%particles%nblk
       associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b))
         do p = 1, sim%particles%count(b)
           ijk = nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2))
           rest = rest_at(is_awake, ijk)
-          if (rest /= awake .and. tag_rest(tag(p)) == awake) then
+          if (rest == tag_rest(tag(p))) cycle
+          has_changed = .true.
+          if (tag_rest(tag(p)) == awake) then
             ps(p, f_vel:f_vel + 2) = 0.0_rp
             ps(p, sim%scene%layout%rest) = ps(p, f_temp)
           end if

@@ -222,7 +222,7 @@ module time_state
     type(probes_t) :: probes
     type(particles_t) :: particles
     ! Sleeping: how many blocks, from the first, move, and how many give mass and force.
-    integer :: n_awake = 0, n_mapped = 0
+    integer :: n_awake = -1, n_mapped = 0
     type(rim_t) :: rim
     integer(i8) :: awake_steps = 0           !! steps of awake particles on this rank in this run
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)

@@ -9,8 +9,8 @@ program test_particles
   use grid_geometry, only: box_t, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_partition, only: bisect
   use particles_migrate, only: find_outside, redistribute, wrap_positions
-  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
-    particles_t, tag_faces, tag_id
+  use particles_store, only: asleep, f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
+    particles_t, set_rest, tag_faces, tag_id, tag_rest
   implicit none (type, external)
 
   integer, parameter :: nbody = 3, nf = n_fields + 2
@@ -22,6 +22,9 @@ program test_particles
   call test_redistribute(3000, 1.0_rp)
   call test_redistribute(40, 1.0_rp)
   call test_redistribute(500, 0.2_rp)
+  call test_with_sleepers(0.0_rp)
+  call test_with_sleepers(1.0e-3_rp)
+  call test_with_sleepers(0.5_rp)
   call test_outside()
   call end_tests()
 
@@ -114,15 +117,71 @@ contains
       call random_loads(grid, 1.0_rp/round, 300, nodes, weight)
       call bisect(world, grid, nodes, weight, boxes)
       patch = make_patch(grid, boxes(world%rank))
-      call redistribute(world, grid, patch, boxes, nbody, particles)
+      call redistribute(world, grid, patch, boxes, nbody, particles%nblk, particles)
       call expect_kept(particles, mine, extent)
       call expect_sorted(particles, grid, patch)
       call expect_neutral(particles)
-      call redistribute(world, grid, patch, boxes, nbody, particles)   ! nothing to do
+      call redistribute(world, grid, patch, boxes, nbody, particles%nblk, particles)   ! nothing to do
       call expect_kept(particles, mine, extent)
     end do
     call particles%free()
   end subroutine test_redistribute
+
+  !> Half of the particles sleep; the others move by up to the part `way` of their half. What is
+  !> sorted with sleepers left alone is what is sorted as a whole.
+  subroutine test_with_sleepers(way)
+    real(rp), intent(in) :: way
+    type(particles_t) :: whole, some
+    type(grid_t) :: grid
+    type(patch_t) :: patch
+    type(box_t) :: boxes(0:world%size - 1)
+    integer, allocatable :: nodes(:, :)
+    real(rp), allocatable :: weight(:)
+    real(rp) :: extent(3)
+    integer :: b, n_awake, p
+
+    grid = make_grid(0.5_rp, [0.0_rp, 0.0_rp, 0.0_rp], [15.0_rp, 8.0_rp, 6.0_rp])
+    extent = 0.5_rp*(grid%n - 1)
+    call make_particles(whole, 1000, extent)
+    do b = 1, whole%nblk
+      do p = 1, whole%count(b)
+        if (whole%ps(p, f_pos, b) > 0.5_rp*extent(1)) whole%tag(p, b) = &
+          set_rest(whole%tag(p, b), asleep)
+      end do
+    end do
+    call random_loads(grid, 1.0_rp, 300, nodes, weight)
+    call bisect(world, grid, nodes, weight, boxes)
+    patch = make_patch(grid, boxes(world%rank))
+    call redistribute(world, grid, patch, boxes, nbody, whole%nblk, whole)
+    n_awake = 0
+    do b = 1, whole%nblk
+      if (tag_rest(whole%tag(1, b)) == asleep) cycle
+      n_awake = b
+      do p = 1, whole%count(b)
+        whole%ps(p, f_pos, b) = (1.0_rp - way)*whole%ps(p, f_pos, b) &
+                                + way*(0.5_rp*extent(1) - whole%ps(p, f_pos, b))
+      end do
+    end do
+    call some%init(nf)
+    call some%reserve(whole%nblk)
+    some%nblk = whole%nblk
+    b = whole%nblk
+    some%ps(:, :, :b) = whole%ps(:, :, :b)
+    some%tag(:, :b) = whole%tag(:, :b)
+    some%count(:b) = whole%count(:b)
+    some%body(:b) = whole%body(:b)
+    call redistribute(world, grid, patch, boxes, nbody, whole%nblk, whole)
+    call redistribute(world, grid, patch, boxes, nbody, n_awake, some)
+    b = whole%nblk
+    call expect('blocks with sleepers', some%nblk == b)
+    call expect('particles of each block', all(some%count(:b) == whole%count(:b)) &
+                .and. all(some%body(:b) == whole%body(:b)))
+    call expect('order with sleepers', all(some%tag(:, :b) == whole%tag(:, :b)))
+    call expect('fields with sleepers', all(abs(some%ps(:, :, :b) - whole%ps(:, :, :b)) <= 0.0_rp))
+    call expect_neutral(some)
+    call whole%free()
+    call some%free()
+  end subroutine test_with_sleepers
 
   !> All identities are there once, and every particle carries its own fields, to the bit.
   subroutine expect_kept(particles, mine, extent)
