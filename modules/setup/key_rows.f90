@@ -83,7 +83,7 @@ contains
       'material that is still stops its mechanics; auto: with MASS_SCALING, if the scene allows')
     call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0', '[0,inf)', &
       'material nearer than this to a tool is awake; 0: half the radius of the largest tool')
-    call t%key('SLEEP_STRAIN', 'real', 1, '', '1e-4', '(0,1)', &
+    call t%key('SLEEP_STRAIN', 'real', 1, '', '2e-4', '(0,1)', &
       'particle speed over wave speed above which material is awake')
     call t%key('SLEEP_RATE', 'real', 1, '1/s', '1e-2', '(0,inf)', &
       'plastic strain rate above which material is awake')

@@ -16,7 +16,7 @@ module time_sleep
   public :: update_sleep, count_awake, load_of, swap_lists
 
   integer, parameter :: edge = 2          !! of a cube [cells]
-  integer, parameter :: patience = 500    !! steps from one falling asleep to the next
+  integer, parameter :: patience = 200    !! steps from one falling asleep to the next
   ! Cost of a particle in a step by its rest, for the balance of ranks.
   real(rp), parameter :: cost(0:2) = [1.0_rp, 0.03_rp, 0.02_rp]
 
