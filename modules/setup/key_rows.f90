@@ -309,7 +309,7 @@ contains
     call t%group('HEAT', 'once', 'Heat conduction; the presence of this group switches it on.')
     call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', &
       'temperature of the surroundings, where a &SURFACE gives none')
-    call t%key('FOURIER', 'real', 1, '', '0.5', '(0,0.5]', &
+    call t%key('FOURIER', 'real', 1, '', '0.25', '(0,0.5]', &
       'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
     call t%key('INTEGRATOR', 'choice', 1, '', 'auto', &
       'auto explicit rkl2 backward-euler tr-bdf2', &
