@@ -10,6 +10,10 @@ module grid_partition
 
   public :: bisect, owner_of, imbalance
 
+  !> Imbalance that a cut across a stretch of no length would have to save: exchange costs a few
+  !> percent of a step, and half the length has twice the shared nodes.
+  real(rp), parameter :: length_is_worth = 0.1_rp
+
 contains
 
   !> Cut the grid into `boxes(0:size-1)`. `weight(n)` counts this rank's load at `nodes(:,n)`.
@@ -53,7 +57,8 @@ contains
     call cut(world, nodes, weight, upper_half, middle + 1, last, boxes)
   end subroutine cut
 
-  !> Axis with the longest loaded stretch, and the last node of the lower part there.
+  !> Axis and last node of the lower part of the best cut: across the longest loaded stretch, since
+  !> that shares the fewest nodes, unless planes of nodes divide a shorter one so much more evenly.
   subroutine best_cut(world, nodes, weight, box, share, axis, place)
     type(world_t), intent(in) :: world
     integer, intent(in) :: nodes(:, :)
@@ -62,11 +67,11 @@ contains
     real(rp), intent(in) :: share            !! wanted share of the lower part
     integer, intent(out) :: axis, place
     real(rp), allocatable :: profile(:)
-    integer :: start(3), a, i, n(3), longest, span
-    real(rp) :: below, total
+    integer :: start(4), a, i, lower(3), n(3), span(3)
+    real(rp) :: excess(3)
 
     n = max(0, box%hi - box%lo + 1)
-    start = [0, n(1), n(1) + n(2)]
+    start = [0, n(1), n(1) + n(2), sum(n)]
     allocate (profile(max(1, sum(n))), source=0.0_rp)
     do i = 1, size(weight)
       if (.not. box%has(nodes(:, i))) cycle
@@ -77,25 +82,41 @@ contains
       end do
     end do
     call world%sum(profile)
-    axis = maxloc(n, 1)
-    longest = -1
     do a = 1, 3
-      span = loaded_span(profile(start(a) + 1:start(a) + n(a)))
-      if (span > longest) then
-        longest = span
-        axis = a
-      end if
+      span(a) = loaded_span(profile(start(a) + 1:start(a + 1)))
+      call divide(profile(start(a) + 1:start(a + 1)), share, lower(a), excess(a))
     end do
-    total = sum(profile(start(axis) + 1:start(axis) + n(axis)))
-    below = 0.0_rp
-    place = box%lo(axis) + nint(share*n(axis)) - 1
-    if (total <= 0.0_rp) return
-    do i = 1, n(axis)
-      if (below + 0.5_rp*profile(start(axis) + i) > share*total) exit
-      below = below + profile(start(axis) + i)
-    end do
-    place = box%lo(axis) + min(i, n(axis)) - 2
+    if (maxval(span) == 0) then
+      axis = maxloc(n, 1)
+    else
+      axis = minloc(excess - length_is_worth*real(span, rp)/maxval(span), 1)
+    end if
+    place = box%lo(axis) + lower(axis) - 1
   end subroutine best_cut
+
+  !> How many planes of nodes the lower part gets for a `share` of the load nearest to the wanted one,
+  !> and the larger of both parts' loads over what they should have, less 1.
+  pure subroutine divide(profile, share, lower, excess)
+    real(rp), intent(in) :: profile(:)       !! load of each plane
+    real(rp), intent(in) :: share
+    integer, intent(out) :: lower
+    real(rp), intent(out) :: excess
+    real(rp) :: below, total
+    integer :: i
+
+    total = sum(profile)
+    below = 0.0_rp
+    lower = nint(share*size(profile))
+    excess = 0.0_rp
+    if (total <= 0.0_rp) return
+    do i = 1, size(profile)
+      if (below + 0.5_rp*profile(i) > share*total) exit
+      below = below + profile(i)
+    end do
+    lower = min(i, size(profile)) - 1
+    below = sum(profile(:lower))
+    excess = max(below/share, (total - below)/(1.0_rp - share))/total - 1.0_rp
+  end subroutine divide
 
   !> Number of entries from the first to the last loaded one.
   pure integer function loaded_span(profile)
@@ -128,17 +149,11 @@ contains
     end do
   end function owner_of
 
-  !> Largest load of a rank over the mean, from this rank's `load`.
-  real(rp) function imbalance(world, load)
-    type(world_t), intent(in) :: world
-    real(rp), intent(in) :: load
-    real(rp) :: total(1), most(1)
+  !> Largest load of a rank over the mean.
+  pure real(rp) function imbalance(load)
+    real(rp), intent(in) :: load(:)          !! of every rank
 
-    total = load
-    most = load
-    call world%sum(total)
-    call world%max(most)
-    imbalance = most(1)*world%size/max(total(1), tiny(1.0_rp))
+    imbalance = maxval(load)*size(load)/max(sum(load), tiny(1.0_rp))
   end function imbalance
 
 end module grid_partition

@@ -16,7 +16,8 @@ module setup_prepare
   use setup_stretch, only: stretch_bodies
   use time_known, only: start_fields
   use time_loop, only: begin
-  use time_regrid, only: first_partition, regrid
+  use time_balance, only: first_partition
+  use time_regrid, only: regrid
   use time_resume, only: resume
   use time_state, only: output_t, simulation_t
   implicit none (type, external)

@@ -174,6 +174,8 @@ contains
     sim%clock%time = sim%clock%time + dt
     sim%clock%step = sim%clock%step + 1
     sim%awake_steps = sim%awake_steps + sum(sim%particles%count(:sim%n_awake))
+    sim%balance%sum = sim%balance%sum + sim%balance%now
+    sim%balance%worst = max(sim%balance%worst, sim%balance%now)
     if (sim%scene%method%conducts) then
       if (sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim)) then
         call conduct(world, sim, sim%clock%time - sim%clock%heat_time)

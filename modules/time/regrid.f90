@@ -3,33 +3,23 @@
 module time_regrid
   use base_kinds, only: rp
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, halo, make_patch, nearest_node
-  use grid_partition, only: bisect, imbalance
+  use grid_geometry, only: box_t, halo, nearest_node
   use particles_migrate, only: redistribute, wrap_positions
-  use particles_store, only: f_pos, tag_rest
+  use particles_store, only: f_pos
+  use time_balance, only: note_balance, rebalance
   use time_clamp_list, only: list_clamps
   use time_mirrors, only: list_mirrors
   use time_nodes, only: append
   use time_nodes, only: clear_nodes
   use time_probes, only: claim_probes, share_probes
-  use time_sleep, only: count_awake, load_of, update_sleep
+  use time_sleep, only: count_awake, update_sleep
   use time_state, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: regrid, relist, first_partition
+  public :: regrid, relist
 
 contains
-
-  !> Cut the grid for the first time, by where the particles are.
-  subroutine first_partition(world, sim)
-    type(world_t), intent(in) :: world
-    type(simulation_t), intent(inout) :: sim
-
-    if (.not. allocated(sim%boxes)) allocate (sim%boxes(0:world%size - 1))
-    call wrap_positions(sim%scene%grid, sim%particles)
-    call partition(world, sim)
-  end subroutine first_partition
 
   !> Balance if needed, migrate, sort, and list nodes in use.
   subroutine regrid(world, sim)
@@ -43,52 +33,13 @@ contains
     call wrap_positions(sim%scene%grid, sim%particles)
     call update_sleep(world, sim, has_changed)
     n_moving = merge(sim%particles%nblk, sim%n_awake, has_changed .or. sim%n_awake < 0)
-    if (world%size > 1) then
-      if (imbalance(world, load_here(sim)) > sim%scene%method%rebalance) then
-        call partition(world, sim)
-        n_moving = sim%particles%nblk
-      end if
-    end if
+    call rebalance(world, sim, n_moving)
     call redistribute(world, sim%scene%grid, sim%patch, sim%boxes, size(sim%scene%body), &
                       n_moving, sim%particles)
     sim%clock%travel = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
     call relist(world, sim)
   end subroutine regrid
-
-  !> Cost of a step on this rank, in awake particles.
-  pure real(rp) function load_here(sim)
-    type(simulation_t), intent(in) :: sim
-    integer :: b
-
-    load_here = 0.0_rp
-    do b = 1, sim%particles%nblk
-      load_here = load_here + sum(load_of(tag_rest(sim%particles%tag(:sim%particles%count(b), b))))
-    end do
-  end function load_here
-
-  !> New boxes for all ranks by the cost of their particles.
-  subroutine partition(world, sim)
-    type(world_t), intent(in) :: world
-    type(simulation_t), intent(inout) :: sim
-    integer, allocatable :: nodes(:, :)
-    real(rp), allocatable :: weight(:)
-    integer :: b, c, p, n
-
-    n = sim%particles%total()
-    allocate (nodes(3, n), weight(n))
-    c = 0
-    do b = 1, sim%particles%nblk
-      do p = 1, sim%particles%count(b)
-        c = c + 1
-        weight(c) = load_of(tag_rest(sim%particles%tag(p, b)))
-        nodes(:, c) = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b))
-      end do
-    end do
-    call bisect(world, sim%scene%grid, nodes, weight, sim%boxes)
-    sim%patch = make_patch(sim%scene%grid, sim%boxes(world%rank))
-    call sim%allocate_grid()
-  end subroutine partition
 
   !> List what depends on where particles are: shared nodes, nodes in use, wall nodes, balls.
   subroutine relist(world, sim)
@@ -98,6 +49,7 @@ contains
 
     active = box_in_use(world, sim)
     call sim%halo%init(world, sim%patch, sim%boxes, active)
+    call note_balance(world, sim)
     call count_awake(sim)
     call list_runs(sim, sim%particles%nblk)
     call list_mirrors(sim)

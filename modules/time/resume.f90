@@ -11,7 +11,8 @@ module time_resume
   use physics_flow_law, only: n_alarms
   use time_audit, only: n_sums
   use time_probes, only: share_probes
-  use time_regrid, only: first_partition, regrid, relist
+  use time_balance, only: first_partition
+  use time_regrid, only: regrid, relist
   use time_state, only: simulation_t
   implicit none (type, external)
   private

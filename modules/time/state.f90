@@ -214,6 +214,13 @@ module time_state
     real(rp) :: speed2 = 0.0_rp          !! squared grid velocity at a particle [m2/s2]
   end type outcome_t
 
+  !> How evenly the steps of this run loaded the ranks: the most loaded rank over the mean.
+  type :: balance_t
+    real(rp) :: now = 1.0_rp             !! until the next sort
+    real(rp) :: worst = 1.0_rp, sum = 0.0_rp   !! largest, and sum, over the steps
+    integer :: cuts = 0                  !! divisions of the grid, the first one included
+  end type balance_t
+
   type :: simulation_t
     type(scene_t) :: scene
     type(clock_t) :: clock
@@ -228,6 +235,7 @@ module time_state
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)
     type(patch_t) :: patch
     type(halo_t) :: halo
+    type(balance_t) :: balance
     ! the grid: records of 8 for each group of bodies, and which of them are in use
     integer :: n_groups = 1                  !! groups of bodies with a velocity field of their own
     real(rp), pointer, contiguous :: g(:, :, :) => null()    !! (8, nn, n_groups)

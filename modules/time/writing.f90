@@ -310,6 +310,8 @@ contains
         '  "particle_steps_per_wall_second": '//str(steps/wall)//',', &
         '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//',', &
         '  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//',', &
+        '  "imbalance_mean": '//str(sim%balance%sum/max(1.0_rp, real(sim%clock%step - self%first_step, rp)))//',', &
+        '  "imbalance_worst": '//str(sim%balance%worst)//',', '  "partitions": '//str(sim%balance%cuts)//',', &
         '  "messages": '//str(nint(all(n_phases + 4), i8))//',', &
         '  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//',', &
         '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//',', '  "phase_percent": {'

@@ -9,7 +9,8 @@ program test_heat
     tag_id
   use time_audit, only: e_film
   use time_heat, only: conduct, conduction_step
-  use time_regrid, only: first_partition, regrid
+  use time_balance, only: first_partition
+  use time_regrid, only: regrid
   use time_state, only: free_simulation, simulation_t
   implicit none (type, external)
 
