@@ -12,7 +12,7 @@ module grid_geometry
   implicit none (type, external)
   private
 
-  public :: grid_t, patch_t, make_grid, make_patch, nearest_node, wrap, box_t
+  public :: grid_t, patch_t, make_grid, make_patch, nearest_node, wrap, box_t, dilate
 
   integer, parameter, public :: halo = 2
 
@@ -190,5 +190,19 @@ contains
     where (grid%period > 0 .and. ijk < 0) x = grid%lower - grid%h*inside
     where (grid%period > 0 .and. ijk >= grid%n) x = grid%upper() - grid%h*(1.0_rp - inside)
   end subroutine wrap
+
+  !> Mark all nodes up to `halo` away from a marked one along each axis.
+  pure subroutine dilate(used)
+    logical, intent(inout) :: used(:, :, :)
+    logical, allocatable :: old(:, :, :)
+    integer :: a, s
+
+    do a = 1, 3
+      old = used
+      do s = 1, halo
+        used = used .or. eoshift(old, s, .false., a) .or. eoshift(old, -s, .false., a)
+      end do
+    end do
+  end subroutine dilate
 
 end module grid_geometry

@@ -8,27 +8,15 @@
 module grid_halo
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
+  use grid_entries, only: combine_entries
   use grid_geometry, only: box_t, patch_t, halo
+  use grid_neighbours, only: common_lines, line_t, list_images, list_nodes, neighbour_t
   use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
-                     mpi_statuses_ignore, mpi_waitall
+                     mpi_statuses_ignore, mpi_testall, mpi_waitall
   implicit none (type, external)
   private
 
   public :: halo_t
-
-  !> What is swapped with one other rank.
-  type :: neighbour_t
-    integer :: rank = -1
-    integer :: count = 0                                 !! shared active nodes
-    integer, allocatable :: node(:)                      !! their storage indices
-    real(rp), allocatable :: send(:), receive(:)         !! (width*count)
-  end type neighbour_t
-
-  !> Entries swapped with one other rank.
-  type :: parcel_t
-    integer, allocatable :: entry(:)
-    real(rp), allocatable :: send(:), receive(:)
-  end type parcel_t
 
   !> The exchange of one patch; `init` after every sort.
   type :: halo_t
@@ -38,19 +26,18 @@ module grid_halo
     integer, allocatable :: shared(:)                    !! all nodes shared with anybody
     integer, allocatable :: image(:, :)                  !! (2, n) an image, the node's first image
     real(rp), allocatable :: own(:)                      !! own contributions while summing
+    type(mpi_request), allocatable :: request(:)         !! (2n) receive, send
     integer(i8) :: bytes = 0                             !! sent so far
     integer(i8) :: messages = 0
   contains
     procedure :: init
     procedure :: mark_used
     procedure :: sum => sum_records
-    procedure :: combine => combine_entries
+    procedure :: post
+    procedure :: poke
+    procedure :: finish
+    procedure :: combine
   end type halo_t
-
-  !> Nodes along one axis.
-  type :: line_t
-    integer, allocatable :: i(:)
-  end type line_t
 
 contains
 
@@ -87,63 +74,11 @@ contains
       end associate
     end do
     self%shared = pack([(i, i=1, patch%nn)], is_shared)
+    if (allocated(self%request)) deallocate (self%request)
+    allocate (self%request(2*self%n))
     call list_images(patch, active, self%image)
     call widen(self, 8)
   end subroutine init
-
-  !> Along each axis the first images in `patch` of the nodes that `other` stores as well, in the
-  !> order of the nodes, which is the same for both.
-  pure function common_lines(patch, other, active) result(line)
-    type(patch_t), intent(in) :: patch
-    type(box_t), intent(in) :: other, active
-    type(line_t) :: line(3)
-    type(box_t) :: common
-    integer :: a, i
-
-    common = patch%all%meet(other)
-    common = common%meet(active)
-    do a = 1, 3
-      associate (n => patch%period(a), lo => patch%all%lo(a))
-        if (n == 0) then
-          line(a)%i = [(i, i=common%lo(a), common%hi(a))]
-        else
-          line(a)%i = [(lo + modulo(i - lo, n), i=0, n - 1)]
-          line(a)%i = pack(line(a)%i, line(a)%i <= patch%all%hi(a) .and. &
-                           other%lo(a) + modulo(line(a)%i - other%lo(a), n) <= other%hi(a))
-        end if
-      end associate
-    end do
-  end function common_lines
-
-  !> Pairs of storage indices: every image that is not a node's first in the patch, and the first.
-  pure subroutine list_images(patch, active, image)
-    type(patch_t), intent(in) :: patch
-    type(box_t), intent(in) :: active
-    integer, allocatable, intent(out) :: image(:, :)
-    type(line_t) :: line(3), first(3)
-    integer, allocatable :: from(:), to(:)
-    integer :: a, i
-
-    allocate (image(2, 0))
-    if (patch%nn == 0 .or. all(patch%period == 0)) return
-    do a = 1, 3
-      associate (n => patch%period(a), lo => patch%all%lo(a), hi => patch%all%hi(a))
-        if (n == 0) then
-          line(a)%i = [(i, i=max(lo, active%lo(a)), min(hi, active%hi(a)))]
-          first(a)%i = line(a)%i
-        else
-          line(a)%i = [(i, i=lo, hi)]
-          first(a)%i = lo + modulo(line(a)%i - lo, n)
-        end if
-      end associate
-    end do
-    allocate (from(product([(size(line(i)%i), i=1, 3)])))
-    allocate (to(size(from)))
-    call list_nodes(patch, line, from)
-    call list_nodes(patch, first, to)
-    image = transpose(reshape([pack(from, from /= to), pack(to, from /= to)], &
-                              [count(from /= to), 2]))
-  end subroutine list_images
 
   !> Mark the nodes that must be in use (cleared before a sum): the shared ones and all images of
   !> one in use. Images that are not in use are left out of the sums.
@@ -182,73 +117,101 @@ contains
     allocate (self%own(width*size(self%shared)))
   end subroutine widen
 
-  !> Storage indices of the nodes in which `line` cross.
-  pure subroutine list_nodes(patch, line, list)
-    type(patch_t), intent(in) :: patch
-    type(line_t), intent(in) :: line(3)
-    integer, intent(out) :: list(:)
-    integer :: i, j, k, c
-
-    c = 0
-    do i = 1, size(line(1)%i)
-      do j = 1, size(line(2)%i)
-        do k = 1, size(line(3)%i)
-          c = c + 1
-          list(c) = patch%node([line(1)%i(i), line(2)%i(j), line(3)%i(k)])
-        end do
-      end do
-    end do
-  end subroutine list_nodes
-
   !> Replace the records of shared nodes and of images by the sums over all ranks and images.
   subroutine sum_records(self, world, width, nn, g)
-    class(halo_t), intent(inout), target :: self
+    class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     integer, intent(in) :: width, nn
     real(rp), intent(inout) :: g(width, nn)
 
-    call fold(width, size(self%image, 2), self%image, nn, g)
-    if (self%n > 0) call swap(self, world, width, nn, g)
-    call unfold(width, size(self%image, 2), self%image, nn, g)
+    call self%post(world, width, nn, g)
+    call self%finish(world, width, nn, g)
   end subroutine sum_records
 
-  !> Replace the records of shared nodes by the sums over all ranks.
-  subroutine swap(self, world, width, nn, g)
-    class(halo_t), intent(inout), target :: self
+  !> Begin such a sum: this rank's contributions to the shared nodes and to all images are complete,
+  !> and go to the other ranks, those to `more` in the same message. Until `finish`, with the same
+  !> arrays, only other nodes may be added to.
+  subroutine post(self, world, width, nn, g, more)
+    class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     integer, intent(in) :: width, nn
     real(rp), intent(inout) :: g(width, nn)
-    type(mpi_request) :: requests(2*self%n)
-    integer :: i
-    logical :: own_added
+    real(rp), intent(inout), contiguous, optional :: more(:, :)   !! (reals of a node, nn)
+    integer :: i, first, last, all
 
-    if (width > self%width) call widen(self, width)
+    all = width
+    if (present(more)) all = all + size(more, 1)
+    if (all > self%width) call widen(self, all)
+    call fold(width, size(self%image, 2), self%image, nn, g)
+    if (present(more)) call fold(size(more, 1), size(self%image, 2), self%image, nn, more)
     do i = 1, self%n
       associate (nb => self%neighbour(i))
-        call mpi_irecv(nb%receive, width*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
-                       requests(2*i - 1))
-        call gather(width, nb%count, nb%node, nn, g, nb%send)
-        call mpi_isend(nb%send, width*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
-                       requests(2*i))
-        self%bytes = self%bytes + 8_i8*width*nb%count
+        call mpi_irecv(nb%receive, all*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
+                       self%request(2*i - 1))
+        last = width*nb%count
+        call gather(width, nb%count, nb%node, nn, g, nb%send(:last))
+        first = last + 1
+        last = all*nb%count
+        if (present(more)) call gather(size(more, 1), nb%count, nb%node, nn, more, &
+                                       nb%send(first:last))
+        call mpi_isend(nb%send, all*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
+                       self%request(2*i))
+        self%bytes = self%bytes + 8_i8*all*nb%count
         self%messages = self%messages + 1
       end associate
     end do
+  end subroutine post
+
+  !> Let messages on their way go on: not every MPI moves them by itself.
+  subroutine poke(self)
+    class(halo_t), intent(inout) :: self
+    logical :: done
+
+    if (self%n > 0) call mpi_testall(2*self%n, self%request, done, mpi_statuses_ignore)
+  end subroutine poke
+
+  !> End the sum that `post` began.
+  subroutine finish(self, world, width, nn, g, more)
+    class(halo_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    integer, intent(in) :: width, nn
+    real(rp), intent(inout) :: g(width, nn)
+    real(rp), intent(inout), contiguous, optional :: more(:, :)
+
+    if (self%n > 0) then
+      call mpi_waitall(2*self%n, self%request, mpi_statuses_ignore)
+      call add_up(self, world%rank, width, 0, nn, g)
+      if (present(more)) call add_up(self, world%rank, size(more, 1), width, nn, more)
+    end if
+    call unfold(width, size(self%image, 2), self%image, nn, g)
+    if (present(more)) call unfold(size(more, 1), size(self%image, 2), self%image, nn, more)
+  end subroutine finish
+
+  !> Sum the contributions to the shared nodes in the order of the ranks; those of the others lie
+  !> behind `before` reals a node of what came with them.
+  subroutine add_up(self, rank, width, before, nn, g)
+    class(halo_t), intent(inout) :: self
+    integer, intent(in) :: rank, width, before, nn
+    real(rp), intent(inout) :: g(width, nn)
+    integer :: i, first, last
+    logical :: own_added
+
     call gather(width, size(self%shared), self%shared, nn, g, self%own)
     g(:, self%shared) = 0.0_rp
-    call mpi_waitall(2*self%n, requests, mpi_statuses_ignore)
     own_added = .false.
     do i = 1, self%n
       associate (nb => self%neighbour(i))
-        if (nb%rank > world%rank .and. .not. own_added) then
+        if (nb%rank > rank .and. .not. own_added) then
           call scatter_add(width, size(self%shared), self%shared, self%own, nn, g)
           own_added = .true.
         end if
-        call scatter_add(width, nb%count, nb%node, nb%receive, nn, g)
+        first = before*nb%count + 1
+        last = (before + width)*nb%count
+        call scatter_add(width, nb%count, nb%node, nb%receive(first:last), nn, g)
       end associate
     end do
     if (.not. own_added) call scatter_add(width, size(self%shared), self%shared, self%own, nn, g)
-  end subroutine swap
+  end subroutine add_up
 
   !> Add every image to its node's first.
   pure subroutine fold(width, n, image, nn, g)
@@ -294,139 +257,16 @@ contains
     end do
   end subroutine scatter_add
 
-  !> Sums over ranks and images (or maxima) of values kept for a few nodes only. The entries of node
-  !> q are `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a
-  !> node, and all its images, must have the same entries there. Ranks that share no entry swap
-  !> nothing.
-  subroutine combine_entries(self, world, largest, nn, first, n, node, width, values)
+  !> Sums over ranks and images (or maxima) of values kept for a few nodes only (grid_entries).
+  subroutine combine(self, world, largest, nn, first, n, node, width, values)
     class(halo_t), intent(in) :: self
     type(world_t), intent(in) :: world
     logical, intent(in) :: largest                 !! maxima instead of sums
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
-    integer :: pairs(2, n)                         !! entry of an image, that of the first image
-    integer :: c, e, i
 
-    c = 0
-    do i = 1, size(self%image, 2)
-      e = first(self%image(1, i))
-      if (e == 0) cycle
-      do while (node(e) == self%image(1, i))
-        c = c + 1
-        pairs(:, c) = [e, first(self%image(2, i)) + e - first(self%image(1, i))]
-        e = e + 1
-        if (e > n) exit
-      end do
-    end do
-    do i = 1, c
-      if (largest) then
-        values(:, pairs(2, i)) = max(values(:, pairs(2, i)), values(:, pairs(1, i)))
-      else
-        values(:, pairs(2, i)) = values(:, pairs(2, i)) + values(:, pairs(1, i))
-      end if
-    end do
-    if (self%n > 0) call swap_entries(self, world, largest, nn, first, n, node, width, values)
-    do i = 1, c
-      values(:, pairs(1, i)) = values(:, pairs(2, i))
-    end do
-  end subroutine combine_entries
-
-  !> Sums over ranks (or maxima) of the entries of shared nodes.
-  subroutine swap_entries(self, world, largest, nn, first, n, node, width, values)
-    class(halo_t), intent(in) :: self
-    type(world_t), intent(in) :: world
-    logical, intent(in) :: largest                 !! maxima instead of sums
-    integer, intent(in) :: nn, first(nn), n, node(n), width
-    real(rp), intent(inout) :: values(width, n)
-    type(parcel_t) :: parcel(self%n)
-    type(mpi_request) :: requests(2*self%n)
-    logical :: is_shared(n), own_added
-    real(rp), allocatable :: own(:, :)
-    integer :: i, messages
-
-    messages = 0
-    is_shared = .false.
-    do i = 1, self%n
-      associate (p => parcel(i), rank => self%neighbour(i)%rank)
-        call list_entries(self%neighbour(i), nn, first, n, node, p%entry)
-        if (size(p%entry) == 0) cycle
-        is_shared(p%entry) = .true.
-        allocate (p%send(width*size(p%entry)), p%receive(width*size(p%entry)))
-        p%send(:) = reshape(values(:, p%entry), shape(p%send))
-        call mpi_irecv(p%receive, size(p%receive), mpi_double_precision, rank, 2, world%comm, &
-                       requests(messages + 1))
-        call mpi_isend(p%send, size(p%send), mpi_double_precision, rank, 2, world%comm, &
-                       requests(messages + 2))
-        messages = messages + 2
-      end associate
-    end do
-    call mpi_waitall(messages, requests, mpi_statuses_ignore)
-    own_added = largest
-    if (.not. largest) then
-      allocate (own, source=values)
-      do i = 1, n
-        if (is_shared(i)) values(:, i) = 0.0_rp
-      end do
-    end if
-    do i = 1, self%n
-      if (self%neighbour(i)%rank > world%rank .and. .not. own_added) then
-        call add_own(is_shared, own, values)
-        own_added = .true.
-      end if
-      if (size(parcel(i)%entry) > 0) call unpack_entries(largest, width, size(parcel(i)%entry), &
-        parcel(i)%entry, parcel(i)%receive, values)
-    end do
-    if (.not. own_added) call add_own(is_shared, own, values)
-  end subroutine swap_entries
-
-  !> Entries of the nodes shared with a rank, in an order that both know.
-  pure subroutine list_entries(neighbour, nn, first, n, node, entry)
-    type(neighbour_t), intent(in) :: neighbour
-    integer, intent(in) :: nn, first(nn), n, node(n)
-    integer, allocatable, intent(out) :: entry(:)
-    integer :: c, e, k, pass
-
-    do pass = 1, 2
-      c = 0
-      do k = 1, neighbour%count
-        e = first(neighbour%node(k))
-        if (e == 0) cycle
-        do while (node(e) == neighbour%node(k))
-          c = c + 1
-          if (pass == 2) entry(c) = e
-          e = e + 1
-          if (e > n) exit
-        end do
-      end do
-      if (pass == 1) allocate (entry(c))
-    end do
-  end subroutine list_entries
-
-  pure subroutine unpack_entries(largest, width, n, entry, received, values)
-    logical, intent(in) :: largest
-    integer, intent(in) :: width, n, entry(n)
-    real(rp), intent(in) :: received(width, n)
-    real(rp), intent(inout) :: values(:, :)
-    integer :: i
-
-    do i = 1, n
-      if (largest) then
-        values(:, entry(i)) = max(values(:, entry(i)), received(:, i))
-      else
-        values(:, entry(i)) = values(:, entry(i)) + received(:, i)
-      end if
-    end do
-  end subroutine unpack_entries
-
-  pure subroutine add_own(is_shared, own, values)
-    logical, intent(in) :: is_shared(:)
-    real(rp), intent(in) :: own(:, :)
-    real(rp), intent(inout) :: values(:, :)
-    integer :: e
-
-    do e = 1, size(is_shared)
-      if (is_shared(e)) values(:, e) = values(:, e) + own(:, e)
-    end do
-  end subroutine add_own
+    call combine_entries(self%neighbour(:self%n), self%image, world, largest, nn, first, n, node, &
+                         width, values)
+  end subroutine combine
 
 end module grid_halo

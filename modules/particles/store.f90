@@ -7,7 +7,7 @@ module particles_store
   implicit none (type, external)
   private
 
-  public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, set_rest
+  public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, set_rest, tag_border, set_border
 
   ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz).
   integer, parameter, public :: &
@@ -40,7 +40,7 @@ module particles_store
   !> Rest of a particle: mechanics, mass and frozen force only, nothing (time_sleep).
   integer, parameter, public :: awake = 0, rim = 1, asleep = 2
 
-  integer, parameter :: face_shift = 48, rest_shift = 54
+  integer, parameter :: face_shift = 48, rest_shift = 54, border_bit = 56
 
   type :: particles_t
     integer :: nf = n_fields                       !! fields per particle
@@ -172,5 +172,20 @@ contains
     set_rest = tag
     call mvbits(int(rest, i8), 0, 2, set_rest, rest_shift)
   end function set_rest
+
+  !> True in the first lane of a block that may touch nodes shared with other ranks (time_overlap).
+  elemental logical function tag_border(tag)
+    integer(i8), intent(in) :: tag
+
+    tag_border = btest(tag, border_bit)
+  end function tag_border
+
+  elemental integer(i8) function set_border(tag, is_border)
+    integer(i8), intent(in) :: tag
+    logical, intent(in) :: is_border
+
+    set_border = ibclr(tag, border_bit)
+    if (is_border) set_border = ibset(tag, border_bit)
+  end function set_border
 
 end module particles_store

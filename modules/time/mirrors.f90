@@ -11,7 +11,10 @@ module time_mirrors
   implicit none (type, external)
   private
 
-  public :: list_mirrors, fold, unfold, book_impulse, book_heat
+  public :: list_mirrors, split_mirrors, fold, unfold, book_impulse, book_heat
+
+  ! Parts of a fold (time_overlap).
+  integer, parameter, public :: early = 1, late = 2
 
   ! What the lanes of a record hold, which decides what is odd at a wall.
   integer, parameter, public :: &
@@ -61,6 +64,40 @@ contains
       allocate (m%own(m%n_pairs, sim%n_groups), source=0.0_rp)
     end associate
   end subroutine list_mirrors
+
+  !> Put first the pairs and planes of `marked` nodes, whose fold cannot wait; nodes that walls join
+  !> with marked ones, directly or around a corner, are marked as well.
+  subroutine split_mirrors(sim, marked)
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(inout) :: marked(:)
+    logical, allocatable :: is_early(:)
+    integer :: i, turn
+
+    associate (m => sim%mirrors)
+      do turn = 1, 3                           ! a corner joins at most three axes
+        do i = 1, m%n_pairs
+          if (any(marked(m%pair(1:2, i)))) marked(m%pair(1:2, i)) = .true.
+        end do
+      end do
+      is_early = marked(m%pair(2, :))
+      m%early_pairs = count(is_early)
+      call put_first(is_early, m%pair)
+      is_early = marked(m%plane(1, :))
+      m%early_planes = count(is_early)
+      call put_first(is_early, m%plane)
+    end associate
+  end subroutine split_mirrors
+
+  !> Columns of `list` with `is_first` before the others, else in the old order.
+  pure subroutine put_first(is_first, list)
+    logical, intent(in) :: is_first(:)
+    integer, intent(inout) :: list(:, :)
+    integer :: i, order(size(is_first))
+
+    order = [pack([(i, i=1, size(is_first))], is_first), &
+             pack([(i, i=1, size(is_first))], .not. is_first)]
+    list = list(:, order)
+  end subroutine put_first
 
   subroutine add_wall(sim, c, used, pair, plane)
     type(simulation_t), intent(inout) :: sim
@@ -150,20 +187,29 @@ contains
 
   !> Fold the records behind the walls onto those in front; records behind are zero then. To `lost`
   !> is added what that changes of the sum over the nodes; `own` takes lane 1 of the nodes behind.
-  subroutine fold(sim, kind, g, lost, own)
+  subroutine fold(sim, kind, g, lost, own, part)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: kind
     real(rp), intent(inout) :: g(8, sim%patch%nn)
     real(rp), intent(inout) :: lost(8, size(sim%scene%constraint))   !! for each wall
     real(rp), intent(inout), optional :: own(sim%mirrors%n_pairs)
+    integer, intent(in), optional :: part                 !! not given: all
     real(rp), dimension(8, size(sim%scene%constraint)) :: sign, shift
     real(rp) :: odd(8)
-    integer :: a, b, c, i
+    integer :: a, b, c, i, pairs(2), planes(2)
 
     associate (m => sim%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
       call reflections(sim, kind, sign, shift)
-      do i = 1, m%n_pairs
+      pairs = [1, m%n_pairs]
+      planes = [1, m%n_planes]
+      if (present(part)) then
+        if (part == early) pairs(2) = m%early_pairs
+        if (part == early) planes(2) = m%early_planes
+        if (part == late) pairs(1) = m%early_pairs + 1
+        if (part == late) planes(1) = m%early_planes + 1
+      end if
+      do i = pairs(1), pairs(2)
         b = m%pair(1, i)
         a = m%pair(2, i)
         c = m%pair(3, i)
@@ -172,7 +218,7 @@ contains
         g(:, a) = g(:, a) + sign(:, c)*g(:, b) + shift(:, c)*g(1, b)
         g(:, b) = 0.0_rp
       end do
-      do i = 1, m%n_planes
+      do i = planes(1), planes(2)
         a = m%plane(1, i)
         c = m%plane(2, i)
         odd = 0.5_rp*(1.0_rp - sign(:, c))

@@ -3,14 +3,14 @@
 module time_regrid
   use base_kinds, only: rp
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, halo, nearest_node
+  use grid_geometry, only: box_t, dilate, halo, nearest_node
   use particles_migrate, only: redistribute, wrap_positions
   use particles_store, only: f_pos
   use time_balance, only: note_balance, rebalance
   use time_clamp_list, only: list_clamps
   use time_mirrors, only: list_mirrors
-  use time_nodes, only: append
-  use time_nodes, only: clear_nodes
+  use time_nodes, only: append, clear_nodes
+  use time_overlap, only: list_turns, mark_border
   use time_probes, only: claim_probes, share_probes
   use time_sleep, only: count_awake, update_sleep
   use time_state, only: simulation_t
@@ -38,13 +38,14 @@ contains
                       n_moving, sim%particles)
     sim%clock%travel = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
-    call relist(world, sim)
+    call relist(world, sim, .true.)
   end subroutine regrid
 
   !> List what depends on where particles are: shared nodes, nodes in use, wall nodes, balls.
-  subroutine relist(world, sim)
+  subroutine relist(world, sim, is_sorted_anew)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_sorted_anew    !! not resumed
     type(box_t) :: active
 
     active = box_in_use(world, sim)
@@ -53,6 +54,8 @@ contains
     call count_awake(sim)
     call list_runs(sim, sim%particles%nblk)
     call list_mirrors(sim)
+    call mark_border(sim, is_sorted_anew)
+    call list_turns(sim)
     call list_clamps(world, sim)
     call enclose_blocks(sim)
     call list_for_steps(sim)
@@ -165,20 +168,6 @@ contains
       if (any(used(pair(1:2, i)))) used(pair(1:2, i)) = .true.
     end do
   end subroutine mark_partners
-
-  !> Mark all nodes up to `halo` away from a marked one along each axis.
-  pure subroutine dilate(used)
-    logical, intent(inout) :: used(:, :, :)
-    logical, allocatable :: old(:, :, :)
-    integer :: a, s
-
-    do a = 1, 3
-      old = used
-      do s = 1, halo
-        used = used .or. eoshift(old, s, .false., a) .or. eoshift(old, -s, .false., a)
-      end do
-    end do
-  end subroutine dilate
 
   !> Ball around each block, with room for the way until the next sort (one cell) and the reach of
   !> a particle (half a cell at most).

@@ -112,7 +112,7 @@ contains
       call move_alloc(boxes, sim%boxes)
       sim%patch = make_patch(sim%scene%grid, sim%boxes(world%rank))
       call sim%allocate_grid()
-      call relist(world, sim)
+      call relist(world, sim, .false.)
     else
       call first_partition(world, sim)
       call regrid(world, sim)

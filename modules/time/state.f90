@@ -107,6 +107,7 @@ module time_state
   !> Nodes behind walls and their mirrors (time_mirrors).
   type :: mirrors_t
     integer :: n_pairs = 0, n_planes = 0
+    integer :: early_pairs = 0, early_planes = 0   !! from the first: those of shared nodes
     integer, allocatable :: pair(:, :)    !! (3, n_pairs) node behind, node in front, wall
     integer, allocatable :: plane(:, :)   !! (2, n_planes) node on the wall, wall
     real(rp), allocatable :: own(:, :)    !! (n_pairs, n_groups) mass or capacity behind, own part
@@ -230,6 +231,8 @@ module time_state
     type(particles_t) :: particles
     ! Sleeping: how many blocks, from the first, move, and how many give mass and force.
     integer :: n_awake = -1, n_mapped = 0
+    integer :: n_border = 0                  !! awake blocks that may touch shared nodes
+    integer, allocatable :: turn(:)          !! (n_awake) those first, then the other awake blocks
     type(rim_t) :: rim
     integer(i8) :: awake_steps = 0           !! steps of awake particles on this rank in this run
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)

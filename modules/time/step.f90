@@ -12,6 +12,7 @@ module time_step
   use time_limit, only: limit_step
   use time_mirrors, only: book_impulse, fold, r_momentum, r_velocity, unfold
   use time_nodes, only: clear_nodes, update_nodes
+  use time_overlap, only: map_and_sum
   use time_probes, only: move_probes
   use time_rim, only: damp_rim, freeze_rim
   use time_state, only: scheme_musl, scheme_usavg, scheme_usl, simulation_t, transfer_apic
@@ -63,11 +64,15 @@ contains
 
     call freeze_rim(world, sim)
     call clear_nodes(sim, sim%g)
-    call momentum_and_force_to_grid(sim, sim%g)
-    call sim%timer%lap(ph_to_grid)
-    call sum_nodes(world, sim, sim%g)
-    call share_volume(world, sim)
-    call sim%timer%lap(ph_exchange)
+    if (sim%n_groups == 1) then
+      call map_and_sum(world, sim, sim%g)
+    else
+      call momentum_and_force_to_grid(sim, sim%g)
+      call sim%timer%lap(ph_to_grid)
+      call sum_nodes(world, sim, sim%g)
+      call share_volume(world, sim)
+      call sim%timer%lap(ph_exchange)
+    end if
     call accelerate_nodes(world, sim, dt, sim%g)
     if (sim%is_broken) return
     if (filter_is_due(sim)) call filter_velocity(world, sim, sim%g, sim%g2, sim%increment)

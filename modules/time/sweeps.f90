@@ -20,7 +20,7 @@ module time_sweeps
   private
 
   public :: momentum_and_force_to_grid, momentum_to_grid, grid_to_particles
-  public :: force_to_grid, update_stress, accelerate_and_map_again
+  public :: force_to_grid, update_stress, accelerate_and_map_again, blocks_to_grid, others_to_grid
 
 contains
 
@@ -28,17 +28,35 @@ contains
   subroutine momentum_and_force_to_grid(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    integer :: b
 
     call clear_volume(sim)
-    do b = 1, sim%n_awake
-      call fetch_next(sim, b)
+    call blocks_to_grid(sim, 1, sim%n_awake, g)
+    call others_to_grid(sim, g)
+  end subroutine momentum_and_force_to_grid
+
+  !> The same for the blocks `first` to `last` of `sim%turn`.
+  subroutine blocks_to_grid(sim, first, last, g)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: first, last
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+    integer :: b, i
+
+    do i = first, last
+      b = sim%turn(i)
+      call fetch_next(sim, b)               ! mostly the next one
       call force_to_grid(sim, sim%scene%method%mass_scaling, sim%particles%body(b), &
                          sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, g(:, :, group_of(sim, b)))
     end do
+  end subroutine blocks_to_grid
+
+  !> What does not come from the stress of awake particles: the rim of sleepers, tractions.
+  subroutine others_to_grid(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+
     call add_rim(sim, g(:, :, 1))
     call tractions_to_grid(sim, g)
-  end subroutine momentum_and_force_to_grid
+  end subroutine others_to_grid
 
   !> What the rim of sleeping material gives to its nodes (time_rim).
   subroutine add_rim(sim, g)

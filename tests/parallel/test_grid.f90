@@ -131,6 +131,7 @@ contains
     call expect_sums(exchange, patch, boxes, active, 2)
     call expect_sums(exchange, patch, boxes, active, 12)
     call expect_sums(exchange, patch, boxes, active, 8)
+    call expect_overlap(exchange, patch)
     call expect('one rank sends nothing', world%size > 1 .or. exchange%messages == 0_i8)
   end subroutine test_halo
 
@@ -172,5 +173,39 @@ contains
     call expect('shared nodes hold the sum, to the bit', equal)
     call expect('nodes not in use are left alone', untouched)
   end subroutine expect_sums
+
+  !> Two arrays in one message, while nodes that no other rank stores are still added to: the sums of
+  !> each alone, to the bit.
+  subroutine expect_overlap(exchange, patch)
+    type(halo_t), intent(inout) :: exchange
+    type(patch_t), intent(in) :: patch
+    real(rp), allocatable :: g(:, :), more(:, :), g_alone(:, :), more_alone(:, :)
+    logical, allocatable :: is_shared(:)
+    integer(i8) :: messages
+    integer :: q
+
+    allocate (g(8, patch%nn), more(3, patch%nn))
+    call fill(world%rank, patch, 8, g)
+    call fill(world%rank, patch, 3, more)
+    g_alone = g
+    more_alone = more
+    call exchange%sum(world, 8, patch%nn, g_alone)
+    call exchange%sum(world, 3, patch%nn, more_alone)
+    allocate (is_shared(patch%nn), source=.false.)
+    is_shared(exchange%shared) = .true.
+    messages = exchange%messages
+    call exchange%post(world, 8, patch%nn, g, more)
+    do q = 1, patch%nn
+      if (.not. is_shared(q)) g(:, q) = g(:, q) + 1.0_rp
+      call exchange%poke()
+    end do
+    call exchange%finish(world, 8, patch%nn, g, more)
+    do q = 1, patch%nn
+      if (.not. is_shared(q)) g_alone(:, q) = g_alone(:, q) + 1.0_rp
+    end do
+    call expect('one message to each neighbour', exchange%messages - messages == exchange%n)
+    call expect('overlapped sums of records, to the bit', all(g == g_alone))
+    call expect('overlapped sums of what goes with them, to the bit', all(more == more_alone))
+  end subroutine expect_overlap
 
 end program test_grid

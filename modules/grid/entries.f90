@@ -1,0 +1,160 @@
+! SPDX-License-Identifier: MIT
+!> Sums and maxima over ranks of values that are kept for a few nodes only.
+module grid_entries
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use grid_neighbours, only: neighbour_t
+  use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
+                     mpi_statuses_ignore, mpi_waitall
+  implicit none (type, external)
+  private
+
+  public :: combine_entries
+
+  !> Entries swapped with one other rank.
+  type :: parcel_t
+    integer, allocatable :: entry(:)
+    real(rp), allocatable :: send(:), receive(:)
+  end type parcel_t
+
+contains
+
+  !> Sums over ranks and images (or maxima) of values kept for a few nodes only. The entries of node
+  !> q are `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a
+  !> node, and all its images, must have the same entries there. Ranks that share no entry swap
+  !> nothing.
+  subroutine combine_entries(neighbour, image, world, largest, nn, first, n, node, width, values)
+    type(neighbour_t), intent(in) :: neighbour(:)
+    integer, intent(in) :: image(:, :)             !! (2, *) an image, the node's first image
+    type(world_t), intent(in) :: world
+    logical, intent(in) :: largest                 !! maxima instead of sums
+    integer, intent(in) :: nn, first(nn), n, node(n), width
+    real(rp), intent(inout) :: values(width, n)
+    integer :: pairs(2, n)                         !! entry of an image, that of the first image
+    integer :: c, e, i
+
+    c = 0
+    do i = 1, size(image, 2)
+      e = first(image(1, i))
+      if (e == 0) cycle
+      do while (node(e) == image(1, i))
+        c = c + 1
+        pairs(:, c) = [e, first(image(2, i)) + e - first(image(1, i))]
+        e = e + 1
+        if (e > n) exit
+      end do
+    end do
+    do i = 1, c
+      if (largest) then
+        values(:, pairs(2, i)) = max(values(:, pairs(2, i)), values(:, pairs(1, i)))
+      else
+        values(:, pairs(2, i)) = values(:, pairs(2, i)) + values(:, pairs(1, i))
+      end if
+    end do
+    if (size(neighbour) > 0) then
+      call swap_entries(neighbour, world, largest, nn, first, n, node, width, values)
+    end if
+    do i = 1, c
+      values(:, pairs(1, i)) = values(:, pairs(2, i))
+    end do
+  end subroutine combine_entries
+
+  !> Sums over ranks (or maxima) of the entries of shared nodes.
+  subroutine swap_entries(neighbour, world, largest, nn, first, n, node, width, values)
+    type(neighbour_t), intent(in) :: neighbour(:)
+    type(world_t), intent(in) :: world
+    logical, intent(in) :: largest                 !! maxima instead of sums
+    integer, intent(in) :: nn, first(nn), n, node(n), width
+    real(rp), intent(inout) :: values(width, n)
+    type(parcel_t) :: parcel(size(neighbour))
+    type(mpi_request) :: requests(2*size(neighbour))
+    logical :: is_shared(n), own_added
+    real(rp), allocatable :: own(:, :)
+    integer :: i, messages
+
+    messages = 0
+    is_shared = .false.
+    do i = 1, size(neighbour)
+      associate (p => parcel(i), rank => neighbour(i)%rank)
+        call list_entries(neighbour(i), nn, first, n, node, p%entry)
+        if (size(p%entry) == 0) cycle
+        is_shared(p%entry) = .true.
+        allocate (p%send(width*size(p%entry)), p%receive(width*size(p%entry)))
+        p%send(:) = reshape(values(:, p%entry), shape(p%send))
+        call mpi_irecv(p%receive, size(p%receive), mpi_double_precision, rank, 2, world%comm, &
+                       requests(messages + 1))
+        call mpi_isend(p%send, size(p%send), mpi_double_precision, rank, 2, world%comm, &
+                       requests(messages + 2))
+        messages = messages + 2
+      end associate
+    end do
+    call mpi_waitall(messages, requests, mpi_statuses_ignore)
+    own_added = largest
+    if (.not. largest) then
+      allocate (own, source=values)
+      do i = 1, n
+        if (is_shared(i)) values(:, i) = 0.0_rp
+      end do
+    end if
+    do i = 1, size(neighbour)
+      if (neighbour(i)%rank > world%rank .and. .not. own_added) then
+        call add_own(is_shared, own, values)
+        own_added = .true.
+      end if
+      if (size(parcel(i)%entry) > 0) call unpack_entries(largest, width, size(parcel(i)%entry), &
+        parcel(i)%entry, parcel(i)%receive, values)
+    end do
+    if (.not. own_added) call add_own(is_shared, own, values)
+  end subroutine swap_entries
+
+  !> Entries of the nodes shared with a rank, in an order that both know.
+  pure subroutine list_entries(neighbour, nn, first, n, node, entry)
+    type(neighbour_t), intent(in) :: neighbour
+    integer, intent(in) :: nn, first(nn), n, node(n)
+    integer, allocatable, intent(out) :: entry(:)
+    integer :: c, e, k, pass
+
+    do pass = 1, 2
+      c = 0
+      do k = 1, neighbour%count
+        e = first(neighbour%node(k))
+        if (e == 0) cycle
+        do while (node(e) == neighbour%node(k))
+          c = c + 1
+          if (pass == 2) entry(c) = e
+          e = e + 1
+          if (e > n) exit
+        end do
+      end do
+      if (pass == 1) allocate (entry(c))
+    end do
+  end subroutine list_entries
+
+  pure subroutine unpack_entries(largest, width, n, entry, received, values)
+    logical, intent(in) :: largest
+    integer, intent(in) :: width, n, entry(n)
+    real(rp), intent(in) :: received(width, n)
+    real(rp), intent(inout) :: values(:, :)
+    integer :: i
+
+    do i = 1, n
+      if (largest) then
+        values(:, entry(i)) = max(values(:, entry(i)), received(:, i))
+      else
+        values(:, entry(i)) = values(:, entry(i)) + received(:, i)
+      end if
+    end do
+  end subroutine unpack_entries
+
+  pure subroutine add_own(is_shared, own, values)
+    logical, intent(in) :: is_shared(:)
+    real(rp), intent(in) :: own(:, :)
+    real(rp), intent(inout) :: values(:, :)
+    integer :: e
+
+    do e = 1, size(is_shared)
+      if (is_shared(e)) values(:, e) = values(:, e) + own(:, e)
+    end do
+  end subroutine add_own
+
+end module grid_entries

@@ -1,0 +1,98 @@
+! SPDX-License-Identifier: MIT
+!> Which nodes a patch shares with another rank, and which of its nodes are images of one node.
+module grid_neighbours
+  use base_kinds, only: rp
+  use grid_geometry, only: box_t, patch_t
+  implicit none (type, external)
+  private
+
+  public :: neighbour_t, line_t, common_lines, list_nodes, list_images
+
+  !> What is swapped with one other rank.
+  type :: neighbour_t
+    integer :: rank = -1
+    integer :: count = 0                                 !! shared active nodes
+    integer, allocatable :: node(:)                      !! their storage indices
+    real(rp), allocatable :: send(:), receive(:)         !! (width*count)
+  end type neighbour_t
+
+  !> Nodes along one axis.
+  type :: line_t
+    integer, allocatable :: i(:)
+  end type line_t
+
+contains
+
+  !> Along each axis the first images in `patch` of the nodes that `other` stores as well, in the
+  !> order of the nodes, which is the same for both.
+  pure function common_lines(patch, other, active) result(line)
+    type(patch_t), intent(in) :: patch
+    type(box_t), intent(in) :: other, active
+    type(line_t) :: line(3)
+    type(box_t) :: common
+    integer :: a, i
+
+    common = patch%all%meet(other)
+    common = common%meet(active)
+    do a = 1, 3
+      associate (n => patch%period(a), lo => patch%all%lo(a))
+        if (n == 0) then
+          line(a)%i = [(i, i=common%lo(a), common%hi(a))]
+        else
+          line(a)%i = [(lo + modulo(i - lo, n), i=0, n - 1)]
+          line(a)%i = pack(line(a)%i, line(a)%i <= patch%all%hi(a) .and. &
+                           other%lo(a) + modulo(line(a)%i - other%lo(a), n) <= other%hi(a))
+        end if
+      end associate
+    end do
+  end function common_lines
+
+  !> Pairs of storage indices: every image that is not a node's first in the patch, and the first.
+  pure subroutine list_images(patch, active, image)
+    type(patch_t), intent(in) :: patch
+    type(box_t), intent(in) :: active
+    integer, allocatable, intent(out) :: image(:, :)
+    type(line_t) :: line(3), first(3)
+    integer, allocatable :: from(:), to(:)
+    integer :: a, i
+
+    allocate (image(2, 0))
+    if (patch%nn == 0 .or. all(patch%period == 0)) return
+    do a = 1, 3
+      associate (n => patch%period(a), lo => patch%all%lo(a), hi => patch%all%hi(a))
+        if (n == 0) then
+          line(a)%i = [(i, i=max(lo, active%lo(a)), min(hi, active%hi(a)))]
+          first(a)%i = line(a)%i
+        else
+          line(a)%i = [(i, i=lo, hi)]
+          first(a)%i = lo + modulo(line(a)%i - lo, n)
+        end if
+      end associate
+    end do
+    allocate (from(product([(size(line(i)%i), i=1, 3)])))
+    allocate (to(size(from)))
+    call list_nodes(patch, line, from)
+    call list_nodes(patch, first, to)
+    image = transpose(reshape([pack(from, from /= to), pack(to, from /= to)], &
+                              [count(from /= to), 2]))
+  end subroutine list_images
+
+  !> Storage indices of the nodes in which `line` cross.
+  pure subroutine list_nodes(patch, line, list)
+    type(patch_t), intent(in) :: patch
+    type(line_t), intent(in) :: line(3)
+    integer, intent(out) :: list(:)
+    integer :: i, j, k, c
+
+    c = 0
+    do i = 1, size(line(1)%i)
+      do j = 1, size(line(2)%i)
+        do k = 1, size(line(3)%i)
+          c = c + 1
+          list(c) = patch%node([line(1)%i(i), line(2)%i(j), line(3)%i(k)])
+        end do
+      end do
+    end do
+  end subroutine list_nodes
+
+end module grid_neighbours
