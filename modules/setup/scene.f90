@@ -18,7 +18,7 @@ module setup_scene
   use setup_tools, only: read_tools
   use setup_walls, only: read_constraints
   use time_stability, only: default_cfl
-  use time_state, only: probes_t, scene_t, scheme_usl, simulation_t, transfer_apic, &
+  use time_state, only: method_t, probes_t, scene_t, scheme_usl, simulation_t, transfer_apic, &
                         transfer_fmpm, transfer_xpic
   implicit none (type, external)
   private
@@ -68,6 +68,7 @@ contains
       m%fixed_dt = input%real('TIME', 1, 'DT')
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
       m%inertial_fraction = input%real('TIME', 1, 'INERTIAL_FRACTION')
+      call read_scaling_range(input, m, complaints)
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
       m%is_bspline = shape_functions(input) == 'bspline'
       m%scheme = find(['usl  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
@@ -107,6 +108,28 @@ contains
     if (name == 'auto' .and. input%count('TOOL') > 0) name = 'bspline'
     if (name == 'auto') name = 'ugimp'
   end function shape_functions
+
+  !> Mass scaling that changes while running.
+  subroutine read_scaling_range(input, method, complaints)
+    type(input_t), intent(in) :: input
+    type(method_t), intent(inout) :: method
+    type(complaints_t), intent(inout) :: complaints
+
+    associate (range => method%scaling_range, factor => method%mass_scaling)
+      range = input%reals('TIME', 1, 'MASS_SCALING_RANGE', 2)
+      method%adapts_mass = any(range > 0.0_rp)
+      if (.not. method%adapts_mass) return
+      if (range(1) < 1.0_rp .or. range(2) < range(1)) then
+        call input%complain(complaints, 'TIME', 1, 'MASS_SCALING_RANGE', &
+                            'must be two factors from 1 on, the larger one last')
+      else if (method%fixed_dt > 0.0_rp) then
+        call input%complain(complaints, 'TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
+      else if (input%count('FIELD') > 0) then
+        call input%complain(complaints, 'TIME', 1, 'MASS_SCALING_RANGE', 'is wrong with a &FIELD')
+      end if
+      factor = max(range(1), min(range(2), factor))
+    end associate
+  end subroutine read_scaling_range
 
   !> Fields of a particle beyond the common ones; methods that do not go together.
   subroutine lay_out_fields(input, scene, complaints)

@@ -13,7 +13,8 @@ module time_audit
     e_wall_heat = 6, &  !! heat given by walls
     e_source = 7, &     !! heat of the sources
     e_friction = 8, &   !! friction heat between deformable bodies
-    e_contact = 9       !! energy lost in normal contact between deformable bodies
-  integer, parameter, public :: n_sums = 9
+    e_contact = 9, &    !! energy lost in normal contact between deformable bodies
+    e_scaling = 10      !! kinetic energy given by changes of the mass scaling
+  integer, parameter, public :: n_sums = 10
 
 end module time_audit

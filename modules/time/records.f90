@@ -6,7 +6,7 @@ module time_records
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
-  use time_audit, only: e_body, e_contact, e_film, e_friction, e_plastic, e_source, e_stress, &
+  use time_audit, only: e_body, e_contact, e_film, e_friction, e_plastic, e_scaling, e_source, e_stress, &
                         e_wall, e_wall_heat, n_sums
   use time_blocks, only: kinetic_energy
   use time_microstructure, only: micro_columns, micro_row
@@ -14,7 +14,7 @@ module time_records
   implicit none (type, external)
   private
 
-  public :: history_columns, history_row, energies
+  public :: history_columns, history_row, energies, inertial_stress_ratio
 
   integer, parameter :: n_common = 22, n_per_tool = 9
 
@@ -54,14 +54,24 @@ contains
       columns(c + 3*k - 2:c + 3*k) = trim(sim%scene%constraint(k)%name)//'_force_'// &
                                      ['x[N]', 'y[N]', 'z[N]']
     end do
-    columns(c + 3*size(sim%scene%constraint) + 1:) = micro_columns(sim)
+    columns(c + 3*size(sim%scene%constraint) + 1:) = [character(48) :: micro_columns(sim), &
+                                                      scaling_columns(sim)]
   end function history_columns
+
+  !> Columns of a mass scaling that changes.
+  function scaling_columns(sim) result(columns)
+    type(simulation_t), intent(in) :: sim
+    character(48), allocatable :: columns(:)
+
+    allocate (columns(0))
+    if (sim%scene%method%adapts_mass) columns = [character(48) :: 'mass_scaling', 'scaling_work[J]']
+  end function scaling_columns
 
   integer function n_columns(sim)
     type(simulation_t), intent(in) :: sim
 
     n_columns = n_common + n_per_tool*size(sim%tool) + 3*size(sim%scene%constraint) &
-                + size(micro_columns(sim))
+                + size(micro_columns(sim)) + size(scaling_columns(sim))
   end function n_columns
 
   !> Kinetic energy (with mass scaling), elastic energy and heat content of this rank [J], hottest
@@ -136,12 +146,12 @@ contains
     work = sum(tool(s_work, :))
     friction = sum(tool(s_friction, :)) + all(e_friction)
     normal = sum(tool(s_normal, :)) + all(e_contact)
-    given = work + all(e_body) + all(e_wall)
+    given = work + all(e_body) + all(e_wall) + all(e_scaling)
     loss = given - friction - normal - (kinetic - sim%kinetic0) - all(e_stress)
     taken = friction + normal + all(e_plastic) + elastic - sim%elastic0 + kinetic - sim%kinetic0 &
             + loss
     sim%audit_scale = max(sim%audit_scale, abs(work) + abs(all(e_body)) + abs(all(e_wall)), &
-                          sim%kinetic0 + sim%elastic0, tiny(1.0_rp))
+                          abs(all(e_scaling)), sim%kinetic0 + sim%elastic0, tiny(1.0_rp))
     sim%is_broken = sim%is_broken .or. comes_from_nothing(sim, kinetic, heat)
     to_bodies = sum(tool(s_to_plate, :))
     if (sim%scene%method%conducts) to_bodies = to_bodies + all(e_friction)
@@ -157,7 +167,9 @@ contains
     call tool_columns(sim, tool, row(n_common + 1:k))
     walls = k + 3*size(sim%scene%constraint)
     call wall_columns(sim, all(last + 1:), row(k + 1:walls))
-    call micro_row(world, sim, row(walls + 1:))
+    last = size(row) - size(scaling_columns(sim))
+    call micro_row(world, sim, row(walls + 1:last))
+    if (sim%scene%method%adapts_mass) row(last + 1:) = [sim%scene%method%mass_scaling, all(e_scaling)]
     sim%row_time = sim%clock%time
   end subroutine history_row
 

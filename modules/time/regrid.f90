@@ -8,6 +8,7 @@ module time_regrid
   use particles_store, only: f_pos
   use time_balance, only: note_balance, rebalance
   use time_clamp_list, only: list_clamps
+  use time_mass_scaling, only: adapt_mass
   use time_mirrors, only: list_mirrors
   use time_nodes, only: append, clear_nodes
   use time_overlap, only: list_turns, mark_border
@@ -31,6 +32,7 @@ contains
 
     call share_probes(world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
+    call adapt_mass(world, sim)
     call update_sleep(world, sim, has_changed)
     n_moving = merge(sim%particles%nblk, sim%n_awake, has_changed .or. sim%n_awake < 0)
     call rebalance(world, sim, n_moving)

@@ -145,7 +145,9 @@ module time_state
     real(rp) :: rebalance = 1.1_rp       !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
     real(rp) :: fixed_dt = 0.0_rp        !! [s]; 0: from the wave speed
-    real(rp) :: mass_scaling = 1.0_rp    !! on inertia only
+    real(rp) :: mass_scaling = 1.0_rp    !! on inertia only; the present one if it adapts
+    logical :: adapts_mass = .false.     !! mass scaling follows the inertial stress
+    real(rp) :: scaling_range(2) = 0.0_rp   !! least and largest then
     real(rp) :: inertial_fraction = 0.05_rp   !! inertial stress over flow stress that is small
     real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
     type(sleep_t) :: sleep
@@ -177,7 +179,7 @@ module time_state
     logical, allocatable :: is_mine(:)        !! moved by this rank
   end type probes_t
 
-  !> What does not change while running.
+  !> What does not change while running, but for a mass scaling that adapts (time_mass_scaling).
   type :: scene_t
     character(:), allocatable :: title
     type(grid_t) :: grid
@@ -207,6 +209,7 @@ module time_state
     real(rp) :: max_speed = 0.0_rp       !! of the last step [m/s]
     integer(i8) :: refused = 0           !! steps that had to be made shorter
     real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed, unscaled [m2/s2]
+    real(rp) :: inertial_peak = 0.0_rp   !! largest rho v^2 over flow stress of late
   end type clock_t
 
   !> What the particles of this rank say at the end of a step, for the middle of the next.

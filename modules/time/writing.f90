@@ -206,7 +206,7 @@ contains
     end if
     self%inertial = max(self%inertial, 0.01_rp*values(19))
     if (0.01_rp*values(19) > sim%scene%method%inertial_fraction &
-        .and. sim%scene%method%mass_scaling > 1.0_rp &
+        .and. sim%scene%method%mass_scaling > 1.0_rp .and. .not. sim%scene%method%adapts_mass &
         .and. .not. self%warned) then
       self%warned = .true.
       if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
@@ -328,10 +328,14 @@ contains
       span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '// &
       str(world%size)//' rank(s)'
     if (sim%scene%output%is_quiet .or. self%inertial <= 0.0_rp) return
-    if (sim%scene%method%mass_scaling > 1.0_rp) write (output_unit, '(a)') &
-      'inertial stress up to '//str(100.0_rp*self%inertial)//' % of the flow stress: MASS_SCALING = '// &
+    if (sim%scene%method%adapts_mass) then
+      write (output_unit, '(a)') 'inertial stress up to '//str(100.0_rp*self%inertial)// &
+        ' % of the flow stress, mass scaling '//str(sim%scene%method%mass_scaling)//' in the end'
+    else if (sim%scene%method%mass_scaling > 1.0_rp) then
+      write (output_unit, '(a)') 'inertial stress up to '//str(100.0_rp*self%inertial)//' % of the flow stress: MASS_SCALING = '// &
       str(allowed_scaling(self, sim))//' would make that '// &
       str(100.0_rp*sim%scene%method%inertial_fraction)//' %'
+    end if
   end subroutine summary
 
   !> Seconds as a person says them.

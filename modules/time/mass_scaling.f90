@@ -1,0 +1,82 @@
+! SPDX-License-Identifier: MIT
+!> Mass scaling that follows the scene: at sorts the factor chi is set to what keeps the inertial stress
+!> chi rho v^2 at a given part of the flow stress. Velocities are kept; the kinetic energy that a new
+!> factor gives or takes is booked.
+module time_mass_scaling
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use particles_store, only: f_flow, f_mass, f_vel
+  use time_audit, only: e_scaling
+  use time_blocks, only: kinetic_energy
+  use time_records, only: inertial_stress_ratio
+  use time_state, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: adapt_mass
+
+  real(rp), parameter :: memory = 0.95_rp    !! of the largest ratio, from one sort to the next
+  real(rp), parameter :: growth = 1.25_rp    !! of the factor at a sort, and the least worth it
+  real(rp), parameter :: fall = 0.5_rp       !! least part of the factor that is left by a sort
+  real(rp), parameter :: aim = 0.9_rp        !! of the allowed ratio, so that noise seldom passes it
+
+contains
+
+  !> Collective, between two steps, before a sort.
+  subroutine adapt_mass(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: now(1), wanted
+
+    if (.not. sim%scene%method%adapts_mass .or. sim%clock%step == 0) return
+    now(1) = largest_ratio(sim)
+    call world%max(now)
+    associate (m => sim%scene%method, peak => sim%clock%inertial_peak)
+      peak = max(now(1), memory*peak)
+      if (peak <= 0.0_rp) return               ! nothing has moved yet
+      wanted = max(m%scaling_range(1), min(m%scaling_range(2), aim*m%inertial_fraction/peak))
+      if (wanted >= growth*m%mass_scaling .or. wanted >= m%scaling_range(2)) then
+        wanted = min(wanted, growth*m%mass_scaling)
+      else if (m%mass_scaling*peak > m%inertial_fraction) then
+        wanted = max(wanted, fall*m%mass_scaling)
+      else
+        return
+      end if
+      call set_factor(sim, wanted)
+    end associate
+  end subroutine adapt_mass
+
+  !> Largest rho v^2 over flow stress of this rank's particles.
+  pure real(rp) function largest_ratio(sim) result(ratio)
+    type(simulation_t), intent(in) :: sim
+    integer :: b
+
+    ratio = 0.0_rp
+    do b = 1, sim%particles%nblk
+      associate (ps => sim%particles%ps(:, :, b), body => sim%scene%body(sim%particles%body(b)))
+        if (body%tool > 0) cycle
+        ratio = max(ratio, inertial_stress_ratio(sim%particles%count(b), &
+                                                 sim%scene%material(body%material)%rho, &
+                                                 ps(:, f_vel:f_vel + 2), ps(:, f_flow)))
+      end associate
+    end do
+  end function largest_ratio
+
+  !> A new factor, and what it does to the kinetic energy.
+  subroutine set_factor(sim, factor)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: factor
+    real(rp) :: energy
+    integer :: b
+
+    energy = 0.0_rp
+    do b = 1, sim%particles%nblk
+      if (sim%scene%body(sim%particles%body(b))%tool > 0) cycle
+      energy = energy + kinetic_energy(sim%particles%ps(:, f_mass, b), &
+                                       sim%particles%ps(:, f_vel:f_vel + 2, b))
+    end do
+    sim%sums(e_scaling) = sim%sums(e_scaling) + (factor - sim%scene%method%mass_scaling)*energy
+    sim%scene%method%mass_scaling = factor
+  end subroutine set_factor
+
+end module time_mass_scaling

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Mass scaling that follows the inertial stress: cheaper, close to a constant one, books closed."""
+
+import driver
+import numpy as np
+import pytest
+
+# stir.nml: plunge at 970 rpm, then slower
+SLOWER = {"MOTION(1).VELOCITY": "0,0,-8e-3", "MOTION(2).SPIN_RPM": "300", "OUTPUT.FRAME_INTERVAL": "0"}
+ADAPTS = {**SLOWER, "TIME.MASS_SCALING": "1e5", "TIME.MASS_SCALING_RANGE": "1e4,1e7", "TIME.INERTIAL_FRACTION": "0.02"}
+STATE = ["x", "v", "b", "jac", "plastic", "temp", "tau"]
+
+
+def place(tmp_path, name):
+    """A new directory."""
+    (tmp_path / name).mkdir()
+    return tmp_path / name
+
+
+def test_changes_little_and_saves_steps(run, tmp_path):
+    """The project's own measure: torque and force along z within 2 % and the hottest particle within 3 K of
+    mass scaling 1e5 throughout, with at most 0.7 times the steps; energy balanced to 0.05 % as with a constant
+    factor; the inertial stress stays below the stated part of the flow stress."""
+    histories = {}
+    for name, sets in (("constant", {**SLOWER, "TIME.MASS_SCALING": "1e5"}), ("adapts", ADAPTS)):
+        results = run("stir", "--quiet", sets=sets, directory=place(tmp_path, name)).results("stir")
+        histories[name] = results.history()
+    one, two = histories["constant"], histories["adapts"]
+    late = one["time[s]"] > 0.05
+    for name in ("tool_torque[Nm]", "tool_force_z[N]"):
+        a, b = one[name][late].mean(), two[name][late].mean()
+        print(name, a, b / a - 1.0)
+        assert a > 100.0 and abs(b / a - 1.0) < 0.02
+    print("steps", one["step"][-1], two["step"][-1], "factor", two["mass_scaling"][-1])
+    assert two["step"][-1] < 0.7 * one["step"][-1]
+    assert abs(one["temperature_max[K]"][-1] - two["temperature_max[K]"][-1]) < 3.0
+    assert np.abs(two["audit_error[%]"]).max() < 0.05
+    assert two["mass_scaling"].max() > 3e5 and two["mass_scaling"].min() >= 1e4
+    assert 0.2 < two["inertial_stress_over_flow[%]"].max() < 2.0
+
+
+def test_change_of_kinetic_energy_is_booked(run, tmp_path):
+    """Exact: a crumb that flies freely keeps its velocity when the factor changes; its kinetic energy grows
+    with the factor by what is booked as work of the scaling, and nothing is lost."""
+    sets = {"TIME.MASS_SCALING_RANGE": "1,1e4", "TIME.INERTIAL_FRACTION": "0.5", "METHOD.SORT_INTERVAL": "5",
+            "OUTPUT.HISTORY_INTERVAL": "1e-6", "BODY.ANGULAR_VELOCITY": "0,0,0", "BODY.VELOCITY": "3,2,1",
+            "TIME.DT": "0", "TIME.END": "2e-5", "MATERIAL.LAW": "johnson-cook", "MATERIAL.JC_A": "90e6",
+            "MATERIAL.JC_B": "292e6", "MATERIAL.JC_N": "0.31", "MATERIAL.JC_C": "0.025", "MATERIAL.JC_M": "1.09"}
+    history = run("crumb", "--quiet", sets=sets, directory=tmp_path).results("crumb").history()
+    factor = history["mass_scaling"]
+    print(factor, history["scaling_work[J]"])
+    kinetic, given = history["kinetic[J]"], history["scaling_work[J]"]
+    assert factor[0] == 1.0 and factor[-1] > 2.0
+    assert np.allclose(kinetic, kinetic[0] * factor, rtol=1e-9)
+    assert np.allclose(kinetic - kinetic[0], given, rtol=1e-9, atol=1e-12 * kinetic[0])
+    assert np.abs(history["numerical_loss[J]"]).max() < 1e-9 * kinetic[-1]
+
+
+def test_falls_when_it_is_too_large(run, tmp_path):
+    """A factor of 3e6 at the start makes too large an inertial stress once the tool turns in the material: it
+    falls until that is small enough."""
+    sets = {**ADAPTS, "TIME.MASS_SCALING": "3e6", "TIME.INERTIAL_FRACTION": "0.005", "TIME.END": "0.1"}
+    history = run("stir", "--quiet", sets=sets, directory=tmp_path).results("stir").history()
+    late = history["time[s]"] > 0.08
+    print(history["mass_scaling"], history["inertial_stress_over_flow[%]"])
+    assert history["inertial_stress_over_flow[%]"].max() > 1.0
+    assert history["mass_scaling"][late].max() < 1e6
+    assert np.median(history["inertial_stress_over_flow[%]"][late]) < 0.5
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_ranks_and_restart(run, tmp_path, ranks):
+    """The same on one and two ranks to 1e-9 of the largest value, and bit for bit if stopped and continued."""
+    sets = {**ADAPTS, "TIME.END": "0.08", "OUTPUT.CHECKPOINT_INTERVAL": "0.08"}
+    alone = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "alone")).results("stir").checkpoint()
+    results = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "whole"), ranks=ranks).results("stir")
+    whole = results.checkpoint()
+    assert results.history()["mass_scaling"][-1] > 2e5
+    apart = driver.distance(alone, whole, STATE)
+    print(apart)
+    assert max(apart.values()) < 1e-9, apart
+    part = place(tmp_path, "part")
+    steps = int(results.history()["step"][-1] * 0.7)
+    run("stir", "--quiet", sets={**sets, "TIME.MAX_STEPS": steps}, directory=part, ranks=ranks)
+    path = part / "stir.out" / "stir_checkpoint.h5"
+    more = run("stir", "--quiet", "--restart", path, sets=sets, directory=part, ranks=ranks).results("stir").checkpoint()
+    assert more.step == whole.step
+    for name in STATE:
+        assert np.array_equal(getattr(whole, name), getattr(more, name)), name
+
+
+@pytest.mark.parametrize("sets, message", [
+    ({"TIME.MASS_SCALING_RANGE": "10,5"}, "two factors from 1 on"),
+    ({"TIME.MASS_SCALING_RANGE": "0.5,5"}, "two factors from 1 on"),
+    ({"TIME.MASS_SCALING_RANGE": "1,5", "TIME.DT": "1e-6"}, "of no use with DT"),
+])
+def test_bad_ranges(run, tmp_path, sets, message):
+    """A range that cannot be meant is named with its key, and nothing is written."""
+    done = run("stir", "--quiet", sets=sets, directory=tmp_path, expect=driver.BAD_INPUT)
+    assert "MASS_SCALING_RANGE" in done.err and message in done.err
