@@ -14,7 +14,8 @@ module setup_material_driver
   use setup_command_line, only: command_t
   use setup_complaints, only: complaints_t
   use setup_csv, only: read_columns
-  use setup_input, only: input_t, read_input
+  use setup_input, only: input_t
+  use setup_reading, only: read_input
   use setup_materials, only: read_materials
   use setup_names, only: find, known
   implicit none (type, external)

@@ -11,7 +11,8 @@ module setup_prepare
   use setup_command_line, only: command_t
   use setup_complaints, only: complaints_t
   use setup_fields, only: add_noise
-  use setup_input, only: input_t, read_input, read_input_text
+  use setup_input, only: input_t
+  use setup_reading, only: read_input, read_input_text
   use setup_scene, only: build_scene
   use setup_stretch, only: stretch_bodies
   use time_known, only: start_fields

@@ -5,7 +5,8 @@ program test_input
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close, expect_equal, this_rank
   use setup_complaints, only: check_value, complaints_t
-  use setup_input, only: input_t, read_input, read_input_text
+  use setup_input, only: input_t
+  use setup_reading, only: read_input, read_input_text
   use setup_key_rows, only: key_table
   use setup_keys, only: default_item, print_keys, print_keys_markdown
   use setup_keys_table, only: key_table_t

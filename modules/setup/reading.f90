@@ -1,0 +1,221 @@
+! SPDX-License-Identifier: MIT
+!> Reads the input of a run: namelist groups and `--set` overrides, checked against the table of keys.
+module setup_reading
+  use base_text, only: str
+  use setup_complaints, only: check_value, complaints_t, excerpt, unknown_group, unknown_key
+  use setup_input, only: input_t
+  use setup_key_rows, only: key_table
+  use setup_keys_table, only: key_row_t, quoted, split_override, split_words
+  use setup_scan, only: assignment_t, group_t, read_file, scan_text
+  implicit none (type, external)
+  private
+
+  public :: read_input, read_input_text
+
+contains
+
+  !> Read and check a file; every rank may do so, nothing is printed.
+  subroutine read_input(file, sets, input, complaints, point)
+    character(*), intent(in) :: file
+    character(*), intent(in) :: sets(:)   !! GROUP.KEY=VALUE, GROUP(2).KEY=.., GROUP(name).KEY=..
+    type(input_t), intent(out) :: input
+    type(complaints_t), intent(inout) :: complaints
+    logical, intent(in), optional :: point   !! true: only of a material point, not of a run
+    character(:), allocatable :: text, problem
+
+    call read_file(file, text, problem)
+    if (problem == '') then
+      call read_input_text(file, text, sets, input, complaints, point)
+    else
+      input%file = file
+      input%table = key_table()
+      call scan_text(file, '', input%written, complaints)
+      call complaints%add(file, 0, problem)
+    end if
+  end subroutine read_input
+
+  !> The same for a text at hand, such as the input kept in a checkpoint.
+  subroutine read_input_text(file, text, sets, input, complaints, point)
+    character(*), intent(in) :: file      !! name for the messages; its stem is the default RUN NAME
+    character(*), intent(in) :: text, sets(:)
+    type(input_t), intent(out) :: input
+    type(complaints_t), intent(inout) :: complaints
+    logical, intent(in), optional :: point
+    character(:), allocatable :: stem
+    integer :: k
+
+    input%file = file
+    input%table = key_table()
+    if (present(point)) then
+      input%table%groups%is_required = input%table%groups%name == 'MATERIAL' &
+                                       .or. input%table%groups%name == 'PATH'
+    end if
+    stem = file(index(file, '/', back=.true.) + 1:)
+    if (index(stem, '.', back=.true.) > 1) stem = stem(:index(stem, '.', back=.true.) - 1)
+    input%table%keys(input%table%find_key(input%table%find_group('RUN'), 'NAME'))%default = stem
+    call complaints%note_overrides(sets)
+    call scan_text(file, text, input%written, complaints)
+    do k = 1, size(sets)
+      call apply_override(input, sets(k), k, complaints)
+    end do
+    call check_groups(input, complaints)
+    call check_assignments(input, complaints)
+    call check_presence(input, complaints)
+  end subroutine read_input_text
+
+  !> Put the `k`-th override in the place of what the file says.
+  subroutine apply_override(input, set, k, complaints)
+    type(input_t), intent(inout) :: input
+    character(*), intent(in) :: set
+    integer, intent(in) :: k
+    type(complaints_t), intent(inout) :: complaints
+    type(assignment_t) :: new
+    character(:), allocatable :: group, which, value
+    integer :: g, i, row
+    logical :: ok
+
+    call split_override(trim(set), group, which, new%key, new%index, value, ok)
+    row = 0
+    g = merge(input%table%find_group(group), 0, ok)
+    if (g > 0) row = input%table%find_key(g, new%key)
+    if (.not. ok) then
+      call complaints%add(input%file, -k, 'expected GROUP.KEY=VALUE')
+    else if (g == 0) then
+      call complaints%add(input%file, -k, unknown_group(input%table, group))
+    else if (row == 0) then
+      call complaints%add(input%file, -k, unknown_key(input%table, g, new%key))
+    end if
+    if (row == 0) return
+
+    if (any(input%table%keys(row)%kind == [character(8) :: 'text', 'choice']) .and. &
+        scan(value(1:1), '''"') == 0) value = quoted(value)
+    new%line = -k
+    if (input%count(group) == 0 .and. .not. input%table%groups(g)%repeats) input%written%groups = &
+      [input%written%groups, group_t(group, -k)]
+    ok = .false.
+    do i = 1, input%count(group)
+      if (.not. is_meant(input, group, i, which)) cycle
+      ok = .true.
+      new%group = input%written%find(group, i)
+      call input%written%replace(new, value)
+    end do
+    if (.not. ok) call complaints%add(input%file, -k, 'the input has no such &'//group)
+  end subroutine apply_override
+
+  !> True if an override of `GROUP`, `GROUP(2)` or `GROUP(name)` means the `i`-th group.
+  logical function is_meant(input, group, i, which)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    character(*), intent(in) :: which     !! number, NAME, or empty for all
+
+    is_meant = which == '' .or. which == str(i)
+    if (is_meant .or. input%table%find_key(input%table%find_group(group), 'NAME') == 0) return
+    is_meant = input%text(group, i, 'NAME') == which
+  end function is_meant
+
+  !> Unknown groups, groups given twice, missing groups.
+  subroutine check_groups(input, complaints)
+    type(input_t), intent(in) :: input
+    type(complaints_t), intent(inout) :: complaints
+    integer :: g, i, first
+
+    do i = 1, size(input%written%groups)
+      associate (group => input%written%groups(i))
+        g = input%table%find_group(group%name)
+        first = input%written%find(group%name, 1)
+        if (g == 0) then
+          call complaints%add(input%file, group%line, unknown_group(input%table, group%name))
+        else if (first < i .and. .not. input%table%groups(g)%repeats) then
+          call complaints%add(input%file, group%line, '&'//trim(group%name)// &
+            ' may be given only once (first on line '//str(input%written%groups(first)%line)//')')
+        end if
+      end associate
+    end do
+    do g = 1, size(input%table%groups)
+      if (input%table%groups(g)%is_required .and. &
+          input%count(input%table%groups(g)%name) == 0) call complaints%add(input%file, 0, &
+        'there is no &'//trim(input%table%groups(g)%name)//' (required)')
+    end do
+  end subroutine check_groups
+
+  !> Unknown keys, keys given twice, bad values.
+  subroutine check_assignments(input, complaints)
+    type(input_t), intent(inout) :: input
+    type(complaints_t), intent(inout) :: complaints
+    character(:), allocatable :: label, message, value
+    integer :: g, i, row, twin
+
+    do i = 1, size(input%written%assignments)
+      associate (one => input%written%assignments(i), before => input%written%assignments(:i - 1))
+        g = input%table%find_group(input%written%groups(one%group)%name)
+        if (g == 0 .or. one%key == '') cycle
+        row = input%table%find_key(g, one%key)
+        if (row == 0) then
+          call complaints%add(input%file, one%line, unknown_key(input%table, g, one%key))
+          cycle
+        end if
+        label = '&'//trim(input%table%groups(g)%name)//' '//trim(one%key)
+        twin = findloc(before%group == one%group .and. before%key == one%key .and. one%line > 0 &
+                 .and. (before%index == one%index .or. before%index*one%index == 0), .true., dim=1)
+        if (twin > 0) call complaints%add(input%file, one%line, label// &
+          ' is given twice (first on line '//str(before(twin)%line)//')')
+        if (one%is_broken) cycle
+        value = input%written%value(i)
+        message = check_value(input%table%keys(row), one%index, value)
+        one%is_broken = message /= ''
+        if (one%index > 0) label = label//'('//str(one%index)//')'
+        if (one%is_broken) call complaints%add(input%file, one%line, &
+          label//' = '//excerpt(value)//': '//message)
+      end associate
+    end do
+  end subroutine check_assignments
+
+  !> Keys that are missing, and vectors of which only some components are written.
+  subroutine check_presence(input, complaints)
+    type(input_t), intent(in) :: input
+    type(complaints_t), intent(inout) :: complaints
+    character(48), allocatable :: w(:)
+    character(:), allocatable :: group
+    integer :: g, i, k
+
+    do g = 1, size(input%table%groups)
+      group = trim(input%table%groups(g)%name)
+      do i = 1, input%count(group)
+        if (input%written%groups(input%written%find(group, i))%is_broken) cycle
+        do k = input%table%groups(g)%first, input%table%groups(g)%last
+          associate (row => input%table%keys(k))
+            call split_words(row%requirement, w)   ! required [if KEY = one or other]
+            if (input%given(group, i, row%name)) then
+              if (is_partial(input, group, i, row)) call input%complain(complaints, group, i, &
+                row%name, 'not all of its '//str(row%n)//' values are given')
+            else if (size(w) > 0) then
+              if (size(w) > 4) then
+                if (.not. any(w(5:) == input%text(group, i, w(3)))) cycle
+              end if
+              call input%complain(complaints, group, i, '', &
+                                  'has no '//trim(row%name)//' ('//trim(row%requirement)//')')
+            end if
+          end associate
+        end do
+      end do
+    end do
+  end subroutine check_presence
+
+  !> True if a key of several values was written without some that have no default.
+  logical function is_partial(input, group, i, row)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    type(key_row_t), intent(in) :: row
+    integer :: a, k
+
+    is_partial = .false.
+    a = input%written%last_of(input%written%find(group, i), row%name)
+    if (input%written%assignments(a)%is_broken) return
+    do k = 1, merge(row%n, 0, row%n > 1)
+      if (input%item(group, i, row%name, row%kind, k) == '') is_partial = .true.
+    end do
+  end function is_partial
+
+end module setup_reading
