@@ -17,7 +17,7 @@ module time_mass_scaling
 
   real(rp), parameter :: memory = 0.95_rp    !! of the largest ratio, from one sort to the next
   real(rp), parameter :: growth = 1.25_rp    !! of the factor at a sort, and the least worth it
-  real(rp), parameter :: fall = 0.5_rp       !! least part of the factor that is left by a sort
+  real(rp), parameter :: fall = 0.1_rp       !! least part of the factor that is left by a sort
   real(rp), parameter :: aim = 0.9_rp        !! of the allowed ratio, so that noise seldom passes it
 
 contains

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 # stir.nml: plunge at 970 rpm, then slower
-SLOWER = {"MOTION(1).VELOCITY": "0,0,-8e-3", "MOTION(2).SPIN_RPM": "300", "OUTPUT.FRAME_INTERVAL": "0"}
+SLOWER = {"MOTION(1).VELOCITY": "0,0,-8e-3", "MOTION(2).SPIN_RPM": "300", "OUTPUT.FRAME_INTERVAL": "0",
+          "METHOD.SHAPE": "ugimp", "METHOD.SLEEPING": "off", "METHOD.SORT_INTERVAL": "25"}
 ADAPTS = {**SLOWER, "TIME.MASS_SCALING": "1e5", "TIME.MASS_SCALING_RANGE": "1e4,1e7", "TIME.INERTIAL_FRACTION": "0.02"}
 STATE = ["x", "v", "b", "jac", "plastic", "temp", "tau"]
 
