@@ -87,6 +87,7 @@ contains
       if (.not. holds(sim, rule, y)) return
       column%rule = c
       column%weight = weights_at(sim, t)
+      column%tail = tails(sim, column%weight)
       ijk = indices(sim, q)
       do k = 1, 3
         step = k - 2
@@ -116,6 +117,20 @@ contains
       w = [max(0.0_rp, -t), 1.0_rp - abs(t), max(0.0_rp, t)]
     end if
   end function weights_at
+
+  !> Integral of a node's shape function beyond the point where it has fallen to `w` [cells]: w**2/2 of
+  !> a linear one, sqrt(2) w**1.5/3 of the outer part of a B-spline.
+  pure function tails(sim, w) result(tail)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: w(3)
+    real(rp) :: tail(3)
+
+    if (sim%scene%method%is_bspline) then
+      tail = sqrt(2.0_rp)/3.0_rp*w**1.5_rp
+    else
+      tail = 0.5_rp*w**2
+    end if
+  end function tails
 
   !> A node is held itself if it is in a box, but not if it is only part of columns across one face.
   pure logical function is_fixed(sim, x)

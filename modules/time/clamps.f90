@@ -2,7 +2,9 @@
 !> Clamps, and walls that are no mirrors. Nodes inside their box are held. Where a face of the box
 !> lies between nodes, not the next node but the velocity at the face is held: v(face) = sum w v of
 !> the two or three nodes across it, by the impulse w lambda that this takes from each of them
-!> (a projection in the norm of the masses, so that it cannot give energy to a body at rest).
+!> (a projection in the norm of the masses, so that it cannot give energy to a body at rest). A node
+!> that has much less mass than one at the end of a body would take all of lambda by itself and let
+!> the rest of the body through: its weight falls with its mass.
 module time_clamps
   use base_kinds, only: rp
   use comm_world, only: world_t
@@ -13,6 +15,9 @@ module time_clamps
   private
 
   public :: hold_walls, release_held
+
+  !> Part of the mass at the end of a body below which a node counts less.
+  real(rp), parameter :: least_tail = 0.5_rp
 
 contains
 
@@ -90,23 +95,25 @@ contains
     integer, intent(in) :: a, nn
     real(rp), intent(in) :: mass(8, nn)      !! velocity records
     real(rp), intent(in) :: g(8, nn)
-    real(rp) :: jump(3), inverse(3), total, v, w(3)
+    real(rp) :: jump(3), heaviest, inverse(3), total, v, w(3)
     integer :: k
 
+    jump = 0.0_rp
     w = 0.0_rp
     inverse = 0.0_rp
     v = 0.0_rp
+    heaviest = maxval(mass(8, pack(column%node, column%node > 0)))
     do k = 1, 3
       if (column%node(k) == 0) cycle
       if (mass(8, column%node(k)) <= least_mass) cycle
-      w(k) = column%weight(k)
-      inverse(k) = 1.0_rp/mass(8, column%node(k))
-      v = v + w(k)*g(a, column%node(k))
+      associate (m => mass(8, column%node(k)))
+        w(k) = column%weight(k)*min(1.0_rp, m/(least_tail*heaviest*column%tail(k)))
+        inverse(k) = 1.0_rp/m
+        v = v + w(k)*g(a, column%node(k))
+      end associate
     end do
     total = sum(w)
-    jump = 0.0_rp
-    if (total <= 0.0_rp) return
-    jump = w*inverse*(value*total - v)/sum(w*w*inverse)
+    if (total > 0.0_rp) jump = w*inverse*(value*total - v)/sum(w*w*inverse)
   end function jumps
 
   !> Nodes of columns that some rank does not store whole: the velocities of those that do.

@@ -100,6 +100,8 @@ module time_state
   type :: column_t
     integer :: node(3) = 0                   !! 0: not stored here
     real(rp) :: weight(3) = 0.0_rp           !! of their velocities at the face
+    real(rp) :: tail(3) = 0.0_rp             !! mass of a node that only sees a body up to the face
+                                             !! over that of one inside
     integer :: rule = 0                      !! constraint
     logical :: is_owned(3) = .false.
   end type column_t
