@@ -63,7 +63,7 @@ class Poison(Row):
         return {field: {"field": field} for field in fields}
 
     def measure(self, place, ranks, field):
-        sets = {"TIME.MAX_STEPS": 100, "OUTPUT.CHECKPOINT_INTERVAL": 1e-5, "TIME.END": 1e-3}
+        sets = box(CELL, (-4, -4, -4), (8, 8, 8), SHIFT) | {"TIME.MAX_STEPS": 100, "OUTPUT.CHECKPOINT_INTERVAL": 1e-5, "TIME.END": 1e-3}
         _, results = self.run(place, ranks, sets, "--quiet")
         bad = place / "bad.h5"
         shutil.copy(results.path("_checkpoint.h5"), bad)

@@ -6,6 +6,7 @@ import numpy as np
 from .base import SHIFT, Check, Row, box, finite, values
 
 LOAD, MASS, FRICTION, END, RAMP = 35.294, 3e-3, 0.5, 5e-3, 1e-4  # of friction.nml and blocks.nml
+LOWER = {"plane": (-2, -1, -1), "slab": (-4, -2, -3)}  # of their grids [cells of 5 mm]
 
 
 class EarlyTool(Row):
@@ -68,10 +69,8 @@ class Stick(Row):
                 for kind in kinds for shape in shapes for push in (0.99, 1.01)}
 
     def measure(self, place, ranks, kind, shape, push):
-        lower = {"plane": (-2, -1, -1), "slab": (-4, -2, -3)}[kind]
-        offset = SHIFT if kind == "plane" else (SHIFT[0], SHIFT[1], 0.0)
         sets = {"METHOD.SHAPE": shape, "LOAD.FORCE": values(push * FRICTION * LOAD, 0, -LOAD)}
-        sets |= box(5e-3, lower, (28, 6, 5), [-o for o in offset])
+        sets |= box(5e-3, LOWER[kind], (28, 6, 6), [-o for o in SHIFT])
         _, results = self.run(place, ranks, sets, "--quiet", stem=self.stems[kind])
         state = results.checkpoint()
         block = state.body == 1
@@ -91,10 +90,13 @@ class PullOff(Row):
 
     def cases(self, quick):
         kinds = ("plane",) if quick else self.stems
-        return {kind: {"kind": kind} for kind in kinds}
+        shapes = ("ugimp",) if quick else ("ugimp", "bspline", "cpgimp")
+        return {f"{kind} {shape}": {"kind": kind, "shape": shape} for kind in kinds for shape in shapes}
 
-    def measure(self, place, ranks, kind):
-        sets = {"LOAD.FORCE": values(0, 0, LOAD), "TIME.END": 5e-4, "OUTPUT.CHECKPOINT_INTERVAL": 5e-4}
+    def measure(self, place, ranks, kind, shape):
+        sets = {"METHOD.SHAPE": shape, "LOAD.FORCE": values(0, 0, LOAD), "TIME.END": 5e-4,
+                "OUTPUT.CHECKPOINT_INTERVAL": 5e-4}
+        sets |= box(5e-3, LOWER[kind], (28, 6, 6), [-o for o in SHIFT])
         _, results = self.run(place, ranks, sets, "--quiet", stem=self.stems[kind])
         history, state = results.history(), results.checkpoint()
         block = state.body == 1

@@ -91,13 +91,15 @@ class Rotation(Row):
     input = "spin"
 
     def cases(self, quick):
-        return {f"{turns} turns": {"turns": turns} for turns in ((1,) if quick else (10,))}
+        turns = 1 if quick else 10
+        return {f"{shape} {turns} turns": {"shape": shape, "turns": turns}
+                for shape in (("ugimp",) if quick else ("ugimp", "bspline", "cpgimp"))}
 
-    def measure(self, place, ranks, turns):
+    def measure(self, place, ranks, shape, turns):
         a, rate2 = 4e-3, 900.0**2
         end = turns * 2.0 * math.pi / 900.0
         shift = [2e-3 * (o - 6.0) for o in SHIFT]
-        sets = {"TIME.END": end, "OUTPUT.CHECKPOINT_INTERVAL": end, "SHAPE.LOWER": values(-a, -a, -a),
+        sets = {"METHOD.SHAPE": shape, "TIME.END": end, "OUTPUT.CHECKPOINT_INTERVAL": end, "SHAPE.LOWER": values(-a, -a, -a),
                 "SHAPE.UPPER": values(a, a, a), "GRID.LOWER": values(*shift), "GRID.UPPER": values(*(s + 24e-3 for s in shift))}
         _, results = self.run(place, ranks, sets, "--quiet")
         history, state = results.history(), results.checkpoint()

@@ -87,14 +87,18 @@ class CrushRigid(Row):
     text = "column crushed to J = 0.2 by a rigid plate of particles, and back: mean J there, least >= 0.1, books, no energy gained"
     input = "crush_rigid"
     variants = {"ugimp": {}, "bspline": {"METHOD.SHAPE": "bspline"}, "cpgimp": {"METHOD.SHAPE": "cpgimp"},
-                "ugimp no F-bar": {"METHOD.FBAR": "F"}, "USAVG no F-bar": {"METHOD.SCHEME": "usavg", "METHOD.FBAR": "F"}}
+                "ugimp no F-bar": {"METHOD.FBAR": "F"}, "bspline no F-bar": {"METHOD.SHAPE": "bspline", "METHOD.FBAR": "F"},
+                "USAVG": {"METHOD.SCHEME": "usavg"}, "USAVG bspline": {"METHOD.SCHEME": "usavg", "METHOD.SHAPE": "bspline"},
+                "USAVG no F-bar": {"METHOD.SCHEME": "usavg", "METHOD.FBAR": "F"},
+                "USAVG bspline no F-bar": {"METHOD.SCHEME": "usavg", "METHOD.SHAPE": "bspline", "METHOD.FBAR": "F"}}
 
     def cases(self, quick):
         names = ("ugimp",) if quick else self.variants
         return {name: {"sets": self.variants[name]} for name in names}
 
     def measure(self, place, ranks, sets):
-        half = {"TIME.END": 1.6e-4, "OUTPUT.CHECKPOINT_INTERVAL": 1.6e-4}
+        sets = {"METHOD.SHAPE": "ugimp", "METHOD.FBAR": "T"} | sets | box(CELL, (0, 0, -1), (1, 1, 15), (0, 0, -SHIFT[2]))
+        half = {"TIME.END": 1.65e-4, "OUTPUT.CHECKPOINT_INTERVAL": 1.65e-4}
         crushed = self.run(place, ranks, sets | half, "--quiet")[1].checkpoint()
         _, results = self.run(place, ranks, sets, "--quiet")
         history, state = results.history(), results.checkpoint()

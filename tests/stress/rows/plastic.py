@@ -16,14 +16,15 @@ class Punch(Row):
     input = "punch_plane"
 
     def cases(self, quick):
-        return {"4 cells": {"n": 4}} if quick else {"4 cells": {"n": 4}, "8 cells": {"n": 8}}
+        return {f"{shape} {n} cells": {"shape": shape, "n": n}
+                for shape in ("ugimp", "bspline") for n in ((4,) if quick else (4, 8))}
 
-    def measure(self, place, ranks, n):
+    def measure(self, place, ranks, shape, n):
         h, speed, depth = 1.0 / n, 0.5, 0.1
         end = depth / speed
-        sets = {"GRID.CELL": h, "GRID.LOWER": values(-2 * h, 0, -2 * h), "GRID.UPPER": values(6 + 2 * h, h, 4 + 4 * h),
-                "SHAPE.UPPER": values(6, h, 4), "MATERIAL.POISSON_RATIO": 0.33, "TIME.END": end,
+        sets = {"METHOD.SHAPE": shape, "SHAPE.UPPER": values(6, h, 4), "MATERIAL.POISSON_RATIO": 0.33, "TIME.END": end,
                 "OUTPUT.CHECKPOINT_INTERVAL": end, "OUTPUT.HISTORY_INTERVAL": end / 200.0}
+        sets |= box(h, (-2, 0, -2), (6 * n + 2, 1, 4 * n + 4), (-SHIFT[0], 0.0, -SHIFT[2]))
         _, results = self.run(place, ranks, sets, "--quiet")
         history, state = results.history(), results.checkpoint()
         pressure = -state.tau[:, :3].sum(axis=1) / 3.0 / state.jac
@@ -43,15 +44,12 @@ class Runaway(Row):
     input = "stir_small"
 
     def cases(self, quick):
-        result = {"from 1300 K": {"sets": {"BODY.TEMPERATURE": 1300}, "steps": 2000 if quick else 100000}}
-        if not quick:
-            result["from 298 K"] = {"sets": {}, "steps": 100000}
-            result["molten, 1400 K"] = {"sets": {"BODY.TEMPERATURE": 1400}, "steps": 100000}
-        return result
+        starts = {"from 1300 K": 1300} if quick else {"from 1300 K": 1300, "from 298 K": 298, "molten, 1400 K": 1400}
+        return {f"{shape} {label}": {"shape": shape, "start": start, "steps": 2000 if quick else 100000}
+                for shape in ("ugimp", "bspline") for label, start in starts.items()}
 
-    def measure(self, place, ranks, sets, steps):
-        start = sets.get("BODY.TEMPERATURE", 298)
-        sets = sets | {"MATERIAL.JC_M": 1.34, "MOTION(1).SPIN_RPM": 2000, "MOTION(2).SPIN_RPM": 2000,
+    def measure(self, place, ranks, shape, start, steps):
+        sets = {"METHOD.SHAPE": shape, "BODY.TEMPERATURE": start, "MATERIAL.JC_M": 1.34, "MOTION(1).SPIN_RPM": 2000, "MOTION(2).SPIN_RPM": 2000,
                        "SURFACE.COEFFICIENT": 0, "TIME.MAX_STEPS": steps, "TIME.END": steps * 1.3e-4}
         sets |= box(4e-3, (-2, -2, 0), (8, 7, 6), (-SHIFT[0], -SHIFT[1], -SHIFT[2]))
         _, results = self.run(place, ranks, sets, "--quiet", timeout=36000)
@@ -71,16 +69,17 @@ class Stirring(Row):
     long = True
 
     def cases(self, quick):
-        variants = {"mass 1e5": {}, "mass 1e3": {"TIME.MASS_SCALING": 1e3}, "mass 1e4": {"TIME.MASS_SCALING": 1e4},
-                    "mass 1e6": {"TIME.MASS_SCALING": 1e6}, "mass 1e7": {"TIME.MASS_SCALING": 1e7},
-                    "2000 rpm": {"MOTION(1).SPIN_RPM": 2000, "MOTION(2).SPIN_RPM": 2000},
-                    "one per cell": {"BODY.PARTICLES_PER_CELL": 1}, "B-spline": {"METHOD.SHAPE": "bspline"},
-                    "cpGIMP": {"METHOD.SHAPE": "cpgimp"}, "USAVG": {"METHOD.SCHEME": "usavg"},
-                    "FMPM2": {"METHOD.TRANSFER": "fmpm"}, "APIC": {"METHOD.TRANSFER": "apic"}}
-        return {name: {"sets": sets, "steps": 1000 if quick else 100000} for name, sets in variants.items()}
+        variants = {f"mass 1e{k}": {"TIME.MASS_SCALING": 10.0**k} for k in (5, 3, 4, 6, 7)}
+        variants |= {"2000 rpm": {"MOTION(1).SPIN_RPM": 2000, "MOTION(2).SPIN_RPM": 2000},
+                     "one per cell": {"BODY.PARTICLES_PER_CELL": 1}, "USAVG": {"METHOD.SCHEME": "usavg"},
+                     "FMPM2": {"METHOD.TRANSFER": "fmpm"}, "APIC": {"METHOD.TRANSFER": "apic"}}
+        steps = 1000 if quick else 100000
+        result = {f"{shape} {name}": {"shape": shape, "sets": sets, "steps": steps}
+                  for shape in ("bspline", "ugimp") for name, sets in variants.items()}
+        return result | {"cpgimp mass 1e5": {"shape": "cpgimp", "sets": {}, "steps": steps}}
 
-    def measure(self, place, ranks, sets, steps):
-        sets = sets | box(4e-3, (-2, -2, 0), (8, 7, 6), (-SHIFT[0], -SHIFT[1], -SHIFT[2]))
+    def measure(self, place, ranks, shape, sets, steps):
+        sets = {"METHOD.SHAPE": shape} | sets | box(4e-3, (-2, -2, 0), (8, 7, 6), (-SHIFT[0], -SHIFT[1], -SHIFT[2]))
         scaling = sets.get("TIME.MASS_SCALING", 1e5)
         sets |= {"TIME.MAX_STEPS": steps, "TIME.END": steps * 1.3e-4 * (scaling / 1e5) ** 0.5}
         _, results = self.run(place, ranks, sets, "--quiet", timeout=36000)
@@ -99,14 +98,15 @@ class MassScaling(Row):
     input = "stir"
 
     def cases(self, quick):
-        return {} if quick else {"1e3 to 1.6e4": {}}
+        return {} if quick else {f"{shape} 1e3 to 1.6e4": {"shape": shape} for shape in ("bspline", "ugimp")}
 
-    def measure(self, place, ranks):
+    def measure(self, place, ranks, shape):
         torque, hottest = [], []
         for k, factor in enumerate((1e3, 4e3, 1.6e4)):
             folder = place / str(k)
             folder.mkdir()
-            sets = {"TIME.MASS_SCALING": factor, "TIME.END": 0.16}
+            sets = {"METHOD.SHAPE": shape, "TIME.MASS_SCALING": factor, "TIME.END": 0.16}
+            sets |= box(4e-3, (-2, -2, 0), (14, 12, 8), [-o for o in SHIFT]) | {"WALL.POSITION": 0}
             _, results = self.run(folder, ranks, sets, "--quiet")
             history = results.history()
             torque.append(history["tool_torque[Nm]"][history["time[s]"] > 0.1].mean())
