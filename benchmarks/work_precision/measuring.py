@@ -67,6 +67,19 @@ def solve(problem, n, parameters, sets):
             "work": sum(s["particles"] * s["steps"] for s in summaries)}
 
 
+def another(done, seconds, repeats):
+    """True if a point of `done` runs that took `seconds` is run once more."""
+    return done < repeats and seconds < ENOUGH
+
+
+def all_runs(once, repeats):
+    """Processor time of a point whose run takes `once` [s]."""
+    done = 0
+    while another(done, done * once, repeats):
+        done += 1
+    return done * once
+
+
 def point(case, label, n, repeats):
     """Median of runs as one JSON line; the error is None where the run breaks."""
     problem, options = problems.ALL[case.problem], case.option_sets[label]
@@ -80,7 +93,7 @@ def point(case, label, n, repeats):
                 own = default_cfl(problem, problem.runs(n, parameters)[0] | sets, directory)
             sets["TIME.CFL"] = options.step * own
         runs = []
-        while len(runs) < repeats and sum(run["process_seconds"] for run in runs) < ENOUGH:
+        while another(len(runs), sum(run["process_seconds"] for run in runs), repeats):
             runs.append(solve(problem, n, parameters, sets))
     except (AssertionError, ValueError, IndexError, subprocess.TimeoutExpired) as broken:
         reason = (str(broken).strip().splitlines() or [type(broken).__name__])[-1][:120]

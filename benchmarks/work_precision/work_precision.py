@@ -3,10 +3,12 @@
 """Work and precision: error against core-seconds of option sets, as JSON lines, pictures and tables.
 
     benchmarks/work_precision/run.sh                 everything anew: points, pictures, docs/accuracy.md
+    benchmarks/work_precision/run.sh --smallest      trial of it: coarsest resolutions, once, into build/work_precision
     benchmarks/work_precision/work_precision.py [CASE...] [options]
 
 Without CASE all are measured, one run after the other on one core. A line holds the medians of a point;
-core_seconds is the step loop with its output, process_seconds the whole process.
+core_seconds is the step loop with its output, process_seconds the whole process. Points of option sets that no case
+has any more are left out of pictures and tables.
 """
 
 import argparse
@@ -24,6 +26,7 @@ import table  # noqa: E402
 
 RESULTS = HERE / "results.jsonl"
 PAGE = measuring.ROOT / "docs" / "accuracy.md"
+TRIAL = measuring.ROOT / "build" / "work_precision"  # results, page and pictures of --smallest
 BEGIN, END = "<!-- tables of benchmarks/work_precision -->", "<!-- end of the tables -->"
 
 
@@ -35,6 +38,8 @@ def arguments():
     parser.add_argument("--repeats", type=int, default=5, help="runs of a point (fewer after "
                         f"{measuring.ENOUGH:.0f} core-seconds)")
     parser.add_argument("--quick", action="store_true", help="smoke test: few points, seconds")
+    parser.add_argument("--smallest", action="store_true", help="each case's coarsest resolution alone, one run a point")
+    parser.add_argument("--estimate", action="store_true", help="print how long all takes by the times in the file")
     parser.add_argument("--resolution", type=int, nargs="+", metavar="N", help="only these of each case's own")
     parser.add_argument("--only", metavar="TEXT", help="only option sets whose label holds this")
     parser.add_argument("--json", metavar="FILE", type=pathlib.Path,
@@ -49,10 +54,12 @@ def arguments():
 
 
 def read(path):
-    """Points of a file; of a point that is there twice, the later."""
+    """Points of a file whose option set there still is; of a point that is there twice, the later."""
     lines = path.read_text(encoding="utf-8").splitlines()
     points = [json.loads(line) for line in lines if line.strip()]
-    return list({(p["problem"], p["option_set"], p["resolution"]): p for p in points}.values())
+    there_are = {(case.name, label) for case in case_list.CASES.values() for label in case.option_sets}
+    return list({(p["problem"], p["option_set"], p["resolution"]): p for p in points
+                 if (p["problem"], p["option_set"]) in there_are}.values())
 
 
 def chosen(options):
@@ -68,30 +75,49 @@ def chosen(options):
     return [case for case in result if case.problem in measuring.problems.ALL]
 
 
+def points_wanted(options):
+    """(case, option set, resolution) of every point to measure."""
+    for case in chosen(options):
+        sizes = [n for n in case.resolutions if not options.resolution or n in options.resolution]
+        for label in case.option_sets:
+            if not options.only or options.only in label:
+                yield from ((case, label, n) for n in (sizes[:1] if options.smallest else sizes))
+
+
 def measure(options, path):
     """Print points as they come and add them to a file."""
-    for case in chosen(options):
-        for label in case.option_sets:
-            if options.only and options.only not in label:
-                continue
-            for n in case.resolutions:
-                if options.resolution and n not in options.resolution:
-                    continue
-                line = json.dumps(measuring.point(case, label, n, 1 if options.quick else options.repeats))
-                print(line, flush=True)
-                if path:
-                    with open(path, "a", encoding="utf-8") as file:
-                        file.write(line + "\n")
+    repeats = 1 if options.quick or options.smallest else options.repeats
+    for case, label, n in points_wanted(options):
+        line = json.dumps(measuring.point(case, label, n, repeats))
+        print(line, flush=True)
+        if path:
+            with open(path, "a", encoding="utf-8") as file:
+                file.write(line + "\n")
 
 
-def renew_page(points):
-    """Pictures of docs and the tables between the marks of docs/accuracy.md."""
-    pictures.all_pictures(case_list.CASES, points, PAGE.parent / "pictures")
+def estimate(options, points):
+    """Print the processor time of all points by case, as the file has them, and how many it has not."""
+    known = {(p["problem"], p["option_set"], p["resolution"]): p.get("process_seconds", 0.0) for p in points}
+    total, absent = {}, {}
+    for case, label, n in points_wanted(options):
+        once = known.get((case.name, label, n))
+        total[case.name] = total.get(case.name, 0.0) + measuring.all_runs(once or 0.0, options.repeats)
+        absent[case.name] = absent.get(case.name, 0) + (once is None)
+    total["all"], absent["all"] = sum(total.values()), sum(absent.values())
+    for name in total:
+        lacking = f"  without {absent[name]} points" if absent.get(name) else ""
+        print(f"{name:16} {total[name]:7.0f} s{lacking}")
+
+
+def renew_page(points, page):
+    """Pictures beside `page` and its tables between the marks of docs/accuracy.md, whose other text it gets."""
+    pictures.all_pictures(case_list.CASES, points, page.parent / "pictures")
     text = PAGE.read_text(encoding="utf-8")
     head, rest = text.split(BEGIN)
     tail = rest.split(END)[1]
-    measured = f"Measured with {points[-1]['version']} on {points[-1]['machine']}, one core.\n\n"
-    PAGE.write_text(f"{head}{BEGIN}\n{measured}{table.markdown(points)}{END}{tail}", encoding="utf-8")
+    origins = dict.fromkeys((p["version"], p["machine"]) for p in points)
+    measured = "; ".join(f"{version} on {machine}" for version, machine in origins)
+    page.write_text(f"{head}{BEGIN}\nMeasured with {measured}, one core.\n\n{table.markdown(points)}{END}{tail}", encoding="utf-8")
 
 
 def main():
@@ -103,18 +129,23 @@ def main():
             print(f"{case.name} ({case.problem}), n = {', '.join(map(str, case.resolutions))}")
             print("    " + "; ".join(case.option_sets))
         return
-    stored = options.json or RESULTS
+    stored = options.json or (TRIAL / RESULTS.name if options.smallest else RESULTS)
+    page = TRIAL / PAGE.name if options.smallest else PAGE
+    if options.estimate:
+        estimate(options, read(stored))
+        return
     if options.table:
         print(table.markdown(read(stored)), end="")
     if options.pictures:
         pictures.all_pictures(case_list.CASES, read(stored), options.pictures)
     if not (options.table or options.pictures or options.page):
         measuring.version()  # kept from now on: the results are part of the tree that it describes
+        stored.parent.mkdir(parents=True, exist_ok=True)
         if options.all and not options.case:
             stored.unlink(missing_ok=True)
         measure(options, stored if options.all else options.json)
     if options.page or options.all:
-        renew_page(read(stored))
+        renew_page(read(stored), page)
 
 
 if __name__ == "__main__":
