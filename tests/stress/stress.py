@@ -3,17 +3,14 @@
 """Stress tests of numerical stability: a table row | case | measured | pass figure | ok.
 
     python3 tests/stress/stress.py [ROW...] [--quick] [--list] [--ranks 1 2]
-    python3 tests/stress/stress.py --ranks 1 2 --json results.jsonl --results tests/stress/results.md
+    python3 tests/stress/stress.py [ROW...] --ranks 1 2 --record
 
-Without ROW all are run, those of 1e5 steps last. Every run starts the program on an input with --set.
+Without ROW all are run, those of 1e5 steps last. Every run starts the program on an input with --set. --record keeps
+what was measured, case by case, in tests/stress/results.jsonl and renews tests/stress/results.md; what is not run stays.
 """
 
 import argparse
-import json
-import math
-import os
 import pathlib
-import platform
 import subprocess
 import sys
 import tempfile
@@ -21,6 +18,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
+import record  # noqa: E402
 import rows  # noqa: E402
 
 
@@ -32,9 +30,10 @@ def arguments():
     parser.add_argument("--list", action="store_true", help="rows and their cases")
     parser.add_argument("--case", metavar="TEXT", help="only cases whose label contains this")
     parser.add_argument("--ranks", type=int, nargs="+", default=[1], help="numbers of MPI ranks to run each case on")
-    parser.add_argument("--json", metavar="FILE", help="append one JSON object a check to this file")
-    parser.add_argument("--results", metavar="FILE", help="write a page of what the --json file holds")
-    parser.add_argument("--no-run", action="store_true", help="write that page alone")
+    parser.add_argument("--every", metavar="N", type=int, default=1, help="only every Nth case of rows of more than 40")
+    parser.add_argument("--json", metavar="FILE", help="append one JSON object a case to this file")
+    parser.add_argument("--record", action="store_true", help="the same to results.jsonl here, then renew results.md")
+    parser.add_argument("--page", action="store_true", help="renew results.md and run nothing")
     parser.add_argument("--keep", metavar="DIR", help="keep the runs there")
     return parser.parse_args()
 
@@ -63,7 +62,10 @@ def show(row, label, what, measured, passes, ok):
 def run_row(row, options, folder):
     """Run and print all cases of a row; the failures."""
     failed = 0
-    for label, parameters in row.cases(options.quick).items():
+    cases = row.cases(options.quick)
+    for k, (label, parameters) in enumerate(cases.items()):
+        if len(cases) > 40 and k % options.every:
+            continue
         if options.case and options.case not in label:
             continue
         for ranks in options.ranks:
@@ -77,21 +79,9 @@ def run_row(row, options, folder):
             for check in checks:
                 show(row.name, named, check.what, f"{check.measured:.4g}", check.passes, check.ok)
             failed += bool(problem) + sum(not check.ok for check in checks)
-            note(options.json, row.name, label, ranks, seconds, checks, problem)
+            for path in {options.json, record.LINES if options.record else None} - {None}:
+                record.note(path, row.name, label, ranks, seconds, checks, problem)
     return failed
-
-
-def note(path, row, label, ranks, seconds, checks, problem):
-    """Append the checks of a case to a file of JSON lines."""
-    if not path:
-        return
-    common = {"row": row, "case": label, "ranks": ranks, "seconds": round(seconds, 2)}
-    lines = [common | {"what": c.what, "measured": float(c.measured) if math.isfinite(c.measured) else str(c.measured),
-                       "pass": c.passes, "ok": c.ok} for c in checks]
-    if problem:
-        lines.append(common | {"what": "run", "message": problem, "ok": False})
-    with open(path, "a", encoding="utf-8") as file:
-        file.writelines(json.dumps(line) + "\n" for line in lines)
 
 
 def main():
@@ -101,10 +91,10 @@ def main():
         sys.exit(f"stress.py: no row {', '.join(unknown)}; see --list")
     chosen = [rows.ALL[name] for name in options.row or rows.ALL]
     chosen = [row for row in chosen if not (options.quick and row.long)]
-    if options.results and not options.json:
-        sys.exit("stress.py: --results needs --json")
-    if options.no_run:
-        write_page(options.json, options.results)
+    if options.record and options.quick:
+        sys.exit("stress.py: --record is for the full cases, not for --quick")
+    if options.page:
+        record.page(record.LINES, record.PAGE)
         return 0
     if options.list:
         show_list(chosen, options.quick)
@@ -113,42 +103,9 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         failed = sum(run_row(row, options, options.keep or scratch) for row in chosen)
     print(f"{failed} failed" if failed else "all passed")
-    if options.results:
-        write_page(options.json, options.results)
+    if options.record:
+        record.page(record.LINES, record.PAGE)
     return 1 if failed else 0
-
-
-def machine():
-    """Kind of the machine, as the page names it."""
-    text = pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8")
-    names = [line.split(":", 1)[1].strip() for line in text.splitlines() if line.startswith("model name")]
-    return f"{os.cpu_count()} x {names[0] if names else platform.machine()}"
-
-
-def write_page(source, target):
-    """The last run of every case in a file of JSON lines, as a page; failures case by case, the rest by row."""
-    runs = {}
-    for text in pathlib.Path(source).read_text(encoding="utf-8").splitlines():
-        line = json.loads(text)
-        run = runs.setdefault((line["row"], line["case"], line["ranks"]), {})
-        if line["what"] in run or "run" in run:  # a later run of the case
-            run.clear()
-        run[line["what"]] = line
-    last = [line for run in runs.values() for line in run.values()]
-    lines = ["# Results of the stress tests", "", "Made by", "",
-             "    python3 tests/stress/stress.py --ranks 1 2 --json results.jsonl --results tests/stress/results.md", "",
-             f"on {machine()}.", "", "| row | ranks | cases | checks | failed | what it is |", "|---|---|---|---|---|---|"]
-    for name, row in rows.ALL.items():
-        for ranks in sorted({line["ranks"] for line in last if line["row"] == name}):
-            mine = [line for line in last if line["row"] == name and line["ranks"] == ranks]
-            lines.append(f"| {name} | {ranks} | {len({line['case'] for line in mine})} of {len(row.cases(False))} | {len(mine)} | "
-                         f"{sum(not line['ok'] for line in mine)} | {row.text} |")
-    absent = [name for name in rows.ALL if not any(line["row"] == name for line in last)]
-    lines += ["", f"Not run: {', '.join(absent)}." if absent else "All rows were run.", "", "## Failed", "",
-              "| row | case | ranks | what | measured | pass figure |", "|---|---|---|---|---|---|"]
-    lines += [f"| {v['row']} | {v['case']} | {v['ranks']} | {v['what']} | "
-              f"{v.get('measured', 'broken')} | {v.get('pass', '')} |" for v in last if not v["ok"]]
-    pathlib.Path(target).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

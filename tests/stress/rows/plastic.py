@@ -16,8 +16,8 @@ class Punch(Row):
     input = "punch_plane"
 
     def cases(self, quick):
-        return {f"{shape} {n} cells": {"shape": shape, "n": n}
-                for shape in ("ugimp", "bspline") for n in ((4,) if quick else (4, 8))}
+        pairs = [("ugimp", 8), ("bspline", 4)] if quick else [(s, n) for s in ("ugimp", "bspline") for n in (4, 8)]
+        return {f"{shape} {n} cells": {"shape": shape, "n": n} for shape, n in pairs}
 
     def measure(self, place, ranks, shape, n):
         h, speed, depth = 1.0 / n, 0.5, 0.1
