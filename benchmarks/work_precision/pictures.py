@@ -74,9 +74,12 @@ def quoted(axis, name):
 
 
 def all_pictures(cases, points, directory):
-    """A picture for every case that has points."""
+    """A picture for every case that has points that count; the names of these cases."""
     directory.mkdir(parents=True, exist_ok=True)
+    drawn = []
     for case in cases.values():
         mine = [p for p in points if p["problem"] == case.name]
         if judged(mine):
             picture(case, mine, directory / f"precision_{case.name}.png")
+            drawn.append(case.name)
+    return drawn

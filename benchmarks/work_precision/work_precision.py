@@ -27,7 +27,8 @@ import table  # noqa: E402
 RESULTS = HERE / "results.jsonl"
 PAGE = measuring.ROOT / "docs" / "accuracy.md"
 TRIAL = measuring.ROOT / "build" / "work_precision"  # results, page and pictures of --smallest
-BEGIN, END = "<!-- tables of benchmarks/work_precision -->", "<!-- end of the tables -->"
+TABLES = "<!-- tables of benchmarks/work_precision -->", "<!-- end of the tables -->"
+PICTURES = "<!-- pictures of benchmarks/work_precision -->", "<!-- end of the pictures -->"
 
 
 def arguments():
@@ -109,15 +110,21 @@ def estimate(options, points):
         print(f"{name:16} {total[name]:7.0f} s{lacking}")
 
 
+def between(text, marks, new):
+    """`text` with `new` between two marks."""
+    head, rest = text.split(marks[0])
+    return f"{head}{marks[0]}\n{new}{marks[1]}{rest.split(marks[1])[1]}"
+
+
 def renew_page(points, page):
-    """Pictures beside `page` and its tables between the marks of docs/accuracy.md, whose other text it gets."""
-    pictures.all_pictures(case_list.CASES, points, page.parent / "pictures")
-    text = PAGE.read_text(encoding="utf-8")
-    head, rest = text.split(BEGIN)
-    tail = rest.split(END)[1]
+    """Pictures beside `page`; docs/accuracy.md with new pictures and tables between its marks as `page`."""
+    drawn = pictures.all_pictures(case_list.CASES, points, page.parent / "pictures")
     origins = dict.fromkeys((p["version"], p["machine"]) for p in points)
     measured = "; ".join(f"{version} on {machine}" for version, machine in origins)
-    page.write_text(f"{head}{BEGIN}\nMeasured with {measured}, one core.\n\n{table.markdown(points)}{END}{tail}", encoding="utf-8")
+    text = between(PAGE.read_text(encoding="utf-8"), PICTURES,
+                   "".join(f"![{name}](pictures/precision_{name}.png)\n" for name in drawn))
+    text = between(text, TABLES, f"Measured with {measured}, one core.\n\n{table.markdown(points)}")
+    page.write_text(text, encoding="utf-8")
 
 
 def main():
