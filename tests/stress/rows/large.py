@@ -93,7 +93,7 @@ class CrushRigid(Row):
                 "USAVG bspline no F-bar": {"METHOD.SCHEME": "usavg", "METHOD.SHAPE": "bspline", "METHOD.FBAR": "F"}}
 
     def cases(self, quick):
-        names = ("ugimp",) if quick else self.variants
+        names = ("ugimp", "bspline") if quick else self.variants
         return {name: {"sets": self.variants[name]} for name in names}
 
     def measure(self, place, ranks, sets):
