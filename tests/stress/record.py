@@ -72,7 +72,7 @@ def lacking(lines):
     """Rows with cases that were not run, on one rank and on two."""
     have = {(line["row"], line["case"], line["ranks"]) for line in lines}
     for name, row in rows.ALL.items():
-        for ranks in (1, 2):
+        for ranks in (1,) if row.alone else (1, 2):
             absent = [label for label in row.cases(False) if (name, label, ranks) not in have]
             if absent:
                 yield f"{name} on {ranks} ({len(absent)} of {len(row.cases(False))} cases)"

@@ -68,7 +68,7 @@ def run_row(row, options, folder):
             continue
         if options.case and options.case not in label:
             continue
-        for ranks in options.ranks:
+        for ranks in [1] if row.alone else options.ranks:
             begun = time.monotonic()
             checks, problem = measure(row, label, parameters, ranks, folder)
             seconds = time.monotonic() - begun

@@ -63,8 +63,6 @@ def box(h, lower, upper, offset=(0.0, 0.0, 0.0)):
     }
 
 
-
-
 class Row:
     """One row. A case is a label and its parameters; measuring it gives a list of checks."""
 
@@ -72,6 +70,7 @@ class Row:
     text = ""  # the instability and how it is tested
     input = ""  # stem of the input file
     long = False  # by the command only, even there last
+    alone = False  # the number of ranks is its own or does not matter: on one only
 
     def cases(self, quick):
         """{label: parameters}."""

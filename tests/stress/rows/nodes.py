@@ -59,6 +59,7 @@ class Growth(Row):
     name = "free_ends"
     text = "spectral radius of the step of a free bar of 8 cells, 401 offsets, at the program's default step"
     input = "free_bar"
+    alone = True
     methods = {
         "uGIMP": (0.25, {}, {}),
         "B-spline": (0.5, {"METHOD.SHAPE": "bspline"}, {}),

@@ -14,6 +14,7 @@ class Rebalanced(Row):
 
     name = "ranks"
     text = "sorted and divided anew every step: state on 2, 4, 8 ranks that of one to 1e-10, no particle lost"
+    alone = True
     # Ends, and grids with moved origins; the periodic sides of the torus end where its body does.
     stems = {"torus": {"WALL.POSITION": 0} | box(1e-3, (0, 0, 0), (10, 6, 6), (0.0, 0.0, -SHIFT[2])),
              "stir_small": {"TIME.END": 0.02, "OUTPUT.CHECKPOINT_INTERVAL": 0.02}
