@@ -50,7 +50,7 @@ class Runaway(Row):
 
     def measure(self, place, ranks, shape, start, steps):
         sets = {"METHOD.SHAPE": shape, "BODY.TEMPERATURE": start, "MATERIAL.JC_M": 1.34, "MOTION(1).SPIN_RPM": 2000, "MOTION(2).SPIN_RPM": 2000,
-                       "SURFACE.COEFFICIENT": 0, "TIME.MAX_STEPS": steps, "TIME.END": steps * 1.3e-4}
+                       "SURFACE.COEFFICIENT": 0, "TIME.MAX_STEPS": steps, "TIME.END": steps * 1e-3}
         sets |= box(4e-3, (-2, -2, 0), (8, 7, 6), (-SHIFT[0], -SHIFT[1], -SHIFT[2]))
         _, results = self.run(place, ranks, sets, "--quiet", timeout=36000)
         history = results.history()
@@ -81,11 +81,11 @@ class Stirring(Row):
     def measure(self, place, ranks, shape, sets, steps):
         sets = {"METHOD.SHAPE": shape} | sets | box(4e-3, (-2, -2, 0), (8, 7, 6), (-SHIFT[0], -SHIFT[1], -SHIFT[2]))
         scaling = sets.get("TIME.MASS_SCALING", 1e5)
-        sets |= {"TIME.MAX_STEPS": steps, "TIME.END": steps * 1.3e-4 * (scaling / 1e5) ** 0.5}
+        sets |= {"TIME.MAX_STEPS": steps, "TIME.END": steps * 1e-3 * (scaling / 1e5) ** 0.5}  # never reached
         _, results = self.run(place, ranks, sets, "--quiet", timeout=36000)
         history = results.history()
         work = history["tool_work[J]"][-1]
-        return [finite(history), Check("steps", history["step"][-1], at_least=0.5 * steps),
+        return [finite(history), Check("steps", history["step"][-1], at_least=steps),
                 Check("energy gain", -history["numerical_loss[J]"].min() / work, at_most=1e-3),
                 Check("audit error [%]", np.abs(history["audit_error[%]"]).max(), at_most=2.0)]
 
