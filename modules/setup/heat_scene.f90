@@ -227,7 +227,7 @@ contains
     case default
       march%implicit%solver = merge(by_fft, merge(by_petsc, by_cg, has_petsc), has_fft)
     end select
-    march%implicit%tolerance = 0.02_rp*march%tolerance
+    march%implicit%tolerance = 0.1_rp*march%tolerance
   end subroutine choose_method
 
   subroutine read_heat_sources(input, m, conductivity, capacity, source)

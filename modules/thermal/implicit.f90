@@ -28,11 +28,15 @@ module thermal_implicit
     integer :: newtons = 0                        !! Newton steps so far
     integer :: failed = 0                         !! stages that did not converge
     type(linear_t) :: linear
-    real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y
+    logical, private :: has_pace = .false.
+    real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y, rhs, x
+    real(rp), allocatable, private :: pace(:)     !! mean rate of the last step [K/s]
   contains
     procedure :: start
     procedure :: step
+    procedure :: keep
     procedure :: estimate
+    procedure :: forget
   end type implicit_t
 
 contains
@@ -55,7 +59,8 @@ contains
     hi = ubound(heat%theta, 1)
     n = heat%size()
     allocate (self%m2(lo:hi), self%f(lo:hi), self%base(lo:hi), self%y(lo:hi), source=0.0_rp)
-    allocate (self%d(n), self%scale(n), source=0.0_rp)
+    allocate (self%d(n), self%scale(n), self%rhs(n), self%x(n), self%pace(n), source=0.0_rp)
+    self%scale = 1.0_rp
     call self%linear%start(heat, self%solver)
   end subroutine start
 
@@ -68,58 +73,97 @@ contains
     real(rp), intent(in) :: p0(n_books)
     real(rp), intent(out) :: gain(n_books)
     real(rp) :: p(n_books)
+    integer :: n
 
+    n = heat%size()
+    self%y = y0
     if (self%method == backward_euler) then
       self%base = y0
-      self%y = y0 + dt*m0
+      if (self%has_pace) self%y(1:n) = y0(1:n) + dt*self%pace
       call solve_stage(self, heat, dt, 1.0_rp, p)
       heat%theta = y0 + dt*self%f
       gain = dt*p
       return
     end if
     self%base = y0 + diagonal*dt*m0
-    self%y = y0 + first_end*dt*m0
+    if (self%has_pace) self%y(1:n) = y0(1:n) + first_end*dt*self%pace
     call solve_stage(self, heat, diagonal*dt, first_end, p)
     self%m2 = self%f
     self%base = y0 + weight*dt*(m0 + self%m2)
-    self%y = self%y + (1.0_rp - first_end)*dt*self%m2
+    self%y = y0 + (self%y - y0)/first_end
     gain = weight*dt*(p0 + p)
     call solve_stage(self, heat, diagonal*dt, 1.0_rp, p)
     heat%theta = self%base + diagonal*dt*self%f
     gain = gain + diagonal*dt*p
   end subroutine step
 
-  !> y = base + a f(y) at a part `blend` of the step; f and the powers p are those of y.
+  !> The step from `y0` to the present state is done: its pace foretells the next one.
+  subroutine keep(self, heat, dt, y0)
+    class(implicit_t), intent(inout) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(in) :: dt
+    real(rp), allocatable, intent(in) :: y0(:)
+    integer :: n
+
+    n = heat%size()
+    self%pace = (heat%theta(1:n) - y0(1:n))/dt
+    self%has_pace = .true.
+  end subroutine keep
+
+  !> Keep nothing from step to step.
+  subroutine forget(self)
+    class(implicit_t), intent(inout) :: self
+
+    self%has_pace = .false.
+    call self%linear%petsc%forget()
+  end subroutine forget
+
+  !> y = base + a f(y) at a part `blend` of the step; f and the powers p are those of y. Linear
+  !> systems are solved as far as the stage needs.
   subroutine solve_stage(self, heat, a, blend, p)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(in) :: a                     !! [s]
     real(rp), intent(in) :: blend
     real(rp), intent(out) :: p(n_books)
-    real(rp) :: worst(1), before
-    real(rp), allocatable :: rhs(:), x(:)
+    real(rp) :: worst(1), before, relative
     integer :: k, n
 
     n = heat%size()
     before = huge(1.0_rp)
-    allocate (rhs(n), x(n))
     do k = 1, most_newton
       call heat%rate(self%y, blend, self%f, p)
-      rhs = self%base(1:n) + a*self%f(1:n) - self%y(1:n)
-      where (heat%mesh%capacity <= 0.0_rp) rhs = 0.0_rp
-      worst = 0.0_rp
-      if (n > 0) worst = maxval(abs(rhs))
+      call residual(n, a, heat%mesh%capacity, self%base(1:n), self%f(1:n), self%y(1:n), self%rhs, &
+                    worst(1))
       call heat%world%max(worst)
       if (worst(1) <= self%tolerance) return
       if (k > 4 .and. worst(1) >= 0.9_rp*before) exit
       before = worst(1)
       call linearise(self, heat, blend)
-      call self%linear%solve(heat, a, self%scale, self%d, rhs*heat%mesh%capacity, x)
-      self%y(1:n) = self%y(1:n) + x/self%scale
+      relative = max(1.0e-6_rp, min(0.1_rp, 0.3_rp*self%tolerance/worst(1)))
+      call self%linear%solve(heat, a, self%scale, self%d, self%rhs, relative, self%x)
+      self%y(1:n) = self%y(1:n) + self%x/self%scale
       self%newtons = self%newtons + 1
     end do
     self%failed = self%failed + 1
   end subroutine solve_stage
+
+  !> What base + a f - y is short of 0: its heat r [J] in the solid, and the largest [K].
+  pure subroutine residual(n, a, capacity, base, f, y, r, worst)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: a, capacity(n), base(n), f(n), y(n)
+    real(rp), intent(out) :: r(n), worst
+    real(rp) :: short
+    integer :: i
+
+    worst = 0.0_rp
+    !$omp simd reduction(max: worst) private(short)
+    do i = 1, n
+      short = merge(base(i) + a*f(i) - y(i), 0.0_rp, capacity(i) > 0.0_rp)
+      worst = max(worst, abs(short))
+      r(i) = capacity(i)*short
+    end do
+  end subroutine residual
 
   !> dphi/dtheta of each cell, and the slope by phi of what walls give it.
   subroutine linearise(self, heat, blend)
@@ -148,24 +192,22 @@ contains
     real(rp), intent(in) :: dt
     real(rp), allocatable, intent(in) :: m0(:), m1(:)
     real(rp), intent(out) :: error
-    real(rp), allocatable :: rhs(:), x(:)
     real(rp) :: a
     integer :: n
 
     n = heat%size()
-    allocate (rhs(n), x(n))
     if (self%method == backward_euler) then
       a = dt
-      rhs = 0.5_rp*dt*(m1(1:n) - m0(1:n))*heat%mesh%capacity
+      self%rhs = 0.5_rp*dt*(m1(1:n) - m0(1:n))*heat%mesh%capacity
     else
       a = diagonal*dt
-      rhs = dt*(error_weight(1)*m0(1:n) + error_weight(2)*self%m2(1:n) &
-                + error_weight(3)*m1(1:n))*heat%mesh%capacity
+      self%rhs = dt*(error_weight(1)*m0(1:n) + error_weight(2)*self%m2(1:n) &
+                     + error_weight(3)*m1(1:n))*heat%mesh%capacity
     end if
     call linearise(self, heat, 1.0_rp)
-    call self%linear%solve(heat, a, self%scale, self%d, rhs, x)
+    call self%linear%filter(heat, a, self%scale, self%d, self%rhs, self%x)
     error = 0.0_rp
-    if (n > 0) error = maxval(abs(x/self%scale))
+    if (n > 0) error = maxval(abs(self%x/self%scale))
     if (self%failed > 0) error = huge(1.0_rp)
     self%failed = 0
   end subroutine estimate

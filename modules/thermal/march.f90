@@ -63,7 +63,7 @@ contains
     class(march_t), intent(inout) :: self
 
     self%has_rate = .false.
-    call self%implicit%linear%petsc%forget()
+    call self%implicit%forget()
   end subroutine forget
 
   !> Collective: one step from `t`, at most to `t_most`; `t` becomes its end.
@@ -102,6 +102,7 @@ contains
     end do
     ! a step cut short by an output must not make the next ones short
     if (error(1) <= 0.25_rp*self%tolerance .and. dt < wish) self%next = max(self%next, wish)
+    if (is_implicit(self)) call self%implicit%keep(heat, dt, self%y0)
     call heat%world%sum(gain)
     self%books = self%books + gain
     call exchange(self%m0, self%m1)

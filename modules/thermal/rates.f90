@@ -210,12 +210,11 @@ contains
     end if
   end subroutine stage
 
-  !> Conduction alone: out = dtheta/dt of a potential whose halo is filled here.
+  !> Conduction alone: out = dtheta/dt of a potential whose halo is filled here; out is finite.
   subroutine conduct(self, phi, out)
     class(heat_t), intent(in) :: self
     real(rp), intent(inout), dimension(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)) :: phi, out
 
-    out = 0.0_rp
     call self%mesh%swap(self%world, phi)
     call sweep_all(self%mesh, [0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp], phi, phi, out, phi, phi)
   end subroutine conduct

@@ -235,6 +235,29 @@ def test_box_by_fftw_is_direct(run, tmp_path):
         assert summary["linear_iterations"] == summary["linear_solves"] > 0
 
 
+@pytest.mark.parametrize("cell", [2e-3, 4e-3])
+def test_box_under_a_stirring_source_is_direct(run, cell, tmp_path):
+    """What the source answers to temperature is solved for in the plane of the surface: one iteration a solve, with
+    an even and an odd number of cells across the plate, and the probes of conjugate gradients and of 3 ranks."""
+    if missing(run, "fftw", tmp_path):
+        pytest.skip("this build has no FFTW")
+    sets = {"HEAT.INTEGRATOR": "tr-bdf2", "GRID.CELL": cell, "TIME.END": 4, "HEAT.STEP": 0.2,
+            "HEAT.TOLERANCE": 1e-4} | NO_FRAMES
+    found = {}
+    for name, solver, ranks in (("cg", "cg", None), ("one", "fftw", None), ("three", "fftw", 3)):
+        (tmp_path / name).mkdir()
+        done = run(PLAIN, "--quiet", sets=sets | {"HEAT.SOLVER": solver}, ranks=ranks, directory=tmp_path / name)
+        found[name] = done.results("heat_copper_plain")
+        summary = found[name].summary()
+        assert balance(found[name]) < 1e-9
+        if solver == "fftw":
+            assert summary["linear_iterations"] == summary["linear_solves"] > 0
+    rows = {name: results.probes().rows for name, results in found.items()}
+    print(np.abs(rows["cg"] - rows["one"]).max(), np.abs(rows["three"] - rows["one"]).max(), rows["one"][-1])
+    assert np.abs(rows["cg"] - rows["one"]).max() < 1e-4
+    assert np.abs(rows["three"] - rows["one"]).max() < 1e-9
+
+
 def test_ranks_and_restart(run, tmp_path):
     """Exact: any number of ranks, also one without cells, gives the same digits; stopped and continued too."""
     sets = {"TIME.END": 6, "GRID.CELL": 2e-3, "OUTPUT.CHECKPOINT_INTERVAL": 3, "OUTPUT.FRAME_INTERVAL": 3}
