@@ -43,11 +43,19 @@ contains
         call input%complain(complaints, 'HEAT', 1, 'INTEGRATOR', 'needs &METHOD MECHANICS = F')
       case default
       end select
+      if (input%integer('HEAT', 1, 'EVERY') > 0) then
+        if (.not. scene%method%implicit_heat) call input%complain(complaints, 'HEAT', 1, 'EVERY', &
+          'needs INTEGRATOR = ''backward-euler''')
+        if (scene%method%heat_step > 0.0_rp) call input%complain(complaints, 'HEAT', 1, 'EVERY', &
+          'does not go with STEP')
+      end if
       if (any(input%text('HEAT', 1, 'SOLVER') == ['petsc', 'fftw '])) &
         call input%complain(complaints, 'HEAT', 1, 'SOLVER', &
                             'needs &METHOD MECHANICS = F: beside mechanics it is cg')
       return
     end if
+    if (scene%method%heat_every > 0) call input%complain(complaints, 'HEAT', 1, 'EVERY', &
+      'has no effect with MECHANICS = F')
     do g = 1, size(idle)
       do i = 1, input%count(trim(idle(g)))
         call input%complain(complaints, trim(idle(g)), i, '', 'has no effect with MECHANICS = F')

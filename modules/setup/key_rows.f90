@@ -321,10 +321,11 @@ contains
     call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
       'of implicit steps for heat alone; auto: what was built in, in the order fftw, petsc, cg')
     call t%key('TOLERANCE', 'real', 1, 'K', '2', '(0,inf)', &
-      'heat alone: largest estimate of the error of a time step in any cell; at the rim of a '// &
-      'moving source it is some hundred times that of the temperatures')
-    call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', &
-      'fixed time step; 0: by TOLERANCE for heat alone, beside mechanics ten explicit steps')
+      'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
+      'node; at the rim of a moving source it is some hundred times that of the temperatures')
+    call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: by TOLERANCE')
+    call t%key('EVERY', 'integer', 1, '', '0', '[0,inf)', &
+      'backward-euler beside mechanics: a step every so many mechanical ones; 0: by STEP or TOLERANCE')
 
     call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')

@@ -156,7 +156,11 @@ contains
       text = text//' (mass scaling '//str(sim%scene%method%mass_scaling)//')'
     end if
     if (sim%scene%method%conducts) then
-      text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
+      if (sim%scene%method%heat_every > 0) then
+        text = text//'; conduction every '//str(sim%scene%method%heat_every)//' step(s)'
+      else
+        text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
+      end if
     end if
   end function limit
 

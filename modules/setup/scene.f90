@@ -85,6 +85,8 @@ contains
         m%fourier = input%real('HEAT', 1, 'FOURIER')
         m%implicit_heat = input%text('HEAT', 1, 'INTEGRATOR') == 'backward-euler'
         m%heat_step = input%real('HEAT', 1, 'STEP')
+        m%heat_every = input%integer('HEAT', 1, 'EVERY')
+        m%heat_tolerance = input%real('HEAT', 1, 'TOLERANCE')
       end if
     end associate
     associate (o => scene%output)

@@ -14,7 +14,8 @@ module time_audit
     e_source = 7, &     !! heat of the sources
     e_friction = 8, &   !! friction heat between deformable bodies
     e_contact = 9, &    !! energy lost in normal contact between deformable bodies
-    e_scaling = 10      !! kinetic energy given by changes of the mass scaling
-  integer, parameter, public :: n_sums = 10
+    e_scaling = 10, &    !! kinetic energy given by changes of the mass scaling
+    e_conduction = 11   !! heat that conduction steps have made: rounding
+  integer, parameter, public :: n_sums = 11
 
 end module time_audit

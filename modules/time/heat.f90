@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Conduction on its own time step: as many mechanical steps are gathered as stability allows.
 module time_heat
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
   use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, heat_particles, &
                                 least_capacity, &
                                 nodal_temperature, smooth_particles, smooth_share, &
                                 temperature_increment
-  use time_audit, only: e_film
+  use time_audit, only: e_conduction, e_film, e_wall_heat
   use time_microstructure, only: anneal_particles
   use time_mirrors, only: book_heat, fold, r_apart, r_flux, r_heat, r_temperature, r_warming, &
                           unfold
@@ -21,27 +21,55 @@ module time_heat
   implicit none (type, external)
   private
 
-  public :: conduct, conduction_step
+  public :: conduct, conduction_is_due, conduction_step
 
 contains
 
-  !> Conduction step of the scene [s]: FOURIER h^2 rho c/k over all materials, or that of implicit
-  !> steps, if none is given ten times as long.
+  !> Conduction step of the scene [s]: as long as is stable, or that of implicit steps, at first
+  !> ten times as long where it follows its error.
   pure real(rp) function conduction_step(sim)
+    type(simulation_t), intent(in) :: sim
+
+    conduction_step = stable_conduction(sim)
+    associate (method => sim%scene%method)
+      if (.not. method%implicit_heat .or. conduction_step >= huge(1.0_rp)) return
+      if (method%heat_every > 0) then
+        conduction_step = huge(1.0_rp)
+      else if (method%heat_step > 0.0_rp) then
+        conduction_step = method%heat_step
+      else if (sim%clock%heat_step > 0.0_rp) then
+        conduction_step = sim%clock%heat_step
+      else
+        conduction_step = 10.0_rp*conduction_step
+      end if
+    end associate
+  end function conduction_step
+
+  !> Explicit step [s]: FOURIER h^2 rho c/k over all materials.
+  pure real(rp) function stable_conduction(sim)
     type(simulation_t), intent(in) :: sim
     integer :: m
 
-    conduction_step = huge(1.0_rp)
+    stable_conduction = huge(1.0_rp)
     do m = 1, size(sim%scene%material)
       associate (mat => sim%scene%material(m))
-        if (mat%conductivity > 0.0_rp) conduction_step = min(conduction_step, &
+        if (mat%conductivity > 0.0_rp) stable_conduction = min(stable_conduction, &
           sim%scene%method%fourier*sim%scene%grid%h**2*mat%rho*mat%c_p/mat%conductivity)
       end associate
     end do
-    if (.not. sim%scene%method%implicit_heat .or. conduction_step >= huge(1.0_rp)) return
-    conduction_step = 10.0_rp*conduction_step
-    if (sim%scene%method%heat_step > 0.0_rp) conduction_step = sim%scene%method%heat_step
-  end function conduction_step
+  end function stable_conduction
+
+  !> Is a conduction step due now, if one more mechanical step would be of length `dt`?
+  pure logical function conduction_is_due(sim, dt)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: dt                  !! [s]
+
+    if (sim%scene%method%heat_every > 0) then
+      conduction_is_due = mod(sim%clock%step, int(sim%scene%method%heat_every, i8)) == 0
+    else
+      conduction_is_due = sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim)
+    end if
+  end function conduction_is_due
 
   !> One conduction step of length `dt`.
   subroutine conduct(world, sim, dt)
@@ -50,11 +78,13 @@ contains
     real(rp), intent(in) :: dt                  !! [s]
     real(rp) :: lost(8, size(sim%scene%constraint))   ! what folds at walls change
     real(rp), allocatable :: before(:)                ! nodal temperature
+    real(rp) :: heat                                  ! and what left through films and walls [J]
     integer :: b, r
 
     call swap_lists(sim)
     lost = 0.0_rp
     call give_source_heat(world, sim, dt)
+    heat = heat_here(sim) + sim%sums(e_film) - sim%sums(e_wall_heat)
     call gather_temperature(world, sim, f_temp, f_heat, r_heat, lost)
     if (sim%scene%method%implicit_heat) then
       before = sim%g(4, :, 1)
@@ -82,6 +112,8 @@ contains
       call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .true., &
                       sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
     end do
+    sim%sums(e_conduction) = sim%sums(e_conduction) + heat_here(sim) &
+                             + sim%sums(e_film) - sim%sums(e_wall_heat) - heat
     call anneal_particles(sim, dt)
     if (sim%scene%method%sleep%is_on) call clear_nodes(sim, sim%g)
     call swap_lists(sim)
@@ -106,32 +138,80 @@ contains
     call sim%halo%sum(world, 8, sim%patch%nn, sim%g2(:, :, 1))
   end subroutine gather_flux
 
-  !> Lane 4 becomes the temperature at the end of a step of backward Euler, by conjugate gradients
-  !> without a matrix on its change x: C x - (F(x) - F(0)) = F(T) + waiting heat, F the heat that
-  !> `gather_flux` finds, weighted by the capacities C. The fluxes at the result are what the nodes
-  !> get, so that heat is exact whatever the tolerance.
+  !> Heat of this rank's particles [J].
+  pure real(rp) function heat_here(sim)
+    type(simulation_t), intent(in) :: sim
+    integer :: b, n
+
+    heat_here = 0.0_rp
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
+      associate (mat => sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
+        heat_here = heat_here + mat%c_p*sum(sim%particles%ps(1:n, f_mass, b) &
+                                            *sim%particles%ps(1:n, f_temp, b)) &
+                    + sum(sim%particles%ps(1:n, f_heat, b))
+      end associate
+    end do
+  end function heat_here
+
+  !> Lane 4 becomes the temperature at the end of a step of backward Euler: its change x solves
+  !> C x - (F(x) - F(0)) = F(T) + waiting heat, F the heat that `gather_flux` finds. The fluxes at
+  !> the result are what the nodes get, so that heat is exact whatever the tolerance. The next step
+  !> follows from dt^2/2 d2T/dt2, freed of its stiff part by another solve.
   subroutine foresee_temperature(world, sim, dt)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp), parameter :: relative = 1.0e-8_rp
-    integer, parameter :: most = 1000
-    real(rp), dimension(sim%patch%nn) :: before, p, q, r, x, at_zero
-    real(rp) :: lost(8, size(sim%scene%constraint)), film, rho(1), first, last, curvature(1)
+    real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! residuals at the end
+    real(rp), dimension(sim%patch%nn) :: at_zero, before, b, error, x
+    real(rp) :: lost(8, size(sim%scene%constraint)), film, worst(1)
     logical, dimension(sim%patch%nn) :: is_free, is_own
-    integer :: i
 
     lost = 0.0_rp
     film = sim%sums(e_film)                     ! what is lost here is only tried
     call choose_nodes(sim, is_free, is_own)
     before = sim%g(4, :, 1)
     call gather_flux(world, sim, dt, lost)
-    r = merge(sim%g2(5, :, 1) + sim%g(3, :, 1), 0.0_rp, is_free)
+    b = merge(sim%g2(5, :, 1) + sim%g(3, :, 1), 0.0_rp, is_free)
     sim%g(4, :, 1) = 0.0_rp
     call gather_flux(world, sim, dt, lost)
     at_zero = sim%g2(5, :, 1)
+    call conjugate_gradients(world, sim, dt, fine, is_free, is_own, at_zero, b, x)
+    associate (method => sim%scene%method)
+      if (method%heat_every == 0 .and. method%heat_step <= 0.0_rp) then
+        b = merge(0.5_rp*(sim%g(1, :, 1)*x - b), 0.0_rp, is_free)
+        call conjugate_gradients(world, sim, dt, rough, is_free, is_own, at_zero, b, error)
+        worst = maxval(abs(error), mask=is_own)
+        worst = max(worst, tiny(1.0_rp))
+        call world%max(worst)
+        sim%clock%heat_step = max(stable_conduction(sim), dt*max(0.2_rp, &
+          min(1.5_rp, 0.8_rp*sqrt(method%heat_tolerance/worst(1)))))
+      end if
+    end associate
+    sim%g(4, :, 1) = x
+    call unfold(sim, r_warming, sim%g(:, :, 1))
+    sim%g(4, :, 1) = before + sim%g(4, :, 1)
+    sim%sums(e_film) = film
+  end subroutine foresee_temperature
+
+  !> x of C x - (F(x) - F(0)) = b on free nodes, by conjugate gradients without a matrix that are
+  !> weighted by the capacities C, until the residual is `relative` of b.
+  subroutine conjugate_gradients(world, sim, dt, relative, is_free, is_own, at_zero, b, x)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, relative        !! [s]
+    logical, dimension(sim%patch%nn), intent(in) :: is_free, is_own
+    real(rp), dimension(sim%patch%nn), intent(in) :: at_zero, b   !! F(0), b [J]
+    real(rp), intent(out) :: x(sim%patch%nn)    !! [K]
+    integer, parameter :: most = 1000
+    real(rp), dimension(sim%patch%nn) :: p, q, r
+    real(rp) :: lost(8, size(sim%scene%constraint)), rho(1), first, last, curvature(1)
+    integer :: i
+
+    lost = 0.0_rp
     x = 0.0_rp
     p = 0.0_rp
+    r = b
     first = -1.0_rp
     last = 1.0_rp
     do i = 1, most
@@ -153,11 +233,7 @@ contains
       x = x + (rho(1)/curvature(1))*p
       r = r - (rho(1)/curvature(1))*q
     end do
-    sim%g(4, :, 1) = x
-    call unfold(sim, r_warming, sim%g(:, :, 1))
-    sim%g(4, :, 1) = before + sim%g(4, :, 1)
-    sim%sums(e_film) = film
-  end subroutine foresee_temperature
+  end subroutine conjugate_gradients
 
   !> Nodes with a temperature of their own: in use, not empty, not behind a wall; and those of them
   !> that count for this rank in a sum.

@@ -9,7 +9,7 @@ module time_loop
   use particles_migrate, only: find_outside
   use particles_store, only: f_vel
   use time_culprit, only: name_culprit, not_a_number
-  use time_heat, only: conduct, conduction_step
+  use time_heat, only: conduct, conduction_is_due, conduction_step
   use time_known, only: stagger_velocities
   use time_records, only: energies
   use time_regrid, only: regrid
@@ -177,7 +177,7 @@ contains
     sim%balance%sum = sim%balance%sum + sim%balance%now
     sim%balance%worst = max(sim%balance%worst, sim%balance%now)
     if (sim%scene%method%conducts) then
-      if (sim%clock%time + dt - sim%clock%heat_time > conduction_step(sim)) then
+      if (conduction_is_due(sim, dt)) then
         call conduct(world, sim, sim%clock%time - sim%clock%heat_time)
         sim%clock%heat_time = sim%clock%time
         sim%rim%is_stale = .true.

@@ -6,8 +6,8 @@ module time_records
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
-  use time_audit, only: e_body, e_contact, e_film, e_friction, e_plastic, e_scaling, e_source, e_stress, &
-                        e_wall, e_wall_heat, n_sums
+  use time_audit, only: e_body, e_conduction, e_contact, e_film, e_friction, e_plastic, e_scaling, &
+                        e_source, e_stress, e_wall, e_wall_heat, n_sums
   use time_blocks, only: kinetic_energy
   use time_microstructure, only: micro_columns, micro_row
   use time_state, only: simulation_t
@@ -16,7 +16,7 @@ module time_records
 
   public :: history_columns, history_row, energies, inertial_stress_ratio
 
-  integer, parameter :: n_common = 22, n_per_tool = 9
+  integer, parameter :: n_common = 23, n_per_tool = 9
 
 contains
 
@@ -34,7 +34,7 @@ contains
       'contact_loss[J]', 'numerical_loss[J]', 'audit_error[%]', 'film_loss[J]', 'heat_content[J]', &
       'temperature_max[K]', 'strain_rate_max[1/s]', 'kinetic_over_internal[%]', &
       'inertial_stress_over_flow[%]', 'friction_heat_to_bodies[J]', &
-      'wall_heat[J]', 'source_heat[J]']
+      'wall_heat[J]', 'source_heat[J]', 'conduction_error[%]']
     do k = 1, size(sim%tool)
       c = n_common + n_per_tool*(k - 1)
       associate (name => sim%tool(k)%name)
@@ -125,7 +125,7 @@ contains
     real(rp), allocatable, intent(out) :: row(:)
     real(rp), allocatable :: all(:), tool(:, :)
     real(rp) :: most(3), kinetic, elastic, heat, work, friction, normal, given, taken, loss, inner
-    real(rp) :: to_bodies
+    real(rp) :: to_bodies, turned                    ! heat to bodies, all heat turned over [J]
     integer :: k, last, walls
 
     last = n_sums + 3 + n_tool_sums*size(sim%tool)
@@ -157,12 +157,14 @@ contains
     if (sim%scene%method%conducts) to_bodies = to_bodies + all(e_friction)
     inner = elastic + all(e_plastic) + friction
     if (inner > 0.0_rp) inner = 100.0_rp*kinetic/inner
+    turned = max(to_bodies + all(e_plastic) + abs(all(e_film)) + abs(all(e_wall_heat)) &
+                 + abs(all(e_source)), 1.0e-6_rp*abs(heat), tiny(1.0_rp))
     allocate (row(n_columns(sim)))
     row(1:n_common) = [sim%clock%time, real(sim%clock%step, rp), sim%clock%dt, kinetic, elastic, &
       all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
       100.0_rp*(given - taken)/sim%audit_scale, all(e_film), heat, most(1), most(2), &
       inner, 100.0_rp*most(3), to_bodies, &
-      all(e_wall_heat), all(e_source)]
+      all(e_wall_heat), all(e_source), 100.0_rp*all(e_conduction)/turned]
     k = n_common + n_per_tool*size(sim%tool)
     call tool_columns(sim, tool, row(n_common + 1:k))
     walls = k + 3*size(sim%scene%constraint)

@@ -155,7 +155,9 @@ module time_state
     type(sleep_t) :: sleep
     logical :: conducts = .false.
     logical :: implicit_heat = .false.   !! conduction by backward Euler
-    real(rp) :: heat_step = 0.0_rp       !! its step [s]; 0: ten explicit ones
+    real(rp) :: heat_step = 0.0_rp       !! its step [s]; 0: as its error allows
+    integer :: heat_every = 0            !! its step in mechanical ones; 0: as long as heat_step says
+    real(rp) :: heat_tolerance = 2.0_rp  !! of the error of a step [K]
     logical :: has_mechanics = .true.    !! false: heat alone (time_heat_loop)
     real(rp) :: fourier = 0.15_rp        !! conduction step over h^2/kappa
   end type method_t
@@ -207,6 +209,7 @@ module time_state
     real(rp) :: travel = 0.0_rp          !! way of the fastest particle since the last sort [m]
     integer(i8) :: sorted_at = -1        !! step of the last sort
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
+    real(rp) :: heat_step = 0.0_rp       !! next implicit one [s]; 0: none was made yet
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
     real(rp) :: max_speed = 0.0_rp       !! of the last step [m/s]
     integer(i8) :: refused = 0           !! steps that had to be made shorter

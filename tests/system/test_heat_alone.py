@@ -297,6 +297,7 @@ MISTAKES = {
     "probe": ({"PROBE(centre).POSITION": "16e-3,2e-3,4.1e-3"}, "", "PROBE POSITION.*outside"),
     "pairs": ({"MATERIAL.CONDUCTIVITY_TABLE": "300,1,200,2"}, "", "pairs in rising temperature"),
     "no yield": ({}, "&SOURCE KIND = 'stir', POSITION = 0, 0, 4e-3, RADIUS = 1e-3 /\n", "needs YIELD_TABLE"),
+    "every": ({"HEAT.EVERY": 5}, "", "EVERY.*has no effect with MECHANICS = F"),
     "mechanics": ({"METHOD.MECHANICS": "T"}, "&SOURCE KIND = 'stir', POSITION = 0, 0, 4e-3, RADIUS = 1e-3 /\n",
                   "needs &METHOD MECHANICS = F"),
 }
@@ -331,6 +332,39 @@ def test_implicit_beside_mechanics(run, tmp_path):
     assert content[-1] - content[0] == pytest.approx(history["source_heat[J]"][-1], rel=1e-6)  # of printed digits
     apart = driver.distance(results[1].checkpoint(), results[3].checkpoint(), ["temp"])
     assert apart["temp"] < 1e-9
+
+
+BESIDE = {"every": {"TIME.DT": 0.004, "HEAT.EVERY": 5}, "adaptive": {"HEAT.TOLERANCE": 0.5}, "coarse": {"HEAT.TOLERANCE": 20}}
+
+
+def test_implicit_steps_beside_mechanics(run, tmp_path):
+    """The moving line with a conduction step every 5 mechanical ones, and on steps that follow their error: at the end
+    the probes of the explicit run within 1 K (of 130), the heat of the source in the body, conduction steps that
+    make no heat."""
+    found = {}
+    for name, more in {"explicit": {}, **BESIDE}.items():
+        (tmp_path / name).mkdir()
+        sets = {"OUTPUT.CHECKPOINT_INTERVAL": 1} | ({} if name == "explicit" else {"HEAT.INTEGRATOR": "backward-euler"})
+        found[name] = run("line", "--quiet", sets=sets | more, directory=tmp_path / name).results("line")
+        history = found[name].history()
+        content = history["heat_content[J]"]
+        assert content[-1] - content[0] == pytest.approx(history["source_heat[J]"][-1], rel=1e-6)  # printed digits
+        assert np.abs(history["conduction_error[%]"]).max() < 1e-9
+        apart = np.abs(found[name].probes().rows[-1] - found["explicit"].probes().rows[-1]).max()
+        print(name, apart, history["conduction_error[%]"][-1])
+        assert apart < (5.0 if name == "coarse" else 1.0)
+
+
+def test_adaptive_conduction_goes_on_bitwise(run, tmp_path):
+    """Exact: stopped and continued, the adaptive conduction steps are those of the run in one piece."""
+    sets = {"HEAT.INTEGRATOR": "backward-euler", "TIME.END": 0.5, "OUTPUT.CHECKPOINT_INTERVAL": 0.25}
+    for name in ("one", "part"):
+        (tmp_path / name).mkdir()
+    one = run("line", "--quiet", sets=sets, directory=tmp_path / "one").results("line")
+    steps = int(one.history()["step"][-1] * 0.7)
+    part = run("line", "--quiet", sets=sets | {"TIME.MAX_STEPS": steps}, directory=tmp_path / "part").results("line")
+    run("line", "--quiet", "--restart", part.path("_checkpoint.h5"), sets=sets, directory=tmp_path / "part")
+    assert one.probes().text == part.probes().text
 
 
 def test_implicit_between_walls(run, tmp_path):
