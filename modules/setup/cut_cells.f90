@@ -7,7 +7,8 @@ module setup_cut_cells
   use setup_bodies, only: body_solids
   use setup_input, only: input_t
   use setup_solids, only: bounds, is_inside, solid_t
-  use thermal_mesh, only: cuts_t, lay_lines, mesh_t, reach
+  use thermal_cut_mesh, only: cuts_t, reach
+  use thermal_mesh, only: lay_lines, mesh_t
   implicit none (type, external)
   private
 

@@ -26,7 +26,7 @@ contains
     integer :: i
 
     associate (heat => run%heat, mesh => run%heat%mesh)
-      volume = sum(mesh%capacity)/(heat%property%rho*heat%property%c_ref)
+      volume = mesh%volume
       odd = size(mesh%odd)
       call world%sum(volume)
       call world%sum(odd)

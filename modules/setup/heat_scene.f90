@@ -9,9 +9,9 @@ module setup_heat_scene
   use time_heat_state, only: heat_run_t
   use time_state, only: scene_t
   use thermal_curve, only: curve_t, make_property, table_value
+  use thermal_cut_mesh, only: cut_mesh, cuts_t
   use thermal_fft, only: has_fft
   use thermal_march, only: march_t
-  use thermal_mesh, only: cuts_t
   use thermal_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
   use thermal_petsc, only: has_petsc
   use thermal_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
@@ -65,10 +65,7 @@ contains
       'needs a &HEAT group')
     if (any(scene%grid%period > 0)) call input%complain(complaints, 'GRID', 1, 'PERIODIC', &
       'does not go with MECHANICS = F')
-    do i = 2, size(scene%body)
-      if (scene%body(i)%material /= scene%body(1)%material) call input%complain(complaints, &
-        'BODY', i, 'MATERIAL', 'with MECHANICS = F all bodies must be of one material')
-    end do
+    call check_materials(input, scene, complaints)
     if (scene%method%conducts) call check_solver(input, complaints)
     call check_tables(input, complaints)
     if (complaints%count() > 0) return
@@ -87,6 +84,24 @@ contains
       end associate
     end do
   end subroutine check_heat_scene
+
+  !> Bodies of several materials have constant properties, and conduct.
+  subroutine check_materials(input, scene, complaints)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(complaints_t), intent(inout) :: complaints
+    integer :: i, m
+
+    if (all(scene%body%material == scene%body(1)%material)) return
+    do i = 1, size(scene%body)
+      m = scene%body(i)%material
+      if (n_values(input, m, 'CONDUCTIVITY_TABLE') + n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) &
+        call input%complain(complaints, 'BODY', i, 'MATERIAL', &
+          'with MECHANICS = F tables need all bodies to be of one material')
+      if (input%real('MATERIAL', m, 'CONDUCTIVITY') <= 0.0_rp) call input%complain(complaints, &
+        'BODY', i, 'MATERIAL', 'must have a CONDUCTIVITY above 0 with MECHANICS = F')
+    end do
+  end subroutine check_materials
 
   !> True if a place lies in a body or on its surface.
   pure logical function is_held(solids, x, h)
@@ -183,7 +198,7 @@ contains
     type(heat_run_t), intent(inout) :: run
     type(solids_t), allocatable :: solids(:)
     type(cuts_t) :: cuts
-    real(rp), allocatable :: t_c(:), c(:), t_k(:), k(:)
+    real(rp), allocatable :: t_c(:), c(:), t_k(:), k(:), capacity(:)
     integer :: b, m
 
     m = scene%body(1)%material
@@ -202,7 +217,15 @@ contains
       call all_solids(input, solids)
       call mesh_of(world, scene%grid%h, solids, heat%mesh)
       call cut_cells(solids, heat%mesh, cuts)
-      call heat%mesh%cut(cuts, heat%property)
+      heat%conductivity = [(input%real('MATERIAL', scene%body(b)%material, 'CONDUCTIVITY'), &
+                            b=1, size(solids))]
+      if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0) heat%conductivity = heat%property%k_ref
+      capacity = [(scene%material(scene%body(b)%material)%rho &
+                   *input%real('MATERIAL', scene%body(b)%material, 'SPECIFIC_HEAT'), &
+                   b=1, size(solids))]
+      if (n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) &
+        capacity = heat%property%rho*heat%property%c_ref
+      call cut_mesh(heat%mesh, cuts, heat%property, heat%conductivity, capacity)
       call heat%add_films(reshape([(scene%body(b)%film, b=1, size(solids))], [6, size(solids)]), &
                           reshape([(scene%body(b)%ambient, b=1, size(solids))], [6, size(solids)]))
       call read_heat_sources(input, m, heat%property%k_ref, heat%property%rho*heat%property%c_ref, &

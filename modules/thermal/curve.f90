@@ -31,7 +31,6 @@ module thermal_curve
   contains
     procedure :: state_at
     procedure :: temperature_at
-    procedure :: resistivity_at
   end type property_t
 
 contains
@@ -166,14 +165,5 @@ contains
     temperature_at = theta
     if (.not. self%is_constant) temperature_at = self%temperature%at(theta)
   end function temperature_at
-
-  !> 1/k at a temperature [m K/W].
-  elemental real(rp) function resistivity_at(self, t)
-    class(property_t), intent(in) :: self
-    real(rp), intent(in) :: t
-
-    resistivity_at = 1.0_rp/self%k_ref
-    if (.not. self%is_constant) resistivity_at = self%resistivity%at(t)
-  end function resistivity_at
 
 end module thermal_curve

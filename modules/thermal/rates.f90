@@ -28,6 +28,7 @@ module thermal_rates
     type(world_t) :: world
     type(mesh_t) :: mesh
     type(property_t) :: property
+    real(rp), allocatable :: conductivity(:)      !! of each body, where properties are constant
     type(film_t) :: film
     type(heat_source_t), allocatable :: source(:)
     real(rp), allocatable :: total(:, :)          !! (2, sources) moments of all ranks
@@ -121,7 +122,7 @@ contains
         f%coefficient(n) = coefficient(w%face, w%body)
         f%depth(n) = w%depth
         f%ambient(n) = ambient(w%face, w%body)
-        f%conductance(n) = w%area/(1.0_rp/f%coefficient(n) + w%depth/self%property%k_ref)
+        f%conductance(n) = w%area/(1.0_rp/f%coefficient(n) + w%depth/self%conductivity(w%body))
         f%per_capacity(n) = f%conductance(n)/self%mesh%capacity(w%cell)
       end associate
     end do
@@ -293,7 +294,7 @@ contains
       do i = 1, self%source(s)%n
         c = self%source(s)%cell(i)
         call self%source(s)%heat_of(i, blend, self%total(:, s), t(c), &
-                                    self%property%resistivity_at(t(c)), heat, slope)
+                                    resistivity(self, c, t(c)), heat, slope)
         out(c) = out(c) + factor*heat/self%mesh%capacity(c)
         power(b_source) = power(b_source) + heat
       end do
@@ -329,6 +330,19 @@ contains
                          *self%property%resistivity%at(t))
   end function film_conductance
 
+  !> 1/k of a cell at a temperature [m K/W].
+  pure real(rp) function resistivity(self, c, t)
+    class(heat_t), intent(in) :: self
+    integer, intent(in) :: c
+    real(rp), intent(in) :: t
+
+    if (self%property%is_constant) then
+      resistivity = 1.0_rp/self%conductivity(self%mesh%body(c))
+    else
+      resistivity = self%property%resistivity%at(t)
+    end if
+  end function resistivity
+
   !> Derivative by its own temperature of what walls give to each cell [W/K], at most 0.
   subroutine slope(self, y, blend, d)
     class(heat_t), intent(in) :: self
@@ -348,7 +362,7 @@ contains
         c = self%source(s)%cell(i)
         t = self%property%temperature_at(y(c))
         call self%source(s)%heat_of(i, blend, self%total(:, s), t, &
-                                    self%property%resistivity_at(t), heat, one)
+                                    resistivity(self, c, t), heat, one)
         d(c) = d(c) + one
       end do
     end do
