@@ -47,7 +47,7 @@ def main():
     options = parser.parse_args()
     slab = {"TIME.END": 2.56, "OUTPUT.HISTORY_INTERVAL": 2.56}
     cells = (4.0, 2.0, 1.0, 0.5)
-    found = [rows(options.program, SLAB, slab | {"GRID.CELL": c * 1e-3, "HEAT.TOLERANCE": 1e-3})[-1][0] for c in cells]
+    found = [rows(options.program, SLAB, slab | {"GRID.CELL": c * 1e-3, "HEAT.TOLERANCE": 2e-5})[-1][0] for c in cells]
     table("slab, cell [mm]", cells, [abs(v - CENTRE) for v in found])
     for method in ("rkl2", "tr-bdf2", "backward-euler"):
         counts = (8, 16, 32, 64)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> A scene of heat alone from the checked input: mesh, properties, films, sources and method.
 module setup_heat_scene
-  use base_kinds, only: pi, rp
+  use base_kinds, only: i8, pi, rp
   use comm_world, only: world_t
   use setup_complaints, only: complaints_t
   use setup_cut_cells, only: all_solids, cut_cells, holder_of, mesh_of, solids_t
@@ -14,6 +14,7 @@ module setup_heat_scene
   use thermal_march, only: march_t
   use thermal_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
   use thermal_petsc, only: has_petsc
+  use thermal_rates, only: heat_t
   use thermal_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
   implicit none (type, external)
   private
@@ -234,11 +235,13 @@ contains
       heat%theta(1:heat%size()) = heat%property%state_at( &
         [(input%real('BODY', heat%mesh%body(b), 'TEMPERATURE'), b=1, heat%size())])
     end associate
-    call choose_method(input, run%march)
+    call choose_method(world, input, run%heat, run%march)
   end subroutine build_heat_scene
 
-  subroutine choose_method(input, march)
+  subroutine choose_method(world, input, heat, march)
+    type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
+    type(heat_t), intent(in) :: heat
     type(march_t), intent(inout) :: march
     integer :: i
 
@@ -256,10 +259,29 @@ contains
     case ('petsc')
       march%implicit%solver = by_petsc
     case default
-      march%implicit%solver = merge(by_fft, merge(by_petsc, by_cg, has_petsc), has_fft)
+      march%implicit%solver = fastest_solver(world, heat)
     end select
     march%implicit%tolerance = 0.1_rp*march%tolerance
   end subroutine choose_method
+
+  !> Collective: what was measured to be the fastest (docs/heat.md). In a box of constant properties
+  !> FFTW solves directly; in another solid of one material it preconditions faster than the diagonal
+  !> where there are many cells.
+  integer function fastest_solver(world, heat)
+    type(world_t), intent(in) :: world
+    type(heat_t), intent(in) :: heat
+    integer(i8), parameter :: many = 50000_i8
+    integer(i8) :: cells(3)
+
+    cells = [count(heat%mesh%capacity > 0.0_rp, kind=i8), size(heat%mesh%void, kind=i8), &
+             size(heat%mesh%odd, kind=i8)]
+    call world%sum(cells)
+    fastest_solver = by_cg
+    if (.not. has_fft) return
+    if (heat%property%is_constant .and. sum(cells(2:)) == 0) fastest_solver = by_fft
+    if (cells(1) > many .and. all(abs(heat%conductivity - heat%conductivity(1)) <= 0.0_rp)) &
+      fastest_solver = by_fft
+  end function fastest_solver
 
   subroutine read_heat_sources(input, m, conductivity, capacity, source)
     type(input_t), intent(in) :: input

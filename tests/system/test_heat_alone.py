@@ -218,7 +218,7 @@ def test_two_layers(run, method, solver, tmp_path):
     exact = 300 + 100 * two_layers([4e-3, 20e-3], 50.0)
     found = []
     for cell in (2, 1, 0.5):
-        sets = {"HEAT.INTEGRATOR": method, "HEAT.SOLVER": solver, "HEAT.TOLERANCE": 2e-3, "TIME.END": 50,
+        sets = {"HEAT.INTEGRATOR": method, "HEAT.SOLVER": solver, "HEAT.TOLERANCE": 1e-3, "HEAT.STEP": 0.25, "TIME.END": 50,
                 "OUTPUT.HISTORY_INTERVAL": 50, "GRID.CELL": cell * 1e-3, "GRID.UPPER": "40e-3,4e-3,4e-3"}
         path = layers(tmp_path, cell)
         results = run(path, "--quiet", sets=sets, ranks=2 if cell == 1 else None).results(path.stem)
@@ -312,6 +312,14 @@ def test_box_by_fftw_is_direct(run, tmp_path):
         summary = run("heat_slab", "--quiet", sets=sets, ranks=ranks).results("heat_slab").summary()
         print(summary)
         assert summary["linear_iterations"] == summary["linear_solves"] > 0
+
+
+def test_solver_that_is_chosen(run, tmp_path):
+    """Exact: FFTW for a box, conjugate gradients for a plate with a cavity of few cells, FFTW for one of many."""
+    fftw = "cg" if missing(run, "fftw", tmp_path) else "fftw"
+    for path, cell, wanted in ((PLAIN, 4e-3, fftw), (CAVITY, 2e-3, "cg"), (CAVITY, 0.9e-3, fftw)):
+        out = run(path, "--check", sets={"HEAT.INTEGRATOR": "tr-bdf2", "GRID.CELL": cell}).out
+        assert re.search(r"solver +(\S+)", out).group(1) == wanted, (path.name, cell, out)
 
 
 @pytest.mark.parametrize("cell", [2e-3, 4e-3])
