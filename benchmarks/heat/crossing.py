@@ -69,12 +69,14 @@ def error(results, row):
 
 
 def crossings(results):
-    """Pairs of methods whose costs change order between two cell sizes, and the cell size where [mm]."""
+    """Pairs of methods whose costs over the same time change order between two cell sizes, and the size where [mm]."""
     cost = {(r["method"], r["cell_mm"]): r["cpu_per_second"] for r in results if r["method"] != "reference"}
+    time = {(r["method"], r["cell_mm"]): None if r["method"] == "explicit" else r["simulated"] for r in results}
     found = []
     for one, two in itertools.combinations([m for m in METHODS if m != "reference"], 2):
-        cells = sorted((c for m, c in cost if m == one and (two, c) in cost), reverse=True)
-        for coarse, fine in itertools.pairwise(cells):
+        cells = sorted((c for m, c in cost if m == one and (two, c) in cost
+                        and (None in (time[one, c], time[two, c]) or time[one, c] == time[two, c])), reverse=True)
+        for coarse, fine in zip(cells, cells[1:]):
             a, b = (math.log(cost[one, c] / cost[two, c]) for c in (coarse, fine))
             if a * b < 0:
                 at = coarse * (fine / coarse) ** (a / (a - b))
@@ -87,6 +89,7 @@ def draw(results, path):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    import matplotlib.ticker
 
     figure, axes = plt.subplots(figsize=(5.5, 4))
     for method in METHODS:
@@ -94,6 +97,9 @@ def draw(results, path):
         if points and method != "reference":
             axes.loglog(*zip(*points), marker="o", label=method)
     axes.set(xlabel="cell [mm]", ylabel="processor seconds a simulated second")
+    sizes = sorted({r["cell_mm"] for r in results})
+    axes.set_xticks(sizes, [f"{size:g}" for size in sizes])
+    axes.xaxis.set_minor_locator(matplotlib.ticker.NullLocator())
     axes.invert_xaxis()
     axes.legend()
     axes.grid(True, which="both", alpha=0.3)
