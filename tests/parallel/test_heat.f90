@@ -7,7 +7,7 @@ program test_heat
   use grid_geometry, only: make_grid
   use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
     tag_id
-  use time_audit, only: e_film
+  use time_audit, only: e_conduction, e_film
   use time_heat, only: conduct, conduction_step
   use time_balance, only: first_partition
   use time_regrid, only: regrid
@@ -23,6 +23,7 @@ program test_heat
   call test_insulated()
   call test_waiting_heat()
   call test_decay()
+  call test_adaptive()
   call test_film()
   call test_film_size()
   call end_tests()
@@ -168,6 +169,60 @@ contains
     call expect_close('waiting heat is taken up once', content(sim), given(1), rtol=1.0e-10_rp)
     call free_simulation(sim)
   end subroutine test_waiting_heat
+
+  !> Implicit steps that follow their error: the half wave of `test_decay` over two time constants,
+  !> more steps and less error with a smaller tolerance, longer steps when little is left; conduction
+  !> makes no heat.
+  subroutine test_adaptive()
+    real(rp) :: error(2)
+    integer :: steps(2)
+
+    call decay_by_tolerance(1.0_rp, steps(1), error(1))
+    call decay_by_tolerance(0.01_rp, steps(2), error(2))
+    if (world%is_root()) print *, 'adaptive: steps, errors', steps, error
+    call expect('a smaller tolerance takes more steps', steps(2) > 3*steps(1))
+    call expect('and is nearer', error(2) < 0.5_rp*error(1))
+    call expect('the sum of the errors of all steps bounds that at the end', &
+                all(error <= steps*[1.0_rp, 0.01_rp]))
+  end subroutine test_adaptive
+
+  subroutine decay_by_tolerance(tolerance, steps, error)
+    real(rp), intent(in) :: tolerance               !! [K]
+    integer, intent(out) :: steps
+    real(rp), intent(out) :: error                  !! of the amplitude [K]
+    type(simulation_t) :: sim
+    real(rp), parameter :: length = 16.0_rp*h, kappa = 391.0_rp/(8960.0_rp*386.0_rp)
+    real(rp), parameter :: end = 2.0_rp/(kappa*(pi/length)**2)
+    real(rp) :: before, dt, shortest, t, made(1)
+    integer :: b, p
+
+    call build(sim, [16, 4, 4], [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp])
+    sim%scene%method%implicit_heat = .true.
+    sim%scene%method%heat_tolerance = tolerance
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        sim%particles%ps(p, f_temp, b) = 300.0_rp &
+                                         + 100.0_rp*cos(pi*sim%particles%ps(p, f_pos, b)/length)
+      end do
+    end do
+    before = content(sim, length)
+    t = 0.0_rp
+    steps = 0
+    shortest = end
+    do while (t < end*(1.0_rp - 1.0e-9_rp))
+      dt = min(conduction_step(sim), end - t)
+      call conduct(world, sim, dt)
+      if (t + dt < end*(1.0_rp - 1.0e-9_rp)) shortest = min(shortest, dt)
+      t = t + dt
+      steps = steps + 1
+    end do
+    error = 100.0_rp*abs(content(sim, length)/before - exp(-2.0_rp))
+    made = sim%sums(e_conduction)
+    call world%sum(made)
+    call expect('conduction makes no heat', abs(made(1)) <= 1.0e-11_rp*before)
+    call expect('steps become longer', sim%clock%heat_step > 1.3_rp*shortest)
+    call free_simulation(sim)
+  end subroutine decay_by_tolerance
 
   !> A half wave over 16 cells decays by exp(-kappa (pi/L)^2 t).
   subroutine test_decay()

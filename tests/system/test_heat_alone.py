@@ -385,6 +385,12 @@ MISTAKES = {
     "pairs": ({"MATERIAL.CONDUCTIVITY_TABLE": "300,1,200,2"}, "", "pairs in rising temperature"),
     "no yield": ({}, "&SOURCE KIND = 'stir', POSITION = 0, 0, 4e-3, RADIUS = 1e-3 /\n", "needs YIELD_TABLE"),
     "every": ({"HEAT.EVERY": 5}, "", "EVERY.*has no effect with MECHANICS = F"),
+    "every, explicit": ({"METHOD.MECHANICS": "T", "HEAT.EVERY": 5}, "", "EVERY.*needs INTEGRATOR = 'backward-euler'"),
+    "tables": ({"MATERIAL(m).CONDUCTIVITY_TABLE": "300,1,400,2"}, """&MATERIAL NAME = 'n', DENSITY = 1000
+  YOUNGS_MODULUS = 1e9, POISSON_RATIO = 0.3, CONDUCTIVITY = 10 /
+&BODY NAME = 'other', MATERIAL = 'n', TEMPERATURE = 400 /
+&SHAPE BODY = 'other', LOWER = 0, 4e-3, 0, UPPER = 32e-3, 8e-3, 4e-3 /
+""", "tables need all bodies to be of one material"),
     "mechanics": ({"METHOD.MECHANICS": "T"}, "&SOURCE KIND = 'stir', POSITION = 0, 0, 4e-3, RADIUS = 1e-3 /\n",
                   "needs &METHOD MECHANICS = F"),
 }
