@@ -11,7 +11,7 @@ module time_faces
   implicit none (type, external)
   private
 
-  public :: face_t, face_of, face_area, add_to_nodes, mean_velocity
+  public :: face_t, face_of, face_area, surface_weights, add_to_nodes, mean_velocity
 
   !> Nodes of a face.
   type :: face_t
@@ -50,6 +50,27 @@ contains
     end if
     face_of%w(:, a) = face_weights(d, 2*mod(k + 1, 2) - 1, half(a), reach, layers, spacing)
   end function face_of
+
+  !> Weights of three nodes on each axis at the point where the surface of particle `p` is touched, half
+  !> its spacing against the `normal`: between those of its centre and those of its faces.
+  pure function surface_weights(sim, body, normal, p, nf, ps, w, first) result(at)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, p, nf, first(nlane)
+    real(rp), intent(in) :: normal(3)           !! of length 1, out of what touches
+    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
+    real(rp) :: at(3, 3), part
+    type(face_t) :: face
+    integer :: a
+
+    at = reshape(w(p, 1:9), [3, 3])
+    associate (spacing => sim%scene%body(body)%spacing)
+      do a = 1, 3
+        part = min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
+        face = face_of(sim, body, 2*a - merge(1, 0, normal(a) > 0.0_rp), p, nf, ps, w, first)
+        at(:, a) = at(:, a) + part*(face%w(:, a) - at(:, a))
+      end do
+    end associate
+  end function surface_weights
 
   !> Initial area of face `k` of a particle of `body` [m2].
   pure real(rp) function face_area(sim, body, k)

@@ -2,10 +2,13 @@
 !> Contact of material points with rigid analytic tools, within the step.
 !>
 !> With the velocities that the nodes would have without contact, a particle whose surface would be
-!> inside the tool at the end of the step touches: it is to lose the velocity e along the tool's
-!> normal. Its impulse m e/s goes to the nodes by its weights; s = sum w c_i/m_i, c_i the mass of
-!> the touching particles at node i, is the share of an even load that comes back to the particle, so
-!> that even loads are carried exactly in one pass. Friction is limited at the nodes, where the
+!> inside the tool at the end of the step touches: its surface is to lose the velocity e along the
+!> tool's normal. Velocities are those of the surface, and impulses act there, by the weights of a
+!> face (time_faces): an even pressure and the stress that belongs to it cancel at every node, and
+!> what sticks has the tool's velocity where it touches, not half a spacing farther out. The impulse
+!> m e/s goes to the nodes by these weights w; s = sum w c_i/m_i, c_i the mass of the touching
+!> particles at node i, is the share of an even load that comes back to the particle, so that even
+!> loads are carried exactly in one pass. Friction is limited at the nodes, where the
 !> pressure of neighbouring particles is already averaged: by Coulomb's law and by the shear strength
 !> of the material.
 !>
@@ -22,6 +25,7 @@ module time_tool_contact
   use contact_touch, only: held_part, meet
   use particles_store, only: f_jac, f_mass, f_plastic, f_pos, f_tau, f_temp
   use physics_stress, only: flow_strength
+  use time_faces, only: surface_weights
   use time_mirrors, only: r_velocity, unfold
   use time_nodes, only: least_mass
   use time_state, only: simulation_t
@@ -35,6 +39,7 @@ module time_tool_contact
   public :: touch_tools
 
   real(rp), parameter :: share = 0.7_rp        !! of the exact impulse: all of it is noisier
+  real(rp), parameter :: soft = 0.02_rp        !! zone where gaps close slowly [cells]
   real(rp), parameter :: band = 3.0_rp         !! nodes that touching particles reach [cells]
   real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
   real(rp), parameter :: inset = 0.5_rp        !! of edges that stand out, in metal that flows [cells]
@@ -156,7 +161,8 @@ contains
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
-    real(rp) :: edge, first_d, near, reach, rate(nlane), strength(nlane), w(nlane, 18), x(3)
+    real(rp) :: d, edge, first_d, near, reach, room, rate(nlane), strength(nlane)
+    real(rp) :: w(nlane, 18), x(3)
     integer :: before, first(nlane), i, p
     type(touch_t) :: touch
 
@@ -164,18 +170,19 @@ contains
     edge = 0.0_rp
     if (allocated(sim%scene%material(sim%scene%body(body)%material)%flow)) edge = inset*sim%patch%h
     ! no particle moves faster than the nodes; a distance changes by no more than the way
-    near = dt*sim%clock%max_speed + 0.01_rp*sim%patch%h &
+    near = dt*sim%clock%max_speed + (0.01_rp + soft)*sim%patch%h &
            + 0.5_rp*norm2(sim%scene%body(body)%spacing)
     first_d = tool%clearance(ps(1, f_pos:f_pos + 2))
     do p = 1, n
       x = ps(p, f_pos:f_pos + 2)
       if (first_d - norm2(x - ps(1, f_pos:f_pos + 2)) > near) cycle
-      if (tool%clearance(x) > near) cycle
+      call tool%distance(x, d, touch%normal, room)
+      if (d > near) cycle
       if (before == sim%touching%n) call weights_of(sim, body, nf, ps, w, first)
       touch%block = b
       touch%lane = p
       touch%first = first(p)
-      touch%w = reshape(w(p, 1:9), [3, 3])
+      touch%w = surface_weights(sim, body, touch%normal, p, nf, ps, w, first)
       touch%mass = sim%scene%method%mass_scaling*ps(p, f_mass)
       if (approaches(sim, tool, rigid, dt, edge, sim%scene%body(body)%spacing, x, &
                      velocity_at(sim, touch, g), touch)) call sim%touching%add_touch(touch)
@@ -229,7 +236,7 @@ contains
     touch%friction = mu(touch%lane)
   end subroutine look_up_friction
 
-  !> Velocity of the nodes at a particle [m/s].
+  !> Velocity of the nodes at the surface of a particle [m/s].
   pure function velocity_at(sim, touch, g) result(v)
     type(simulation_t), intent(in) :: sim
     type(touch_t), intent(in) :: touch
@@ -248,22 +255,23 @@ contains
     end do
   end function velocity_at
 
-  !> Whether the surface of the particle at `x` with velocity `v` would be inside the tool at the end
-  !> of the step; how fast it gets there, and its slip.
+  !> Whether the surface of the particle at `x`, with velocity `v`, would be inside the tool at the end
+  !> of the step or comes too fast through the soft zone; how fast it is to be, and its slip.
   logical function approaches(sim, tool, rigid, dt, edge, spacing, x, v, touch)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, edge, spacing(3), x(3), v(3)
     type(touch_t), intent(inout) :: touch
-    real(rp) :: gap, room
+    real(rp) :: gap, half, room
 
     call tool%distance(x + dt*v, gap, touch%normal, room)
-    gap = gap - 0.5_rp*norm2(touch%normal*spacing)
-    approaches = gap < 0.0_rp
+    half = 0.5_rp*norm2(touch%normal*spacing)
+    gap = gap - half
+    approaches = gap < soft*sim%patch%h
     if (.not. approaches) return
-    call meet(dt, sim%clock%dt, gap, touch%normal, v - rigid%velocity_at(x + 0.5_rp*dt*v), &
-              touch%closing, touch%slip)
+    call meet(dt, sim%clock%dt, soft*sim%patch%h, gap, touch%normal, &
+              v - rigid%velocity_at(x - half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
     touch%friction = tool%friction
     approaches = touch%closing > 0.0_rp
     if (room < edge) touch%closing = 0.0_rp

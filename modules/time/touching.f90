@@ -18,7 +18,7 @@ module time_touching
   !> A particle that touches.
   type :: touch_t
     integer :: block = 0, lane = 0, first = 0
-    real(rp) :: w(3, 3) = 0.0_rp               !! weights on the three axes
+    real(rp) :: w(3, 3) = 0.0_rp               !! weights of its surface on the axes
     real(rp) :: mass = 0.0_rp                  !! inertial [kg]
     real(rp) :: normal(3) = 0.0_rp             !! out of the tool
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
