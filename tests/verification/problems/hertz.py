@@ -59,8 +59,7 @@ class HertzLine(Problem):
         load = self.load(run, h)
         a, p0 = self.hertz(load)[:2]
         r = self.distance(state)
-        touching = state.x[:, 2] < 0.3 * h  # the layer in contact lies a quarter of a cell above the plane
-        got = float(r[touching].max()) + 0.25 * h
+        got = self.width(state, r, h, 2.0 * a)
         depth = state.x[:, 2]
         axis = (r < 0.25 * a) & (depth < a)
         wanted = -p0 * self.below(depth[axis] / a)
@@ -69,6 +68,14 @@ class HertzLine(Problem):
         figures = {"a/h exact": a / h, "a/h": got / h, "first layer off p0 by": float(error[first].mean()),
                    "others": float(error[~first].mean()), "a/R": a}
         return max(0.1 * abs(got - a) / h, abs(figures["others"])), figures
+
+    spread = 0.25  # mean square distance from the axis of the pressure, over a^2
+
+    def width(self, state, r, h, far):
+        """Half width of the contact from how the pressure in the outermost particles is spread."""
+        surface = (state.x[:, 2] < 0.45 * h) & (r < far)
+        load = np.maximum(0.0, -state.tau[surface, 2]) * state.mass[surface]
+        return math.sqrt(float(np.sum(load * r[surface] ** 2) / np.sum(load)) / self.spread)
 
     def distance(self, state):
         return state.x[:, 0]
@@ -82,6 +89,7 @@ class HertzSphere(HertzLine):
     resolutions = (16, 24)
     fine = (32,)
     share = 4.0
+    spread = 0.4
     parameters = {"press": 0.04, "time": 0.02}
 
     def sets(self, n, p):
