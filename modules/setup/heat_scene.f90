@@ -96,7 +96,8 @@ contains
     if (all(scene%body%material == scene%body(1)%material)) return
     do i = 1, size(scene%body)
       m = scene%body(i)%material
-      if (n_values(input, m, 'CONDUCTIVITY_TABLE') + n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) &
+      if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0 .or. &
+          n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) &
         call input%complain(complaints, 'BODY', i, 'MATERIAL', &
           'with MECHANICS = F tables need all bodies to be of one material')
       if (input%real('MATERIAL', m, 'CONDUCTIVITY') <= 0.0_rp) call input%complain(complaints, &

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Cosine transforms of many rows by FFTW's complex transform: even entries come first and odd ones
-!> last in reverse (Makhoul 1980, IEEE Trans. ASSP 28, 27), then Y_k = w_k V_k + conj(w_k) V_n-k with
+!> Cosine transforms of many rows by FFTW's complex transform: even entries come first and odd
+!> ones last in reverse (Makhoul 1980, IEEE Trans. ASSP 28, 27), then Y_k = w_k V_k + conj(w_k) V_n-k with
 !> w_k = exp(-i pi k/(2 n)). Real rows go in pairs, as the parts of complex ones.
 module thermal_cosine
   use, intrinsic :: iso_c_binding, only: c_double_complex, c_int, c_loc, c_null_ptr, c_ptr

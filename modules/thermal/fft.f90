@@ -123,7 +123,8 @@ contains
       worst = unevenness(mesh%x) + unevenness(mesh%y)
       do c = 1, heat%size()
         k = 1 + mod(c - 1, self%n(3))
-        worst = max(worst, abs(d(c) - self%uprights%loss(k))/max(self%uprights%loss(k), tiny(1.0_rp)))
+        worst = max(worst, abs(d(c) - self%uprights%loss(k)) &
+                    /max(self%uprights%loss(k), tiny(1.0_rp)))
       end do
       if (size(mesh%odd) + size(mesh%void) > 0 .or. .not. heat%property%is_constant) worst = 1.0_rp
     end associate
@@ -337,7 +338,8 @@ contains
     end do
     allocate (columns(self%pairs*self%nj*self%n(1)))
     call mpi_alltoallv(self%packed, self%send, offsets(self%send), mpi_double_complex, &
-                       columns, self%receive, offsets(self%receive), mpi_double_complex, heat%world%comm)
+                       columns, self%receive, offsets(self%receive), mpi_double_complex, &
+                       heat%world%comm)
   end subroutine to_columns
 
   subroutine to_planes(self, heat, columns)

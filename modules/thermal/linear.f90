@@ -59,7 +59,8 @@ contains
     real(rp), intent(out) :: x(:)
     integer :: iterations
 
-    if (self%solver /= by_fft .or. .not. self%fft%is_exact) self%main = heat%mesh%capacity/scale - a*d
+    if (self%solver /= by_fft .or. .not. self%fft%is_exact) &
+      self%main = heat%mesh%capacity/scale - a*d
     if (self%solver == by_petsc) then
       call self%petsc%solve(self%main, a, b, relative, x, iterations)
     else if (self%solver == by_fft .and. self%fft%is_exact) then

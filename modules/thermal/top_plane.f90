@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The highest plane of cells of a box in an implicit step, where heat that depends on temperature
 !> enters: u + G (s u) = t, with t what the box makes of the step without it, s >= 0 the answer of
-!> the source to its temperature and G what the plane feels of heat given to it, diagonal in cosines.
-!> Every rank solves the whole plane.
+!> the source to its temperature and G what the plane feels of heat given to it, diagonal in
+!> cosines. Every rank solves the whole plane.
 module thermal_top_plane
   use base_kinds, only: rp
   use thermal_cosine, only: cosine_t

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""Implicit conduction beside mechanics: steps of given length, every so many mechanical ones, by their error."""
+
+import driver
+import numpy as np
+import pytest
+
+
+def last(results, name):
+    return results.probes()[f"{name}[K]"][-1]
+
+
+def test_implicit_beside_mechanics(run, tmp_path):
+    """The moving line of test_sources with steps of backward Euler of 0.02 s, about twice the explicit ones: probes
+    within 1 K of the exact ones, the source's heat exact, and what is in the body is what was given."""
+    from test_sources import under_line
+
+    sets = {"HEAT.INTEGRATOR": "backward-euler", "HEAT.STEP": 0.02}
+    results = {}
+    for ranks in (1, 3):
+        (tmp_path / str(ranks)).mkdir()
+        results[ranks] = run("line", "--quiet", sets=sets, ranks=ranks, directory=tmp_path / str(ranks)).results("line")
+    history = results[1].history()
+    for name, x, y in (("side", 10e-3, 10e-3), ("behind", 0.0, 10e-3), ("ahead", 30e-3, 6e-3)):
+        rise, exact = last(results[1], name) - 300.0, under_line(x, y, 2.0, 10e-3)
+        print(name, rise, exact)
+        assert rise == pytest.approx(exact, abs=1.0)
+    content = history["heat_content[J]"]
+    assert content[-1] - content[0] == pytest.approx(history["source_heat[J]"][-1], rel=1e-6)  # of printed digits
+    apart = driver.distance(results[1].checkpoint(), results[3].checkpoint(), ["temp"])
+    assert apart["temp"] < 1e-9
+
+
+BESIDE = {"every": {"TIME.DT": 0.004, "HEAT.EVERY": 5}, "adaptive": {"HEAT.TOLERANCE": 0.5}, "coarse": {"HEAT.TOLERANCE": 20}}
+
+
+def test_implicit_steps_beside_mechanics(run, tmp_path):
+    """The moving line with a conduction step every 5 mechanical ones, and on steps that follow their error: at the end
+    the probes of the explicit run within 1 K (of 130), the heat of the source in the body, conduction steps that
+    make no heat."""
+    found = {}
+    for name, more in {"explicit": {}, **BESIDE}.items():
+        (tmp_path / name).mkdir()
+        sets = {} if name == "explicit" else {"HEAT.INTEGRATOR": "backward-euler"}
+        found[name] = run("line", "--quiet", sets=sets | more, directory=tmp_path / name).results("line")
+        history = found[name].history()
+        content = history["heat_content[J]"]
+        assert content[-1] - content[0] == pytest.approx(history["source_heat[J]"][-1], rel=1e-6)  # printed digits
+        assert np.abs(history["conduction_error[%]"]).max() < 1e-9
+        apart = np.abs(found[name].probes().rows[-1] - found["explicit"].probes().rows[-1]).max()
+        print(name, apart, history["conduction_error[%]"][-1])
+        assert apart < (5.0 if name == "coarse" else 1.0)
+
+
+def test_adaptive_conduction_goes_on_bitwise(run, tmp_path):
+    """Exact: stopped and continued, the adaptive conduction steps are those of the run in one piece."""
+    sets = {"HEAT.INTEGRATOR": "backward-euler", "TIME.END": 0.5, "OUTPUT.CHECKPOINT_INTERVAL": 0.25}
+    for name in ("one", "part"):
+        (tmp_path / name).mkdir()
+    one = run("line", "--quiet", sets=sets, directory=tmp_path / "one").results("line")
+    steps = int(one.history()["step"][-1] * 0.7)
+    part = run("line", "--quiet", sets=sets | {"TIME.MAX_STEPS": steps}, directory=tmp_path / "part").results("line")
+    run("line", "--quiet", "--restart", part.path("_checkpoint.h5"), sets=sets, directory=tmp_path / "part")
+    assert one.probes().text == part.probes().text
+
+
+def test_implicit_between_walls(run, tmp_path):
+    """A hot bar between two cold walls: implicit steps of 0.05 s take its heat to the walls as explicit ones do
+    (1 % of what is left), and what the bar loses is what the walls are given."""
+    left = {}
+    for name, more in (("explicit", {}), ("implicit", {"HEAT.INTEGRATOR": "backward-euler", "HEAT.STEP": 0.05})):
+        sets = {"TIME.END": 2, "TIME.MASS_SCALING": 9e11, "BODY.TEMPERATURE": 400, "OUTPUT.CHECKPOINT_INTERVAL": 2}
+        (tmp_path / name).mkdir()
+        results = run("wall_heat", "--quiet", sets=sets | more, directory=tmp_path / name).results("wall_heat")
+        history = results.history()
+        content = history["heat_content[J]"]
+        assert content[-1] - content[0] == pytest.approx(history["wall_heat[J]"][-1], rel=1e-6)
+        left[name] = content[-1] - 0.75 * content[0]      # above 300 K
+    print(left)
+    assert left["implicit"] == pytest.approx(left["explicit"], rel=0.02)
