@@ -70,7 +70,6 @@ contains
   subroutine split_mirrors(sim, marked)
     type(simulation_t), intent(inout) :: sim
     logical, intent(inout) :: marked(:)
-    logical, allocatable :: is_early(:)
     integer :: i, turn
 
     associate (m => sim%mirrors)
@@ -79,12 +78,10 @@ contains
           if (any(marked(m%pair(1:2, i)))) marked(m%pair(1:2, i)) = .true.
         end do
       end do
-      is_early = marked(m%pair(2, :))
-      m%early_pairs = count(is_early)
-      call put_first(is_early, m%pair)
-      is_early = marked(m%plane(1, :))
-      m%early_planes = count(is_early)
-      call put_first(is_early, m%plane)
+      m%early_pairs = count(marked(m%pair(2, :)))
+      call put_first(marked(m%pair(2, :)), m%pair)
+      m%early_planes = count(marked(m%plane(1, :)))
+      call put_first(marked(m%plane(1, :)), m%plane)
     end associate
   end subroutine split_mirrors
 

@@ -10,7 +10,9 @@
 !> particles at node i, is the share of an even load that comes back to the particle, so that even
 !> loads are carried exactly in one pass. Friction is limited at the nodes, where the
 !> pressure of neighbouring particles is already averaged: by Coulomb's law and by the shear strength
-!> of the material.
+!> of the material. With MUSL and USAVG, whose strains follow velocities mapped again from the centres
+!> of particles, all of this happens at the centres: an impulse on the light nodes outside would not
+!> reach the strain, and a bar that hits a tool would ring for long.
 !>
 !> At the edge of a tool the velocity of metal that flows jumps; on the grid it falls off over a cell
 !> beyond the last particle that touches, so that the tool seems wider by half a cell. Therefore
@@ -28,7 +30,7 @@ module time_tool_contact
   use time_faces, only: surface_weights
   use time_mirrors, only: r_velocity, unfold
   use time_nodes, only: least_mass
-  use time_state, only: simulation_t
+  use time_state, only: scheme_usl, simulation_t
   use time_touch_books, only: book_tool, give_heat
   use time_touch_walls, only: book_walls, fold_entries, note_held, unfold_entries
   use time_touching, only: n_values, touch_t, v_coulomb, v_hold, v_push, v_shear
@@ -162,15 +164,18 @@ contains
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
     real(rp) :: d, edge, first_d, near, reach, room, rate(nlane), strength(nlane)
-    real(rp) :: w(nlane, 18), x(3)
+    real(rp) :: w(nlane, 18), x(3), zone
     integer :: before, first(nlane), i, p
     type(touch_t) :: touch
+    logical :: at_surface
 
     before = sim%touching%n
     edge = 0.0_rp
     if (allocated(sim%scene%material(sim%scene%body(body)%material)%flow)) edge = inset*sim%patch%h
+    at_surface = sim%scene%method%scheme == scheme_usl
+    zone = merge(soft*sim%patch%h, 0.0_rp, at_surface)
     ! no particle moves faster than the nodes; a distance changes by no more than the way
-    near = dt*sim%clock%max_speed + (0.01_rp + soft)*sim%patch%h &
+    near = dt*sim%clock%max_speed + 0.01_rp*sim%patch%h + zone &
            + 0.5_rp*norm2(sim%scene%body(body)%spacing)
     first_d = tool%clearance(ps(1, f_pos:f_pos + 2))
     do p = 1, n
@@ -182,9 +187,10 @@ contains
       touch%block = b
       touch%lane = p
       touch%first = first(p)
-      touch%w = surface_weights(sim, body, touch%normal, p, nf, ps, w, first)
+      touch%w = reshape(w(p, 1:9), [3, 3])
+      if (at_surface) touch%w = surface_weights(sim, body, touch%normal, p, nf, ps, w, first)
       touch%mass = sim%scene%method%mass_scaling*ps(p, f_mass)
-      if (approaches(sim, tool, rigid, dt, edge, sim%scene%body(body)%spacing, x, &
+      if (approaches(sim, tool, rigid, dt, edge, zone, sim%scene%body(body)%spacing, x, &
                      velocity_at(sim, touch, g), touch)) call sim%touching%add_touch(touch)
     end do
     if (sim%touching%n == before) return
@@ -257,20 +263,20 @@ contains
 
   !> Whether the surface of the particle at `x`, with velocity `v`, would be inside the tool at the end
   !> of the step or comes too fast through the soft zone; how fast it is to be, and its slip.
-  logical function approaches(sim, tool, rigid, dt, edge, spacing, x, v, touch)
+  logical function approaches(sim, tool, rigid, dt, edge, zone, spacing, x, v, touch)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, edge, spacing(3), x(3), v(3)
+    real(rp), intent(in) :: dt, edge, zone, spacing(3), x(3), v(3)
     type(touch_t), intent(inout) :: touch
     real(rp) :: gap, half, room
 
     call tool%distance(x + dt*v, gap, touch%normal, room)
     half = 0.5_rp*norm2(touch%normal*spacing)
     gap = gap - half
-    approaches = gap < soft*sim%patch%h
+    approaches = gap < zone
     if (.not. approaches) return
-    call meet(dt, sim%clock%dt, soft*sim%patch%h, gap, touch%normal, &
+    call meet(dt, sim%clock%dt, zone, gap, touch%normal, &
               v - rigid%velocity_at(x - half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
     touch%friction = tool%friction
     approaches = touch%closing > 0.0_rp

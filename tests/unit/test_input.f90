@@ -198,7 +198,7 @@ contains
     call expect('default vector', all(nint(input%reals('BODY', 2, 'VELOCITY', 3)) == 0))
     call expect('some components', all(nint(input%reals('BODY', 1, 'VELOCITY', 2)) == [1, 2]))
     call expect('default integer', input%integer('METHOD', 1, 'SORT_INTERVAL') == 50)
-    call expect_equal('default choice', input%text('METHOD', 1, 'SHAPE'), 'ugimp')
+    call expect_equal('default choice', input%text('METHOD', 1, 'SHAPE'), 'auto')
     call expect_equal('default text', input%text('RUN', 1, 'TITLE'), '')
     call expect_equal('name of the run', input%text('RUN', 1, 'NAME'), 't')
     call expect('group not there is not given', .not. input%given('HEAT', 1, 'AMBIENT'))
@@ -286,9 +286,9 @@ contains
              't.nml:1: error: text in quotes is not closed on this line: ''a''''/')
     call bad('&METHOD SHAPE = ''bslpine'' /'//base, &
              't.nml:1: error: &METHOD SHAPE = ''bslpine'': must be one of '// &
-             'ugimp, cpgimp, bspline; did you mean bspline?')
+             'auto, ugimp, cpgimp, bspline; did you mean bspline?')
     call bad('&METHOD SHAPE = ''cubic'' /'//base, 't.nml:1: error: &METHOD SHAPE = ''cubic'': '// &
-             'must be one of ugimp, cpgimp, bspline')
+             'must be one of auto, ugimp, cpgimp, bspline')
     call bad('&METHOD PIC_FRACTION = 1.5 /'//base, &
              't.nml:1: error: &METHOD PIC_FRACTION = 1.5: must be >= 0 and <= 1')
     call bad('&HEAT FOURIER = 0 /'//base, &
