@@ -95,14 +95,16 @@ class Crossing(Row):
         return [Check("rms", float(stress.std() / abs(0.05e9)), at_most=self.table.get(shape, 1e-10))]
 
     def spread(self, place, sets):
-        """A checkpoint at the start whose 37 particles fill 16 cells evenly, their domains too."""
+        """A checkpoint at the start whose 37 particles fill 16 cells evenly, their domains too, each in the image
+        that it has after a sort (node 16 is node 0)."""
         first = {"TIME.MAX_STEPS": 1, "TIME.DT": 1e-18}
         _, results = self.run(place, 1, sets | first, "--quiet")
         path = results.path("_checkpoint.h5")
         spread = 16.0 / (37.0 / 3.0)
 
         def places(x):
-            return np.stack([x[:, 0] * spread, x[:, 1], x[:, 2]], axis=1)
+            along = x[:, 0] * spread
+            return np.stack([along - 16e-3 * (along >= 15.5e-3), x[:, 1], x[:, 2]], axis=1)
 
         fields = {"x": places}
         if sets["METHOD.SHAPE"] == "cpgimp":
