@@ -11,8 +11,8 @@
 !> loads are carried exactly in one pass. Friction is limited at the nodes, where the
 !> pressure of neighbouring particles is already averaged: by Coulomb's law and by the shear strength
 !> of the material. With MUSL and USAVG, whose strains follow velocities mapped again from the centres
-!> of particles, all of this happens at the centres: an impulse on the light nodes outside would not
-!> reach the strain, and a bar that hits a tool would ring for long.
+!> of particles, contact of elastic material happens at the centres: an impulse on the light nodes
+!> outside would not reach the strain, and a bar that hits a tool would ring for long.
 !>
 !> At the edge of a tool the velocity of metal that flows jumps; on the grid it falls off over a cell
 !> beyond the last particle that touches, so that the tool seems wider by half a cell. Therefore
@@ -172,7 +172,7 @@ contains
     before = sim%touching%n
     edge = 0.0_rp
     if (allocated(sim%scene%material(sim%scene%body(body)%material)%flow)) edge = inset*sim%patch%h
-    at_surface = sim%scene%method%scheme == scheme_usl
+    at_surface = sim%scene%method%scheme == scheme_usl .or. edge > 0.0_rp
     zone = merge(soft*sim%patch%h, 0.0_rp, at_surface)
     ! no particle moves faster than the nodes; a distance changes by no more than the way
     near = dt*sim%clock%max_speed + 0.01_rp*sim%patch%h + zone &

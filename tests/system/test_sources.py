@@ -115,7 +115,7 @@ def test_ranks_and_restart(run, kind, tmp_path):
     print(kind, apart)
     assert one.checkpoint().temp.max() > 350.0
     assert apart["temp"] <= 1e-10 and apart["heat"] <= 1e-10
-    part = run("line", "--quiet", sets=sets | {"TIME.MAX_STEPS": 30}, directory=tmp_path / "part").results("line")
+    part = run("line", "--quiet", sets=sets | {"TIME.MAX_STEPS": 15}, directory=tmp_path / "part").results("line")
     assert 0 < part.checkpoint().step < one.checkpoint().step
     run("line", "--quiet", "--restart", part.path("_checkpoint.h5"), sets=sets, directory=tmp_path / "part")
     for path, values in one.checkpoint().all.items():
