@@ -62,9 +62,9 @@ contains
     type(face_t) :: face
     integer :: a
 
-    at = reshape(w(p, 1:9), [3, 3])
     associate (spacing => sim%scene%body(body)%spacing)
       do a = 1, 3
+        at(:, a) = w(p, 3*a - 2:3*a)
         part = min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
         face = face_of(sim, body, 2*a - merge(1, 0, normal(a) > 0.0_rp), p, nf, ps, w, first)
         at(:, a) = at(:, a) + part*(face%w(:, a) - at(:, a))

@@ -93,16 +93,19 @@ contains
     call give_heat(sim, sim%tool(k)%heat_share)
   end subroutine touch_group
 
-  !> List the nodes with mass near the tool: the same on all ranks that store them.
+  !> List the nodes with mass near the tool, or in the box around one that has ends: the same on all
+  !> ranks that store them.
   subroutine list_nodes(sim, tool, g)
     type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: g(8, sim%patch%nn)
     real(rp) :: lower(3), upper(3), room, x(3)
     integer :: i, r
+    logical :: is_bounded
 
     room = band*sim%patch%h
     call tool%bounds(lower, upper)
+    is_bounded = all(upper - lower < 1.0e3_rp) .and. all(sim%scene%grid%period == 0)
     where (sim%scene%grid%period > 0) lower = -huge(1.0_rp)
     where (sim%scene%grid%period > 0) upper = huge(1.0_rp)
     call sim%touching%forget(sim%patch%nn)
@@ -113,7 +116,10 @@ contains
         if (g(8, i) <= least_mass) cycle
         x = sim%patch%position(i)
         if (x(3) < lower(3) - room .or. x(3) > upper(3) + room) cycle
-        if (nearest_image(sim, tool, x) < room) call sim%touching%add_node(i)
+        if (.not. is_bounded) then
+          if (nearest_image(sim, tool, x) >= room) cycle
+        end if
+        call sim%touching%add_node(i)
       end do
     end do
     call sim%touching%prepare()
