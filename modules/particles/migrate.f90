@@ -42,11 +42,8 @@ contains
     type(box_t), intent(in) :: boxes(0:)
     integer, intent(in) :: nbody, n_moving
     type(particles_t), intent(inout) :: particles
-    integer, allocatable :: slot(:), node(:), body(:), owner(:)
-    integer :: n
+    integer, allocatable, dimension(:) :: slot, node, body, owner, slot2, node2, body2
 
-    n = sum(particles%count(:n_moving))
-    allocate (slot(n), node(n), body(n), owner(n))
     call locate(world, grid, patch, boxes, 1, n_moving, particles, slot, node, body, owner)
     if (world%size > 1) call exchange(world, grid, patch, particles, slot, node, body, owner)
     call keep_own(world%rank, slot, node, body, owner)
@@ -55,15 +52,11 @@ contains
         call sort_first(particles, n_moving, slot, node, body, patch%nn, nbody)
         return
       end if
-      n = sum(particles%count(n_moving + 1:particles%nblk))
-      block
-        integer :: slot2(n), node2(n), body2(n), owner2(n)
-        call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
-                    node2, body2, owner2)
-        slot = [slot, slot2]
-        node = [node, node2]
-        body = [body, body2]
-      end block
+      call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
+                  node2, body2, owner)
+      slot = [slot, slot2]
+      node = [node, node2]
+      body = [body, body2]
     end if
     call sort_particles(particles, size(slot), slot, node, body, patch%nn, nbody)
   end subroutine redistribute
@@ -103,9 +96,11 @@ contains
     type(box_t), intent(in) :: boxes(0:)
     integer, intent(in) :: low, high
     type(particles_t), intent(in) :: particles
-    integer, intent(out) :: slot(:), node(:), body(:), owner(:)
+    integer, allocatable, intent(out) :: slot(:), node(:), body(:), owner(:)
     integer :: b, c, p, ijk(3)
 
+    c = sum(particles%count(low:high))
+    allocate (slot(c), node(c), body(c), owner(c))
     c = 0
     do b = low, high
       do p = 1, particles%count(b)

@@ -26,7 +26,6 @@ contains
   subroutine regrid(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-
     integer :: n_moving                      ! blocks in which particles may have to go elsewhere
     logical :: has_changed
 

@@ -105,9 +105,9 @@ contains
 
     room = band*sim%patch%h
     call tool%bounds(lower, upper)
-    is_bounded = all(upper - lower < 1.0e3_rp) .and. all(sim%scene%grid%period == 0)
     where (sim%scene%grid%period > 0) lower = -huge(1.0_rp)
     where (sim%scene%grid%period > 0) upper = huge(1.0_rp)
+    is_bounded = all(abs([lower, upper]) < huge(1.0_rp))
     call sim%touching%forget(sim%patch%nn)
     do r = 1, sim%n_runs
       x = sim%patch%position(sim%run(1, r))
