@@ -50,9 +50,11 @@ contains
         if (scene%method%heat_step > 0.0_rp) call input%complain(complaints, 'HEAT', 1, 'EVERY', &
           'does not go with STEP')
       end if
-      if (any(input%text('HEAT', 1, 'SOLVER') == ['petsc', 'fftw '])) &
-        call input%complain(complaints, 'HEAT', 1, 'SOLVER', &
-                            'needs &METHOD MECHANICS = F: beside mechanics it is cg')
+      if (input%text('HEAT', 1, 'SOLVER') == 'fftw') call input%complain(complaints, 'HEAT', 1, &
+        'SOLVER', 'needs &METHOD MECHANICS = F: beside mechanics it is cg or petsc')
+      if (input%text('HEAT', 1, 'SOLVER') /= 'auto' .and. .not. scene%method%implicit_heat) &
+        call input%complain(complaints, 'HEAT', 1, 'SOLVER', 'needs an implicit INTEGRATOR')
+      call check_solver(input, complaints)
       return
     end if
     if (scene%method%heat_every > 0) call input%complain(complaints, 'HEAT', 1, 'EVERY', &

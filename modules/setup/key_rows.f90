@@ -319,8 +319,8 @@ contains
       'time integration; rkl2: explicit, long steps of many stages; tr-bdf2: implicit, order 2; '// &
       'auto: rkl2 for heat alone; beside mechanics explicit or backward-euler, auto: explicit')
     call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
-      'of implicit steps for heat alone; auto: fftw in a box of constant properties, and where '// &
-      'there are more than 50000 cells of one material, else cg')
+      'of implicit steps; auto: fftw for heat alone in a box of constant properties, and where '// &
+      'there are more than 50000 cells of one material, else cg; beside mechanics cg or petsc')
     call t%key('TOLERANCE', 'real', 1, 'K', '2', '(0,inf)', &
       'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
       'node; at the rim of a moving source it is some hundred times that of the temperatures')

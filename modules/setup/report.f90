@@ -8,6 +8,7 @@ module setup_report
   use comm_world, only: world_t
   use grid_geometry, only: grid_t
   use particles_store, only: f_pos
+  use thermal_method, only: solver_names
   use time_heat, only: conduction_step
   use time_stability, only: stable_step
   use time_state, only: scheme_usl, simulation_t
@@ -161,6 +162,8 @@ contains
       else
         text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
       end if
+      if (sim%scene%method%implicit_heat) text = text//' (backward Euler, '// &
+        trim(solver_names(sim%scene%method%heat_solver))//')'
     end if
   end function limit
 

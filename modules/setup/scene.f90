@@ -17,6 +17,7 @@ module setup_scene
   use setup_stretch, only: check_stretch
   use setup_tools, only: read_tools
   use setup_walls, only: read_constraints
+  use thermal_method, only: by_cg, by_petsc
   use time_stability, only: default_cfl
   use time_state, only: method_t, probes_t, scene_t, scheme_usl, simulation_t, transfer_apic, &
                         transfer_fmpm, transfer_xpic
@@ -86,6 +87,7 @@ contains
         m%implicit_heat = input%text('HEAT', 1, 'INTEGRATOR') == 'backward-euler'
         m%heat_step = input%real('HEAT', 1, 'STEP')
         m%heat_every = input%integer('HEAT', 1, 'EVERY')
+        m%heat_solver = merge(by_petsc, by_cg, input%text('HEAT', 1, 'SOLVER') == 'petsc')
         m%heat_tolerance = input%real('HEAT', 1, 'TOLERANCE')
       end if
     end associate

@@ -5,11 +5,12 @@ module thermal_petsc
 #include <petsc/finclude/petscksp.h>
   use petscksp
   use base_kinds, only: rp
+  use comm_world, only: world_t
   use thermal_rates, only: heat_t
   implicit none (type, external)
   private
 
-  public :: petsc_t, has_petsc, end_petsc
+  public :: petsc_t, has_petsc, start_petsc, end_petsc
 
   logical, parameter :: has_petsc = .true.
   real(rp), parameter :: keep = 1.5_rp   !! the preconditioner lasts while steps change less than so
@@ -29,24 +30,19 @@ module thermal_petsc
 
 contains
 
-  !> Start PETSc if need be; assemble the conductances from the rates of all cells.
+  !> Assemble the conductances from the rates of all cells.
   subroutine start(self, heat, rate)
     class(petsc_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
     real(rp), intent(in) :: rate(:, :)            !! (6, cells) [1/s]
     real(rp), allocatable :: number(:)
     PetscErrorCode :: ierr
-    PetscBool :: is_there
     PetscInt :: n_own, first, column(7), n, c, i
     PetscScalar :: value(7)
     PC :: pc
     integer :: step(6)
 
-    call PetscInitialized(is_there, ierr)
-    if (.not. is_there) then
-      PETSC_COMM_WORLD = heat%world%comm%mpi_val
-      call PetscInitialize(PETSC_NULL_CHARACTER, ierr)
-    end if
+    call start_petsc(heat%world)
     associate (mesh => heat%mesh)
       self%row = pack([(i, i=1, size(mesh%capacity))], mesh%capacity > 0.0_rp)
       n_own = size(self%row)
@@ -137,6 +133,18 @@ contains
 
     self%built_for = 0.0_rp
   end subroutine forget
+
+  !> Collective: start PETSc if need be.
+  subroutine start_petsc(world)
+    type(world_t), intent(in) :: world
+    PetscErrorCode :: ierr
+    PetscBool :: is_there
+
+    call PetscInitialized(is_there, ierr)
+    if (is_there) return
+    PETSC_COMM_WORLD = world%comm%mpi_val
+    call PetscInitialize(PETSC_NULL_CHARACTER, ierr)
+  end subroutine start_petsc
 
   !> Before MPI ends.
   subroutine end_petsc()

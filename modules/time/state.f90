@@ -157,6 +157,7 @@ module time_state
     logical :: implicit_heat = .false.   !! conduction by backward Euler
     real(rp) :: heat_step = 0.0_rp       !! its step [s]; 0: as its error allows
     integer :: heat_every = 0            !! its step in mechanical ones; 0: as long as heat_step says
+    integer :: heat_solver = 0           !! by_cg or by_petsc (thermal_method)
     real(rp) :: heat_tolerance = 2.0_rp  !! of the error of a step [K]
     logical :: has_mechanics = .true.    !! false: heat alone (time_heat_loop)
     real(rp) :: fourier = 0.15_rp        !! conduction step over h^2/kappa

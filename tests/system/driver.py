@@ -95,6 +95,13 @@ def run(name, *options, directory, ranks=None, sets=None, expect=WELL, timeout=1
     return Done(done.returncode, done.stdout, done.stderr, pathlib.Path(directory), seconds)
 
 
+def lacks(solver, directory):
+    """True if this build says that it does not have a solver of the heat equation."""
+    plain = ROOT / "input" / "heat_copper_plain.nml"
+    done = run(plain, "--check", directory=directory, sets={"HEAT.SOLVER": solver}, expect=None)
+    return done.status == BAD_INPUT and "was built without" in done.err
+
+
 def run_all(cases, directory):
     """Runs that mostly wait for their start, four at a time, each in a directory of its own, whatever
     their exit status; `cases` maps a name to the arguments of run. What each left there is in `.files`."""

@@ -23,12 +23,6 @@ def last(results, name):
     return results.probes()[f"{name}[K]"][-1]
 
 
-def missing(run, solver, tmp_path):
-    """True if this build says that it does not have a solver."""
-    done = run(PLAIN, "--check", sets={"HEAT.SOLVER": solver}, expect=None)
-    return done.status == driver.BAD_INPUT and "was built without" in done.err
-
-
 # Robin slab at Fo = 1, theta = sum 4 sin z/(2 z + sin 2 z) exp(-z^2 Fo) cos(z x/L), z tan z = Bi:
 # centre, face
 SLAB = {0.1: (0.9223886, 0.8781265), 1.0: (0.5338594, 0.3481769), 10.0: (0.1638176, 0.0231721)}
@@ -215,7 +209,7 @@ def layers(tmp_path, cell):
 def test_two_layers(run, method, solver, tmp_path):
     """Exact: two materials in one scene, half-way cooled through the worse one, to 0.05 K of 100 by every integrator
     and solver, balance 1e-9; of order 2: the change from 2 to 1 mm is about four times that from 1 to 0.5 mm."""
-    if missing(run, solver, tmp_path):
+    if driver.lacks(solver, tmp_path):
         pytest.skip(f"this build has no {solver}")
     exact = 300 + 100 * two_layers([4e-3, 20e-3], 50.0)
     found = []
@@ -288,7 +282,7 @@ def test_cavity(run):
 def test_implicit_agrees_with_explicit(run, solver, tmp_path):
     """Probes of implicit and explicit runs differ by less than 0.2 K at all times; a solver that was not built
     in is missed by name."""
-    if missing(run, solver, tmp_path):
+    if driver.lacks(solver, tmp_path):
         pytest.skip(f"this build has no {solver}")
     sets = {"TIME.END": 12, "GRID.CELL": 2e-3} | NO_FRAMES
     for name in ("one", "two"):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Implicit conduction beside mechanics: steps of given length, every so many mechanical ones, by their error."""
 
+import pathlib
+
 import driver
 import numpy as np
 import pytest
@@ -50,6 +52,47 @@ def test_implicit_steps_beside_mechanics(run, tmp_path):
         apart = np.abs(found[name].probes().rows[-1] - found["explicit"].probes().rows[-1]).max()
         print(name, apart, history["conduction_error[%]"][-1])
         assert apart < (5.0 if name == "coarse" else 1.0)
+
+
+HALF = {"TIME.END": 0.5, "OUTPUT.CHECKPOINT_INTERVAL": 0.5}
+ALIKE = {"fixed": ("line", HALF | {"HEAT.STEP": 0.05}), "adaptive": ("line", HALF),
+         "walls": ("wall_heat", HALF | {"TIME.MASS_SCALING": 9e11, "HEAT.STEP": 0.05, "BODY.TEMPERATURE": 400}),
+         "film": (driver.ROOT / "tests/verification/inputs/heat_robin.nml",
+                  {"TIME.END": 0.4, "HEAT.STEP": 0.05, "OUTPUT.CHECKPOINT_INTERVAL": 0.4})}
+
+
+@pytest.mark.parametrize("case", ALIKE)
+def test_petsc_beside_mechanics(run, tmp_path, case):
+    """The conduction steps of PETSc on 1, 2 and 3 ranks are those of the program's own conjugate gradients (1e-7 of the
+    temperature: both stop at a residual of 1e-8), and keep the heat of the particles."""
+    if driver.lacks("petsc", tmp_path):
+        pytest.skip("this build has no petsc")
+    scene, sets = ALIKE[case]
+    sets = {"HEAT.INTEGRATOR": "backward-euler"} | sets
+    found = {}
+    for solver, ranks in (("cg", 1), ("petsc", 1), ("petsc", 2), ("petsc", 3)):
+        place = tmp_path / f"{solver}{ranks}"
+        place.mkdir()
+        results = run(scene, "--quiet", sets=sets | {"HEAT.SOLVER": solver}, ranks=ranks, directory=place)
+        found[solver, ranks] = results.results(pathlib.Path(scene).stem)
+        assert np.abs(found[solver, ranks].history()["conduction_error[%]"]).max() < 1e-9
+    own = found.pop(("cg", 1)).checkpoint()
+    for name, results in found.items():
+        apart = driver.distance(own, results.checkpoint(), ["temp"])
+        print(case, name, apart)
+        assert apart["temp"] < 1e-7
+
+
+def test_solver_beside_mechanics_is_checked(run, tmp_path):
+    """PETSc is refused where it was not built in, and where nothing is implicit; FFTW always."""
+    for solver, sets, words in (("petsc", {}, "needs an implicit INTEGRATOR"),
+                                ("fftw", {"HEAT.INTEGRATOR": "backward-euler"}, "cg or petsc")):
+        refused = run("line", "--check", sets=sets | {"HEAT.SOLVER": solver}, expect=driver.BAD_INPUT)
+        assert words in refused.err
+    lacks = driver.lacks("petsc", tmp_path)
+    checked = run("line", "--check", sets={"HEAT.SOLVER": "petsc", "HEAT.INTEGRATOR": "backward-euler"},
+                  expect=driver.BAD_INPUT if lacks else driver.WELL)
+    assert "was built without PETSc" in checked.err if lacks else "backward Euler, petsc" in checked.out
 
 
 def test_adaptive_conduction_goes_on_bitwise(run, tmp_path):
