@@ -22,12 +22,13 @@ module thermal_petsc_shell
 contains
 
   !> Collective: x of A x = b for a symmetric A, until the residual, weighted by the reciprocal
-  !> `diagonal` that also preconditions, is `relative` of that of b.
-  subroutine solve_by_petsc(world, operator, diagonal, b, relative, x, iterations)
+  !> `diagonal` that also preconditions, is `relative` of that of b, or `absolute`.
+  subroutine solve_by_petsc(world, operator, diagonal, b, relative, absolute, x, &
+                            iterations)
     type(world_t), intent(in) :: world
     class(operator_t), intent(inout), target :: operator
     real(rp), intent(in), target :: diagonal(:)
-    real(rp), intent(in) :: b(:), relative
+    real(rp), intent(in) :: b(:), relative, absolute
     real(rp), intent(out) :: x(:)
     integer, intent(out) :: iterations
     external :: MatCreateShell, MatShellSetOperation
@@ -59,13 +60,13 @@ contains
     call KSPSetNormType(ksp, KSP_NORM_NATURAL, ierr)
     call KSPGetPC(ksp, pc, ierr)
     call PCSetType(pc, PCJACOBI, ierr)
-    call KSPSetTolerances(ksp, relative, PETSC_DEFAULT_REAL, PETSC_DEFAULT_REAL, &
+    call KSPSetTolerances(ksp, relative, absolute, PETSC_DEFAULT_REAL, &
                           PETSC_DEFAULT_INTEGER, ierr)
     call KSPSetFromOptions(ksp, ierr)
     call KSPSolve(ksp, right, left, ierr)
     call KSPGetConvergedReason(ksp, reason, ierr)
-    if (reason < 0) call fatal('PETSc did not solve for the conduction step: KSPConvergedReason '// &
-                               str(int(reason)))
+    if (reason < 0) call fatal('PETSc did not solve for the conduction step (KSPConvergedReason '&
+                               //str(int(reason))//'): shorten &HEAT STEP')
     call KSPGetIterationNumber(ksp, iterations, ierr)
     call VecGetArrayF90(left, v, ierr)
     x = v

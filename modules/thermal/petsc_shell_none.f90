@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Stands in for `petsc_shell.F90` in a build without PETSc; the set-up does not let a scene choose it.
+!> Stands in for `petsc_shell.F90` in a build without PETSc; the set-up lets no scene choose it.
 module thermal_petsc_shell
   use base_errors, only: fatal
   use base_kinds, only: rp
@@ -12,11 +12,12 @@ module thermal_petsc_shell
 
 contains
 
-  subroutine solve_by_petsc(world, operator, diagonal, b, relative, x, iterations)
+  subroutine solve_by_petsc(world, operator, diagonal, b, relative, absolute, x, &
+                            iterations)
     type(world_t), intent(in) :: world
     class(operator_t), intent(inout), target :: operator
     real(rp), intent(in), target :: diagonal(:)
-    real(rp), intent(in) :: b(:), relative
+    real(rp), intent(in) :: b(:), relative, absolute
     real(rp), intent(out) :: x(:)
     integer, intent(out) :: iterations
 

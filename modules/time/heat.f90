@@ -4,7 +4,8 @@ module time_heat
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_mass, f_temp
-  use thermal_conduction, only: heat_particles, smooth_particles, smooth_share, temperature_increment
+  use thermal_conduction, only: heat_particles, smooth_particles, smooth_share, &
+                                temperature_increment
   use time_audit, only: e_conduction, e_film, e_wall_heat
   use time_heat_implicit, only: foresee_temperature
   use time_heat_nodes, only: gather_flux, gather_temperature, stable_conduction

@@ -2,6 +2,7 @@
 !> Backward Euler for the conduction of the particles: the temperatures of the nodes at the end of a
 !> step, by conjugate gradients without a matrix, of its own or of PETSc.
 module time_heat_implicit
+  use base_errors, only: fatal
   use base_kinds, only: rp
   use comm_world, only: world_t
   use thermal_conduction, only: least_capacity
@@ -25,6 +26,7 @@ module time_heat_implicit
     real(rp), allocatable :: at_zero(:)         !! F(0) [J]
     logical, allocatable :: is_free(:)          !! has a temperature of its own
     logical, allocatable :: is_own(:)           !! such, and a row of this rank
+    real(rp) :: nothing = 0.0_rp                !! residual, weighted by 1/C, that is rounding
   contains
     procedure :: multiply => multiply_rows
     procedure, private :: apply
@@ -76,7 +78,8 @@ contains
     type(world_t), intent(in), target :: world
     type(simulation_t), intent(inout), target :: sim
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp) :: lost(8, size(sim%scene%constraint))
+    real(rp), parameter :: least_change = 1.0e-9_rp   ! of temperatures, rms [K]
+    real(rp) :: lost(8, size(sim%scene%constraint)), all(1)
     integer :: r
 
     system%world => world
@@ -95,10 +98,13 @@ contains
     sim%g(4, :, 1) = 0.0_rp
     call gather_flux(world, sim, dt, lost)
     system%at_zero = sim%g2(5, :, 1)
+    all = sum(sim%g(1, :, 1), mask=system%is_own)
+    call world%sum(all)
+    system%nothing = least_change*sqrt(all(1))
   end subroutine start
 
   !> Collective: x for b on free nodes, the same on all ranks that store one, until the residual
-  !> weighted by 1/C is `relative` of that of b.
+  !> weighted by 1/C is `relative` of that of b, or rounding.
   subroutine solve(system, relative, b, x)
     type(nodal_t), intent(inout) :: system
     real(rp), intent(in) :: relative, b(:)      !! [J]
@@ -112,7 +118,8 @@ contains
     end if
     allocate (rows(count(system%is_own)))
     call solve_by_petsc(system%world, system, pack(system%sim%g(1, :, 1), system%is_own), &
-                        pack(b, system%is_own), relative, rows, iterations)
+                        pack(b, system%is_own), relative, system%nothing, rows, &
+                        iterations)
     call tell_all(system, rows, x)
   end subroutine solve
 
@@ -121,7 +128,7 @@ contains
     type(nodal_t), intent(inout) :: system
     real(rp), intent(in) :: relative, b(:)
     real(rp), intent(out) :: x(:)
-    integer, parameter :: most = 1000
+    integer, parameter :: most = 10000
     real(rp), dimension(size(b)) :: p, q, r
     real(rp) :: rho(1), first, last, curvature(1)
     integer :: i
@@ -137,16 +144,16 @@ contains
       rho = sum(r*q, mask=system%is_own)
       call system%world%sum(rho)
       if (first < 0.0_rp) first = rho(1)
-      if (rho(1) <= relative**2*first .or. rho(1) <= 0.0_rp) exit
+      if (rho(1) <= max(relative**2*first, system%nothing**2)) return
       p = q + (rho(1)/last)*p
       last = rho(1)
       call system%apply(p, q)
       curvature = sum(p*q, mask=system%is_own)
       call system%world%sum(curvature)
-      if (curvature(1) <= 0.0_rp) exit
       x = x + (rho(1)/curvature(1))*p
       r = r - (rho(1)/curvature(1))*q
     end do
+    call fatal('conjugate gradients did not solve for the conduction step: shorten &HEAT STEP')
   end subroutine conjugate_gradients
 
   !> Collective: q = A p on all nodes, from the same p on all ranks that store a node.

@@ -57,6 +57,7 @@ def test_implicit_steps_beside_mechanics(run, tmp_path):
 HALF = {"TIME.END": 0.5, "OUTPUT.CHECKPOINT_INTERVAL": 0.5}
 ALIKE = {"fixed": ("line", HALF | {"HEAT.STEP": 0.05}), "adaptive": ("line", HALF),
          "walls": ("wall_heat", HALF | {"TIME.MASS_SCALING": 9e11, "HEAT.STEP": 0.05, "BODY.TEMPERATURE": 400}),
+         "stir": ("stir", {"TIME.END": 0.08, "HEAT.STEP": 0.02, "OUTPUT.CHECKPOINT_INTERVAL": 0.08}),
          "film": (driver.ROOT / "tests/verification/inputs/heat_robin.nml",
                   {"TIME.END": 0.4, "HEAT.STEP": 0.05, "OUTPUT.CHECKPOINT_INTERVAL": 0.4})}
 
