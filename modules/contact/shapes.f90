@@ -5,7 +5,7 @@ module contact_shapes
   implicit none (type, external)
   private
 
-  public :: profile_t, shoulder_profile, revolved_distance, box_distance
+  public :: profile_t, shoulder_profile, revolved_distance, revolved_distances, box_distance
 
   integer, parameter, public :: most_corners = 8
 
@@ -55,51 +55,45 @@ contains
     type(profile_t), intent(in) :: profile
     real(rp), intent(in) :: x(3)
     real(rp), intent(out) :: distance, normal(3), room
-    real(rp) :: r, z, ar, az, br, bz, er, ez, t, length2, d2, best, nr, nz
-    logical :: inside, corner_is_nearest
-    integer :: i
+    real(rp) :: r, z, ar, az, br, bz, er, ez, t, length, d2, best, nearest, nr, nz
+    logical :: inside
+    integer :: i, side
 
     r = sqrt(x(1)**2 + x(2)**2)
     z = x(3)
     best = huge(best)
+    side = 1
+    nearest = 0.0_rp
     inside = .false.
-    nr = 0.0_rp
-    nz = 1.0_rp
-    room = huge(room)
-    corner_is_nearest = .false.
     do i = 1, profile%n - 1
       ar = profile%r(i); az = profile%z(i)
       br = profile%r(i + 1) - ar; bz = profile%z(i + 1) - az
-      length2 = br*br + bz*bz
-      if (length2 <= 0.0_rp) cycle
+      if (br*br + bz*bz <= 0.0_rp) cycle
       ! a ray along +r crosses the outline an odd number of times from inside
       if ((az > z) .neqv. (az + bz > z)) then
         if (r < ar + (z - az)/bz*br) inside = .not. inside
       end if
-      t = min(1.0_rp, max(0.0_rp, ((r - ar)*br + (z - az)*bz)/length2))
-      er = r - ar - t*br
-      ez = z - az - t*bz
-      d2 = er*er + ez*ez
+      t = min(1.0_rp, max(0.0_rp, ((r - ar)*br + (z - az)*bz)/(br*br + bz*bz)))
+      d2 = (r - ar - t*br)**2 + (z - az - t*bz)**2
       if (d2 >= best) cycle
       best = d2
-      room = min(t*sqrt(length2)/sharpness(profile, i), &
-                 (1.0_rp - t)*sqrt(length2)/sharpness(profile, i + 1))
-      corner_is_nearest = (t <= 0.0_rp .or. t >= 1.0_rp) .and. d2 > 0.0_rp
-      if (.not. corner_is_nearest) then     ! outward normal of the side: the body is on its right
-        nr = -bz/sqrt(length2)
-        nz = br/sqrt(length2)
-      else                                  ! from the corner to the point
-        nr = er/sqrt(d2)
-        nz = ez/sqrt(d2)
-      end if
+      side = i
+      nearest = t
     end do
-    distance = sqrt(best)
-    if (inside) then
-      distance = -distance
-      if (corner_is_nearest) then
-        nr = -nr
-        nz = -nz
-      end if
+    ar = profile%r(side); az = profile%z(side)
+    br = profile%r(side + 1) - ar; bz = profile%z(side + 1) - az
+    length = sqrt(br*br + bz*bz)
+    room = min(nearest*length/sharpness(profile, side), &
+               (1.0_rp - nearest)*length/sharpness(profile, side + 1))
+    distance = merge(-sqrt(best), sqrt(best), inside)
+    if (nearest > 0.0_rp .and. nearest < 1.0_rp .or. best <= 0.0_rp) then
+      nr = -bz/length                     ! outward normal of the side: the body is on its right
+      nz = br/length
+    else                                  ! from the corner to the point
+      er = r - ar - nearest*br
+      ez = z - az - nearest*bz
+      nr = er/distance
+      nz = ez/distance
     end if
     if (r > 0.0_rp) then
       normal = [nr*x(1)/r, nr*x(2)/r, nz]
@@ -107,6 +101,34 @@ contains
       normal = [nr, 0.0_rp, nz]
     end if
   end subroutine revolved_distance
+
+  !> Distances of `n` places at (r, z) from the body of revolution.
+  pure subroutine revolved_distances(profile, n, r, z, distance)
+    type(profile_t), intent(in) :: profile
+    integer, intent(in) :: n
+    real(rp), intent(in) :: r(n), z(n)
+    real(rp), intent(out) :: distance(n)
+    real(rp) :: ar, az, br, bz, slope, t, side(n)
+    integer :: i, p
+
+    distance = huge(1.0_rp)                     ! squared, until the end
+    side = 1.0_rp
+    do i = 1, profile%n - 1
+      ar = profile%r(i); az = profile%z(i)
+      br = profile%r(i + 1) - ar; bz = profile%z(i + 1) - az
+      if (br*br + bz*bz <= 0.0_rp) cycle
+      slope = 0.0_rp
+      if (abs(bz) > 0.0_rp) slope = br/bz
+      !$omp simd private(t)
+      do p = 1, n
+        t = min(1.0_rp, max(0.0_rp, ((r(p) - ar)*br + (z(p) - az)*bz)/(br*br + bz*bz)))
+        distance(p) = min(distance(p), (r(p) - ar - t*br)**2 + (z(p) - az - t*bz)**2)
+        side(p) = merge(-side(p), side(p), ((az > z(p)) .neqv. (az + bz > z(p))) &
+                                           .and. r(p) < ar + (z(p) - az)*slope)
+      end do
+    end do
+    distance = side*sqrt(distance)
+  end subroutine revolved_distances
 
   !> How much a corner stands out: 1 - cos of the angle by which the outline turns, at most 1; tiny
   !> on the axis and where it turns inwards.

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Rigid analytic tools: signed distance, motion, and what contact sums up (time_tool_contact).
 module contact_tool
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
   use contact_friction_table, only: friction_table_t
   use contact_motion, only: motion_t
-  use contact_shapes, only: box_distance, profile_t, revolved_distance
+  use contact_shapes, only: box_distance, profile_t, revolved_distance, revolved_distances
   implicit none (type, external)
   private
 
@@ -59,6 +59,7 @@ module contact_tool
     procedure :: carry
     procedure :: distance
     procedure :: clearance
+    procedure :: clearances
     procedure :: bounds
     procedure :: is_near
     procedure :: surface_velocity
@@ -156,6 +157,39 @@ contains
 
     call self%distance(x, clearance, n, room)
   end function clearance
+
+  !> The same of `n` places, x(:, 1:3) [m].
+  pure subroutine clearances(self, n, x, d)
+    class(tool_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(nlane, 3)
+    real(rp), intent(out) :: d(n)               !! [m]
+    real(rp) :: y(n, 3), r(n)
+    integer :: a, p
+
+    if (self%kind == kind_box) then
+      do p = 1, n
+        d(p) = self%clearance(x(p, :))
+      end do
+      return
+    end if
+    do a = 1, 3
+      y(:, a) = (x(:n, 1) - self%position(1))*self%axes(1, a) &
+                + (x(:n, 2) - self%position(2))*self%axes(2, a) &
+                + (x(:n, 3) - self%position(3))*self%axes(3, a)
+    end do
+    select case (self%kind)
+    case (kind_revolved)
+      r = sqrt(y(:, 1)**2 + y(:, 2)**2)
+      call revolved_distances(self%profile, n, r, y(:, 3), d)
+    case (kind_sphere)
+      d = sqrt(y(:, 1)**2 + y(:, 2)**2 + y(:, 3)**2) - self%radius
+    case (kind_particles)
+      d = huge(1.0_rp)
+    case default
+      d = y(:, 3)
+    end select
+  end subroutine clearances
 
   !> True if a block inside the ball (centre, radius) may touch the tool.
   pure logical function is_near(self, centre, radius)

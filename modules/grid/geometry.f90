@@ -195,12 +195,24 @@ contains
   pure subroutine dilate(used)
     logical, intent(inout) :: used(:, :, :)
     logical, allocatable :: old(:, :, :)
-    integer :: a, s
+    integer :: a, m, n, s
 
     do a = 1, 3
       old = used
-      do s = 1, halo
-        used = used .or. eoshift(old, s, .false., a) .or. eoshift(old, -s, .false., a)
+      n = size(used, a)
+      do s = 1, min(halo, n - 1)
+        m = n - s
+        select case (a)
+        case (1)
+          used(:m, :, :) = used(:m, :, :) .or. old(s + 1:, :, :)
+          used(s + 1:, :, :) = used(s + 1:, :, :) .or. old(:m, :, :)
+        case (2)
+          used(:, :m, :) = used(:, :m, :) .or. old(:, s + 1:, :)
+          used(:, s + 1:, :) = used(:, s + 1:, :) .or. old(:, :m, :)
+        case (3)
+          used(:, :, :m) = used(:, :, :m) .or. old(:, :, s + 1:)
+          used(:, :, s + 1:) = used(:, :, s + 1:) .or. old(:, :, :m)
+        end select
       end do
     end do
   end subroutine dilate

@@ -35,30 +35,43 @@ contains
 
   !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`), wrapped.
   !> Blocks behind `n_moving` are as they were sorted: at rest, here, and none was added to them.
-  subroutine redistribute(world, grid, patch, boxes, nbody, n_moving, particles)
+  !> `keep`: rest from which particles need no new order (particles_sort); `has_changed`: some are in
+  !> blocks of another rest. `rest_stays`: the blocks behind `n_moving` still are as they were.
+  subroutine redistribute(world, grid, patch, boxes, nbody, n_moving, keep, has_changed, &
+                          particles, rest_stays)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: boxes(0:)
-    integer, intent(in) :: nbody, n_moving
+    integer, intent(in) :: nbody, n_moving, keep
+    logical, intent(in) :: has_changed
     type(particles_t), intent(inout) :: particles
+    logical, intent(out) :: rest_stays
     integer, allocatable, dimension(:) :: slot, node, body, owner, slot2, node2, body2
+    logical :: may_stay
+    integer :: n
 
+    rest_stays = n_moving < particles%nblk
+    may_stay = keep <= awake .and. .not. has_changed
+    if (world%size == 1 .and. may_stay) return
     call locate(world, grid, patch, boxes, 1, n_moving, particles, slot, node, body, owner)
+    n = size(slot)
     if (world%size > 1) call exchange(world, grid, patch, particles, slot, node, body, owner)
+    if (may_stay .and. size(slot) == n .and. all(owner == world%rank)) return
     call keep_own(world%rank, slot, node, body, owner)
     if (n_moving < particles%nblk) then
       if (fit_in(particles, slot, body, nbody, n_moving)) then
-        call sort_first(particles, n_moving, slot, node, body, patch%nn, nbody)
+        call sort_first(particles, n_moving, slot, node, body, keep, patch%nn, nbody)
         return
       end if
+      rest_stays = .false.
       call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
                   node2, body2, owner)
       slot = [slot, slot2]
       node = [node, node2]
       body = [body, body2]
     end if
-    call sort_particles(particles, size(slot), slot, node, body, patch%nn, nbody)
+    call sort_particles(particles, size(slot), slot, node, body, keep, patch%nn, nbody)
   end subroutine redistribute
 
   !> Drop from the lists what other ranks own.
@@ -196,10 +209,11 @@ contains
     end do
   end subroutine append_arrivals
 
-  !> First particle of this rank outside the grid (or not a number), as a message; '' if none.
-  !> Through a periodic side it may be as far outside as a patch reaches.
-  function find_outside(grid, particles) result(message)
+  !> First particle of the first `n_blocks` outside the grid (or not a number), as a message; '' if
+  !> none. Through a periodic side it may be as far outside as a patch reaches.
+  function find_outside(grid, n_blocks, particles) result(message)
     type(grid_t), intent(in) :: grid
+    integer, intent(in) :: n_blocks
     type(particles_t), intent(in) :: particles
     character(:), allocatable :: message
     real(rp) :: x(3), low(3), top(3), room(3)
@@ -209,7 +223,7 @@ contains
     room = merge(halo*grid%h, 0.0_rp, grid%period > 0)
     low = grid%lower - room
     top = grid%upper() + room
-    do b = 1, particles%nblk
+    do b = 1, n_blocks
       do p = 1, particles%count(b)
         x = particles%ps(p, f_pos:f_pos + 2, b)
         if (all(x >= low .and. x <= top)) cycle   ! false for NaN

@@ -8,6 +8,8 @@ module particles_sort
 
   public :: sort_particles, sort_first, slot_block, slot_lane
 
+  integer, parameter, public :: keep_none = huge(1)   !! `keep` of sort_particles
+
 contains
 
   !> Block of slot `s` (slots number the lanes of all blocks from 0).
@@ -25,25 +27,27 @@ contains
 
   !> Sort the particles in `slot`, all awake, into the first `n_blocks` blocks, which they need; the
   !> other blocks stay.
-  subroutine sort_first(particles, n_blocks, slot, node, body, nn, nbody)
+  subroutine sort_first(particles, n_blocks, slot, node, body, keep, nn, nbody)
     type(particles_t), intent(inout) :: particles
-    integer, intent(in) :: n_blocks, slot(:), node(:), body(:), nn, nbody
+    integer, intent(in) :: n_blocks, slot(:), node(:), body(:), keep, nn, nbody
     integer :: old
 
     old = particles%nblk
-    call sort_particles(particles, size(slot), slot, node, body, nn, nbody)
+    call sort_particles(particles, size(slot), slot, node, body, keep, nn, nbody)
     if (particles%nblk /= n_blocks) error stop 'sort_first: the particles need other blocks'
     particles%nblk = old
   end subroutine sort_first
 
   !> Rebuild the blocks from the particles in `slot(1:n)`; all others are dropped.
-  !> `node(1:n)` is the storage index of each one's nearest node, `body(1:n)` its body.
-  subroutine sort_particles(particles, n, slot, node, body, nn, nbody)
+  !> `node(1:n)` is the storage index of each one's nearest node, `body(1:n)` its body. Particles
+  !> whose rest is `keep` or more stay where they are if that is a slot of their class: for speed
+  !> alone, their order then grows old. `keep_none` sorts all.
+  subroutine sort_particles(particles, n, slot, node, body, keep, nn, nbody)
     type(particles_t), intent(inout) :: particles
-    integer, intent(in) :: n, nn, nbody
+    integer, intent(in) :: n, keep, nn, nbody
     integer, intent(in) :: slot(n), node(n), body(n)
     integer, allocatable :: class(:), from(:), to(:), per_class(:)
-    integer :: b, c, i, k, last, nblk, nclass
+    integer :: blocks, c, i, k, moves, nclass
 
     allocate (from(n), to(n), class(n))
     do i = 1, n
@@ -53,21 +57,25 @@ contains
     if (n > 0) nclass = max(nbody, maxval(class))
     allocate (per_class(nclass))
     call counting_order(n, slot, node, class, nn, nclass, from, per_class)
-    nblk = sum((per_class + nlane - 1)/nlane)
-    call particles%reserve(nblk)
+    call particles%reserve(sum((per_class + nlane - 1)/nlane))
     k = 0
-    c = 0
-    do b = 1, nclass
-      call place_body(particles, mod(b - 1, nbody) + 1, per_class(b), c, to(k + 1:k + per_class(b)))
-      k = k + per_class(b)
+    blocks = 0
+    moves = 0
+    do c = 1, nclass
+      associate (old => from(k + 1:k + per_class(c)), new => to(k + 1:k + per_class(c)))
+        call place_class(particles, mod(c - 1, nbody) + 1, per_class(c), blocks, new)
+        if ((c - 1)/nbody >= keep) call keep_slots(per_class(c), old, new)
+      end associate
+      do i = k + 1, k + per_class(c)
+        if (from(i) == to(i)) cycle
+        moves = moves + 1
+        from(moves) = from(i)
+        to(moves) = to(i)
+      end do
+      k = k + per_class(c)
     end do
-    particles%nblk = nblk
-    last = n                                   ! those that sleep mostly keep their places
-    do while (last > 0)
-      if (from(last) /= to(last)) exit
-      last = last - 1
-    end do
-    call move_fields(particles, last, from(:last), to(:last))
+    particles%nblk = blocks
+    call move_fields(particles, moves, from(:moves), to(:moves))
     call neutralise_padding(particles)
   end subroutine sort_particles
 
@@ -98,8 +106,8 @@ contains
     end do
   end subroutine counting_order
 
-  !> Give the `n` particles of body `b` the slots from block `blocks+1` on.
-  subroutine place_body(particles, b, n, blocks, to)
+  !> Give the `n` particles of a class, of body `b`, the slots from block `blocks+1` on.
+  subroutine place_class(particles, b, n, blocks, to)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: b, n
     integer, intent(inout) :: blocks
@@ -114,23 +122,53 @@ contains
       particles%count(blocks) = min(nlane, n - i + 1)
       particles%body(blocks) = b
     end do
-  end subroutine place_body
+  end subroutine place_class
 
-  !> Move every field, one at a time through a buffer: 8 bytes a particle instead of a second store.
+  !> Of the consecutive slots `to` those that are in `from` go to who has them, the others to the rest
+  !> in turn.
+  pure subroutine keep_slots(n, from, to)
+    integer, intent(in) :: n, from(n)
+    integer, intent(inout) :: to(n)
+    logical :: is_taken(n)
+    integer :: first, i, k
+
+    if (n == 0) return
+    first = to(1)
+    is_taken = .false.
+    do i = 1, n
+      k = from(i) - first + 1
+      if (k >= 1 .and. k <= n) is_taken(k) = .true.
+    end do
+    k = 0
+    do i = 1, n
+      to(i) = from(i)
+      if (from(i) >= first .and. from(i) < first + n) cycle
+      do
+        k = k + 1
+        if (.not. is_taken(k)) exit
+      end do
+      to(i) = first + k - 1
+    end do
+  end subroutine keep_slots
+
+  !> Move all fields, some at a time through a buffer: a few bytes a particle instead of a second
+  !> store, and several fields for each look into another page of memory.
   subroutine move_fields(particles, n, from, to)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: n, from(n), to(n)
-    real(rp), allocatable :: buffer(:)
+    integer, parameter :: some = 8
+    real(rp), allocatable :: buffer(:, :)
     integer(i8), allocatable :: tags(:)
-    integer :: f, i
+    integer :: f, i, k
 
-    allocate (buffer(n))
-    do f = 1, particles%nf
+    allocate (buffer(some, n))
+    do f = 1, particles%nf, some
+      k = min(some, particles%nf - f + 1)
       do i = 1, n
-        buffer(i) = particles%ps(slot_lane(from(i)), f, slot_block(from(i)))
+        buffer(:k, i) = particles%ps(slot_lane(from(i)), f:f + k - 1, slot_block(from(i)))
       end do
       do i = 1, n
-        particles%ps(slot_lane(to(i)), f, slot_block(to(i))) = buffer(i)
+        particles%ps(slot_lane(to(i)), f:f + k - 1, slot_block(to(i))) = buffer(:k, i)
       end do
     end do
     allocate (tags(n))

@@ -121,7 +121,8 @@ contains
     call fill_bodies(world, input, sim%scene, sim%particles)
     call add_noise(input, sim)
     call start_fields(sim)
-    call world%share_message(find_outside(sim%scene%grid, sim%particles), outside)
+    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, &
+                                          sim%particles), outside)
     if (outside /= '') call error%raise(outside//' (at the start)')
     if (error%is_set()) return
     call first_partition(world, sim)

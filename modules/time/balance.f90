@@ -29,16 +29,19 @@ contains
 
   !> Collective, before particles migrate: new boxes if a rank would have too much with the old ones;
   !> all blocks may have to move then.
-  subroutine rebalance(world, sim, n_moving)
+  subroutine rebalance(world, sim, n_moving, is_cut)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: n_moving       !! blocks in which particles may have to go elsewhere
+    logical, intent(out) :: is_cut           !! there are new boxes
     real(rp) :: load(0:world%size - 1)
 
+    is_cut = .false.
     if (world%size == 1) return
     call coming_loads(world, sim, n_moving, load)
     if (imbalance(load) <= sim%scene%method%rebalance) return
     call partition(world, sim)
+    is_cut = .true.
     n_moving = sim%particles%nblk
   end subroutine rebalance
 

@@ -27,18 +27,29 @@ contains
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, k, p, nf, first(nlane)
     real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
-    real(rp) :: d, half(3), reach, spacing
-    integer :: a, ijk(3), layers, rest
+    integer :: a
 
-    face_of%first = first(p)
-    face_of%w = reshape(w(p, 1:9), [3, 3])
     a = (k + 1)/2
-    rest = first(p) - 1
-    ijk(1) = rest/sim%patch%stride(1)
-    rest = rest - ijk(1)*sim%patch%stride(1)
-    ijk(2) = rest/sim%patch%stride(2)
-    ijk(3) = rest - ijk(2)*sim%patch%stride(2)
-    d = (ps(p, f_pos + a - 1) - sim%patch%origin(a))/sim%patch%h - (ijk(a) + 1)
+    face_of%first = first(p)
+    face_of%w(:, 1) = w(p, 1:3)
+    face_of%w(:, 2) = w(p, 4:6)
+    face_of%w(:, 3) = w(p, 7:9)
+    face_of%w(:, a) = weights_across(sim, body, a, 2*mod(k + 1, 2) - 1, p, nf, ps, first(p))
+  end function face_of
+
+  !> Weights of three nodes on axis `a` of the face on the `side` (-1, 1) of particle `p`.
+  pure function weights_across(sim, body, a, side, p, nf, ps, first) result(w)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, a, side, p, nf, first   !! first of 27 nodes
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp) :: w(3), d, half(3), reach, spacing
+    integer :: i, layers
+
+    i = first - 1                                ! storage: z fastest, then y
+    if (a > 1) i = mod(i, sim%patch%stride(1))
+    if (a > 2) i = mod(i, sim%patch%stride(2))
+    i = i/sim%patch%stride(a)
+    d = (ps(p, f_pos + a - 1) - sim%patch%origin(a))/sim%patch%h - (i + 1)
     half = sim%scene%domain(body)
     spacing = sim%scene%body(body)%spacing(a)/sim%patch%h
     layers = 1
@@ -48,8 +59,8 @@ contains
       half(a) = ps(p, sim%scene%layout%half + a - 1)
       reach = half(a)
     end if
-    face_of%w(:, a) = face_weights(d, 2*mod(k + 1, 2) - 1, half(a), reach, layers, spacing)
-  end function face_of
+    w = face_weights(d, side, half(a), reach, layers, spacing)
+  end function weights_across
 
   !> Weights of three nodes on each axis at the point where the surface of particle `p` is touched, half
   !> its spacing against the `normal`: between those of its centre and those of its faces.
@@ -59,15 +70,16 @@ contains
     real(rp), intent(in) :: normal(3)           !! of length 1, out of what touches
     real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
     real(rp) :: at(3, 3), part
-    type(face_t) :: face
-    integer :: a
+    integer :: a, side
 
     associate (spacing => sim%scene%body(body)%spacing)
       do a = 1, 3
         at(:, a) = w(p, 3*a - 2:3*a)
         part = min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
-        face = face_of(sim, body, 2*a - merge(1, 0, normal(a) > 0.0_rp), p, nf, ps, w, first)
-        at(:, a) = at(:, a) + part*(face%w(:, a) - at(:, a))
+        if (part <= 0.0_rp) cycle
+        side = merge(-1, 1, normal(a) > 0.0_rp)
+        at(:, a) = at(:, a) + part*(weights_across(sim, body, a, side, p, nf, ps, first(p)) &
+                                    - at(:, a))
       end do
     end associate
   end function surface_weights

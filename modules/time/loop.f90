@@ -193,7 +193,7 @@ contains
     end if
   end subroutine advance
 
-  !> Every so many steps, or before a particle can be a cell from where it was sorted to: steps like
+  !> Every so many steps, or before a particle can be a cell from where it was: steps like
   !> the last one and half a cell's way in one are allowed for.
   pure logical function sort_is_due(sim)
     type(simulation_t), intent(in) :: sim
@@ -210,7 +210,8 @@ contains
     character(:), allocatable, intent(inout) :: message
     character(:), allocatable :: mine
 
-    mine = find_outside(sim%scene%grid, sim%particles)
+    mine = find_outside(sim%scene%grid, sim%n_awake, sim%particles)
+    if (sim%n_awake < 0) mine = find_outside(sim%scene%grid, sim%particles%nblk, sim%particles)
     if (world%all_true(mine == '')) return
     status = ended_broken
     call world%share_message(mine, message)

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Every few dozen steps: balance the ranks, migrate and sort particles, list the nodes in use.
 module time_regrid
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use comm_world, only: world_t
   use grid_geometry, only: box_t, dilate, halo, nearest_node
   use particles_migrate, only: redistribute, wrap_positions
-  use particles_store, only: f_pos
+  use particles_sort, only: keep_none
+  use particles_store, only: awake, f_pos, rim
   use time_balance, only: note_balance, rebalance
   use time_clamp_list, only: list_clamps
   use time_mass_scaling, only: adapt_mass
@@ -22,56 +23,120 @@ module time_regrid
 
 contains
 
-  !> Balance if needed, migrate, sort, and list nodes in use.
+  !> Balance if needed, migrate, sort where that is due, and list nodes in use.
   subroutine regrid(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer :: n_moving                      ! blocks in which particles may have to go elsewhere
-    logical :: has_changed
+    integer :: keep
+    logical :: is_cut, is_new, others_sleep, sleepers_stay
 
+    is_new = sim%n_awake < 0
     call share_probes(world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
     call adapt_mass(world, sim)
-    call update_sleep(world, sim, has_changed)
-    n_moving = merge(sim%particles%nblk, sim%n_awake, has_changed .or. sim%n_awake < 0)
-    call rebalance(world, sim, n_moving)
+    call update_sleep(world, sim, others_sleep)
+    n_moving = merge(sim%particles%nblk, sim%n_awake, others_sleep .or. is_new)
+    call rebalance(world, sim, n_moving, is_cut)
+    keep = oldest_order(sim)
+    if (is_new .or. is_cut) keep = keep_none
     call redistribute(world, sim%scene%grid, sim%patch, sim%boxes, size(sim%scene%body), &
-                      n_moving, sim%particles)
+                      n_moving, keep, others_sleep, sim%particles, sleepers_stay)
     sim%clock%travel = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
-    call relist(world, sim, .true.)
+    call relist(world, sim, .true., sleepers_stay)
   end subroutine regrid
 
+  !> Rest from which particles keep their places, whose order is for speed alone: the awake ones are
+  !> put in order every SORT_INTERVAL steps, sleepers rarely.
+  pure integer function oldest_order(sim) result(keep)
+    type(simulation_t), intent(in) :: sim
+    integer, parameter :: rarely = 20
+
+    keep = awake
+    if (is_over(sim%scene%method%sort_interval)) keep = rim
+    if (is_over(rarely*sim%scene%method%sort_interval)) keep = keep_none
+  contains
+    pure logical function is_over(interval)
+      integer, intent(in) :: interval      ! a multiple of it, since the last sort
+
+      is_over = sim%clock%step/interval > max(0_i8, sim%clock%sorted_at)/interval
+    end function is_over
+  end function oldest_order
+
   !> List what depends on where particles are: shared nodes, nodes in use, wall nodes, balls.
-  subroutine relist(world, sim, is_sorted_anew)
+  subroutine relist(world, sim, is_sorted_anew, sleepers_stay)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew    !! not resumed
+    logical, intent(in) :: sleepers_stay     !! as they were before
+    logical, allocatable :: near(:, :, :)    !! nodes in reach of awake particles
     type(box_t) :: active
 
+    call count_awake(sim)
+    if (.not. sleepers_stay) call note_sleepers(sim)
     active = box_in_use(world, sim)
     call sim%halo%init(world, sim%patch, sim%boxes, active)
     call note_balance(world, sim)
-    call count_awake(sim)
-    call list_runs(sim, sim%particles%nblk)
+    call mark_reach(sim, 1, sim%n_awake, near)
+    call list_runs(sim, near .or. sim%sleepers%near_any, .false.)
     call list_mirrors(sim)
     call mark_border(sim, is_sorted_anew)
     call list_turns(sim)
     call list_clamps(world, sim)
     call enclose_blocks(sim)
-    call list_for_steps(sim)
+    if (sim%scene%method%sleep%is_on) then   ! steps use only the nodes of the other particles
+      call clear_nodes(sim, sim%g)
+      if (allocated(sim%resting)) deallocate (sim%resting)
+      call move_alloc(sim%run, sim%resting)
+      sim%n_resting = sim%n_runs
+      call list_runs(sim, near .or. sim%sleepers%near_rim, sim%n_mapped < sim%particles%nblk)
+    end if
     call claim_probes(sim%scene%grid, sim%patch, sim%probes)
   end subroutine relist
 
-  !> Box of the nodes that any particle of any rank may touch until the next sort.
-  type(box_t) function box_in_use(world, sim)
-    type(world_t), intent(in) :: world
+  !> Where the sleepers are.
+  subroutine note_sleepers(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: last
+
+    last = sim%particles%nblk
+    call mark_reach(sim, sim%n_awake + 1, sim%n_mapped, sim%sleepers%near_rim)
+    call mark_reach(sim, sim%n_mapped + 1, last, sim%sleepers%near_any)
+    sim%sleepers%near_any = sim%sleepers%near_any .or. sim%sleepers%near_rim
+    sim%sleepers%extent = extent_of(sim, sim%n_awake + 1, last)
+  end subroutine note_sleepers
+
+  !> Nodes, as (z, y, x), that the particles of blocks `low` to `high` may touch until the next sort.
+  subroutine mark_reach(sim, low, high, near)
     type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: low, high
+    logical, allocatable, intent(out) :: near(:, :, :)
+    integer :: b, ijk(3), n(3), p
+
+    n = 0
+    if (sim%patch%nn > 0) n = sim%patch%all%hi - sim%patch%all%lo + 1
+    allocate (near(n(3), n(2), n(1)), source=.false.)
+    if (high < low) return
+    do b = low, high
+      do p = 1, sim%particles%count(b)
+        ijk = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)) &
+              - sim%patch%all%lo + 1
+        near(ijk(3), ijk(2), ijk(1)) = .true.
+      end do
+    end do
+    call dilate(near)
+  end subroutine mark_reach
+
+  !> Largest places of the particles in blocks `low` to `high`, and largest negative ones [m].
+  pure function extent_of(sim, low, high) result(extent)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: low, high
     real(rp) :: extent(6)
     integer :: a, b, n
 
     extent = -huge(1.0_rp)
-    do b = 1, sim%particles%nblk
+    do b = low, high
       n = sim%particles%count(b)
       do a = 1, 3
         associate (x => sim%particles%ps(1:n, f_pos + a - 1, b))
@@ -80,6 +145,15 @@ contains
         end associate
       end do
     end do
+  end function extent_of
+
+  !> Box of the nodes that any particle of any rank may touch until the next sort.
+  type(box_t) function box_in_use(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: extent(6)
+
+    extent = max(sim%sleepers%extent, extent_of(sim, 1, sim%n_awake))
     call world%max(extent)
     box_in_use = box_t()
     if (extent(1) < -extent(4)) return
@@ -87,41 +161,22 @@ contains
     box_in_use%hi = nearest_node(sim%scene%grid, extent(1:3)) + halo
   end function box_in_use
 
-  !> While material sleeps, steps use only the nodes of the other particles.
-  subroutine list_for_steps(sim)
+  !> Runs of consecutive nodes in use: those marked in `near` (z, y, x), shared ones, and
+  !> (`with_partners`) those that walls join with them. A run is wholly owned or wholly another
+  !> rank's.
+  subroutine list_runs(sim, near, with_partners)
     type(simulation_t), intent(inout) :: sim
-
-    if (.not. sim%scene%method%sleep%is_on) return
-    call clear_nodes(sim, sim%g)
-    if (allocated(sim%resting)) deallocate (sim%resting)
-    call move_alloc(sim%run, sim%resting)
-    sim%n_resting = sim%n_runs
-    call list_runs(sim, sim%n_mapped)
-  end subroutine list_for_steps
-
-  !> Runs of consecutive nodes that the particles of the first `n_blocks` use; a run is wholly owned
-  !> or wholly another rank's.
-  subroutine list_runs(sim, n_blocks)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: n_blocks
+    logical, intent(in) :: near(:, :, :), with_partners
     logical, allocatable :: used(:, :, :)
     integer, allocatable :: list(:, :)
-    integer :: b, i, j, k, n(3), p, ijk(3), start, owned
+    integer :: i, j, k, n(3), start, owned
     logical :: row_owned
 
-    n = 0
-    if (sim%patch%nn > 0) n = sim%patch%all%hi - sim%patch%all%lo + 1
-    allocate (used(n(3), n(2), n(1)), source=.false.)
-    do b = 1, n_blocks
-      do p = 1, sim%particles%count(b)
-        ijk = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)) &
-              - sim%patch%all%lo + 1
-        used(ijk(3), ijk(2), ijk(1)) = .true.
-      end do
-    end do
-    call dilate(used)
+    n = shape(near)
+    n = n([3, 2, 1])
+    used = near
     call sim%halo%mark_used(size(used), used)
-    if (n_blocks < sim%particles%nblk) then
+    if (with_partners) then
       call mark_partners(sim%mirrors%n_pairs, sim%mirrors%pair, size(used), used)
     end if
     allocate (list(3, 64))

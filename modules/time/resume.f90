@@ -98,7 +98,8 @@ contains
       return
     end if
     call unpack_global(sim, global, path, error)
-    call world%share_message(find_outside(sim%scene%grid, sim%particles), outside)
+    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, &
+                                          sim%particles), outside)
     if (outside /= '') call error%raise(path//': '//outside)
     if (error%is_set()) return
     sim%sums = local(1:n_sums)
@@ -113,7 +114,7 @@ contains
       call move_alloc(boxes, sim%boxes)
       sim%patch = make_patch(sim%scene%grid, sim%boxes(world%rank))
       call sim%allocate_grid()
-      call relist(world, sim, .false.)
+      call relist(world, sim, .false., .false.)
     else
       call first_partition(world, sim)
       call regrid(world, sim)

@@ -4,7 +4,7 @@
 !> sleepers have changed their temperature; it is awake if itself or a neighbour is active.
 !> Sleepers that share nodes with awake particles are the rim (time_rim).
 module time_sleep
-  use base_kinds, only: i8, rp
+  use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use grid_geometry, only: nearest_node
   use particles_store, only: asleep, awake, f_pos, f_rate, f_temp, f_vel, rim, set_rest, &
@@ -23,33 +23,48 @@ module time_sleep
 contains
 
   !> Collective, before a sort: who sleeps until the next one. `has_changed`: on this rank other
-  !> particles than before, or it is not known.
+  !> particles than before.
   subroutine update_sleep(world, sim, has_changed)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     logical, intent(out) :: has_changed
     logical, allocatable :: is_awake(:, :, :)
-    integer :: b, p, ijk(3), rest
+    integer :: b, last
 
-    has_changed = .not. sim%scene%method%sleep%is_on
-    if (has_changed) return
+    has_changed = .false.
+    if (.not. sim%scene%method%sleep%is_on) return
     call find_awake(world, sim, is_awake)
-    do b = 1, sim%particles%nblk
-      associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b))
-        do p = 1, sim%particles%count(b)
-          ijk = nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2))
-          rest = rest_at(is_awake, ijk)
-          if (rest == tag_rest(tag(p))) cycle
-          has_changed = .true.
-          if (tag_rest(tag(p)) == awake) then
-            ps(p, f_vel:f_vel + 2) = 0.0_rp
-            ps(p, sim%scene%layout%rest) = ps(p, f_temp)
-          end if
-          tag(p) = set_rest(tag(p), rest)
-        end do
-      end associate
+    last = sim%particles%nblk
+    if (allocated(sim%sleepers%is_awake)) then   ! sleepers do not move
+      if (all(is_awake .eqv. sim%sleepers%is_awake)) last = sim%n_awake
+    end if
+    do b = 1, last
+      call put_to_rest(sim, is_awake, b, has_changed)
     end do
+    call move_alloc(is_awake, sim%sleepers%is_awake)
   end subroutine update_sleep
+
+  !> Who sleeps in block `b`.
+  subroutine put_to_rest(sim, is_awake, b, has_changed)
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_awake(:, :, :)
+    integer, intent(in) :: b
+    logical, intent(inout) :: has_changed
+    integer :: p, rest
+
+    associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b))
+      do p = 1, sim%particles%count(b)
+        rest = rest_at(is_awake, nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2)))
+        if (rest == tag_rest(tag(p))) cycle
+        has_changed = .true.
+        if (tag_rest(tag(p)) == awake) then
+          ps(p, f_vel:f_vel + 2) = 0.0_rp
+          ps(p, sim%scene%layout%rest) = ps(p, f_temp)
+        end if
+        tag(p) = set_rest(tag(p), rest)
+      end do
+    end associate
+  end subroutine put_to_rest
 
   !> The cubes that are awake.
   subroutine find_awake(world, sim, is_awake)
@@ -79,22 +94,26 @@ contains
     type(simulation_t), intent(in) :: sim
     real(rp), intent(inout) :: active(:, :, :), was_awake(:, :, :)
     real(rp) :: fastest2
-    integer :: b, c(3), p
-    logical :: calls
+    integer :: b, c(3), n, p
+    logical :: calls(nlane)
 
     fastest2 = sim%scene%method%sleep%strain**2*sim%clock%stiffness/sim%scene%method%mass_scaling
-    associate (limits => sim%scene%method%sleep)
+    associate (limits => sim%scene%method%sleep, tag => sim%particles%tag, &
+               rest => sim%scene%layout%rest)
       do b = 1, sim%particles%nblk
-        associate (ps => sim%particles%ps(:, :, b))
-          do p = 1, sim%particles%count(b)
+        n = sim%particles%count(b)
+        associate (ps => sim%particles%ps(:n, :, b))
+          where (tag_rest(tag(:n, b)) == awake)
+            calls(:n) = ps(:, f_vel)**2 + ps(:, f_vel + 1)**2 + ps(:, f_vel + 2)**2 > fastest2 &
+                        .or. ps(:, f_rate) > limits%rate
+          elsewhere
+            calls(:n) = abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
+          end where
+          if (.not. (any(calls(:n)) .or. any(tag_rest(tag(:n, b)) == awake))) cycle
+          do p = 1, n
             c = cube(nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2)))
-            if (tag_rest(sim%particles%tag(p, b)) == awake) then
-              was_awake(c(1), c(2), c(3)) = 1.0_rp
-              calls = sum(ps(p, f_vel:f_vel + 2)**2) > fastest2 .or. ps(p, f_rate) > limits%rate
-            else
-              calls = abs(ps(p, f_temp) - ps(p, sim%scene%layout%rest)) > limits%heat
-            end if
-            if (calls) active(c(1), c(2), c(3)) = 1.0_rp
+            if (calls(p)) active(c(1), c(2), c(3)) = 1.0_rp
+            if (tag_rest(tag(p, b)) == awake) was_awake(c(1), c(2), c(3)) = 1.0_rp
           end do
         end associate
       end do
@@ -105,16 +124,22 @@ contains
   subroutine ask_tools(sim, is_active)
     type(simulation_t), intent(in) :: sim
     logical, intent(inout) :: is_active(:, :, :)
-    real(rp) :: d, x(3)
-    integer :: i, j, k, t
+    real(rp) :: lower(3), reach, size_of, upper(3), x(3)
+    integer :: first(3), i, j, k, last(3), t
 
-    do k = 1, size(is_active, 3)
-      do j = 1, size(is_active, 2)
-        do i = 1, size(is_active, 1)
-          x = sim%scene%grid%lower + sim%scene%grid%h*(edge*([i, j, k] - 0.5_rp) - 0.5_rp)
-          do t = 1, size(sim%tool)
-            d = sim%tool(t)%clearance(x) - sqrt(0.75_rp)*edge*sim%scene%grid%h
-            if (d < sim%scene%method%sleep%distance) is_active(i, j, k) = .true.
+    size_of = edge*sim%scene%grid%h
+    reach = sim%scene%method%sleep%distance + sqrt(0.75_rp)*size_of
+    do t = 1, size(sim%tool)
+      call sim%tool(t)%bounds(lower, upper)
+      lower = (lower - reach - sim%scene%grid%lower)/size_of
+      upper = (upper + reach - sim%scene%grid%lower)/size_of + 2.0_rp
+      first = int(min(max(lower, 1.0_rp), real(shape(is_active), rp)))
+      last = int(max(min(upper, real(shape(is_active), rp)), 1.0_rp))
+      do k = first(3), last(3)
+        do j = first(2), last(2)
+          do i = first(1), last(1)
+            x = sim%scene%grid%lower + sim%scene%grid%h*(edge*([i, j, k] - 0.5_rp) - 0.5_rp)
+            if (sim%tool(t)%clearance(x) < reach) is_active(i, j, k) = .true.
           end do
         end do
       end do

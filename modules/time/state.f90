@@ -202,13 +202,21 @@ module time_state
     procedure :: domain
   end type scene_t
 
+  !> What does not change while the same particles sleep in the same blocks.
+  type :: sleepers_t
+    real(rp) :: extent(6) = 0.0_rp           !! largest places, largest negative places [m]
+    logical, allocatable :: near_rim(:, :, :), near_any(:, :, :)   !! (z, y, x) nodes in reach of
+                                                                   !! the rim, of all at rest
+    logical, allocatable :: is_awake(:, :, :)   !! the cubes by which they were chosen
+  end type sleepers_t
+
   !> Time and what decides the next step; equal on all ranks, stored in checkpoints.
   type :: clock_t
     integer(i8) :: step = 0
     real(rp) :: time = 0.0_rp
     real(rp) :: dt = 0.0_rp
-    real(rp) :: travel = 0.0_rp          !! way of the fastest particle since the last sort [m]
-    integer(i8) :: sorted_at = -1        !! step of the last sort
+    integer(i8) :: sorted_at = -1        !! step in which particles last went to their ranks
+    real(rp) :: travel = 0.0_rp          !! way of the fastest particle since then [m]
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
     real(rp) :: heat_step = 0.0_rp       !! next implicit one [s]; 0: none was made yet
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
@@ -243,6 +251,7 @@ module time_state
     integer :: n_border = 0                  !! awake blocks that may touch shared nodes
     integer, allocatable :: turn(:)          !! (n_awake) those first, then the other awake blocks
     type(rim_t) :: rim
+    type(sleepers_t) :: sleepers
     integer(i8) :: awake_steps = 0           !! steps of awake particles on this rank in this run
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)
     type(patch_t) :: patch

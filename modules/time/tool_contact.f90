@@ -169,7 +169,7 @@ contains
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
-    real(rp) :: d, edge, first_d, near, reach, room, rate(nlane), strength(nlane)
+    real(rp) :: d(n), edge, gap, near, reach, room, rate(nlane), strength(nlane)
     real(rp) :: w(nlane, 18), x(3), zone
     integer :: before, first(nlane), i, p
     type(touch_t) :: touch
@@ -183,17 +183,18 @@ contains
     ! no particle moves faster than the nodes; a distance changes by no more than the way
     near = dt*sim%clock%max_speed + 0.01_rp*sim%patch%h + zone &
            + 0.5_rp*norm2(sim%scene%body(body)%spacing)
-    first_d = tool%clearance(ps(1, f_pos:f_pos + 2))
+    call tool%clearances(n, ps(1, f_pos), d)
     do p = 1, n
+      if (d(p) > near) cycle
       x = ps(p, f_pos:f_pos + 2)
-      if (first_d - norm2(x - ps(1, f_pos:f_pos + 2)) > near) cycle
-      call tool%distance(x, d, touch%normal, room)
-      if (d > near) cycle
+      call tool%distance(x, gap, touch%normal, room)
       if (before == sim%touching%n) call weights_of(sim, body, nf, ps, w, first)
       touch%block = b
       touch%lane = p
       touch%first = first(p)
-      touch%w = reshape(w(p, 1:9), [3, 3])
+      touch%w(:, 1) = w(p, 1:3)
+      touch%w(:, 2) = w(p, 4:6)
+      touch%w(:, 3) = w(p, 7:9)
       if (at_surface) touch%w = surface_weights(sim, body, touch%normal, p, nf, ps, w, first)
       touch%mass = sim%scene%method%mass_scaling*ps(p, f_mass)
       if (approaches(sim, tool, rigid, dt, edge, zone, sim%scene%body(body)%spacing, x, &

@@ -9,7 +9,8 @@ program test_particles
   use grid_geometry, only: box_t, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_partition, only: bisect
   use particles_migrate, only: find_outside, redistribute, wrap_positions
-  use particles_store, only: asleep, f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
+  use particles_sort, only: keep_none
+  use particles_store, only: asleep, awake, f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
     particles_t, set_rest, tag_faces, tag_id, tag_rest
   implicit none (type, external)
 
@@ -108,6 +109,7 @@ contains
     real(rp), allocatable :: weight(:)
     real(rp) :: extent(3)
     integer :: mine, round
+    logical :: stays
 
     grid = make_grid(0.5_rp, [0.0_rp, 0.0_rp, 0.0_rp], [15.0_rp, 8.0_rp, 6.0_rp])
     extent = part*0.5_rp*(grid%n - 1)
@@ -117,12 +119,14 @@ contains
       call random_loads(grid, 1.0_rp/round, 300, nodes, weight)
       call bisect(world, grid, nodes, weight, boxes)
       patch = make_patch(grid, boxes(world%rank))
-      call redistribute(world, grid, patch, boxes, nbody, particles%nblk, particles)
+      call redistribute(world, grid, patch, boxes, nbody, particles%nblk, keep_none, .true., particles, stays)
       call expect_kept(particles, mine, extent)
       call expect_sorted(particles, grid, patch)
       call expect_neutral(particles)
-      call redistribute(world, grid, patch, boxes, nbody, particles%nblk, particles)   ! nothing to do
-      call expect_kept(particles, mine, extent)
+      call redistribute(world, grid, patch, boxes, nbody, particles%nblk, &
+                        merge(keep_none, awake, round == 1), .false., particles, stays)
+      call expect_kept(particles, mine, extent)     ! nothing to do
+      call expect_sorted(particles, grid, patch)
     end do
     call particles%free()
   end subroutine test_redistribute
@@ -139,6 +143,7 @@ contains
     real(rp), allocatable :: weight(:)
     real(rp) :: extent(3)
     integer :: b, n_awake, p
+    logical :: stays
 
     grid = make_grid(0.5_rp, [0.0_rp, 0.0_rp, 0.0_rp], [15.0_rp, 8.0_rp, 6.0_rp])
     extent = 0.5_rp*(grid%n - 1)
@@ -152,7 +157,7 @@ contains
     call random_loads(grid, 1.0_rp, 300, nodes, weight)
     call bisect(world, grid, nodes, weight, boxes)
     patch = make_patch(grid, boxes(world%rank))
-    call redistribute(world, grid, patch, boxes, nbody, whole%nblk, whole)
+    call redistribute(world, grid, patch, boxes, nbody, whole%nblk, keep_none, .true., whole, stays)
     n_awake = 0
     do b = 1, whole%nblk
       if (tag_rest(whole%tag(1, b)) == asleep) cycle
@@ -170,8 +175,8 @@ contains
     some%tag(:, :b) = whole%tag(:, :b)
     some%count(:b) = whole%count(:b)
     some%body(:b) = whole%body(:b)
-    call redistribute(world, grid, patch, boxes, nbody, whole%nblk, whole)
-    call redistribute(world, grid, patch, boxes, nbody, n_awake, some)
+    call redistribute(world, grid, patch, boxes, nbody, whole%nblk, keep_none, .true., whole, stays)
+    call redistribute(world, grid, patch, boxes, nbody, n_awake, keep_none, .true., some, stays)
     b = whole%nblk
     call expect('blocks with sleepers', some%nblk == b)
     call expect('particles of each block', all(some%count(:b) == whole%count(:b)) &
@@ -179,9 +184,78 @@ contains
     call expect('order with sleepers', all(some%tag(:, :b) == whole%tag(:, :b)))
     call expect('fields with sleepers', all(abs(some%ps(:, :, :b) - whole%ps(:, :, :b)) <= 0.0_rp))
     call expect_neutral(some)
+    do b = awake, asleep
+      call random_rest(some, 0.02_rp)
+      call redistribute(world, grid, patch, boxes, nbody, some%nblk, b, .true., some, stays)
+      call expect_neutral(some)
+      call expect_classes(some, whole)
+    end do
     call whole%free()
     call some%free()
   end subroutine test_with_sleepers
+
+  !> A `part` of the particles wakes or falls asleep; all others stay as they are.
+  subroutine random_rest(particles, part)
+    type(particles_t), intent(inout) :: particles
+    real(rp), intent(in) :: part
+    real(rp) :: u(2)
+    integer :: b, p
+
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        call random_number(u)
+        if (u(1) < part) particles%tag(p, b) = set_rest(particles%tag(p, b), int(3.0_rp*u(2)))
+      end do
+    end do
+  end subroutine random_rest
+
+  !> Blocks are of one body and one rest, in their order and full but for the last of a kind, and hold
+  !> all particles of `old` with their fields.
+  subroutine expect_classes(particles, old)
+    type(particles_t), intent(in) :: particles, old
+    integer(i8) :: sums(4)
+    integer :: b, class, last, n
+    logical :: full, ordered, uniform
+
+    full = .true.
+    ordered = .true.
+    uniform = .true.
+    last = 0
+    do b = 1, particles%nblk
+      n = particles%count(b)
+      class = particles%body(b) + nbody*tag_rest(particles%tag(1, b))
+      uniform = uniform .and. all(tag_rest(particles%tag(:n, b)) == tag_rest(particles%tag(1, b)))
+      ordered = ordered .and. class >= last
+      if (class == last) full = full .and. particles%count(b - 1) == nlane
+      last = class
+    end do
+    sums(1:2) = checksum(particles)
+    sums(3:4) = checksum(old)
+    call world%sum(sums)
+    call expect('blocks of one rest', uniform)
+    call expect('rest by rest', ordered)
+    call expect('full blocks', full)
+    call expect('particles with their fields', all(sums(1:2) == sums(3:4)))
+  end subroutine expect_classes
+
+  !> Sums over all particles of identities, and of identities times the bits of their fields.
+  function checksum(particles) result(sums)
+    type(particles_t), intent(in) :: particles
+    integer(i8) :: sums(2)
+    integer :: b, f, p
+
+    sums = 0_i8
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        associate (id => modulo(tag_id(particles%tag(p, b)), 100003_i8))
+          sums(1) = sums(1) + id
+          do f = 1, nf
+            sums(2) = sums(2) + id*modulo(transfer(particles%ps(p, f, b), 0_i8), 1000003_i8)
+          end do
+        end associate
+      end do
+    end do
+  end function checksum
 
   !> All identities are there once, and every particle carries its own fields, to the bit.
   subroutine expect_kept(particles, mine, extent)
@@ -287,18 +361,18 @@ contains
 
     grid = make_grid(0.5_rp, [0.0_rp, 0.0_rp, 0.0_rp], [15.0_rp, 8.0_rp, 6.0_rp])
     call make_particles(particles, 200, [15.0_rp, 8.0_rp, 6.0_rp])
-    call expect_equal('all inside', find_outside(grid, particles), '')
+    call expect_equal('all inside', find_outside(grid, particles%nblk, particles), '')
     b = particles%nblk
     particles%tag(2, b) = make_tag(4711_i8, 63)
     particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 8.25_rp, 2.0_rp]
-    message = find_outside(grid, particles)
+    message = find_outside(grid, particles%nblk, particles)
     call expect('the particle outside is named', index(message, 'particle 4711 left the grid') == 1)
     call expect('its place is named', index(message, '(1, 8.25, 2) m') > 0)
     particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 8.0_rp, 2.0_rp]
-    call expect_equal('the border is inside', find_outside(grid, particles), '')
+    call expect_equal('the border is inside', find_outside(grid, particles%nblk, particles), '')
     call ieee_set_halting_mode(ieee_invalid, .false.)   ! a debug build traps
     particles%ps(2, f_pos, b) = ieee_value(1.0_rp, ieee_quiet_nan)
-    message = find_outside(grid, particles)
+    message = find_outside(grid, particles%nblk, particles)
     call ieee_set_flag(ieee_invalid, .false.)
     call expect('a particle that is not a number is named', index(message, 'particle 4711 ') == 1)
     call test_periodic_side(particles, b)
@@ -315,9 +389,9 @@ contains
                      [.false., .true., .false.])
     particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 9.125_rp, 2.0_rp]
     call expect('too far through a periodic side', &
-                index(find_outside(grid, particles), 'particle 4711 left the grid') == 1)
+                index(find_outside(grid, particles%nblk, particles), 'particle 4711 left the grid') == 1)
     particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 8.75_rp, 2.0_rp]
-    call expect_equal('just through a periodic side', find_outside(grid, particles), '')
+    call expect_equal('just through a periodic side', find_outside(grid, particles%nblk, particles), '')
     call wrap_positions(grid, particles)
     call expect('wrapped', all(particles%ps(2, f_pos:f_pos + 2, b) == [1.0_rp, 0.75_rp, 2.0_rp]))
   end subroutine test_periodic_side
