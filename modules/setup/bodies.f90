@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Fills bodies with particles on a regular lattice; each rank makes a slab of every body.
+!> Fills bodies with particles on a lattice; each rank makes a slab of every body.
 module setup_bodies
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
@@ -8,27 +8,13 @@ module setup_bodies
                              particles_t
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
-  use setup_solids, only: bounds, is_inside, read_solid, reference, solid_t
+  use setup_lattice, only: lattice_of, lattice_t
+  use setup_solids, only: is_inside, read_solid, solid_t
   use time_state, only: body_t, load_t, probes_t, scene_t, start_t
   implicit none (type, external)
   private
 
-  public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes, lattice_corner
-
-  !> Lattice of one body: spacing, first point, numbers along the axes; or, around `axis`, numbers
-  !> of rings (from the outermost, inside `radius`), of points on a ring at most, along the axis.
-  type :: lattice_t
-    real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
-    integer :: n(3) = 0
-    integer :: axis = 0                        !! 0: straight rows
-    real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
-  contains
-    procedure :: on_ring
-    procedure :: point
-    procedure :: share
-  end type lattice_t
-
-  real(rp), parameter :: turn = 2.0_rp*acos(-1.0_rp)
+  public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes
 
 contains
 
@@ -55,92 +41,6 @@ contains
     end do
   end subroutine body_solids
 
-  !> Lattice points, `spacing` apart, that cover all added solids.
-  pure type(lattice_t) function lattice_of(scene, body, solids)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: body
-    type(solid_t), intent(in) :: solids(:)
-    real(rp) :: low(3), high(3), lower(3), upper(3), corner(3)
-    integer :: i, first(3)
-
-    low = huge(1.0_rp)
-    high = -huge(1.0_rp)
-    do i = 1, size(solids)
-      if (.not. solids(i)%adds) cycle
-      call bounds(solids(i), lower, upper)
-      low = min(low, lower)
-      high = max(high, upper)
-    end do
-    lattice_of%spacing = scene%body(body)%spacing
-    if (any(high < low)) return
-    corner = lattice_corner(scene, body, solids)
-    first = floor((low - corner)/lattice_of%spacing + 1.0e-6_rp)
-    lattice_of%origin = corner + lattice_of%spacing*(real(first, rp) + 0.5_rp)
-    lattice_of%n = ceiling((high - lattice_of%origin)/lattice_of%spacing) + 1
-    if (.not. scene%body(body)%is_round) return
-    associate (first_solid => solids(findloc(solids%adds, .true., 1)), s => lattice_of%spacing)
-      lattice_of%axis = first_solid%axis
-      lattice_of%centre = first_solid%centre
-      lattice_of%radius = first_solid%radius
-      lattice_of%n = [int(first_solid%radius/minval(s) + 1.0e-6_rp), &
-                      nint(turn*first_solid%radius/minval(s)), lattice_of%n(first_solid%axis)]
-    end associate
-  end function lattice_of
-
-  !> Points on ring `i` from 0 on; all rows of a straight lattice have the same number.
-  pure integer function on_ring(self, i)
-    class(lattice_t), intent(in) :: self
-    integer, intent(in) :: i
-
-    on_ring = self%n(2)
-    if (self%axis > 0) on_ring = max(1, nint(turn*ring_radius(self, i)/minval(self%spacing)))
-  end function on_ring
-
-  pure real(rp) function ring_radius(self, i)
-    class(lattice_t), intent(in) :: self
-    integer, intent(in) :: i
-
-    ring_radius = self%radius - (i + 0.5_rp)*minval(self%spacing)
-  end function ring_radius
-
-  !> Place of a point, its numbers from 0 on [m].
-  pure function point(self, i, j, k) result(x)
-    class(lattice_t), intent(in) :: self
-    integer, intent(in) :: i, j, k
-    real(rp) :: x(3), phi
-    integer :: a, b
-
-    x = self%origin + self%spacing*[i, j, k]
-    if (self%axis == 0) return
-    a = mod(self%axis, 3) + 1
-    b = mod(a, 3) + 1
-    phi = turn*(j + 0.5_rp)/self%on_ring(i)
-    x = self%centre
-    x(a) = x(a) + ring_radius(self, i)*cos(phi)
-    x(b) = x(b) + ring_radius(self, i)*sin(phi)
-    x(self%axis) = self%origin(self%axis) + self%spacing(self%axis)*k
-  end function point
-
-  !> Volume of a point of row or ring `i` over the product of the spacings.
-  pure real(rp) function share(self, i)
-    class(lattice_t), intent(in) :: self
-    integer, intent(in) :: i
-
-    share = 1.0_rp
-    if (self%axis > 0) share = turn*ring_radius(self, i)/(minval(self%spacing)*self%on_ring(i))
-  end function share
-
-  !> A corner between points of a body's lattice [m].
-  pure function lattice_corner(scene, body, solids) result(corner)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: body
-    type(solid_t), intent(in) :: solids(:)
-    real(rp) :: corner(3)
-
-    corner = scene%grid%lower
-    if (scene%body(body)%own_lattice) corner = reference(solids(findloc(solids%adds, .true., 1)))
-  end function lattice_corner
-
   !> Make this rank's share of all particles: planes of the lattices dealt out in turn.
   subroutine fill_bodies(world, input, scene, particles)
     type(world_t), intent(in) :: world
@@ -156,7 +56,7 @@ contains
     offset = 0
     do body = 1, size(scene%body)
       call body_solids(input, body, solids)
-      lattice = lattice_of(scene, body, solids)
+      lattice = lattice_of(scene, scene%body(body), solids)
       first = int(int(lattice%n(1), i8)*world%rank/world%size)
       last = int(int(lattice%n(1), i8)*(world%rank + 1)/world%size) - 1
       do i = first, last
@@ -183,16 +83,16 @@ contains
                + rotation(input%reals('BODY', body, 'ANGULAR_VELOCITY', 3))
     centre = input%reals('BODY', body, 'CENTRE', 3)
     temperature = input%real('BODY', body, 'TEMPERATURE')
-    mass = particle_mass(scene, scene%body(body))*lattice%share(i)
+    mass = particle_mass(scene, scene%body(body))
     do j = 0, lattice%on_ring(i) - 1
       do k = 0, lattice%n(3) - 1
         x = lattice%point(i, j, k)
         if (.not. is_inside(solids, x)) cycle
         faces = 0
-        if (lattice%axis == 0) faces = open_faces(scene%grid, solids, x, lattice%spacing)
+        if (lattice%is_straight()) faces = open_faces(scene%grid, solids, x, lattice%spacing)
         id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
         call add_particle(particles, body, scene%body(body)%start, x, &
-                          velocity + matmul(gradient, x - centre), temperature, mass, &
+                          velocity + matmul(gradient, x - centre), temperature, mass*lattice%share(i, j), &
                           make_tag(id, faces))
         call add_extras(scene, body, gradient, particles)
       end do
@@ -305,7 +205,7 @@ contains
     counts = 0
     do body = 1, size(scene%body)
       call body_solids(input, body, solids)
-      lattice = lattice_of(scene, body, solids)
+      lattice = lattice_of(scene, scene%body(body), solids)
       do i = world%rank, lattice%n(1) - 1, world%size
         do j = 0, lattice%on_ring(i) - 1
           do k = 0, lattice%n(3) - 1

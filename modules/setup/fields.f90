@@ -10,9 +10,10 @@ module setup_fields
   use fields_waves, only: waves_t
   use particles_store, only: f_pos, f_vel
   use physics_material, only: material_t
-  use setup_bodies, only: body_solids, lattice_corner
+  use setup_bodies, only: body_solids
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
+  use setup_lattice, only: lattice_corner
   use setup_names, only: find, known
   use setup_solids, only: solid_t
   use time_state, only: scene_t, simulation_t
@@ -247,7 +248,7 @@ contains
       noise%takes_part = axes_of(input, i)
       noise%seed = input%integer('FIELD', i, 'SEED')
       call body_solids(input, body, solids)
-      noise%corner = lattice_corner(sim%scene, body, solids)
+      noise%corner = lattice_corner(sim%scene, sim%scene%body(body), solids)
       noise%spacing = sim%scene%body(body)%spacing
       do b = 1, sim%particles%nblk
         if (sim%particles%body(b) /= body) cycle

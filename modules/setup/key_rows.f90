@@ -138,7 +138,7 @@ contains
       'particles per cell and direction: one number, or one for each axis')
     call t%key('LATTICE', 'choice', 1, '', 'body', 'body grid round', &
       'anchor of the lattice of particles: lower corner or centre of the first shape, or lower '// &
-      'corner of the grid; round: rings that follow the first shape, a cylinder')
+      'corner of the grid; round: rings or shells that follow the first shape, a cylinder or sphere')
     call t%key('TEMPERATURE', 'real', 1, 'K', '298', '(0,inf)', 'initial temperature')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'initial velocity')
     call t%key('ANGULAR_VELOCITY', 'real', 3, 'rad/s', '0 0 0', '', &

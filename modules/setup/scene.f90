@@ -202,7 +202,7 @@ contains
     end if
   end subroutine read_grid
 
-  !> Rings of particles need a cylinder to follow, and have no lattice faces and equal masses.
+  !> Rings and shells of particles need a surface to follow, and have no lattice faces and equal masses.
   subroutine check_round(input, body, complaints)
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
@@ -212,8 +212,9 @@ contains
 
     do i = 1, input%count('SHAPE')
       if (input%text('SHAPE', i, 'BODY') /= input%text('BODY', body, 'NAME')) cycle
-      if (input%text('SHAPE', i, 'KIND') /= 'cylinder') call input%complain(complaints, 'BODY', &
-        body, 'LATTICE', 'round: the first &SHAPE of the body must be a cylinder')
+      if (all(input%text('SHAPE', i, 'KIND') /= ['cylinder', 'sphere  '])) &
+        call input%complain(complaints, 'BODY', body, 'LATTICE', &
+                            'round: the first &SHAPE of the body must be a cylinder or a sphere')
       exit
     end do
     do g = 1, size(groups)

@@ -365,9 +365,30 @@ def test_round_lattice(run, ranks):
     assert np.unique(state.number).size == state.number.size
 
 
+@pytest.mark.parametrize("ranks", [None, 3])
+def test_shells(run, ranks, tmp_path):
+    """Exact: 6 shells of a sphere, all half a spacing and more below its surface, with its mass and its moments of inertia
+    about all axes, m 2/5 (b^5 - a^5)/(b^3 - a^3), to 1 %."""
+    path = spoiled(tmp_path, "annulus", ("KIND = 'cylinder', RADIUS = 13e-3, LENGTH = 2e-3", "KIND = 'sphere', RADIUS = 6e-3"),
+                   ("KIND = 'cylinder', RADIUS = 3e-3, LENGTH = 1", "KIND = 'sphere', RADIUS = 3e-3"),
+                   ("-15e-3, 0, UPPER = 15e-3, 15e-3, 2e-3", "-15e-3, -15e-3, UPPER = 15e-3, 15e-3, 15e-3"))
+    state = run(path, "--quiet", ranks=ranks).results(path.stem).checkpoint()
+    s = 0.5e-3
+    x = state.x - [0, 0, 1e-3]
+    shells = np.linalg.norm(x, axis=1) / s + 0.5
+    assert np.abs(shells - np.round(shells)).max() < 1e-6 and np.unique(np.round(shells)).tolist() == [7, 8, 9, 10, 11, 12]
+    outer, inner = 6e-3, (shells.min() - 1.0) * s
+    mass = 1000.0 * 4.0 / 3.0 * np.pi * (outer**3 - inner**3)
+    assert state.mass.sum() == pytest.approx(mass, rel=1e-12)
+    for a in range(3):
+        inertia = state.mass @ ((x**2).sum(axis=1) - x[:, a] ** 2)
+        assert inertia == pytest.approx(0.4 * mass * (outer**5 - inner**5) / (outer**3 - inner**3), rel=0.01)
+    assert np.unique(state.number).size == state.number.size
+
+
 def test_round_lattice_needs_a_cylinder(run, tmp_path):
     """Rings around nothing, and a load that would be shared by equal masses, are refused together."""
-    path = spoiled(tmp_path, "annulus", ("KIND = 'cylinder', RADIUS = 13e-3, LENGTH = 2e-3", "KIND = 'sphere', RADIUS = 13e-3"),
+    path = spoiled(tmp_path, "annulus", ("KIND = 'cylinder', RADIUS = 13e-3, LENGTH = 2e-3", "UPPER = 13e-3, 13e-3, 2e-3"),
                    ("&OUTPUT", "&LOAD BODY = 'ring', FORCE = 0, 0, 1 /\n&OUTPUT"))
     done = run(path, "--quiet", expect=driver.BAD_INPUT)
-    assert "must be a cylinder" in done.err and "cannot have a &LOAD" in done.err
+    assert "must be a cylinder or a sphere" in done.err and "cannot have a &LOAD" in done.err
