@@ -189,9 +189,11 @@ def prandtl(shear):
 
 
 def circular_punch(shear, rough=False):
-    """The same under a circular punch: 5.69 k smooth, 6.05 k rough (Shield 1955; Cox, Eason, Hopkins 1961;
-    Eason, Shield 1960). Tresca material: for Mises with k = sigma/sqrt(3) the same to about 1 %."""
-    return (6.05 if rough else 5.69) * shear
+    """The same under a circular punch, for Mises with k = sigma/sqrt(3): 5.224 k smooth (+- 0.2 %), 5.53 k rough
+    (+- 0.4 %), computed by limit_punch.py, 3.016 and 3.19 sigma. Tresca with k = sigma/2: 5.69 k and 6.05 k (Shield 1955;
+    Eason, Shield 1960), 2.845 sigma: Mises is 6 % above it. (Its yield surface lies outside that of Tresca with the same
+    sigma and inside that with the same k, so that 4.93 k and 5.69 k bound it.)"""
+    return (5.525 if rough else 5.224) * shear
 
 
 # --------------------------------------------------------------------------------- plastic flow

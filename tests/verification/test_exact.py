@@ -4,6 +4,7 @@
 import math
 
 import exact
+import limit_punch
 import numpy as np
 import pytest
 from pytest import approx
@@ -155,3 +156,12 @@ def test_half_space_flux_is_the_integral_of_the_step():
     x = np.linspace(0.0, 0.05, 20001)
     rise = exact.half_space_flux(x, 1.0, 1e5, 167.0, 6.9e-5)
     assert exact.trapezoid(rise, x) * 167.0 / 6.9e-5 == approx(1e5, rel=1e-5)
+
+
+def test_punches():
+    """The limit loads of coarse finite elements lie above what is exact: a tube by less than 0.1 %, a punch in plane strain
+    (2 + pi) and a round one 5.224 k by less than 2 %."""
+    assert limit_punch.tube(6) == approx(2.0 * math.log(2.0), rel=1e-3)
+    for wanted, block in ((exact.prandtl(1.0), (False, 6.0, 4.0)), (exact.circular_punch(1.0), (True, 4.0, 3.0))):
+        found = limit_punch.punch(8, *block)[0]
+        assert wanted < found < 1.02 * wanted

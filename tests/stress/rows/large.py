@@ -81,7 +81,8 @@ class Crush(Row):
 
 
 class CrushRigid(Row):
-    """Crushed to a fifth by a rigid body made of particles, and released."""
+    """Crushed to a fifth by a rigid body made of particles, and released. 20 cells; with 10 the mean J of B-splines
+    without F-bar is 0.213 (0.207 with 20)."""
 
     name = "crush_rigid"
     text = "column crushed to J = 0.2 by a rigid plate of particles, and back: mean J there, least >= 0.1, books, no energy gained"
@@ -94,10 +95,13 @@ class CrushRigid(Row):
 
     def cases(self, quick):
         names = ("ugimp", "bspline") if quick else self.variants
-        return {name: {"sets": self.variants[name]} for name in names}
+        return {name: {"sets": self.variants[name], "n": 10 if quick else 20} for name in names}
 
-    def measure(self, place, ranks, sets):
-        sets = {"METHOD.SHAPE": "ugimp", "METHOD.FBAR": "T"} | sets | box(CELL, (0, 0, -1), (1, 1, 15), (0, 0, -SHIFT[2]))
+    def measure(self, place, ranks, sets, n):
+        cell = 10e-3 / n
+        sets = {"METHOD.SHAPE": "ugimp", "METHOD.FBAR": "T", "SHAPE(1).UPPER": values(cell, cell, 10e-3),
+                "SHAPE(2).UPPER": values(cell, cell, 12e-3)} | sets
+        sets |= box(cell, (0, 0, -1), (1, 1, 3 * n // 2), (0, 0, -SHIFT[2]))
         half = {"TIME.END": 1.65e-4, "OUTPUT.CHECKPOINT_INTERVAL": 1.65e-4}
         crushed = self.run(place, ranks, sets | half, "--quiet")[1].checkpoint()
         _, results = self.run(place, ranks, sets, "--quiet")
@@ -106,7 +110,7 @@ class CrushRigid(Row):
         work = history["tool_work[J]"].max()
         return [finite(history), Check("mean J crushed", least.mean(), at_least=0.19, at_most=0.21),
                 Check("least J crushed", least.min(), at_least=0.1),
-                Check("particles", float((state.body == 1).sum()), 80, 80),
+                Check("particles", float((state.body == 1).sum()), 8 * n, 8 * n),
                 Check("pull of the plate [N]", -history["plate_force_z[N]"].min(), at_most=0.0),
                 Check("audit error [%]", np.abs(history["audit_error[%]"]).max(), at_most=2.0),
                 Check("energy gain", -history["numerical_loss[J]"].min() / work, at_most=1e-3)]

@@ -66,7 +66,7 @@ class CirclePunch(PlanePunch):
     """The same with a round punch."""
 
     name = "punch_circle"
-    norm = "mean pressure from 7 to 10 % of the radius deep, off by, over 5.69 k"
+    norm = "mean pressure from 7 to 10 % of the radius deep, off by, over 5.224 k"
     limit = exact.circular_punch(1.0)
     resolutions = (4, 6)
     fine = (8,)
