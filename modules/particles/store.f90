@@ -33,6 +33,7 @@ module particles_store
     integer :: law = 1          !! internal variables of the flow law, n_law
     integer :: n_law = 0
     integer :: rest = 0         !! temperature at which it fell asleep [K] (sleeping)
+    integer :: cover = 0        !! of half a spacing, what is left between centre and surface (tools)
   contains
     procedure :: add => add_fields
   end type layout_t

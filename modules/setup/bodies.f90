@@ -179,10 +179,11 @@ contains
 
     associate (ps => particles%ps(particles%count(particles%nblk), :, particles%nblk), &
                half => scene%layout%half, affine => scene%layout%affine, &
-               origin => scene%layout%origin, law => scene%layout%law, &
+               cover => scene%layout%cover, origin => scene%layout%origin, law => scene%layout%law, &
                material => scene%material(scene%body(body)%material))
       if (half > 0) ps(half:half + 2) = scene%domain(body)
       if (affine > 0) ps(affine:affine + 8) = reshape(transpose(gradient), [9])
+      if (cover > 0) ps(cover) = 1.0_rp
       if (origin > 0) ps(origin:origin + 2) = ps(f_pos:f_pos + 2)
       if (allocated(material%flow)) then
         allocate (state(material%flow%n_state))

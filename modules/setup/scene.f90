@@ -145,6 +145,7 @@ contains
       if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
       if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
       if (tractions_have_boxes(input)) call layout%add(3, layout%origin)
+      if (input%count('TOOL') > 0) call layout%add(1, layout%cover)
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
         call input%complain(complaints, 'METHOD', 1, 'SCHEME', &

@@ -62,12 +62,13 @@ contains
     w = face_weights(d, side, half(a), reach, layers, spacing)
   end function weights_across
 
-  !> Weights of three nodes on each axis at the point where the surface of particle `p` is touched, half
-  !> its spacing against the `normal`: between those of its centre and those of its faces.
-  pure function surface_weights(sim, body, normal, p, nf, ps, w, first) result(at)
+  !> Weights of three nodes on each axis at the point where the surface of particle `p` is touched, the
+  !> part `cover` of half its spacing against the `normal`: between those of its centre and of its faces.
+  pure function surface_weights(sim, body, normal, cover, p, nf, ps, w, first) result(at)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, p, nf, first(nlane)
     real(rp), intent(in) :: normal(3)           !! of length 1, out of what touches
+    real(rp), intent(in) :: cover
     real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
     real(rp) :: at(3, 3), part
     integer :: a, side
@@ -75,7 +76,7 @@ contains
     associate (spacing => sim%scene%body(body)%spacing)
       do a = 1, 3
         at(:, a) = w(p, 3*a - 2:3*a)
-        part = min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
+        part = cover*min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
         if (part <= 0.0_rp) cycle
         side = merge(-1, 1, normal(a) > 0.0_rp)
         at(:, a) = at(:, a) + part*(weights_across(sim, body, a, side, p, nf, ps, first(p)) &

@@ -11,7 +11,7 @@ module time_mirrors
   implicit none (type, external)
   private
 
-  public :: list_mirrors, split_mirrors, fold, unfold, book_impulse, book_heat
+  public :: list_mirrors, split_mirrors, narrow_mirrors, fold, unfold, book_impulse, book_heat
 
   ! Parts of a fold (time_overlap).
   integer, parameter, public :: early = 1, late = 2
@@ -84,6 +84,32 @@ contains
       call put_first(marked(m%plane(1, :)), m%plane)
     end associate
   end subroutine split_mirrors
+
+  !> Put all mirrors aside and go on with those of nodes in use.
+  subroutine narrow_mirrors(sim)
+    type(simulation_t), intent(inout) :: sim
+    logical :: used(sim%patch%nn)
+    logical, allocatable :: keep(:)
+    integer :: i, r
+
+    used = .false.
+    do r = 1, sim%n_runs
+      used(sim%run(1, r):sim%run(2, r)) = .true.
+    end do
+    sim%resting_mirrors = sim%mirrors
+    associate (m => sim%mirrors, all => sim%resting_mirrors)
+      keep = used(all%pair(1, :)) .or. used(all%pair(2, :))
+      m%early_pairs = count(keep(:all%early_pairs))
+      m%n_pairs = count(keep)
+      m%pair = all%pair(:, pack([(i, i=1, all%n_pairs)], keep))
+      keep = used(all%plane(1, :))
+      m%early_planes = count(keep(:all%early_planes))
+      m%n_planes = count(keep)
+      m%plane = all%plane(:, pack([(i, i=1, all%n_planes)], keep))
+      deallocate (m%own)
+      allocate (m%own(m%n_pairs, sim%n_groups), source=0.0_rp)
+    end associate
+  end subroutine narrow_mirrors
 
   !> Columns of `list` with `is_first` before the others, else in the old order.
   pure subroutine put_first(is_first, list)

@@ -10,7 +10,7 @@ module time_regrid
   use time_balance, only: note_balance, rebalance
   use time_clamp_list, only: list_clamps
   use time_mass_scaling, only: adapt_mass
-  use time_mirrors, only: list_mirrors
+  use time_mirrors, only: list_mirrors, narrow_mirrors
   use time_nodes, only: append, clear_nodes
   use time_overlap, only: list_turns, mark_border
   use time_probes, only: claim_probes, share_probes
@@ -91,6 +91,7 @@ contains
       call move_alloc(sim%run, sim%resting)
       sim%n_resting = sim%n_runs
       call list_runs(sim, near .or. sim%sleepers%near_rim, sim%n_mapped < sim%particles%nblk)
+      call narrow_mirrors(sim)
     end if
     call claim_probes(sim%scene%grid, sim%patch, sim%probes)
   end subroutine relist

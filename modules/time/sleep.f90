@@ -9,7 +9,7 @@ module time_sleep
   use grid_geometry, only: nearest_node
   use particles_store, only: asleep, awake, f_pos, f_rate, f_temp, f_vel, rim, set_rest, &
                              tag_rest
-  use time_state, only: simulation_t
+  use time_state, only: mirrors_t, simulation_t
   implicit none (type, external)
   private
 
@@ -196,10 +196,14 @@ contains
   !> the other nodes must be 0 then.
   subroutine swap_lists(sim)
     type(simulation_t), intent(inout) :: sim
+    type(mirrors_t) :: mirrors
     integer, allocatable :: list(:, :)
     integer :: n
 
     if (.not. sim%scene%method%sleep%is_on) return
+    mirrors = sim%mirrors
+    sim%mirrors = sim%resting_mirrors
+    sim%resting_mirrors = mirrors
     n = sim%n_runs
     sim%n_runs = sim%n_resting
     sim%n_resting = n

@@ -274,6 +274,7 @@ module time_state
     integer, allocatable :: run(:, :)        !! (3, n) first node, last node, 1 if owned
     integer :: n_resting = 0                 !! the same for all particles, while some sleep: of
     integer, allocatable :: resting(:, :)    !! the steps while the other list conducts, and back
+    type(mirrors_t) :: resting_mirrors       !! likewise
     logical, allocatable :: is_held(:)       !! (nn) node held by a clamp or wall, or behind one
     integer :: n_fixed = 0
     integer, allocatable :: fixed(:, :)      !! (3, n) node, constraint, 1 if owned

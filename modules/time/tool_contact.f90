@@ -32,6 +32,7 @@ module time_tool_contact
   use time_nodes, only: least_mass
   use time_state, only: scheme_usl, simulation_t
   use time_touch_books, only: book_tool, give_heat
+  use time_touch_surface, only: flatten, velocity_at
   use time_touch_walls, only: book_walls, fold_entries, note_held, unfold_entries
   use time_touching, only: n_values, touch_t, v_coulomb, v_hold, v_push, v_shear
   use time_weights, only: weights_of
@@ -89,6 +90,7 @@ contains
     call share_entries(world, sim, n_values, sim%touching%values)
     call push_nodes(sim, g)
     call unfold(sim, r_velocity, g)
+    call flatten(sim, dt, g)
     call book_tool(sim, rigid, sim%tool(k), g)
     call give_heat(sim, sim%tool(k)%heat_share)
   end subroutine touch_group
@@ -169,7 +171,7 @@ contains
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
-    real(rp) :: d(n), edge, gap, near, reach, room, rate(nlane), strength(nlane)
+    real(rp) :: cover, d(n), edge, gap, near, reach, room, rate(nlane), strength(nlane)
     real(rp) :: w(nlane, 18), x(3), zone
     integer :: before, first(nlane), i, p
     type(touch_t) :: touch
@@ -192,13 +194,17 @@ contains
       touch%block = b
       touch%lane = p
       touch%first = first(p)
-      touch%w(:, 1) = w(p, 1:3)
-      touch%w(:, 2) = w(p, 4:6)
-      touch%w(:, 3) = w(p, 7:9)
-      if (at_surface) touch%w = surface_weights(sim, body, touch%normal, p, nf, ps, w, first)
+      touch%inner(:, 1) = w(p, 1:3)
+      touch%inner(:, 2) = w(p, 4:6)
+      touch%inner(:, 3) = w(p, 7:9)
+      touch%w = touch%inner
+      cover = ps(p, sim%scene%layout%cover)
+      touch%half = 0.5_rp*cover*norm2(touch%normal*sim%scene%body(body)%spacing)
+      if (at_surface) touch%w = surface_weights(sim, body, touch%normal, cover, p, nf, ps, w, first)
       touch%mass = sim%scene%method%mass_scaling*ps(p, f_mass)
-      if (approaches(sim, tool, rigid, dt, edge, zone, sim%scene%body(body)%spacing, x, &
-                     velocity_at(sim, touch, g), touch)) call sim%touching%add_touch(touch)
+      if (approaches(sim, tool, rigid, dt, edge, zone, x, &
+                     velocity_at(sim, touch%first, touch%w, g), touch)) &
+        call sim%touching%add_touch(touch)
     end do
     if (sim%touching%n == before) return
     rate = 1.0_rp
@@ -249,42 +255,22 @@ contains
     touch%friction = mu(touch%lane)
   end subroutine look_up_friction
 
-  !> Velocity of the nodes at the surface of a particle [m/s].
-  pure function velocity_at(sim, touch, g) result(v)
-    type(simulation_t), intent(in) :: sim
-    type(touch_t), intent(in) :: touch
-    real(rp), intent(in) :: g(8, sim%patch%nn)
-    real(rp) :: v(3)
-    integer :: i, j, k, q
-
-    v = 0.0_rp
-    do i = 1, 3
-      do j = 1, 3
-        q = touch%first + (i - 1)*sim%patch%stride(1) + (j - 1)*sim%patch%stride(2) - 1
-        do k = 1, 3
-          v = v + touch%w(i, 1)*touch%w(j, 2)*touch%w(k, 3)*g(1:3, q + k)
-        end do
-      end do
-    end do
-  end function velocity_at
-
   !> Whether the surface of the particle at `x`, with velocity `v`, would be inside the tool at the end
   !> of the step or comes too fast through the soft zone; how fast it is to be, and its slip.
-  logical function approaches(sim, tool, rigid, dt, edge, zone, spacing, x, v, touch)
+  logical function approaches(sim, tool, rigid, dt, edge, zone, x, v, touch)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, edge, zone, spacing(3), x(3), v(3)
+    real(rp), intent(in) :: dt, edge, zone, x(3), v(3)
     type(touch_t), intent(inout) :: touch
-    real(rp) :: gap, half, room
+    real(rp) :: gap, room
 
     call tool%distance(x + dt*v, gap, touch%normal, room)
-    half = 0.5_rp*norm2(touch%normal*spacing)
-    gap = gap - half
+    gap = gap - touch%half
     approaches = gap < zone
     if (.not. approaches) return
     call meet(dt, sim%clock%dt, zone, gap, touch%normal, &
-              v - rigid%velocity_at(x - half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
+              v - rigid%velocity_at(x - touch%half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
     touch%friction = tool%friction
     approaches = touch%closing > 0.0_rp
     if (room < edge) touch%closing = 0.0_rp

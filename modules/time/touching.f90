@@ -18,7 +18,9 @@ module time_touching
   !> A particle that touches.
   type :: touch_t
     integer :: block = 0, lane = 0, first = 0
+    real(rp) :: half = 0.0_rp                  !! from its centre to its surface [m]
     real(rp) :: w(3, 3) = 0.0_rp               !! weights of its surface on the axes
+    real(rp) :: inner(3, 3) = 0.0_rp           !! those of its centre
     real(rp) :: mass = 0.0_rp                  !! inertial [kg]
     real(rp) :: normal(3) = 0.0_rp             !! out of the tool
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]

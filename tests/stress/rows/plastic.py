@@ -23,7 +23,8 @@ class Punch(Row):
     def measure(self, place, ranks, shape, n):
         h, speed, depth = 1.0 / n, 0.5, 0.1
         end = depth / speed
-        sets = {"METHOD.SHAPE": shape, "SHAPE.UPPER": values(6, h, 4), "MATERIAL.POISSON_RATIO": 0.33, "TIME.END": end,
+        sets = {"METHOD.SHAPE": shape, "SHAPE.UPPER": values(6, h, 4), "MATERIAL.POISSON_RATIO": 0.33, "MATERIAL.YOUNGS_MODULUS": 1e9,
+                "TIME.END": end,
                 "OUTPUT.CHECKPOINT_INTERVAL": end, "OUTPUT.HISTORY_INTERVAL": end / 200.0}
         sets |= box(h, (-2, 0, -2), (6 * n + 2, 1, 4 * n + 4), (-SHIFT[0], 0.0, -SHIFT[2]))
         _, results = self.run(place, ranks, sets, "--quiet")

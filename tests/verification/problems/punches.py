@@ -20,19 +20,20 @@ def plateau(history, area, speed, ramp):
 
 
 class PlanePunch(Problem):
-    """Prandtl's punch."""
+    """Prandtl's punch, to a fiftieth of its half width: what rises beside it carries 5 % more at a fifteenth. The block is
+    so stiff that it flows everywhere at a hundredth."""
 
     name = "punch_plane"
     section = "1.17"
     cells = "over the half width"
-    norm = "mean pressure from 7 to 10 % of the half width deep, off by, over (2 + pi) k"
+    norm = "mean pressure from 1.4 to 2 % of the half width deep, off by, over (2 + pi) k"
     passes = 0.05
     resolutions = (4, 8)
     fine = (16,)
     quick = (4,)
     quick_passes = 0.2
     limit = exact.prandtl(1.0)
-    parameters = {"friction": 0.0, "speed": 0.5, "depth": 0.1, "width": 6.0, "deep": 4.0}
+    parameters = {"friction": 0.0, "speed": 0.5, "depth": 0.02, "width": 6.0, "deep": 4.0}
 
     def area(self, n):
         return 1.0 / n
@@ -66,12 +67,12 @@ class CirclePunch(PlanePunch):
     """The same with a round punch."""
 
     name = "punch_circle"
-    norm = "mean pressure from 7 to 10 % of the radius deep, off by, over 5.224 k"
+    norm = "mean pressure from 1.4 to 2 % of the radius deep, off by, over 5.224 k"
     limit = exact.circular_punch(1.0)
-    resolutions = (4, 6)
-    fine = (8,)
+    resolutions = (4, 8)
+    fine = (10,)
     quick = ()
-    parameters = {"friction": 0.0, "speed": 0.5, "depth": 0.1, "width": 4.0, "deep": 3.0}
+    parameters = {"friction": 0.0, "speed": 0.5, "depth": 0.02, "width": 4.0, "deep": 3.0}
 
     def area(self, n):
         return 0.25 * math.pi
