@@ -193,6 +193,7 @@ contains
       if (before == sim%touching%n) call weights_of(sim, body, nf, ps, w, first)
       touch%block = b
       touch%lane = p
+      touch%can_flow = edge > 0.0_rp
       touch%first = first(p)
       touch%inner(:, 1) = w(p, 1:3)
       touch%inner(:, 2) = w(p, 4:6)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The surface at which a tool touches a particle. It lies half a spacing from the centre at first and
 !> is a point of the material: while a tool presses on the particle, the layer of metal between them
-!> becomes thinner as the nodes say (`cover`, a field of the particles). A surface that stayed half a
+!> becomes thinner as the nodes say (`cover`, a field of the particles), if it can flow. A surface that stayed half a
 !> spacing away would hold flattened metal off the tool: the foot of a Taylor bar was 8 % wider.
 module time_touch_surface
   use base_kinds, only: rp
@@ -34,7 +34,7 @@ contains
     end do
   end function velocity_at
 
-  !> After contact: the surfaces of what touches come nearer to the centres, or go back.
+  !> After contact: the surfaces of metal that touches come nearer to the centres, or go back.
   subroutine flatten(sim, dt, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%patch%nn)
@@ -43,6 +43,7 @@ contains
 
     do p = 1, sim%touching%n
       associate (t => sim%touching%touch(p))
+        if (.not. t%can_flow) cycle
         rate = dot_product(t%normal, velocity_at(sim, t%first, t%inner, g) &
                                      - velocity_at(sim, t%first, t%w, g))/t%half
         associate (cover => sim%particles%ps(t%lane, sim%scene%layout%cover, t%block))

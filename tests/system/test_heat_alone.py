@@ -299,7 +299,7 @@ def test_implicit_agrees_with_explicit(run, solver, tmp_path):
 
 def test_box_by_fftw_is_direct(run, tmp_path):
     """In a box without a source the cosine transforms solve exactly: one iteration a solve, on 1 and 3 ranks."""
-    if missing(run, "fftw", tmp_path):
+    if driver.lacks("fftw", tmp_path):
         pytest.skip("this build has no FFTW")
     sets = {"HEAT.INTEGRATOR": "tr-bdf2", "HEAT.SOLVER": "fftw", "SURFACE.FACE": "zmin", "TIME.END": 2.56,
             "HEAT.TOLERANCE": 0.1}
@@ -311,7 +311,7 @@ def test_box_by_fftw_is_direct(run, tmp_path):
 
 def test_solver_that_is_chosen(run, tmp_path):
     """Exact: FFTW for a box, conjugate gradients for a plate with a cavity of few cells, FFTW for one of many."""
-    fftw = "cg" if missing(run, "fftw", tmp_path) else "fftw"
+    fftw = "cg" if driver.lacks("fftw", tmp_path) else "fftw"
     for path, cell, wanted in ((PLAIN, 4e-3, fftw), (CAVITY, 2e-3, "cg"), (CAVITY, 0.9e-3, fftw)):
         out = run(path, "--check", sets={"HEAT.INTEGRATOR": "tr-bdf2", "GRID.CELL": cell}).out
         assert re.search(r"solver +(\S+)", out).group(1) == wanted, (path.name, cell, out)
@@ -321,7 +321,7 @@ def test_solver_that_is_chosen(run, tmp_path):
 def test_box_under_a_stirring_source_is_direct(run, cell, tmp_path):
     """What the source answers to temperature is solved for in the plane of the surface: one iteration a solve, with
     an even and an odd number of cells across the plate, and the probes of conjugate gradients and of 3 ranks."""
-    if missing(run, "fftw", tmp_path):
+    if driver.lacks("fftw", tmp_path):
         pytest.skip("this build has no FFTW")
     sets = {"HEAT.INTEGRATOR": "tr-bdf2", "GRID.CELL": cell, "TIME.END": 4, "HEAT.STEP": 0.2,
             "HEAT.TOLERANCE": 1e-4} | NO_FRAMES
