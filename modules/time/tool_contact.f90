@@ -5,7 +5,8 @@
 !> inside the tool at the end of the step touches: its surface is to lose the velocity e along the
 !> tool's normal. Velocities are those of the surface, and impulses act there, by the weights of a
 !> face (time_faces): an even pressure and the stress that belongs to it cancel at every node, and
-!> what sticks has the tool's velocity where it touches, not half a spacing farther out. The impulse
+!> what sticks has the tool's velocity where it touches, not half a spacing farther out (how far out,
+!> says time_touch_surface). The impulse
 !> m e/s goes to the nodes by these weights w; s = sum w c_i/m_i, c_i the mass of the touching
 !> particles at node i, is the share of an even load that comes back to the particle, so that even
 !> loads are carried exactly in one pass. Friction is limited at the nodes, where the

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> The surface at which a tool touches a particle. It lies half a spacing from the centre at first and
 !> is a point of the material: while a tool presses on the particle, the layer of metal between them
-!> becomes thinner as the nodes say (`cover`, a field of the particles), if it can flow. A surface that stayed half a
-!> spacing away would hold flattened metal off the tool: the foot of a Taylor bar was 8 % wider.
+!> becomes thinner as the nodes say (`cover`, a field of the particles), if it can flow. A surface
+!> that stayed half a spacing away would hold flattened metal off the tool: the foot of a Taylor bar
+!> was 8 % wider.
 module time_touch_surface
   use base_kinds, only: rp
   use time_state, only: simulation_t
