@@ -19,7 +19,7 @@ module time_touching
   type :: touch_t
     integer :: block = 0, lane = 0, first = 0
     real(rp) :: half = 0.0_rp                  !! from its centre to its surface [m]
-    logical :: can_flow = .false.
+    logical :: can_flow = .false.              !! its material, so that this may become less
     real(rp) :: w(3, 3) = 0.0_rp               !! weights of its surface on the axes
     real(rp) :: inner(3, 3) = 0.0_rp           !! those of its centre
     real(rp) :: mass = 0.0_rp                  !! inertial [kg]

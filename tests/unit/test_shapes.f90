@@ -3,7 +3,8 @@
 program test_shapes
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_shapes, only: box_distance, profile_t, revolved_distance, shoulder_profile
+  use contact_shapes, only: box_distance, profile_t, revolved_distance, revolved_distances, &
+                            shoulder_profile
   implicit none (type, external)
 
   !> What a revolved tool is made of [m]; see `shoulder_profile`.
@@ -26,11 +27,32 @@ program test_shapes
                             tip_radius=0.002_rp, pin_length=0.006_rp))
   call test_revolved('flat with cone', made_t(0.010_rp, 0.020_rp, pin_radius=0.004_rp, &
                                               pin_length=0.005_rp))
+  call test_many_at_once()
   call test_known_points()
   call test_box()
   call end_tests()
 
 contains
+
+  !> Exact: distances of many places are those of each, to rounding.
+  subroutine test_many_at_once()
+    integer, parameter :: n = 1000
+    type(profile_t) :: profile
+    real(rp) :: r(n), z(n), many(n), one(n), normal(3), room
+    integer :: p
+
+    profile = shoulder_profile(0.010_rp, 0.015_rp, 10.0_rp*deg, 0.004_rp, 0.002_rp, 0.006_rp)
+    call random_number(r)
+    call random_number(z)
+    r = 0.015_rp*r
+    z = 0.03_rp*z - 0.01_rp
+    call revolved_distances(profile, n, r, z, many)
+    do p = 1, n
+      call revolved_distance(profile, [r(p), 0.0_rp, z(p)], one(p), normal, room)
+    end do
+    call expect('some inside, some outside', any(one < 0.0_rp) .and. any(one > 0.0_rp))
+    call expect('many distances at once', all(abs(many - one) < 1.0e-15_rp))
+  end subroutine test_many_at_once
 
   pure type(profile_t) function outline_of(made)
     type(made_t), intent(in) :: made
