@@ -9,18 +9,17 @@ module contact_touch
 
   public :: meet, held_part, settle
 
-  real(rp), parameter :: slow = 100.0_rp      !! steps in which a gap of the soft zone closes
-
 contains
 
   !> Velocity along the normal that contact takes from a particle, and its slip along the surface. A
-  !> gap is closed and no more; the last `soft` of it may close by a hundredth in a step only, so that
+  !> gap is closed and no more; the last `soft` of it closes only in the time `calm`, so that
   !> a surface that is rough by a few thousandths of a cell carries with all its particles and not with
   !> those that stand out. A penetration is taken back within a step of regular length, so that a
   !> last, short step gives no kick.
-  pure subroutine meet(dt, regular, soft, gap, normal, velocity, closing, slip)
+  pure subroutine meet(dt, regular, soft, calm, gap, normal, velocity, closing, slip)
     real(rp), intent(in) :: dt, regular         !! this step and the one before [s]
     real(rp), intent(in) :: soft                !! width of the zone where gaps close slowly [m]
+    real(rp), intent(in) :: calm                !! in which they do [s]
     real(rp), intent(in) :: gap                 !! at the end of the step, without contact [m]
     real(rp), intent(in) :: normal(3)           !! out of the tool
     real(rp), intent(in) :: velocity(3)         !! against the tool, without contact [m/s]
@@ -33,7 +32,7 @@ contains
     if (before < 0.0_rp) then
       closing = -speed - before/max(dt, regular)
     else
-      closing = -speed - (min(before, soft)/slow + max(0.0_rp, before - soft))/dt
+      closing = -speed - min(before, soft)/max(calm, dt) - max(0.0_rp, before - soft)/dt
     end if
   end subroutine meet
 

@@ -78,7 +78,7 @@ contains
       'part of the velocity taken from the grid: 0 is FLIP, 1 is PIC')
     call t%key('FBAR', 'logical', 1, '', '.true.', '', &
       'average the volume ratio over the particles next to each node, against volumetric locking')
-    call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '50', '[1,1000]', &
+    call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '100', '[1,1000]', &
       'steps between two sorts of the particles by cell')
     call t%key('REBALANCE', 'real', 1, '', '1.1', '[1,inf)', &
       'most loaded rank over the mean load above which the grid is divided anew')
@@ -87,8 +87,8 @@ contains
     call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0', '[0,inf)', &
       'material nearer than this to a tool is awake; 0: half the radius of the largest tool')
     call t%key('SLEEP_STRAIN', 'real', 1, '', '2e-4', '(0,1)', &
-      'particle speed over wave speed above which material is awake')
-    call t%key('SLEEP_RATE', 'real', 1, '1/s', '1e-2', '(0,inf)', &
+      'mean speed of the particles of a cube of two cells over wave speed above which it is awake')
+    call t%key('SLEEP_RATE', 'real', 1, '1/s', '3e-3', '(0,inf)', &
       'plastic strain rate above which material is awake')
     call t%key('SLEEP_HEAT', 'real', 1, 'K', '20', '(0,inf)', &
       'change of temperature by which sleeping material wakes')

@@ -151,7 +151,7 @@ contains
       low = minval(meeting%x, 2)
       high = maxval(meeting%x, 2)
       do b = 1, sim%particles%nblk
-        reach = sim%ball(4, b) + sim%scene%grid%h
+        reach = sim%ball(4, b) + 2.5_rp*sim%scene%grid%h
         if (any(sim%ball(1:3, b) + reach < low) .or. any(sim%ball(1:3, b) - reach > high)) cycle
         meeting%n_near = meeting%n_near + 1
         meeting%near(meeting%n_near) = b

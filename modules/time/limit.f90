@@ -17,7 +17,7 @@ module time_limit
   real(rp), parameter :: smallest = 1.0e-4_rp     !! part of a refused step that is still tried
   !> Part of a full cell's mass from which a node carries material: the velocity of a node with
   !> less says nothing, since it is hardly felt by any particle.
-  real(rp), parameter :: material_share = 1.0e-4_rp
+  real(rp), parameter :: material_share = 1.0e-2_rp
 
 contains
 
@@ -64,7 +64,7 @@ contains
     near = 0.0_rp
     do k = 1, size(sim%tool)
       do b = 1, sim%n_awake
-        if (.not. sim%tool(k)%is_near(sim%ball(1:3, b), sim%ball(4, b))) cycle
+        if (.not. sim%tool(k)%is_near(sim%ball(1:3, b), sim%ball(4, b) + 1.5_rp*sim%scene%grid%h)) cycle
         near(k) = 1.0_rp
         exit
       end do

@@ -71,26 +71,29 @@ contains
     logical, intent(in) :: is_sorted_anew    !! not resumed
     logical, intent(in) :: sleepers_stay     !! as they were before
     logical, allocatable :: near(:, :, :)    !! nodes in reach of awake particles
-    type(box_t) :: active
+    type(box_t) :: active(2)
+    logical :: some_rest
 
+    some_rest = sim%scene%method%sleep%is_on
     call count_awake(sim)
     if (.not. sleepers_stay) call note_sleepers(sim)
-    active = box_in_use(world, sim)
-    call sim%halo%init(world, sim%patch, sim%boxes, active)
+    active = boxes_in_use(world, sim)
+    call sim%halo%init(world, sim%patch, sim%boxes, active(2))
+    if (some_rest) call sim%resting_halo%init(world, sim%patch, sim%boxes, active(1))
     call note_balance(world, sim)
     call mark_reach(sim, 1, sim%n_awake, near)
-    call list_runs(sim, near .or. sim%sleepers%near_any, .false.)
+    call list_runs(sim, near .or. sim%sleepers%near_any, some_rest, .false.)
     call list_mirrors(sim)
     call mark_border(sim, is_sorted_anew)
     call list_turns(sim)
     call list_clamps(world, sim)
     call enclose_blocks(sim)
-    if (sim%scene%method%sleep%is_on) then   ! steps use only the nodes of the other particles
+    if (some_rest) then                      ! steps use only the nodes of the other particles
       call clear_nodes(sim, sim%g)
       if (allocated(sim%resting)) deallocate (sim%resting)
       call move_alloc(sim%run, sim%resting)
       sim%n_resting = sim%n_runs
-      call list_runs(sim, near .or. sim%sleepers%near_rim, sim%n_mapped < sim%particles%nblk)
+      call list_runs(sim, near .or. sim%sleepers%near_rim, .false., sim%n_mapped < sim%particles%nblk)
       call narrow_mirrors(sim)
     end if
     call claim_probes(sim%scene%grid, sim%patch, sim%probes)
@@ -105,7 +108,8 @@ contains
     call mark_reach(sim, sim%n_awake + 1, sim%n_mapped, sim%sleepers%near_rim)
     call mark_reach(sim, sim%n_mapped + 1, last, sim%sleepers%near_any)
     sim%sleepers%near_any = sim%sleepers%near_any .or. sim%sleepers%near_rim
-    sim%sleepers%extent = extent_of(sim, sim%n_awake + 1, last)
+    sim%sleepers%extent_rim = extent_of(sim, sim%n_awake + 1, sim%n_mapped)
+    sim%sleepers%extent_any = extent_of(sim, sim%n_awake + 1, last)
   end subroutine note_sleepers
 
   !> Nodes, as (z, y, x), that the particles of blocks `low` to `high` may touch until the next sort.
@@ -148,26 +152,35 @@ contains
     end do
   end function extent_of
 
-  !> Box of the nodes that any particle of any rank may touch until the next sort.
-  type(box_t) function box_in_use(world, sim)
+  !> Boxes of the nodes that any particle of any rank may touch until the next sort, and that any of
+  !> those may that take part in steps.
+  function boxes_in_use(world, sim) result(boxes)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
-    real(rp) :: extent(6)
+    type(box_t) :: boxes(2)
+    real(rp) :: extent(6, 2), flat(12)
+    integer :: i
 
-    extent = max(sim%sleepers%extent, extent_of(sim, 1, sim%n_awake))
-    call world%max(extent)
-    box_in_use = box_t()
-    if (extent(1) < -extent(4)) return
-    box_in_use%lo = nearest_node(sim%scene%grid, -extent(4:6)) - halo
-    box_in_use%hi = nearest_node(sim%scene%grid, extent(1:3)) + halo
-  end function box_in_use
+    extent = spread(extent_of(sim, 1, sim%n_awake), 2, 2)
+    extent(:, 1) = max(extent(:, 1), sim%sleepers%extent_any)
+    extent(:, 2) = max(extent(:, 2), sim%sleepers%extent_rim)
+    flat = reshape(extent, [12])
+    call world%max(flat)
+    extent = reshape(flat, [6, 2])
+    boxes = box_t()
+    do i = 1, 2
+      if (extent(1, i) < -extent(4, i)) cycle
+      boxes(i)%lo = nearest_node(sim%scene%grid, -extent(4:6, i)) - halo
+      boxes(i)%hi = nearest_node(sim%scene%grid, extent(1:3, i)) + halo
+    end do
+  end function boxes_in_use
 
   !> Runs of consecutive nodes in use: those marked in `near` (z, y, x), shared ones, and
   !> (`with_partners`) those that walls join with them. A run is wholly owned or wholly another
   !> rank's.
-  subroutine list_runs(sim, near, with_partners)
+  subroutine list_runs(sim, near, with_sleepers, with_partners)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: near(:, :, :), with_partners
+    logical, intent(in) :: near(:, :, :), with_sleepers, with_partners
     logical, allocatable :: used(:, :, :)
     integer, allocatable :: list(:, :)
     integer :: i, j, k, n(3), start, owned
@@ -176,7 +189,11 @@ contains
     n = shape(near)
     n = n([3, 2, 1])
     used = near
-    call sim%halo%mark_used(size(used), used)
+    if (with_sleepers) then
+      call sim%resting_halo%mark_used(size(used), used)
+    else
+      call sim%halo%mark_used(size(used), used)
+    end if
     if (with_partners) then
       call mark_partners(sim%mirrors%n_pairs, sim%mirrors%pair, size(used), used)
     end if
@@ -226,8 +243,7 @@ contains
     end do
   end subroutine mark_partners
 
-  !> Ball around each block, with room for the way until the next sort (one cell) and the reach of
-  !> a particle (half a cell at most).
+  !> Ball around the particles of each block as they are now.
   subroutine enclose_blocks(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: low(3), high(3)
@@ -242,7 +258,7 @@ contains
         high(a) = maxval(sim%particles%ps(1:n, f_pos + a - 1, b))
       end do
       sim%ball(1:3, b) = 0.5_rp*(low + high)
-      sim%ball(4, b) = 0.5_rp*norm2(high - low) + 1.5_rp*sim%scene%grid%h
+      sim%ball(4, b) = 0.5_rp*norm2(high - low)
     end do
   end subroutine enclose_blocks
 

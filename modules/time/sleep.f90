@@ -1,19 +1,26 @@
 ! SPDX-License-Identifier: MIT
 !> Sleeping: material that is still stops its mechanics but keeps conducting. The grid is divided
-!> into cubes of a few cells. A cube is active near a tool, where particles move or flow, and where
-!> sleepers have changed their temperature; it is awake if itself or a neighbour is active.
+!> into cubes of a few cells. A cube is awake near a tool; where its particles together move, or one
+!> of them flows, or sleepers have changed their temperature; and next to such a cube. What particles
+!> have of their own, not shared with their neighbours, is noise that no node feels and wakes nobody.
 !> Sleepers that share nodes with awake particles are the rim (time_rim).
 module time_sleep
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use grid_geometry, only: nearest_node
-  use particles_store, only: asleep, awake, f_pos, f_rate, f_temp, f_vel, rim, set_rest, &
+  use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_temp, f_vel, rim, set_rest, &
                              tag_rest
   use time_state, only: mirrors_t, simulation_t
   implicit none (type, external)
   private
 
   public :: update_sleep, count_awake, load_of, swap_lists
+
+  ! What the particles of a cube say.
+  integer, parameter :: a_calls = 1, &    !! how many call
+                        a_mass = 2, &     !! of the awake ones [kg]
+                        a_momentum = 3    !! of these [kg m/s], 3
+  integer, parameter :: n_asked = 5
 
   integer, parameter :: edge = 2          !! of a cube [cells]
   integer, parameter :: patience = 200    !! steps from one falling asleep to the next
@@ -71,49 +78,53 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     logical, allocatable, intent(out) :: is_awake(:, :, :)
-    real(rp), allocatable :: active(:, :, :), was_awake(:, :, :), flat(:)
+    real(rp), allocatable :: asked(:, :, :, :), flat(:)
     integer :: n(3)
 
     n = cube(sim%scene%grid%n - 1)
-    allocate (active(n(1), n(2), n(3)), was_awake(n(1), n(2), n(3)), source=0.0_rp)
-    call ask_particles(sim, active, was_awake)
-    flat = [active, was_awake]
-    call world%max(flat)
-    active = reshape(flat(1:product(n)), n)
-    was_awake = reshape(flat(product(n) + 1:), n)
-    is_awake = active > 0.0_rp
-    call ask_tools(sim, is_awake)
+    allocate (asked(n_asked, n(1), n(2), n(3)), source=0.0_rp)
+    call ask_particles(sim, asked)
+    flat = reshape(asked, [size(asked)])
+    call world%sum(flat)
+    asked = reshape(flat, shape(asked))
+    associate (fastest => sim%scene%method%sleep%strain &
+                          *sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling))
+      is_awake = asked(a_calls, :, :, :) > 0.0_rp &
+                 .or. norm2(asked(a_momentum:, :, :, :), 1) > fastest*asked(a_mass, :, :, :)
+    end associate
     call add_neighbours(is_awake)
+    call ask_tools(sim, is_awake)
     if (sim%clock%step/patience == max(0_i8, sim%clock%sorted_at)/patience) then
-      is_awake = is_awake .or. was_awake > 0.0_rp
+      is_awake = is_awake .or. asked(a_mass, :, :, :) > 0.0_rp
     end if
   end subroutine find_awake
 
-  !> Marks in the cubes of this rank's particles: where one calls, and where one was awake.
-  subroutine ask_particles(sim, active, was_awake)
+  !> What this rank's particles say in each cube.
+  subroutine ask_particles(sim, asked)
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(inout) :: active(:, :, :), was_awake(:, :, :)
-    real(rp) :: fastest2
+    real(rp), intent(inout) :: asked(:, :, :, :)
     integer :: b, c(3), n, p
-    logical :: calls(nlane)
+    logical :: calls(nlane), is_awake(nlane)
 
-    fastest2 = sim%scene%method%sleep%strain**2*sim%clock%stiffness/sim%scene%method%mass_scaling
-    associate (limits => sim%scene%method%sleep, tag => sim%particles%tag, &
-               rest => sim%scene%layout%rest)
+    associate (limits => sim%scene%method%sleep, rest => sim%scene%layout%rest)
       do b = 1, sim%particles%nblk
         n = sim%particles%count(b)
         associate (ps => sim%particles%ps(:n, :, b))
-          where (tag_rest(tag(:n, b)) == awake)
-            calls(:n) = ps(:, f_vel)**2 + ps(:, f_vel + 1)**2 + ps(:, f_vel + 2)**2 > fastest2 &
-                        .or. ps(:, f_rate) > limits%rate
+          is_awake(:n) = tag_rest(sim%particles%tag(:n, b)) == awake
+          where (is_awake(:n))
+            calls(:n) = ps(:, f_rate) > limits%rate
           elsewhere
             calls(:n) = abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
           end where
-          if (.not. (any(calls(:n)) .or. any(tag_rest(tag(:n, b)) == awake))) cycle
+          if (.not. any(calls(:n) .or. is_awake(:n))) cycle
           do p = 1, n
             c = cube(nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2)))
-            if (calls(p)) active(c(1), c(2), c(3)) = 1.0_rp
-            if (tag_rest(tag(p, b)) == awake) was_awake(c(1), c(2), c(3)) = 1.0_rp
+            associate (at => asked(:, c(1), c(2), c(3)))
+              if (calls(p)) at(a_calls) = at(a_calls) + 1.0_rp
+              if (.not. is_awake(p)) cycle
+              at(a_mass) = at(a_mass) + ps(p, f_mass)
+              at(a_momentum:) = at(a_momentum:) + ps(p, f_mass)*ps(p, f_vel:f_vel + 2)
+            end associate
           end do
         end associate
       end do

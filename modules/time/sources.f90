@@ -90,7 +90,7 @@ contains
     integer, intent(in) :: b
 
     is_far = norm2(sim%ball(1:3, b) - source%centre) &
-             > sim%ball(4, b) + source%radius + 2.0_rp*sim%scene%grid%h
+             > sim%ball(4, b) + source%radius + 3.5_rp*sim%scene%grid%h
   end function is_far
 
   !> Area (disc) or mass (ball) of a particle that a source covers [m2, kg].

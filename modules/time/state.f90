@@ -143,7 +143,7 @@ module time_state
     integer :: every = 1                 !! steps from filter to filter (XPIC, FMPM)
     real(rp) :: pic = 0.0_rp             !! PIC fraction
     logical :: fbar = .true.             !! average J around each node
-    integer :: sort_interval = 50        !! steps
+    integer :: sort_interval = 100       !! steps
     real(rp) :: rebalance = 1.1_rp       !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
     real(rp) :: fixed_dt = 0.0_rp        !! [s]; 0: from the wave speed
@@ -204,7 +204,8 @@ module time_state
 
   !> What does not change while the same particles sleep in the same blocks.
   type :: sleepers_t
-    real(rp) :: extent(6) = 0.0_rp           !! largest places, largest negative places [m]
+    real(rp), dimension(6) :: extent_rim = 0.0_rp, &   !! largest places, largest negative places
+                              extent_any = 0.0_rp      !! of the rim, of all at rest [m]
     logical, allocatable :: near_rim(:, :, :), near_any(:, :, :)   !! (z, y, x) nodes in reach of
                                                                    !! the rim, of all at rest
     logical, allocatable :: is_awake(:, :, :)   !! the cubes by which they were chosen
@@ -255,7 +256,8 @@ module time_state
     integer(i8) :: awake_steps = 0           !! steps of awake particles on this rank in this run
     type(box_t), allocatable :: boxes(:)     !! (0:size-1)
     type(patch_t) :: patch
-    type(halo_t) :: halo
+    type(halo_t) :: halo                     !! of the nodes of steps
+    type(halo_t) :: resting_halo             !! of the nodes of all particles, while some sleep
     type(balance_t) :: balance
     ! the grid: records of 8 for each group of bodies, and which of them are in use
     integer :: n_groups = 1                  !! groups of bodies with a velocity field of their own
@@ -282,7 +284,8 @@ module time_state
     type(column_t), allocatable :: column(:) !! nodes across the faces of clamps between nodes
     logical :: columns_are_cut = .false.     !! some rank does not store all nodes of a column
     type(mirrors_t) :: mirrors
-    real(rp), allocatable :: ball(:, :)      !! (4, nblk) centre and radius of each block [m]
+    real(rp), allocatable :: ball(:, :)      !! (4, nblk) centre and radius of each block [m] when
+                                             !! sorted; particles go up to a cell until the next
     real(rp) :: sums(n_sums) = 0.0_rp        !! this rank's energy books, see time_audit
     real(rp), allocatable :: impulse(:, :)   !! (3, constraints) on this rank's particles [N s]
     real(rp) :: kinetic0 = 0.0_rp, elastic0 = 0.0_rp   !! energies at t = 0 [J]

@@ -35,7 +35,7 @@ module time_tool_contact
   use time_touch_books, only: book_tool, give_heat
   use time_touch_surface, only: flatten, velocity_at
   use time_touch_walls, only: book_walls, fold_entries, note_held, unfold_entries
-  use time_touching, only: n_values, touch_t, v_coulomb, v_hold, v_push, v_shear
+  use time_touching, only: add_values, n_values, returned, touch_t, v_coulomb, v_hold, v_push, v_shear
   use time_weights, only: weights_of
   implicit none (type, external)
   private
@@ -44,7 +44,9 @@ module time_tool_contact
 
   real(rp), parameter :: share = 0.7_rp        !! of the exact impulse: all of it is noisier
   real(rp), parameter :: soft = 0.02_rp        !! zone where gaps close slowly [cells]
-  real(rp), parameter :: band = 3.0_rp         !! nodes that touching particles reach [cells]
+  real(rp), parameter :: calm = 60.0_rp        !! time in which they do: waves cross so many cells
+  real(rp), parameter :: band = 3.01_rp        !! nodes that touching particles reach [cells]: no
+                                               !! whole number, so that all ranks list the same
   real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
   real(rp), parameter :: inset = 0.5_rp        !! of edges that stand out, in metal that flows [cells]
   real(rp), parameter :: unlimited = 1.0e30_rp     !! shear strength of an elastic material
@@ -103,7 +105,7 @@ contains
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: g(8, sim%patch%nn)
     real(rp) :: lower(3), upper(3), room, x(3)
-    integer :: i, r
+    integer :: first, i, last, r
     logical :: is_bounded
 
     room = band*sim%patch%h
@@ -115,12 +117,16 @@ contains
     do r = 1, sim%n_runs
       x = sim%patch%position(sim%run(1, r))
       if (any(x(1:2) < lower(1:2) - room) .or. any(x(1:2) > upper(1:2) + room)) cycle
-      do i = sim%run(1, r), sim%run(2, r)
+      first = sim%run(1, r)
+      last = sim%run(2, r)
+      if (is_bounded) then                       ! a run goes up
+        last = first + floor(min(real(last - first, rp), (upper(3) + room - x(3))/sim%patch%h))
+        first = first + ceiling(max(0.0_rp, (lower(3) - room - x(3))/sim%patch%h))
+      end if
+      do i = first, last
         if (g(8, i) <= least_mass) cycle
-        x = sim%patch%position(i)
-        if (x(3) < lower(3) - room .or. x(3) > upper(3) + room) cycle
         if (.not. is_bounded) then
-          if (nearest_image(sim, tool, x) >= room) cycle
+          if (nearest_image(sim, tool, sim%patch%position(i)) >= room) cycle
         end if
         call sim%touching%add_node(i)
       end do
@@ -157,22 +163,29 @@ contains
     integer, intent(in) :: group
     real(rp), intent(in) :: dt, g(8, sim%patch%nn)
     integer :: b
+    real(rp) :: way
 
+    ! no particle moves faster than the nodes; a distance changes by no more than the way
+    way = dt*sim%clock%max_speed + (0.01_rp + soft)*sim%patch%h
     do b = 1, sim%n_awake
-      if (sim%scene%body(sim%particles%body(b))%group /= group) cycle
-      if (.not. tool%is_near(sim%ball(1:3, b), sim%ball(4, b))) cycle
-      call visit_block(sim, tool, rigid, b, sim%particles%body(b), sim%particles%count(b), dt, &
-                       sim%particles%nf, sim%particles%ps(:, :, b), g)
+      associate (body => sim%particles%body(b), centre => sim%ball(1:3, b), radius => sim%ball(4, b))
+        if (sim%scene%body(body)%group /= group) cycle
+        if (.not. tool%is_near(centre, radius + sim%clock%travel + way &
+                               + 0.5_rp*norm2(sim%scene%body(body)%spacing))) cycle
+        call visit_block(sim, tool, rigid, b, body, sim%particles%count(b), dt, way, &
+                         sim%particles%nf, sim%particles%ps(:, :, b), g)
+      end associate
     end do
   end subroutine find_touching
 
-  subroutine visit_block(sim, tool, rigid, b, body, n, dt, nf, ps, g)
+  subroutine visit_block(sim, tool, rigid, b, body, n, dt, way, nf, ps, g)
     type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
-    real(rp) :: cover, d(n), edge, gap, near, reach, room, rate(nlane), strength(nlane)
+    real(rp), intent(in) :: way                 !! by which a gap may close in the step [m]
+    real(rp) :: cover, d(n), edge, gap, reach, room, rate(nlane), strength(nlane)
     real(rp) :: w(nlane, 18), x(3), zone
     integer :: before, first(nlane), i, p
     type(touch_t) :: touch
@@ -183,14 +196,14 @@ contains
     if (allocated(sim%scene%material(sim%scene%body(body)%material)%flow)) edge = inset*sim%patch%h
     at_surface = sim%scene%method%scheme == scheme_usl .or. edge > 0.0_rp
     zone = merge(soft*sim%patch%h, 0.0_rp, at_surface)
-    ! no particle moves faster than the nodes; a distance changes by no more than the way
-    near = dt*sim%clock%max_speed + 0.01_rp*sim%patch%h + zone &
-           + 0.5_rp*norm2(sim%scene%body(body)%spacing)
     call tool%clearances(n, ps(1, f_pos), d)
     do p = 1, n
-      if (d(p) > near) cycle
+      if (d(p) > way + 0.5_rp*norm2(sim%scene%body(body)%spacing)) cycle
       x = ps(p, f_pos:f_pos + 2)
       call tool%distance(x, gap, touch%normal, room)
+      cover = ps(p, sim%scene%layout%cover)
+      touch%half = 0.5_rp*cover*norm2(touch%normal*sim%scene%body(body)%spacing)
+      if (gap - touch%half > way) cycle
       if (before == sim%touching%n) call weights_of(sim, body, nf, ps, w, first)
       touch%block = b
       touch%lane = p
@@ -200,8 +213,6 @@ contains
       touch%inner(:, 2) = w(p, 4:6)
       touch%inner(:, 3) = w(p, 7:9)
       touch%w = touch%inner
-      cover = ps(p, sim%scene%layout%cover)
-      touch%half = 0.5_rp*cover*norm2(touch%normal*sim%scene%body(body)%spacing)
       if (at_surface) touch%w = surface_weights(sim, body, touch%normal, cover, p, nf, ps, w, first)
       touch%mass = sim%scene%method%mass_scaling*ps(p, f_mass)
       if (approaches(sim, tool, rigid, dt, edge, zone, x, &
@@ -271,28 +282,37 @@ contains
     gap = gap - touch%half
     approaches = gap < zone
     if (.not. approaches) return
-    call meet(dt, sim%clock%dt, zone, gap, touch%normal, &
+    call meet(dt, sim%clock%dt, zone, calm_time(sim), gap, touch%normal, &
               v - rigid%velocity_at(x - touch%half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
     touch%friction = tool%friction
     approaches = touch%closing > 0.0_rp
     if (room < edge) touch%closing = 0.0_rp
   end function approaches
 
+  !> Time in which gaps of the soft zone close [s]: that of a hundred steps of usual length, whatever
+  !> the step is, so that smaller steps give the same contact.
+  pure real(rp) function calm_time(sim)
+    type(simulation_t), intent(in) :: sim
+
+    calm_time = calm*sim%patch%h/sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling)
+  end function calm_time
+
   !> Masses of the touching and of the pushed particles at the nodes.
   subroutine add_masses(sim)
     type(simulation_t), intent(inout) :: sim
-    real(rp) :: mass(2), w(27)
-    integer :: e(27), i, p
+    real(rp) :: mass(2)
+    integer :: i, p
 
     associate (touching => sim%touching)
       do p = 1, touching%n
         associate (t => touching%touch(p))
-          call touching%stencil(sim%patch%stride, t, e, w)
+          call touching%spread(sim%patch%stride, t)
           mass = t%mass*[1.0_rp, merge(1.0_rp, 0.0_rp, t%closing > 0.0_rp)]
+          do i = 1, 27
+            if (t%entry(i) == 0) cycle
+            touching%mass(:, t%entry(i)) = touching%mass(:, t%entry(i)) + t%weight(i)*mass
+          end do
         end associate
-        do i = 1, 27
-          if (e(i) > 0) touching%mass(:, e(i)) = touching%mass(:, e(i)) + w(i)*mass
-        end do
       end do
     end associate
   end subroutine add_masses
@@ -301,27 +321,23 @@ contains
   subroutine add_impulses(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: g(8, sim%patch%nn)
-    real(rp) :: s(2), values(n_values), w(27)
-    integer :: e(27), i, p
+    real(rp) :: s(2), values(n_values)
+    integer :: e, p
 
     associate (touching => sim%touching)
+      do e = 1, touching%n_nodes
+        touching%mass(:, e) = touching%mass(:, e)/g(8, touching%node(e))
+      end do
       do p = 1, touching%n
         associate (t => touching%touch(p))
-          call touching%stencil(sim%patch%stride, t, e, w)
-          s = 0.0_rp
-          do i = 1, 27
-            if (e(i) > 0) s = s + w(i)*touching%mass(:, e(i))/g(8, touching%node(e(i))) &
-                                  *sum(touching%free(:, e(i))*t%normal**2)
-          end do
-          s = max(s, least_share)
+          s = max(least_share, returned(t%entry, t%weight, t%normal**2, touching%n_nodes, &
+                                        touching%free, touching%mass))
           t%hold = -t%mass/s(1)*t%slip
           values(v_push:v_push + 2) = share*t%mass/s(2)*t%closing*t%normal
           values(v_hold:v_hold + 2) = t%hold
           values(v_coulomb) = t%friction*norm2(values(v_push:v_push + 2))
           values(v_shear) = t%shear
-          do i = 1, 27
-            if (e(i) > 0) touching%values(:, e(i)) = touching%values(:, e(i)) + w(i)*values
-          end do
+          call add_values(t%entry, t%weight, values, touching%n_nodes, touching%values)
         end associate
       end do
     end associate

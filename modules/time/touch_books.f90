@@ -6,7 +6,7 @@ module time_touch_books
   use contact_touch, only: settle
   use particles_store, only: f_heat
   use time_state, only: simulation_t
-  use time_touching, only: v_hold, v_push
+  use time_touching, only: v_hold, v_push, v_shear
   implicit none (type, external)
   private
 
@@ -26,6 +26,7 @@ contains
 
     associate (t => sim%touching)
       do e = 1, t%n_nodes
+        if (.not. t%own(v_shear, e) > 0.0_rp) cycle     ! none of its particles touches
         x = sim%patch%position(t%node(e))
         mean = g(1:3, t%node(e)) - 0.5_rp*g(5:7, t%node(e))
         t%slip(:, e) = mean - rigid%velocity_at(x)
@@ -39,15 +40,15 @@ contains
   subroutine give_heat(sim, heat_share)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: heat_share
-    real(rp) :: slip(3), w(27)
-    integer :: e(27), i, p
+    real(rp) :: slip(3)
+    integer :: i, p
 
     do p = 1, sim%touching%n
       associate (t => sim%touching%touch(p))
-        call sim%touching%stencil(sim%patch%stride, t, e, w)
         slip = 0.0_rp
         do i = 1, 27
-          if (e(i) > 0) slip = slip + w(i)*sim%touching%part(e(i))*sim%touching%slip(:, e(i))
+          if (t%entry(i) == 0) cycle
+          slip = slip + t%weight(i)*sim%touching%part(t%entry(i))*sim%touching%slip(:, t%entry(i))
         end do
         associate (heat => sim%particles%ps(t%lane, f_heat, t%block))
           heat = heat - heat_share*dot_product(t%hold, slip)

@@ -39,14 +39,24 @@ contains
   subroutine flatten(sim, dt, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%patch%nn)
-    real(rp) :: rate
-    integer :: p
+    real(rp) :: apart(3), rate
+    integer :: c, i, j, k, p, q
 
     do p = 1, sim%touching%n
       associate (t => sim%touching%touch(p))
         if (.not. t%can_flow) cycle
-        rate = dot_product(t%normal, velocity_at(sim, t%first, t%inner, g) &
-                                     - velocity_at(sim, t%first, t%w, g))/t%half
+        apart = 0.0_rp
+        c = 0
+        do i = 1, 3
+          do j = 1, 3
+            q = t%first + (i - 1)*sim%patch%stride(1) + (j - 1)*sim%patch%stride(2) - 1
+            do k = 1, 3
+              c = c + 1
+              apart = apart + (t%inner(i, 1)*t%inner(j, 2)*t%inner(k, 3) - t%weight(c))*g(1:3, q + k)
+            end do
+          end do
+        end do
+        rate = dot_product(t%normal, apart)/t%half
         associate (cover => sim%particles%ps(t%lane, sim%scene%layout%cover, t%block))
           cover = max(least_cover, min(1.0_rp, cover*(1.0_rp + dt*rate)))
         end associate

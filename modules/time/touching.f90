@@ -5,7 +5,7 @@ module time_touching
   implicit none (type, external)
   private
 
-  public :: touching_t, touch_t
+  public :: touching_t, touch_t, returned, add_values
 
   ! What the touching particles say to a node.
   integer, parameter, public :: &
@@ -22,6 +22,8 @@ module time_touching
     logical :: can_flow = .false.              !! its material, so that this may become less
     real(rp) :: w(3, 3) = 0.0_rp               !! weights of its surface on the axes
     real(rp) :: inner(3, 3) = 0.0_rp           !! those of its centre
+    integer :: entry(27) = 0                   !! of its nodes in the list, 0: none
+    real(rp) :: weight(27) = 0.0_rp            !! of its surface on its nodes
     real(rp) :: mass = 0.0_rp                  !! inertial [kg]
     real(rp) :: normal(3) = 0.0_rp             !! out of the tool
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
@@ -38,7 +40,7 @@ module time_touching
     integer, allocatable :: place(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
     real(rp), allocatable :: mass(:, :)        !! (2, n_nodes) of the particles that touch, and of
-                                               !! those that are pushed [kg]
+                                               !! those that are pushed [kg]; then over the node's
     real(rp), allocatable :: values(:, :)      !! (n_values, n_nodes) of all ranks, folded at walls
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
@@ -49,7 +51,7 @@ module time_touching
     procedure :: add_node
     procedure :: add_touch
     procedure :: prepare
-    procedure :: stencil
+    procedure :: spread
   end type touching_t
 
 contains
@@ -117,13 +119,11 @@ contains
     self%free = 1.0_rp
   end subroutine prepare
 
-  !> Entries (0: not listed) and weights of a particle's 27 nodes.
-  pure subroutine stencil(self, stride, touch, e, w)
+  !> Find the entries and weights of a touching particle's 27 nodes.
+  pure subroutine spread(self, stride, touch)
     class(touching_t), intent(in) :: self
     integer, intent(in) :: stride(3)
-    type(touch_t), intent(in) :: touch
-    integer, intent(out) :: e(27)
-    real(rp), intent(out) :: w(27)
+    type(touch_t), intent(inout) :: touch
     integer :: c, i, j, k, q
 
     c = 0
@@ -132,11 +132,39 @@ contains
         q = touch%first + (i - 1)*stride(1) + (j - 1)*stride(2) - 1
         do k = 1, 3
           c = c + 1
-          e(c) = self%place(q + k)
-          w(c) = touch%w(i, 1)*touch%w(j, 2)*touch%w(k, 3)
+          touch%entry(c) = self%place(q + k)
+          touch%weight(c) = touch%w(i, 1)*touch%w(j, 2)*touch%w(k, 3)
         end do
       end do
     end do
-  end subroutine stencil
+  end subroutine spread
+
+  !> What comes back to a particle of an even load on all that touch, and on all that are pushed.
+  pure function returned(entry, weight, normal2, n, free, mass) result(s)
+    integer, intent(in) :: entry(27), n
+    real(rp), intent(in) :: weight(27), normal2(3), free(3, n), mass(2, n)
+    real(rp) :: s(2), w
+    integer :: i
+
+    s = 0.0_rp
+    do i = 1, 27
+      if (entry(i) == 0) cycle
+      w = weight(i)*(free(1, entry(i))*normal2(1) + free(2, entry(i))*normal2(2) &
+                     + free(3, entry(i))*normal2(3))
+      s = s + w*mass(:, entry(i))
+    end do
+  end function returned
+
+  !> Add a particle's values to its nodes.
+  pure subroutine add_values(entry, weight, own, n, values)
+    integer, intent(in) :: entry(27), n
+    real(rp), intent(in) :: weight(27), own(n_values)
+    real(rp), intent(inout) :: values(n_values, n)
+    integer :: i
+
+    do i = 1, 27
+      if (entry(i) > 0) values(:, entry(i)) = values(:, entry(i)) + weight(i)*own
+    end do
+  end subroutine add_values
 
 end module time_touching

@@ -295,7 +295,8 @@ contains
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
     all = [sim%timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
-           real(sim%awake_steps, rp), real(sim%halo%messages, rp), real(sim%halo%bytes, rp)]
+           real(sim%awake_steps, rp), real(sim%halo%messages + sim%resting_halo%messages, rp), &
+           real(sim%halo%bytes + sim%resting_halo%bytes, rp)]
     call world%sum(all)
     if (.not. world%is_root()) return
     share = 100.0_rp*all(1:n_phases)/max(sum(all(1:n_phases)), tiny(1.0_rp))

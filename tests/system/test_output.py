@@ -149,9 +149,9 @@ def test_quiet(run, small):
 
 
 def test_progress(run):
-    """Exact: with PROGRESS_INTERVAL = 0.1 s a run of more than 0.5 s prints lines of percent, step, t [s], dt
+    """Exact: with PROGRESS_INTERVAL = 0.02 s a run of more than 0.1 s prints lines of percent, step, t [s], dt
     [s], speed and time left; percent and step rise."""
-    sets = {"OUTPUT.PROGRESS_INTERVAL": 0.1, "OUTPUT.FRAME_INTERVAL": 0}
+    sets = {"OUTPUT.PROGRESS_INTERVAL": 0.02, "OUTPUT.FRAME_INTERVAL": 0}
     done = run("stir", sets=sets | {"TIME.END": 0.1})
     pattern = r" *([0-9.]+) %  step ([0-9]+)  t = (\S+) s  dt = (\S+) s  (\S+) M particle-steps/s  left \S+"
     lines = [re.match(pattern, line) for line in done.out.splitlines()]

@@ -14,7 +14,7 @@ def results(tmp_path_factory):
     def get(name, scheme):
         if (name, scheme) not in known:
             directory = tmp_path_factory.mktemp(name + scheme)
-            sets = {"METHOD.SCHEME": scheme} | ({"TIME.CFL": 0.25} if name == "stir" else {})
+            sets = {"METHOD.SCHEME": scheme} | ({"TIME.CFL": 0.125} if name == "stir" else {})
             done = driver.run(name, "--quiet", directory=directory, sets=sets)
             known[name, scheme] = done.results(name)
         return known[name, scheme]
@@ -35,16 +35,16 @@ def test_bar(results):
 
 def test_stirring(results):
     """Exact: the same problem: torque [N m], axial force [N], friction heat, plastic work [J] and hottest
-    particle [K] of 0.2 s of stirring (particles 2 mm apart, short steps) agree to 8 % (5.7 % measured)."""
+    particle [K] of 0.2 s of stirring (particles 2 mm apart, short steps) agree to 5 % (3.2 % measured)."""
     one, two = [results("stir", scheme).history() for scheme in ("usl", "usavg")]
     for name in ("tool_torque[Nm]", "tool_force_z[N]"):
         late = [h[name][h["time[s]"] > 0.16].mean() for h in (one, two)]
         print(name, late)
-        assert late[1] == pytest.approx(late[0], rel=0.08)
+        assert late[1] == pytest.approx(late[0], rel=0.05)
     for name in ("friction_heat[J]", "plastic_work[J]", "tool_work[J]", "heat_content[J]"):
         rise = [h[name][-1] - h[name][0] for h in (one, two)]
         print(name, rise)
-        assert rise[1] == pytest.approx(rise[0], rel=0.08)
+        assert rise[1] == pytest.approx(rise[0], rel=0.05)
     assert two["temperature_max[K]"][-1] == pytest.approx(one["temperature_max[K]"][-1], rel=0.01)
 
 

@@ -214,7 +214,7 @@ def test_half_of_a_punched_block(run, tmp_path, shape):
     text = (driver.INPUTS / "punch.nml").read_text()
     half = text.replace("LOWER = 0, 0, 4e-3", "LOWER = 4e-3, 0, 4e-3")
     (tmp_path / "half.nml").write_text(half + "&WALL SIDE = 'xmin', POSITION = 4e-3 /\n")
-    sets = {"METHOD.SHAPE": shape, "TIME.END": 2.1e-4, "OUTPUT.CHECKPOINT_INTERVAL": 2.1e-4}
+    sets = {"METHOD.SHAPE": shape, "TIME.END": 1.9e-4, "OUTPUT.CHECKPOINT_INTERVAL": 1.9e-4}
     whole = run("punch", "--quiet", sets=sets).results("punch")
     half = run("half.nml", "--quiet", sets=sets).results("half")
     one, two = whole.checkpoint(), half.checkpoint()

@@ -129,7 +129,7 @@ contains
       v = points%v(p, :)
       m = points%mass(p)
       call tool%distance(x + dt*v, gap, normal, room)
-      call meet(dt, dt, 0.0_rp, gap - reach, normal, v - rigid%velocity_at(x), closing, slip)
+      call meet(dt, dt, 0.0_rp, 100.0_rp*dt, gap - reach, normal, v - rigid%velocity_at(x), closing, slip)
       if (gap < reach .and. closing > 0.0_rp) then
         shear = huge(1.0_rp)
         if (points%flow(p) > 0.0_rp) shear = dt*points%flow(p)*area/sqrt(3.0_rp)
@@ -171,18 +171,18 @@ contains
     real(rp), parameter :: up(3) = [0.0_rp, 0.0_rp, 1.0_rp], rest(3) = 0.0_rp
     real(rp) :: closing, slip(3)
 
-    call meet(dt, dt, 0.0_rp, -1.0e-6_rp, up, rest, closing, slip)
+    call meet(dt, dt, 0.0_rp, 100.0_rp*dt, -1.0e-6_rp, up, rest, closing, slip)
     call expect_close('taken back in a step', closing*dt, 1.0e-6_rp)
-    call meet(0.01_rp*dt, dt, 0.0_rp, -1.0e-6_rp, up, rest, closing, slip)
+    call meet(0.01_rp*dt, dt, 0.0_rp, 100.0_rp*dt, -1.0e-6_rp, up, rest, closing, slip)
     call expect_close('no kick in a short step', closing*dt, 1.0e-6_rp)
-    call meet(0.01_rp*dt, dt, 0.0_rp, 0.5e-6_rp - 0.01e-6_rp*100.0_rp, up, -100.0_rp*up, closing, slip)
+    call meet(0.01_rp*dt, dt, 0.0_rp, 100.0_rp*dt, 0.5e-6_rp - 0.01e-6_rp*100.0_rp, up, -100.0_rp*up, closing, slip)
     call expect_close('a gap is closed in a short step', (100.0_rp - closing)*0.01_rp*dt, 0.5e-6_rp)
-    call meet(dt, 100.0_rp*dt, 0.0_rp, -0.5e-6_rp, up, 2.0_rp*up, closing, slip)
+    call meet(dt, 100.0_rp*dt, 0.0_rp, 100.0_rp*dt, -0.5e-6_rp, up, 2.0_rp*up, closing, slip)
     call expect('no pull on a point that comes out', closing < 0.0_rp)
     call expect_close('slip along the surface', norm2(slip), 0.0_rp)
-    call meet(dt, dt, 2.0e-6_rp, 3.0e-6_rp - 10.0_rp*dt, up, -10.0_rp*up, closing, slip)
+    call meet(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 3.0e-6_rp - 10.0_rp*dt, up, -10.0_rp*up, closing, slip)
     call expect_close('slow through the soft zone', (10.0_rp - closing)*dt, 1.02e-6_rp)
-    call meet(dt, dt, 2.0e-6_rp, 1.0e-6_rp - 0.005e-6_rp, up, -0.005e-6_rp/dt*up, closing, slip)
+    call meet(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 1.0e-6_rp - 0.005e-6_rp, up, -0.005e-6_rp/dt*up, closing, slip)
     call expect('slower than that is free', closing < 0.0_rp)
   end subroutine test_penetration
 

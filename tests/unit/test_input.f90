@@ -197,7 +197,7 @@ contains
     call expect('is not given', .not. input%given('BODY', 2, 'TEMPERATURE'))
     call expect('default vector', all(nint(input%reals('BODY', 2, 'VELOCITY', 3)) == 0))
     call expect('some components', all(nint(input%reals('BODY', 1, 'VELOCITY', 2)) == [1, 2]))
-    call expect('default integer', input%integer('METHOD', 1, 'SORT_INTERVAL') == 50)
+    call expect('default integer', input%integer('METHOD', 1, 'SORT_INTERVAL') == 100)
     call expect_equal('default choice', input%text('METHOD', 1, 'SHAPE'), 'auto')
     call expect_equal('default text', input%text('RUN', 1, 'TITLE'), '')
     call expect_equal('name of the run', input%text('RUN', 1, 'NAME'), 't')
