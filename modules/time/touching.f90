@@ -116,6 +116,7 @@ contains
       self%free(3, self%n_nodes), self%part(self%n_nodes), self%slip(3, self%n_nodes))
     self%mass = 0.0_rp
     self%values = 0.0_rp
+    self%slip = 0.0_rp
     self%free = 1.0_rp
   end subroutine prepare
 
