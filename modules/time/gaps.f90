@@ -9,7 +9,7 @@ module time_gaps
                           normal_regression, s_gradient, s_moment
   use time_nodes, only: least_mass
   use time_normals, only: average_normals, choose_normals, ignore_thin_overlaps, try_normals
-  use time_state, only: simulation_t
+  use time_state, only: roam, simulation_t
   use time_weights, only: weights_of
   implicit none (type, external)
   private
@@ -151,7 +151,7 @@ contains
       low = minval(meeting%x, 2)
       high = maxval(meeting%x, 2)
       do b = 1, sim%particles%nblk
-        reach = sim%ball(4, b) + 2.5_rp*sim%scene%grid%h
+        reach = sim%ball(4, b) + (1.0_rp + roam)*sim%scene%grid%h
         if (any(sim%ball(1:3, b) + reach < low) .or. any(sim%ball(1:3, b) - reach > high)) cycle
         meeting%n_near = meeting%n_near + 1
         meeting%near(meeting%n_near) = b

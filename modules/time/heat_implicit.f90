@@ -10,7 +10,7 @@ module time_heat_implicit
   use thermal_operator, only: operator_t
   use thermal_petsc_shell, only: solve_by_petsc
   use time_audit, only: e_film
-  use time_heat_nodes, only: gather_flux, stable_conduction, sum_nodes
+  use time_heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use time_mirrors, only: r_warming, unfold
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -191,7 +191,7 @@ contains
     real(rp), intent(out) :: all(:)
 
     all = unpack(rows, system%is_own, 0.0_rp)
-    call sum_nodes(system%world, system%sim, 1, all)
+    call sum_all_nodes(system%world, system%sim, 1, all)
   end subroutine tell_all
 
 end module time_heat_implicit

@@ -13,7 +13,7 @@ module time_heat_nodes
   implicit none (type, external)
   private
 
-  public :: gather_flux, gather_temperature, stable_conduction, sum_nodes
+  public :: gather_flux, gather_temperature, stable_conduction, sum_all_nodes
 
 contains
 
@@ -47,7 +47,7 @@ contains
                         sim%g(:, :, 1))
     end do
     call fold(sim, kind, sim%g(:, :, 1), lost, sim%mirrors%own(:, 1))
-    call sum_nodes(world, sim, 8, sim%g(:, :, 1))
+    call sum_all_nodes(world, sim, 8, sim%g(:, :, 1))
     do r = 1, sim%n_runs
       call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
                              sim%g(:, sim%run(1, r):sim%run(2, r), 1))
@@ -71,11 +71,11 @@ contains
                          sim%g2(:, :, 1))
     end do
     call fold(sim, r_flux, sim%g2(:, :, 1), lost)
-    call sum_nodes(world, sim, 8, sim%g2(:, :, 1))
+    call sum_all_nodes(world, sim, 8, sim%g2(:, :, 1))
   end subroutine gather_flux
 
   !> Sum over the ranks of what is in all nodes, also in those of sleepers.
-  subroutine sum_nodes(world, sim, width, values)
+  subroutine sum_all_nodes(world, sim, width, values)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: width
@@ -86,7 +86,7 @@ contains
     else
       call sim%halo%sum(world, width, sim%patch%nn, values)
     end if
-  end subroutine sum_nodes
+  end subroutine sum_all_nodes
 
   subroutine gather_block(sim, body, n, temp_field, heat_field, nf, ps, rec, g)
     type(simulation_t), intent(in) :: sim

@@ -6,7 +6,7 @@ module time_limit
   use base_system, only: stop_signal
   use base_timers, only: wall_time
   use comm_world, only: world_t
-  use time_state, only: simulation_t
+  use time_state, only: roam, simulation_t
   implicit none (type, external)
   private
 
@@ -64,7 +64,7 @@ contains
     near = 0.0_rp
     do k = 1, size(sim%tool)
       do b = 1, sim%n_awake
-        if (.not. sim%tool(k)%is_near(sim%ball(1:3, b), sim%ball(4, b) + 1.5_rp*sim%scene%grid%h)) cycle
+        if (.not. sim%tool(k)%is_near(sim%ball(1:3, b), sim%ball(4, b) + roam*sim%scene%grid%h)) cycle
         near(k) = 1.0_rp
         exit
       end do

@@ -9,7 +9,7 @@ module time_sources
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_mass, f_pos, tag_faces
   use time_audit, only: e_source
-  use time_state, only: simulation_t, source_disc, source_t
+  use time_state, only: roam, simulation_t, source_disc, source_t
   implicit none (type, external)
   private
 
@@ -90,7 +90,7 @@ contains
     integer, intent(in) :: b
 
     is_far = norm2(sim%ball(1:3, b) - source%centre) &
-             > sim%ball(4, b) + source%radius + 3.5_rp*sim%scene%grid%h
+             > sim%ball(4, b) + source%radius + (2.0_rp + roam)*sim%scene%grid%h
   end function is_far
 
   !> Area (disc) or mass (ball) of a particle that a source covers [m2, kg].

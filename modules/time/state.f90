@@ -26,6 +26,8 @@ module time_state
   integer, parameter, public :: scheme_usl = 1, scheme_musl = 2, scheme_usavg = 3
   integer, parameter, public :: transfer_flip = 1, transfer_apic = 2, transfer_xpic = 3, &
                                 transfer_fmpm = 4
+  !> Room around a block's `ball` until the next sort: a cell of way, half a cell that a particle reaches.
+  real(rp), parameter, public :: roam = 1.5_rp   !! [cells]
   integer, parameter, public :: source_disc = 1, source_ball = 2
 
   !> A force on a body, shared by mass.
