@@ -5,12 +5,12 @@
 !> capacity as weight).
 module thermal_conduction
   use base_kinds, only: nlane, rp
-  use transfer_kernels, only: g2p_block, p2g_block
+  use transfer_kernels, only: g2p_block, g2p_values_block, p2g_block, p2g_values_block
   use transfer_points, only: point_nodes
   implicit none (type, external)
   private
 
-  public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
+  public :: capacity_to_grid, nodal_temperature, nodal_difference, flux_to_grid, temperature_increment
   public :: heat_particles, smooth_particles, film_to_grid
 
   real(rp), parameter, public :: smooth_share = 0.1_rp   !! of unseen differences, taken back a step
@@ -26,13 +26,13 @@ contains
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
     integer :: p
 
-    rec = 0.0_rp
     do p = 1, n
       rec(1, 1, p) = mass(p)*c_p
       rec(2, 1, p) = mass(p)*c_p*temp(p)
       rec(3, 1, p) = heat(p)
+      rec(4, 1, p) = 0.0_rp
     end do
-    call p2g_block(n, w, first, rec, stride, nn, g)
+    call p2g_values_block(n, w, first, rec, stride, nn, g)
   end subroutine capacity_to_grid
 
   !> Lanes of a run of nodes: temperature (4) from (2)/(1); (5), the heat to come, is cleared.
@@ -47,6 +47,18 @@ contains
       g(5, i) = 0.0_rp
     end do
   end subroutine nodal_temperature
+
+  !> Lane 5 of a run of nodes: what temperatures differ by in the mean, (2)/(1).
+  subroutine nodal_difference(n, g)
+    integer, intent(in) :: n
+    real(rp), intent(inout) :: g(8, n)
+    integer :: i
+
+    do i = 1, n
+      g(5, i) = 0.0_rp
+      if (g(1, i) > least_capacity) g(5, i) = g(2, i)/g(1, i)
+    end do
+  end subroutine nodal_difference
 
   !> Heat conducted in `dt` by a block, to lane 5 of `flux`; temperature in lane 4 of `g`.
   subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, j, mass, g, rec, flux)
@@ -91,7 +103,7 @@ contains
     lost = lost - heat
   end subroutine film_to_grid
 
-  !> Lane 4 becomes the temperature increment, from conducted heat (lane 5 of `flux`) and waiting
+  !> Lane 5 becomes the temperature increment, from conducted heat (lane 5 of `flux`) and waiting
   !> heat; lane 6 the new temperature.
   subroutine temperature_increment(n, flux, g)
     integer, intent(in) :: n
@@ -100,41 +112,53 @@ contains
     integer :: i
 
     do i = 1, n
-      g(6, i) = g(4, i)
-      g(4, i) = 0.0_rp
-      if (g(1, i) > least_capacity) g(4, i) = (flux(5, i) + g(3, i))/g(1, i)
-      g(6, i) = g(6, i) + g(4, i)
+      g(5, i) = 0.0_rp
+      if (g(1, i) > least_capacity) g(5, i) = (flux(5, i) + g(3, i))/g(1, i)
+      g(6, i) = g(4, i) + g(5, i)
     end do
   end subroutine temperature_increment
 
-  !> Particles take the increment in lane 4; their waiting heat is spent, and `heat` holds what
-  !> their temperature differs by from that of the nodes around them [K].
-  subroutine heat_particles(n, w, first, stride, nn, g, rec, temp, heat)
+  !> Particles take the increment in lane 5; their waiting heat is spent, and `heat` holds what
+  !> their temperature differs by from that of the nodes around them [K]. Of that, `apart` takes up
+  !> the capacity (lane 1) and capacity times difference (2).
+  subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, rec, temp, heat, apart, gained)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane)
+    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane), apart(8, nn)
+    real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
+    real(rp) :: c
     integer :: p
 
-    call g2p_block(n, w, first, stride, nn, g, rec)
+    call g2p_values_block(n, w, first, stride, nn, g, rec)
     do p = 1, n
-      temp(p) = temp(p) + rec(4, 1, p)
+      c = mass(p)*c_p
+      gained = gained + (c*rec(5, 1, p) - heat(p))
+      temp(p) = temp(p) + rec(5, 1, p)
       heat(p) = temp(p) - rec(6, 1, p)
+      rec(1, 1, p) = c
+      rec(2, 1, p) = c*heat(p)
+      rec(3:4, 1, p) = 0.0_rp
     end do
+    call p2g_values_block(n, w, first, rec, stride, nn, apart)
   end subroutine heat_particles
 
   !> Take back a share of the differences `apart` [K] that no node can see: those that are left
-  !> after their own nodal mean (lane 4) is subtracted. Increments alone would keep a jump between
+  !> after their own nodal mean (lane 5) is subtracted. Increments alone would keep a jump between
   !> neighbouring particles for ever. The heat is the same to rounding; a smooth field changes by
   !> (k h)^4 only.
-  subroutine smooth_particles(n, w, first, stride, nn, g, rec, temp, apart)
+  subroutine smooth_particles(n, w, first, stride, nn, g, c_p, mass, rec, temp, apart, gained)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), apart(nlane)
+    real(rp), intent(inout) :: gained          !! heat, running sum [J]
+    real(rp) :: change
     integer :: p
 
-    call g2p_block(n, w, first, stride, nn, g, rec)
+    call g2p_values_block(n, w, first, stride, nn, g, rec)
     do p = 1, n
-      temp(p) = temp(p) - smooth_share*(apart(p) - rec(4, 1, p))
+      change = -smooth_share*(apart(p) - rec(5, 1, p))
+      gained = gained + mass(p)*c_p*change
+      temp(p) = temp(p) + change
       apart(p) = 0.0_rp
     end do
   end subroutine smooth_particles

@@ -4,13 +4,13 @@ module time_heat
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_mass, f_temp
-  use thermal_conduction, only: heat_particles, smooth_particles, smooth_share, &
+  use thermal_conduction, only: heat_particles, nodal_difference, smooth_particles, smooth_share, &
                                 temperature_increment
   use time_audit, only: e_conduction, e_film, e_wall_heat
   use time_heat_implicit, only: foresee_temperature
-  use time_heat_nodes, only: gather_flux, gather_temperature, stable_conduction
+  use time_heat_nodes, only: gather_flux, gather_temperature, stable_conduction, sum_all_nodes
   use time_microstructure, only: anneal_particles
-  use time_mirrors, only: book_heat, r_apart, r_heat, r_warming, unfold
+  use time_mirrors, only: book_heat, fold, r_apart, r_warming, unfold
   use time_nodes, only: clear_nodes
   use time_probes, only: warm_probes
   use time_sleep, only: swap_lists
@@ -63,14 +63,15 @@ contains
     real(rp), intent(in) :: dt                  !! [s]
     real(rp) :: lost(8, size(sim%scene%constraint))   ! what folds at walls change
     real(rp), allocatable :: before(:)                ! nodal temperature
-    real(rp) :: heat                                  ! and what left through films and walls [J]
-    integer :: b, r
+    real(rp) :: gained, left                          ! by particles, through films and walls [J]
+    integer :: r
 
     call swap_lists(sim)
     lost = 0.0_rp
+    gained = 0.0_rp
+    left = sim%sums(e_film) - sim%sums(e_wall_heat)
     call give_source_heat(world, sim, dt)
-    heat = heat_here(sim) + sim%sums(e_film) - sim%sums(e_wall_heat)
-    call gather_temperature(world, sim, f_temp, f_heat, r_heat, lost)
+    call gather_temperature(world, sim, lost)
     if (sim%scene%method%implicit_heat) then
       before = sim%g(4, :, 1)
       call foresee_temperature(world, sim, dt)
@@ -86,58 +87,68 @@ contains
     if (sim%scene%method%sleep%is_on) call warm_probes(sim%patch, sim%g(:, :, 1), sim%probes)
     call unfold(sim, r_warming, sim%g(:, :, 1))
     call book_heat(sim, 1.0_rp, lost(3, :) + lost(5, :), sim%g(:, :, 1))
-    do b = 1, sim%particles%nblk
-      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .false., &
-                      sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
-    end do
-    lost = 0.0_rp
-    call gather_temperature(world, sim, f_heat, 0, r_apart, lost)
-    call book_heat(sim, smooth_share, lost(2, :), sim%g(:, :, 1))
-    do b = 1, sim%particles%nblk
-      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), .true., &
-                      sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
-    end do
-    sim%sums(e_conduction) = sim%sums(e_conduction) + heat_here(sim) &
-                             + sim%sums(e_film) - sim%sums(e_wall_heat) - heat
+    call warm_particles(world, sim, gained)
+    sim%sums(e_conduction) = sim%sums(e_conduction) + gained &
+                             + sim%sums(e_film) - sim%sums(e_wall_heat) - left
     call anneal_particles(sim, dt)
     if (sim%scene%method%sleep%is_on) call clear_nodes(sim, sim%g)
     call swap_lists(sim)
   end subroutine conduct
 
-  !> Heat of this rank's particles [J].
-  pure real(rp) function heat_here(sim)
-    type(simulation_t), intent(in) :: sim
-    integer :: b, n
+  !> Particles take the increment of the first grid, and by the second one give back some of what they
+  !> differ by from their neighbours.
+  subroutine warm_particles(world, sim, gained)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: gained           !! more heat than was waiting, running sum [J]
+    real(rp) :: lost(8, size(sim%scene%constraint))
+    integer :: b, r
 
-    heat_here = 0.0_rp
+    lost = 0.0_rp
+    call clear_nodes(sim, sim%g2)
     do b = 1, sim%particles%nblk
-      n = sim%particles%count(b)
-      associate (mat => sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
-        heat_here = heat_here + mat%c_p*sum(sim%particles%ps(1:n, f_mass, b) &
-                                            *sim%particles%ps(1:n, f_temp, b)) &
-                    + sum(sim%particles%ps(1:n, f_heat, b))
-      end associate
+      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                      sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1), sim%g2(:, :, 1), gained)
     end do
-  end function heat_here
+    call fold(sim, r_apart, sim%g2(:, :, 1), lost, sim%mirrors%own(:, 1))
+    call sum_all_nodes(world, sim, 8, sim%g2(:, :, 1))
+    do r = 1, sim%n_runs
+      call nodal_difference(sim%run(2, r) - sim%run(1, r) + 1, sim%g2(:, sim%run(1, r):sim%run(2, r), 1))
+    end do
+    call unfold(sim, r_apart, sim%g2(:, :, 1))
+    call book_heat(sim, smooth_share, lost(2, :), sim%g2(:, :, 1))
+    do b = 1, sim%particles%nblk
+      call smooth_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%rec, sim%g2(:, :, 1), gained)
+    end do
+  end subroutine warm_particles
 
-  !> Take the increment, or (`smooth`) what neighbours differ by.
-  subroutine warm_block(sim, body, n, smooth, nf, ps, rec, g)
+  subroutine warm_block(sim, body, n, nf, ps, rec, g, apart, gained)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
-    logical, intent(in) :: smooth
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), apart(8, sim%patch%nn), gained
     real(rp), intent(in) :: g(8, sim%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
     call weights_of(sim, body, nf, ps, w, first)
-    if (smooth) then
-      call smooth_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, rec, ps(1, f_temp), &
-                            ps(1, f_heat))
-    else
-      call heat_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, rec, ps(1, f_temp), &
-                          ps(1, f_heat))
-    end if
+    call heat_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, &
+                        sim%scene%material(sim%scene%body(body)%material)%c_p, ps(1, f_mass), rec, &
+                        ps(1, f_temp), ps(1, f_heat), apart, gained)
   end subroutine warm_block
+
+  subroutine smooth_block(sim, body, n, nf, ps, rec, apart, gained)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained
+    real(rp), intent(in) :: apart(8, sim%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim, body, nf, ps, w, first)
+    call smooth_particles(n, w, first, sim%patch%stride, sim%patch%nn, apart, &
+                          sim%scene%material(sim%scene%body(body)%material)%c_p, ps(1, f_mass), rec, &
+                          ps(1, f_temp), ps(1, f_heat), gained)
+  end subroutine smooth_block
 
 end module time_heat

@@ -3,10 +3,10 @@
 module time_heat_nodes
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use particles_store, only: f_jac, f_mass, f_pos, tag_faces
+  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
   use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_temperature
   use time_audit, only: e_film
-  use time_mirrors, only: fold, r_apart, r_flux, r_heat, r_temperature, unfold
+  use time_mirrors, only: fold, r_flux, r_heat, r_temperature, unfold
   use time_nodes, only: clear_nodes
   use time_state, only: simulation_t
   use time_weights, only: weights_of
@@ -31,28 +31,25 @@ contains
     end do
   end function stable_conduction
 
-  !> Capacities and nodal means of the field `temp_field`; waiting heat from `heat_field` (0: none).
-  !> `kind` says how walls mirror the field, `lost` what that changes.
-  subroutine gather_temperature(world, sim, temp_field, heat_field, kind, lost)
+  !> Capacities, temperatures and waiting heat of the nodes; `lost` is what walls change of the sums.
+  subroutine gather_temperature(world, sim, lost)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: temp_field, heat_field, kind
     real(rp), intent(inout) :: lost(8, size(sim%scene%constraint))
     integer :: b, r
 
     call clear_nodes(sim, sim%g)
     do b = 1, sim%particles%nblk
-      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), temp_field, &
-                        heat_field, sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, &
-                        sim%g(:, :, 1))
+      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
     end do
-    call fold(sim, kind, sim%g(:, :, 1), lost, sim%mirrors%own(:, 1))
+    call fold(sim, r_heat, sim%g(:, :, 1), lost, sim%mirrors%own(:, 1))
     call sum_all_nodes(world, sim, 8, sim%g(:, :, 1))
     do r = 1, sim%n_runs
       call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
                              sim%g(:, sim%run(1, r):sim%run(2, r), 1))
     end do
-    call unfold(sim, merge(r_temperature, r_apart, kind == r_heat), sim%g(:, :, 1))
+    call unfold(sim, r_temperature, sim%g(:, :, 1))
   end subroutine gather_temperature
 
   !> Heat that conduction and films bring to the nodes in `dt` at the temperatures in lane 4: lane 5
@@ -88,20 +85,18 @@ contains
     end if
   end subroutine sum_all_nodes
 
-  subroutine gather_block(sim, body, n, temp_field, heat_field, nf, ps, rec, g)
+  subroutine gather_block(sim, body, n, nf, ps, rec, g)
     type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body, n, temp_field, heat_field, nf
+    integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%patch%nn)
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18), heat(nlane)
+    real(rp) :: w(nlane, 18)
 
-    heat = 0.0_rp
-    if (heat_field > 0) heat = ps(:, heat_field)
     call weights_of(sim, body, nf, ps, w, first)
     call capacity_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, &
                           sim%scene%material(sim%scene%body(body)%material)%c_p, ps(1, f_mass), &
-                          ps(1, temp_field), heat, rec, g)
+                          ps(1, f_temp), ps(1, f_heat), rec, g)
   end subroutine gather_block
 
   subroutine diffuse_block(sim, b, body, n, dt, nf, ps, rec, g, flux)

@@ -24,8 +24,8 @@ module time_mirrors
     r_heat = 4, &          !! capacity, capacity times temperature, waiting heat
     r_temperature = 5, &   !! capacity, -, -, temperature
     r_flux = 6, &          !! heat in lane 5
-    r_warming = 7, &       !! increment of temperature in lane 4, temperature in lane 6
-    r_apart = 8            !! capacity, capacity times a difference of temperature; that in lane 4
+    r_warming = 7, &       !! increment of temperature in lanes 4, 5, temperature in lane 6
+    r_apart = 8            !! capacity, capacity times a difference of temperature; that in lane 5
 
 contains
 
@@ -190,10 +190,10 @@ contains
     case (r_flux)
       sign(5) = thermal
     case (r_warming)
-      sign([4, 6]) = thermal
+      sign(4:6) = thermal
       shift(6) = 2.0_rp*rule%temperature
     case (r_apart)
-      sign([2, 4]) = thermal
+      sign([2, 5]) = thermal
     end select
   end subroutine reflection
 
@@ -292,12 +292,12 @@ contains
     end associate
   end subroutine book_impulse
 
-  !> Heat that the walls give to this rank's particles, when these take `part` of lane 4 of `g`;
+  !> Heat that the walls give to this rank's particles, when these take `part` of lane 5 of `g`;
   !> `lost` is the heat that folds have changed. As for momentum: -2 (C_b dT_a + q_b), -q.
   subroutine book_heat(sim, part, lost, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: part, lost(size(sim%scene%constraint))   !! [-], [J]
-    real(rp), intent(in) :: g(8, sim%patch%nn)                       !! lane 4 in K
+    real(rp), intent(in) :: g(8, sim%patch%nn)                       !! lane 5 in K
     real(rp) :: heat
     integer :: i
 
@@ -306,7 +306,7 @@ contains
       heat = sum(lost)
       do i = 1, m%n_pairs
         if (sim%scene%constraint(m%pair(3, i))%temperature <= 0.0_rp) cycle
-        heat = heat - 2.0_rp*m%own(i, 1)*g(4, m%pair(2, i))
+        heat = heat - 2.0_rp*m%own(i, 1)*g(5, m%pair(2, i))
       end do
       sim%sums(e_wall_heat) = sim%sums(e_wall_heat) + part*heat
     end associate
