@@ -21,6 +21,7 @@ SPEED = ((1e9 / (3 * 0.34) + 4 / 3 * 1e9 / (2 * 1.33)) / 1000) ** 0.5  # of pres
 METHODS = {f"{shape} {transfer}": {"METHOD.SHAPE": shape, "METHOD.TRANSFER": transfer.rstrip("24"),
                                    **({"METHOD.ORDER": transfer[-1]} if transfer[-1].isdigit() else {})}
            for shape in ("ugimp", "bspline") for transfer in ("flip", "apic", "fmpm2", "fmpm4")}
+METHODS["bspline flip, selective"] = {"METHOD.SHAPE": "bspline", "METHOD.SELECTIVE_SCALING": "on"}
 METHODS["ugimp flip, no FBAR"] = {"METHOD.SHAPE": "ugimp", "METHOD.FBAR": "F"}
 
 

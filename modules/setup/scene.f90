@@ -12,6 +12,7 @@ module setup_scene
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_materials, only: read_materials
   use setup_names, only: find, known
+  use setup_scaling, only: read_selective_scaling
   use setup_sleeping, only: read_sleeping
   use setup_solids, only: bounds, read_solid, solid_t
   use setup_stretch, only: check_stretch
@@ -47,6 +48,7 @@ contains
     call read_constraints(input, sim%scene, complaints)
     call read_tools(input, sim%scene%body, sim%tool, complaints)
     call read_contacts(input, sim%scene, sim%n_groups, complaints)
+    call read_selective_scaling(input, sim, complaints)
     associate (m => sim%scene%method)
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
     end associate

@@ -9,7 +9,7 @@ module time_clamps
   use base_kinds, only: rp
   use comm_world, only: world_t
   use time_audit, only: e_wall
-  use time_nodes, only: least_mass
+  use time_nodes, only: least_inertia, least_mass
   use time_state, only: column_t, simulation_t
   implicit none (type, external)
   private
@@ -39,9 +39,10 @@ contains
   subroutine hold_nodes(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn)
-    real(rp) :: value, before, impulse
+    real(rp) :: value, before, impulse, least
     integer :: a, i, q
 
+    least = least_inertia(sim%scene)
     do i = 1, sim%n_fixed
       q = sim%fixed(1, i)
       associate (rule => sim%scene%constraint(sim%fixed(2, i)))
@@ -50,7 +51,7 @@ contains
           value = rule%velocity(a)
           before = g(a, q) - g(4 + a, q)
           if (sim%fixed(3, i) == 1) then
-            impulse = g(8, q)*(value - g(a, q))
+            impulse = max(g(8, q), least)*(value - g(a, q))
             sim%impulse(a, sim%fixed(2, i)) = sim%impulse(a, sim%fixed(2, i)) + impulse
             sim%sums(e_wall) = sim%sums(e_wall) + impulse*0.5_rp*(before + value)
           end if
@@ -64,22 +65,23 @@ contains
   subroutine hold_columns(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn)
-    real(rp) :: impulse, jump(3)
+    real(rp) :: impulse, jump(3), least
     integer :: a, i, k, q
 
+    least = least_inertia(sim%scene)
     do i = 1, sim%n_columns
       associate (column => sim%column(i), rule => sim%scene%constraint(sim%column(i)%rule))
         if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
         do a = 1, 3
           if (.not. rule%component(a)) cycle
-          jump = jumps(column, rule%velocity(a), a, sim%patch%nn, g, g)
+          jump = jumps(column, rule%velocity(a), a, least, sim%patch%nn, g, g)
           do k = 1, 3
             if (column%node(k) == 0) cycle
             q = column%node(k)
             g(a, q) = g(a, q) + jump(k)
             g(4 + a, q) = g(4 + a, q) + jump(k)
             if (.not. column%is_owned(k)) cycle
-            impulse = g(8, q)*jump(k)
+            impulse = max(g(8, q), least)*jump(k)
             sim%impulse(a, column%rule) = sim%impulse(a, column%rule) + impulse
             sim%sums(e_wall) = sim%sums(e_wall) + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
           end do
@@ -89,9 +91,9 @@ contains
   end subroutine hold_columns
 
   !> Changes of lane `a` of a column's nodes that make it `value` at the face.
-  pure function jumps(column, value, a, nn, mass, g) result(jump)
+  pure function jumps(column, value, a, least, nn, mass, g) result(jump)
     type(column_t), intent(in) :: column
-    real(rp), intent(in) :: value
+    real(rp), intent(in) :: value, least     !! least inertia of a node [kg]
     integer, intent(in) :: a, nn
     real(rp), intent(in) :: mass(8, nn)      !! velocity records
     real(rp), intent(in) :: g(8, nn)
@@ -108,7 +110,7 @@ contains
       if (mass(8, column%node(k)) <= least_mass) cycle
       associate (m => mass(8, column%node(k)))
         w(k) = column%weight(k)*min(1.0_rp, m/(least_tail*heaviest*column%tail(k)))
-        inverse(k) = 1.0_rp/m
+        inverse(k) = 1.0_rp/max(m, least)
         v = v + w(k)*g(a, column%node(k))
       end associate
     end do
@@ -168,7 +170,7 @@ contains
           if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
           do a = 1, 3
             if (.not. rule%component(a)) cycle
-            jump = jumps(column, 0.0_rp, 4 + a, sim%patch%nn, g(:, :, k), increment(:, :, k))
+            jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, sim%patch%nn, g(:, :, k), increment(:, :, k))
             do j = 1, 3
               q = column%node(j)
               if (q > 0) increment(4 + a, q, k) = increment(4 + a, q, k) + jump(j)

@@ -6,6 +6,7 @@ module time_limit
   use base_system, only: stop_signal
   use base_timers, only: wall_time
   use comm_world, only: world_t
+  use time_nodes, only: full_mass
   use time_state, only: roam, simulation_t
   implicit none (type, external)
   private
@@ -87,8 +88,7 @@ contains
     integer :: i, k, r
 
     fastest_node = 0.0_rp
-    least = material_share*sim%scene%method%mass_scaling*sim%scene%grid%h**3 &
-            *minval(sim%scene%material%rho)
+    least = material_share*full_mass(sim%scene)
     do k = 1, sim%n_groups
       do r = 1, sim%n_runs
         do i = sim%run(1, r), sim%run(2, r)

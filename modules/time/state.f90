@@ -151,6 +151,7 @@ module time_state
     real(rp) :: fixed_dt = 0.0_rp        !! [s]; 0: from the wave speed
     real(rp) :: mass_scaling = 1.0_rp    !! on inertia only; the present one if it adapts
     logical :: adapts_mass = .false.     !! mass scaling follows the inertial stress
+    logical :: scales_light_nodes = .false.   !! more inertia for nodes with little mass (time_nodes)
     real(rp) :: scaling_range(2) = 0.0_rp   !! least and largest then
     real(rp) :: inertial_fraction = 0.05_rp   !! inertial stress over flow stress that is small
     real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]

@@ -30,7 +30,7 @@ module time_tool_contact
   use physics_stress, only: flow_strength
   use time_faces, only: surface_weights
   use time_mirrors, only: r_velocity, unfold
-  use time_nodes, only: least_mass
+  use time_nodes, only: least_inertia, least_mass
   use time_state, only: scheme_usl, simulation_t
   use time_touch_books, only: book_tool, give_heat
   use time_touch_surface, only: flatten, velocity_at
@@ -45,6 +45,8 @@ module time_tool_contact
   real(rp), parameter :: share = 0.7_rp        !! of the exact impulse: all of it is noisier
   real(rp), parameter :: soft = 0.02_rp        !! zone where gaps close slowly [cells]
   real(rp), parameter :: calm = 60.0_rp        !! time in which they do: waves cross so many cells
+  real(rp), parameter :: pace = 3.0e-3_rp      !! at which depth is lost in any case [wave speeds]
+  real(rp), parameter :: any_pace = huge(1.0_rp)   !! with true masses: limit loads are more even then
   real(rp), parameter :: band = 3.01_rp        !! nodes that touching particles reach [cells]: no
                                                !! whole number, so that all ranks list the same
   real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
@@ -276,26 +278,28 @@ contains
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, edge, zone, x(3), v(3)
     type(touch_t), intent(inout) :: touch
-    real(rp) :: gap, room
+    real(rp) :: gap, room, wave
 
     call tool%distance(x + dt*v, gap, touch%normal, room)
     gap = gap - touch%half
     approaches = gap < zone
     if (.not. approaches) return
-    call meet(dt, sim%clock%dt, zone, calm_time(sim), gap, touch%normal, &
+    wave = wave_speed(sim)
+    call meet(dt, sim%clock%dt, zone, calm*sim%patch%h/wave, &
+              merge(pace*wave, any_pace, sim%scene%method%mass_scaling > 1.0_rp), gap, touch%normal, &
               v - rigid%velocity_at(x - touch%half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
     touch%friction = tool%friction
     approaches = touch%closing > 0.0_rp
     if (room < edge) touch%closing = 0.0_rp
   end function approaches
 
-  !> Time in which gaps of the soft zone close [s]: that of a hundred steps of usual length, whatever
-  !> the step is, so that smaller steps give the same contact.
-  pure real(rp) function calm_time(sim)
+  !> Speed of pressure waves in the stiffest particle [m/s]. Times and speeds of contact are counted in
+  !> it, so that smaller steps give the same contact.
+  pure real(rp) function wave_speed(sim)
     type(simulation_t), intent(in) :: sim
 
-    calm_time = calm*sim%patch%h/sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling)
-  end function calm_time
+    wave_speed = sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling)
+  end function wave_speed
 
   !> Masses of the touching and of the pushed particles at the nodes.
   subroutine add_masses(sim)
@@ -321,12 +325,13 @@ contains
   subroutine add_impulses(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: g(8, sim%patch%nn)
-    real(rp) :: s(2), values(n_values)
+    real(rp) :: least, s(2), values(n_values)
     integer :: e, p
 
+    least = least_inertia(sim%scene)
     associate (touching => sim%touching)
       do e = 1, touching%n_nodes
-        touching%mass(:, e) = touching%mass(:, e)/g(8, touching%node(e))
+        touching%mass(:, e) = touching%mass(:, e)/max(least, g(8, touching%node(e)))
       end do
       do p = 1, touching%n
         associate (t => touching%touch(p))
@@ -358,15 +363,16 @@ contains
   subroutine push_nodes(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%patch%nn)
-    real(rp) :: jump(3)
+    real(rp) :: jump(3), least
     integer :: e
 
+    least = least_inertia(sim%scene)
     associate (t => sim%touching)
       do e = 1, t%n_nodes
         t%part(e) = held_part(t%values(v_hold:v_hold + 2, e), t%values(v_coulomb, e), &
                               t%values(v_shear, e))
         associate (record => g(:, t%node(e)))
-          jump = t%free(:, e)/record(8)*(t%values(v_push:v_push + 2, e) &
+          jump = t%free(:, e)/max(least, record(8))*(t%values(v_push:v_push + 2, e) &
                                          + t%part(e)*t%values(v_hold:v_hold + 2, e))
           record(1:3) = record(1:3) + jump
           record(5:7) = record(5:7) + jump

@@ -9,7 +9,7 @@ STATE = ["x", "v", "b", "jac", "plastic", "temp", "tau"]
 CROSSING = {"GRID.UPPER": "104e-3,48e-3,28e-3", "SHAPE.UPPER": "96e-3,40e-3,12e-3", "TIME.END": "0.08",
             "MOTION(1).DURATION": "0.02", "MOTION(1).VELOCITY": "0,0,-20e-3",
             "MOTION(2).VELOCITY": "0.5,0,0", "MOTION(2).RAMP": "0.01", "METHOD.SORT_INTERVAL": "25",
-            "OUTPUT.CHECKPOINT_INTERVAL": "0.08", "OUTPUT.FRAME_INTERVAL": "0"}
+            "OUTPUT.CHECKPOINT_INTERVAL": "0.08", "OUTPUT.FRAME_INTERVAL": "0", "METHOD.SELECTIVE_SCALING": "off"}
 
 
 @pytest.mark.parametrize("ranks", [2, 4])
