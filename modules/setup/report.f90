@@ -156,6 +156,7 @@ contains
     if (sim%scene%method%mass_scaling > 1.0_rp) then
       text = text//' (mass scaling '//str(sim%scene%method%mass_scaling)//')'
     end if
+    if (sim%scene%method%scales_light_nodes) text = text//', more inertia for light nodes (SELECTIVE_SCALING)'
     if (sim%scene%method%conducts) then
       if (sim%scene%method%heat_every > 0) then
         text = text//'; conduction every '//str(sim%scene%method%heat_every)//' step(s)'

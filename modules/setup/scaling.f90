@@ -26,9 +26,18 @@ contains
     end if
     associate (method => sim%scene%method)
       method%scales_light_nodes = obstacle == '' .and. (choice == 'on' &
-                                  .or. (choice == 'auto' .and. method%mass_scaling > 1.0_rp))
+                                  .or. (choice == 'auto' .and. is_quasi_static(sim)))
     end associate
   end subroutine read_selective_scaling
+
+  !> Whether waves are of no interest, and what a tool stirs is held: light nodes do not pass on all of the
+  !> momentum of internal forces, which sets free bodies in motion.
+  pure logical function is_quasi_static(sim)
+    type(simulation_t), intent(in) :: sim
+
+    is_quasi_static = sim%scene%method%mass_scaling > 1.0_rp .and. size(sim%tool) > 0 &
+                      .and. size(sim%scene%constraint) > 0
+  end function is_quasi_static
 
   !> What in the scene its limits were not measured with; '' if nothing.
   pure function what_forbids(sim) result(text)

@@ -54,7 +54,7 @@ contains
   end function full_mass
 
   !> Inertia against forces that a node has at least (selective mass scaling) [kg]. What is in
-  !> equilibrium stays so, and what flies freely keeps its momentum.
+  !> equilibrium stays so.
   pure real(rp) function least_inertia(scene)
     type(scene_t), intent(in) :: scene
 

@@ -59,7 +59,7 @@ def test_inertia_of_light_nodes_changes_little(run, tmp_path):
 
 
 def test_inertia_of_light_nodes_is_not_felt_in_flight(run, tmp_path):
-    """Exact: what flies freely keeps its velocity."""
+    """Exact: what flies freely without stress keeps its velocity."""
     sets = {"METHOD.SELECTIVE_SCALING": "on", "METHOD.SHAPE": "bspline", "BODY.ANGULAR_VELOCITY": "0,0,0", "BODY.VELOCITY": "3,2,1", "TIME.END": "2e-5",
             "OUTPUT.HISTORY_INTERVAL": "1e-6"}
     history = run("crumb", "--quiet", sets=sets, directory=tmp_path).results("crumb").history()
