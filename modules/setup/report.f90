@@ -10,7 +10,7 @@ module setup_report
   use particles_store, only: f_pos
   use thermal_method, only: solver_names
   use time_heat, only: conduction_step
-  use time_stability, only: stable_step
+  use time_stability, only: stable_step, wave_speed
   use time_state, only: scheme_usl, simulation_t
   use time_step, only: take_step
   implicit none (type, external)
@@ -145,14 +145,12 @@ contains
   function limit(sim) result(text)
     type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
-    real(rp) :: speed
 
     if (sim%scene%method%fixed_dt > 0.0_rp) then
       text = '&TIME DT'
       return
     end if
-    speed = sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling)
-    text = 'CFL '//str(sim%scene%method%cfl)//': pressure waves of '//str(speed)//' m/s'
+    text = 'CFL '//str(sim%scene%method%cfl)//': pressure waves of '//str(wave_speed(sim))//' m/s'
     if (sim%scene%method%mass_scaling > 1.0_rp) then
       text = text//' (mass scaling '//str(sim%scene%method%mass_scaling)//')'
     end if

@@ -10,7 +10,7 @@ module thermal_conduction
   implicit none (type, external)
   private
 
-  public :: capacity_to_grid, nodal_temperature, nodal_difference, flux_to_grid, temperature_increment
+  public :: capacity_to_grid, nodal_mean, flux_to_grid, temperature_increment
   public :: heat_particles, smooth_particles, film_to_grid
 
   real(rp), parameter, public :: smooth_share = 0.1_rp   !! of unseen differences, taken back a step
@@ -35,30 +35,17 @@ contains
     call p2g_values_block(n, w, first, rec, stride, nn, g)
   end subroutine capacity_to_grid
 
-  !> Lanes of a run of nodes: temperature (4) from (2)/(1); (5), the heat to come, is cleared.
-  subroutine nodal_temperature(n, g)
-    integer, intent(in) :: n
+  !> Lane `lane` of a run of nodes: the mean weighted by capacity, (2)/(1); 0 where a node is empty.
+  subroutine nodal_mean(lane, n, g)
+    integer, intent(in) :: lane, n
     real(rp), intent(inout) :: g(8, n)
     integer :: i
 
     do i = 1, n
-      g(4, i) = 0.0_rp
-      if (g(1, i) > least_capacity) g(4, i) = g(2, i)/g(1, i)
-      g(5, i) = 0.0_rp
+      g(lane, i) = 0.0_rp
+      if (g(1, i) > least_capacity) g(lane, i) = g(2, i)/g(1, i)
     end do
-  end subroutine nodal_temperature
-
-  !> Lane 5 of a run of nodes: what temperatures differ by in the mean, (2)/(1).
-  subroutine nodal_difference(n, g)
-    integer, intent(in) :: n
-    real(rp), intent(inout) :: g(8, n)
-    integer :: i
-
-    do i = 1, n
-      g(5, i) = 0.0_rp
-      if (g(1, i) > least_capacity) g(5, i) = g(2, i)/g(1, i)
-    end do
-  end subroutine nodal_difference
+  end subroutine nodal_mean
 
   !> Heat conducted in `dt` by a block, to lane 5 of `flux`; temperature in lane 4 of `g`.
   subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, j, mass, g, rec, flux)

@@ -4,7 +4,7 @@ module time_heat
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_mass, f_temp
-  use thermal_conduction, only: heat_particles, nodal_difference, smooth_particles, smooth_share, &
+  use thermal_conduction, only: heat_particles, nodal_mean, smooth_particles, smooth_share, &
                                 temperature_increment
   use time_audit, only: e_conduction, e_film, e_wall_heat
   use time_heat_implicit, only: foresee_temperature
@@ -113,7 +113,7 @@ contains
     call fold(sim, r_apart, sim%g2(:, :, 1), lost, sim%mirrors%own(:, 1))
     call sum_all_nodes(world, sim, 8, sim%g2(:, :, 1))
     do r = 1, sim%n_runs
-      call nodal_difference(sim%run(2, r) - sim%run(1, r) + 1, sim%g2(:, sim%run(1, r):sim%run(2, r), 1))
+      call nodal_mean(5, sim%run(2, r) - sim%run(1, r) + 1, sim%g2(:, sim%run(1, r):sim%run(2, r), 1))
     end do
     call unfold(sim, r_apart, sim%g2(:, :, 1))
     call book_heat(sim, smooth_share, lost(2, :), sim%g2(:, :, 1))

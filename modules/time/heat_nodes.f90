@@ -4,7 +4,7 @@ module time_heat_nodes
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
-  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_temperature
+  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_mean
   use time_audit, only: e_film
   use time_mirrors, only: fold, r_flux, r_heat, r_temperature, unfold
   use time_nodes, only: clear_nodes
@@ -46,8 +46,8 @@ contains
     call fold(sim, r_heat, sim%g(:, :, 1), lost, sim%mirrors%own(:, 1))
     call sum_all_nodes(world, sim, 8, sim%g(:, :, 1))
     do r = 1, sim%n_runs
-      call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
-                             sim%g(:, sim%run(1, r):sim%run(2, r), 1))
+      call nodal_mean(4, sim%run(2, r) - sim%run(1, r) + 1, &
+                      sim%g(:, sim%run(1, r):sim%run(2, r), 1))
     end do
     call unfold(sim, r_temperature, sim%g(:, :, 1))
   end subroutine gather_temperature

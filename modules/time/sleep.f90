@@ -10,6 +10,7 @@ module time_sleep
   use grid_geometry, only: nearest_node
   use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_temp, f_vel, rim, set_rest, &
                              tag_rest
+  use time_stability, only: wave_speed
   use time_state, only: mirrors_t, simulation_t
   implicit none (type, external)
   private
@@ -88,7 +89,7 @@ contains
     call world%sum(flat)
     asked = reshape(flat, shape(asked))
     associate (fastest => sim%scene%method%sleep%strain &
-                          *sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling))
+                          *wave_speed(sim))
       is_awake = asked(a_calls, :, :, :) > 0.0_rp &
                  .or. norm2(asked(a_momentum:, :, :, :), 1) > fastest*asked(a_mass, :, :, :)
     end associate

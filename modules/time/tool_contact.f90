@@ -31,6 +31,7 @@ module time_tool_contact
   use time_faces, only: surface_weights
   use time_mirrors, only: r_velocity, unfold
   use time_nodes, only: least_inertia, least_mass
+  use time_stability, only: wave_speed
   use time_state, only: scheme_usl, simulation_t
   use time_touch_books, only: book_tool, give_heat
   use time_touch_surface, only: flatten, velocity_at
@@ -284,7 +285,7 @@ contains
     gap = gap - touch%half
     approaches = gap < zone
     if (.not. approaches) return
-    wave = wave_speed(sim)
+    wave = wave_speed(sim)                 ! and no step: smaller ones give the same contact
     call meet(dt, sim%clock%dt, zone, calm*sim%patch%h/wave, &
               merge(pace*wave, any_pace, sim%scene%method%mass_scaling > 1.0_rp), gap, touch%normal, &
               v - rigid%velocity_at(x - touch%half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
@@ -292,14 +293,6 @@ contains
     approaches = touch%closing > 0.0_rp
     if (room < edge) touch%closing = 0.0_rp
   end function approaches
-
-  !> Speed of pressure waves in the stiffest particle [m/s]. Times and speeds of contact are counted in
-  !> it, so that smaller steps give the same contact.
-  pure real(rp) function wave_speed(sim)
-    type(simulation_t), intent(in) :: sim
-
-    wave_speed = sqrt(sim%clock%stiffness/sim%scene%method%mass_scaling)
-  end function wave_speed
 
   !> Masses of the touching and of the pushed particles at the nodes.
   subroutine add_masses(sim)
