@@ -79,7 +79,8 @@ contains
     call t%key('FBAR', 'logical', 1, '', '.true.', '', &
       'average the volume ratio over the particles next to each node, against volumetric locking')
     call t%key('SELECTIVE_SCALING', 'choice', 1, '', 'auto', 'off auto on', &
-      'nodes with little mass have more inertia, which allows longer steps; auto: with B-splines, MASS_SCALING, a tool and a wall')
+      'nodes with little mass have more inertia, which allows longer steps; auto: with B-splines, '// &
+      'MASS_SCALING, a tool, a wall and nothing molten')
     call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '100', '[1,1000]', &
       'steps between two sorts of the particles by cell')
     call t%key('REBALANCE', 'real', 1, '', '1.1', '[1,inf)', &

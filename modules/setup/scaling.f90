@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Whether nodes with little mass have more inertia in this scene (selective mass scaling).
 module setup_scaling
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
+  use physics_material, only: material_t
+  use physics_stress, only: flow_strength
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use time_state, only: scheme_usl, simulation_t, transfer_flip
@@ -18,26 +20,51 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(complaints_t), intent(inout) :: complaints
     character(:), allocatable :: choice, obstacle
+    logical :: is_wanted
 
     choice = input%text('METHOD', 1, 'SELECTIVE_SCALING')
     obstacle = what_forbids(sim)
     if (choice == 'on' .and. obstacle /= '') then
       call input%complain(complaints, 'METHOD', 1, 'SELECTIVE_SCALING', 'cannot be on with '//obstacle)
     end if
-    associate (method => sim%scene%method)
-      method%scales_light_nodes = obstacle == '' .and. (choice == 'on' &
-                                  .or. (choice == 'auto' .and. is_quasi_static(sim)))
-    end associate
+    is_wanted = choice == 'on'
+    if (choice == 'auto') is_wanted = is_quasi_static(input, sim)
+    sim%scene%method%scales_light_nodes = is_wanted .and. obstacle == ''
   end subroutine read_selective_scaling
 
   !> Whether waves are of no interest, and what a tool stirs is held: light nodes do not pass on all of the
-  !> momentum of internal forces, which sets free bodies in motion.
-  pure logical function is_quasi_static(sim)
+  !> momentum of internal forces, which sets free bodies in motion, and what is molten is as free.
+  logical function is_quasi_static(input, sim)
+    type(input_t), intent(in) :: input
     type(simulation_t), intent(in) :: sim
+    integer :: b
 
     is_quasi_static = sim%scene%method%mass_scaling > 1.0_rp .and. size(sim%tool) > 0 &
                       .and. size(sim%scene%constraint) > 0
+    do b = 1, size(sim%scene%body)
+      if (.not. is_quasi_static) return
+      is_quasi_static = has_strength(sim%scene%material(sim%scene%body(b)%material), &
+                                     input%real('BODY', b, 'TEMPERATURE'))
+    end do
   end function is_quasi_static
+
+  !> Whether a material resists flow at a temperature: more than a millionth of its shear modulus.
+  logical function has_strength(material, temperature)
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: temperature         !! [K]
+    real(rp), allocatable :: start(:)
+    real(rp), dimension(nlane) :: none, rate, strength, temp
+
+    has_strength = .true.
+    if (.not. allocated(material%flow)) return
+    allocate (start(material%flow%n_state))
+    call material%flow%start(start)
+    none = 0.0_rp
+    rate = 1.0_rp
+    temp = temperature
+    call flow_strength(material, none, temp, rate, size(start), spread(start, 1, nlane), strength)
+    has_strength = strength(1) > 1.0e-6_rp*material%g
+  end function has_strength
 
   !> What in the scene its limits were not measured with; '' if nothing.
   pure function what_forbids(sim) result(text)

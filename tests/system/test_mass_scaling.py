@@ -132,3 +132,13 @@ def test_bad_ranges(run, tmp_path, sets, message):
     """A range that cannot be meant is named with its key, and nothing is written."""
     done = run("stir", "--quiet", sets=sets, directory=tmp_path, expect=driver.BAD_INPUT)
     assert "MASS_SCALING_RANGE" in done.err and message in done.err
+
+
+def test_molten_metal_has_its_own_inertia(run, tmp_path):
+    """Light nodes of what is free would set it in motion: 'auto' leaves molten copper (1356 K) alone."""
+    steps = []
+    for temperature in (1350, 1360):
+        sets = {"BODY.TEMPERATURE": temperature, "TIME.MAX_STEPS": 5, "OUTPUT.HISTORY_INTERVAL": 0}
+        done = run("stir", "--quiet", sets=sets, directory=place(tmp_path, str(temperature)))
+        steps.append(done.results("stir").history()["dt[s]"][-1])
+    assert steps[1] < 0.8 * steps[0]
