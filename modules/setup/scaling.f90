@@ -28,25 +28,25 @@ contains
       call input%complain(complaints, 'METHOD', 1, 'SELECTIVE_SCALING', 'cannot be on with '//obstacle)
     end if
     is_wanted = choice == 'on'
-    if (choice == 'auto') is_wanted = is_quasi_static(input, sim)
+    if (choice == 'auto') is_wanted = is_harmless(input, sim)
     sim%scene%method%scales_light_nodes = is_wanted .and. obstacle == ''
   end subroutine read_selective_scaling
 
-  !> Whether waves are of no interest, and what a tool stirs is held: light nodes do not pass on all of the
+  !> Whether it does no harm: waves are of no interest, and what a tool stirs is held; light nodes do not pass on all of the
   !> momentum of internal forces, which sets free bodies in motion, and what is molten is as free.
-  logical function is_quasi_static(input, sim)
+  logical function is_harmless(input, sim)
     type(input_t), intent(in) :: input
     type(simulation_t), intent(in) :: sim
     integer :: b
 
-    is_quasi_static = sim%scene%method%mass_scaling > 1.0_rp .and. size(sim%tool) > 0 &
-                      .and. size(sim%scene%constraint) > 0
+    is_harmless = sim%scene%method%mass_scaling > 1.0_rp .and. size(sim%tool) > 0 &
+                  .and. size(sim%scene%constraint) > 0
     do b = 1, size(sim%scene%body)
-      if (.not. is_quasi_static) return
-      is_quasi_static = has_strength(sim%scene%material(sim%scene%body(b)%material), &
-                                     input%real('BODY', b, 'TEMPERATURE'))
+      if (.not. is_harmless) return
+      is_harmless = has_strength(sim%scene%material(sim%scene%body(b)%material), &
+                                 input%real('BODY', b, 'TEMPERATURE'))
     end do
-  end function is_quasi_static
+  end function is_harmless
 
   !> Whether a material resists flow at a temperature: more than a millionth of its shear modulus.
   logical function has_strength(material, temperature)

@@ -88,8 +88,7 @@ contains
     flat = reshape(asked, [size(asked)])
     call world%sum(flat)
     asked = reshape(flat, shape(asked))
-    associate (fastest => sim%scene%method%sleep%strain &
-                          *wave_speed(sim))
+    associate (fastest => sim%scene%method%sleep%strain*wave_speed(sim))
       is_awake = asked(a_calls, :, :, :) > 0.0_rp &
                  .or. norm2(asked(a_momentum:, :, :, :), 1) > fastest*asked(a_mass, :, :, :)
     end associate
