@@ -3,25 +3,28 @@
 !> All particles of a block belong to one body; unused lanes of a block are neutral (no mass).
 module particles_store
   use base_kinds, only: i8, nlane, rp
-  use base_system, only: allocate_aligned, free_aligned
+  use base_system, only: allocate_aligned, free_aligned, need_soon
   implicit none (type, external)
   private
 
   public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, set_rest, tag_border, set_border
 
-  ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz).
+  ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz). Together
+  ! lie those that conduction reads, and those that the transfer to the grid reads.
   integer, parameter, public :: &
     f_pos = 1, &       !! position [m]
-    f_vel = 4, &       !! velocity [m/s]
-    f_bbar = 7, &      !! isochoric elastic left Cauchy-Green tensor [-]
-    f_jac = 13, &      !! volume ratio J [-]
-    f_plastic = 14, &  !! equivalent plastic strain [-]
-    f_temp = 15, &     !! temperature [K]
-    f_mass = 16, &     !! mass, not scaled [kg]
-    f_tau = 17, &      !! Kirchhoff stress [Pa]
-    f_rate = 23, &     !! equivalent plastic strain rate [1/s]
-    f_flow = 24, &     !! flow stress [Pa]
-    f_heat = 25        !! heat waiting for the next conduction step [J]
+    f_mass = 4, &      !! mass, not scaled [kg]
+    f_temp = 5, &      !! temperature [K]
+    f_heat = 6, &      !! heat waiting for the next conduction step [J]
+    f_jac = 7, &       !! volume ratio J [-]
+    f_vel = 8, &       !! velocity [m/s]
+    f_tau = 11, &      !! Kirchhoff stress [Pa]
+    f_bbar = 17, &     !! isochoric elastic left Cauchy-Green tensor [-]
+    f_plastic = 23, &  !! equivalent plastic strain [-]
+    f_rate = 24, &     !! equivalent plastic strain rate [1/s]
+    f_flow = 25        !! flow stress [Pa]
+  integer, parameter, public :: n_conduction = f_jac       !! fields that conduction reads
+  integer, parameter, public :: n_to_grid = f_tau + 5      !! fields that go to the grid
   integer, parameter, public :: n_fields = 25  !! fields without a law's own state variables
 
   !> Where the fields lie that only some methods and scenes need; 0: not there.
@@ -56,6 +59,7 @@ module particles_store
     procedure :: init
     procedure :: free
     procedure :: reserve
+    procedure :: fetch
     procedure :: total
     procedure :: bytes
   end type particles_t
@@ -122,6 +126,14 @@ contains
     call move_alloc(list, self%body)
     self%capacity = n
   end subroutine reserve
+
+  !> The first `n` fields of block `b` are needed soon: the transfers of the block before fetch them.
+  subroutine fetch(self, b, n)
+    class(particles_t), intent(in) :: self
+    integer, intent(in) :: b, n
+
+    if (b <= self%nblk) call need_soon(self%ps(:, :, b), 8*nlane*n)
+  end subroutine fetch
 
   !> Particles on this rank.
   pure integer function total(self)

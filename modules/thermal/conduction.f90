@@ -10,8 +10,8 @@ module thermal_conduction
   implicit none (type, external)
   private
 
-  public :: capacity_to_grid, nodal_mean, flux_to_grid, temperature_increment
-  public :: heat_particles, smooth_particles, film_to_grid
+  public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
+  public :: heat_particles, film_to_grid
 
   real(rp), parameter, public :: smooth_share = 0.1_rp   !! of unseen differences, taken back a step
   real(rp), parameter, public :: least_capacity = 1.0e-30_rp   !! of a node that is not empty [J/K]
@@ -35,26 +35,30 @@ contains
     call p2g_values_block(n, w, first, rec, stride, nn, g)
   end subroutine capacity_to_grid
 
-  !> Lane `lane` of a run of nodes: the mean weighted by capacity, (2)/(1); 0 where a node is empty.
-  subroutine nodal_mean(lane, n, g)
-    integer, intent(in) :: lane, n
+  !> Temperature of a run of nodes, (2)/(1), to lane 4, that which conducts, and to lane 5; 0 where a
+  !> node is empty.
+  subroutine nodal_temperature(n, g)
+    integer, intent(in) :: n
     real(rp), intent(inout) :: g(8, n)
     integer :: i
 
     do i = 1, n
-      g(lane, i) = 0.0_rp
-      if (g(1, i) > least_capacity) g(lane, i) = g(2, i)/g(1, i)
+      g(4, i) = 0.0_rp
+      if (g(1, i) > least_capacity) g(4, i) = g(2, i)/g(1, i)
+      g(5, i) = g(4, i)
     end do
-  end subroutine nodal_mean
+  end subroutine nodal_temperature
 
-  !> Heat conducted in `dt` by a block, to lane 5 of `flux`; temperature in lane 4 of `g`.
-  subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, j, mass, g, rec, flux)
+  !> Heat conducted in `dt` by a block, to lane 5 of `flux`, at the temperature in lane 4 of `g`; to lane
+  !> 8 capacity times what particles differ by from the temperature of the nodes in lane 5 of `g`.
+  subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, c_p, j, mass, temp, g, &
+                          rec, flux)
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), dt, conductivity   !! [s], [W/(m K)]
-    real(rp), intent(in) :: volume                           !! initial volume over mass [m3/kg]
-    real(rp), intent(in) :: j(nlane), mass(nlane), g(8, nn)
+    real(rp), intent(in) :: volume, c_p                      !! initial volume over mass [m3/kg]
+    real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
-    real(rp) :: c, gx, gy, gz
+    real(rp) :: apart, c, gx, gy, gz
     integer :: p
 
     call g2p_block(n, w, first, stride, nn, g, rec)
@@ -63,7 +67,9 @@ contains
       gx = rec(4, 2, p)
       gy = rec(4, 3, p)
       gz = rec(4, 4, p)
+      apart = temp(p) - rec(5, 1, p)
       rec(:, :, p) = 0.0_rp
+      rec(8, 1, p) = mass(p)*c_p*apart
       rec(5, 2, p) = c*gx
       rec(5, 3, p) = c*gy
       rec(5, 4, p) = c*gz
@@ -90,8 +96,9 @@ contains
     lost = lost - heat
   end subroutine film_to_grid
 
-  !> Lane 5 becomes the temperature increment, from conducted heat (lane 5 of `flux`) and waiting
-  !> heat; lane 6 the new temperature.
+  !> From the temperature before in lane 5: lane 8 keeps it, lane 5 becomes the increment, from
+  !> conducted heat (lane 5 of `flux`) and waiting heat, lane 6 the new temperature, lane 7 the mean of
+  !> what particles differ by from lane 8.
   subroutine temperature_increment(n, flux, g)
     integer, intent(in) :: n
     real(rp), intent(in) :: flux(8, n)
@@ -99,55 +106,36 @@ contains
     integer :: i
 
     do i = 1, n
+      g(8, i) = g(5, i)
       g(5, i) = 0.0_rp
-      if (g(1, i) > least_capacity) g(5, i) = (flux(5, i) + g(3, i))/g(1, i)
-      g(6, i) = g(4, i) + g(5, i)
+      g(7, i) = 0.0_rp
+      if (g(1, i) > least_capacity) then
+        g(5, i) = (flux(5, i) + g(3, i))/g(1, i)
+        g(7, i) = flux(8, i)/g(1, i)
+      end if
+      g(6, i) = g(8, i) + g(5, i)
     end do
   end subroutine temperature_increment
 
-  !> Particles take the increment in lane 5; their waiting heat is spent, and `heat` holds what
-  !> their temperature differs by from that of the nodes around them [K]. Of that, `apart` takes up
-  !> the capacity (lane 1) and capacity times difference (2).
-  subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, rec, temp, heat, apart, gained)
+  !> Particles take the increment in lane 5 and spend their waiting heat. They give back a share of
+  !> what they differ by from the nodes (lane 8) and no node can see: what is left after its own nodal
+  !> mean (lane 7) is subtracted. Increments alone would keep a jump between neighbouring particles for
+  !> ever. The heat is the same to rounding; a smooth field changes by (k h)^4 only.
+  subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, rec, temp, heat, gained)
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane)
-    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane), apart(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
     real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
-    real(rp) :: c
-    integer :: p
-
-    call g2p_values_block(n, w, first, stride, nn, g, rec)
-    do p = 1, n
-      c = mass(p)*c_p
-      gained = gained + (c*rec(5, 1, p) - heat(p))
-      temp(p) = temp(p) + rec(5, 1, p)
-      heat(p) = temp(p) - rec(6, 1, p)
-      rec(1, 1, p) = c
-      rec(2, 1, p) = c*heat(p)
-      rec(3:4, 1, p) = 0.0_rp
-    end do
-    call p2g_values_block(n, w, first, rec, stride, nn, apart)
-  end subroutine heat_particles
-
-  !> Take back a share of the differences `apart` [K] that no node can see: those that are left
-  !> after their own nodal mean (lane 5) is subtracted. Increments alone would keep a jump between
-  !> neighbouring particles for ever. The heat is the same to rounding; a smooth field changes by
-  !> (k h)^4 only.
-  subroutine smooth_particles(n, w, first, stride, nn, g, c_p, mass, rec, temp, apart, gained)
-    integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane)
-    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), apart(nlane)
-    real(rp), intent(inout) :: gained          !! heat, running sum [J]
     real(rp) :: change
     integer :: p
 
     call g2p_values_block(n, w, first, stride, nn, g, rec)
     do p = 1, n
-      change = -smooth_share*(apart(p) - rec(5, 1, p))
-      gained = gained + mass(p)*c_p*change
+      change = rec(5, 1, p) - smooth_share*(temp(p) - rec(8, 1, p) - rec(7, 1, p))
+      gained = gained + (mass(p)*c_p*change - heat(p))
       temp(p) = temp(p) + change
-      apart(p) = 0.0_rp
+      heat(p) = 0.0_rp
     end do
-  end subroutine smooth_particles
+  end subroutine heat_particles
 
 end module thermal_conduction

@@ -3,14 +3,13 @@
 module time_heat
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
-  use particles_store, only: f_heat, f_mass, f_temp
-  use thermal_conduction, only: heat_particles, nodal_mean, smooth_particles, smooth_share, &
-                                temperature_increment
+  use particles_store, only: f_heat, f_mass, f_temp, n_conduction
+  use thermal_conduction, only: heat_particles, smooth_share, temperature_increment
   use time_audit, only: e_conduction, e_film, e_wall_heat
   use time_heat_implicit, only: foresee_temperature
-  use time_heat_nodes, only: gather_flux, gather_temperature, stable_conduction, sum_all_nodes
+  use time_heat_nodes, only: gather_flux, gather_temperature, stable_conduction
   use time_microstructure, only: anneal_particles
-  use time_mirrors, only: book_heat, fold, r_apart, r_warming, unfold
+  use time_mirrors, only: book_heat, r_warming, unfold
   use time_nodes, only: clear_nodes
   use time_probes, only: warm_probes
   use time_sleep, only: swap_lists
@@ -62,9 +61,8 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                  !! [s]
     real(rp) :: lost(8, size(sim%scene%constraint))   ! what folds at walls change
-    real(rp), allocatable :: before(:)                ! nodal temperature
     real(rp) :: gained, left                          ! by particles, through films and walls [J]
-    integer :: r
+    integer :: b, r
 
     call swap_lists(sim)
     lost = 0.0_rp
@@ -72,12 +70,8 @@ contains
     left = sim%sums(e_film) - sim%sums(e_wall_heat)
     call give_source_heat(world, sim, dt)
     call gather_temperature(world, sim, lost)
-    if (sim%scene%method%implicit_heat) then
-      before = sim%g(4, :, 1)
-      call foresee_temperature(world, sim, dt)
-    end if
+    if (sim%scene%method%implicit_heat) call foresee_temperature(world, sim, dt)
     call gather_flux(world, sim, dt, lost)
-    if (sim%scene%method%implicit_heat) sim%g(4, :, 1) = before
     do r = 1, sim%n_runs
       call temperature_increment(sim%run(2, r) - sim%run(1, r) + 1, &
                                  sim%g2(:, sim%run(1, r):sim%run(2, r), 1), &
@@ -86,8 +80,13 @@ contains
     ! mechanical steps tell probes their temperature, but not where the material sleeps
     if (sim%scene%method%sleep%is_on) call warm_probes(sim%patch, sim%g(:, :, 1), sim%probes)
     call unfold(sim, r_warming, sim%g(:, :, 1))
-    call book_heat(sim, 1.0_rp, lost(3, :) + lost(5, :), sim%g(:, :, 1))
-    call warm_particles(world, sim, gained)
+    call book_heat(sim, 1.0_rp, lost(3, :) + lost(5, :), 5, sim%g(:, :, 1))
+    call book_heat(sim, smooth_share, lost(8, :), 7, sim%g(:, :, 1))
+    do b = 1, sim%particles%nblk
+      call sim%particles%fetch(b + 1, n_conduction)
+      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                      sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1), gained)
+    end do
     sim%sums(e_conduction) = sim%sums(e_conduction) + gained &
                              + sim%sums(e_film) - sim%sums(e_wall_heat) - left
     call anneal_particles(sim, dt)
@@ -95,38 +94,10 @@ contains
     call swap_lists(sim)
   end subroutine conduct
 
-  !> Particles take the increment of the first grid, and by the second one give back some of what they
-  !> differ by from their neighbours.
-  subroutine warm_particles(world, sim, gained)
-    type(world_t), intent(in) :: world
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: gained           !! more heat than was waiting, running sum [J]
-    real(rp) :: lost(8, size(sim%scene%constraint))
-    integer :: b, r
-
-    lost = 0.0_rp
-    call clear_nodes(sim, sim%g2)
-    do b = 1, sim%particles%nblk
-      call warm_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                      sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1), sim%g2(:, :, 1), gained)
-    end do
-    call fold(sim, r_apart, sim%g2(:, :, 1), lost, sim%mirrors%own(:, 1))
-    call sum_all_nodes(world, sim, 8, sim%g2(:, :, 1))
-    do r = 1, sim%n_runs
-      call nodal_mean(5, sim%run(2, r) - sim%run(1, r) + 1, sim%g2(:, sim%run(1, r):sim%run(2, r), 1))
-    end do
-    call unfold(sim, r_apart, sim%g2(:, :, 1))
-    call book_heat(sim, smooth_share, lost(2, :), sim%g2(:, :, 1))
-    do b = 1, sim%particles%nblk
-      call smooth_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                        sim%particles%ps(:, :, b), sim%rec, sim%g2(:, :, 1), gained)
-    end do
-  end subroutine warm_particles
-
-  subroutine warm_block(sim, body, n, nf, ps, rec, g, apart, gained)
+  subroutine warm_block(sim, body, n, nf, ps, rec, g, gained)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), apart(8, sim%patch%nn), gained
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained
     real(rp), intent(in) :: g(8, sim%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
@@ -134,21 +105,7 @@ contains
     call weights_of(sim, body, nf, ps, w, first)
     call heat_particles(n, w, first, sim%patch%stride, sim%patch%nn, g, &
                         sim%scene%material(sim%scene%body(body)%material)%c_p, ps(1, f_mass), rec, &
-                        ps(1, f_temp), ps(1, f_heat), apart, gained)
+                        ps(1, f_temp), ps(1, f_heat), gained)
   end subroutine warm_block
-
-  subroutine smooth_block(sim, body, n, nf, ps, rec, apart, gained)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained
-    real(rp), intent(in) :: apart(8, sim%patch%nn)
-    integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
-
-    call weights_of(sim, body, nf, ps, w, first)
-    call smooth_particles(n, w, first, sim%patch%stride, sim%patch%nn, apart, &
-                          sim%scene%material(sim%scene%body(body)%material)%c_p, ps(1, f_mass), rec, &
-                          ps(1, f_temp), ps(1, f_heat), gained)
-  end subroutine smooth_block
 
 end module time_heat

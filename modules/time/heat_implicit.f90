@@ -11,7 +11,7 @@ module time_heat_implicit
   use thermal_petsc_shell, only: solve_by_petsc
   use time_audit, only: e_film
   use time_heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
-  use time_mirrors, only: r_warming, unfold
+  use time_mirrors, only: r_temperature, r_warming, unfold
   use time_state, only: simulation_t
   implicit none (type, external)
   private
@@ -66,9 +66,8 @@ contains
           min(1.5_rp, 0.8_rp*sqrt(method%heat_tolerance/worst(1)))))
       end if
     end associate
-    sim%g(4, :, 1) = x
-    call unfold(sim, r_warming, sim%g(:, :, 1))
-    sim%g(4, :, 1) = before + sim%g(4, :, 1)
+    sim%g(4, :, 1) = before + x
+    call unfold(sim, r_temperature, sim%g(:, :, 1))
     sim%sums(e_film) = film
   end subroutine foresee_temperature
 

@@ -3,8 +3,8 @@
 module time_heat_nodes
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, tag_faces
-  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_mean
+  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, n_conduction, tag_faces
+  use thermal_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_temperature
   use time_audit, only: e_film
   use time_mirrors, only: fold, r_flux, r_heat, r_temperature, unfold
   use time_nodes, only: clear_nodes
@@ -40,20 +40,21 @@ contains
 
     call clear_nodes(sim, sim%g)
     do b = 1, sim%particles%nblk
+      call sim%particles%fetch(b + 1, n_conduction)
       call gather_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
                         sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1))
     end do
     call fold(sim, r_heat, sim%g(:, :, 1), lost, sim%mirrors%own(:, 1))
     call sum_all_nodes(world, sim, 8, sim%g(:, :, 1))
     do r = 1, sim%n_runs
-      call nodal_mean(4, sim%run(2, r) - sim%run(1, r) + 1, &
-                      sim%g(:, sim%run(1, r):sim%run(2, r), 1))
+      call nodal_temperature(sim%run(2, r) - sim%run(1, r) + 1, &
+                             sim%g(:, sim%run(1, r):sim%run(2, r), 1))
     end do
     call unfold(sim, r_temperature, sim%g(:, :, 1))
   end subroutine gather_temperature
 
   !> Heat that conduction and films bring to the nodes in `dt` at the temperatures in lane 4: lane 5
-  !> of the second grid.
+  !> of the second grid. Lane 8: capacity times what particles differ by from lane 5.
   subroutine gather_flux(world, sim, dt, lost)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -63,6 +64,7 @@ contains
 
     call clear_nodes(sim, sim%g2)
     do b = 1, sim%particles%nblk
+      call sim%particles%fetch(b + 1, n_conduction)
       call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
                          sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, sim%g(:, :, 1), &
                          sim%g2(:, :, 1))
@@ -110,7 +112,8 @@ contains
     call weights_of(sim, body, nf, ps, w, first)
     associate (mat => sim%scene%material(sim%scene%body(body)%material))
       call flux_to_grid(n, w, first, sim%patch%stride, sim%patch%nn, dt, mat%conductivity, &
-                        1.0_rp/mat%rho, ps(1, f_jac), ps(1, f_mass), g, rec, flux)
+                        1.0_rp/mat%rho, mat%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_temp), g, rec, &
+                        flux)
     end associate
     if (any(sim%scene%body(body)%film > 0.0_rp)) then
       call lose_heat(sim, b, body, n, dt, nf, ps, g, flux)

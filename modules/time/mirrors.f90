@@ -22,10 +22,10 @@ module time_mirrors
     r_velocity = 2, &      !! velocity (3), temperature, velocity change (3), mass
     r_filter = 3, &        !! momentum (3) or, in lanes 5:7, a velocity increment
     r_heat = 4, &          !! capacity, capacity times temperature, waiting heat
-    r_temperature = 5, &   !! capacity, -, -, temperature
-    r_flux = 6, &          !! heat in lane 5
-    r_warming = 7, &       !! increment of temperature in lanes 4, 5, temperature in lane 6
-    r_apart = 8            !! capacity, capacity times a difference of temperature; that in lane 5
+    r_temperature = 5, &   !! capacity, -, -, temperature in lanes 4, 5
+    r_flux = 6, &          !! heat in lane 5, capacity times a difference of temperature in lane 8
+    r_warming = 7          !! increment of temperature in lanes 4, 5, temperature in lanes 6, 8, a
+                           !! difference in lane 7
 
 contains
 
@@ -185,15 +185,13 @@ contains
       sign(2:3) = thermal
       shift(2) = 2.0_rp*rule%temperature
     case (r_temperature)
-      sign(4) = thermal
-      shift(4) = 2.0_rp*rule%temperature
+      sign(4:5) = thermal
+      shift(4:5) = 2.0_rp*rule%temperature
     case (r_flux)
-      sign(5) = thermal
+      sign([5, 8]) = thermal
     case (r_warming)
-      sign(4:6) = thermal
-      shift(6) = 2.0_rp*rule%temperature
-    case (r_apart)
-      sign([2, 5]) = thermal
+      sign(4:8) = thermal
+      shift([6, 8]) = 2.0_rp*rule%temperature
     end select
   end subroutine reflection
 
@@ -292,12 +290,13 @@ contains
     end associate
   end subroutine book_impulse
 
-  !> Heat that the walls give to this rank's particles, when these take `part` of lane 5 of `g`;
+  !> Heat that the walls give to this rank's particles, when these take `part` of lane `lane` of `g`;
   !> `lost` is the heat that folds have changed. As for momentum: -2 (C_b dT_a + q_b), -q.
-  subroutine book_heat(sim, part, lost, g)
+  subroutine book_heat(sim, part, lost, lane, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: part, lost(size(sim%scene%constraint))   !! [-], [J]
-    real(rp), intent(in) :: g(8, sim%patch%nn)                       !! lane 5 in K
+    integer, intent(in) :: lane
+    real(rp), intent(in) :: g(8, sim%patch%nn)                       !! [K]
     real(rp) :: heat
     integer :: i
 
@@ -306,7 +305,7 @@ contains
       heat = sum(lost)
       do i = 1, m%n_pairs
         if (sim%scene%constraint(m%pair(3, i))%temperature <= 0.0_rp) cycle
-        heat = heat - 2.0_rp*m%own(i, 1)*g(5, m%pair(2, i))
+        heat = heat - 2.0_rp*m%own(i, 1)*g(lane, m%pair(2, i))
       end do
       sim%sums(e_wall_heat) = sim%sums(e_wall_heat) + part*heat
     end associate

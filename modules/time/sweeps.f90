@@ -3,8 +3,7 @@
 !> Each sweep hands one block at a time, as an explicit-shape array, to a procedure of its own.
 module time_sweeps
   use base_kinds, only: nlane, rp
-  use base_system, only: need_soon
-  use particles_store, only: f_jac, f_mass, f_pos, f_tau, f_temp, f_vel
+  use particles_store, only: f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid
   use time_affine, only: affine_to_grid, carry_gradient
   use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains, &
                          unpack_velocity
@@ -39,11 +38,13 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: first, last
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    integer :: b, i
+    integer :: b, given, i
 
+    given = n_to_grid
+    if (max(sim%scene%layout%half, sim%scene%layout%affine) > 0) given = sim%particles%nf
     do i = first, last
       b = sim%turn(i)
-      call fetch_next(sim, b)               ! mostly the next one
+      call sim%particles%fetch(b + 1, given)   ! mostly the next one
       call force_to_grid(sim, sim%scene%method%mass_scaling, sim%particles%body(b), &
                          sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, g(:, :, group_of(sim, b)))
     end do
@@ -145,7 +146,7 @@ contains
 
     call book_tractions(sim, dt, moved)
     do b = 1, sim%n_awake
-      call fetch_next(sim, b)
+      call sim%particles%fetch(b + 1, sim%particles%nf)
       k = group_of(sim, b)
       call advance_block(sim, b, sim%particles%count(b), dt, moved(:, :, k), field(:, :, k), &
                          dt_stress, sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, report)
@@ -272,15 +273,5 @@ contains
 
     group_of = sim%scene%body(sim%particles%body(b))%group
   end function group_of
-
-  !> The next block's memory is fetched while the transfers work on this one.
-  subroutine fetch_next(sim, b)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: b
-
-    if (b < sim%particles%nblk) then
-      call need_soon(sim%particles%ps(:, :, b + 1), 8*nlane*sim%particles%nf)
-    end if
-  end subroutine fetch_next
 
 end module time_sweeps

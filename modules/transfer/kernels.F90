@@ -71,6 +71,7 @@ contains
     integer :: p
 
     do p = 1, n
+      call fetch_some(1)
       call p2g_values(p, w, first(p), rec, stride, nn, g)
     end do
   end subroutine p2g_values_block

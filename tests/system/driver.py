@@ -40,16 +40,16 @@ ENVIRONMENT = dict(
 LANES = 64
 FIELDS = {
     "x": (0, 3),  # position [m]
-    "v": (3, 3),  # velocity [m/s]
-    "b": (6, 6),  # isochoric elastic left Cauchy-Green tensor
-    "jac": (12, 1),  # volume ratio
-    "plastic": (13, 1),  # equivalent plastic strain
-    "temp": (14, 1),  # temperature [K]
-    "mass": (15, 1),  # [kg]
-    "tau": (16, 6),  # Kirchhoff stress [Pa]
-    "rate": (22, 1),  # [1/s]
-    "flow": (23, 1),  # [Pa]
-    "heat": (24, 1),  # heat waiting for conduction [J]
+    "mass": (3, 1),  # [kg]
+    "temp": (4, 1),  # temperature [K]
+    "heat": (5, 1),  # heat waiting for conduction [J]
+    "jac": (6, 1),  # volume ratio
+    "v": (7, 3),  # velocity [m/s]
+    "tau": (10, 6),  # Kirchhoff stress [Pa]
+    "b": (16, 6),  # isochoric elastic left Cauchy-Green tensor
+    "plastic": (22, 1),  # equivalent plastic strain
+    "rate": (23, 1),  # [1/s]
+    "flow": (24, 1),  # [Pa]
 }
 # Fields that only some scenes have.
 MORE_FIELDS = {"half": (25, 3)}  # cpgimp: half lengths of the domain [cells]
