@@ -51,6 +51,7 @@ module contact_tool
     real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
     real(rp) :: axes(3, 3) = 0.0_rp        !! local axes now
     real(rp) :: last_position(3) = 0.0_rp, last_axes(3, 3) = 0.0_rp
+    real(rp) :: noted_position(3) = 0.0_rp, noted_axes(3, 3) = 0.0_rp   !! by `note_place`
     real(rp) :: spin = 0.0_rp
     real(rp) :: sums(n_tool_sums) = 0.0_rp
   contains
@@ -61,7 +62,8 @@ module contact_tool
     procedure :: clearance
     procedure :: clearances
     procedure :: bounds
-    procedure :: is_near
+    procedure :: note_place
+    procedure :: way
     procedure :: surface_velocity
   end type tool_t
 
@@ -191,13 +193,22 @@ contains
     end select
   end subroutine clearances
 
-  !> True if a block inside the ball (centre, radius) may touch the tool.
-  pure logical function is_near(self, centre, radius)
-    class(tool_t), intent(in) :: self
-    real(rp), intent(in) :: centre(3), radius
+  !> Remember where the tool is.
+  pure subroutine note_place(self)
+    class(tool_t), intent(inout) :: self
 
-    is_near = self%clearance(centre) <= radius
-  end function is_near
+    self%noted_position = self%position
+    self%noted_axes = self%axes
+  end subroutine note_place
+
+  !> How far, at most, its surface has come nearer to anything since then [m]; spin about its own axis
+  !> brings only a box nearer.
+  pure real(rp) function way(self)
+    class(tool_t), intent(in) :: self
+
+    way = norm2(self%position - self%noted_position)
+    if (self%kind == kind_box) way = way + norm2(self%axes - self%noted_axes)*norm2(self%half)
+  end function way
 
   !> Corners of a box that the tool lies in [m].
   pure subroutine bounds(self, lower, upper)

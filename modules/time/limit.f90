@@ -56,19 +56,15 @@ contains
     end do
   end subroutine limit_step
 
-  !> 1 for each tool that a block of this rank may touch, else 0.
+  !> 1 for each tool that a particle of this rank may touch, else 0.
   pure function near_tools(sim) result(near)
     type(simulation_t), intent(in) :: sim
     real(rp) :: near(size(sim%tool))
-    integer :: b, k
+    integer :: k
 
     near = 0.0_rp
     do k = 1, size(sim%tool)
-      do b = 1, sim%n_awake
-        if (.not. sim%tool(k)%is_near(sim%ball(1:3, b), sim%ball(4, b) + roam*sim%scene%grid%h)) cycle
-        near(k) = 1.0_rp
-        exit
-      end do
+      if (any(sim%clearance(k, :) <= roam*sim%scene%grid%h + sim%tool(k)%way())) near(k) = 1.0_rp
     end do
   end function near_tools
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Every few dozen steps: balance the ranks, migrate and sort particles, list the nodes in use.
 module time_regrid
-  use base_kinds, only: i8, rp
+  use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use grid_geometry, only: box_t, dilate, halo, nearest_node
   use particles_migrate, only: redistribute, wrap_positions
@@ -88,6 +88,7 @@ contains
     call list_turns(sim)
     call list_clamps(world, sim)
     call enclose_blocks(sim)
+    call measure_clearances(sim)
     if (some_rest) then                      ! steps use only the nodes of the other particles
       call clear_nodes(sim, sim%g)
       if (allocated(sim%resting)) deallocate (sim%resting)
@@ -261,5 +262,24 @@ contains
       sim%ball(4, b) = 0.5_rp*norm2(high - low)
     end do
   end subroutine enclose_blocks
+
+  !> Distances of the awake blocks from the tools as they are now.
+  subroutine measure_clearances(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: d(nlane)
+    integer :: b, k
+
+    if (allocated(sim%clearance)) deallocate (sim%clearance)
+    allocate (sim%clearance(size(sim%tool), sim%n_awake))
+    do k = 1, size(sim%tool)
+      call sim%tool(k)%note_place()
+      do b = 1, sim%n_awake
+        associate (n => sim%particles%count(b))
+          call sim%tool(k)%clearances(n, sim%particles%ps(:, f_pos:f_pos + 2, b), d)
+          sim%clearance(k, b) = minval(d(:n))
+        end associate
+      end do
+    end do
+  end subroutine measure_clearances
 
 end module time_regrid

@@ -16,7 +16,8 @@ module time_stability
 
   public :: default_cfl, stable_step, wave_speed
 
-  real(rp), parameter :: margin = 0.9_rp
+  real(rp), parameter :: margin = 0.9_rp           !! lighter nodes than those measured may come
+  real(rp), parameter :: margin_selective = 0.95_rp   !! no node is lighter than it is
   real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.632_rp
   !> B-splines with more inertia for light nodes (time_nodes). With uGIMP and 0.62 a stirred plate gained
   !> energy.
@@ -43,7 +44,7 @@ contains
     case (transfer_fmpm, transfer_xpic)
       default_cfl = default_cfl*real(max(1, method%order), rp)**filter_power
     end select
-    default_cfl = margin*default_cfl
+    default_cfl = merge(margin_selective, margin, method%scales_light_nodes)*default_cfl
     if (has_contact .and. method%scheme /= scheme_usl) default_cfl = contact_share*default_cfl
   end function default_cfl
 

@@ -26,7 +26,7 @@ module time_state
   integer, parameter, public :: scheme_usl = 1, scheme_musl = 2, scheme_usavg = 3
   integer, parameter, public :: transfer_flip = 1, transfer_apic = 2, transfer_xpic = 3, &
                                 transfer_fmpm = 4
-  !> Room around a block's `ball` until the next sort: a cell of way, half a cell that a particle reaches.
+  !> Room around the particles of a block until the next sort: a cell of way, half a cell that they reach.
   real(rp), parameter, public :: roam = 1.5_rp   !! [cells]
   integer, parameter, public :: source_disc = 1, source_ball = 2
 
@@ -287,6 +287,8 @@ module time_state
     type(column_t), allocatable :: column(:) !! nodes across the faces of clamps between nodes
     logical :: columns_are_cut = .false.     !! some rank does not store all nodes of a column
     type(mirrors_t) :: mirrors
+    real(rp), allocatable :: clearance(:, :) !! (tools, n_awake) of a block's nearest particle [m] when
+                                             !! sorted
     real(rp), allocatable :: ball(:, :)      !! (4, nblk) centre and radius of each block [m] when
                                              !! sorted; particles go up to a cell until the next
     real(rp) :: sums(n_sums) = 0.0_rp        !! this rank's energy books, see time_audit

@@ -85,7 +85,7 @@ contains
     rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
     call list_nodes(sim, sim%tool(k), g)
     call note_held(sim)
-    call find_touching(sim, sim%tool(k), rigid, group, dt, g)
+    call find_touching(sim, k, rigid, group, dt, g)
     call add_masses(sim)
     call fold_entries(sim, 2, sim%touching%mass)
     call share_entries(world, sim, 2, sim%touching%mass)
@@ -159,36 +159,38 @@ contains
   end function nearest_image
 
   !> List the particles of a group whose surface would be inside the tool at the end of the step.
-  subroutine find_touching(sim, tool, rigid, group, dt, g)
+  subroutine find_touching(sim, k, rigid, group, dt, g)
     type(simulation_t), intent(inout) :: sim
-    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: k                    !! tool
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: group
     real(rp), intent(in) :: dt, g(8, sim%patch%nn)
     integer :: b
-    real(rp) :: way
+    real(rp) :: gone, reach(size(sim%scene%body)), way
 
     ! no particle moves faster than the nodes; a distance changes by no more than the way
     way = dt*sim%clock%max_speed + (0.01_rp + soft)*sim%patch%h
+    reach = [(way + 0.5_rp*norm2(sim%scene%body(b)%spacing), b=1, size(reach))]
+    gone = sim%clock%travel + sim%tool(k)%way()
     do b = 1, sim%n_awake
-      associate (body => sim%particles%body(b), centre => sim%ball(1:3, b), radius => sim%ball(4, b))
+      associate (body => sim%particles%body(b))
         if (sim%scene%body(body)%group /= group) cycle
-        if (.not. tool%is_near(centre, radius + sim%clock%travel + way &
-                               + 0.5_rp*norm2(sim%scene%body(body)%spacing))) cycle
-        call visit_block(sim, tool, rigid, b, body, sim%particles%count(b), dt, way, &
-                         sim%particles%nf, sim%particles%ps(:, :, b), g)
+        if (sim%clearance(k, b) > reach(body) + gone) cycle
+        call visit_block(sim, sim%tool(k), rigid, b, body, sim%particles%count(b), dt, way, &
+                         reach(body), sim%particles%nf, sim%particles%ps(:, :, b), g)
       end associate
     end do
   end subroutine find_touching
 
-  subroutine visit_block(sim, tool, rigid, b, body, n, dt, way, nf, ps, g)
+  subroutine visit_block(sim, tool, rigid, b, body, n, dt, way, reach, nf, ps, g)
     type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
     real(rp), intent(in) :: way                 !! by which a gap may close in the step [m]
-    real(rp) :: cover, d(n), edge, gap, reach, room, rate(nlane), strength(nlane)
+    real(rp), intent(in) :: reach               !! from the tool of centres that may touch [m]
+    real(rp) :: cover, d(n), edge, gap, room, rate(nlane), strength(nlane)
     real(rp) :: w(nlane, 18), x(3), zone
     integer :: before, first(nlane), i, p
     type(touch_t) :: touch
@@ -201,7 +203,7 @@ contains
     zone = merge(soft*sim%patch%h, 0.0_rp, at_surface)
     call tool%clearances(n, ps(1, f_pos), d)
     do p = 1, n
-      if (d(p) > way + 0.5_rp*norm2(sim%scene%body(body)%spacing)) cycle
+      if (d(p) > reach) cycle
       x = ps(p, f_pos:f_pos + 2)
       call tool%distance(x, gap, touch%normal, room)
       cover = ps(p, sim%scene%layout%cover)
@@ -235,9 +237,8 @@ contains
     do i = before + 1, sim%touching%n
       associate (t => sim%touching%touch(i), spacing => sim%scene%body(body)%spacing)
         t%shear = unlimited
-        reach = norm2(t%normal*spacing)
         if (tool%shear_limit .and. strength(t%lane) > 0.0_rp) then
-          t%shear = dt*strength(t%lane)/sqrt(3.0_rp)*product(spacing)/reach
+          t%shear = dt*strength(t%lane)/sqrt(3.0_rp)*product(spacing)/norm2(t%normal*spacing)
         end if
       end associate
     end do

@@ -18,16 +18,19 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer :: e, i
 
-    associate (touching => sim%touching, rules => sim%scene%constraint)
+    associate (touching => sim%touching, rules => sim%scene%constraint, m => sim%mirrors)
+      touching%meets_mirrors = any(touching%place(m%pair(1, :m%n_pairs)) > 0) &
+                               .or. any(touching%place(m%plane(1, :m%n_planes)) > 0)
       do i = 1, sim%n_fixed
         e = touching%place(sim%fixed(1, i))
         if (e == 0) cycle
         where (rules(sim%fixed(2, i))%component) touching%free(:, e) = 0.0_rp
       end do
-      do i = 1, sim%mirrors%n_planes
-        e = touching%place(sim%mirrors%plane(1, i))
+      if (.not. touching%meets_mirrors) return
+      do i = 1, m%n_planes
+        e = touching%place(m%plane(1, i))
         if (e == 0) cycle
-        where (rules(sim%mirrors%plane(2, i))%component) touching%free(:, e) = 0.0_rp
+        where (rules(m%plane(2, i))%component) touching%free(:, e) = 0.0_rp
       end do
     end associate
   end subroutine note_held
@@ -53,6 +56,7 @@ contains
     real(rp) :: sign(width)
     integer :: a, b, i
 
+    if (.not. sim%touching%meets_mirrors) return
     associate (m => sim%mirrors, place => sim%touching%place)
       do i = 1, m%n_pairs
         b = place(m%pair(1, i))
@@ -77,6 +81,7 @@ contains
     real(rp), intent(inout) :: values(width, sim%touching%n_nodes)
     integer :: a, b, i
 
+    if (.not. sim%touching%meets_mirrors) return
     associate (m => sim%mirrors, place => sim%touching%place)
       do i = m%n_pairs, 1, -1
         b = place(m%pair(1, i))
@@ -107,6 +112,7 @@ contains
           end associate
         end do
       end do
+      if (.not. t%meets_mirrors) return
       do i = 1, m%n_pairs
         e = t%place(m%pair(1, i))
         if (e == 0) cycle

@@ -37,6 +37,7 @@ module time_touching
     integer :: n = 0                           !! particles
     type(touch_t), allocatable :: touch(:)
     integer :: n_nodes = 0
+    logical :: meets_mirrors = .false.         !! some of them are on or behind a wall
     integer, allocatable :: place(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
     real(rp), allocatable :: mass(:, :)        !! (2, n_nodes) of the particles that touch, and of

@@ -28,7 +28,7 @@ program test_contact
   call test_friction_cone()
   call test_books()
   call test_torque_sign()
-  call test_near()
+  call test_way()
   call test_edges()
   call test_bounds()
   call end_tests()
@@ -318,16 +318,36 @@ contains
     call expect('the material pushes the tool up', tool%sums(s_force + 2) > 0.0_rp)
   end subroutine test_torque_sign
 
-  subroutine test_near()
+  !> No distance shrinks by more than the way of the tool's surface; spin alone brings only a box nearer.
+  subroutine test_way()
     type(tool_t) :: tool
+    type(points_t) :: points
+    real(rp) :: before(nlane), after(nlane), way
 
     tool = stirring_tool()
-    call tool%move_to(0.0_rp)
-    call expect('a ball that reaches the tool', &
-                tool%is_near(tool%position - [0.0_rp, 0.0_rp, 6.0e-3_rp], 2.1e-3_rp))
-    call expect('a ball that does not', .not. &
-                tool%is_near(tool%position - [0.0_rp, 0.0_rp, 6.0e-3_rp], 1.9e-3_rp))
-  end subroutine test_near
+    call tool%move_to(0.05_rp)
+    call tool%note_place()
+    call expect_close('no way at first', tool%way(), 0.0_rp, atol=0.0_rp)
+    call random_points(points, 0.02_rp, 0.0_rp)
+    call tool%clearances(nlane, points%x, before)
+    call tool%move_to(0.06_rp)
+    call tool%clearances(nlane, points%x, after)
+    call expect_close('way of a plunge', tool%way(), 0.01_rp*norm2([1.8e-3_rp, 0.1_rp]), rtol=1.0e-9_rp)
+    call expect('a plunge brings nothing nearer than by the way', &
+                all(before - after <= tool%way()*(1.0_rp + 1.0e-9_rp)))
+
+    tool%kind = kind_box
+    tool%half = [0.008_rp, 0.002_rp, 0.004_rp]
+    tool%motion%phase(1)%velocity = 0.0_rp
+    call tool%move_to(0.05_rp)
+    call tool%note_place()
+    call tool%clearances(nlane, points%x, before)
+    call tool%move_to(0.055_rp)
+    call tool%clearances(nlane, points%x, after)
+    way = tool%way()
+    call expect('a box that spins comes nearer, by no more than its way', &
+                any(after < before - 1.0e-6_rp) .and. all(before - after <= way*(1.0_rp + 1.0e-9_rp)))
+  end subroutine test_way
 
   !> Room along the surface to the edges that stand out; none matters on the axis, between face and
   !> pin, or where the outline hardly turns.
