@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Sleeping: material that is still stops its mechanics but keeps conducting. The grid is divided
 !> into cubes of a few cells. A cube is awake near a tool; where its particles together move, or one
-!> of them flows, or sleepers have changed their temperature; and next to such a cube. What particles
+!> of them flows, or sleepers have changed their temperature; and next to such a cube, by a face or an edge. What particles
 !> have of their own, not shared with their neighbours, is noise that no node feels and wakes nobody.
 !> Sleepers that share nodes with awake particles are the rim (time_rim).
 module time_sleep
@@ -157,12 +157,17 @@ contains
     end do
   end subroutine ask_tools
 
+  !> Mark the cubes that share a face or an edge with a marked one.
   pure subroutine add_neighbours(marked)
     logical, intent(inout) :: marked(:, :, :)
-    integer :: a
+    logical, allocatable :: before(:, :, :), row(:, :, :)
+    integer :: a, next
 
+    before = marked
     do a = 1, 3
-      marked = marked .or. eoshift(marked, 1, .false., a) .or. eoshift(marked, -1, .false., a)
+      row = before .or. eoshift(before, 1, .false., a) .or. eoshift(before, -1, .false., a)
+      next = mod(a, 3) + 1
+      marked = marked .or. row .or. eoshift(row, 1, .false., next) .or. eoshift(row, -1, .false., next)
     end do
   end subroutine add_neighbours
 
