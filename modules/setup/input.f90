@@ -30,6 +30,7 @@ module setup_input
     procedure :: text => one_text
     procedure :: line => line_of
     procedure :: complain
+    procedure :: switches_on
     procedure :: text_of_file
     procedure :: echo
     procedure :: item
@@ -56,6 +57,22 @@ contains
     if (key /= '') label = label//': '
     call complaints%add(self%file, self%line(group, i, key), label//message)
   end subroutine complain
+
+  !> Whether an 'off auto on' key asks for something in this scene: 'auto' if that `makes_sense`. What
+  !> `forbids` it ('' if nothing) is complained of if it is 'on', else obeyed.
+  logical function switches_on(self, complaints, group, key, forbids, makes_sense)
+    class(input_t), intent(in) :: self
+    type(complaints_t), intent(inout) :: complaints
+    character(*), intent(in) :: group, key, forbids
+    logical, intent(in) :: makes_sense
+    character(:), allocatable :: choice
+
+    choice = self%text(group, 1, key)
+    switches_on = choice == 'on' .or. choice == 'auto' .and. makes_sense
+    if (forbids == '') return
+    switches_on = .false.
+    if (choice == 'on') call self%complain(complaints, group, 1, key, 'cannot be on with '//forbids)
+  end function switches_on
 
   !> Line of the key, or else of the group; 0 if neither was written, -k: the k-th override.
   pure integer function line_of(self, group, i, key)

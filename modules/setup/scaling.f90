@@ -19,17 +19,9 @@ contains
     type(input_t), intent(in) :: input
     type(simulation_t), intent(inout) :: sim
     type(complaints_t), intent(inout) :: complaints
-    character(:), allocatable :: choice, obstacle
-    logical :: is_wanted
 
-    choice = input%text('METHOD', 1, 'SELECTIVE_SCALING')
-    obstacle = what_forbids(sim)
-    if (choice == 'on' .and. obstacle /= '') then
-      call input%complain(complaints, 'METHOD', 1, 'SELECTIVE_SCALING', 'cannot be on with '//obstacle)
-    end if
-    is_wanted = choice == 'on'
-    if (choice == 'auto') is_wanted = is_harmless(input, sim)
-    sim%scene%method%scales_light_nodes = is_wanted .and. obstacle == ''
+    sim%scene%method%scales_light_nodes = input%switches_on(complaints, 'METHOD', 'SELECTIVE_SCALING', &
+                                                            what_forbids(sim), is_harmless(input, sim))
   end subroutine read_selective_scaling
 
   !> Whether it does no harm: waves are of no interest, and what a tool stirs is held; light nodes do not pass on all of the

@@ -18,16 +18,10 @@ contains
     type(input_t), intent(in) :: input
     type(simulation_t), intent(inout) :: sim
     type(complaints_t), intent(inout) :: complaints
-    character(:), allocatable :: choice, obstacle
 
-    choice = input%text('METHOD', 1, 'SLEEPING')
-    if (choice == 'off') return
-    obstacle = what_forbids(input, sim)
-    if (choice == 'on' .and. obstacle /= '') then
-      call input%complain(complaints, 'METHOD', 1, 'SLEEPING', 'cannot be on with '//obstacle)
-    end if
     associate (sleep => sim%scene%method%sleep)
-      sleep%is_on = obstacle == '' .and. (choice == 'on' .or. is_quasi_static(sim))
+      sleep%is_on = input%switches_on(complaints, 'METHOD', 'SLEEPING', what_forbids(input, sim), &
+                                      is_quasi_static(sim))
       if (.not. sleep%is_on) return
       sleep%distance = input%real('METHOD', 1, 'SLEEP_DISTANCE')
       if (sleep%distance <= 0.0_rp) sleep%distance = 0.5_rp*maxval(sim%tool%radius)
