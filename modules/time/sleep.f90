@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Sleeping: material that is still stops its mechanics but keeps conducting. The grid is divided
 !> into cubes of a few cells. A cube is awake near a tool; where its particles together move, or one
-!> of them flows, or sleepers have changed their temperature; and next to such a cube, by a face or an edge. What particles
-!> have of their own, not shared with their neighbours, is noise that no node feels and wakes nobody.
+!> of them flows, or sleepers have changed their temperature; and next to such a cube, by a face or an
+!> edge. What particles have of their own, not shared with their neighbours, is noise that no node feels
+!> and wakes nobody.
 !> Sleepers that share nodes with awake particles are the rim (time_rim).
 module time_sleep
   use base_kinds, only: i8, nlane, rp
