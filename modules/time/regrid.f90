@@ -87,7 +87,7 @@ contains
     call mark_border(sim, is_sorted_anew)
     call list_turns(sim)
     call list_clamps(world, sim)
-    call enclose_blocks(sim)
+    if (sim%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
     call measure_clearances(sim)
     if (some_rest) then                      ! steps use only the nodes of the other particles
       call clear_nodes(sim, sim%g)

@@ -290,7 +290,8 @@ module time_state
     real(rp), allocatable :: clearance(:, :) !! (tools, n_awake) of a block's nearest particle [m] when
                                              !! sorted
     real(rp), allocatable :: ball(:, :)      !! (4, nblk) centre and radius of each block [m] when
-                                             !! sorted; particles go up to a cell until the next
+                                             !! sorted; particles go up to a cell until the next; only
+                                             !! for bodies that meet, and sources of heat
     real(rp) :: sums(n_sums) = 0.0_rp        !! this rank's energy books, see time_audit
     real(rp), allocatable :: impulse(:, :)   !! (3, constraints) on this rank's particles [N s]
     real(rp) :: kinetic0 = 0.0_rp, elastic0 = 0.0_rp   !! energies at t = 0 [J]
