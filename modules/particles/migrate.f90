@@ -4,7 +4,7 @@ module particles_migrate
   use base_kinds, only: i8, nlane, rp
   use base_text, only: str
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, grid_t, halo, nearest_node, patch_t, wrap
+  use grid_geometry, only: box_t, grid_t, halo, nearest_node, patch_t, storage_nodes, wrap
   use grid_partition, only: owner_of
   use mpi_f08, only: mpi_alltoall, mpi_alltoallv, mpi_double_precision, mpi_integer
   use particles_sort, only: slot_block, slot_lane, sort_first, sort_particles
@@ -34,9 +34,9 @@ contains
   end subroutine wrap_positions
 
   !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`), wrapped.
-  !> Blocks behind `n_moving` are as they were sorted: at rest, here, and none was added to them.
-  !> `keep`: rest from which particles need no new order (particles_sort); `has_changed`: some are in
-  !> blocks of another rest. `rest_stays`: the blocks behind `n_moving` still are as they were.
+  !> Particles in blocks behind `n_moving` have not moved since they were sorted. `keep`: rest from which
+  !> particles need no new order (particles_sort); `has_changed`: some are in blocks of another rest.
+  !> `rest_stays`: the blocks behind `n_moving` still are as they were.
   subroutine redistribute(world, grid, patch, boxes, nbody, n_moving, keep, has_changed, &
                           particles, rest_stays)
     type(world_t), intent(in) :: world
@@ -51,7 +51,7 @@ contains
     logical :: may_stay
     integer :: n
 
-    rest_stays = n_moving < particles%nblk
+    rest_stays = n_moving < particles%nblk .and. .not. has_changed
     may_stay = keep <= awake .and. .not. has_changed
     if (world%size == 1 .and. may_stay) return
     call locate(world, grid, patch, boxes, 1, n_moving, particles, slot, node, body, owner)
@@ -60,13 +60,18 @@ contains
     if (may_stay .and. size(slot) == n .and. all(owner == world%rank)) return
     call keep_own(world%rank, slot, node, body, owner)
     if (n_moving < particles%nblk) then
-      if (fit_in(particles, slot, body, nbody, n_moving)) then
+      if (rest_stays) rest_stays = fit_in(particles, slot, body, nbody, n_moving)
+      if (rest_stays) then
         call sort_first(particles, n_moving, slot, node, body, keep, patch%nn, nbody)
         return
       end if
-      rest_stays = .false.
-      call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
-                  node2, body2, owner)
+      if (keep > awake) then
+        call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
+                    node2, body2, owner)
+      else                                       ! those that wake find room anywhere
+        call list_slots(particles, n_moving + 1, particles%nblk, slot2, body2)
+        allocate (node2(size(slot2)), source=1)
+      end if
       slot = [slot, slot2]
       node = [node, node2]
       body = [body, body2]
@@ -110,27 +115,43 @@ contains
     integer, intent(in) :: low, high
     type(particles_t), intent(in) :: particles
     integer, allocatable, intent(out) :: slot(:), node(:), body(:), owner(:)
-    integer :: b, c, p, ijk(3)
+    integer :: b, c, n, near(nlane), p
+    logical :: is_own(nlane)
 
-    c = sum(particles%count(low:high))
-    allocate (slot(c), node(c), body(c), owner(c))
+    call list_slots(particles, low, high, slot, body)
+    allocate (node(size(slot)), owner(size(slot)))
     c = 0
     do b = low, high
-      do p = 1, particles%count(b)
-        c = c + 1
-        slot(c) = (b - 1)*size(particles%ps, 1) + p - 1
-        body(c) = particles%body(b)
-        ijk = nearest_node(grid, particles%ps(p, f_pos:f_pos + 2, b))
-        owner(c) = world%rank
-        node(c) = 0
-        if (patch%own%has(ijk)) then
-          node(c) = patch%node(ijk)
-        else
-          owner(c) = owner_of(boxes, ijk)
-        end if
+      n = particles%count(b)
+      call storage_nodes(grid, patch, nlane, particles%ps(:, f_pos:f_pos + 2, b), near, is_own)
+      node(c + 1:c + n) = near(:n)
+      owner(c + 1:c + n) = world%rank
+      do p = 1, n
+        if (.not. is_own(p)) owner(c + p) = &
+          owner_of(boxes, nearest_node(grid, particles%ps(p, f_pos:f_pos + 2, b)))
       end do
+      c = c + n
     end do
   end subroutine locate
+
+  !> Slot and body of every particle in blocks `low` to `high`.
+  pure subroutine list_slots(particles, low, high, slot, body)
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: low, high
+    integer, allocatable, intent(out) :: slot(:), body(:)
+    integer :: b, c, p
+
+    c = sum(particles%count(low:high))
+    allocate (slot(c), body(c))
+    c = 0
+    do b = low, high
+      associate (n => particles%count(b))
+        slot(c + 1:c + n) = [(nlane*(b - 1) + p - 1, p=1, n)]
+        body(c + 1:c + n) = particles%body(b)
+        c = c + n
+      end associate
+    end do
+  end subroutine list_slots
 
   !> Send the particles of other owners; append the arrivals behind the last block and to the lists.
   subroutine exchange(world, grid, patch, particles, slot, node, body, owner)

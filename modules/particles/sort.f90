@@ -56,7 +56,8 @@ contains
     nclass = nbody
     if (n > 0) nclass = max(nbody, maxval(class))
     allocate (per_class(nclass))
-    call counting_order(n, slot, node, class, nn, nclass, from, per_class)
+    call counting_order(n, slot, node, class, nclass, &
+                        [(merge(1, nn, (c - 1)/nbody >= keep), c=1, nclass)], from, per_class)
     call particles%reserve(sum((per_class + nlane - 1)/nlane))
     k = 0
     blocks = 0
@@ -79,30 +80,32 @@ contains
     call neutralise_padding(particles)
   end subroutine sort_particles
 
-  !> `from` lists the slots by class, then node, then old place; `per_class` counts them.
-  pure subroutine counting_order(n, slot, node, class, nn, nclass, from, per_class)
-    integer, intent(in) :: n, nn, nclass, slot(n), node(n), class(n)
+  !> `from` lists the slots by class, then node (where the class has several `keys`), then old place;
+  !> `per_class` counts them.
+  pure subroutine counting_order(n, slot, node, class, nclass, keys, from, per_class)
+    integer, intent(in) :: n, nclass, keys(nclass), slot(n), node(n), class(n)
     integer, intent(out) :: from(n), per_class(nclass)
-    integer, allocatable :: start(:)
-    integer :: i, key, t, c
+    integer, allocatable :: key(:), start(:)
+    integer :: base(nclass), i, k, t, c
 
-    allocate (start(nn*nclass + 1), source=0)
+    base = [(sum(keys(:c - 1)), c=1, nclass)]
+    allocate (key(n), start(sum(keys)))
+    start = 0
     per_class = 0
     do i = 1, n
-      key = (class(i) - 1)*nn + node(i)
-      start(key) = start(key) + 1
+      key(i) = base(class(i)) + min(node(i), keys(class(i)))
+      start(key(i)) = start(key(i)) + 1
       per_class(class(i)) = per_class(class(i)) + 1
     end do
     c = 1
-    do key = 1, nn*nclass
-      t = start(key)
-      start(key) = c
+    do k = 1, size(start)
+      t = start(k)
+      start(k) = c
       c = c + t
     end do
     do i = 1, n
-      key = (class(i) - 1)*nn + node(i)
-      from(start(key)) = slot(i)
-      start(key) = start(key) + 1
+      from(start(key(i))) = slot(i)
+      start(key(i)) = start(key(i)) + 1
     end do
   end subroutine counting_order
 

@@ -7,7 +7,7 @@ module particles_store
   implicit none (type, external)
   private
 
-  public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, set_rest, tag_border, set_border
+  public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, rests, set_rest, tag_border, set_border
 
   ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz). Together
   ! lie those that conduction reads, and those that the transfer to the grid reads.
@@ -177,6 +177,15 @@ contains
 
     tag_rest = int(ibits(tag, rest_shift, 2))
   end function tag_rest
+
+  !> The rests of `n` particles.
+  pure function rests(n, tag) result(rest)
+    integer, intent(in) :: n
+    integer(i8), intent(in) :: tag(n)
+    integer :: rest(n)
+
+    rest = int(ibits(tag, rest_shift, 2))
+  end function rests
 
   elemental integer(i8) function set_rest(tag, rest)
     integer(i8), intent(in) :: tag

@@ -82,7 +82,7 @@ contains
       'nodes with little mass have more inertia, which allows longer steps; auto: with B-splines, '// &
       'MASS_SCALING, a tool, a wall and nothing molten')
     call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '100', '[1,1000]', &
-      'steps between two sorts of the particles by cell')
+      'most steps from one listing of particles, nodes and ranks to the next')
     call t%key('REBALANCE', 'real', 1, '', '1.1', '[1,inf)', &
       'most loaded rank over the mean load above which the grid is divided anew')
     call t%key('SLEEPING', 'choice', 1, '', 'auto', 'off auto on', &

@@ -2,12 +2,12 @@
 !> Balance of the ranks: boxes by the cost of their particles, divided anew when the coming steps would
 !> load a rank too much, and a record of how even the load was.
 module time_balance
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, make_patch, nearest_node
+  use grid_geometry, only: box_t, make_patch, nearest_node, storage_nodes
   use grid_partition, only: bisect, imbalance, owner_of
   use particles_migrate, only: wrap_positions
-  use particles_store, only: f_pos, tag_rest
+  use particles_store, only: f_pos, rests, tag_rest
   use time_sleep, only: load_of
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -32,7 +32,7 @@ contains
   subroutine rebalance(world, sim, n_moving, is_cut)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    integer, intent(inout) :: n_moving       !! blocks in which particles may have to go elsewhere
+    integer, intent(inout) :: n_moving       !! blocks whose particles may have to go elsewhere
     logical, intent(out) :: is_cut           !! there are new boxes
     real(rp) :: load(0:world%size - 1)
 
@@ -66,29 +66,33 @@ contains
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n_moving
     real(rp), intent(out) :: load(0:world%size - 1)
-    integer :: b, ijk(3), p, r
+    integer :: b, node(nlane), p, r, rest(nlane)
+    logical :: is_own(nlane)
 
     load = 0.0_rp
     do b = n_moving + 1, sim%particles%nblk
       load(world%rank) = load(world%rank) + load_of_block(sim, b)
     end do
     do b = 1, n_moving
+      rest = rests(nlane, sim%particles%tag(:, b))
+      call storage_nodes(sim%scene%grid, sim%patch, nlane, sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
       do p = 1, sim%particles%count(b)
-        ijk = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b))
         r = world%rank
-        if (.not. sim%patch%own%has(ijk)) r = owner_of(sim%boxes, ijk)
-        load(r) = load(r) + load_of(tag_rest(sim%particles%tag(p, b)))
+        if (.not. is_own(p)) r = owner_of(sim%boxes, &
+                                          nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)))
+        load(r) = load(r) + load_of(rest(p))
       end do
     end do
     call world%sum(load)
   end subroutine coming_loads
 
-  !> All particles of a sorted block have the same rest.
   pure real(rp) function load_of_block(sim, b) result(load)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: b
 
-    load = sim%particles%count(b)*load_of(tag_rest(sim%particles%tag(1, b)))
+    associate (n => sim%particles%count(b))
+      load = sum(load_of(rests(n, sim%particles%tag(:n, b))))
+    end associate
   end function load_of_block
 
   !> New boxes for all ranks by the cost of their particles.

@@ -4,9 +4,9 @@
 !> decided by a sort and kept in the tags, so that a resumed run adds up in the same order.
 module time_overlap
   use base_timers, only: ph_exchange, ph_to_grid
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use grid_geometry, only: dilate, nearest_node
+  use grid_geometry, only: dilate, halo, storage_nodes
   use particles_store, only: f_pos, set_border, tag_border
   use time_mirrors, only: early, fold, late, r_momentum, split_mirrors
   use time_state, only: simulation_t
@@ -26,23 +26,31 @@ contains
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew
     logical, allocatable :: near(:, :, :)
-    logical :: is_border
-    integer :: b, ijk(3), p
+    integer :: b
 
     call mark_nodes(sim, near)
     if (.not. is_sorted_anew) return
-    call dilate(near)
+    call dilate(near, halo)
     do b = 1, sim%n_awake
-      is_border = .not. can_overlap(sim)
-      do p = 1, sim%particles%count(b)
-        if (is_border) exit
-        ijk = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)) &
-              - sim%patch%all%lo + 1
-        is_border = near(ijk(3), ijk(2), ijk(1))
-      end do
-      sim%particles%tag(1, b) = set_border(sim%particles%tag(1, b), is_border)
+      associate (tag => sim%particles%tag(1, b))
+        tag = set_border(tag, is_near(sim, sim%particles%count(b), sim%particles%ps(:, f_pos:f_pos + 2, b), &
+                                      size(near), near))
+      end associate
     end do
   end subroutine mark_border
+
+  !> Whether one of the `n` particles of a block has a marked node nearest to it.
+  pure logical function is_near(sim, n, x, nn, marked)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n, nn
+    real(rp), intent(in) :: x(nlane, 3)
+    logical, intent(in) :: marked(nn)
+    integer :: node(nlane)
+    logical :: is_own(nlane)
+
+    call storage_nodes(sim%scene%grid, sim%patch, nlane, x, node, is_own)
+    is_near = any(marked(node(:n)))
+  end function is_near
 
   !> Images, and several velocity fields, are summed without overlap.
   pure logical function can_overlap(sim)

@@ -3,7 +3,7 @@
 module time_regrid
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, dilate, halo, nearest_node
+  use grid_geometry, only: box_t, dilate, halo, nearest_node, storage_nodes
   use particles_migrate, only: redistribute, wrap_positions
   use particles_sort, only: keep_none
   use particles_store, only: awake, f_pos, rim
@@ -27,7 +27,7 @@ contains
   subroutine regrid(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    integer :: n_moving                      ! blocks in which particles may have to go elsewhere
+    integer :: n_moving                      ! blocks whose particles may have to go elsewhere
     integer :: keep
     logical :: is_cut, is_new, others_sleep, sleepers_stay
 
@@ -36,10 +36,12 @@ contains
     call wrap_positions(sim%scene%grid, sim%particles)
     call adapt_mass(world, sim)
     call update_sleep(world, sim, others_sleep)
-    n_moving = merge(sim%particles%nblk, sim%n_awake, others_sleep .or. is_new)
+    n_moving = merge(sim%particles%nblk, sim%n_awake, is_new)
     call rebalance(world, sim, n_moving, is_cut)
+    sim%clock%disorder = sim%clock%disorder + sim%clock%travel
     keep = oldest_order(sim)
     if (is_new .or. is_cut) keep = keep_none
+    if (keep > awake) sim%clock%disorder = 0.0_rp
     call redistribute(world, sim%scene%grid, sim%patch, sim%boxes, size(sim%scene%body), &
                       n_moving, keep, others_sleep, sim%particles, sleepers_stay)
     sim%clock%travel = 0.0_rp
@@ -48,20 +50,17 @@ contains
   end subroutine regrid
 
   !> Rest from which particles keep their places, whose order is for speed alone: the awake ones are
-  !> put in order every SORT_INTERVAL steps, sleepers rarely.
+  !> put in order when one may be some cells from where it was, sleepers after many sorts.
   pure integer function oldest_order(sim) result(keep)
     type(simulation_t), intent(in) :: sim
-    integer, parameter :: rarely = 20
+    real(rp), parameter :: far = 2.0_rp    ! [cells]
+    integer, parameter :: rarely = 20      ! [SORT_INTERVAL]
 
     keep = awake
-    if (is_over(sim%scene%method%sort_interval)) keep = rim
-    if (is_over(rarely*sim%scene%method%sort_interval)) keep = keep_none
-  contains
-    pure logical function is_over(interval)
-      integer, intent(in) :: interval      ! a multiple of it, since the last sort
-
-      is_over = sim%clock%step/interval > max(0_i8, sim%clock%sorted_at)/interval
-    end function is_over
+    if (sim%clock%disorder > far*sim%scene%grid%h) keep = rim
+    associate (interval => rarely*sim%scene%method%sort_interval)
+      if (sim%clock%step/interval > max(0_i8, sim%clock%sorted_at)/interval) keep = keep_none
+    end associate
   end function oldest_order
 
   !> List what depends on where particles are: shared nodes, nodes in use, wall nodes, balls.
@@ -118,21 +117,30 @@ contains
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: low, high
     logical, allocatable, intent(out) :: near(:, :, :)
-    integer :: b, ijk(3), n(3), p
+    integer :: b, n(3)
 
     n = 0
     if (sim%patch%nn > 0) n = sim%patch%all%hi - sim%patch%all%lo + 1
     allocate (near(n(3), n(2), n(1)), source=.false.)
     if (high < low) return
     do b = low, high
-      do p = 1, sim%particles%count(b)
-        ijk = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)) &
-              - sim%patch%all%lo + 1
-        near(ijk(3), ijk(2), ijk(1)) = .true.
-      end do
+      call mark_nodes(sim, sim%particles%count(b), sim%particles%ps(:, f_pos:f_pos + 2, b), size(near), near)
     end do
-    call dilate(near)
+    call dilate(near, halo)
   end subroutine mark_reach
+
+  !> Nodes nearest to the `n` particles of a block.
+  pure subroutine mark_nodes(sim, n, x, nn, near)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n, nn
+    real(rp), intent(in) :: x(nlane, 3)
+    logical, intent(inout) :: near(nn)
+    integer :: node(nlane)
+    logical :: is_own(nlane)
+
+    call storage_nodes(sim%scene%grid, sim%patch, nlane, x, node, is_own)
+    near(node(:n)) = .true.
+  end subroutine mark_nodes
 
   !> Largest places of the particles in blocks `low` to `high`, and largest negative ones [m].
   pure function extent_of(sim, low, high) result(extent)

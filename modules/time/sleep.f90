@@ -8,8 +8,8 @@
 module time_sleep
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
-  use grid_geometry, only: nearest_node
-  use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_temp, f_vel, rim, set_rest, &
+  use grid_geometry, only: dilate, grid_t, nearest_nodes
+  use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_temp, f_vel, rests, rim, set_rest, &
                              tag_rest
   use time_stability, only: wave_speed
   use time_state, only: mirrors_t, simulation_t
@@ -37,40 +37,44 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     logical, intent(out) :: has_changed
-    logical, allocatable :: is_awake(:, :, :)
+    logical, allocatable :: is_awake(:, :, :), near(:, :, :)
+    integer, allocatable :: rest(:, :, :)
     integer :: b, last
 
     has_changed = .false.
     if (.not. sim%scene%method%sleep%is_on) return
     call find_awake(world, sim, is_awake)
+    near = is_awake
+    call dilate(near, 1)                         ! nodes of particles two cells apart are shared
+    rest = merge(awake, merge(rim, asleep, near), is_awake)
     last = sim%particles%nblk
-    if (allocated(sim%sleepers%is_awake)) then   ! sleepers do not move
-      if (all(is_awake .eqv. sim%sleepers%is_awake)) last = sim%n_awake
+    if (allocated(sim%sleepers%rest)) then       ! sleepers do not move
+      if (all(rest == sim%sleepers%rest)) last = sim%n_awake
     end if
     do b = 1, last
-      call put_to_rest(sim, is_awake, b, has_changed)
+      call put_to_rest(sim, shape(rest), rest, b, has_changed)
     end do
-    call move_alloc(is_awake, sim%sleepers%is_awake)
+    call move_alloc(rest, sim%sleepers%rest)
   end subroutine update_sleep
 
   !> Who sleeps in block `b`.
-  subroutine put_to_rest(sim, is_awake, b, has_changed)
+  subroutine put_to_rest(sim, n, rest, b, has_changed)
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: is_awake(:, :, :)
-    integer, intent(in) :: b
+    integer, intent(in) :: n(3), rest(n(1)*n(2)*n(3)), b   !! rest by cube
     logical, intent(inout) :: has_changed
-    integer :: p, rest
+    integer :: c(nlane), p, was(nlane)
 
+    c = cubes(sim%scene%grid, n, sim%particles%ps(:, f_pos:f_pos + 2, b))
+    was = rests(nlane, sim%particles%tag(:, b))
     associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b))
       do p = 1, sim%particles%count(b)
-        rest = rest_at(is_awake, nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2)))
-        if (rest == tag_rest(tag(p))) cycle
+        if (rest(c(p)) == was(p)) cycle
         has_changed = .true.
-        if (tag_rest(tag(p)) == awake) then
+        if (was(p) == awake) then
           ps(p, f_vel:f_vel + 2) = 0.0_rp
           ps(p, sim%scene%layout%rest) = ps(p, f_temp)
         end if
-        tag(p) = set_rest(tag(p), rest)
+        tag(p) = set_rest(tag(p), rest(c(p)))
       end do
     end associate
   end subroutine put_to_rest
@@ -83,9 +87,9 @@ contains
     real(rp), allocatable :: asked(:, :, :, :), flat(:)
     integer :: n(3)
 
-    n = cube(sim%scene%grid%n - 1)
+    n = (sim%scene%grid%n - 1)/edge + 1
     allocate (asked(n_asked, n(1), n(2), n(3)), source=0.0_rp)
-    call ask_particles(sim, asked)
+    call ask_particles(sim, n, asked)
     flat = reshape(asked, [size(asked)])
     call world%sum(flat)
     asked = reshape(flat, shape(asked))
@@ -101,26 +105,26 @@ contains
   end subroutine find_awake
 
   !> What this rank's particles say in each cube.
-  subroutine ask_particles(sim, asked)
+  subroutine ask_particles(sim, n, asked)
     type(simulation_t), intent(in) :: sim
-    real(rp), intent(inout) :: asked(:, :, :, :)
-    integer :: b, c(3), n, p
+    integer, intent(in) :: n(3)
+    real(rp), intent(inout) :: asked(n_asked, n(1)*n(2)*n(3))
+    integer :: b, c(nlane), p
     logical :: calls(nlane), is_awake(nlane)
 
     associate (limits => sim%scene%method%sleep, rest => sim%scene%layout%rest)
       do b = 1, sim%particles%nblk
-        n = sim%particles%count(b)
-        associate (ps => sim%particles%ps(:n, :, b))
-          is_awake(:n) = tag_rest(sim%particles%tag(:n, b)) == awake
-          where (is_awake(:n))
-            calls(:n) = ps(:, f_rate) > limits%rate
+        associate (ps => sim%particles%ps(:, :, b))
+          is_awake = rests(nlane, sim%particles%tag(:, b)) == awake
+          where (is_awake)
+            calls = ps(:, f_rate) > limits%rate
           elsewhere
-            calls(:n) = abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
+            calls = abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
           end where
-          if (.not. any(calls(:n) .or. is_awake(:n))) cycle
-          do p = 1, n
-            c = cube(nearest_node(sim%scene%grid, ps(p, f_pos:f_pos + 2)))
-            associate (at => asked(:, c(1), c(2), c(3)))
+          if (.not. any(calls .or. is_awake)) cycle
+          c = cubes(sim%scene%grid, n, ps(:, f_pos:f_pos + 2))
+          do p = 1, sim%particles%count(b)
+            associate (at => asked(:, c(p)))
               if (calls(p)) at(a_calls) = at(a_calls) + 1.0_rp
               if (.not. is_awake(p)) cycle
               at(a_mass) = at(a_mass) + ps(p, f_mass)
@@ -172,28 +176,17 @@ contains
     end do
   end subroutine add_neighbours
 
-  !> Cube of a node, from 1.
-  pure function cube(ijk) result(c)
-    integer, intent(in) :: ijk(3)
-    integer :: c(3)
+  !> Numbers of the cubes, of which there are `n` along each axis, that the places of a block are in.
+  pure function cubes(grid, n, x) result(c)
+    type(grid_t), intent(in) :: grid
+    integer, intent(in) :: n(3)
+    real(rp), intent(in) :: x(nlane, 3)
+    integer :: c(nlane), ijk(nlane, 3)
 
-    c = max(0, ijk)/edge + 1
-  end function cube
-
-  !> Rest of a particle whose nearest node is `ijk`: rim if another that shares a node is awake.
-  pure integer function rest_at(is_awake, ijk) result(rest)
-    logical, intent(in) :: is_awake(:, :, :)
-    integer, intent(in) :: ijk(3)
-    integer :: c(3), low(3), high(3)
-
-    c = cube(ijk)
-    rest = awake
-    if (is_awake(c(1), c(2), c(3))) return
-    low = cube(ijk - 2)
-    high = min(cube(ijk + 2), shape(is_awake))
-    rest = asleep
-    if (any(is_awake(low(1):high(1), low(2):high(2), low(3):high(3)))) rest = rim
-  end function rest_at
+    call nearest_nodes(grid, nlane, x, ijk)
+    ijk = ijk/edge
+    c = 1 + ijk(:, 1) + n(1)*(ijk(:, 2) + n(2)*ijk(:, 3))
+  end function cubes
 
   !> After a sort: the awake blocks come first, then those of the rim.
   subroutine count_awake(sim)

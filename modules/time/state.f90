@@ -211,7 +211,7 @@ module time_state
                               extent_any = 0.0_rp      !! of the rim, of all at rest [m]
     logical, allocatable :: near_rim(:, :, :), near_any(:, :, :)   !! (z, y, x) nodes in reach of
                                                                    !! the rim, of all at rest
-    logical, allocatable :: is_awake(:, :, :)   !! the cubes by which they were chosen
+    integer, allocatable :: rest(:, :, :)       !! of the particles in each cube
   end type sleepers_t
 
   !> Time and what decides the next step; equal on all ranks, stored in checkpoints.
@@ -221,6 +221,7 @@ module time_state
     real(rp) :: dt = 0.0_rp
     integer(i8) :: sorted_at = -1        !! step in which particles last went to their ranks
     real(rp) :: travel = 0.0_rp          !! way of the fastest particle since then [m]
+    real(rp) :: disorder = 0.0_rp        !! until then, since the awake were put in order by node [m]
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
     real(rp) :: heat_step = 0.0_rp       !! next implicit one [s]; 0: none was made yet
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
