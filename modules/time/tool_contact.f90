@@ -23,12 +23,13 @@
 module time_tool_contact
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use contact_friction_table, only: friction_table_t, of_nothing
+  use contact_friction_table, only: of_nothing
   use contact_tool, only: rigid_t, tool_t
   use contact_touch, only: held_part, meet
-  use particles_store, only: f_jac, f_mass, f_plastic, f_pos, f_tau, f_temp
-  use physics_stress, only: flow_strength
+  use particles_store, only: f_mass, f_pos
+  use time_candidates, only: candidates_t
   use time_faces, only: surface_weights
+  use time_friction_limits, only: limit_friction
   use time_mirrors, only: r_velocity, unfold
   use time_nodes, only: least_inertia, least_mass
   use time_stability, only: wave_speed
@@ -52,7 +53,6 @@ module time_tool_contact
                                                !! whole number, so that all ranks list the same
   real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
   real(rp), parameter :: inset = 0.5_rp        !! of edges that stand out, in metal that flows [cells]
-  real(rp), parameter :: unlimited = 1.0e30_rp     !! shear strength of an elastic material
 
 contains
 
@@ -165,6 +165,7 @@ contains
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: group
     real(rp), intent(in) :: dt, g(8, sim%patch%nn)
+    type(candidates_t) :: near
     integer :: b
     real(rp) :: gone, reach(size(sim%scene%body)), way
 
@@ -172,105 +173,86 @@ contains
     way = dt*sim%clock%max_speed + (0.01_rp + soft)*sim%patch%h
     reach = [(way + 0.5_rp*norm2(sim%scene%body(b)%spacing), b=1, size(reach))]
     gone = sim%clock%travel + sim%tool(k)%way()
+    call near%init(sim%scene%layout, sim%tool(k)%friction_table%of /= of_nothing)
     do b = 1, sim%n_awake
       associate (body => sim%particles%body(b))
         if (sim%scene%body(body)%group /= group) cycle
         if (sim%clearance(k, b) > reach(body) + gone) cycle
-        call visit_block(sim, sim%tool(k), rigid, b, body, sim%particles%count(b), dt, way, &
-                         reach(body), sim%particles%nf, sim%particles%ps(:, :, b), g)
+        if (near%n > 0 .and. near%body /= body) call list_touching(sim, sim%tool(k), rigid, dt, g, near)
+        call gather_near(sim, sim%tool(k), rigid, b, sim%particles%count(b), reach(body), way, dt, g, near)
       end associate
     end do
+    if (near%n > 0) call list_touching(sim, sim%tool(k), rigid, dt, g, near)
   end subroutine find_touching
 
-  subroutine visit_block(sim, tool, rigid, b, body, n, dt, way, reach, nf, ps, g)
+  !> The candidates of block `b`; whenever there is a block of them it is looked at.
+  subroutine gather_near(sim, tool, rigid, b, n, reach, way, dt, g, near)
     type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
-    integer, intent(in) :: b, body, n, nf
-    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%patch%nn)
-    real(rp), intent(in) :: way                 !! by which a gap may close in the step [m]
+    integer, intent(in) :: b, n
     real(rp), intent(in) :: reach               !! from the tool of centres that may touch [m]
-    real(rp) :: cover, d(n), edge, gap, room, rate(nlane), strength(nlane)
-    real(rp) :: w(nlane, 18), x(3), zone
-    integer :: before, first(nlane), i, p
+    real(rp), intent(in) :: way                 !! by which a gap may close in the step [m]
+    real(rp), intent(in) :: dt, g(8, sim%patch%nn)
+    type(candidates_t), intent(inout) :: near
+    real(rp) :: d(n), gap, half, normal(3), room
+    integer :: p
+
+    associate (ps => sim%particles%ps(:, :, b), spacing => sim%scene%body(sim%particles%body(b))%spacing)
+      call tool%clearances(n, ps(:, f_pos:f_pos + 2), d)
+      do p = 1, n
+        if (d(p) > reach) cycle
+        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, room)
+        half = 0.5_rp*ps(p, sim%scene%layout%cover)*norm2(normal*spacing)
+        if (gap - half > way) cycle
+        call near%add(sim%particles, b, p, normal, half)
+        if (near%n == nlane) call list_touching(sim, tool, rigid, dt, g, near)
+      end do
+    end associate
+  end subroutine gather_near
+
+  !> Those of the candidates that touch; no candidates are left.
+  subroutine list_touching(sim, tool, rigid, dt, g, near)
+    type(simulation_t), intent(inout) :: sim
+    type(tool_t), intent(in) :: tool
+    type(rigid_t), intent(in) :: rigid
+    real(rp), intent(in) :: dt, g(8, sim%patch%nn)
+    type(candidates_t), intent(inout) :: near
+    real(rp) :: edge, w(nlane, 18), zone
+    integer :: before, first(nlane), n, p, place(nlane)   ! of a touching particle among the candidates
     type(touch_t) :: touch
     logical :: at_surface
 
     before = sim%touching%n
     edge = 0.0_rp
-    if (allocated(sim%scene%material(sim%scene%body(body)%material)%flow)) edge = inset*sim%patch%h
+    if (allocated(sim%scene%material(sim%scene%body(near%body)%material)%flow)) edge = inset*sim%patch%h
     at_surface = sim%scene%method%scheme == scheme_usl .or. edge > 0.0_rp
     zone = merge(soft*sim%patch%h, 0.0_rp, at_surface)
-    call tool%clearances(n, ps(1, f_pos), d)
-    do p = 1, n
-      if (d(p) > reach) cycle
-      x = ps(p, f_pos:f_pos + 2)
-      call tool%distance(x, gap, touch%normal, room)
-      cover = ps(p, sim%scene%layout%cover)
-      touch%half = 0.5_rp*cover*norm2(touch%normal*sim%scene%body(body)%spacing)
-      if (gap - touch%half > way) cycle
-      if (before == sim%touching%n) call weights_of(sim, body, nf, ps, w, first)
-      touch%block = b
-      touch%lane = p
+    call near%fill_up()
+    call weights_of(sim, near%body, sim%scene%layout%n, near%ps, w, first)
+    do p = 1, near%n
+      touch%block = near%block(p)
+      touch%lane = near%lane(p)
+      touch%half = near%half(p)
+      touch%normal = near%normal(:, p)
       touch%can_flow = edge > 0.0_rp
       touch%first = first(p)
       touch%inner(:, 1) = w(p, 1:3)
       touch%inner(:, 2) = w(p, 4:6)
       touch%inner(:, 3) = w(p, 7:9)
       touch%w = touch%inner
-      if (at_surface) touch%w = surface_weights(sim, body, touch%normal, cover, p, nf, ps, w, first)
-      touch%mass = sim%scene%method%mass_scaling*ps(p, f_mass)
-      if (approaches(sim, tool, rigid, dt, edge, zone, x, &
-                     velocity_at(sim, touch%first, touch%w, g), touch)) &
-        call sim%touching%add_touch(touch)
+      if (at_surface) touch%w = surface_weights(sim, near%body, touch%normal, near%ps(p, sim%scene%layout%cover), &
+                                                p, sim%scene%layout%n, near%ps, w, first)
+      touch%mass = sim%scene%method%mass_scaling*near%ps(p, f_mass)
+      if (.not. approaches(sim, tool, rigid, dt, edge, zone, near%ps(p, f_pos:f_pos + 2), &
+                           velocity_at(sim, touch%first, touch%w, g), touch)) cycle
+      call sim%touching%add_touch(touch)
+      place(sim%touching%n - before) = p
     end do
-    if (sim%touching%n == before) return
-    rate = 1.0_rp
-    do i = before + 1, sim%touching%n
-      associate (t => sim%touching%touch(i))
-        rate(t%lane) = norm2(t%slip)/(sqrt(3.0_rp)*sim%scene%body(body)%mean_spacing())
-      end associate
-    end do
-    call flow_strength(sim%scene%material(sim%scene%body(body)%material), ps(1, f_plastic), &
-                       ps(1, f_temp), rate, sim%scene%layout%n_law, &
-                       ps(1, sim%scene%layout%law), strength)
-    do i = before + 1, sim%touching%n
-      associate (t => sim%touching%touch(i), spacing => sim%scene%body(body)%spacing)
-        t%shear = unlimited
-        if (tool%shear_limit .and. strength(t%lane) > 0.0_rp) then
-          t%shear = dt*strength(t%lane)/sqrt(3.0_rp)*product(spacing)/norm2(t%normal*spacing)
-        end if
-      end associate
-    end do
-    if (tool%friction_table%of /= of_nothing) then
-      call look_up_friction(tool%friction_table, n, nf, ps, &
-                            sim%touching%touch(before + 1:sim%touching%n))
-    end if
-  end subroutine visit_block
-
-  !> Coefficients of friction of the touching particles of a block, from their temperature, the
-  !> pressure on the tool's surface in the body, or the speed of sliding.
-  pure subroutine look_up_friction(table, n, nf, ps, touch)
-    type(friction_table_t), intent(in) :: table
-    integer, intent(in) :: n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
-    type(touch_t), intent(inout) :: touch(:)
-    real(rp), dimension(nlane) :: mu, pressure, slip
-    integer :: i
-
-    pressure = 0.0_rp
-    slip = 0.0_rp
-    do i = 1, size(touch)
-      associate (a => touch(i)%normal, tau => ps(touch(i)%lane, f_tau:f_tau + 5), &
-                 p => touch(i)%lane)
-        pressure(p) = max(0.0_rp, -(sum(a**2*tau(1:3)) + 2.0_rp*(a(1)*a(2)*tau(4) &
-                          + a(2)*a(3)*tau(5) + a(1)*a(3)*tau(6)))/ps(p, f_jac))
-        slip(p) = norm2(touch(i)%slip)
-      end associate
-    end do
-    call table%coefficients(n, ps(1, f_temp), pressure, slip, mu)
-    touch%friction = mu(touch%lane)
-  end subroutine look_up_friction
+    n = sim%touching%n - before
+    call limit_friction(sim, tool, dt, near, n, place, sim%touching%touch(before + 1:before + n))
+    near%n = 0
+  end subroutine list_touching
 
   !> Whether the surface of the particle at `x`, with velocity `v`, would be inside the tool at the end
   !> of the step or comes too fast through the soft zone; how fast it is to be, and its slip.

@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: MIT
+!> What limits the friction of particles that touch a tool.
+module time_friction_limits
+  use base_kinds, only: nlane, rp
+  use contact_friction_table, only: friction_table_t, of_nothing
+  use contact_tool, only: tool_t
+  use particles_store, only: f_jac, f_plastic, f_tau, f_temp
+  use physics_stress, only: flow_strength
+  use time_candidates, only: candidates_t
+  use time_state, only: simulation_t
+  use time_touching, only: touch_t
+  implicit none (type, external)
+  private
+
+  public :: limit_friction
+
+  real(rp), parameter :: unlimited = 1.0e30_rp     !! shear strength of an elastic material
+
+contains
+
+  !> What limits the friction of the touching particles, which have their `place` among the candidates:
+  !> the shear strength of the material, and a coefficient that depends on its state.
+  subroutine limit_friction(sim, tool, dt, near, n, place, touch)
+    type(simulation_t), intent(in) :: sim
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: dt
+    type(candidates_t), intent(in) :: near
+    integer, intent(in) :: n, place(n)
+    type(touch_t), intent(inout) :: touch(n)
+    real(rp) :: rate(nlane), strength(nlane)
+    integer :: i
+
+    if (n == 0) return
+    associate (body => sim%scene%body(near%body), layout => sim%scene%layout)
+      rate = 1.0_rp
+      do i = 1, n
+        rate(place(i)) = norm2(touch(i)%slip)/(sqrt(3.0_rp)*body%mean_spacing())
+      end do
+      call flow_strength(sim%scene%material(body%material), near%ps(:, f_plastic), near%ps(:, f_temp), rate, &
+                         layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), strength)
+      do i = 1, n
+        touch(i)%shear = unlimited
+        if (tool%shear_limit .and. strength(place(i)) > 0.0_rp) then
+          touch(i)%shear = dt*strength(place(i))/sqrt(3.0_rp)*product(body%spacing)/norm2(touch(i)%normal*body%spacing)
+        end if
+      end do
+      if (tool%friction_table%of /= of_nothing) then
+        call look_up_friction(tool%friction_table, near%n, layout%n, near%ps, n, place, touch)
+      end if
+    end associate
+  end subroutine limit_friction
+
+  !> Coefficients of friction of the touching ones of `n` candidates, from their temperature, the pressure
+  !> on the tool's surface in the body, or the speed of sliding.
+  pure subroutine look_up_friction(table, n, nf, ps, n_touch, place, touch)
+    type(friction_table_t), intent(in) :: table
+    integer, intent(in) :: n, nf, n_touch, place(n_touch)
+    real(rp), intent(in) :: ps(nlane, nf)
+    type(touch_t), intent(inout) :: touch(n_touch)
+    real(rp), dimension(nlane) :: mu, pressure, slip
+    integer :: i, p
+
+    pressure = 0.0_rp
+    slip = 0.0_rp
+    do i = 1, n_touch
+      p = place(i)
+      associate (a => touch(i)%normal, tau => ps(p, f_tau:f_tau + 5))
+        pressure(p) = max(0.0_rp, -(sum(a**2*tau(1:3)) + 2.0_rp*(a(1)*a(2)*tau(4) &
+                          + a(2)*a(3)*tau(5) + a(1)*a(3)*tau(6)))/ps(p, f_jac))
+        slip(p) = norm2(touch(i)%slip)
+      end associate
+    end do
+    call table%coefficients(n, ps(1, f_temp), pressure, slip, mu)
+    touch%friction = mu(place)
+  end subroutine look_up_friction
+
+end module time_friction_limits
