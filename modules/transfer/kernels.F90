@@ -58,8 +58,8 @@ contains
     integer :: p
 
     do p = 1, n
-      call p2g_slopes(0, p, moment, first(p), rec, stride, nn, g)
-      call p2g_slopes(4, p, w, first(p), rec, stride, nn, g)
+      call p2g_slopes(1, 4, p, moment, first(p), rec, stride, nn, g)
+      call p2g_slopes(5, 8, p, w, first(p), rec, stride, nn, g)
     end do
   end subroutine p2g_affine_block
 
@@ -87,8 +87,8 @@ contains
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
     real(rp), intent(inout) :: g(8, nn)
 
-    call p2g_values(p, w, q, rec, stride, nn, g)
-    call p2g_slopes(4, p, w, q, rec, stride, nn, g)
+    if (to_slopes > 1) call p2g_values(p, w, q, rec, stride, nn, g)
+    call p2g_slopes(to_slopes, 8, p, w, q, rec, stride, nn, g)
   end subroutine p2g_one
 
   !> Lanes 1:4 of one particle by weights.
@@ -121,9 +121,9 @@ contains
 #undef PLANE
   end subroutine p2g_values
 
-  !> Lanes o+1:o+4 of one particle by weights and slopes.
-  subroutine p2g_slopes(o, p, w, q, rec, stride, nn, g)
-    integer, intent(in) :: o, p, q, nn, stride(3)
+  !> Lanes `low` to `high` of one particle by weights and slopes.
+  subroutine p2g_slopes(low, high, p, w, q, rec, stride, nn, g)
+    integer, intent(in) :: low, high, p, q, nn, stride(3)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
     real(rp), intent(inout) :: g(8, nn)
     integer :: f, sx, sy
@@ -133,16 +133,16 @@ contains
     sy = stride(2)
 #define ROW(J, Q) \
         r0 = w(p, 3+J)*a0 + w(p, 12+J)*ay; r1 = w(p, 3+J)*az; \
-        g(f, Q) = g(f, Q) + (w(p, 7)*r0 + w(p, 16)*r1); \
-        g(f, Q+1) = g(f, Q+1) + (w(p, 8)*r0 + w(p, 17)*r1); \
-        g(f, Q+2) = g(f, Q+2) + (w(p, 9)*r0 + w(p, 18)*r1)
+        g(f, Q) = g(f, Q) + w(p, 7)*r0 + w(p, 16)*r1; \
+        g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0 + w(p, 17)*r1; \
+        g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0 + w(p, 18)*r1
 #define PLANE(I, Q) \
         SLOPE_PLANE(p, a0, ay, az, I); \
         ROW(1, Q); \
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
     !$omp simd private(a0, ay, az, r0, r1)
-    do f = o + 1, o + 4
+    do f = low, high
       PLANE(1, q)
       PLANE(2, q+sx)
       PLANE(3, q+2*sx)
@@ -164,9 +164,9 @@ contains
     o = p + 1
 #define ROW(J, Q) \
         r0 = w(p, 3+J)*a0; s0 = w(o, 3+J)*b0; \
-        g(f, Q) = g(f, Q) + (w(p, 7)*r0 + w(o, 7)*s0); \
-        g(f, Q+1) = g(f, Q+1) + (w(p, 8)*r0 + w(o, 8)*s0); \
-        g(f, Q+2) = g(f, Q+2) + (w(p, 9)*r0 + w(o, 9)*s0)
+        g(f, Q) = g(f, Q) + w(p, 7)*r0 + w(o, 7)*s0; \
+        g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0 + w(o, 8)*s0; \
+        g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0 + w(o, 9)*s0
 #define PLANE(I, Q) \
         VALUE_PLANE(p, a0, I); VALUE_PLANE(o, b0, I); \
         ROW(1, Q); \
@@ -183,9 +183,9 @@ contains
 #define ROW(J, Q) \
         r0 = w(p, 3+J)*a0 + w(p, 12+J)*ay; r1 = w(p, 3+J)*az; \
         s0 = w(o, 3+J)*b0 + w(o, 12+J)*by; s1 = w(o, 3+J)*bz; \
-        g(f, Q) = g(f, Q) + ((w(p, 7)*r0 + w(p, 16)*r1) + (w(o, 7)*s0 + w(o, 16)*s1)); \
-        g(f, Q+1) = g(f, Q+1) + ((w(p, 8)*r0 + w(p, 17)*r1) + (w(o, 8)*s0 + w(o, 17)*s1)); \
-        g(f, Q+2) = g(f, Q+2) + ((w(p, 9)*r0 + w(p, 18)*r1) + (w(o, 9)*s0 + w(o, 18)*s1))
+        g(f, Q) = g(f, Q) + w(p, 7)*r0 + w(p, 16)*r1 + w(o, 7)*s0 + w(o, 16)*s1; \
+        g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0 + w(p, 17)*r1 + w(o, 8)*s0 + w(o, 17)*s1; \
+        g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0 + w(p, 18)*r1 + w(o, 9)*s0 + w(o, 18)*s1
 #define PLANE(I, Q) \
         SLOPE_PLANE(p, a0, ay, az, I); SLOPE_PLANE(o, b0, by, bz, I); \
         ROW(1, Q); \
