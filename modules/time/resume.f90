@@ -8,6 +8,7 @@ module time_resume
   use grid_geometry, only: box_t, make_patch
   use io_checkpoint, only: read_checkpoint, write_checkpoint
   use particles_migrate, only: find_outside
+  use particles_store, only: awake, particles_t, set_rest, tag_rest
   use physics_flow_law, only: n_alarms
   use time_audit, only: n_sums
   use time_probes, only: share_probes
@@ -110,6 +111,7 @@ contains
       sim%tool(k)%sums = local(n + 1 + n_tool_sums*(k - 1):n + n_tool_sums*k)
       call sim%tool(k)%move_to(sim%clock%time)
     end do
+    if (.not. sim%scene%method%sleep%is_on) call wake_all(world, sim%particles, same_ranks)
     if (same_ranks) then
       call move_alloc(boxes, sim%boxes)
       sim%patch = make_patch(sim%scene%grid, sim%boxes(world%rank))
@@ -120,6 +122,18 @@ contains
       call regrid(world, sim)
     end if
   end subroutine resume
+
+  !> Collective, in a run without sleepers. The particles are `in_order` no longer if some slept.
+  subroutine wake_all(world, particles, in_order)
+    type(world_t), intent(in) :: world
+    type(particles_t), intent(inout) :: particles
+    logical, intent(inout) :: in_order
+
+    associate (tag => particles%tag(:, :particles%nblk))
+      in_order = in_order .and. world%all_true(all(tag_rest(tag) == awake))
+      tag = set_rest(tag, awake)
+    end associate
+  end subroutine wake_all
 
   subroutine unpack_global(sim, global, path, error)
     type(simulation_t), intent(inout) :: sim

@@ -65,7 +65,7 @@ def test_rim_does_not_reflect(run, tmp_path):
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_ranks_and_restart(run, tmp_path, ranks):
     """1000 steps with sleepers: the same on any number of ranks to 1e-9, and bit for bit if stopped in
-    the middle and continued."""
+    the middle and continued; continued without sleepers, all wake."""
     sets = {**LONG, "METHOD.SLEEPING": "on", "TIME.END": "0.12", "OUTPUT.CHECKPOINT_INTERVAL": "0.12"}
     alone = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "alone")).results("stir")
     whole = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "whole"), ranks=ranks).results("stir")
@@ -82,3 +82,6 @@ def test_ranks_and_restart(run, tmp_path, ranks):
     assert two.step == three.step
     for name in STATE:
         assert np.array_equal(getattr(two, name), getattr(three, name)), name
+    sets |= {"METHOD.SLEEPING": "off", "TIME.END": "0.13"}
+    woken = run("stir", "--quiet", "--restart", path, sets=sets, directory=part, ranks=ranks).results("stir")
+    assert woken.summary()["awake_share"] == 1.0, "nobody sleeps in a run without sleepers"
