@@ -70,10 +70,18 @@ contains
     real(rp), intent(inout) :: g(8, nn)
     integer :: p
 
-    do p = 1, n
-      call fetch_some(1)
-      call p2g_values(p, w, first(p), rec, stride, nn, g)
+    p = 1
+    do while (p < n)
+      call fetch_some(2)
+      if (first(p) == first(p + 1)) then
+        call p2g_values_pair(p, w, first(p), rec, stride, nn, g)
+        p = p + 2
+      else
+        call p2g_values(p, w, first(p), rec, stride, nn, g)
+        p = p + 1
+      end if
     end do
+    if (p == n) call p2g_values(p, w, first(p), rec, stride, nn, g)
   end subroutine p2g_values_block
 
 #define VALUE_PLANE(P, A, I) A = w(P, I)*rec(f, 1, P)
@@ -151,13 +159,13 @@ contains
 #undef PLANE
   end subroutine p2g_slopes
 
-  !> The records of particles p and p+1, which have the same 27 nodes.
-  subroutine p2g_pair(p, w, q, rec, stride, nn, g)
+  !> Lanes 1:4 of particles p and p+1, which have the same 27 nodes, by weights.
+  subroutine p2g_values_pair(p, w, q, rec, stride, nn, g)
     integer, intent(in) :: p, q, nn, stride(3)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
     real(rp), intent(inout) :: g(8, nn)
     integer :: f, o, sx, sy
-    real(rp) :: a0, ay, az, r0, r1, b0, by, bz, s0, s1
+    real(rp) :: a0, b0, r0, s0
 
     sx = stride(1)
     sy = stride(2)
@@ -173,13 +181,27 @@ contains
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
     !$omp simd private(a0, b0, r0, s0)
-    do f = 1, to_slopes - 1
+    do f = 1, 4
       PLANE(1, q)
       PLANE(2, q+sx)
       PLANE(3, q+2*sx)
     end do
 #undef ROW
 #undef PLANE
+  end subroutine p2g_values_pair
+
+  !> The records of particles p and p+1, which have the same 27 nodes.
+  subroutine p2g_pair(p, w, q, rec, stride, nn, g)
+    integer, intent(in) :: p, q, nn, stride(3)
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: f, o, sx, sy
+    real(rp) :: a0, ay, az, r0, r1, b0, by, bz, s0, s1
+
+    if (to_slopes > 1) call p2g_values_pair(p, w, q, rec, stride, nn, g)
+    sx = stride(1)
+    sy = stride(2)
+    o = p + 1
 #define ROW(J, Q) \
         r0 = w(p, 3+J)*a0 + w(p, 12+J)*ay; r1 = w(p, 3+J)*az; \
         s0 = w(o, 3+J)*b0 + w(o, 12+J)*by; s1 = w(o, 3+J)*bz; \
