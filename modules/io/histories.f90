@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Tables of values over time as CSV text, written by rank 0 and continued after a restart.
 module io_histories
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_system, only: rename_file
@@ -177,31 +176,35 @@ contains
   subroutine row(self, values)
     class(table_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
-    character(:), allocatable :: line
-    integer :: k, status
+    character(25*size(values)) :: line
+    integer :: status
 
     if (.not. self%is_open) return
-    line = number(values(1), '(es19.12)')
-    do k = 2, size(values)
-      line = line//','//number(values(k), '(es17.9)')
-    end do
-    write (self%unit, '(a)', iostat=status) line
+    if (any(abs(values) >= 1.0e100_rp .or. abs(values) < 1.0e-99_rp .and. abs(values) > 0.0_rp)) then
+      write (line, '(es24.12e3, *(:, ",", es24.9e3))') values   ! an E also before three digits
+    else
+      write (line, '(es19.12, *(:, ",", es17.9))') values
+    end if
+    write (self%unit, '(a)', iostat=status) without_blanks(line)
     if (self%status == 0) self%status = status
     flush (self%unit, iostat=status)
     if (self%status == 0) self%status = status
   end subroutine row
 
-  !> Digits without blanks; with an E also where the exponent takes three digits.
-  function number(x, format) result(text)
-    real(rp), intent(in) :: x
-    character(*), intent(in) :: format
+  pure function without_blanks(line) result(text)
+    character(*), intent(in) :: line
     character(:), allocatable :: text
-    character(32) :: buffer
+    character(len(line)) :: kept
+    integer :: k, n
 
-    write (buffer, format) x
-    if (ieee_is_finite(x) .and. scan(buffer, 'E') == 0) write (buffer, '(es24.12e3)') x
-    text = trim(adjustl(buffer))
-  end function number
+    n = 0
+    do k = 1, len(line)
+      if (line(k:k) == ' ') cycle
+      n = n + 1
+      kept(n:n) = line(k:k)
+    end do
+    text = kept(:n)
+  end function without_blanks
 
   !> Close; says on all ranks if a row was lost.
   subroutine close_table(self, error)
