@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Tables of values over time as CSV text, written by rank 0 and continued after a restart.
 module io_histories
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_system, only: rename_file
@@ -178,47 +177,37 @@ contains
     class(table_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
     character(25*size(values)) :: line
-    integer :: k, status
+    integer :: status
 
     if (.not. self%is_open) return
-    if (any(abs(values) >= 1.0e100_rp .or. abs(values) < 1.0e-99_rp .and. abs(values) > 0.0_rp)) then
-      do k = 1, size(values)
-        line(25*k - 24:) = number(values(k), merge('(es19.12)', '(es17.9) ', k == 1))//','
-      end do
-      line(25*size(values):) = ''
-    else
-      write (line, '(es19.12, *(:, ",", es17.9))') values   ! in one go: in half of the time
-    end if
-    write (self%unit, '(a)', iostat=status) without_blanks(line)
+    write (line, '(es19.12, *(:, ",", es17.9))') values
+    write (self%unit, '(a)', iostat=status) compact(line)
     if (self%status == 0) self%status = status
     flush (self%unit, iostat=status)
     if (self%status == 0) self%status = status
   end subroutine row
 
-  !> Digits, with an E also where the exponent takes three.
-  function number(x, format) result(text)
-    real(rp), intent(in) :: x
-    character(*), intent(in) :: format
-    character(24) :: text
-
-    write (text, format) x
-    if (ieee_is_finite(x) .and. scan(text, 'E') == 0) write (text, '(es24.12e3)') x
-  end function number
-
-  pure function without_blanks(line) result(text)
+  !> A row without its blanks, and with an E also before exponents of three digits, where Fortran drops it.
+  pure function compact(line) result(text)
     character(*), intent(in) :: line
     character(:), allocatable :: text
-    character(len(line)) :: kept
+    character(2*len(line)) :: kept
     integer :: k, n
 
     n = 0
     do k = 1, len(line)
       if (line(k:k) == ' ') cycle
+      if (k > 1 .and. scan(line(k:k), '+-') == 1) then
+        if (scan(line(k - 1:k - 1), '0123456789') == 1) then
+          n = n + 1
+          kept(n:n) = 'E'
+        end if
+      end if
       n = n + 1
       kept(n:n) = line(k:k)
     end do
     text = kept(:n)
-  end function without_blanks
+  end function compact
 
   !> Close; says on all ranks if a row was lost.
   subroutine close_table(self, error)

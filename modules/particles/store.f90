@@ -178,7 +178,7 @@ contains
     tag_rest = int(ibits(tag, rest_shift, 2))
   end function tag_rest
 
-  !> The rests of `n` particles.
+  !> The rests of `n` particles, without a call for each.
   pure function rests(n, tag) result(rest)
     integer, intent(in) :: n
     integer(i8), intent(in) :: tag(n)

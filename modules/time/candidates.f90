@@ -26,17 +26,16 @@ module time_candidates
 contains
 
   !> No candidates of particles with `layout`; their stress is gathered if it is asked for.
-  pure subroutine init(self, layout, with_stress)
-    class(candidates_t), intent(inout) :: self
+  subroutine init(self, layout, with_stress)
+    class(candidates_t), intent(out) :: self
     type(layout_t), intent(in) :: layout
     logical, intent(in) :: with_stress
     integer :: i
 
-    self%n = 0
     self%field = [(i, i=1, n_conduction), f_plastic, layout%cover, (layout%law + i, i=0, layout%n_law - 1)]
     if (with_stress) self%field = [self%field, (f_tau + i, i=0, 5)]
     if (layout%half > 0) self%field = [self%field, (layout%half + i, i=0, 2)]
-    if (.not. allocated(self%ps)) allocate (self%ps(nlane, layout%n), source=0.0_rp)
+    allocate (self%ps(nlane, layout%n), source=0.0_rp)
   end subroutine init
 
   !> Add the particle in lane `p` of block `b`; there must be room.

@@ -27,10 +27,25 @@ contains
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: n, place(n)
     type(touch_t), intent(inout) :: touch(n)
+
+    if (n == 0) return
+    touch%shear = unlimited
+    if (tool%shear_limit) call limit_shear(sim, dt, near, n, place, touch)
+    if (tool%friction_table%of /= of_nothing) then
+      call look_up_friction(tool%friction_table, near%n, sim%scene%layout%n, near%ps, n, place, touch)
+    end if
+  end subroutine limit_friction
+
+  !> Impulse at which the material of each touching particle shears, if it can flow.
+  subroutine limit_shear(sim, dt, near, n, place, touch)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: dt
+    type(candidates_t), intent(in) :: near
+    integer, intent(in) :: n, place(n)
+    type(touch_t), intent(inout) :: touch(n)
     real(rp) :: rate(nlane), strength(nlane)
     integer :: i
 
-    if (n == 0) return
     associate (body => sim%scene%body(near%body), layout => sim%scene%layout)
       rate = 1.0_rp
       do i = 1, n
@@ -39,16 +54,11 @@ contains
       call flow_strength(sim%scene%material(body%material), near%ps(:, f_plastic), near%ps(:, f_temp), rate, &
                          layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), strength)
       do i = 1, n
-        touch(i)%shear = unlimited
-        if (tool%shear_limit .and. strength(place(i)) > 0.0_rp) then
-          touch(i)%shear = dt*strength(place(i))/sqrt(3.0_rp)*product(body%spacing)/norm2(touch(i)%normal*body%spacing)
-        end if
+        if (strength(place(i)) <= 0.0_rp) cycle
+        touch(i)%shear = dt*strength(place(i))/sqrt(3.0_rp)*product(body%spacing)/norm2(touch(i)%normal*body%spacing)
       end do
-      if (tool%friction_table%of /= of_nothing) then
-        call look_up_friction(tool%friction_table, near%n, layout%n, near%ps, n, place, touch)
-      end if
     end associate
-  end subroutine limit_friction
+  end subroutine limit_shear
 
   !> Coefficients of friction of the touching ones of `n` candidates, from their temperature, the pressure
   !> on the tool's surface in the body, or the speed of sliding.

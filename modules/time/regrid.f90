@@ -124,13 +124,13 @@ contains
     allocate (near(n(3), n(2), n(1)), source=.false.)
     if (high < low) return
     do b = low, high
-      call mark_nodes(sim, sim%particles%count(b), sim%particles%ps(:, f_pos:f_pos + 2, b), size(near), near)
+      call mark_block(sim, sim%particles%count(b), sim%particles%ps(:, f_pos:f_pos + 2, b), size(near), near)
     end do
     call dilate(near, halo)
   end subroutine mark_reach
 
   !> Nodes nearest to the `n` particles of a block.
-  pure subroutine mark_nodes(sim, n, x, nn, near)
+  pure subroutine mark_block(sim, n, x, nn, near)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n, nn
     real(rp), intent(in) :: x(nlane, 3)
@@ -140,7 +140,7 @@ contains
 
     call storage_nodes(sim%scene%grid, sim%patch, nlane, x, node, is_own)
     near(node(:n)) = .true.
-  end subroutine mark_nodes
+  end subroutine mark_block
 
   !> Largest places of the particles in blocks `low` to `high`, and largest negative ones [m].
   pure function extent_of(sim, low, high) result(extent)

@@ -255,7 +255,7 @@ contains
     call expect_no_error('table is continued', error)
     text = contents(world, path)
     call expect('continued table', index(text, '# a title') == 1 .and. index(text, &
-      newline//'6.666666666667E-01,-2.000000000000E-120'//newline// &
+      newline//'6.666666666667E-01,-2.000000000E-120'//newline// &
       '9.000000000000E+00,1.000000000E+00'//newline, back=.true.) > 30)
     call table%open(world, path, '', ['time[s] ', 'force[N]'], 1.0_rp, error)
     call expect_error('table of other columns', error, 'columns')
