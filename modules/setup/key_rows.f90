@@ -83,7 +83,7 @@ contains
       'MASS_SCALING, a tool, a wall and nothing molten')
     call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '100', '[1,1000]', &
       'most steps from one listing of particles, nodes and ranks to the next')
-    call t%key('REBALANCE', 'real', 1, '', '1.1', '[1,inf)', &
+    call t%key('REBALANCE', 'real', 1, '', '1.03', '[1,inf)', &
       'most loaded rank over the mean load above which the grid is divided anew')
     call t%key('SLEEPING', 'choice', 1, '', 'auto', 'off auto on', &
       'material that is still stops its mechanics; auto: with MASS_SCALING, if the scene allows')

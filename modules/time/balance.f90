@@ -7,8 +7,8 @@ module time_balance
   use grid_geometry, only: box_t, make_patch, nearest_node, storage_nodes
   use grid_partition, only: bisect, imbalance, owner_of
   use particles_migrate, only: wrap_positions
-  use particles_store, only: f_pos, rests, tag_rest
-  use time_sleep, only: load_of
+  use particles_store, only: f_pos
+  use time_load, only: loads_of
   use time_state, only: simulation_t
   implicit none (type, external)
   private
@@ -28,35 +28,34 @@ contains
   end subroutine first_partition
 
   !> Collective, before particles migrate: new boxes if a rank would have too much with the old ones;
-  !> all blocks may have to move then.
+  !> all blocks may have to move then. The imbalance of the steps until the next sort is noted.
   subroutine rebalance(world, sim, n_moving, is_cut)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: n_moving       !! blocks whose particles may have to go elsewhere
     logical, intent(out) :: is_cut           !! there are new boxes
-    real(rp) :: load(0:world%size - 1)
+    integer :: cuts
 
-    is_cut = .false.
-    if (world%size == 1) return
-    call coming_loads(world, sim, n_moving, load)
-    if (imbalance(load) <= sim%scene%method%rebalance) return
-    call partition(world, sim)
-    is_cut = .true.
+    cuts = sim%balance%cuts
+    if (world%size > 1) then
+      call note_balance(world, sim, n_moving)
+      if (sim%balance%now > sim%scene%method%rebalance) call partition(world, sim)
+    end if
+    is_cut = sim%balance%cuts > cuts
+    if (.not. is_cut) return
     n_moving = sim%particles%nblk
+    call note_balance(world, sim, n_moving)
   end subroutine rebalance
 
-  !> Collective, after particles have migrated: the imbalance of the steps until the next sort.
-  subroutine note_balance(world, sim)
+  !> Collective: the imbalance of the coming steps, once each particle of the first `n_moving` blocks is
+  !> with its owner.
+  subroutine note_balance(world, sim, n_moving)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: n_moving
     real(rp) :: load(0:world%size - 1)
-    integer :: b
 
-    load = 0.0_rp
-    do b = 1, sim%particles%nblk
-      load(world%rank) = load(world%rank) + load_of_block(sim, b)
-    end do
-    call world%sum(load)
+    call coming_loads(world, sim, n_moving, load)
     sim%balance%now = imbalance(load)
   end subroutine note_balance
 
@@ -66,34 +65,26 @@ contains
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n_moving
     real(rp), intent(out) :: load(0:world%size - 1)
-    integer :: b, node(nlane), p, r, rest(nlane)
+    integer :: b, node(nlane), p, r
     logical :: is_own(nlane)
+    real(rp) :: cost(nlane)
 
     load = 0.0_rp
     do b = n_moving + 1, sim%particles%nblk
-      load(world%rank) = load(world%rank) + load_of_block(sim, b)
+      load(world%rank) = load(world%rank) + sum(loads_of(sim, b))
     end do
     do b = 1, n_moving
-      rest = rests(nlane, sim%particles%tag(:, b))
+      cost = loads_of(sim, b)
       call storage_nodes(sim%scene%grid, sim%patch, nlane, sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
       do p = 1, sim%particles%count(b)
         r = world%rank
         if (.not. is_own(p)) r = owner_of(sim%boxes, &
                                           nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)))
-        load(r) = load(r) + load_of(rest(p))
+        load(r) = load(r) + cost(p)
       end do
     end do
     call world%sum(load)
   end subroutine coming_loads
-
-  pure real(rp) function load_of_block(sim, b) result(load)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: b
-
-    associate (n => sim%particles%count(b))
-      load = sum(load_of(rests(n, sim%particles%tag(:n, b))))
-    end associate
-  end function load_of_block
 
   !> New boxes for all ranks by the cost of their particles.
   subroutine partition(world, sim)
@@ -102,15 +93,17 @@ contains
     type(box_t) :: boxes(0:world%size - 1)
     integer, allocatable :: nodes(:, :)
     real(rp), allocatable :: weight(:)
+    real(rp) :: cost(nlane)
     integer :: b, c, p, n, r
 
     n = sim%particles%total()
     allocate (nodes(3, n), weight(n))
     c = 0
     do b = 1, sim%particles%nblk
+      cost = loads_of(sim, b)
       do p = 1, sim%particles%count(b)
         c = c + 1
-        weight(c) = load_of(tag_rest(sim%particles%tag(p, b)))
+        weight(c) = cost(p)
         nodes(:, c) = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b))
       end do
     end do

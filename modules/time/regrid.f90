@@ -79,7 +79,6 @@ contains
     active = boxes_in_use(world, sim)
     call sim%halo%init(world, sim%patch, sim%boxes, active(2))
     if (some_rest) call sim%resting_halo%init(world, sim%patch, sim%boxes, active(1))
-    call note_balance(world, sim)
     call mark_reach(sim, 1, sim%n_awake, near)
     call list_runs(sim, near .or. sim%sleepers%near_any, some_rest, .false.)
     call list_mirrors(sim)
@@ -88,6 +87,7 @@ contains
     call list_clamps(world, sim)
     if (sim%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
     call measure_clearances(sim)
+    if (.not. is_sorted_anew) call note_balance(world, sim, 0)
     if (some_rest) then                      ! steps use only the nodes of the other particles
       call clear_nodes(sim, sim%g)
       if (allocated(sim%resting)) deallocate (sim%resting)

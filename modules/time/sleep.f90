@@ -16,7 +16,7 @@ module time_sleep
   implicit none (type, external)
   private
 
-  public :: update_sleep, count_awake, load_of, swap_lists
+  public :: update_sleep, count_awake, swap_lists
 
   ! What the particles of a cube say.
   integer, parameter :: a_calls = 1, &    !! how many call
@@ -26,8 +26,6 @@ module time_sleep
 
   integer, parameter :: edge = 2          !! of a cube [cells]
   integer, parameter :: patience = 200    !! steps from one falling asleep to the next
-  ! Cost of a particle in a step by its rest, for the balance of ranks.
-  real(rp), parameter :: cost(0:2) = [1.0_rp, 0.03_rp, 0.02_rp]
 
 contains
 
@@ -221,12 +219,5 @@ contains
     call move_alloc(sim%resting, sim%run)
     call move_alloc(list, sim%resting)
   end subroutine swap_lists
-
-  !> What a particle costs, an awake one being 1.
-  elemental real(rp) function load_of(rest)
-    integer, intent(in) :: rest
-
-    load_of = cost(rest)
-  end function load_of
 
 end module time_sleep

@@ -146,7 +146,7 @@ module time_state
     real(rp) :: pic = 0.0_rp             !! PIC fraction
     logical :: fbar = .true.             !! average J around each node
     integer :: sort_interval = 100       !! steps
-    real(rp) :: rebalance = 1.1_rp       !! imbalance that triggers a new partition
+    real(rp) :: rebalance = 1.03_rp      !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
     real(rp) :: fixed_dt = 0.0_rp        !! [s]; 0: from the wave speed
     real(rp) :: mass_scaling = 1.0_rp    !! on inertia only; the present one if it adapts
