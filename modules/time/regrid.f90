@@ -40,7 +40,7 @@ contains
     call rebalance(world, sim, n_moving, is_cut)
     sim%clock%disorder = sim%clock%disorder + sim%clock%travel
     keep = oldest_order(sim)
-    if (is_new .or. is_cut) keep = keep_none
+    if (is_new) keep = keep_none
     if (keep > awake) sim%clock%disorder = 0.0_rp
     call redistribute(world, sim%scene%grid, sim%patch, sim%boxes, size(sim%scene%body), &
                       n_moving, keep, others_sleep, sim%particles, sleepers_stay)
