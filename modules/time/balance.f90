@@ -29,20 +29,18 @@ contains
 
   !> Collective, before particles migrate: new boxes if a rank would have too much with the old ones;
   !> all blocks may have to move then. The imbalance of the steps until the next sort is noted.
-  subroutine rebalance(world, sim, n_moving, is_cut)
+  subroutine rebalance(world, sim, n_moving)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: n_moving       !! blocks whose particles may have to go elsewhere
-    logical, intent(out) :: is_cut           !! there are new boxes
     integer :: cuts
 
+    if (world%size == 1) return
+    call note_balance(world, sim, n_moving)
+    if (sim%balance%now <= sim%scene%method%rebalance) return
     cuts = sim%balance%cuts
-    if (world%size > 1) then
-      call note_balance(world, sim, n_moving)
-      if (sim%balance%now > sim%scene%method%rebalance) call partition(world, sim)
-    end if
-    is_cut = sim%balance%cuts > cuts
-    if (.not. is_cut) return
+    call partition(world, sim)
+    if (sim%balance%cuts == cuts) return     ! no better boxes
     n_moving = sim%particles%nblk
     call note_balance(world, sim, n_moving)
   end subroutine rebalance

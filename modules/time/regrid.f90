@@ -29,7 +29,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer :: n_moving                      ! blocks whose particles may have to go elsewhere
     integer :: keep
-    logical :: is_cut, is_new, others_sleep, sleepers_stay
+    logical :: is_new, others_sleep, sleepers_stay
 
     is_new = sim%n_awake < 0
     call share_probes(world, sim%probes)
@@ -37,7 +37,7 @@ contains
     call adapt_mass(world, sim)
     call update_sleep(world, sim, others_sleep)
     n_moving = merge(sim%particles%nblk, sim%n_awake, is_new)
-    call rebalance(world, sim, n_moving, is_cut)
+    call rebalance(world, sim, n_moving)
     sim%clock%disorder = sim%clock%disorder + sim%clock%travel
     keep = oldest_order(sim)
     if (is_new) keep = keep_none
