@@ -12,7 +12,7 @@ module grid_partition
 
   !> Imbalance that a cut across a stretch of no length would have to save: exchange costs a few
   !> percent of a step, and half the length has twice the shared nodes.
-  real(rp), parameter :: length_is_worth = 0.1_rp
+  real(rp), parameter :: length_is_worth = 0.05_rp
 
 contains
 

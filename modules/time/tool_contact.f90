@@ -16,10 +16,11 @@
 !> outside would not reach the strain, and a bar that hits a tool would ring for long.
 !>
 !> At the edge of a tool the velocity of metal that flows jumps; on the grid it falls off over a cell
-!> beyond the last particle that touches, so that the tool seems wider by half a cell. Therefore
-!> material that can flow is not pushed within half a cell of an edge that stands out, only held by
-!> friction. Elastic material has no such jump and is pushed up to the edge (tests/verification,
-!> punch_plane, punch_circle and punch_elastic).
+!> beyond the last particle that touches, so that the tool seems wider. Therefore material that can flow
+!> is pushed less and less over a cell about a line a little inside an edge that stands out, up to the
+!> pressure that metal bears there (time_touch_limits); beyond, it is only held by friction. Elastic material
+!> has no such jump and is pushed up to the edge (tests/verification, punch_plane, punch_circle and
+!> punch_elastic; docs/method.md).
 module time_tool_contact
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -29,12 +30,12 @@ module time_tool_contact
   use particles_store, only: f_mass, f_pos
   use time_candidates, only: candidates_t
   use time_faces, only: surface_weights
-  use time_friction_limits, only: limit_friction
   use time_mirrors, only: r_velocity, unfold
   use time_nodes, only: least_inertia, least_mass
   use time_stability, only: wave_speed
   use time_state, only: scheme_usl, simulation_t
   use time_touch_books, only: book_tool, give_heat
+  use time_touch_limits, only: limit_impulses
   use time_touch_surface, only: flatten, velocity_at
   use time_touch_walls, only: book_walls, fold_entries, note_held, unfold_entries
   use time_touching, only: add_values, n_values, returned, touch_t, v_coulomb, v_hold, v_push, v_shear
@@ -52,7 +53,9 @@ module time_tool_contact
   real(rp), parameter :: band = 3.01_rp        !! nodes that touching particles reach [cells]: no
                                                !! whole number, so that all ranks list the same
   real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
-  real(rp), parameter :: inset = 0.5_rp        !! of edges that stand out, in metal that flows [cells]
+  real(rp), parameter :: fade = 1.25_rp         !! width in which it does [cells]
+  real(rp), parameter :: inset = 0.4_rp        !! of the line about which the push falls off, from edges that
+                                               !! stand out, in metal that flows [cells]
 
 contains
 
@@ -218,15 +221,14 @@ contains
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, g(8, sim%patch%nn)
     type(candidates_t), intent(inout) :: near
-    real(rp) :: edge, w(nlane, 18), zone
+    real(rp) :: w(nlane, 18), zone
     integer :: before, first(nlane), n, p, place(nlane)   ! of a touching particle among the candidates
     type(touch_t) :: touch
     logical :: at_surface
 
     before = sim%touching%n
-    edge = 0.0_rp
-    if (allocated(sim%scene%material(sim%scene%body(near%body)%material)%flow)) edge = inset*sim%patch%h
-    at_surface = sim%scene%method%scheme == scheme_usl .or. edge > 0.0_rp
+    touch%can_flow = allocated(sim%scene%material(sim%scene%body(near%body)%material)%flow)
+    at_surface = sim%scene%method%scheme == scheme_usl .or. touch%can_flow
     zone = merge(soft*sim%patch%h, 0.0_rp, at_surface)
     call near%fill_up()
     call weights_of(sim, near%body, sim%scene%layout%n, near%ps, w, first)
@@ -235,7 +237,6 @@ contains
       touch%lane = near%lane(p)
       touch%half = near%half(p)
       touch%normal = near%normal(:, p)
-      touch%can_flow = edge > 0.0_rp
       touch%first = first(p)
       touch%inner(:, 1) = w(p, 1:3)
       touch%inner(:, 2) = w(p, 4:6)
@@ -244,23 +245,23 @@ contains
       if (at_surface) touch%w = surface_weights(sim, near%body, touch%normal, near%ps(p, sim%scene%layout%cover), &
                                                 p, sim%scene%layout%n, near%ps, w, first)
       touch%mass = sim%scene%method%mass_scaling*near%ps(p, f_mass)
-      if (.not. approaches(sim, tool, rigid, dt, edge, zone, near%ps(p, f_pos:f_pos + 2), &
+      if (.not. approaches(sim, tool, rigid, dt, zone, near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(sim, touch%first, touch%w, g), touch)) cycle
       call sim%touching%add_touch(touch)
       place(sim%touching%n - before) = p
     end do
     n = sim%touching%n - before
-    call limit_friction(sim, tool, dt, near, n, place, sim%touching%touch(before + 1:before + n))
+    call limit_impulses(sim, tool, dt, near, n, place, sim%touching%touch(before + 1:before + n))
     near%n = 0
   end subroutine list_touching
 
   !> Whether the surface of the particle at `x`, with velocity `v`, would be inside the tool at the end
   !> of the step or comes too fast through the soft zone; how fast it is to be, and its slip.
-  logical function approaches(sim, tool, rigid, dt, edge, zone, x, v, touch)
+  logical function approaches(sim, tool, rigid, dt, zone, x, v, touch)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, edge, zone, x(3), v(3)
+    real(rp), intent(in) :: dt, zone, x(3), v(3)
     type(touch_t), intent(inout) :: touch
     real(rp) :: gap, room, wave
 
@@ -274,10 +275,12 @@ contains
               v - rigid%velocity_at(x - touch%half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
     touch%friction = tool%friction
     approaches = touch%closing > 0.0_rp
-    if (room < edge) touch%closing = 0.0_rp
+    touch%pushed = 1.0_rp
+    if (touch%can_flow) touch%pushed = max(0.0_rp, min(1.0_rp, 0.5_rp + (room/sim%patch%h - inset)/fade))
+    if (touch%pushed <= 0.0_rp) touch%closing = 0.0_rp
   end function approaches
 
-  !> Masses of the touching and of the pushed particles at the nodes.
+  !> Masses of the touching particles, and of what of them is pushed, at the nodes.
   subroutine add_masses(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: mass(2)
@@ -287,7 +290,7 @@ contains
       do p = 1, touching%n
         associate (t => touching%touch(p))
           call touching%spread(sim%patch%stride, t)
-          mass = t%mass*[1.0_rp, merge(1.0_rp, 0.0_rp, t%closing > 0.0_rp)]
+          mass = t%mass*[1.0_rp, merge(t%pushed, 0.0_rp, t%closing > 0.0_rp)]
           do i = 1, 27
             if (t%entry(i) == 0) cycle
             touching%mass(:, t%entry(i)) = touching%mass(:, t%entry(i)) + t%weight(i)*mass
@@ -314,7 +317,7 @@ contains
           s = max(least_share, returned(t%entry, t%weight, t%normal**2, touching%n_nodes, &
                                         touching%free, touching%mass))
           t%hold = -t%mass/s(1)*t%slip
-          values(v_push:v_push + 2) = share*t%mass/s(2)*t%closing*t%normal
+          values(v_push:v_push + 2) = min(share*t%pushed*t%mass/s(2)*t%closing, t%most)*t%normal
           values(v_hold:v_hold + 2) = t%hold
           values(v_coulomb) = t%friction*norm2(values(v_push:v_push + 2))
           values(v_shear) = t%shear

@@ -27,6 +27,8 @@ module time_touching
     real(rp) :: mass = 0.0_rp                  !! inertial [kg]
     real(rp) :: normal(3) = 0.0_rp             !! out of the tool
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
+    real(rp) :: pushed = 1.0_rp                !! part of its face that is pushed
+    real(rp) :: most = 0.0_rp                  !! impulse that it can take along its normal [N s]
     real(rp) :: slip(3) = 0.0_rp               !! along the tool's surface [m/s]
     real(rp) :: friction = 0.0_rp
     real(rp) :: shear = 0.0_rp                 !! impulse at which the material shears [N s]
@@ -41,7 +43,7 @@ module time_touching
     integer, allocatable :: place(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
     real(rp), allocatable :: mass(:, :)        !! (2, n_nodes) of the particles that touch, and of
-                                               !! those that are pushed [kg]; then over the node's
+                                               !! what of them is pushed [kg]; then over the node's
     real(rp), allocatable :: values(:, :)      !! (n_values, n_nodes) of all ranks, folded at walls
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node

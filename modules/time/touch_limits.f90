@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What limits the friction of particles that touch a tool.
-module time_friction_limits
+!> What limits the impulses of particles that touch a tool: the strength of the material and Coulomb's law.
+module time_touch_limits
   use base_kinds, only: nlane, rp
   use contact_friction_table, only: friction_table_t, of_nothing
   use contact_tool, only: tool_t
@@ -12,15 +12,18 @@ module time_friction_limits
   implicit none (type, external)
   private
 
-  public :: limit_friction
+  public :: limit_impulses
 
-  real(rp), parameter :: unlimited = 1.0e30_rp     !! shear strength of an elastic material
+  real(rp), parameter :: unlimited = 1.0e30_rp     !! of what cannot flow [N s]
+  real(rp), parameter :: pi = acos(-1.0_rp)
+  real(rp), parameter :: edge_pressure = 2.0_rp + pi   !! of flowing metal at an edge, over its shear strength
 
 contains
 
-  !> What limits the friction of the touching particles, which have their `place` among the candidates:
-  !> the shear strength of the material, and a coefficient that depends on its state.
-  subroutine limit_friction(sim, tool, dt, near, n, place, touch)
+  !> What limits the impulses of the touching particles, which have their `place` among the candidates: the
+  !> shear strength along the surface; at an edge, across the part of the face that is pushed, the pressure
+  !> under the edge of a punch (Prandtl 1920, plane; Shield 1955, round); and a coefficient of friction that depends on the state.
+  subroutine limit_impulses(sim, tool, dt, near, n, place, touch)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: dt
@@ -30,13 +33,18 @@ contains
 
     if (n == 0) return
     touch%shear = unlimited
-    if (tool%shear_limit) call limit_shear(sim, dt, near, n, place, touch)
+    touch%most = unlimited
+    if (touch(1)%can_flow) then
+      call limit_shear(sim, dt, near, n, place, touch)
+      where (touch%pushed < 1.0_rp) touch%most = touch%pushed*edge_pressure*touch%shear
+      if (.not. tool%shear_limit) touch%shear = unlimited
+    end if
     if (tool%friction_table%of /= of_nothing) then
       call look_up_friction(tool%friction_table, near%n, sim%scene%layout%n, near%ps, n, place, touch)
     end if
-  end subroutine limit_friction
+  end subroutine limit_impulses
 
-  !> Impulse at which the material of each touching particle shears, if it can flow.
+  !> Impulse at which the material of each touching particle shears.
   subroutine limit_shear(sim, dt, near, n, place, touch)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: dt
@@ -54,8 +62,8 @@ contains
       call flow_strength(sim%scene%material(body%material), near%ps(:, f_plastic), near%ps(:, f_temp), rate, &
                          layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), strength)
       do i = 1, n
-        if (strength(place(i)) <= 0.0_rp) cycle
-        touch(i)%shear = dt*strength(place(i))/sqrt(3.0_rp)*product(body%spacing)/norm2(touch(i)%normal*body%spacing)
+        touch(i)%shear = dt*max(0.0_rp, strength(place(i)))/sqrt(3.0_rp) &
+                         *product(body%spacing)/norm2(touch(i)%normal*body%spacing)
       end do
     end associate
   end subroutine limit_shear
@@ -84,4 +92,4 @@ contains
     touch%friction = mu(place)
   end subroutine look_up_friction
 
-end module time_friction_limits
+end module time_touch_limits
