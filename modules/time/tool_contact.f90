@@ -48,6 +48,7 @@ module time_tool_contact
   real(rp), parameter :: share = 0.7_rp        !! of the exact impulse: all of it is noisier
   real(rp), parameter :: soft = 0.02_rp        !! zone where gaps close slowly [cells]
   real(rp), parameter :: calm = 60.0_rp        !! time in which they do: waves cross so many cells
+  real(rp), parameter :: calm_flow = 30.0_rp   !! in metal that flows, which does not rock on its surface
   real(rp), parameter :: pace = 3.0e-3_rp      !! at which depth is lost in any case [wave speeds]
   real(rp), parameter :: any_pace = huge(1.0_rp)   !! with true masses: limit loads are more even then
   real(rp), parameter :: band = 3.01_rp        !! nodes that touching particles reach [cells]: no
@@ -270,7 +271,7 @@ contains
     approaches = gap < zone
     if (.not. approaches) return
     wave = wave_speed(sim)                 ! and no step: smaller ones give the same contact
-    call meet(dt, sim%clock%dt, zone, calm*sim%patch%h/wave, &
+    call meet(dt, sim%clock%dt, zone, merge(calm_flow, calm, touch%can_flow)*sim%patch%h/wave, &
               merge(pace*wave, any_pace, sim%scene%method%mass_scaling > 1.0_rp), gap, touch%normal, &
               v - rigid%velocity_at(x - touch%half*touch%normal + 0.5_rp*dt*v), touch%closing, touch%slip)
     touch%friction = tool%friction
