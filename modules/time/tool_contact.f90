@@ -54,9 +54,9 @@ module time_tool_contact
   real(rp), parameter :: band = 3.01_rp        !! nodes that touching particles reach [cells]: no
                                                !! whole number, so that all ranks list the same
   real(rp), parameter :: least_share = 1.0e-3_rp   !! of a load that must come back
-  real(rp), parameter :: fade = 1.25_rp         !! width in which it does [cells]
-  real(rp), parameter :: inset = 0.4_rp        !! of the line about which the push falls off, from edges that
-                                               !! stand out, in metal that flows [cells]
+  real(rp), parameter :: inset = 0.4_rp        !! from edges that stand out, of the line about which the
+                                               !! push of metal that flows falls off [cells]
+  real(rp), parameter :: fade = 0.75_rp        !! width in which it does [cells]
 
 contains
 

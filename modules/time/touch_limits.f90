@@ -22,7 +22,8 @@ contains
 
   !> What limits the impulses of the touching particles, which have their `place` among the candidates: the
   !> shear strength along the surface; at an edge, across the part of the face that is pushed, the pressure
-  !> under the edge of a punch (Prandtl 1920, plane; Shield 1955, round); and a coefficient of friction that depends on the state.
+  !> under the edge of a punch (Prandtl 1920, plane; Shield 1955, round); and a coefficient of friction that
+  !> depends on the state.
   subroutine limit_impulses(sim, tool, dt, near, n, place, touch)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
