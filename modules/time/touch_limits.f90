@@ -35,24 +35,22 @@ contains
     if (n == 0) return
     touch%shear = unlimited
     touch%most = unlimited
-    if (touch(1)%can_flow) then
-      call limit_shear(sim, dt, near, n, place, touch)
-      where (touch%pushed < 1.0_rp) touch%most = touch%pushed*edge_pressure*touch%shear
-      if (.not. tool%shear_limit) touch%shear = unlimited
-    end if
+    if (touch(1)%can_flow) call limit_by_strength(sim, tool%shear_limit, dt, near, n, place, touch)
     if (tool%friction_table%of /= of_nothing) then
       call look_up_friction(tool%friction_table, near%n, sim%scene%layout%n, near%ps, n, place, touch)
     end if
   end subroutine limit_impulses
 
-  !> Impulse at which the material of each touching particle shears.
-  subroutine limit_shear(sim, dt, near, n, place, touch)
+  !> What the strength of the material lets each touching particle take: along the surface the impulse at
+  !> which it shears, if that is wanted (when molten, Coulomb's law alone), and at edges across it.
+  subroutine limit_by_strength(sim, shear_limit, dt, near, n, place, touch)
     type(simulation_t), intent(in) :: sim
+    logical, intent(in) :: shear_limit
     real(rp), intent(in) :: dt
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: n, place(n)
     type(touch_t), intent(inout) :: touch(n)
-    real(rp) :: rate(nlane), strength(nlane)
+    real(rp) :: rate(nlane), shear, strength(nlane)
     integer :: i
 
     associate (body => sim%scene%body(near%body), layout => sim%scene%layout)
@@ -63,11 +61,12 @@ contains
       call flow_strength(sim%scene%material(body%material), near%ps(:, f_plastic), near%ps(:, f_temp), rate, &
                          layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), strength)
       do i = 1, n
-        touch(i)%shear = dt*max(0.0_rp, strength(place(i)))/sqrt(3.0_rp) &
-                         *product(body%spacing)/norm2(touch(i)%normal*body%spacing)
+        shear = dt*max(0.0_rp, strength(place(i)))/sqrt(3.0_rp)*product(body%spacing)/norm2(touch(i)%normal*body%spacing)
+        if (touch(i)%pushed < 1.0_rp) touch(i)%most = touch(i)%pushed*edge_pressure*shear
+        if (shear_limit .and. shear > 0.0_rp) touch(i)%shear = shear
       end do
     end associate
-  end subroutine limit_shear
+  end subroutine limit_by_strength
 
   !> Coefficients of friction of the touching ones of `n` candidates, from their temperature, the pressure
   !> on the tool's surface in the body, or the speed of sliding.
