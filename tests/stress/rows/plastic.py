@@ -9,8 +9,7 @@ MELT = 1356.0  # of copper [K]
 
 
 class Punch(Row):
-    """Prandtl's punch to a tenth of its half width. On coarser grids the force rises and falls as layers of particles
-    pass the corner: by 12 and 5 % at 6 and 8 cells a half width."""
+    """Prandtl's punch to a tenth of its half width: layers of particles pass its corner."""
 
     name = "pressure_noise"
     text = "Prandtl punch, 10 % deep: rms of the pressure against its neighbourhood < 0.3 of the yield stress, force plateau +-3 %"
