@@ -18,7 +18,7 @@ module time_mass_scaling
   real(rp), parameter :: memory = 0.95_rp    !! of the largest ratio, from one sort to the next
   real(rp), parameter :: growth = 1.25_rp    !! of the factor at a sort, and the least worth it
   real(rp), parameter :: fall = 0.1_rp       !! least part of the factor that is left by a sort
-  real(rp), parameter :: aim = 0.9_rp        !! of the allowed ratio, so that noise seldom passes it
+  real(rp), parameter :: aim = 0.9_rp        !! of the allowed ratio, which may rise further before the next sort
 
 contains
 
@@ -37,7 +37,7 @@ contains
       wanted = max(m%scaling_range(1), min(m%scaling_range(2), aim*m%inertial_fraction/peak))
       if (wanted >= growth*m%mass_scaling .or. wanted >= m%scaling_range(2)) then
         wanted = min(wanted, growth*m%mass_scaling)
-      else if (m%mass_scaling*peak > m%inertial_fraction) then
+      else if (wanted < m%mass_scaling) then
         wanted = max(wanted, fall*m%mass_scaling)
       else
         return
