@@ -20,7 +20,7 @@ def place(tmp_path, name):
 
 def test_changes_little_and_saves_steps(run, tmp_path):
     """The project's own measure: torque and force along z within 2 % and the hottest particle within 5 K (3.9 K of
-    310 measured) of mass scaling 1e5 throughout, with at most 0.7 times the steps; energy balanced to 0.05 % as with a constant
+    256 measured) of mass scaling 1e5 throughout, with at most 0.7 times the steps; energy balanced to 0.05 % as with a constant
     factor; the inertial stress stays near the stated part of the flow stress, 2 %, which is looked at between
     sorts only."""
     histories = {}
