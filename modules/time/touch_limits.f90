@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> What limits the impulses of particles that touch a tool: the strength of the material and Coulomb's law.
 module time_touch_limits
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: nlane, pi, rp
   use contact_friction_table, only: friction_table_t, of_nothing
   use contact_tool, only: tool_t
   use particles_store, only: f_jac, f_plastic, f_tau, f_temp
@@ -15,7 +15,6 @@ module time_touch_limits
   public :: limit_impulses
 
   real(rp), parameter :: unlimited = 1.0e30_rp     !! of what cannot flow [N s]
-  real(rp), parameter :: pi = acos(-1.0_rp)
   real(rp), parameter :: edge_pressure = 2.0_rp + pi   !! of flowing metal at an edge, over its shear strength
 
 contains
@@ -50,7 +49,7 @@ contains
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: n, place(n)
     type(touch_t), intent(inout) :: touch(n)
-    real(rp) :: rate(nlane), shear, strength(nlane)
+    real(rp) :: face, rate(nlane), shear, strength(nlane)
     integer :: i
 
     associate (body => sim%scene%body(near%body), layout => sim%scene%layout)
@@ -61,7 +60,8 @@ contains
       call flow_strength(sim%scene%material(body%material), near%ps(:, f_plastic), near%ps(:, f_temp), rate, &
                          layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), strength)
       do i = 1, n
-        shear = dt*max(0.0_rp, strength(place(i)))/sqrt(3.0_rp)*product(body%spacing)/norm2(touch(i)%normal*body%spacing)
+        face = product(body%spacing)/norm2(touch(i)%normal*body%spacing)
+        shear = dt*face*max(0.0_rp, strength(place(i)))/sqrt(3.0_rp)
         if (touch(i)%pushed < 1.0_rp) touch(i)%most = touch(i)%pushed*edge_pressure*shear
         if (shear_limit .and. shear > 0.0_rp) touch(i)%shear = shear
       end do
