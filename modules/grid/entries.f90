@@ -2,6 +2,7 @@
 !> Sums and maxima over ranks of values that are kept for a few nodes only.
 module grid_entries
   use base_kinds, only: rp
+  use base_timers, only: wall_time
   use comm_world, only: world_t
   use grid_neighbours, only: neighbour_t
   use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
@@ -23,13 +24,14 @@ contains
   !> q are `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a
   !> node, and all its images, must have the same entries there. Ranks that share no entry swap
   !> nothing.
-  subroutine combine_entries(neighbour, image, world, largest, nn, first, n, node, width, values)
+  subroutine combine_entries(neighbour, image, world, largest, nn, first, n, node, width, values, waited)
     type(neighbour_t), intent(in) :: neighbour(:)
     integer, intent(in) :: image(:, :)             !! (2, *) an image, the node's first image
     type(world_t), intent(in) :: world
     logical, intent(in) :: largest                 !! maxima instead of sums
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
+    real(rp), intent(inout) :: waited              !! for other ranks [s]
     integer :: pairs(2, n)                         !! entry of an image, that of the first image
     integer :: c, e, i
 
@@ -52,7 +54,7 @@ contains
       end if
     end do
     if (size(neighbour) > 0) then
-      call swap_entries(neighbour, world, largest, nn, first, n, node, width, values)
+      call swap_entries(neighbour, world, largest, nn, first, n, node, width, values, waited)
     end if
     do i = 1, c
       values(:, pairs(1, i)) = values(:, pairs(2, i))
@@ -60,12 +62,12 @@ contains
   end subroutine combine_entries
 
   !> Sums over ranks (or maxima) of the entries of shared nodes.
-  subroutine swap_entries(neighbour, world, largest, nn, first, n, node, width, values)
+  subroutine swap_entries(neighbour, world, largest, nn, first, n, node, width, values, waited)
     type(neighbour_t), intent(in) :: neighbour(:)
     type(world_t), intent(in) :: world
     logical, intent(in) :: largest                 !! maxima instead of sums
     integer, intent(in) :: nn, first(nn), n, node(n), width
-    real(rp), intent(inout) :: values(width, n)
+    real(rp), intent(inout) :: values(width, n), waited
     type(parcel_t) :: parcel(size(neighbour))
     type(mpi_request) :: requests(2*size(neighbour))
     logical :: is_shared(n), own_added
@@ -88,7 +90,9 @@ contains
         messages = messages + 2
       end associate
     end do
+    waited = waited - wall_time()
     call mpi_waitall(messages, requests, mpi_statuses_ignore)
+    waited = waited + wall_time()
     own_added = largest
     if (.not. largest) then
       allocate (own, source=values)

@@ -7,6 +7,7 @@
 !> the bit.
 module grid_halo
   use base_kinds, only: i8, rp
+  use base_timers, only: wall_time
   use comm_world, only: world_t
   use grid_entries, only: combine_entries
   use grid_geometry, only: box_t, patch_t, halo
@@ -29,6 +30,7 @@ module grid_halo
     type(mpi_request), allocatable :: request(:)         !! (2n) receive, send
     integer(i8) :: bytes = 0                             !! sent so far
     integer(i8) :: messages = 0
+    real(rp) :: waited = 0.0_rp                          !! for messages of other ranks so far [s]
   contains
     procedure :: init
     procedure :: mark_used
@@ -179,7 +181,9 @@ contains
     real(rp), intent(inout), contiguous, optional :: more(:, :)
 
     if (self%n > 0) then
+      self%waited = self%waited - wall_time()
       call mpi_waitall(2*self%n, self%request, mpi_statuses_ignore)
+      self%waited = self%waited + wall_time()
       call add_up(self, world%rank, width, 0, nn, g)
       if (present(more)) call add_up(self, world%rank, size(more, 1), width, nn, more)
     end if
@@ -259,14 +263,14 @@ contains
 
   !> Sums over ranks and images (or maxima) of values kept for a few nodes only (grid_entries).
   subroutine combine(self, world, largest, nn, first, n, node, width, values)
-    class(halo_t), intent(in) :: self
+    class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     logical, intent(in) :: largest                 !! maxima instead of sums
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
 
     call combine_entries(self%neighbour(:self%n), self%image, world, largest, nn, first, n, node, &
-                         width, values)
+                         width, values, self%waited)
   end subroutine combine
 
 end module grid_halo

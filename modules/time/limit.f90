@@ -38,7 +38,9 @@ contains
     do
       most = [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g)), &
               real(stop_signal(), rp), real(sim%failed_returns, rp), since_checkpoint(sim), near_tools(sim)]
+      sim%balance%waited = sim%balance%waited - wall_time()
       call world%max(most)
+      sim%balance%waited = sim%balance%waited + wall_time()
       sim%clock%stiffness = most(1)
       sim%clock%max_speed = sqrt(most(2))
       sim%signal = nint(most(3))

@@ -219,7 +219,7 @@ module time_state
     integer(i8) :: step = 0
     real(rp) :: time = 0.0_rp
     real(rp) :: dt = 0.0_rp
-    integer(i8) :: sorted_at = -1        !! step in which particles last went to their ranks
+    integer(i8) :: sorted_at = -1        !! step that last asked who sleeps, and who moves on
     real(rp) :: travel = 0.0_rp          !! way of the fastest particle since then [m]
     real(rp) :: disorder = 0.0_rp        !! until then, since the awake were put in order by node [m]
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
@@ -242,6 +242,7 @@ module time_state
     real(rp) :: now = 1.0_rp             !! until the next sort
     real(rp) :: worst = 1.0_rp, sum = 0.0_rp   !! largest, and sum, over the steps
     integer :: cuts = 0                  !! divisions of the grid, the first one included
+    real(rp) :: waited = 0.0_rp          !! of this rank, for the reductions of the steps [s]
   end type balance_t
 
   type :: simulation_t

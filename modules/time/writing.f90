@@ -283,23 +283,25 @@ contains
     flush (output_unit)
   end subroutine progress
 
-  !> Speed, memory and the shares of the phases (mean over ranks): a line, and NAME_summary.json.
+  !> Speed, memory, the shares of the phases and of waiting for other ranks in them (mean over ranks): a line, and
+  !> NAME_summary.json.
   subroutine summary(self, world, sim, error)
     class(writer_t), intent(in) :: self
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error
-    real(rp) :: all(n_phases + 5), wall, steps, share(n_phases)
+    real(rp) :: all(n_phases + 6), wall, steps, share(n_phases + 1)
     integer :: k, status, unit
     character(1) :: comma
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
     all = [sim%timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
            real(sim%awake_steps, rp), real(sim%halo%messages + sim%resting_halo%messages, rp), &
-           real(sim%halo%bytes + sim%resting_halo%bytes, rp)]
+           real(sim%halo%bytes + sim%resting_halo%bytes, rp), &
+           sim%balance%waited + sim%halo%waited + sim%resting_halo%waited]
     call world%sum(all)
     if (.not. world%is_root()) return
-    share = 100.0_rp*all(1:n_phases)/max(sum(all(1:n_phases)), tiny(1.0_rp))
+    share = 100.0_rp*all([(k, k=1, n_phases), n_phases + 6])/max(sum(all(1:n_phases)), tiny(1.0_rp))
     steps = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)
     open (newunit=unit, file=sim%scene%output%directory//'/'//sim%scene%output%name// &
           '_summary.json', action='write', status='replace', iostat=status)
@@ -315,7 +317,8 @@ contains
         '  "imbalance_worst": '//str(sim%balance%worst)//',', '  "partitions": '//str(sim%balance%cuts)//',', &
         '  "messages": '//str(nint(all(n_phases + 4), i8))//',', &
         '  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//',', &
-        '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//',', '  "phase_percent": {'
+        '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//',', &
+        '  "waiting_percent": '//str(share(n_phases + 1))//',', '  "phase_percent": {'
       do k = 1, n_phases
         comma = merge(' ', ',', k == n_phases)
         write (unit, '(a)') '    "'//trim(phase_name(k))//'": '//str(share(k))//comma
