@@ -242,6 +242,8 @@ def test_keys_list_every_key(run):
                 used += 1
     assert used > 200
     markdown = run(None, "--keys=markdown").out
+    kept = (driver.ROOT / "docs/input.md").read_text()
+    assert markdown == kept, "stirpoint --keys=markdown > docs/input.md"
     for name, list_of_keys in keys.items():
         assert f"&{name}" in markdown or name in markdown
         for key in list_of_keys:
