@@ -12,7 +12,7 @@ module time_loop
   use time_heat, only: conduct, conduction_is_due, conduction_step
   use time_known, only: stagger_velocities
   use time_records, only: energies
-  use time_regrid, only: regrid
+  use time_regrid, only: may_stray, regrid
   use time_resume, only: broken_path, checkpoint_path, save_checkpoint
   use time_rigid, only: start_rigid
   use time_stability, only: stable_step
@@ -193,13 +193,11 @@ contains
     end if
   end subroutine advance
 
-  !> Every so many steps, or before a particle can be a cell from where it was: steps like
-  !> the last one and half a cell's way in one are allowed for.
+  !> Every so many steps, or before a particle can be a cell from where it was.
   pure logical function sort_is_due(sim)
     type(simulation_t), intent(in) :: sim
 
-    sort_is_due = sim%clock%step - sim%clock%sorted_at >= sim%scene%method%sort_interval &
-                  .or. sim%clock%travel + 2.0_rp*sim%clock%dt*sim%clock%max_speed > sim%scene%grid%h
+    sort_is_due = sim%clock%step - sim%clock%sorted_at >= sim%scene%method%sort_interval .or. may_stray(sim)
   end function sort_is_due
 
   !> A particle outside the grid ends the run on all ranks.

@@ -19,23 +19,28 @@ module time_regrid
   implicit none (type, external)
   private
 
-  public :: regrid, relist
+  public :: may_stray, regrid, relist
 
 contains
 
-  !> Balance if needed, migrate, sort where that is due, and list nodes in use.
+  !> Balance if needed, migrate, sort where that is due, and list nodes in use; nothing of this if sleep alone
+  !> asks for it and can wait.
   subroutine regrid(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer :: n_moving                      ! blocks whose particles may have to go elsewhere
     integer :: keep
-    logical :: is_new, others_sleep, sleepers_stay
+    logical :: can_wait, is_new, others_sleep, sleepers_stay
 
     is_new = sim%n_awake < 0
+    call adapt_mass(world, sim)
+    call update_sleep(world, sim, others_sleep, can_wait)
+    if (can_wait .and. .not. may_stray(sim)) then
+      sim%clock%sorted_at = sim%clock%step
+      return
+    end if
     call share_probes(world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
-    call adapt_mass(world, sim)
-    call update_sleep(world, sim, others_sleep)
     n_moving = merge(sim%particles%nblk, sim%n_awake, is_new)
     call rebalance(world, sim, n_moving)
     sim%clock%disorder = sim%clock%disorder + sim%clock%travel
@@ -48,6 +53,14 @@ contains
     sim%clock%sorted_at = sim%clock%step
     call relist(world, sim, .true., sleepers_stay)
   end subroutine regrid
+
+  !> Whether a particle can be a cell from where it was: steps like the last one and half a cell's way in one
+  !> are allowed for.
+  pure logical function may_stray(sim)
+    type(simulation_t), intent(in) :: sim
+
+    may_stray = sim%clock%travel + 2.0_rp*sim%clock%dt*sim%clock%max_speed > sim%scene%grid%h
+  end function may_stray
 
   !> Rest from which particles keep their places, whose order is for speed alone: the awake ones are
   !> put in order when one may be some cells from where it was, sleepers after many sorts.

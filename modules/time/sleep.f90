@@ -26,22 +26,30 @@ module time_sleep
 
   integer, parameter :: edge = 2          !! of a cube [cells]
   integer, parameter :: patience = 200    !! steps from one falling asleep to the next
+  real(rp), parameter :: few = 0.05_rp    !! sleepers that call, over the awake, for whom it is not worth a sort
 
 contains
 
   !> Collective, before a sort: who sleeps until the next one. `has_changed`: on this rank other
-  !> particles than before.
-  subroutine update_sleep(world, sim, has_changed)
+  !> particles than before. `can_wait`: nobody yet, since nobody may fall asleep now and only a few would wake.
+  subroutine update_sleep(world, sim, has_changed, can_wait)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    logical, intent(out) :: has_changed
+    logical, intent(out) :: has_changed, can_wait
+    logical :: may_sleep
     logical, allocatable :: is_awake(:, :, :), near(:, :, :)
     integer, allocatable :: rest(:, :, :)
     integer :: b, last
 
     has_changed = .false.
+    can_wait = .false.
     if (.not. sim%scene%method%sleep%is_on) return
-    call find_awake(world, sim, is_awake)
+    may_sleep = sim%clock%step/patience > max(0_i8, sim%clock%sorted_at)/patience
+    call find_awake(world, sim, may_sleep, is_awake)
+    if (sim%n_awake >= 0 .and. .not. may_sleep) then
+      can_wait = few_wake(world, sim, shape(is_awake), is_awake)
+      if (can_wait) return
+    end if
     near = is_awake
     call dilate(near, 1)                         ! nodes of particles two cells apart are shared
     rest = merge(awake, merge(rim, asleep, near), is_awake)
@@ -54,6 +62,23 @@ contains
     end do
     call move_alloc(rest, sim%sleepers%rest)
   end subroutine update_sleep
+
+  !> Whether those that sleep in the cubes marked in `is_awake` are few against those that are awake.
+  logical function few_wake(world, sim, n, is_awake)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n(3)
+    logical, intent(in) :: is_awake(n(1)*n(2)*n(3))     !! by cube
+    integer :: b, c(nlane), counts(2)
+
+    counts = [sum(sim%particles%count(:sim%n_awake)), 0]
+    do b = sim%n_awake + 1, sim%particles%nblk
+      c = cubes(sim%scene%grid, n, sim%particles%ps(:, f_pos:f_pos + 2, b))
+      counts(2) = counts(2) + count(is_awake(c(:sim%particles%count(b))))
+    end do
+    call world%sum(counts)
+    few_wake = counts(2) <= few*counts(1)
+  end function few_wake
 
   !> Who sleeps in block `b`.
   subroutine put_to_rest(sim, n, rest, b, has_changed)
@@ -77,10 +102,11 @@ contains
     end associate
   end subroutine put_to_rest
 
-  !> The cubes that are awake.
-  subroutine find_awake(world, sim, is_awake)
+  !> The cubes that are awake: also those that were, unless they may fall asleep now.
+  subroutine find_awake(world, sim, may_sleep, is_awake)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
+    logical, intent(in) :: may_sleep
     logical, allocatable, intent(out) :: is_awake(:, :, :)
     real(rp), allocatable :: asked(:, :, :, :), flat(:)
     integer :: n(3)
@@ -97,9 +123,7 @@ contains
     end associate
     call add_neighbours(is_awake)
     call ask_tools(sim, is_awake)
-    if (sim%clock%step/patience == max(0_i8, sim%clock%sorted_at)/patience) then
-      is_awake = is_awake .or. asked(a_mass, :, :, :) > 0.0_rp
-    end if
+    if (.not. may_sleep) is_awake = is_awake .or. asked(a_mass, :, :, :) > 0.0_rp
   end subroutine find_awake
 
   !> What this rank's particles say in each cube.
