@@ -61,6 +61,7 @@ module particles_store
     procedure :: reserve
     procedure :: fetch
     procedure :: total
+    procedure :: extent
     procedure :: bytes
   end type particles_t
 
@@ -134,6 +135,24 @@ contains
 
     if (b <= self%nblk) call need_soon(self%ps(:, :, b), 8*nlane*n)
   end subroutine fetch
+
+  !> Largest places of the particles in blocks `low` to `high`, and largest negative ones [m].
+  pure function extent(self, low, high)
+    class(particles_t), intent(in) :: self
+    integer, intent(in) :: low, high
+    real(rp) :: extent(6)
+    integer :: a, b
+
+    extent = -huge(1.0_rp)
+    do b = low, high
+      do a = 1, 3
+        associate (x => self%ps(1:self%count(b), f_pos + a - 1, b))
+          extent(a) = max(extent(a), maxval(x))
+          extent(3 + a) = max(extent(3 + a), -minval(x))
+        end associate
+      end do
+    end do
+  end function extent
 
   !> Particles on this rank.
   pure integer function total(self)

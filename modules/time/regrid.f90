@@ -121,8 +121,8 @@ contains
     call mark_reach(sim, sim%n_awake + 1, sim%n_mapped, sim%sleepers%near_rim)
     call mark_reach(sim, sim%n_mapped + 1, last, sim%sleepers%near_any)
     sim%sleepers%near_any = sim%sleepers%near_any .or. sim%sleepers%near_rim
-    sim%sleepers%extent_rim = extent_of(sim, sim%n_awake + 1, sim%n_mapped)
-    sim%sleepers%extent_any = extent_of(sim, sim%n_awake + 1, last)
+    sim%sleepers%extent_rim = sim%particles%extent(sim%n_awake + 1, sim%n_mapped)
+    sim%sleepers%extent_any = sim%particles%extent(sim%n_awake + 1, last)
   end subroutine note_sleepers
 
   !> Nodes, as (z, y, x), that the particles of blocks `low` to `high` may touch until the next sort.
@@ -155,25 +155,6 @@ contains
     near(node(:n)) = .true.
   end subroutine mark_block
 
-  !> Largest places of the particles in blocks `low` to `high`, and largest negative ones [m].
-  pure function extent_of(sim, low, high) result(extent)
-    type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: low, high
-    real(rp) :: extent(6)
-    integer :: a, b, n
-
-    extent = -huge(1.0_rp)
-    do b = low, high
-      n = sim%particles%count(b)
-      do a = 1, 3
-        associate (x => sim%particles%ps(1:n, f_pos + a - 1, b))
-          extent(a) = max(extent(a), maxval(x))
-          extent(3 + a) = max(extent(3 + a), -minval(x))
-        end associate
-      end do
-    end do
-  end function extent_of
-
   !> Boxes of the nodes that any particle of any rank may touch until the next sort, and that any of
   !> those may that take part in steps.
   function boxes_in_use(world, sim) result(boxes)
@@ -183,7 +164,7 @@ contains
     real(rp) :: extent(6, 2), flat(12)
     integer :: i
 
-    extent = spread(extent_of(sim, 1, sim%n_awake), 2, 2)
+    extent = spread(sim%particles%extent(1, sim%n_awake), 2, 2)
     extent(:, 1) = max(extent(:, 1), sim%sleepers%extent_any)
     extent(:, 2) = max(extent(:, 2), sim%sleepers%extent_rim)
     flat = reshape(extent, [12])

@@ -8,7 +8,7 @@
 module time_sleep
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
-  use grid_geometry, only: dilate, grid_t, nearest_nodes
+  use grid_geometry, only: box_t, dilate, grid_t, nearest_node, nearest_nodes
   use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_temp, f_vel, rests, rim, set_rest, &
                              tag_rest
   use time_stability, only: wave_speed
@@ -39,41 +39,57 @@ contains
     logical :: may_sleep
     logical, allocatable :: is_awake(:, :, :), near(:, :, :)
     integer, allocatable :: rest(:, :, :)
+    type(box_t) :: box
     integer :: b, last
 
     has_changed = .false.
     can_wait = .false.
     if (.not. sim%scene%method%sleep%is_on) return
     may_sleep = sim%clock%step/patience > max(0_i8, sim%clock%sorted_at)/patience
-    call find_awake(world, sim, may_sleep, is_awake)
+    box = cubes_in_use(world, sim)
+    call find_awake(world, sim, may_sleep, box, is_awake)
     if (sim%n_awake >= 0 .and. .not. may_sleep) then
-      can_wait = few_wake(world, sim, shape(is_awake), is_awake)
+      can_wait = few_wake(world, sim, box, is_awake)
       if (can_wait) return
     end if
     near = is_awake
     call dilate(near, 1)                         ! nodes of particles two cells apart are shared
     rest = merge(awake, merge(rim, asleep, near), is_awake)
     last = sim%particles%nblk
-    if (allocated(sim%sleepers%rest)) then       ! sleepers do not move
-      if (all(rest == sim%sleepers%rest)) last = sim%n_awake
+    if (all(box%lo == sim%sleepers%cubes%lo) .and. all(box%hi == sim%sleepers%cubes%hi)) then
+      if (all(rest == sim%sleepers%rest)) last = sim%n_awake   ! sleepers do not move
     end if
     do b = 1, last
-      call put_to_rest(sim, shape(rest), rest, b, has_changed)
+      call put_to_rest(sim, box, rest, b, has_changed)
     end do
     call move_alloc(rest, sim%sleepers%rest)
+    sim%sleepers%cubes = box
   end subroutine update_sleep
 
-  !> Whether those that sleep in the cubes marked in `is_awake` are few against those that are awake.
-  logical function few_wake(world, sim, n, is_awake)
+  !> Collective: box of the cubes that any particle of any rank is in.
+  type(box_t) function cubes_in_use(world, sim) result(box)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: n(3)
-    logical, intent(in) :: is_awake(n(1)*n(2)*n(3))     !! by cube
+    real(rp) :: extent(6)
+
+    extent = sim%particles%extent(1, merge(sim%n_awake, sim%particles%nblk, sim%n_awake >= 0))
+    extent = max(extent, sim%sleepers%extent_any)
+    call world%max(extent)
+    box%lo = nearest_node(sim%scene%grid, -extent(4:6))/edge
+    box%hi = nearest_node(sim%scene%grid, extent(1:3))/edge
+  end function cubes_in_use
+
+  !> Whether those that sleep in the cubes marked in `is_awake` are few against those that are awake.
+  logical function few_wake(world, sim, box, is_awake)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    type(box_t), intent(in) :: box
+    logical, intent(in) :: is_awake(box%count())     !! by cube
     integer :: b, c(nlane), counts(2)
 
     counts = [sum(sim%particles%count(:sim%n_awake)), 0]
     do b = sim%n_awake + 1, sim%particles%nblk
-      c = cubes(sim%scene%grid, n, sim%particles%ps(:, f_pos:f_pos + 2, b))
+      c = cubes(sim%scene%grid, box, sim%particles%ps(:, f_pos:f_pos + 2, b))
       counts(2) = counts(2) + count(is_awake(c(:sim%particles%count(b))))
     end do
     call world%sum(counts)
@@ -81,13 +97,14 @@ contains
   end function few_wake
 
   !> Who sleeps in block `b`.
-  subroutine put_to_rest(sim, n, rest, b, has_changed)
+  subroutine put_to_rest(sim, box, rest, b, has_changed)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: n(3), rest(n(1)*n(2)*n(3)), b   !! rest by cube
+    type(box_t), intent(in) :: box
+    integer, intent(in) :: rest(box%count()), b      !! rest by cube
     logical, intent(inout) :: has_changed
     integer :: c(nlane), p, was(nlane)
 
-    c = cubes(sim%scene%grid, n, sim%particles%ps(:, f_pos:f_pos + 2, b))
+    c = cubes(sim%scene%grid, box, sim%particles%ps(:, f_pos:f_pos + 2, b))
     was = rests(nlane, sim%particles%tag(:, b))
     associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b))
       do p = 1, sim%particles%count(b)
@@ -103,17 +120,18 @@ contains
   end subroutine put_to_rest
 
   !> The cubes that are awake: also those that were, unless they may fall asleep now.
-  subroutine find_awake(world, sim, may_sleep, is_awake)
+  subroutine find_awake(world, sim, may_sleep, box, is_awake)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     logical, intent(in) :: may_sleep
+    type(box_t), intent(in) :: box
     logical, allocatable, intent(out) :: is_awake(:, :, :)
     real(rp), allocatable :: asked(:, :, :, :), flat(:)
     integer :: n(3)
 
-    n = (sim%scene%grid%n - 1)/edge + 1
+    n = box%hi - box%lo + 1
     allocate (asked(n_asked, n(1), n(2), n(3)), source=0.0_rp)
-    call ask_particles(sim, n, asked)
+    call ask_particles(sim, box, asked)
     flat = reshape(asked, [size(asked)])
     call world%sum(flat)
     asked = reshape(flat, shape(asked))
@@ -122,15 +140,15 @@ contains
                  .or. norm2(asked(a_momentum:, :, :, :), 1) > fastest*asked(a_mass, :, :, :)
     end associate
     call add_neighbours(is_awake)
-    call ask_tools(sim, is_awake)
+    call ask_tools(sim, box, is_awake)
     if (.not. may_sleep) is_awake = is_awake .or. asked(a_mass, :, :, :) > 0.0_rp
   end subroutine find_awake
 
   !> What this rank's particles say in each cube.
-  subroutine ask_particles(sim, n, asked)
+  subroutine ask_particles(sim, box, asked)
     type(simulation_t), intent(in) :: sim
-    integer, intent(in) :: n(3)
-    real(rp), intent(inout) :: asked(n_asked, n(1)*n(2)*n(3))
+    type(box_t), intent(in) :: box
+    real(rp), intent(inout) :: asked(n_asked, box%count())
     integer :: b, c(nlane), p
     logical :: calls(nlane), is_awake(nlane)
 
@@ -144,7 +162,7 @@ contains
             calls = abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
           end where
           if (.not. any(calls .or. is_awake)) cycle
-          c = cubes(sim%scene%grid, n, ps(:, f_pos:f_pos + 2))
+          c = cubes(sim%scene%grid, box, ps(:, f_pos:f_pos + 2))
           do p = 1, sim%particles%count(b)
             associate (at => asked(:, c(p)))
               if (calls(p)) at(a_calls) = at(a_calls) + 1.0_rp
@@ -159,8 +177,9 @@ contains
   end subroutine ask_particles
 
   !> Marks the cubes that a tool is near.
-  subroutine ask_tools(sim, is_active)
+  subroutine ask_tools(sim, box, is_active)
     type(simulation_t), intent(in) :: sim
+    type(box_t), intent(in) :: box
     logical, intent(inout) :: is_active(:, :, :)
     real(rp) :: lower(3), reach, size_of, upper(3), x(3)
     integer :: first(3), i, j, k, last(3), t
@@ -169,14 +188,14 @@ contains
     reach = sim%scene%method%sleep%distance + sqrt(0.75_rp)*size_of
     do t = 1, size(sim%tool)
       call sim%tool(t)%bounds(lower, upper)
-      lower = (lower - reach - sim%scene%grid%lower)/size_of
-      upper = (upper + reach - sim%scene%grid%lower)/size_of + 2.0_rp
+      lower = (lower - reach - sim%scene%grid%lower)/size_of - box%lo
+      upper = (upper + reach - sim%scene%grid%lower)/size_of - box%lo + 2.0_rp
       first = int(min(max(lower, 1.0_rp), real(shape(is_active), rp)))
       last = int(max(min(upper, real(shape(is_active), rp)), 1.0_rp))
       do k = first(3), last(3)
         do j = first(2), last(2)
           do i = first(1), last(1)
-            x = sim%scene%grid%lower + sim%scene%grid%h*(edge*([i, j, k] - 0.5_rp) - 0.5_rp)
+            x = sim%scene%grid%lower + sim%scene%grid%h*(edge*(box%lo + [i, j, k] - 0.5_rp) - 0.5_rp)
             if (sim%tool(t)%clearance(x) < reach) is_active(i, j, k) = .true.
           end do
         end do
@@ -198,16 +217,17 @@ contains
     end do
   end subroutine add_neighbours
 
-  !> Numbers of the cubes, of which there are `n` along each axis, that the places of a block are in.
-  pure function cubes(grid, n, x) result(c)
+  !> Numbers of the cubes of `box` that the places of a block are in.
+  pure function cubes(grid, box, x) result(c)
     type(grid_t), intent(in) :: grid
-    integer, intent(in) :: n(3)
+    type(box_t), intent(in) :: box
     real(rp), intent(in) :: x(nlane, 3)
-    integer :: c(nlane), ijk(nlane, 3)
+    integer :: c(nlane), ijk(nlane, 3), n(3)
 
+    n = box%hi - box%lo + 1
     call nearest_nodes(grid, nlane, x, ijk)
     ijk = ijk/edge
-    c = 1 + ijk(:, 1) + n(1)*(ijk(:, 2) + n(2)*ijk(:, 3))
+    c = 1 + (ijk(:, 1) - box%lo(1)) + n(1)*(ijk(:, 2) - box%lo(2) + n(2)*(ijk(:, 3) - box%lo(3)))
   end function cubes
 
   !> After a sort: the awake blocks come first, then those of the rim.

@@ -207,11 +207,12 @@ module time_state
 
   !> What does not change while the same particles sleep in the same blocks.
   type :: sleepers_t
-    real(rp), dimension(6) :: extent_rim = 0.0_rp, &   !! largest places, largest negative places
-                              extent_any = 0.0_rp      !! of the rim, of all at rest [m]
+    real(rp), dimension(6) :: extent_rim = -huge(1.0_rp), &   !! largest places, largest negative places
+                              extent_any = -huge(1.0_rp)      !! of the rim, of all at rest [m]
     logical, allocatable :: near_rim(:, :, :), near_any(:, :, :)   !! (z, y, x) nodes in reach of
                                                                    !! the rim, of all at rest
-    integer, allocatable :: rest(:, :, :)       !! of the particles in each cube
+    type(box_t) :: cubes                        !! cubes that were asked, numbered from 0
+    integer, allocatable :: rest(:, :, :)       !! of the particles in each of them
   end type sleepers_t
 
   !> Time and what decides the next step; equal on all ranks, stored in checkpoints.
