@@ -10,7 +10,8 @@ module setup_bodies
   use setup_input, only: input_t
   use setup_lattice, only: lattice_of, lattice_t
   use setup_solids, only: is_inside, read_solid, solid_t
-  use time_state, only: body_t, load_t, probes_t, scene_t, start_t
+  use time_scene, only: body_t, load_t, scene_t, start_t
+  use time_state, only: probes_t
   implicit none (type, external)
   private
 

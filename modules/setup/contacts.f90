@@ -6,7 +6,7 @@ module setup_contacts
   use setup_input, only: input_t
   use setup_names, only: find, known
   use time_meeting, only: contact_t, moves_as_one, normal_gradient, normal_regression
-  use time_state, only: scene_t
+  use time_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -16,7 +16,8 @@ module setup_fields
   use setup_lattice, only: lattice_corner
   use setup_names, only: find, known
   use setup_solids, only: solid_t
-  use time_state, only: scene_t, simulation_t
+  use time_scene, only: scene_t
+  use time_state, only: simulation_t
   implicit none (type, external)
   private
 

@@ -8,7 +8,7 @@ module setup_heat_report
   use comm_world, only: world_t
   use thermal_method, only: euler, method_names, rkl2, solver_names
   use time_heat_state, only: heat_run_t
-  use time_state, only: scene_t
+  use time_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -7,7 +7,7 @@ module setup_heat_scene
   use setup_cut_cells, only: all_solids, cut_cells, holder_of, mesh_of, solids_t
   use setup_input, only: input_t
   use time_heat_state, only: heat_run_t
-  use time_state, only: scene_t
+  use time_scene, only: scene_t
   use thermal_curve, only: curve_t, make_property, table_value
   use thermal_cut_mesh, only: cut_mesh, cuts_t
   use thermal_fft, only: has_fft

@@ -5,7 +5,7 @@
 module setup_lattice
   use base_kinds, only: rp
   use setup_solids, only: bounds, reference, solid_t
-  use time_state, only: body_t, scene_t
+  use time_scene, only: body_t, scene_t
   implicit none (type, external)
   private
 

@@ -5,7 +5,8 @@ module setup_loads
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use setup_names, only: find, known
-  use time_state, only: scene_t, source_ball, source_disc, source_t, traction_t
+  use time_scene, only: scene_t, traction_t
+  use time_state, only: source_ball, source_disc, source_t
   implicit none (type, external)
   private
 

@@ -20,7 +20,8 @@ module setup_prepare
   use time_balance, only: first_partition
   use time_regrid, only: regrid
   use time_resume, only: resume
-  use time_state, only: output_t, simulation_t
+  use time_scene, only: output_t
+  use time_state, only: simulation_t
   implicit none (type, external)
   private
 

@@ -11,7 +11,8 @@ module setup_report
   use thermal_method, only: solver_names
   use time_heat, only: conduction_step
   use time_stability, only: stable_step, wave_speed
-  use time_state, only: scheme_usl, simulation_t
+  use time_scene, only: scheme_usl
+  use time_state, only: simulation_t
   use time_step, only: take_step
   implicit none (type, external)
   private

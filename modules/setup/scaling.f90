@@ -6,7 +6,8 @@ module setup_scaling
   use physics_stress, only: flow_strength
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
-  use time_state, only: scheme_usl, simulation_t, transfer_flip
+  use time_scene, only: scheme_usl, transfer_flip
+  use time_state, only: simulation_t
   implicit none (type, external)
   private
 

@@ -20,8 +20,8 @@ module setup_scene
   use setup_walls, only: read_constraints
   use thermal_method, only: by_cg, by_petsc
   use time_stability, only: default_cfl
-  use time_state, only: method_t, probes_t, scene_t, scheme_usl, simulation_t, transfer_apic, &
-                        transfer_fmpm, transfer_xpic
+  use time_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
+  use time_state, only: probes_t, simulation_t
   implicit none (type, external)
   private
 

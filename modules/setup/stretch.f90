@@ -5,7 +5,7 @@ module setup_stretch
   use physics_stress, only: elastic_stress
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
-  use time_state, only: scene_t
+  use time_scene, only: scene_t
   implicit none (type, external)
   private
 

@@ -9,7 +9,7 @@ module setup_tools
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use setup_names, only: find, known
-  use time_state, only: body_t
+  use time_scene, only: body_t
   implicit none (type, external)
   private
 

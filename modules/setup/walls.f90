@@ -7,7 +7,7 @@ module setup_walls
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use setup_solids, only: bounds, read_solid, solid_t
-  use time_state, only: constraint_t, scene_t
+  use time_scene, only: constraint_t, scene_t
   implicit none (type, external)
   private
 

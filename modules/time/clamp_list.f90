@@ -6,7 +6,8 @@ module time_clamp_list
   use comm_world, only: world_t
   use grid_geometry, only: wrap
   use time_nodes, only: append
-  use time_state, only: column_t, constraint_t, simulation_t
+  use time_scene, only: constraint_t
+  use time_state, only: column_t, simulation_t
   implicit none (type, external)
   private
 

@@ -11,7 +11,8 @@ module time_contacts
   use time_gaps, only: find_meeting
   use time_meeting, only: moves_as_one
   use time_rigid, only: hold_rigid
-  use time_state, only: scheme_usavg, simulation_t
+  use time_scene, only: scheme_usavg
+  use time_state, only: simulation_t
   use time_weights, only: weights_of
   implicit none (type, external)
   private

@@ -10,7 +10,8 @@ module time_filter
   use time_mirrors, only: fold, r_filter, unfold
   use time_clamps, only: release_held
   use time_nodes, only: clear_nodes
-  use time_state, only: simulation_t, transfer_fmpm, transfer_xpic
+  use time_scene, only: transfer_fmpm, transfer_xpic
+  use time_state, only: simulation_t
   use time_weights, only: weights_of
   use transfer_kernels, only: g2p_values_block, p2g_values_block
   implicit none (type, external)

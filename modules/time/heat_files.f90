@@ -15,7 +15,7 @@ module time_heat_files
   use thermal_rates, only: b_film, b_source
   use time_heat_probes, only: read_probes
   use time_heat_state, only: heat_run_t
-  use time_state, only: output_t, scene_t
+  use time_scene, only: output_t, scene_t
   use time_writing, only: next_time, span
   implicit none (type, external)
   private

@@ -13,7 +13,8 @@ module time_heat_loop
   use time_heat_probes, only: place_probes
   use time_heat_state, only: heat_run_t
   use time_loop, only: ended_broken, ended_by_signal, ended_io, ended_well
-  use time_state, only: probes_t, scene_t
+  use time_scene, only: scene_t
+  use time_state, only: probes_t
   implicit none (type, external)
   private
 

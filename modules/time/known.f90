@@ -8,7 +8,8 @@ module time_known
   use physics_stress, only: elastic_stress
   use time_audit, only: e_body
   use time_blocks, only: longest_half, shortest_half
-  use time_state, only: scheme_musl, scheme_usl, simulation_t
+  use time_scene, only: scheme_musl, scheme_usl
+  use time_state, only: simulation_t
   implicit none (type, external)
   private
 

@@ -7,7 +7,8 @@
 module time_mirrors
   use base_kinds, only: rp
   use time_audit, only: e_wall_heat
-  use time_state, only: constraint_t, simulation_t
+  use time_scene, only: constraint_t
+  use time_state, only: simulation_t
   implicit none (type, external)
   private
 

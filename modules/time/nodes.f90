@@ -4,7 +4,8 @@
 !> velocity (3), temperature, velocity change (3), mass.
 module time_nodes
   use base_kinds, only: rp
-  use time_state, only: scene_t, simulation_t
+  use time_scene, only: scene_t
+  use time_state, only: simulation_t
   implicit none (type, external)
   private
 

@@ -9,8 +9,8 @@
 !> lambda_k = 1 - (1 - lambda)^k, with lambda the eigenvalue of S+ S; free surfaces lower them.
 module time_stability
   use base_kinds, only: rp
-  use time_state, only: method_t, scheme_usl, simulation_t, transfer_apic, transfer_fmpm, &
-                        transfer_xpic
+  use time_scene, only: method_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
+  use time_state, only: simulation_t
   implicit none (type, external)
   private
 

@@ -15,7 +15,8 @@ module time_step
   use time_overlap, only: map_and_sum
   use time_probes, only: move_probes
   use time_rim, only: damp_rim, freeze_rim
-  use time_state, only: scheme_musl, scheme_usavg, scheme_usl, simulation_t, transfer_apic
+  use time_scene, only: scheme_musl, scheme_usavg, scheme_usl, transfer_apic
+  use time_state, only: simulation_t
   use time_sweeps, only: accelerate_and_map_again, grid_to_particles, momentum_and_force_to_grid, &
                          momentum_to_grid, update_stress
   use time_tool_contact, only: touch_tools

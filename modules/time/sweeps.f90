@@ -9,7 +9,8 @@ module time_sweeps
                          unpack_velocity
   use time_known, only: add_known_force, known_work
   use time_rigid, only: move_rigid
-  use time_state, only: scheme_usavg, scheme_usl, simulation_t
+  use time_scene, only: scheme_usavg, scheme_usl
+  use time_state, only: simulation_t
   use time_surface_loads, only: book_tractions, tractions_to_grid
   use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume
   use time_volume, only: add_volume, clear_volume

@@ -33,7 +33,8 @@ module time_tool_contact
   use time_mirrors, only: r_velocity, unfold
   use time_nodes, only: least_inertia, least_mass
   use time_stability, only: wave_speed
-  use time_state, only: scheme_usl, simulation_t
+  use time_scene, only: scheme_usl
+  use time_state, only: simulation_t
   use time_touch_books, only: book_tool, give_heat
   use time_touch_limits, only: limit_impulses
   use time_touch_surface, only: flatten, velocity_at
