@@ -16,9 +16,13 @@ set(CMAKE_C_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH}")
 include(CheckCSourceCompiles)
 set(CMAKE_REQUIRED_FLAGS "-march=${STIRPOINT_ARCH}")
 check_c_source_compiles("#ifndef __AVX512F__\n#error\n#endif\nint main(void) { return 0; }" HAS_AVX512_${STIRPOINT_ARCH})
+check_c_source_compiles("#if !(defined(__znver3__) || defined(__znver4__))\n#error\n#endif\nint main(void) { return 0; }" HAS_HALVES_${STIRPOINT_ARCH})
 unset(CMAKE_REQUIRED_FLAGS)
 if(HAS_AVX512_${STIRPOINT_ARCH})
   add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_AVX512>)   # a node record is one register
+endif()
+if(HAS_HALVES_${STIRPOINT_ARCH})
+  add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_HALVES>)   # Zen 4: 512 bits take two turns of 256
 endif()
 set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace")
 set(CMAKE_C_FLAGS_DEBUG "-g -O1")

@@ -95,20 +95,3 @@ void stirpoint_to_records(int n, const double *value, const double *slope, doubl
         }
     }
 }
-
-/* Back: value[8][n] from row 0, slope[3][3][n] from lanes 0 to 2 of rows 1 to 3: slope[f][row]. */
-void stirpoint_from_records(int n, const double *rec, double *value, double *slope)
-{
-    for (int p = 0; p < n; p += 8) {
-        const double *r = rec + 32 * p;
-        eight m[8];
-        for (int i = 0; i < 8; i++) m[i] = *(const eight *)(r + 32 * i);
-        transpose8(m);
-        for (int f = 0; f < 8; f++) *(eight *)(value + n * f + p) = m[f];
-        for (int row = 1; row < 4; row++) {
-            for (int i = 0; i < 8; i++) m[i] = *(const eight *)(r + 32 * i + 8 * row);
-            transpose8(m);
-            for (int f = 0; f < 3; f++) *(eight *)(slope + n * (3 * f + row - 1) + p) = m[f];
-        }
-    }
-}

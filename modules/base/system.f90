@@ -10,7 +10,7 @@ module base_system
 
   public :: allocate_aligned, free_aligned, rename_file, make_directory, remove_file
   public :: watch_signals, stop_signal, raise_signal, peak_memory
-  public :: need_soon, fetch_some, to_records, from_records
+  public :: need_soon, fetch_some, to_records
 
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
@@ -87,15 +87,6 @@ module base_system
       real(c_double), intent(in) :: value(*), slope(*)
       real(c_double), intent(inout) :: rec(*)
     end subroutine to_records
-
-    !> Back from records: values, and the slopes of lanes 1:3 as a tensor row by row.
-    pure subroutine from_records(n, rec, value, slope) bind(c, name='stirpoint_from_records')
-      import :: c_double, c_int
-      implicit none (type, external)
-      integer(c_int), value :: n
-      real(c_double), intent(in) :: rec(*)
-      real(c_double), intent(inout) :: value(*), slope(*)
-    end subroutine from_records
 
     !> Peak resident memory of this process [bytes].
     real(c_double) function peak_memory() bind(c, name='stirpoint_peak_memory')

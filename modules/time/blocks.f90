@@ -2,11 +2,11 @@
 !> What a step does with one block of particles, between the transfers: plain arrays, no branches.
 module time_blocks
   use base_kinds, only: nlane, rp
-  use base_system, only: from_records, to_records
+  use base_system, only: to_records
   implicit none (type, external)
   private
 
-  public :: momentum_records, force_records, unpack_velocity, advance_particles
+  public :: momentum_records, force_records, advance_particles
   public :: kinetic_energy, body_work, stretch_domains
 
   ! Half length of a domain [cells]: within the reach of the stencil, and not a point.
@@ -57,25 +57,6 @@ contains
       rec(:, 2:4, p) = 0.0_rp
     end do
   end subroutine momentum_records
-
-  !> Records back to lanes: velocity, its change, its gradient (row by row), temperature.
-  !> Lanes beyond `n` rest at the first lane's temperature.
-  pure subroutine unpack_velocity(n, rec, v, dv, l, temp)
-    integer, intent(in) :: n
-    real(rp), intent(in) :: rec(8, 4, nlane)
-    real(rp), intent(out) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane)
-    real(rp) :: value(nlane, 8)
-
-    call from_records(nlane, rec, value, l)
-    v = value(:, 1:3)
-    temp = value(:, 4)
-    dv = value(:, 5:7)
-    if (n == nlane) return
-    v(n + 1:, :) = 0.0_rp
-    dv(n + 1:, :) = 0.0_rp
-    l(n + 1:, :) = 0.0_rp
-    temp(n + 1:) = temp(1)
-  end subroutine unpack_velocity
 
   !> Velocity by FLIP with a PIC fraction, position by the grid velocity; largest squared speed.
   pure subroutine advance_particles(n, dt, pic, vg, dv, x, v, fastest)

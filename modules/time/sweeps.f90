@@ -5,8 +5,7 @@ module time_sweeps
   use base_kinds, only: nlane, rp
   use particles_store, only: f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid
   use time_affine, only: affine_to_grid, carry_gradient
-  use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains, &
-                         unpack_velocity
+  use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains
   use time_known, only: add_known_force, known_work
   use time_rigid, only: move_rigid
   use time_scene, only: scheme_usavg, scheme_usl
@@ -15,7 +14,8 @@ module time_sweeps
   use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume
   use time_volume, only: add_volume, clear_volume
   use time_weights, only: weights_of
-  use transfer_kernels, only: g2p_block, p2g_block
+  use transfer_gather, only: gather_velocity
+  use transfer_kernels, only: p2g_block
   implicit none (type, external)
   private
 
@@ -163,7 +163,7 @@ contains
     type(report_t), intent(inout) :: report
     integer :: first(nlane)
     real(rp), dimension(nlane, 3) :: v, dv, v2, dv2
-    real(rp) :: w(nlane, 18), l(nlane, 9), temp(nlane)
+    real(rp) :: w(nlane, 18), l(nlane, 9)
 
     if (sim%scene%body(sim%particles%body(b))%tool > 0) then
       call move_rigid(sim, sim%scene%body(sim%particles%body(b))%tool, n, ps(1, f_pos), &
@@ -171,15 +171,13 @@ contains
       return
     end if
     call weights_of(sim, sim%particles%body(b), nf, ps, w, first)
-    call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
-    call unpack_velocity(n, rec, v, dv, l, temp)
+    call gather_velocity(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec, v, dv, l)
     if (sim%scene%method%scheme /= scheme_usl) then   ! velocities are new already: move only
       v2 = v
       if (sim%scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
       dv2 = 0.0_rp
       call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), report%speed2)
-      call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, field, rec)
-      call unpack_velocity(n, rec, v2, dv2, l, temp)
+      call gather_velocity(n, w, first, sim%patch%stride, sim%patch%nn, field, rec, v2, dv2, l)
     else
       call carry(sim, n, nf, ps, w, first, moved, rec)
       call advance_particles(n, dt, sim%pic, v, dv, ps(1, f_pos), ps(1, f_vel), report%speed2)
@@ -224,12 +222,11 @@ contains
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     type(report_t), intent(inout) :: report
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane)
+    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9)
 
     if (sim%scene%body(body)%tool > 0) return
     call weights_of(sim, body, nf, ps, w, first)
-    call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, g, rec)
-    call unpack_velocity(n, rec, v, dv, l, temp)
+    call gather_velocity(n, w, first, sim%patch%stride, sim%patch%nn, g, rec, v, dv, l)
     if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
     call restore_volume(sim, body, n, first, nf, ps)
     call constitutive(sim, body, n, dt, l, nf, ps, report)
@@ -256,13 +253,12 @@ contains
     real(rp), intent(in) :: moved(8, sim%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), temp(nlane), fastest
+    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), fastest
 
     if (sim%scene%body(body)%tool > 0) return
     fastest = 0.0_rp
     call weights_of(sim, body, nf, ps, w, first)
-    call g2p_block(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec)
-    call unpack_velocity(n, rec, v, dv, l, temp)
+    call gather_velocity(n, w, first, sim%patch%stride, sim%patch%nn, moved, rec, v, dv, l)
     call carry(sim, n, nf, ps, w, first, moved, rec)
     call advance_particles(n, 0.0_rp, sim%pic, v, dv, ps(1, f_pos), ps(1, f_vel), fastest)
   end subroutine accelerate_block

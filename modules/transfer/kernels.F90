@@ -7,20 +7,26 @@
 !>   to the grid   1:4 mass, momentum (values)          5:8 force (slopes), temperature (value)
 !>   from the grid 1:4 velocity, temperature (+slopes)  5:8 velocity change, spare (values)
 !> Where a vector register holds a whole record, all lanes go with slopes instead: parts that are
-!> not needed are 0 on the way to the grid and not read on the way back.
+!> not needed are 0 on the way to the grid and not read on the way back. Velocities come back by
+!> transfer_gather, with particles in the lanes.
 module transfer_kernels
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
   implicit none (type, external)
   private
 
-  public :: p2g_block, p2g_affine_block, g2p_block, p2g_values_block, g2p_values_block
+  public :: p2g_block, p2g_affine_block, g2p_block, g2p_one, p2g_values_block, g2p_values_block
 
   ! First lane that goes to the grid with slopes, last one that comes back with them.
 #ifdef STIRPOINT_AVX512
-  integer, parameter :: to_slopes = 1, back_slopes = 8
+  integer, parameter :: back_slopes = 8
 #else
-  integer, parameter :: to_slopes = 5, back_slopes = 4
+  integer, parameter :: back_slopes = 4
+#endif
+#if defined(STIRPOINT_AVX512) && !defined(STIRPOINT_HALVES)
+  integer, parameter :: to_slopes = 1
+#else
+  integer, parameter :: to_slopes = 5
 #endif
 
 contains
@@ -229,8 +235,17 @@ contains
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
 
-    call g2p_lanes(.true., n, w, first, stride, nn, g, rec)
+    call g2p_lanes(.true., 1, n, w, first, stride, nn, g, rec)
   end subroutine g2p_block
+
+  !> The same for particle `p` of a block.
+  subroutine g2p_one(p, w, first, stride, nn, g, rec)
+    integer, intent(in) :: p, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+
+    call g2p_lanes(.true., p, p, w, first, stride, nn, g, rec)
+  end subroutine g2p_one
 
   !> Interpolate only the values of lanes 5:8 to `n` particles.
   subroutine g2p_values_block(n, w, first, stride, nn, g, rec)
@@ -238,13 +253,13 @@ contains
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
 
-    call g2p_lanes(.false., n, w, first, stride, nn, g, rec)
+    call g2p_lanes(.false., 1, n, w, first, stride, nn, g, rec)
   end subroutine g2p_values_block
 
   !> Values of lanes 5:8, and, unless only those are wanted, values and slopes of lanes 1:4.
-  subroutine g2p_lanes(all_lanes, n, w, first, stride, nn, g, rec)
+  subroutine g2p_lanes(all_lanes, low, high, w, first, stride, nn, g, rec)
     logical, intent(in) :: all_lanes
-    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    integer, intent(in) :: low, high, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
     integer :: f, p, q, sx, sy
@@ -252,7 +267,7 @@ contains
 
     sx = stride(1)
     sy = stride(2)
-    do p = 1, n
+    do p = low, high
       call fetch_some(4)
       q = first(p)
 #define ROW(J, Q) \

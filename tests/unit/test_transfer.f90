@@ -3,6 +3,7 @@
 program test_transfer
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
+  use transfer_gather, only: gather_velocity
   use transfer_kernels, only: g2p_block, p2g_block
   use transfer_weights, only: block_weights
   implicit none (type, external)
@@ -26,6 +27,9 @@ program test_transfer
   call test_to_grid(nlane - 1, [0.0_rp, 0.0_rp, 0.05_rp])
   call test_from_grid(nlane)
   call test_from_grid(5)
+  call test_gather(nlane)
+  call test_gather(nlane - 3)
+  call test_gather(5)
   call test_transpose()
   call end_tests()
 
@@ -225,6 +229,44 @@ contains
     call expect_close('sums are conserved', maxval(abs(sum(g, 2) - total))/maxval(abs(total)), &
                       0.0_rp, atol=1.0e-13_rp)
   end subroutine test_to_grid
+
+  !> Velocities at n particles, of which up to nine in turn have the same nodes, are those that come back one
+  !> particle at a time.
+  subroutine test_gather(n)
+    integer, intent(in) :: n
+    real(rp) :: x(nlane, 3), w(nlane, 18), g(8, nn), rec(8, 4, nlane), scratch(8, 4, nlane)
+    real(rp) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9), off(3)
+    integer :: first(nlane), m, p, q
+
+    call random_places(x)
+    p = 1
+    do while (p <= nlane)                        ! runs of 1, 2, ..., 9, 1, ...
+      do m = 1, 9
+        do q = p, min(p + m - 1, nlane)
+          x(q, :) = origin + h*(nint((x(p, :) - origin)/h) + 0.3_rp*sin([1.1_rp, 2.3_rp, 3.7_rp]*q))
+        end do
+        p = p + m
+      end do
+    end do
+    call block_weights(origin, 1.0_rp/h, spread(0.25_rp, 1, 3), stride, x, w, first)
+    call expect('runs of the same nodes', count(first(2:) == first(:nlane - 1)) >= nlane/2)
+    call random_number(g)
+    g = g - 0.5_rp
+    rec = 0.0_rp
+    call g2p_block(n, w, first, stride, nn, g, rec)
+    v = 7.0_rp
+    call gather_velocity(n, w, first, stride, nn, g, scratch, v, dv, l)
+    off = 0.0_rp
+    do p = 1, n
+      off(1) = max(off(1), maxval(abs(v(p, :) - rec(1:3, 1, p))))
+      off(2) = max(off(2), maxval(abs(dv(p, :) - rec(5:7, 1, p))))
+      off(3) = max(off(3), maxval(abs(reshape(l(p, :), [3, 3]) - transpose(rec(1:3, 2:4, p))))*h)
+    end do
+    call expect_close('gathered velocities', off(1), 0.0_rp, atol=1.0e-14_rp)
+    call expect_close('gathered changes of velocity', off(2), 0.0_rp, atol=1.0e-14_rp)
+    call expect_close('gathered gradients', off(3), 0.0_rp, atol=1.0e-13_rp)
+    call expect('lanes without particles rest', all(abs([v(n + 1:, :), dv(n + 1:, :), l(n + 1:, 1:3)]) <= 0.0_rp))
+  end subroutine test_gather
 
   !> Random node records to n particles, against a loop over all nodes.
   subroutine test_from_grid(n)
