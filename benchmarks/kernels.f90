@@ -10,7 +10,7 @@ program kernels
   use physics_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
   use physics_stress, only: stress_block, stress_sums_t
-  use transfer_gather, only: gather_velocity
+  use transfer_gather, only: gather_block, lanes_t
   use transfer_kernels, only: p2g_block
   use transfer_weights, only: block_weights
   implicit none (type, external)
@@ -73,7 +73,7 @@ contains
       end do
       t(3) = cpu_seconds()
       do b = 1, nblk
-        call gather_velocity(nlane, w(:, :, b), first(:, b), stride, nn, memory, scratch, v, dv, l)
+        call gather_block(lanes_t(1, 3, 5, 3), nlane, w(:, :, b), first(:, b), stride, nn, memory, scratch, v, l, dv)
       end do
       t(4) = cpu_seconds()
       best = min(best, (t(2:4) - t(1:3))*1.0e9_rp/(nlane*nblk))

@@ -5,7 +5,8 @@
 !> capacity as weight).
 module thermal_conduction
   use base_kinds, only: nlane, rp
-  use transfer_kernels, only: g2p_block, g2p_values_block, p2g_block, p2g_values_block
+  use transfer_gather, only: gather_block, lanes_t
+  use transfer_kernels, only: p2g_block, p2g_values_block
   use transfer_points, only: point_nodes
   implicit none (type, external)
   private
@@ -58,21 +59,15 @@ contains
     real(rp), intent(in) :: volume, c_p                      !! initial volume over mass [m3/kg]
     real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
-    real(rp) :: apart, c, gx, gy, gz
+    type(lanes_t), parameter :: wanted = lanes_t(steep=4, n_steep=1, plain=5, n_plain=1)
+    real(rp) :: slope(nlane, 3), conducting(nlane, 1), mean(nlane, 1)
     integer :: p
 
-    call g2p_block(n, w, first, stride, nn, g, rec)
+    call gather_block(wanted, n, w, first, stride, nn, g, rec, conducting, slope, mean)
     do p = 1, n
-      c = -dt*conductivity*j(p)*mass(p)*volume
-      gx = rec(4, 2, p)
-      gy = rec(4, 3, p)
-      gz = rec(4, 4, p)
-      apart = temp(p) - rec(5, 1, p)
       rec(:, :, p) = 0.0_rp
-      rec(8, 1, p) = mass(p)*c_p*apart
-      rec(5, 2, p) = c*gx
-      rec(5, 3, p) = c*gy
-      rec(5, 4, p) = c*gz
+      rec(8, 1, p) = mass(p)*c_p*(temp(p) - mean(p, 1))
+      rec(5, 2:4, p) = -dt*conductivity*j(p)*mass(p)*volume*slope(p, :)
     end do
     call p2g_block(n, w, first, rec, stride, nn, flux)
   end subroutine flux_to_grid
@@ -126,12 +121,13 @@ contains
     real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
     real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
-    real(rp) :: change
+    type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=5, n_plain=4)
+    real(rp) :: change, none(nlane, 0), at(nlane, 4)
     integer :: p
 
-    call g2p_values_block(n, w, first, stride, nn, g, rec)
+    call gather_block(wanted, n, w, first, stride, nn, g, rec, none, none, at)
     do p = 1, n
-      change = rec(5, 1, p) - smooth_share*(temp(p) - rec(8, 1, p) - rec(7, 1, p))
+      change = at(p, 1) - smooth_share*(temp(p) - at(p, 4) - at(p, 3))
       gained = gained + (mass(p)*c_p*change - heat(p))
       temp(p) = temp(p) + change
       heat(p) = 0.0_rp

@@ -3,10 +3,11 @@
 module time_blocks
   use base_kinds, only: nlane, rp
   use base_system, only: to_records
+  use transfer_gather, only: gather_block, lanes_t
   implicit none (type, external)
   private
 
-  public :: momentum_records, force_records, advance_particles
+  public :: momentum_records, force_records, gather_velocity, advance_particles
   public :: kinetic_energy, body_work, stretch_domains
 
   ! Half length of a domain [cells]: within the reach of the stencil, and not a point.
@@ -57,6 +58,21 @@ contains
       rec(:, 2:4, p) = 0.0_rp
     end do
   end subroutine momentum_records
+
+  !> Velocity, its change and its gradient (row by row) at `n` particles; lanes beyond rest.
+  subroutine gather_velocity(n, w, first, stride, nn, g, rec, v, dv, l)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18)
+    real(rp), intent(in) :: g(8, nn)              !! velocity 1:3, its change 5:7
+    real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
+    real(rp), intent(out) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+    type(lanes_t), parameter :: velocity = lanes_t(steep=1, n_steep=3, plain=5, n_plain=3)
+
+    call gather_block(velocity, n, w, first, stride, nn, g, rec, v, l, dv)
+    v(n + 1:, :) = 0.0_rp
+    dv(n + 1:, :) = 0.0_rp
+    l(n + 1:, :) = 0.0_rp
+  end subroutine gather_velocity
 
   !> Velocity by FLIP with a PIC fraction, position by the grid velocity; largest squared speed.
   pure subroutine advance_particles(n, dt, pic, vg, dv, x, v, fastest)

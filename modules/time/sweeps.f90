@@ -5,7 +5,8 @@ module time_sweeps
   use base_kinds, only: nlane, rp
   use particles_store, only: f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid
   use time_affine, only: affine_to_grid, carry_gradient
-  use time_blocks, only: advance_particles, force_records, momentum_records, stretch_domains
+  use time_blocks, only: advance_particles, force_records, gather_velocity, momentum_records, &
+                         stretch_domains
   use time_known, only: add_known_force, known_work
   use time_rigid, only: move_rigid
   use time_scene, only: scheme_usavg, scheme_usl
@@ -14,7 +15,6 @@ module time_sweeps
   use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume
   use time_volume, only: add_volume, clear_volume
   use time_weights, only: weights_of
-  use transfer_gather, only: gather_velocity
   use transfer_kernels, only: p2g_block
   implicit none (type, external)
   private

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Velocities from the grid to a block of particles. Neighbours in the block mostly have the same 27
-!> nodes, since particles are sorted by node: then they fill the lanes of vectors and share what is
-!> loaded of a node, and only the lanes of a record that are needed are worked on. That takes half the
-!> operations of one particle at a time with a node's record in a vector (transfer_kernels), which is
-!> left for those that have nodes of their own. Sum-factorised; nodes lie z-fastest.
+!> From the grid to a block of particles. Neighbours in the block mostly have the same 27 nodes, since
+!> particles are sorted by node: then they fill the lanes of vectors and share what is loaded of a node,
+!> and only what is wanted of a record is worked on. That takes half the operations of one particle
+!> at a time with a node's record in a vector (transfer_kernels), which is left for those that have
+!> nodes of their own. Sum-factorised; nodes lie z-fastest.
 module transfer_gather
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -11,38 +11,43 @@ module transfer_gather
   implicit none (type, external)
   private
 
-  public :: gather_velocity
+  public :: gather_block, lanes_t
+
+  integer, parameter :: few = 6    !! lines of memory of the next block, fetched between the lanes of eight particles
+
+  !> Which lanes of the records are wanted: some with slopes, of some the values alone.
+  type :: lanes_t
+    integer :: steep, n_steep      !! first lane with slopes, and how many
+    integer :: plain, n_plain      !! first lane without, and how many
+  end type lanes_t
 
 contains
 
-  !> Velocity, its change and its gradient (row by row) at `n` particles; lanes beyond rest.
-  subroutine gather_velocity(n, w, first, stride, nn, g, rec, v, dv, l)
+  !> Values at `n` particles, and slopes along x, y, z of those lanes that have them: (s(:, 1:3) of the
+  !> first); what other particles get is not said.
+  subroutine gather_block(lanes, n, w, first, stride, nn, g, rec, v, s, u)
+    type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18)
-    real(rp), intent(in) :: g(8, nn)              !! velocity 1:3, its change 5:7
-    real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
-    real(rp), intent(out) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)       !! scratch
+    real(rp), intent(out) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
     integer :: m, p
 
     p = 1
     do while (p <= n)
       m = run_length(min(8, n - p + 1), first(p))
       if (m > 4 .and. p + 7 <= nlane) then        ! lanes of others are overwritten by their own later
-        call gather_eight(p, w, first(p), stride, nn, g, v, dv, l)
+        call gather_eight(lanes, p, w, first(p), stride, nn, g, v, s, u)
       else if (m > 2 .and. p + 3 <= nlane) then
         m = min(m, 4)
-        call gather_four(p, w, first(p), stride, nn, g, v, dv, l)
+        call gather_four(lanes, p, w, first(p), stride, nn, g, v, s, u)
       else
         m = 1
-        call gather_one(p, w, first, stride, nn, g, rec, v, dv, l)
+        call gather_one(lanes, p, w, first, stride, nn, g, rec, v, s, u)
       end if
-      if (m > 1) call fetch_some(4*m)
       p = p + m
     end do
-    v(n + 1:, :) = 0.0_rp
-    dv(n + 1:, :) = 0.0_rp
-    l(n + 1:, :) = 0.0_rp
-  end subroutine gather_velocity
+  end subroutine gather_block
 
   !> How many of `n` particles have the first one's nodes, up to the first that has others.
   pure integer function run_length(n, first) result(m)
@@ -55,17 +60,22 @@ contains
   end function run_length
 
   !> Particle p by its record.
-  subroutine gather_one(p, w, first, stride, nn, g, rec, v, dv, l)
+  subroutine gather_one(lanes, p, w, first, stride, nn, g, rec, v, s, u)
+    type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
+    integer :: k
 
     call g2p_one(p, w, first, stride, nn, g, rec)
-    v(p, :) = rec(1:3, 1, p)
-    dv(p, :) = rec(5:7, 1, p)
-    l(p, 1:3) = rec(1, 2:4, p)
-    l(p, 4:6) = rec(2, 2:4, p)
-    l(p, 7:9) = rec(3, 2:4, p)
+    do k = 1, lanes%n_steep
+      v(p, k) = rec(lanes%steep + k - 1, 1, p)
+      s(p, 3*k - 2:3*k) = rec(lanes%steep + k - 1, 2:4, p)
+    end do
+    do k = 1, lanes%n_plain
+      u(p, k) = rec(lanes%plain + k - 1, 1, p)
+    end do
   end subroutine gather_one
 
   !> The records of 27 nodes from q on, row by row along z.
@@ -85,7 +95,7 @@ contains
     end do
   end subroutine copy_nodes
 
-  ! Lane `f` of the nodes at particle i: value and slopes, or the value alone.
+  ! Lane f of the nodes at particle i: value and slopes, or the value alone.
 #define ROW(J, Q) \
         t1 = c(f, 1, Q); t2 = c(f, 2, Q); t3 = c(f, 3, Q); \
         x0 = w(i, 7)*t1 + w(i, 8)*t2 + w(i, 9)*t3; \
@@ -111,30 +121,35 @@ contains
         PLANE(1); \
         PLANE(2); \
         PLANE(3); \
-        v(i, f) = a0; l(i, 3*f-2) = a1; l(i, 3*f-1) = a2; l(i, 3*f) = a3
+        v(i, k) = a0; s(i, 3*k-2) = a1; s(i, 3*k-1) = a2; s(i, 3*k) = a3
 #define VALUE_ALONE \
         a0 = 0.0_rp; \
         VALUE_PLANE(1); \
         VALUE_PLANE(2); \
         VALUE_PLANE(3); \
-        dv(i, f-4) = a0
+        u(i, k) = a0
 
   !> Particles p to p+7, which have the same nodes from q on.
-  subroutine gather_eight(p, w, q, stride, nn, g, v, dv, l)
+  subroutine gather_eight(lanes, p, w, q, stride, nn, g, v, s, u)
+    type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p, q, stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
     real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3, c(8, 3, 9)
-    integer :: f, i
+    integer :: f, i, k
 
     call copy_nodes(q, stride, nn, g, c)
-    do f = 1, 3
+    do k = 1, lanes%n_steep
+      call fetch_some(few)
+      f = lanes%steep + k - 1
       !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
       do i = p, p + 7
         WITH_SLOPES
       end do
     end do
-    do f = 5, 7
+    do k = 1, lanes%n_plain
+      call fetch_some(few)
+      f = lanes%plain + k - 1
       !$omp simd private(a0, y0)
       do i = p, p + 7
         VALUE_ALONE
@@ -143,21 +158,26 @@ contains
   end subroutine gather_eight
 
   !> Particles p to p+3.
-  subroutine gather_four(p, w, q, stride, nn, g, v, dv, l)
+  subroutine gather_four(lanes, p, w, q, stride, nn, g, v, s, u)
+    type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p, q, stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
-    real(rp), intent(inout) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
     real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3, c(8, 3, 9)
-    integer :: f, i
+    integer :: f, i, k
 
     call copy_nodes(q, stride, nn, g, c)
-    do f = 1, 3
+    do k = 1, lanes%n_steep
+      call fetch_some(few/2)
+      f = lanes%steep + k - 1
       !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
       do i = p, p + 3
         WITH_SLOPES
       end do
     end do
-    do f = 5, 7
+    do k = 1, lanes%n_plain
+      call fetch_some(few/2)
+      f = lanes%plain + k - 1
       !$omp simd private(a0, y0)
       do i = p, p + 3
         VALUE_ALONE
