@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Processor time of the kernels alone on blocks of 8 particles a cell, in the cache, as one JSON
-!> object: ns per particle of weights, transfers and stress.
+!> object: ns per particle of weights, transfers and stress, and what the core can do at most:
+!> multiply-adds in registers.
 program kernels
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: nlane, rp
@@ -35,7 +36,8 @@ program kernels
   ns(5) = stress_time(0.0_rp)
   write (output_unit, '(a)') '{"scene": "kernels", "weights_ns": '//str(ns(1))// &
     ', "to_grid_ns": '//str(ns(2))//', "from_grid_ns": '//str(ns(3))//', "stress_plastic_ns": ' &
-    //str(ns(4))//', "stress_elastic_ns": '//str(ns(5))//'}'
+    //str(ns(4))//', "stress_elastic_ns": '//str(ns(5)) &
+    //', "multiply_add_gflops": '//str(peak())//'}'
 
 contains
 
@@ -116,5 +118,33 @@ contains
       best = min(best, (cpu_seconds() - t)*1.0e9_rp/(200*nlane))
     end do
   end function stress_time
+
+  !> Most operations per time of chains of multiply-adds [10^9/s].
+  real(rp) function peak() result(best)
+    integer, parameter :: chain = 16, repeats = 10000
+    real(rp) :: a(nlane), c, d, s, t
+    integer :: i, round, k
+
+    call random_number(a)
+    call random_number(c)
+    d = 1.0_rp - c
+    best = 0.0_rp
+    do round = 1, rounds
+      t = cpu_seconds()
+      do k = 1, repeats
+        !$omp simd private(s)
+        do i = 1, nlane
+          s = a(i)
+          s = c*s + d; s = c*s + d; s = c*s + d; s = c*s + d
+          s = c*s + d; s = c*s + d; s = c*s + d; s = c*s + d
+          s = c*s + d; s = c*s + d; s = c*s + d; s = c*s + d
+          s = c*s + d; s = c*s + d; s = c*s + d; s = c*s + d
+          a(i) = s
+        end do
+      end do
+      best = max(best, 2.0e-9_rp*chain*nlane*repeats/(cpu_seconds() - t))
+    end do
+    if (any(a > 1.1_rp)) error stop 'kernels: multiply-adds'
+  end function peak
 
 end program kernels

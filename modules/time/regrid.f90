@@ -67,7 +67,7 @@ contains
   pure integer function oldest_order(sim) result(keep)
     type(simulation_t), intent(in) :: sim
     real(rp), parameter :: far = 2.0_rp    ! [cells]
-    integer, parameter :: rarely = 20      ! [SORT_INTERVAL]
+    integer, parameter :: rarely = 100      ! [SORT_INTERVAL]
 
     keep = awake
     if (sim%clock%disorder > far*sim%scene%grid%h) keep = rim
