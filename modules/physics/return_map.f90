@@ -18,7 +18,8 @@ contains
 
   !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress (at the least rate
   !> where elastic), `failed` the number of particles that did not converge. `rate` brings the last
-  !> step's rate as the first guess.
+  !> step's rate as the first guess. Where all flowed in the last step, they are first taken to do so
+  !> still: the increments that come out, above the least, prove it.
   !> The residual of the result is below 1e-10 q: 1e-6 q, then one more correction to second order.
   subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, state, x, sigma, any_plastic, &
                         failed)
@@ -31,50 +32,85 @@ contains
     real(rp), intent(out) :: x(nlane), sigma(nlane)
     logical, intent(out) :: any_plastic
     integer, intent(inout) :: failed
-    real(rp), dimension(nlane) :: y, low, high, log_rate, slope, plastic, step, residual, yield
-    real(rp) :: work(nlane, n_work), log_dt, worst
-    integer :: iteration, p
+    real(rp), dimension(nlane) :: log_rate, slope, plastic, step, yield
+    real(rp) :: work(nlane, n_work)
+    logical :: all_plastic
+    integer :: missed
 
-    log_dt = log(dt)
     call law%prepare(temp, state, work)
-    x = least_rate*dt
-    log_rate = log(least_rate)
-    call law%stress(work, alpha, x, log_rate, sigma, slope)
-    any_plastic = .false.
-    !$omp simd reduction(.or.: any_plastic)
-    do p = 1, n
-      any_plastic = any_plastic .or. q(p) > sigma(p)
-    end do
-    if (.not. any_plastic) then
-      x = 0.0_rp
-      return
+    all_plastic = .not. any_below(n, rate, least_rate)
+    if (all_plastic) then
+      yield = 0.0_rp
+      call solve(law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, slope, plastic, step, missed)
+      all_plastic = missed == 0 .and. .not. any_below(n, x, 2.0_rp*least_rate*dt)
+      any_plastic = all_plastic
     end if
-    yield = sigma
-    call start(dt, q, g3, yield, rate, plastic, low, high, y)
-    do iteration = 1, most_iterations
-      x = exp(y)
-      log_rate = y - log_dt
-      call law%stress(work, alpha, x, log_rate, sigma, slope)
-      call improve(q, g3, x, sigma, slope, plastic, low, high, y, step, residual, worst)
-      if (worst <= tolerance) exit
-    end do
-    if (worst > tolerance) then
-      do p = 1, n
-        if (residual(p) > tolerance .and. high(p) - low(p) > 1.0e-9_rp) failed = failed + 1
-      end do
+    if (.not. all_plastic) then
+      x = least_rate*dt
+      log_rate = log(least_rate)
+      call law%stress(work, alpha, x, log_rate, yield, slope)
+      any_plastic = any_below(n, yield - q, 0.0_rp)
+      if (.not. any_plastic) then
+        x = 0.0_rp
+        sigma = yield
+        return
+      end if
+      call solve(law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, slope, plastic, step, missed)
+      failed = failed + missed
     end if
     x = plastic*x*(1.0_rp + step*(1.0_rp + 0.5_rp*step))
     sigma = merge(sigma + step*slope, yield, plastic > 0.0_rp)
     if (law%n_state > 0) call law%advance(work, x, log_rate, state)
   end subroutine return_map
 
-  !> Bracket in ln x (its upper end is that of the whole block) and first guess: the last rate, or a
-  !> radial return at the least rate.
-  pure subroutine start(dt, q, g3, sigma, rate, plastic, low, high, y)
+  !> Whether one of the first `n` values is less than `least`.
+  pure logical function any_below(n, value, least)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: value(nlane), least
+    integer :: p
+
+    any_below = .false.
+    !$omp simd reduction(.or.: any_below)
+    do p = 1, n
+      any_below = any_below .or. value(p) < least
+    end do
+  end function any_below
+
+  !> Increments `x` of those above `yield`, and flow stress there, before the last correction by `step`
+  !> of ln x; `missed` counts those that did not converge.
+  subroutine solve(law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, slope, plastic, step, missed)
+    class(flow_law_t), intent(in) :: law
+    integer, intent(in) :: n
+    real(rp), intent(in) :: dt, work(nlane, n_work)
+    real(rp), dimension(nlane), intent(in) :: alpha, rate, q, g3, yield
+    real(rp), dimension(nlane), intent(out) :: x, log_rate, sigma, slope, plastic, step
+    integer, intent(out) :: missed
+    real(rp), dimension(nlane) :: y, low, high, residual
+    real(rp) :: log_dt, worst
+    integer :: iteration, p
+
+    log_dt = log(dt)
+    missed = 0
+    call start(dt, q, g3, yield, rate, plastic, low, high, x, y)
+    do iteration = 1, most_iterations
+      log_rate = y - log_dt
+      call law%stress(work, alpha, x, log_rate, sigma, slope)
+      call improve(q, g3, x, sigma, slope, plastic, low, high, y, step, residual, worst)
+      if (worst <= tolerance) return
+      x = exp(y)
+    end do
+    do p = 1, n
+      if (residual(p) > tolerance .and. high(p) - low(p) > 1.0e-9_rp) missed = missed + 1
+    end do
+  end subroutine solve
+
+  !> Bracket in ln x (its upper end is that of the whole block) and first guess `x`, `y` = ln x: the last
+  !> rate, or a radial return at the least rate.
+  pure subroutine start(dt, q, g3, sigma, rate, plastic, low, high, x, y)
     real(rp), intent(in) :: dt
     real(rp), dimension(nlane), intent(in) :: q, g3, sigma, rate
-    real(rp), dimension(nlane), intent(out) :: plastic, low, high, y
-    real(rp) :: least, most, guess
+    real(rp), dimension(nlane), intent(out) :: plastic, low, high, x, y
+    real(rp) :: least, most, guess, widest
     integer :: p
 
     most = 0.0_rp
@@ -84,12 +120,14 @@ contains
     end do
     least = log(least_rate*dt)
     most = max(log(most), least + 1.0_rp)
+    widest = exp(most)
     !$omp simd private(guess)
     do p = 1, nlane
       plastic(p) = merge(1.0_rp, 0.0_rp, q(p) > sigma(p))
       guess = max(q(p) - sigma(p), 1.0e-6_rp*q(p) + 1.0e-30_rp)/g3(p)
       guess = merge(rate(p)*dt, guess, rate(p) > least_rate)
-      y(p) = max(least, min(most, log(guess)))
+      x(p) = max(least_rate*dt, min(widest, guess))
+      y(p) = max(least, min(most, log(x(p))))
       low(p) = least
       high(p) = most
     end do
