@@ -17,6 +17,7 @@ program test_return
   call random_init(.true., .false.)
   call test_random_states()
   call test_gap_above_yield()
+  call test_flowed_everywhere()
   call end_tests()
 
 contains
@@ -144,5 +145,44 @@ contains
     call expect('gap above yield: no failure', failed == 0)
     call expect('gap above yield: residual', maxval(abs(q - g3*x - sigma)) <= gap*1.001_rp)
   end subroutine test_gap_above_yield
+
+  !> Blocks that flowed everywhere in the last step, and now everywhere, here and there, or nowhere.
+  subroutine test_flowed_everywhere()
+    real(rp), dimension(nlane) :: temp, alpha, guess, g3, q, x, sigma, rate
+    real(rp) :: dt, want, worst, yield
+    integer :: case, failed, n_wrong_side, p
+    logical :: any_plastic, flows(nlane)
+
+    failed = 0
+    n_wrong_side = 0
+    worst = 0.0_rp
+    dt = 1.0e-6_rp
+    do case = 1, 3
+      call random_state(want, temp, alpha, guess, g3, q)
+      temp = min(temp, 1000.0_rp)
+      do p = 1, nlane
+        flows(p) = case == 1 .or. case == 2 .and. mod(p, 5) > 0
+        rate(p) = 10.0_rp**(mod(p, 9) - 2)
+        x(p) = 1.3_rp*rate(p)*dt
+        q(p) = g3(p)*x(p) + flow_stress(alpha(p) + x(p), 1.3_rp*rate(p), temp(p))
+        yield = flow_stress(alpha(p) + least_rate*dt, least_rate, temp(p))
+        if (.not. flows(p)) q(p) = 0.99_rp*yield
+      end do
+      call return_map(law, nlane, dt, temp, alpha, rate, q, g3, none, x, sigma, any_plastic, failed)
+      n_wrong_side = n_wrong_side + count(flows .neqv. x > 0.0_rp)
+      if (any_plastic .neqv. any(flows)) n_wrong_side = n_wrong_side + 1
+      do p = 1, nlane
+        want = flow_stress(alpha(p) + least_rate*dt, least_rate, temp(p))
+        if (flows(p)) then
+          want = q(p) - g3(p)*x(p)
+          worst = max(worst, abs(x(p)/(1.3_rp*rate(p)*dt) - 1.0_rp))
+        end if
+        worst = max(worst, abs(sigma(p)/want - 1.0_rp))
+      end do
+    end do
+    call expect('flowed before: no failure', failed == 0)
+    call expect('flowed before: plastic above yield and only there', n_wrong_side == 0)
+    call expect_close('flowed before: increment and flow stress', worst, 0.0_rp, atol=1.0e-6_rp)
+  end subroutine test_flowed_everywhere
 
 end program test_return
