@@ -140,16 +140,21 @@ contains
   pure function extent(self, low, high)
     class(particles_t), intent(in) :: self
     integer, intent(in) :: low, high
-    real(rp) :: extent(6)
-    integer :: a, b
+    real(rp) :: extent(6), highest, lowest
+    integer :: a, b, p
 
     extent = -huge(1.0_rp)
     do b = low, high
       do a = 1, 3
-        associate (x => self%ps(1:self%count(b), f_pos + a - 1, b))
-          extent(a) = max(extent(a), maxval(x))
-          extent(3 + a) = max(extent(3 + a), -minval(x))
-        end associate
+        highest = extent(a)
+        lowest = extent(3 + a)
+        !$omp simd reduction(max: highest, lowest)
+        do p = 1, self%count(b)
+          highest = max(highest, self%ps(p, f_pos + a - 1, b))
+          lowest = max(lowest, -self%ps(p, f_pos + a - 1, b))
+        end do
+        extent(a) = highest
+        extent(3 + a) = lowest
       end do
     end do
   end function extent
