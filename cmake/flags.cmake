@@ -21,7 +21,11 @@ unset(CMAKE_REQUIRED_FLAGS)
 if(HAS_AVX512_${STIRPOINT_ARCH})
   add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_AVX512>)   # a node record is one register
 endif()
-if(HAS_HALVES_${STIRPOINT_ARCH})
+set(cpu_family "cpu family: 25")
+if(STIRPOINT_ARCH STREQUAL "native" AND EXISTS /proc/cpuinfo)   # to gfortran 12 later processors are Zen 3 as well
+  file(STRINGS /proc/cpuinfo cpu_family REGEX "^cpu family" LIMIT_COUNT 1)
+endif()
+if(HAS_HALVES_${STIRPOINT_ARCH} AND cpu_family MATCHES ": 25$")
   add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_HALVES>)   # Zen 4: 512 bits take two turns of 256
 endif()
 set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace")

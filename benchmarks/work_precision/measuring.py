@@ -7,6 +7,7 @@ import math
 import pathlib
 import re
 import resource
+import shutil
 import statistics
 import subprocess
 import sys
@@ -40,9 +41,10 @@ def machine():
 def version():
     """Commit of the working tree, '+' if it has changes; without git the program's version."""
     words = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+", "--exclude=*"]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    if done.returncode == 0:
-        return done.stdout.strip()
+    if shutil.which(words[0]):
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        if done.returncode == 0:
+            return done.stdout.strip()
     return subprocess.run([driver.EXECUTABLE, "--version"], capture_output=True, text=True,
                           check=True).stdout.splitlines()[0]
 

@@ -7,6 +7,7 @@ import math
 import os
 import pathlib
 import platform
+import shutil
 import subprocess
 
 import rows
@@ -25,7 +26,9 @@ def machine():
 
 @functools.cache
 def version():
-    """Last commit that changed the program; the results themselves are part of later ones."""
+    """Last commit that changed the program; the results themselves are part of later ones. Unknown without git."""
+    if not shutil.which("git"):
+        return "unknown"
     words = ["git", "-C", str(HERE), "log", "-1", "--format=%h", "--", "../../modules", "../../src", "../../CMakeLists.txt"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     return done.stdout.strip() or "unknown"
