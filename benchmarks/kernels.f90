@@ -12,7 +12,7 @@ program kernels
   use physics_material, only: material_t
   use physics_stress, only: stress_block, stress_sums_t
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_kernels, only: p2g_block
+  use transfer_scatter, only: p2g_block
   use transfer_weights, only: block_weights
   implicit none (type, external)
 

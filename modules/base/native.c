@@ -33,7 +33,7 @@ void stirpoint_need_soon(const char *p, int bytes)
 void stirpoint_fetch_some(int lines)
 {
     const char *end = ahead + 64 * lines < ahead_end ? ahead + 64 * lines : ahead_end;
-    for (; ahead < end; ahead += 64) __builtin_prefetch(ahead, 1, 3);
+    for (; ahead < end; ahead += 64) __builtin_prefetch(ahead, 0, 2);
 }
 
 double stirpoint_peak_memory(void)

@@ -13,7 +13,8 @@ module time_filter
   use time_scene, only: transfer_fmpm, transfer_xpic
   use time_state, only: simulation_t
   use time_weights, only: weights_of
-  use transfer_kernels, only: g2p_values_block, p2g_values_block
+  use transfer_kernels, only: g2p_values_block
+  use transfer_scatter, only: p2g_values_block
   implicit none (type, external)
   private
 

@@ -15,7 +15,7 @@ module time_sweeps
   use time_update, only: constitutive, outer_acceleration, outer_work, report_t, restore_volume
   use time_volume, only: add_volume, clear_volume
   use time_weights, only: weights_of
-  use transfer_kernels, only: p2g_block
+  use transfer_scatter, only: p2g_block
   implicit none (type, external)
   private
 

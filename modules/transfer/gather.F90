@@ -7,12 +7,13 @@
 module transfer_gather
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
-  use transfer_kernels, only: g2p_one
+  use transfer_kernels, only: g2p_one, run_length
   implicit none (type, external)
   private
 
   public :: gather_block, lanes_t
 
+  integer, parameter :: shortest = 3   ! run of particles with the same nodes
   integer, parameter :: few = 6    !! lines of memory of the next block, fetched between the lanes of eight particles
 
   !> Which lanes of the records are wanted: some with slopes, of some the values alone.
@@ -35,12 +36,9 @@ contains
 
     p = 1
     do while (p <= n)
-      m = run_length(min(8, n - p + 1), first(p))
-      if (m > 4 .and. p + 7 <= nlane) then        ! lanes of others are overwritten by their own later
-        call gather_eight(lanes, p, w, first(p), stride, nn, g, v, s, u)
-      else if (m > 2 .and. p + 3 <= nlane) then
-        m = min(m, 4)
-        call gather_four(lanes, p, w, first(p), stride, nn, g, v, s, u)
+      m = run_length(n - p + 1, first(p))
+      if (m >= shortest) then
+        call gather_run(lanes, p, m, w, first, stride, nn, g, rec, v, s, u)
       else
         m = 1
         call gather_one(lanes, p, w, first, stride, nn, g, rec, v, s, u)
@@ -49,15 +47,32 @@ contains
     end do
   end subroutine gather_block
 
-  !> How many of `n` particles have the first one's nodes, up to the first that has others.
-  pure integer function run_length(n, first) result(m)
-    integer, intent(in) :: n, first(n)
+  !> Particles p to p+m-1, which have the same nodes. Lanes of others, behind them, are overwritten: their
+  !> turn is later.
+  subroutine gather_run(lanes, p, m, w, first, stride, nn, g, rec, v, s, u)
+    type(lanes_t), intent(in) :: lanes
+    integer, intent(in) :: p, m, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
+    real(rp) :: c(8, 3, 3, 3)
+    integer :: i
 
-    do m = 1, n - 1
-      if (first(m + 1) /= first(1)) return
+    call copy_nodes(first(p), stride, nn, g, c)
+    i = p
+    do while (i < p + m)
+      if (p + m - i > 4 .and. i + 7 <= nlane) then
+        call gather_eight(lanes, i, w, c, v, s, u)
+        i = i + 8
+      else if (i + 3 <= nlane) then
+        call gather_four(lanes, i, w, c, v, s, u)
+        i = i + 4
+      else
+        call gather_one(lanes, i, w, first, stride, nn, g, rec, v, s, u)
+        i = i + 1
+      end if
     end do
-    m = n
-  end function run_length
+  end subroutine gather_run
 
   !> Particle p by its record.
   subroutine gather_one(lanes, p, w, first, stride, nn, g, rec, v, s, u)
@@ -78,71 +93,84 @@ contains
     end do
   end subroutine gather_one
 
-  !> The records of 27 nodes from q on, row by row along z.
+  !> The records of 27 nodes from q on, row by row along z. Weights add up to one and slopes to zero
+  !> on each axis, so that the middle one needs no multiplication where the outer ones are differences
+  !> from it.
   pure subroutine copy_nodes(q, stride, nn, g, c)
     integer, intent(in) :: q, stride(3), nn
     real(rp), intent(in) :: g(8, nn)
-    real(rp), intent(out) :: c(8, 3, 9)
-    integer :: i, j, k
+    real(rp), intent(out) :: c(8, 3, 3, 3)
+    real(rp) :: a1, a2, a3, b1, b2, b3, d1, d2, d3, m1, m2, m3, m4, m5, m6, m7, m8, m9
+    integer :: f, sx, sy
 
-    do i = 0, 2
-      do j = 0, 2
-        k = q + i*stride(1) + j*stride(2)
-        c(:, 1, 3*i + j + 1) = g(:, k)
-        c(:, 2, 3*i + j + 1) = g(:, k + 1)
-        c(:, 3, 3*i + j + 1) = g(:, k + 2)
-      end do
+    sx = stride(1)
+    sy = stride(2)
+#define NODES(Q, A, B, D) \
+      B = g(f, Q+1); \
+      A = g(f, Q) - B; \
+      D = g(f, Q+2) - B
+#define LAYER(Q) \
+      NODES(Q, a1, b1, d1); \
+      NODES(Q+sy, a2, b2, d2); \
+      NODES(Q+2*sy, a3, b3, d3)
+#define KEEP(I, A1, B1, D1, A2, B2, D2, A3, B3, D3) \
+      c(f, 1, 1, I) = A1; c(f, 2, 1, I) = B1; c(f, 3, 1, I) = D1; \
+      c(f, 1, 2, I) = A2; c(f, 2, 2, I) = B2; c(f, 3, 2, I) = D2; \
+      c(f, 1, 3, I) = A3; c(f, 2, 3, I) = B3; c(f, 3, 3, I) = D3
+    !$omp simd private(a1, a2, a3, b1, b2, b3, d1, d2, d3, m1, m2, m3, m4, m5, m6, m7, m8, m9)
+    do f = 1, 8
+      LAYER(q+sx)
+      m1 = a1 - a2; m2 = b1 - b2; m3 = d1 - d2
+      m4 = a2; m5 = b2; m6 = d2
+      m7 = a3 - a2; m8 = b3 - b2; m9 = d3 - d2
+      KEEP(2, m1, m2, m3, m4, m5, m6, m7, m8, m9)
+      LAYER(q)
+      KEEP(1, a1-a2-m1, b1-b2-m2, d1-d2-m3, a2-m4, b2-m5, d2-m6, a3-a2-m7, b3-b2-m8, d3-d2-m9)
+      LAYER(q+2*sx)
+      KEEP(3, a1-a2-m1, b1-b2-m2, d1-d2-m3, a2-m4, b2-m5, d2-m6, a3-a2-m7, b3-b2-m8, d3-d2-m9)
     end do
+#undef NODES
+#undef LAYER
+#undef KEEP
   end subroutine copy_nodes
 
   ! Lane f of the nodes at particle i: value and slopes, or the value alone.
-#define ROW(J, Q) \
-        t1 = c(f, 1, Q); t2 = c(f, 2, Q); t3 = c(f, 3, Q); \
-        x0 = w(i, 7)*t1 + w(i, 8)*t2 + w(i, 9)*t3; \
-        x1 = w(i, 16)*t1 + w(i, 17)*t2 + w(i, 18)*t3; \
-        y0 = y0 + w(i, 3+J)*x0; y1 = y1 + w(i, 3+J)*x1; y2 = y2 + w(i, 12+J)*x0
+#define ROW(J, I) \
+        x0 = c(f, 2, J, I) + w(i, 7)*c(f, 1, J, I) + w(i, 9)*c(f, 3, J, I); \
+        x1 = w(i, 16)*c(f, 1, J, I) + w(i, 18)*c(f, 3, J, I)
 #define PLANE(I) \
-        y0 = 0.0_rp; y1 = 0.0_rp; y2 = 0.0_rp; \
-        ROW(1, 3*I-2); \
-        ROW(2, 3*I-1); \
-        ROW(3, 3*I); \
-        a0 = a0 + w(i, I)*y0; a1 = a1 + w(i, 9+I)*y0; \
-        a2 = a2 + w(i, I)*y2; a3 = a3 + w(i, I)*y1
-#define VALUE_ROW(J, Q) \
-        y0 = y0 + w(i, 3+J)*(w(i, 7)*c(f, 1, Q) + w(i, 8)*c(f, 2, Q) + w(i, 9)*c(f, 3, Q))
-#define VALUE_PLANE(I) \
-        y0 = 0.0_rp; \
-        VALUE_ROW(1, 3*I-2); \
-        VALUE_ROW(2, 3*I-1); \
-        VALUE_ROW(3, 3*I); \
-        a0 = a0 + w(i, I)*y0
+        ROW(2, I); \
+        y0 = x0; y1 = x1; \
+        ROW(1, I); \
+        y0 = y0 + w(i, 4)*x0; y1 = y1 + w(i, 4)*x1; y2 = w(i, 13)*x0; \
+        ROW(3, I); \
+        y0 = y0 + w(i, 6)*x0; y1 = y1 + w(i, 6)*x1; y2 = y2 + w(i, 15)*x0
 #define WITH_SLOPES \
-        a0 = 0.0_rp; a1 = 0.0_rp; a2 = 0.0_rp; a3 = 0.0_rp; \
-        PLANE(1); \
         PLANE(2); \
+        a0 = y0; a2 = y2; a3 = y1; \
+        PLANE(1); \
+        a0 = a0 + w(i, 1)*y0; a1 = w(i, 10)*y0; a2 = a2 + w(i, 1)*y2; a3 = a3 + w(i, 1)*y1; \
         PLANE(3); \
+        a0 = a0 + w(i, 3)*y0; a1 = a1 + w(i, 12)*y0; a2 = a2 + w(i, 3)*y2; a3 = a3 + w(i, 3)*y1; \
         v(i, k) = a0; s(i, 3*k-2) = a1; s(i, 3*k-1) = a2; s(i, 3*k) = a3
+#define VALUE_ROW(J, I) (c(f, 2, J, I) + w(i, 7)*c(f, 1, J, I) + w(i, 9)*c(f, 3, J, I))
+#define VALUE_PLANE(I) (VALUE_ROW(2, I) + w(i, 4)*VALUE_ROW(1, I) + w(i, 6)*VALUE_ROW(3, I))
 #define VALUE_ALONE \
-        a0 = 0.0_rp; \
-        VALUE_PLANE(1); \
-        VALUE_PLANE(2); \
-        VALUE_PLANE(3); \
-        u(i, k) = a0
+        u(i, k) = VALUE_PLANE(2) + w(i, 1)*VALUE_PLANE(1) + w(i, 3)*VALUE_PLANE(3)
 
-  !> Particles p to p+7, which have the same nodes from q on.
-  subroutine gather_eight(lanes, p, w, q, stride, nn, g, v, s, u)
+  !> Particles p to p+7, with the nodes copied in `c`.
+  subroutine gather_eight(lanes, p, w, c, v, s, u)
     type(lanes_t), intent(in) :: lanes
-    integer, intent(in) :: p, q, stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    integer, intent(in) :: p
+    real(rp), intent(in) :: w(nlane, 18), c(8, 3, 3, 3)
     real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
-    real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3, c(8, 3, 9)
+    real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2
     integer :: f, i, k
 
-    call copy_nodes(q, stride, nn, g, c)
     do k = 1, lanes%n_steep
       call fetch_some(few)
       f = lanes%steep + k - 1
-      !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
+      !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2)
       do i = p, p + 7
         WITH_SLOPES
       end do
@@ -150,7 +178,7 @@ contains
     do k = 1, lanes%n_plain
       call fetch_some(few)
       f = lanes%plain + k - 1
-      !$omp simd private(a0, y0)
+      !$omp simd
       do i = p, p + 7
         VALUE_ALONE
       end do
@@ -158,19 +186,18 @@ contains
   end subroutine gather_eight
 
   !> Particles p to p+3.
-  subroutine gather_four(lanes, p, w, q, stride, nn, g, v, s, u)
+  subroutine gather_four(lanes, p, w, c, v, s, u)
     type(lanes_t), intent(in) :: lanes
-    integer, intent(in) :: p, q, stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn)
+    integer, intent(in) :: p
+    real(rp), intent(in) :: w(nlane, 18), c(8, 3, 3, 3)
     real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
-    real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3, c(8, 3, 9)
+    real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2
     integer :: f, i, k
 
-    call copy_nodes(q, stride, nn, g, c)
     do k = 1, lanes%n_steep
       call fetch_some(few/2)
       f = lanes%steep + k - 1
-      !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2, t1, t2, t3)
+      !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2)
       do i = p, p + 3
         WITH_SLOPES
       end do
@@ -178,7 +205,7 @@ contains
     do k = 1, lanes%n_plain
       call fetch_some(few/2)
       f = lanes%plain + k - 1
-      !$omp simd private(a0, y0)
+      !$omp simd
       do i = p, p + 3
         VALUE_ALONE
       end do

@@ -15,7 +15,7 @@ module transfer_kernels
   implicit none (type, external)
   private
 
-  public :: p2g_block, p2g_affine_block, g2p_block, g2p_one, p2g_values_block, g2p_values_block
+  public :: run_length, p2g_one, p2g_values, p2g_affine_block, g2p_block, g2p_one, g2p_values_block
 
   ! First lane that goes to the grid with slopes, last one that comes back with them.
 #ifdef STIRPOINT_AVX512
@@ -24,39 +24,25 @@ module transfer_kernels
   integer, parameter :: back_slopes = 4
 #endif
 #if defined(STIRPOINT_AVX512) && !defined(STIRPOINT_HALVES)
-  integer, parameter :: to_slopes = 1
+  integer, parameter, public :: to_slopes = 1
 #else
-  integer, parameter :: to_slopes = 5
+  integer, parameter, public :: to_slopes = 5
 #endif
 
 contains
 
-  !> Add the records of `n` particles to the nodes: values by weights, `rec(5:8,2:4,:)` by slopes;
-  !> `rec(1:4,2:4,:)` must be 0.
-  !> Two neighbours with the same stencil are added together, which halves the traffic of nodes.
-  subroutine p2g_block(n, w, first, rec, stride, nn, g)
-    integer, intent(in) :: n, nn
-    integer, intent(in) :: stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18)
-    real(rp), intent(in) :: rec(8, 4, nlane)    !! value part, x, y and z slope parts
-    real(rp), intent(inout) :: g(8, nn)
-    integer :: p
+  !> How many of `n` particles have the first one's nodes, up to the first that has others.
+  pure integer function run_length(n, first) result(m)
+    integer, intent(in) :: n, first(n)
 
-    p = 1
-    do while (p < n)
-      call fetch_some(8)
-      if (first(p) == first(p + 1)) then
-        call p2g_pair(p, w, first(p), rec, stride, nn, g)
-        p = p + 2
-      else
-        call p2g_one(p, w, first(p), rec, stride, nn, g)
-        p = p + 1
-      end if
+    do m = 1, n - 1
+      if (first(m + 1) /= first(1)) return
     end do
-    if (p == n) call p2g_one(p, w, first(p), rec, stride, nn, g)
-  end subroutine p2g_block
+    m = n
+  end function run_length
 
-  !> The same with slope parts in lanes 1:4 as well, by the first moments of the weights.
+  !> Add the records of `n` particles to the nodes: lanes 5:8 by weights and slopes, lanes 1:4 by weights
+  !> and, as slopes, their first moments.
   subroutine p2g_affine_block(n, w, moment, first, rec, stride, nn, g)
     integer, intent(in) :: n, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18), moment(nlane, 18), rec(8, 4, nlane)
@@ -68,27 +54,6 @@ contains
       call p2g_slopes(5, 8, p, w, first(p), rec, stride, nn, g)
     end do
   end subroutine p2g_affine_block
-
-  !> Add only the values in lanes 1:4 of `n` particles to the nodes.
-  subroutine p2g_values_block(n, w, first, rec, stride, nn, g)
-    integer, intent(in) :: n, nn, stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
-    real(rp), intent(inout) :: g(8, nn)
-    integer :: p
-
-    p = 1
-    do while (p < n)
-      call fetch_some(2)
-      if (first(p) == first(p + 1)) then
-        call p2g_values_pair(p, w, first(p), rec, stride, nn, g)
-        p = p + 2
-      else
-        call p2g_values(p, w, first(p), rec, stride, nn, g)
-        p = p + 1
-      end if
-    end do
-    if (p == n) call p2g_values(p, w, first(p), rec, stride, nn, g)
-  end subroutine p2g_values_block
 
 #define VALUE_PLANE(P, A, I) A = w(P, I)*rec(f, 1, P)
 #define SLOPE_PLANE(P, A, AY, AZ, I) \
@@ -164,70 +129,6 @@ contains
 #undef ROW
 #undef PLANE
   end subroutine p2g_slopes
-
-  !> Lanes 1:4 of particles p and p+1, which have the same 27 nodes, by weights.
-  subroutine p2g_values_pair(p, w, q, rec, stride, nn, g)
-    integer, intent(in) :: p, q, nn, stride(3)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
-    real(rp), intent(inout) :: g(8, nn)
-    integer :: f, o, sx, sy
-    real(rp) :: a0, b0, r0, s0
-
-    sx = stride(1)
-    sy = stride(2)
-    o = p + 1
-#define ROW(J, Q) \
-        r0 = w(p, 3+J)*a0; s0 = w(o, 3+J)*b0; \
-        g(f, Q) = g(f, Q) + w(p, 7)*r0 + w(o, 7)*s0; \
-        g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0 + w(o, 8)*s0; \
-        g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0 + w(o, 9)*s0
-#define PLANE(I, Q) \
-        VALUE_PLANE(p, a0, I); VALUE_PLANE(o, b0, I); \
-        ROW(1, Q); \
-        ROW(2, Q+sy); \
-        ROW(3, Q+2*sy)
-    !$omp simd private(a0, b0, r0, s0)
-    do f = 1, 4
-      PLANE(1, q)
-      PLANE(2, q+sx)
-      PLANE(3, q+2*sx)
-    end do
-#undef ROW
-#undef PLANE
-  end subroutine p2g_values_pair
-
-  !> The records of particles p and p+1, which have the same 27 nodes.
-  subroutine p2g_pair(p, w, q, rec, stride, nn, g)
-    integer, intent(in) :: p, q, nn, stride(3)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
-    real(rp), intent(inout) :: g(8, nn)
-    integer :: f, o, sx, sy
-    real(rp) :: a0, ay, az, r0, r1, b0, by, bz, s0, s1
-
-    if (to_slopes > 1) call p2g_values_pair(p, w, q, rec, stride, nn, g)
-    sx = stride(1)
-    sy = stride(2)
-    o = p + 1
-#define ROW(J, Q) \
-        r0 = w(p, 3+J)*a0 + w(p, 12+J)*ay; r1 = w(p, 3+J)*az; \
-        s0 = w(o, 3+J)*b0 + w(o, 12+J)*by; s1 = w(o, 3+J)*bz; \
-        g(f, Q) = g(f, Q) + w(p, 7)*r0 + w(p, 16)*r1 + w(o, 7)*s0 + w(o, 16)*s1; \
-        g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0 + w(p, 17)*r1 + w(o, 8)*s0 + w(o, 17)*s1; \
-        g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0 + w(p, 18)*r1 + w(o, 9)*s0 + w(o, 18)*s1
-#define PLANE(I, Q) \
-        SLOPE_PLANE(p, a0, ay, az, I); SLOPE_PLANE(o, b0, by, bz, I); \
-        ROW(1, Q); \
-        ROW(2, Q+sy); \
-        ROW(3, Q+2*sy)
-    !$omp simd private(a0, ay, az, r0, r1, b0, by, bz, s0, s1)
-    do f = to_slopes, 8
-      PLANE(1, q)
-      PLANE(2, q+sx)
-      PLANE(3, q+2*sx)
-    end do
-#undef ROW
-#undef PLANE
-  end subroutine p2g_pair
 
   !> Interpolate the node records to `n` particles: values of all lanes, slopes of lanes 1:4.
   subroutine g2p_block(n, w, first, stride, nn, g, rec)

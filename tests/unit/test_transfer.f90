@@ -4,7 +4,8 @@ program test_transfer
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_kernels, only: g2p_block, p2g_block
+  use transfer_kernels, only: g2p_block
+  use transfer_scatter, only: p2g_block, p2g_values_block
   use transfer_weights, only: block_weights
   implicit none (type, external)
 
@@ -25,6 +26,7 @@ program test_transfer
   call test_to_grid(5, [1.0_rp, 1.0_rp, 1.0_rp])
   call test_to_grid(nlane, [0.2_rp, 0.0_rp, 0.3_rp])
   call test_to_grid(nlane - 1, [0.0_rp, 0.0_rp, 0.05_rp])
+  call test_to_grid(nlane - 2)
   call test_from_grid(nlane)
   call test_from_grid(5)
   call test_gather(nlane)
@@ -47,6 +49,23 @@ contains
       x(:, a) = origin(a) + h*(1.0_rp + x(:, a)*(n_node(a) - 3))
     end do
   end subroutine random_places
+
+  !> Random places of which 1, 2, ..., 9, 1, ... in turn have the same nodes.
+  subroutine places_in_runs(x)
+    real(rp), intent(out) :: x(nlane, 3)
+    integer :: m, p, q
+
+    call random_places(x)
+    p = 1
+    do while (p <= nlane)
+      do m = 1, 9
+        do q = p, min(p + m - 1, nlane)
+          x(q, :) = origin + h*(nint((x(p, :) - origin)/h) + 0.3_rp*sin([1.1_rp, 2.3_rp, 3.7_rp]*q))
+        end do
+        p = p + m
+      end do
+    end do
+  end subroutine places_in_runs
 
   !> uGIMP of half length `l`, all in cells (Bardenhagen & Kober 2004, eq. 24): value and slope.
   pure subroutine gimp(l, d, s, slope)
@@ -192,21 +211,27 @@ contains
     s = [v(1)*v(2)*v(3), g(1)*v(2)*v(3), v(1)*g(2)*v(3), v(1)*v(2)*g(3)]
   end function node_weights
 
-  !> Random records of n particles to a grid that holds something, against a loop over all nodes;
-  !> particles in a small part share their stencils.
+  !> Random records of n particles to a grid that holds something, against a loop over all nodes, and
+  !> their values alone; particles in a small part share their stencils, those in no part are in runs.
   subroutine test_to_grid(n, part)
     integer, intent(in) :: n
-    real(rp), intent(in) :: part(3)
+    real(rp), intent(in), optional :: part(3)
     real(rp) :: x(nlane, 3), w(nlane, 18), g(8, nn), want(8, nn), rec(8, 4, nlane), s(0:3), total(8)
+    real(rp) :: values(8, nn)
     integer :: first(nlane), f, i, j, k, p, q
 
-    call random_places(x, part)
+    if (present(part)) then
+      call random_places(x, part)
+    else
+      call places_in_runs(x)
+    end if
     call block_weights(origin, 1.0_rp/h, spread(0.25_rp, 1, 3), stride, x, w, first)
     call random_number(rec)
     rec = rec - 0.5_rp
     rec(1:4, 2:4, :) = 0.0_rp                ! as the transfer asks for
     call random_number(g)
     want = g
+    values = g
     total = sum(g, 2)
     do i = 0, n_node(1) - 1
       do j = 0, n_node(2) - 1
@@ -225,6 +250,9 @@ contains
     call p2g_block(n, w, first, rec, stride, nn, g)
     call expect_close('to the grid', maxval(abs(g - want))/maxval(abs(want)), 0.0_rp, &
                       atol=1.0e-13_rp)
+    call p2g_values_block(n, w, first, rec, stride, nn, values)
+    call expect_close('values to the grid', maxval(abs(values(1:4, :) - want(1:4, :)))/maxval(abs(want(1:4, :))), &
+                      0.0_rp, atol=1.0e-13_rp)
     total = total + sum(rec(:, 1, 1:n), 2)
     call expect_close('sums are conserved', maxval(abs(sum(g, 2) - total))/maxval(abs(total)), &
                       0.0_rp, atol=1.0e-13_rp)
@@ -236,18 +264,9 @@ contains
     integer, intent(in) :: n
     real(rp) :: x(nlane, 3), w(nlane, 18), g(8, nn), rec(8, 4, nlane), scratch(8, 4, nlane)
     real(rp) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9), off(3)
-    integer :: first(nlane), m, p, q
+    integer :: first(nlane), p
 
-    call random_places(x)
-    p = 1
-    do while (p <= nlane)                        ! runs of 1, 2, ..., 9, 1, ...
-      do m = 1, 9
-        do q = p, min(p + m - 1, nlane)
-          x(q, :) = origin + h*(nint((x(p, :) - origin)/h) + 0.3_rp*sin([1.1_rp, 2.3_rp, 3.7_rp]*q))
-        end do
-        p = p + m
-      end do
-    end do
+    call places_in_runs(x)
     call block_weights(origin, 1.0_rp/h, spread(0.25_rp, 1, 3), stride, x, w, first)
     call expect('runs of the same nodes', count(first(2:) == first(:nlane - 1)) >= nlane/2)
     call random_number(g)
