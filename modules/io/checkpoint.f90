@@ -21,7 +21,7 @@ module io_checkpoint
   public :: write_checkpoint, read_checkpoint, read_checkpoint_input, mark_format, check_format
 
   character(*), parameter :: format_name = 'stirpoint checkpoint'
-  integer, parameter :: format_version = 3
+  integer, parameter :: format_version = 4
 
 contains
 

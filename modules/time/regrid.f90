@@ -43,10 +43,8 @@ contains
     call wrap_positions(sim%scene%grid, sim%particles)
     n_moving = merge(sim%particles%nblk, sim%n_awake, is_new)
     call rebalance(world, sim, n_moving)
-    sim%clock%disorder = sim%clock%disorder + sim%clock%travel
     keep = oldest_order(sim)
     if (is_new) keep = keep_none
-    if (keep > awake) sim%clock%disorder = 0.0_rp
     call redistribute(world, sim%scene%grid, sim%patch, sim%boxes, size(sim%scene%body), &
                       n_moving, keep, others_sleep, sim%particles, sleepers_stay)
     sim%clock%travel = 0.0_rp
@@ -63,18 +61,39 @@ contains
   end function may_stray
 
   !> Rest from which particles keep their places, whose order is for speed alone: the awake ones are
-  !> put in order when one may be some cells from where it was, sleepers after many sorts.
+  !> put in order when those with the same nodes are no longer together, sleepers after many sorts.
   pure integer function oldest_order(sim) result(keep)
     type(simulation_t), intent(in) :: sim
-    real(rp), parameter :: far = 2.0_rp    ! [cells]
     integer, parameter :: rarely = 100      ! [SORT_INTERVAL]
 
     keep = awake
-    if (sim%clock%disorder > far*sim%scene%grid%h) keep = rim
+    if (is_disordered(sim)) keep = rim
     associate (interval => rarely*sim%scene%method%sort_interval)
       if (sim%clock%step/interval > max(0_i8, sim%clock%sorted_at)/interval) keep = keep_none
     end associate
   end function oldest_order
+
+  !> Whether the awake particles of this rank are in a fifth more runs of the same nearest node than there are such nodes.
+  pure logical function is_disordered(sim)
+    type(simulation_t), intent(in) :: sim
+    real(rp), parameter :: more = 1.2_rp
+    logical :: is_there(sim%patch%nn), is_own(nlane)
+    integer :: b, last, node(nlane), p, runs
+
+    is_there = .false.
+    last = 0
+    runs = 0
+    do b = 1, sim%n_awake
+      call storage_nodes(sim%scene%grid, sim%patch, nlane, sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
+      do p = 1, sim%particles%count(b)
+        if (node(p) == last .or. .not. is_own(p)) cycle
+        last = node(p)
+        runs = runs + 1
+        is_there(last) = .true.
+      end do
+    end do
+    is_disordered = runs > more*count(is_there)
+  end function is_disordered
 
   !> List what depends on where particles are: shared nodes, nodes in use, wall nodes, balls.
   subroutine relist(world, sim, is_sorted_anew, sleepers_stay)

@@ -94,7 +94,6 @@ module time_state
     real(rp) :: dt = 0.0_rp
     integer(i8) :: sorted_at = -1        !! step that last asked who sleeps, and who moves on
     real(rp) :: travel = 0.0_rp          !! way of the fastest particle since then [m]
-    real(rp) :: disorder = 0.0_rp        !! until then, since the awake were put in order by node [m]
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
     real(rp) :: heat_step = 0.0_rp       !! next implicit one [s]; 0: none was made yet
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
