@@ -5,12 +5,13 @@ module comm_world
   use base_kinds, only: i8, rp
   use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
                      mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
-                     mpi_finalize, mpi_in_place, mpi_init, mpi_integer, mpi_integer8, mpi_max, &
-                     mpi_min, mpi_proc_null, mpi_sendrecv, mpi_status_ignore, mpi_sum
+                     mpi_finalize, mpi_iallreduce, mpi_in_place, mpi_init, mpi_integer, mpi_integer8, &
+                     mpi_max, mpi_min, mpi_proc_null, mpi_request, mpi_sendrecv, mpi_status_ignore, &
+                     mpi_sum, mpi_test, mpi_wait
   implicit none (type, external)
   private
 
-  public :: world_t, start_world, end_world
+  public :: reduction_t, world_t, start_world, end_world
 
   !> Communicator, own rank (from 0) and number of ranks.
   type :: world_t
@@ -29,6 +30,16 @@ module comm_world
     procedure :: share_message
     procedure :: swap
   end type world_t
+
+  !> Largest values over ranks that are found while this rank goes on.
+  type :: reduction_t
+    real(rp), allocatable :: value(:)        !! this rank's, of all ranks once it is done
+    type(mpi_request), private :: request
+  contains
+    procedure :: start => start_reduction
+    procedure :: is_done
+    procedure :: finish => finish_reduction
+  end type reduction_t
 
 contains
 
@@ -99,6 +110,31 @@ contains
 
     call mpi_allreduce(mpi_in_place, a, size(a), mpi_double_precision, mpi_max, self%comm)
   end subroutine max_reals
+
+  !> Collective. Begin to find the largest of `value` over the ranks.
+  subroutine start_reduction(self, world, value)
+    class(reduction_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    real(rp), intent(in) :: value(:)
+
+    self%value = value
+    call mpi_iallreduce(mpi_in_place, self%value, size(self%value), mpi_double_precision, mpi_max, &
+                        world%comm, self%request)
+  end subroutine start_reduction
+
+  !> Whether all ranks have begun, and `finish` need not wait.
+  logical function is_done(self)
+    class(reduction_t), intent(inout) :: self
+
+    call mpi_test(self%request, is_done, mpi_status_ignore)
+  end function is_done
+
+  !> Wait for the largest values of all ranks.
+  subroutine finish_reduction(self)
+    class(reduction_t), intent(inout) :: self
+
+    call mpi_wait(self%request, mpi_status_ignore)
+  end subroutine finish_reduction
 
   !> Values of rank 0 to all.
   subroutine broadcast(self, a)

@@ -6,11 +6,11 @@ module grid_entries
   use comm_world, only: world_t
   use grid_neighbours, only: neighbour_t
   use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
-                     mpi_statuses_ignore, mpi_waitall
+                     mpi_statuses_ignore, mpi_testall, mpi_waitall
   implicit none (type, external)
   private
 
-  public :: combine_entries
+  public :: swap_t
 
   !> Entries swapped with one other rank.
   type :: parcel_t
@@ -18,83 +18,92 @@ module grid_entries
     real(rp), allocatable :: send(:), receive(:)
   end type parcel_t
 
-contains
-
   !> Sums over ranks and images (or maxima) of values kept for a few nodes only. The entries of node
   !> q are `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a
   !> node, and all its images, must have the same entries there. Ranks that share no entry swap
   !> nothing.
-  subroutine combine_entries(neighbour, image, world, largest, nn, first, n, node, width, values, waited)
+  type :: swap_t
+    private
+    type(parcel_t), allocatable :: parcel(:)     !! of the neighbours
+    type(mpi_request), allocatable :: request(:)
+    integer :: messages = 0
+    integer, allocatable :: pair(:, :)           !! (2, n) entry of an image, that of the first image
+  contains
+    procedure :: post
+    procedure :: poke
+    procedure :: finish
+  end type swap_t
+
+contains
+
+  !> Begin: this rank's values are on their way to the others.
+  subroutine post(self, neighbour, image, world, largest, nn, first, n, node, width, values)
+    class(swap_t), intent(inout) :: self
     type(neighbour_t), intent(in) :: neighbour(:)
     integer, intent(in) :: image(:, :)             !! (2, *) an image, the node's first image
     type(world_t), intent(in) :: world
     logical, intent(in) :: largest                 !! maxima instead of sums
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
-    real(rp), intent(inout) :: waited              !! for other ranks [s]
-    integer :: pairs(2, n)                         !! entry of an image, that of the first image
-    integer :: c, e, i
+    integer :: i
 
-    c = 0
-    do i = 1, size(image, 2)
-      e = first(image(1, i))
-      if (e == 0) cycle
-      do while (node(e) == image(1, i))
-        c = c + 1
-        pairs(:, c) = [e, first(image(2, i)) + e - first(image(1, i))]
-        e = e + 1
-        if (e > n) exit
-      end do
+    call list_pairs(image, nn, first, n, node, self%pair)
+    do i = 1, size(self%pair, 2)
+      associate (one => self%pair(1, i), main => self%pair(2, i))
+        if (largest) then
+          values(:, main) = max(values(:, main), values(:, one))
+        else
+          values(:, main) = values(:, main) + values(:, one)
+        end if
+      end associate
     end do
-    do i = 1, c
-      if (largest) then
-        values(:, pairs(2, i)) = max(values(:, pairs(2, i)), values(:, pairs(1, i)))
-      else
-        values(:, pairs(2, i)) = values(:, pairs(2, i)) + values(:, pairs(1, i))
-      end if
-    end do
-    if (size(neighbour) > 0) then
-      call swap_entries(neighbour, world, largest, nn, first, n, node, width, values, waited)
-    end if
-    do i = 1, c
-      values(:, pairs(1, i)) = values(:, pairs(2, i))
-    end do
-  end subroutine combine_entries
-
-  !> Sums over ranks (or maxima) of the entries of shared nodes.
-  subroutine swap_entries(neighbour, world, largest, nn, first, n, node, width, values, waited)
-    type(neighbour_t), intent(in) :: neighbour(:)
-    type(world_t), intent(in) :: world
-    logical, intent(in) :: largest                 !! maxima instead of sums
-    integer, intent(in) :: nn, first(nn), n, node(n), width
-    real(rp), intent(inout) :: values(width, n), waited
-    type(parcel_t) :: parcel(size(neighbour))
-    type(mpi_request) :: requests(2*size(neighbour))
-    logical :: is_shared(n), own_added
-    real(rp), allocatable :: own(:, :)
-    integer :: i, messages
-
-    messages = 0
-    is_shared = .false.
+    if (allocated(self%parcel)) deallocate (self%parcel, self%request)
+    allocate (self%parcel(size(neighbour)), self%request(2*size(neighbour)))
+    self%messages = 0
     do i = 1, size(neighbour)
-      associate (p => parcel(i), rank => neighbour(i)%rank)
+      associate (p => self%parcel(i), rank => neighbour(i)%rank)
         call list_entries(neighbour(i), nn, first, n, node, p%entry)
         if (size(p%entry) == 0) cycle
-        is_shared(p%entry) = .true.
         allocate (p%send(width*size(p%entry)), p%receive(width*size(p%entry)))
         p%send(:) = reshape(values(:, p%entry), shape(p%send))
         call mpi_irecv(p%receive, size(p%receive), mpi_double_precision, rank, 2, world%comm, &
-                       requests(messages + 1))
+                       self%request(self%messages + 1))
         call mpi_isend(p%send, size(p%send), mpi_double_precision, rank, 2, world%comm, &
-                       requests(messages + 2))
-        messages = messages + 2
+                       self%request(self%messages + 2))
+        self%messages = self%messages + 2
       end associate
     end do
+  end subroutine post
+
+  !> Let messages on their way go on; whether all are there.
+  logical function poke(self)
+    class(swap_t), intent(inout) :: self
+
+    call mpi_testall(self%messages, self%request, poke, mpi_statuses_ignore)
+  end function poke
+
+  !> End what `post` began, with the same values.
+  subroutine finish(self, neighbour, world, largest, n, width, values, waited)
+    class(swap_t), intent(inout) :: self
+    type(neighbour_t), intent(in) :: neighbour(:)
+    type(world_t), intent(in) :: world
+    logical, intent(in) :: largest
+    integer, intent(in) :: n, width
+    real(rp), intent(inout) :: values(width, n)
+    real(rp), intent(inout) :: waited              !! for other ranks [s]
+    logical :: is_shared(n), own_added
+    real(rp), allocatable :: own(:, :)
+    integer :: i
+
     waited = waited - wall_time()
-    call mpi_waitall(messages, requests, mpi_statuses_ignore)
+    call mpi_waitall(self%messages, self%request, mpi_statuses_ignore)
     waited = waited + wall_time()
-    own_added = largest
-    if (.not. largest) then
+    is_shared = .false.
+    do i = 1, size(neighbour)
+      is_shared(self%parcel(i)%entry) = .true.
+    end do
+    own_added = largest .or. size(neighbour) == 0
+    if (.not. own_added) then
       allocate (own, source=values)
       do i = 1, n
         if (is_shared(i)) values(:, i) = 0.0_rp
@@ -105,11 +114,35 @@ contains
         call add_own(is_shared, own, values)
         own_added = .true.
       end if
-      if (size(parcel(i)%entry) > 0) call unpack_entries(largest, width, size(parcel(i)%entry), &
-        parcel(i)%entry, parcel(i)%receive, values)
+      associate (p => self%parcel(i))
+        if (size(p%entry) > 0) call unpack_entries(largest, width, size(p%entry), p%entry, p%receive, values)
+      end associate
     end do
     if (.not. own_added) call add_own(is_shared, own, values)
-  end subroutine swap_entries
+    do i = 1, size(self%pair, 2)
+      values(:, self%pair(1, i)) = values(:, self%pair(2, i))
+    end do
+  end subroutine finish
+
+  !> Entries of images and of the first images that they belong to.
+  pure subroutine list_pairs(image, nn, first, n, node, pair)
+    integer, intent(in) :: image(:, :), nn, first(nn), n, node(n)
+    integer, allocatable, intent(out) :: pair(:, :)
+    integer :: all(2, n), c, e, i
+
+    c = 0
+    do i = 1, size(image, 2)
+      e = first(image(1, i))
+      if (e == 0) cycle
+      do while (node(e) == image(1, i))
+        c = c + 1
+        all(:, c) = [e, first(image(2, i)) + e - first(image(1, i))]
+        e = e + 1
+        if (e > n) exit
+      end do
+    end do
+    pair = all(:, :c)
+  end subroutine list_pairs
 
   !> Entries of the nodes shared with a rank, in an order that both know.
   pure subroutine list_entries(neighbour, nn, first, n, node, entry)

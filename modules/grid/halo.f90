@@ -9,7 +9,7 @@ module grid_halo
   use base_kinds, only: i8, rp
   use base_timers, only: wall_time
   use comm_world, only: world_t
-  use grid_entries, only: combine_entries
+  use grid_entries, only: swap_t
   use grid_geometry, only: box_t, patch_t, halo
   use grid_neighbours, only: common_lines, line_t, list_images, list_nodes, neighbour_t
   use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
@@ -31,6 +31,7 @@ module grid_halo
     integer(i8) :: bytes = 0                             !! sent so far
     integer(i8) :: messages = 0
     real(rp) :: waited = 0.0_rp                          !! for messages of other ranks so far [s]
+    type(swap_t), private :: swap                        !! of values of a few nodes
   contains
     procedure :: init
     procedure :: mark_used
@@ -39,6 +40,9 @@ module grid_halo
     procedure :: poke
     procedure :: finish
     procedure :: combine
+    procedure :: post_entries
+    procedure :: poke_entries
+    procedure :: finish_entries
   end type halo_t
 
 contains
@@ -269,8 +273,35 @@ contains
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
 
-    call combine_entries(self%neighbour(:self%n), self%image, world, largest, nn, first, n, node, &
-                         width, values, self%waited)
+    call self%post_entries(world, largest, nn, first, n, node, width, values)
+    call self%finish_entries(world, largest, n, width, values)
   end subroutine combine
+
+  !> Begin such a sum; `finish_entries` ends it, `poke_entries` says whether that need not wait.
+  subroutine post_entries(self, world, largest, nn, first, n, node, width, values)
+    class(halo_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    logical, intent(in) :: largest
+    integer, intent(in) :: nn, first(nn), n, node(n), width
+    real(rp), intent(inout) :: values(width, n)
+
+    call self%swap%post(self%neighbour(:self%n), self%image, world, largest, nn, first, n, node, width, values)
+  end subroutine post_entries
+
+  logical function poke_entries(self)
+    class(halo_t), intent(inout) :: self
+
+    poke_entries = self%swap%poke()
+  end function poke_entries
+
+  subroutine finish_entries(self, world, largest, n, width, values)
+    class(halo_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    logical, intent(in) :: largest
+    integer, intent(in) :: n, width
+    real(rp), intent(inout) :: values(width, n)
+
+    call self%swap%finish(self%neighbour(:self%n), world, largest, n, width, values, self%waited)
+  end subroutine finish_entries
 
 end module grid_halo

@@ -8,6 +8,7 @@ module particles_store
   private
 
   public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, rests, set_rest, tag_border, set_border
+  public :: tag_far, set_far
 
   ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz). Together
   ! lie those that conduction reads, and those that the transfer to the grid reads.
@@ -44,7 +45,7 @@ module particles_store
   !> Rest of a particle: mechanics, mass and frozen force only, nothing (time_sleep).
   integer, parameter, public :: awake = 0, rim = 1, asleep = 2
 
-  integer, parameter :: face_shift = 48, rest_shift = 54, border_bit = 56
+  integer, parameter :: face_shift = 48, rest_shift = 54, border_bit = 56, far_bit = 57
 
   type :: particles_t
     integer :: nf = n_fields                       !! fields per particle
@@ -233,5 +234,20 @@ contains
     set_border = ibclr(tag, border_bit)
     if (is_border) set_border = ibset(tag, border_bit)
   end function set_border
+
+  !> True in the first lane of a block that no tool reaches until the next sort (time_ahead).
+  elemental logical function tag_far(tag)
+    integer(i8), intent(in) :: tag
+
+    tag_far = btest(tag, far_bit)
+  end function tag_far
+
+  elemental integer(i8) function set_far(tag, is_far)
+    integer(i8), intent(in) :: tag
+    logical, intent(in) :: is_far
+
+    set_far = ibclr(tag, far_bit)
+    if (is_far) set_far = ibset(tag, far_bit)
+  end function set_far
 
 end module particles_store

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> The check in the middle of a step, before any particle has changed: the one reduction of a step,
-!> and a smaller step where a node would move too far.
+!> and a smaller step where a node would move too far. Ranks may work while it is on its way (time_ahead).
 module time_limit
   use base_kinds, only: rp
   use base_system, only: stop_signal
@@ -11,7 +11,7 @@ module time_limit
   implicit none (type, external)
   private
 
-  public :: limit_step
+  public :: finish_limit, post_limit
 
   real(rp), parameter :: too_stiff = 1.0e30_rp    !! squared wave speed of a lost state [m2/s2]
   real(rp), parameter :: way = 0.5_rp             !! a node may move in a step [cells]
@@ -22,25 +22,30 @@ module time_limit
 
 contains
 
-  !> Collective. Share what all ranks must know about the last and this step; if a node moves
-  !> farther than half a cell, or a particle might have moved more than a cell since the last sort,
-  !> take back the change of velocity and try again with a smaller `dt`.
-  !> `sim%is_broken` says that no step is small enough, or that the state is not a number.
-  subroutine limit_step(world, sim, dt, g)
+  !> Collective. Begin to share what all ranks must know about the last and this step.
+  subroutine post_limit(world, sim, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: dt               !! [s]
-    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    real(rp) :: most(5 + size(sim%tool)), longest, smaller
+    real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)
 
-    longest = min(way*sim%scene%grid%h, sim%scene%grid%h - sim%clock%travel)
-    sim%asked_dt = dt
-    do
-      most = [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g)), &
-              real(stop_signal(), rp), real(sim%failed_returns, rp), since_checkpoint(sim), near_tools(sim)]
-      sim%balance%waited = sim%balance%waited - wall_time()
-      call world%max(most)
-      sim%balance%waited = sim%balance%waited + wall_time()
+    call sim%limit%start(world, [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g)), &
+                                 real(stop_signal(), rp), real(sim%failed_returns, rp), since_checkpoint(sim), &
+                                 near_tools(sim)])
+  end subroutine post_limit
+
+  !> Collective. If a node moves farther than half a cell, or a particle might have moved more than a cell
+  !> since the last sort, the step is refused and is to be tried again with the smaller `dt`.
+  !> `sim%is_broken` says that no step is small enough, or that the state is not a number.
+  subroutine finish_limit(sim, dt, is_refused)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: dt               !! [s]
+    logical, intent(out) :: is_refused
+    real(rp) :: longest
+
+    sim%balance%waited = sim%balance%waited - wall_time()
+    call sim%limit%finish()
+    sim%balance%waited = sim%balance%waited + wall_time()
+    associate (most => sim%limit%value)
       sim%clock%stiffness = most(1)
       sim%clock%max_speed = sqrt(most(2))
       sim%signal = nint(most(3))
@@ -48,15 +53,14 @@ contains
       sim%is_near = most(6:) > 0.0_rp
       sim%safety_is_due = most(5) >= sim%scene%output%safety_interval
       sim%is_broken = .not. (most(1) < too_stiff .and. most(2) < too_stiff)
-      if (sim%is_broken .or. dt*sim%clock%max_speed <= longest) return
-      smaller = 0.5_rp*longest/sim%clock%max_speed
-      sim%is_broken = smaller < smallest*sim%asked_dt
-      if (sim%is_broken) return
-      call shorten(sim, smaller/dt, g)
-      dt = smaller
-      sim%last%speed2 = 0.0_rp                  ! the particles' own speed has had its say
-    end do
-  end subroutine limit_step
+    end associate
+    longest = min(way*sim%scene%grid%h, sim%scene%grid%h - sim%clock%travel)
+    is_refused = .not. sim%is_broken .and. dt*sim%clock%max_speed > longest
+    if (.not. is_refused) return
+    dt = 0.5_rp*longest/sim%clock%max_speed
+    sim%is_broken = dt < smallest*sim%asked_dt
+    sim%last%speed2 = 0.0_rp                    ! the particles' own speed has had its say
+  end subroutine finish_limit
 
   !> 1 for each tool that a particle of this rank may touch, else 0.
   pure function near_tools(sim) result(near)
@@ -100,22 +104,5 @@ contains
       end do
     end do
   end function fastest_node
-
-  !> Velocities as they would be after `part` of the step.
-  subroutine shorten(sim, part, g)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in) :: part
-    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
-    integer :: i, k, r
-
-    do k = 1, sim%n_groups
-      do r = 1, sim%n_runs
-        do i = sim%run(1, r), sim%run(2, r)
-          g(1:3, i, k) = g(1:3, i, k) - (1.0_rp - part)*g(5:7, i, k)
-          g(5:7, i, k) = part*g(5:7, i, k)
-        end do
-      end do
-    end do
-  end subroutine shorten
 
 end module time_limit

@@ -10,10 +10,10 @@ module time_load
 
   public :: loads_of
 
-  ! Measured (docs/speed.md, Ranks); that of an awake elastic particle far from tools is 1 (0.1 us).
+  ! Measured (docs/speed.md, Ranks); that of an awake elastic particle far from tools is 1 (0.07 us).
   real(rp), parameter :: cost(0:2) = [1.0_rp, 0.04_rp, 0.035_rp]   !! by rest
   real(rp), parameter :: flow_cost = 0.15_rp     !! more, where one of the block flows
-  real(rp), parameter :: touch_cost = 6.0_rp     !! more, at a tool
+  real(rp), parameter :: touch_cost = 9.0_rp     !! more, at a tool
   real(rp), parameter :: at_tool = 0.75_rp       !! centres of those that touch [spacings]
 
 contains

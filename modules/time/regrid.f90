@@ -7,6 +7,7 @@ module time_regrid
   use particles_migrate, only: redistribute, wrap_positions
   use particles_sort, only: keep_none
   use particles_store, only: awake, f_pos, rim
+  use time_ahead, only: list_order
   use time_balance, only: note_balance, rebalance
   use time_clamp_list, only: list_clamps
   use time_mass_scaling, only: adapt_mass
@@ -119,6 +120,7 @@ contains
     call list_clamps(world, sim)
     if (sim%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
     call measure_clearances(sim)
+    call list_order(sim, is_sorted_anew)
     if (.not. is_sorted_anew) call note_balance(world, sim, 0)
     if (some_rest) then                      ! steps use only the nodes of the other particles
       call clear_nodes(sim, sim%g)

@@ -4,7 +4,7 @@ module time_state
   use base_kinds, only: i8, nlane, rp
   use base_system, only: allocate_aligned, free_aligned
   use base_timers, only: phase_timer_t
-  use comm_world, only: world_t
+  use comm_world, only: reduction_t, world_t
   use contact_tool, only: tool_t
   use grid_geometry, only: box_t, patch_t
   use grid_halo, only: halo_t
@@ -109,6 +109,20 @@ module time_state
     real(rp) :: speed2 = 0.0_rp          !! squared grid velocity at a particle [m2/s2]
   end type outcome_t
 
+  !> Blocks that come back from the grid before all ranks have said that the step stands (time_ahead), and
+  !> what a step that does not stand gives back.
+  type :: ahead_t
+    logical :: is_possible = .false.         !! in this step
+    integer :: n_far = 0                     !! blocks that no tool reaches until the next sort
+    integer, allocatable :: order(:)         !! (n_awake) those first, then the other awake blocks
+    integer :: done = 0                      !! the first ones, which came back already
+    real(rp), allocatable :: kept(:, :, :)   !! their particles before
+    real(rp) :: sums(n_sums) = 0.0_rp        !! books of the simulation before
+    real(rp), allocatable :: impulse(:, :)
+    integer :: failed_returns = 0
+    real(rp) :: alarms(n_alarms) = 0.0_rp, alarm_place(5, n_alarms) = 0.0_rp
+  end type ahead_t
+
   !> How evenly the steps of this run loaded the ranks: the most loaded rank over the mean.
   type :: balance_t
     real(rp) :: now = 1.0_rp             !! until the next sort
@@ -185,6 +199,8 @@ module time_state
     real(rp) :: secured = 0.0_rp             !! wall-clock time of the last checkpoint [s]
     real(rp) :: asked_dt = 0.0_rp            !! before it was found too large [s]
     type(outcome_t) :: last
+    type(reduction_t) :: limit               !! of the step, while it is found
+    type(ahead_t) :: ahead
     integer :: fastest_node = 0              !! of this rank
     real(rp) :: fastest_speed = 0.0_rp       !! of that node [m/s]
     type(phase_timer_t) :: timer

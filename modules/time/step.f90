@@ -6,10 +6,11 @@ module time_step
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_nodes, ph_to_grid, ph_to_particles
   use comm_world, only: world_t
+  use time_ahead, only: may_go_ahead, note_books, settle_step
   use time_clamps, only: hold_walls
   use time_contacts, only: join_bodies, touch_bodies
   use time_filter, only: filter_is_due, filter_velocity
-  use time_limit, only: limit_step
+  use time_limit, only: post_limit
   use time_mirrors, only: book_impulse, fold, r_momentum, r_velocity, unfold
   use time_nodes, only: clear_nodes, update_nodes
   use time_overlap, only: map_and_sum
@@ -64,17 +65,7 @@ contains
     type(report_t), intent(inout) :: report
 
     call freeze_rim(world, sim)
-    call clear_nodes(sim, sim%g)
-    if (sim%n_groups == 1) then
-      call map_and_sum(world, sim, sim%g)
-    else
-      call momentum_and_force_to_grid(sim, sim%g)
-      call sim%timer%lap(ph_to_grid)
-      call sum_nodes(world, sim, sim%g)
-      call share_volume(world, sim)
-      call sim%timer%lap(ph_exchange)
-    end if
-    call accelerate_nodes(world, sim, dt, sim%g)
+    call move_nodes(world, sim, dt, sim%g, report)
     if (sim%is_broken) return
     if (filter_is_due(sim)) call filter_velocity(world, sim, sim%g, sim%g2, sim%increment)
     call sim%timer%lap(ph_nodes)
@@ -99,10 +90,7 @@ contains
       call velocity_field(world, sim, dt, sim%g)
       call update_stress(sim, early*dt, sim%g, report)
     end if
-    call clear_nodes(sim, sim%g2)
-    call momentum_and_force_to_grid(sim, sim%g2)
-    call sum_nodes(world, sim, sim%g2)
-    call accelerate_nodes(world, sim, dt, sim%g2)
+    call move_nodes(world, sim, dt, sim%g2, report)
     if (sim%is_broken) return
     call clear_nodes(sim, sim%g)
     call accelerate_and_map_again(sim, sim%g2, sim%g)
@@ -112,6 +100,59 @@ contains
     call grid_to_particles(sim, dt, sim%g2, sim%g, (1.0_rp - early)*dt, report)
     call sim%timer%lap(ph_to_particles)
   end subroutine step_twice
+
+  !> New velocities of the nodes after `dt`, which may become smaller, as walls, clamps and contact allow.
+  !> Blocks may have come back from the grid before this ends (time_ahead).
+  subroutine move_nodes(world, sim, dt, g, report)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: dt, g(8, sim%patch%nn, sim%n_groups)
+    type(report_t), intent(inout) :: report
+    logical :: is_refused
+
+    sim%asked_dt = dt
+    call note_books(sim)
+    do
+      call map_nodes(world, sim, g)
+      call update_nodes(sim, dt, g)
+      call post_limit(world, sim, g)
+      call damp_rim(sim, g)
+      call hold_walls(world, sim, g)
+      if (sim%n_groups == 1) then              ! else bodies meet first
+        call mirror_nodes(sim, g)
+        call move_tools(sim, dt)
+        sim%ahead%is_possible = may_go_ahead(world, sim)
+      end if
+      call settle_step(sim, dt, g, report, is_refused)
+      if (sim%is_broken) return
+      if (.not. is_refused) exit
+    end do
+    if (sim%n_groups > 1) then
+      call touch_bodies(world, sim, dt, g)
+      call mirror_nodes(sim, g)
+      call move_tools(sim, dt)
+    end if
+    call touch_tools(world, sim, dt, g, report)
+    call book_impulse(sim, dt, g)
+  end subroutine move_nodes
+
+  !> Records of all nodes in use, summed over the ranks.
+  subroutine map_nodes(world, sim, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)
+
+    call clear_nodes(sim, g)
+    if (sim%n_groups == 1 .and. sim%scene%method%scheme == scheme_usl) then
+      call map_and_sum(world, sim, g)
+      return
+    end if
+    call momentum_and_force_to_grid(sim, g)
+    call sim%timer%lap(ph_to_grid)
+    call sum_nodes(world, sim, g)
+    if (sim%scene%method%scheme == scheme_usl) call share_volume(world, sim)
+    call sim%timer%lap(ph_exchange)
+  end subroutine map_nodes
 
   !> Fold the records at walls, sum those of shared nodes over the ranks.
   subroutine sum_nodes(world, sim, g)
@@ -126,24 +167,6 @@ contains
       call sim%halo%sum(world, 8, sim%patch%nn, g(:, :, k))
     end do
   end subroutine sum_nodes
-
-  !> New velocities of the nodes after `dt`, which may become smaller; walls and clamps held.
-  subroutine accelerate_nodes(world, sim, dt, g)
-    type(world_t), intent(in) :: world
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(inout) :: dt, g(8, sim%patch%nn, sim%n_groups)
-
-    call update_nodes(sim, dt, g)
-    call limit_step(world, sim, dt, g)
-    if (sim%is_broken) return
-    call damp_rim(sim, g)
-    call hold_walls(world, sim, g)
-    if (sim%n_groups > 1) call touch_bodies(world, sim, dt, g)
-    call mirror_nodes(sim, g)
-    call move_tools(sim, dt)
-    call touch_tools(world, sim, dt, g)
-    call book_impulse(sim, dt, g)
-  end subroutine accelerate_nodes
 
   !> Velocities of the nodes behind walls.
   subroutine mirror_nodes(sim, g)

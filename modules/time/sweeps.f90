@@ -20,7 +20,7 @@ module time_sweeps
   private
 
   public :: momentum_and_force_to_grid, momentum_to_grid, grid_to_particles
-  public :: force_to_grid, update_stress, accelerate_and_map_again, blocks_to_grid, others_to_grid
+  public :: blocks_to_particles, force_to_grid, update_stress, accelerate_and_map_again, blocks_to_grid, others_to_grid
 
 contains
 
@@ -143,16 +143,28 @@ contains
     real(rp), intent(in) :: dt, dt_stress
     real(rp), intent(in), dimension(8, sim%patch%nn, sim%n_groups) :: moved, field
     type(report_t), intent(inout) :: report
-    integer :: b, k
 
     call book_tractions(sim, dt, moved)
-    do b = 1, sim%n_awake
-      call sim%particles%fetch(b + 1, sim%particles%nf)
+    call blocks_to_particles(sim, sim%ahead%done + 1, sim%n_awake, dt, moved, field, dt_stress, report)
+  end subroutine grid_to_particles
+
+  !> The same for the blocks `first` to `last` of `sim%ahead%order`.
+  subroutine blocks_to_particles(sim, first, last, dt, moved, field, dt_stress, report)
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: first, last
+    real(rp), intent(in) :: dt, dt_stress
+    real(rp), intent(in), dimension(8, sim%patch%nn, sim%n_groups) :: moved, field
+    type(report_t), intent(inout) :: report
+    integer :: b, i, k
+
+    do i = first, last
+      b = sim%ahead%order(i)
+      call sim%particles%fetch(sim%ahead%order(min(i + 1, sim%n_awake)), sim%particles%nf)
       k = group_of(sim, b)
       call advance_block(sim, b, sim%particles%count(b), dt, moved(:, :, k), field(:, :, k), &
                          dt_stress, sim%particles%nf, sim%particles%ps(:, :, b), sim%rec, report)
     end do
-  end subroutine grid_to_particles
+  end subroutine blocks_to_particles
 
   subroutine advance_block(sim, b, n, dt, moved, field, dt_stress, nf, ps, rec, report)
     type(simulation_t), intent(inout) :: sim

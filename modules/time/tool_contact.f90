@@ -28,6 +28,7 @@ module time_tool_contact
   use contact_tool, only: rigid_t, tool_t
   use contact_touch, only: held_part, meet
   use particles_store, only: f_mass, f_pos
+  use time_ahead, only: share_meanwhile
   use time_candidates, only: candidates_t
   use time_faces, only: surface_weights
   use time_mirrors, only: r_velocity, unfold
@@ -40,6 +41,7 @@ module time_tool_contact
   use time_touch_surface, only: flatten, velocity_at
   use time_touch_walls, only: book_walls, fold_entries, note_held, unfold_entries
   use time_touching, only: add_values, n_values, returned, touch_t, v_coulomb, v_hold, v_push, v_shear
+  use time_update, only: report_t
   use time_weights, only: weights_of
   implicit none (type, external)
   private
@@ -63,28 +65,30 @@ contains
 
   !> Collective. Change the velocities of the nodes near tools to what contact leaves of them, keep the
   !> books of the tools and give friction heat to the particles.
-  subroutine touch_tools(world, sim, dt, g)
+  subroutine touch_tools(world, sim, dt, g, report)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, sim%patch%nn, sim%n_groups)   !! velocity records
+    type(report_t), intent(inout) :: report    !! of blocks that come back meanwhile
     integer :: group, k
 
     do k = 1, size(sim%tool)
       if (.not. sim%is_near(k)) cycle
       do group = 1, sim%n_groups
         if (sim%scene%tool_of(group) > 0) cycle
-        call touch_group(world, sim, k, group, dt, g(:, :, group))
+        call touch_group(world, sim, k, group, dt, g(:, :, group), report)
       end do
     end do
   end subroutine touch_tools
 
-  subroutine touch_group(world, sim, k, group, dt, g)
+  subroutine touch_group(world, sim, k, group, dt, g, report)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: k, group
     real(rp), intent(in) :: dt
     real(rp), intent(inout) :: g(8, sim%patch%nn)
+    type(report_t), intent(inout) :: report
     type(rigid_t) :: rigid
 
     rigid = sim%tool(k)%mean_motion(sim%clock%time, dt)
@@ -93,12 +97,12 @@ contains
     call find_touching(sim, k, rigid, group, dt, g)
     call add_masses(sim)
     call fold_entries(sim, 2, sim%touching%mass)
-    call share_entries(world, sim, 2, sim%touching%mass)
+    call share_entries(world, sim, dt, g, report, 2, sim%touching%mass)
     call unfold_entries(sim, 2, sim%touching%mass)
     call add_impulses(sim, g)
     sim%touching%own = sim%touching%values
     call fold_entries(sim, n_values, sim%touching%values)
-    call share_entries(world, sim, n_values, sim%touching%values)
+    call share_entries(world, sim, dt, g, report, n_values, sim%touching%values)
     call push_nodes(sim, g)
     call unfold(sim, r_velocity, g)
     call flatten(sim, dt, g)
@@ -330,14 +334,16 @@ contains
   end subroutine add_impulses
 
   !> Sum over the ranks.
-  subroutine share_entries(world, sim, width, values)
+  subroutine share_entries(world, sim, dt, g, report, width, values)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, g(8, sim%patch%nn)
+    type(report_t), intent(inout) :: report
     integer, intent(in) :: width
     real(rp), intent(inout) :: values(width, sim%touching%n_nodes)
 
-    call sim%halo%combine(world, .false., sim%patch%nn, sim%touching%place, &
-                          sim%touching%n_nodes, sim%touching%node, width, values)
+    call share_meanwhile(world, sim, dt, g, report, sim%touching%place, sim%touching%n_nodes, &
+                         sim%touching%node, width, values)
   end subroutine share_entries
 
   !> New velocities of the listed nodes, as far as walls let them; what walls take of the impulse.

@@ -63,6 +63,20 @@ def worst_column(one, other):
     return max(apart)[1], max(apart)[0]
 
 
+@pytest.mark.parametrize("ranks", [2, 4])
+def test_refused_steps_do_not_depend_on_the_number_of_ranks(run, alone, ranks):
+    """Exact: a block so fast that every step of 22 is found too long in its middle, when ranks that had to wait
+    have moved particles already, is in the same state on any number of ranks, to 1e-10 of the largest value."""
+    sets = {"TIME__MASS_SCALING": 1e4, "TIME__DT": 1.2e-5, "TIME__END": 8e-5, "OUTPUT__CHECKPOINT_INTERVAL": 8e-5}
+    one = alone("block", **sets).checkpoint()
+    done = run("block", ranks=ranks, sets=dots(sets))
+    assert " 21 step(s) would have moved a node by more than half a cell" in done.out
+    many = done.results("block").checkpoint()
+    assert one.step == many.step == 22 and one.plastic.max() > 0.1
+    apart = driver.distance(one, many, STATE)
+    assert max(apart.values()) <= 1e-10, apart
+
+
 def test_histories_do_not_depend_on_the_number_of_ranks(run, alone):
     """Exact: every column of the history is finite and the same on 1 and on 2 ranks, to 1e-8 of its
     largest value (10 digits are printed)."""
