@@ -21,7 +21,8 @@ void stirpoint_watch_signals(void)
 int stirpoint_stop_signal(void) { return stop_flag; }
 
 /* Memory that will be needed soon, fetched a few lines at a time between other work: all at once
- * would stall on the few loads that a core can have under way. */
+ * would stall on the few loads that a core can have under way. It goes to the second-level cache: the
+ * first is full of the weights and records of the present block. */
 static const char *ahead = 0, *ahead_end = 0;
 
 void stirpoint_need_soon(const char *p, int bytes)

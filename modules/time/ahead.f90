@@ -61,7 +61,7 @@ contains
     sim%ahead%alarm_place = sim%alarm_place
   end subroutine note_books
 
-  !> Whether far blocks may go ahead in this step, whose tools are at their new places: nothing but tools,
+  !> Whether far blocks may go ahead in a step that seems to stand, whose tools are at their new places: nothing but tools,
   !> and not through a periodic side, changes nodes any more.
   logical function may_go_ahead(world, sim) result(may)
     type(world_t), intent(in) :: world
@@ -134,9 +134,10 @@ contains
 
   subroutine take_back(sim, report)
     type(simulation_t), intent(inout) :: sim
-    type(report_t), intent(out) :: report
+    type(report_t), intent(inout) :: report
     integer :: i
 
+    if (sim%ahead%done > 0) report = report_t()   ! USL: nothing was in it before
     do i = 1, sim%ahead%done
       sim%particles%ps(:, :, sim%ahead%order(i)) = sim%ahead%kept(:, :, i)
     end do

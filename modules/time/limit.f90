@@ -22,15 +22,19 @@ module time_limit
 
 contains
 
-  !> Collective. Begin to share what all ranks must know about the last and this step.
-  subroutine post_limit(world, sim, g)
+  !> Collective. Begin to share what all ranks must know about the last and this step; whether it stands as
+  !> far as this rank can see.
+  subroutine post_limit(world, sim, dt, g, stands)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)
+    real(rp), intent(in) :: dt, g(8, sim%patch%nn, sim%n_groups)   !! [s]
+    logical, intent(out) :: stands
+    real(rp) :: own(2)
 
-    call sim%limit%start(world, [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g)), &
-                                 real(stop_signal(), rp), real(sim%failed_returns, rp), since_checkpoint(sim), &
-                                 near_tools(sim)])
+    own = [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g))]
+    stands = is_sound(own) .and. dt*sqrt(own(2)) <= longest_way(sim)
+    call sim%limit%start(world, [own, real(stop_signal(), rp), real(sim%failed_returns, rp), &
+                                 since_checkpoint(sim), near_tools(sim)])
   end subroutine post_limit
 
   !> Collective. If a node moves farther than half a cell, or a particle might have moved more than a cell
@@ -40,7 +44,6 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: dt               !! [s]
     logical, intent(out) :: is_refused
-    real(rp) :: longest
 
     sim%balance%waited = sim%balance%waited - wall_time()
     call sim%limit%finish()
@@ -52,15 +55,28 @@ contains
       sim%worst_returns = nint(most(4))
       sim%is_near = most(6:) > 0.0_rp
       sim%safety_is_due = most(5) >= sim%scene%output%safety_interval
-      sim%is_broken = .not. (most(1) < too_stiff .and. most(2) < too_stiff)
+      sim%is_broken = .not. is_sound(most(1:2))
     end associate
-    longest = min(way*sim%scene%grid%h, sim%scene%grid%h - sim%clock%travel)
-    is_refused = .not. sim%is_broken .and. dt*sim%clock%max_speed > longest
+    is_refused = .not. sim%is_broken .and. dt*sim%clock%max_speed > longest_way(sim)
     if (.not. is_refused) return
-    dt = 0.5_rp*longest/sim%clock%max_speed
+    dt = 0.5_rp*longest_way(sim)/sim%clock%max_speed
     sim%is_broken = dt < smallest*sim%asked_dt
     sim%last%speed2 = 0.0_rp                    ! the particles' own speed has had its say
   end subroutine finish_limit
+
+  !> Whether squared wave speed and squared speed are those of a state to go on from; false for NaN.
+  pure logical function is_sound(squares)
+    real(rp), intent(in) :: squares(2)          !! [m2/s2]
+
+    is_sound = all(squares < too_stiff)
+  end function is_sound
+
+  !> What a node may move in this step [m].
+  pure real(rp) function longest_way(sim)
+    type(simulation_t), intent(in) :: sim
+
+    longest_way = min(way*sim%scene%grid%h, sim%scene%grid%h - sim%clock%travel)
+  end function longest_way
 
   !> 1 for each tool that a particle of this rank may touch, else 0.
   pure function near_tools(sim) result(near)

@@ -108,20 +108,20 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: dt, g(8, sim%patch%nn, sim%n_groups)
     type(report_t), intent(inout) :: report
-    logical :: is_refused
+    logical :: is_refused, stands
 
     sim%asked_dt = dt
     call note_books(sim)
     do
       call map_nodes(world, sim, g)
       call update_nodes(sim, dt, g)
-      call post_limit(world, sim, g)
+      call post_limit(world, sim, dt, g, stands)
       call damp_rim(sim, g)
       call hold_walls(world, sim, g)
       if (sim%n_groups == 1) then              ! else bodies meet first
         call mirror_nodes(sim, g)
         call move_tools(sim, dt)
-        sim%ahead%is_possible = may_go_ahead(world, sim)
+        sim%ahead%is_possible = stands .and. may_go_ahead(world, sim)
       end if
       call settle_step(sim, dt, g, report, is_refused)
       if (sim%is_broken) return

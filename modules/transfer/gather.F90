@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> From the grid to a block of particles. Neighbours in the block mostly have the same 27 nodes, since
 !> particles are sorted by node: then they fill the lanes of vectors and share what is loaded of a node,
-!> and only what is wanted of a record is worked on. That takes half the operations of one particle
+!> and only what is wanted of a record is worked on. That takes a third of the operations of one particle
 !> at a time with a node's record in a vector (transfer_kernels), which is left for those that have
 !> nodes of their own. Sum-factorised; nodes lie z-fastest.
 module transfer_gather

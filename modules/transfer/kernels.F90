@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> The two transfers of the Material Point Method for one block of particles, sum-factorised over
-!> the 27 nodes. A node record holds 8 reals; the bodies are written out because a loop inside a
+!> The two transfers of the Material Point Method for one particle at a time, sum-factorised over
+!> the 27 nodes; most particles go with neighbours that have the same nodes (transfer_scatter,
+!> transfer_gather). A node record holds 8 reals; the bodies are written out because a loop inside a
 !> vector loop is not vectorised. Nodes lie z-fastest: `stride(3)` must be 1.
 !>
 !> Records hold two groups of four lanes, since most lanes need either values or slopes:
 !>   to the grid   1:4 mass, momentum (values)          5:8 force (slopes), temperature (value)
 !>   from the grid 1:4 velocity, temperature (+slopes)  5:8 velocity change, spare (values)
 !> Where a vector register holds a whole record, all lanes go with slopes instead: parts that are
-!> not needed are 0 on the way to the grid and not read on the way back. Velocities come back by
-!> transfer_gather, with particles in the lanes.
+!> not needed are 0 on the way to the grid and not read on the way back.
 module transfer_kernels
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -55,11 +55,6 @@ contains
     end do
   end subroutine p2g_affine_block
 
-#define VALUE_PLANE(P, A, I) A = w(P, I)*rec(f, 1, P)
-#define SLOPE_PLANE(P, A, AY, AZ, I) \
-        A = w(P, I)*rec(f, 1, P) + w(P, 9+I)*rec(f, 2, P); \
-        AY = w(P, I)*rec(f, 3, P); AZ = w(P, I)*rec(f, 4, P)
-
   !> One particle's records.
   subroutine p2g_one(p, w, q, rec, stride, nn, g)
     integer, intent(in) :: p, q, nn, stride(3)
@@ -86,7 +81,7 @@ contains
         g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0; \
         g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0
 #define PLANE(I, Q) \
-        VALUE_PLANE(p, a0, I); \
+        a0 = w(p, I)*rec(f, 1, p); \
         ROW(1, Q); \
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
@@ -116,7 +111,8 @@ contains
         g(f, Q+1) = g(f, Q+1) + w(p, 8)*r0 + w(p, 17)*r1; \
         g(f, Q+2) = g(f, Q+2) + w(p, 9)*r0 + w(p, 18)*r1
 #define PLANE(I, Q) \
-        SLOPE_PLANE(p, a0, ay, az, I); \
+        a0 = w(p, I)*rec(f, 1, p) + w(p, 9+I)*rec(f, 2, p); \
+        ay = w(p, I)*rec(f, 3, p); az = w(p, I)*rec(f, 4, p); \
         ROW(1, Q); \
         ROW(2, Q+sy); \
         ROW(3, Q+2*sy)
