@@ -7,8 +7,7 @@ module particles_store
   implicit none (type, external)
   private
 
-  public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, rests, set_rest, tag_border, set_border
-  public :: tag_far, set_far
+  public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, rests, set_rest, set_bit
 
   ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz). Together
   ! lie those that conduction reads, and those that the transfer to the grid reads.
@@ -45,7 +44,10 @@ module particles_store
   !> Rest of a particle: mechanics, mass and frozen force only, nothing (time_sleep).
   integer, parameter, public :: awake = 0, rim = 1, asleep = 2
 
-  integer, parameter :: face_shift = 48, rest_shift = 54, border_bit = 56, far_bit = 57
+  integer, parameter :: face_shift = 48, rest_shift = 54
+  ! Bits of the tag in the first lane of a block, as its last sort decided.
+  integer, parameter, public :: border_bit = 56   !! may touch nodes shared with other ranks (time_overlap)
+  integer, parameter, public :: far_bit = 57      !! no tool reaches it until the next sort (time_ahead)
 
   type :: particles_t
     integer :: nf = n_fields                       !! fields per particle
@@ -220,34 +222,13 @@ contains
     call mvbits(int(rest, i8), 0, 2, set_rest, rest_shift)
   end function set_rest
 
-  !> True in the first lane of a block that may touch nodes shared with other ranks (time_overlap).
-  elemental logical function tag_border(tag)
+  !> `tag` with one of the bits of a block, `border_bit` or `far_bit`, as it should be.
+  elemental integer(i8) function set_bit(tag, bit, is_set)
     integer(i8), intent(in) :: tag
+    integer, intent(in) :: bit
+    logical, intent(in) :: is_set
 
-    tag_border = btest(tag, border_bit)
-  end function tag_border
-
-  elemental integer(i8) function set_border(tag, is_border)
-    integer(i8), intent(in) :: tag
-    logical, intent(in) :: is_border
-
-    set_border = ibclr(tag, border_bit)
-    if (is_border) set_border = ibset(tag, border_bit)
-  end function set_border
-
-  !> True in the first lane of a block that no tool reaches until the next sort (time_ahead).
-  elemental logical function tag_far(tag)
-    integer(i8), intent(in) :: tag
-
-    tag_far = btest(tag, far_bit)
-  end function tag_far
-
-  elemental integer(i8) function set_far(tag, is_far)
-    integer(i8), intent(in) :: tag
-    logical, intent(in) :: is_far
-
-    set_far = ibclr(tag, far_bit)
-    if (is_far) set_far = ibset(tag, far_bit)
-  end function set_far
+    set_bit = merge(ibset(tag, bit), ibclr(tag, bit), is_set)
+  end function set_bit
 
 end module particles_store

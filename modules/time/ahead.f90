@@ -8,7 +8,7 @@ module time_ahead
   use base_kinds, only: nlane, rp
   use base_timers, only: ph_nodes, ph_to_particles
   use comm_world, only: world_t
-  use particles_store, only: set_far, tag_far
+  use particles_store, only: far_bit, set_bit
   use time_filter, only: filter_is_due
   use time_limit, only: finish_limit
   use time_scene, only: scheme_usl
@@ -39,8 +39,8 @@ contains
     do b = 1, sim%n_awake
       room = beyond*sim%scene%grid%h + 0.5_rp*norm2(sim%scene%body(sim%particles%body(b))%spacing)
       associate (tag => sim%particles%tag(1, b))
-        if (is_sorted_anew) tag = set_far(tag, all(sim%clearance(:, b) > room))
-        is_far(b) = tag_far(tag)
+        if (is_sorted_anew) tag = set_bit(tag, far_bit, all(sim%clearance(:, b) > room))
+        is_far(b) = btest(tag, far_bit)
       end associate
     end do
     sim%ahead%n_far = count(is_far)

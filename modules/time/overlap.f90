@@ -7,7 +7,7 @@ module time_overlap
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use grid_geometry, only: dilate, halo, storage_nodes
-  use particles_store, only: f_pos, set_border, tag_border
+  use particles_store, only: border_bit, f_pos, set_bit
   use time_mirrors, only: early, fold, late, r_momentum, split_mirrors
   use time_state, only: simulation_t
   use time_sweeps, only: blocks_to_grid, others_to_grid
@@ -33,7 +33,7 @@ contains
     call dilate(near, halo)
     do b = 1, sim%n_awake
       associate (tag => sim%particles%tag(1, b))
-        tag = set_border(tag, is_near(sim, sim%particles%count(b), sim%particles%ps(:, f_pos:f_pos + 2, b), &
+        tag = set_bit(tag, border_bit, is_near(sim, sim%particles%count(b), sim%particles%ps(:, f_pos:f_pos + 2, b), &
                                       size(near), near))
       end associate
     end do
@@ -81,7 +81,7 @@ contains
     logical :: is_border(sim%n_awake)
     integer :: b
 
-    is_border = tag_border(sim%particles%tag(1, :sim%n_awake))
+    is_border = btest(sim%particles%tag(1, :sim%n_awake), border_bit)
     sim%n_border = count(is_border)
     sim%turn = [pack([(b, b=1, sim%n_awake)], is_border), &
                 pack([(b, b=1, sim%n_awake)], .not. is_border)]

@@ -15,7 +15,7 @@ module transfer_kernels
   implicit none (type, external)
   private
 
-  public :: run_length, p2g_one, p2g_values, p2g_affine_block, g2p_block, g2p_one, g2p_values_block
+  public :: run_length, p2g_values, p2g_slopes, p2g_affine_block, g2p_block, g2p_one, g2p_values_block
 
   ! First lane that goes to the grid with slopes, last one that comes back with them.
 #ifdef STIRPOINT_AVX512
@@ -54,16 +54,6 @@ contains
       call p2g_slopes(5, 8, p, w, first(p), rec, stride, nn, g)
     end do
   end subroutine p2g_affine_block
-
-  !> One particle's records.
-  subroutine p2g_one(p, w, q, rec, stride, nn, g)
-    integer, intent(in) :: p, q, nn, stride(3)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
-    real(rp), intent(inout) :: g(8, nn)
-
-    if (to_slopes > 1) call p2g_values(p, w, q, rec, stride, nn, g)
-    call p2g_slopes(to_slopes, 8, p, w, q, rec, stride, nn, g)
-  end subroutine p2g_one
 
   !> Lanes 1:4 of one particle by weights.
   subroutine p2g_values(p, w, q, rec, stride, nn, g)

@@ -8,13 +8,14 @@
 module transfer_scatter
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
-  use transfer_kernels, only: p2g_one, p2g_values, run_length, to_slopes
+  use transfer_kernels, only: p2g_slopes, p2g_values, run_length, to_slopes
   implicit none (type, external)
   private
 
   public :: p2g_block, p2g_values_block
 
-  integer, parameter :: shortest = 3, longest = 16   ! runs
+  integer, parameter :: shortest = 3    ! run that is worth it
+  integer, parameter :: longest = 16    ! one that is not cut: memory is fetched between runs
 
 contains
 
@@ -26,22 +27,8 @@ contains
     real(rp), intent(in) :: w(nlane, 18)
     real(rp), intent(in) :: rec(8, 4, nlane)    !! value part, x, y and z slope parts
     real(rp), intent(inout) :: g(8, nn)
-    integer :: m, p
 
-    p = 1
-    do while (p <= n)
-      m = run_length(min(longest, n - p + 1), first(p))
-      if (m < shortest) m = 1
-      call fetch_some(2*m)
-      if (m == 1) then
-        call p2g_one(p, w, first(p), rec, stride, nn, g)
-      else
-        if (to_slopes > 1) call p2g_values_run(p, m, w, first(p), rec, stride, nn, g)
-        call p2g_slopes_run(p, m, w, first(p), rec, stride, nn, g)
-      end if
-      call fetch_some(2*m)
-      p = p + m
-    end do
+    call p2g_lanes(.true., n, w, first, rec, stride, nn, g)
   end subroutine p2g_block
 
   !> Add only the values in lanes 1:4 of `n` particles to the nodes.
@@ -49,21 +36,36 @@ contains
     integer, intent(in) :: n, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
     real(rp), intent(inout) :: g(8, nn)
-    integer :: m, p
 
+    call p2g_lanes(.false., n, w, first, rec, stride, nn, g)
+  end subroutine p2g_values_block
+
+  !> All lanes, or the values of lanes 1:4 alone, run by run.
+  subroutine p2g_lanes(all_lanes, n, w, first, rec, stride, nn, g)
+    logical, intent(in) :: all_lanes
+    integer, intent(in) :: n, nn, stride(3), first(nlane)
+    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: m, p
+    logical :: with_values                      ! lanes 1:4 on their own
+
+    with_values = to_slopes > 1 .or. .not. all_lanes
     p = 1
     do while (p <= n)
       m = run_length(min(longest, n - p + 1), first(p))
       if (m < shortest) m = 1
-      call fetch_some(m)
+      call fetch_some(2*m)
       if (m == 1) then
-        call p2g_values(p, w, first(p), rec, stride, nn, g)
+        if (with_values) call p2g_values(p, w, first(p), rec, stride, nn, g)
+        if (all_lanes) call p2g_slopes(to_slopes, 8, p, w, first(p), rec, stride, nn, g)
       else
-        call p2g_values_run(p, m, w, first(p), rec, stride, nn, g)
+        if (with_values) call p2g_values_run(p, m, w, first(p), rec, stride, nn, g)
+        if (all_lanes) call p2g_slopes_run(p, m, w, first(p), rec, stride, nn, g)
       end if
+      call fetch_some(2*m)
       p = p + m
     end do
-  end subroutine p2g_values_block
+  end subroutine p2g_lanes
 
   ! Sums t(lane, z, y, x) over the particles of a run, and from there to the nodes.
 #define FIRST(T, A) T = A
