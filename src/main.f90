@@ -6,7 +6,7 @@ program stirpoint
   use base_kinds, only: i8
   use base_system, only: make_directory, watch_signals
   use base_version, only: version_text
-  use comm_world, only: end_world, start_world, world_t
+  use comm_world, only: end_world, mpi_text, start_world, world_t
   use setup_command_line, only: command_t, print_help, read_command
   use setup_heat_report, only: report_heat_scene
   use setup_heat_scene, only: build_heat_scene
@@ -38,7 +38,7 @@ program stirpoint
     case ('help')
       if (world%is_root()) call print_help()
     case ('version')
-      if (world%is_root()) write (output_unit, '(a)') version_text()
+      if (world%is_root()) write (output_unit, '(a)') version_text(mpi_text())
     case ('keys')
       if (world%is_root()) call print_keys(output_unit)
     case ('keys=markdown')

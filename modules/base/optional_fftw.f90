@@ -1,26 +1,35 @@
 ! SPDX-License-Identifier: MIT
-!> The FFTW library that this program was built with.
+!> The FFTW library that this program runs with.
 module base_optional_fftw
-  use, intrinsic :: iso_c_binding, only: c_char
+  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_ptr
   implicit none (type, external)
   private
 
   public :: fftw_text
 
-  character(kind=c_char), bind(c, name='fftw_version') :: fftw_version(32)
+  interface
+    !> Of optional_fftw.c: Fortran can only define a variable of C, not name one of a library.
+    type(c_ptr) function get_version() bind(c, name='stirpoint_fftw_version')
+      import :: c_ptr
+      implicit none (type, external)
+    end function get_version
+  end interface
 
 contains
 
   !> Its version.
   function fftw_text() result(text)
     character(:), allocatable :: text
+    character(kind=c_char), pointer :: name(:)
     integer :: i
 
+    call c_f_pointer(get_version(), name, [64])
     text = ''
-    do i = 1, size(fftw_version)
-      if (iachar(fftw_version(i)) == 0) exit
-      text = text//fftw_version(i)
+    do i = 1, size(name)
+      if (iachar(name(i)) == 0) exit
+      text = text//name(i)
     end do
+    if (index(text, 'fftw-') == 1) text = text(6:)
   end function fftw_text
 
 end module base_optional_fftw

@@ -5,13 +5,14 @@ module comm_world
   use base_kinds, only: i8, rp
   use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
                      mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
-                     mpi_finalize, mpi_iallreduce, mpi_in_place, mpi_init, mpi_integer, mpi_integer8, &
-                     mpi_max, mpi_min, mpi_proc_null, mpi_request, mpi_sendrecv, mpi_status_ignore, &
+                     mpi_finalize, mpi_get_library_version, mpi_iallreduce, mpi_in_place, &
+                     mpi_init, mpi_integer, mpi_integer8, mpi_max, mpi_max_library_version_string, &
+                     mpi_min, mpi_proc_null, mpi_request, mpi_sendrecv, mpi_status_ignore, &
                      mpi_sum, mpi_test, mpi_wait
   implicit none (type, external)
   private
 
-  public :: reduction_t, world_t, start_world, end_world
+  public :: reduction_t, world_t, start_world, end_world, mpi_text
 
   !> Communicator, own rank (from 0) and number of ranks.
   type :: world_t
@@ -57,6 +58,18 @@ contains
   subroutine end_world()
     call mpi_finalize()
   end subroutine end_world
+
+  !> What the MPI library says of itself, its first line.
+  function mpi_text() result(text)
+    character(:), allocatable :: text
+    character(mpi_max_library_version_string) :: name
+    integer :: i, length
+
+    call mpi_get_library_version(name, length)
+    i = scan(name(:length), new_line('a')//achar(0))
+    if (i > 0) length = i - 1
+    text = trim(name(:length))
+  end function mpi_text
 
   subroutine abort_world()
     call mpi_abort(mpi_comm_world, 1)
