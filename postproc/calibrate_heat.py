@@ -6,7 +6,10 @@ film     the film coefficient of a backing plate from a cooling record, by diffe
          and by an exponential
 share    the part of the heat that enters the plate, from properties (eq. 2.11)
 compare  thermocouples of a run over a measured record, with residuals
-fit      any inputs so that a run follows a measured record (scipy.optimize.least_squares)
+fit      any inputs so that a run follows a measured record (scipy.optimize.least_squares), with standard errors
+
+A record is a table as text: time[s], then thermocouples with their unit, T1[K] or T1[C]; values parted by commas,
+semicolons or tabs. An empty value is no reading. What cannot be understood is refused with the numbers of its lines.
 """
 
 from __future__ import annotations
@@ -36,7 +39,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     actions = parser.add_subparsers(required=True)
 
     film = actions.add_parser("film")
-    film.add_argument("record", help="CSV: time[s], then thermocouples in K")
+    add_record(film)
     film.add_argument("--from", dest="start", type=float, default=65.0, help="cooling begins [s] (default 65)")
     film.add_argument("--room", type=float, default=298.0, help="room temperature [K] (default 298)")
     film.add_argument("--density", type=float, required=True)
@@ -52,13 +55,13 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 
     compare = actions.add_parser("compare")
     compare.add_argument("run", help="NAME.out, or its NAME_probes.csv")
-    compare.add_argument("record")
+    add_record(compare)
     compare.add_argument("-o", "--output", type=Path, default=Path("compare.png"))
     compare.set_defaults(action=show_compare)
 
     fit = actions.add_parser("fit")
     fit.add_argument("input", type=Path)
-    fit.add_argument("record")
+    add_record(fit)
     fit.add_argument("--vary", action="append", required=True, metavar="GROUP.KEY=START,LOW,HIGH")
     fit.add_argument("--set", action="append", default=[], metavar="GROUP.KEY=VALUE")
     fit.add_argument("--program", default=str(Path(__file__).resolve().parent.parent / "build/release/stirpoint"))
@@ -66,17 +69,32 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+def add_record(action) -> None:
+    action.add_argument("record", help="table: time[s], then thermocouples [K] or [C]")
+    action.add_argument("--unit", choices=("K", "C"), help="of thermocouples whose heading has none; K: believe "
+                                                          f"readings below {cooling.COLDEST:g} K")
+
+
 def show_film(options) -> int:
-    record = cooling.Record.read(options.record).after(options.start)
+    if not options.room >= cooling.COLDEST and options.unit != "K":
+        raise ValueError(f"--room {options.room:g} is in kelvin; degrees Celsius + 273.15")
+    record = cooling.Record.read(options.record, options.unit).after(options.start)
+    for name, t in zip(record.names, record.values.T):
+        if np.isfinite(t).sum() < 3:
+            raise ValueError(f"{name} has fewer than 3 readings after {options.start:g} s")
+        if not np.nanmean(t) > options.room:
+            raise ValueError(f"{name} is {np.nanmean(t):g} K on average: not above the room, --room {options.room:g} K")
     body = (options.density, options.specific_heat, options.volume, options.area)
     for name, rates in (
         ("differences (4.10, 4.18)", cooling.rate_by_differences(record, options.room)),
         ("exponential to the room", cooling.rate_by_exponential(record, options.room)),
         ("exponential, free end (6.16)", cooling.rate_by_exponential(record)),
     ):
-        each = "  ".join(f"{n} {r:.5f}" for n, r in zip(record.names, rates))
-        print(f"{name:30s} {each}  mean {rates.mean():.5f} 1/s  "
-              f"h = {cooling.film_coefficient(rates.mean(), *body):.1f} W/(m2 K)")
+        each = "  ".join(f"{n} {f'{r:.5f}' if np.isfinite(r) else 'no fit'}" for n, r in zip(record.names, rates))
+        found = rates[np.isfinite(rates)]
+        mean = (f"mean {found.mean():.5f} 1/s  h = {cooling.film_coefficient(found.mean(), *body):.1f} W/(m2 K)"
+                if found.size else "the record does not determine it")
+        print(f"{name:30s} {each}  {mean}")
     return 0
 
 
@@ -96,43 +114,52 @@ def probes_of(path: str | Path) -> cooling.Record:
 
 
 def show_compare(options) -> int:
-    model, measured = probes_of(options.run), cooling.Record.read(options.record)
+    model, measured = probes_of(options.run), cooling.Record.read(options.record, options.unit)
     apart = cooling.residuals(model, measured)
-    for name, values in apart.items():
-        if name != "time":
-            print(f"{name}: mean {values.mean():+.2f} K, rms {np.sqrt(np.mean(values**2)):.2f} K, "
-                  f"largest {values[np.abs(values).argmax()]:+.2f} K")
+    for name, values in readings(apart).items():
+        print(f"{name}: mean {values.mean():+.2f} K, rms {np.sqrt(np.mean(values**2)):.2f} K, "
+              f"largest {values[np.abs(values).argmax()]:+.2f} K")
     from stirpost import heat_pictures
 
     heat_pictures.overlay(model, measured, apart, options.output)
     return 0
 
 
-def show_fit(options) -> int:
-    from scipy.optimize import least_squares
+def readings(apart: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Residuals of each thermocouple where it has readings."""
+    found = {name: values[np.isfinite(values)] for name, values in apart.items() if name != "time"}
+    found = {name: values for name, values in found.items() if values.size}
+    if not found:
+        raise ValueError("no reading in the time of the run")
+    return found
 
-    measured = cooling.Record.read(options.record)
-    names, start, low, high = [], [], [], []
+
+def show_fit(options) -> int:
+    measured = cooling.Record.read(options.record, options.unit)
+    names, limits = [], []
     for text in options.vary:
-        name, values = text.split("=", 1)
-        numbers = [float(value) for value in values.split(",")]
+        name, _, values = text.partition("=")
+        try:
+            numbers = [float(value) for value in values.split(",")]
+        except ValueError:
+            numbers = []
         if len(numbers) != 3 or not numbers[1] < numbers[0] < numbers[2]:
             raise ValueError(f"--vary {text}: expected GROUP.KEY=START,LOW,HIGH with LOW < START < HIGH")
         names.append(name)
-        start.append(numbers[0])
-        low.append(numbers[1])
-        high.append(numbers[2])
-    scale = np.array(high) - np.array(low)
+        limits.append(numbers)
 
-    def apart(values) -> np.ndarray:
+    def apart(values) -> list[np.ndarray]:
         model = run_model(options, dict(zip(names, values)))
-        found = cooling.residuals(model, measured)
-        return np.concatenate([each for name, each in found.items() if name != "time"])
+        return list(readings(cooling.residuals(model, measured)).values())
 
-    result = least_squares(apart, start, bounds=(low, high), x_scale=scale, diff_step=1e-2, xtol=1e-5, ftol=1e-7)
-    for name, value in zip(names, result.x):
-        print(f"{name} = {value:.6g}")
-    print(f"rms {np.sqrt(np.mean(result.fun**2)):.3f} K after {result.nfev} trials")
+    start, low, high = np.array(limits).T
+    result = cooling.fit(apart, start, low, high)
+    for name, value, error, lower, upper in zip(names, result.values, result.errors, low, high):
+        held = min(value - lower, upper - value) <= 1e-6 * (upper - lower)
+        print(f"{name} = {value:.6g}" + (f" +- {error:.2g}" if np.isfinite(error) else
+                                         "  (at a bound: no standard error)" if held else "  (not determined)"))
+    left = np.concatenate(result.apart)
+    print(f"rms {np.sqrt(np.mean(left**2)):.3f} K after {result.trials} trials")
     return 0
 
 

@@ -4,32 +4,60 @@
 from __future__ import annotations
 
 import csv
+import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+HEADING = re.compile(r"\s*(?P<name>[^\[(]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?\s*")
+SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
+ABOVE_KELVIN = {"k": 0.0, "kelvin": 0.0, "c": 273.15, "°c": 273.15, "degc": 273.15, "celsius": 273.15}
+COLDEST = 200.0  # [K] below which a reading is taken for degrees Celsius
+MOST_COMPLAINTS = 20
+
 
 @dataclass
 class Record:
-    """Temperatures over time, a column a thermocouple."""
+    """Temperatures over time, a column a thermocouple; NaN where it has no reading."""
 
     time: np.ndarray
     names: list[str]
     values: np.ndarray
 
     @classmethod
-    def read(cls, path: Path | str) -> "Record":
-        """A CSV: time first, then thermocouples in K; units in brackets, lines with # are left out.
-        A table of a run, NAME_probes.csv, is one (its places, in m, are left out)."""
-        with open(path, encoding="utf-8") as file:
-            rows = list(csv.reader(line for line in file if not line.startswith("#") and line.strip()))
-        if len(rows) < 2:
+    def read(cls, path: Path | str, unit: str | None = None) -> "Record":
+        """A table as text: time first, then thermocouples, units in brackets: time[s], T1[K], T2[C]. Columns of other
+        units, as the places of a run's NAME_probes.csv, and lines with # are left out. Values are parted by commas,
+        semicolons or tabs; with the latter two, numbers may have decimal commas. An empty value is no reading.
+        `unit` is that of thermocouples without one. All that is wrong is one ValueError, with the numbers of lines."""
+        lines = [(k, line) for k, line in enumerate(text_of(path).splitlines(), 1)
+                 if line.strip() and not line.lstrip().startswith("#")]
+        if len(lines) < 2:
             raise ValueError(f"{path}: no rows")
-        keep = [k for k, name in enumerate(rows[0]) if k == 0 or not name.endswith("[m]")]
-        table = np.array([[float(row[k]) for k in keep] for row in rows[1:]])
-        names = [rows[0][k].split("[")[0].strip() for k in keep[1:]]
-        return cls(table[:, 0], names, table[:, 1:])
+        (first, header), *lines = lines
+        mark = next((c for c in ";\t" if c in header), ",")
+        wrong: list[str] = []
+        factor, columns = read_header(next(csv.reader([header], delimiter=mark)), unit, wrong)
+        wrong = [f"{path}:{first}: {text}" for text in wrong]
+        table = np.full((len(lines), 1 + len(columns)), np.nan)
+        for row, (k, line) in enumerate(lines):
+            items = next(csv.reader([line], delimiter=mark))
+            table[row] = read_row(items, header.count(mark) + 1, columns, mark, f"{path}:{k}", wrong)
+            if row and not table[row, 0] > table[row - 1, 0] and np.isfinite(table[row - 1:row + 1, 0]).all():
+                wrong.append(f"{path}:{k}: time does not rise")
+        for c, (_, name, zero) in enumerate(columns, 1):
+            cold = np.flatnonzero(table[:, c] < COLDEST)
+            if cold.size and zero == 0.0 and unit != "K":
+                wrong.append(f"{path}:{lines[cold[0]][0]}: {name} is {table[cold[0], c]:g} K: if that is degrees Celsius, "
+                             f"its heading is {name}[C]; if not, give --unit K")
+            if not wrong and not np.isfinite(table[:, c]).any():
+                wrong.append(f"{path}: {name} has no reading")
+        if wrong:
+            more = [f"and {len(wrong) - MOST_COMPLAINTS} more"] if len(wrong) > MOST_COMPLAINTS else []
+            raise ValueError("\n".join(wrong[:MOST_COMPLAINTS] + more))
+        return cls(factor * table[:, 0], [name for _, name, _ in columns], table[:, 1:])
 
     def after(self, start: float) -> "Record":
         """The rows from `start` on [s]."""
@@ -38,33 +66,105 @@ class Record:
             raise ValueError(f"fewer than 3 rows after {start} s")
         return Record(self.time[kept], self.names, self.values[kept])
 
+    def curves(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Times and readings of each thermocouple."""
+        for t in self.values.T:
+            yield self.time[np.isfinite(t)], t[np.isfinite(t)]
+
+
+def text_of(path: Path | str) -> str:
+    """The text of a file, without a byte order mark."""
+    raw = Path(path).read_bytes()
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return raw.decode("utf-16")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace")
+
+
+def read_header(headings: list[str], unit: str | None, wrong: list[str]) -> tuple[float, list[tuple[int, str, float]]]:
+    """Seconds of a unit of time, and the thermocouples: column, name, what makes it kelvin."""
+    found = [HEADING.fullmatch(text) for text in headings]
+    parts = [(text.strip(), "?") if match is None else (match["name"], match["unit"])
+             for text, match in zip(headings, found)]
+    factor = SECONDS.get((parts[0][1] or "").lower())
+    if not parts[0][0].lower().startswith("t") or factor is None:
+        wrong.append(f"the first column is '{headings[0].strip()}': expected time[s] (or ms, min, h)")
+    columns = []
+    for k, (name, own) in enumerate(parts[1:], 1):
+        known = (own or unit or "").lower()
+        if known in ABOVE_KELVIN:
+            columns.append((k, name, ABOVE_KELVIN[known]))
+        elif not known or known.strip("°deg") in ("f", "fahrenheit"):
+            wrong.append(f"column '{headings[k].strip()}': expected {name or 'NAME'}[K] or {name or 'NAME'}[C], or --unit")
+    names = [name for _, name, _ in columns]
+    wrong += [f"two columns are called {name}" for name in sorted(set(names)) if names.count(name) > 1]
+    if not columns and not wrong:
+        wrong.append("no column of temperatures, as T1[K] or T1[C]")
+    return factor or 1.0, columns
+
+
+def read_row(items: list[str], count: int, columns, mark: str, place: str, wrong: list[str]) -> list[float]:
+    """Time and temperatures [K] of a line."""
+    if len(items) != count:
+        hint = " (numbers with decimal commas need ; or tabs between them)" if mark == "," and len(items) > count else ""
+        wrong.append(f"{place}: {len(items)} values in a table of {count} columns{hint}")
+        return [np.nan] * (1 + len(columns))
+    row = []
+    for k, name, zero in [(0, "time", 0.0), *columns]:
+        text = items[k].strip()
+        if mark != "," and "." not in text:
+            text = text.replace(",", ".")
+        try:
+            value = float(text) if text or k == 0 else np.nan
+        except ValueError:
+            wrong.append(f"{place}: '{text}' is no number for {name}")
+            value = np.nan
+        else:
+            if text and not np.isfinite(value):
+                wrong.append(f"{place}: {text} for {name}")
+        row.append(value + zero)
+    return row
+
 
 def rate_by_differences(record: Record, room: float) -> np.ndarray:
     """Cooling rate [1/s] of each thermocouple: slope through the origin of -dT/dt over T - T_room, from
-    differences between rows and their means (eqs. 4.18, 4.19), by least squares."""
+    differences between rows and their means (eqs. 4.18, 4.19), by least squares; NaN if it cannot be had."""
     slopes = []
-    for t in record.values.T:
-        rate = np.diff(t) / np.diff(record.time)
+    for time, t in record.curves():
+        rate = np.diff(t) / np.diff(time)
         over = 0.5 * (t[1:] + t[:-1]) - room
-        slopes.append(-(over @ rate) / (over @ over))
+        slopes.append(-(over @ rate) / (over @ over) if np.any(over) else np.nan)
     return np.array(slopes)
 
 
 def rate_by_exponential(record: Record, room: float | None = None) -> np.ndarray:
     """Cooling rate [1/s] of each thermocouple from T = T_end + A exp(-a t) fitted to the record (eq. 6.16);
-    T_end is `room`, or free."""
-    from scipy.optimize import curve_fit
+    T_end is `room`, or free. NaN where the fit fails, or the record does not say where the exponential ends."""
+    import warnings
+
+    from scipy.optimize import OptimizeWarning, curve_fit
 
     rates = []
-    start = record.time[0]
-    for t in record.values.T:
+    for time, t in record.curves():
+        start, span = time[0], max(np.ptp(time), 1e-9)
         low = t.min() - 0.5 * np.ptp(t) if room is None else room
-        guess = [t[0] - low, 1.0 / max(np.ptp(record.time), 1e-9)]
-        if room is None:
-            found = curve_fit(lambda s, a, r, e: e + a * np.exp(-r * (s - start)), record.time, t, [*guess, low])
-        else:
-            found = curve_fit(lambda s, a, r: room + a * np.exp(-r * (s - start)), record.time, t, guess)
-        rates.append(found[0][1])
+        guess = [t[0] - low, 1.0 / span] + ([low] if room is None else [])
+
+        def curve(s, a, r, e=room):
+            return e + a * np.exp(-r * (s - start))
+
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", OptimizeWarning)
+                with np.errstate(over="ignore", invalid="ignore"):
+                    found, cov = curve_fit(curve, time, t, guess)
+            # an exponent below a thousandth over the record is a straight line: any end fits
+            determined = np.isfinite(cov).all() and found[1] * span > 1e-3
+        except (RuntimeError, TypeError, ValueError, OptimizeWarning):
+            determined = False
+        rates.append(found[1] if determined else np.nan)
     return np.array(rates)
 
 
@@ -80,13 +180,59 @@ def heat_share(plate: tuple[float, float, float], tool: tuple[float, float, floa
 
 
 def residuals(model: Record, measured: Record) -> dict[str, np.ndarray]:
-    """Model minus measurement at the measured times, for the thermocouples of both [K]."""
+    """Model minus measurement at the measured times, for the thermocouples of both [K]; NaN without a reading."""
     common = [name for name in measured.names if name in model.names]
     if not common:
         raise ValueError(f"no thermocouple in common: {measured.names} and {model.names}")
     inside = (measured.time >= model.time[0]) & (measured.time <= model.time[-1])
+    if not inside.any():
+        raise ValueError(f"no time in common: {measured.time[0]:g} to {measured.time[-1]:g} s and "
+                         f"{model.time[0]:g} to {model.time[-1]:g} s")
     result = {"time": measured.time[inside]}
     for name in common:
         there = np.interp(result["time"], model.time, model.values[:, model.names.index(name)])
         result[name] = there - measured.values[inside, measured.names.index(name)]
     return result
+
+
+@dataclass
+class Fit:
+    """Numbers that a fit found, their standard errors, and what is left [K]."""
+
+    values: np.ndarray
+    errors: np.ndarray  # NaN: not determined, or held by a bound
+    apart: list[np.ndarray]  # of each thermocouple
+    trials: int
+
+
+def fit(apart: Callable[[np.ndarray], list[np.ndarray]], start, low, high) -> Fit:
+    """Numbers between `low` and `high` that make the curves `apart` smallest, by least squares."""
+    from scipy.optimize import least_squares
+
+    scale = np.array(high, dtype=float) - np.array(low, dtype=float)
+    found = least_squares(lambda x: np.concatenate(apart(x)), start, bounds=(low, high), x_scale=scale, diff_step=1e-2,
+                          xtol=1e-5, ftol=1e-7)
+    left = apart(found.x)
+    free = (found.x - low > 1e-6 * scale) & (high - found.x > 1e-6 * scale)
+    errors = np.full(len(found.x), np.nan)
+    slopes = found.jac[:, free]
+    points = len(found.fun) / max(memory(each) for each in left)
+    if free.any() and points > free.sum() and np.linalg.matrix_rank(slopes / np.linalg.norm(slopes, axis=0)) == free.sum():
+        variance = np.mean(found.fun**2) * points / (points - free.sum())
+        repeats = len(found.fun) / points
+        errors[free] = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)) * variance * repeats)
+    return Fit(found.x, errors, left, found.nfev)
+
+
+def memory(apart: np.ndarray) -> float:
+    """How many rows in turn tell the same, at least 1: the sum of the autocorrelation up to where it is lost in noise.
+    What a model misses is smooth in time, so that ten rows a second are not ten times the knowledge of one."""
+    rest = apart - apart.mean()
+    power = rest @ rest
+    if not power > 0.0:
+        return 1.0
+    spectrum = np.abs(np.fft.rfft(rest, 2 * len(rest)))**2
+    correlation = np.fft.irfft(spectrum)[:len(rest)] / power
+    noise = 2.0 / np.sqrt(len(rest))
+    lost = np.flatnonzero(correlation < noise)
+    return 1.0 + 2.0 * correlation[1:lost[0] if lost.size else None].sum()
