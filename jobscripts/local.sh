@@ -8,7 +8,7 @@ build=$root/build/release
 venv=$root/build/venv
 logs=$root/build/log
 packages=(ca-certificates cmake make gcc gfortran pkg-config libopenmpi-dev openmpi-bin
-          libhdf5-openmpi-dev libfftw3-dev libfftw3-mpi-dev)
+          libhdf5-openmpi-dev libfftw3-dev libpetsc-real-dev)
 python_packages=(python3 python3-venv)
 python=
 

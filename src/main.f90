@@ -50,6 +50,7 @@ program stirpoint
     end select
   end if
   flush (output_unit)
+  call end_petsc()
   call world%barrier()
   call end_world()
   if (status /= 0) stop status, quiet=.true.
@@ -115,7 +116,6 @@ contains
                                               command%restart /= '', status, message)
       call tell_end(sim, status, message)
     end if
-    call end_petsc()
   end subroutine simulate_heat
 
   !> Make the directory of the results, and heed signals from now on.

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * What only C can say: signal flags, cache prefetch, peak memory, transposition in registers. */
+ * What only C can say: signal flags, libraries opened late, cache prefetch, peak memory, transposition in registers. */
+#include <dlfcn.h>
 #include <signal.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -19,6 +20,17 @@ void stirpoint_watch_signals(void)
 }
 
 int stirpoint_stop_signal(void) { return stop_flag; }
+
+static void *library = 0;
+
+/* What went wrong, or 0. */
+const char *stirpoint_open_library(const char *name)
+{
+    library = dlopen(name, RTLD_NOW | RTLD_GLOBAL);
+    return library ? 0 : dlerror();
+}
+
+void *stirpoint_symbol(const char *name) { return dlsym(library, name); }
 
 /* Memory that will be needed soon, fetched a few lines at a time between other work: all at once
  * would stall on the few loads that a core can have under way. It goes to the second-level cache: the

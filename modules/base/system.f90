@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> What Fortran lacks: aligned memory, files renamed in one go, directories, signals, prefetch.
+!> What Fortran lacks: aligned memory, files renamed in one go, directories, signals, prefetch,
+!> libraries opened late.
 module base_system
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_int, c_null_char, &
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funptr, c_int, c_null_char, &
                                          c_ptr, c_loc, c_size_t, c_associated
   use base_errors, only: fatal
   use base_kinds, only: i8, rp
@@ -11,6 +12,7 @@ module base_system
   public :: allocate_aligned, free_aligned, rename_file, make_directory, remove_file
   public :: watch_signals, stop_signal, raise_signal, peak_memory
   public :: need_soon, fetch_some, to_records
+  public :: open_library, symbol_of
 
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
@@ -88,6 +90,20 @@ module base_system
       real(c_double), intent(inout) :: rec(*)
     end subroutine to_records
 
+    function c_open_library(name) bind(c, name='stirpoint_open_library') result(trouble)
+      import :: c_char, c_ptr
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: name(*)
+      type(c_ptr) :: trouble
+    end function c_open_library
+
+    function c_symbol(name) bind(c, name='stirpoint_symbol') result(address)
+      import :: c_char, c_funptr
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: name(*)
+      type(c_funptr) :: address
+    end function c_symbol
+
     !> Peak resident memory of this process [bytes].
     real(c_double) function peak_memory() bind(c, name='stirpoint_peak_memory')
       import :: c_double
@@ -149,5 +165,31 @@ contains
     status = c_remove(trim(path)//c_null_char)
     if (status /= 0) return
   end subroutine remove_file
+
+  !> Open a shared library; `trouble` says why that failed, blank if it worked.
+  subroutine open_library(name, trouble)
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(out) :: trouble
+    character(kind=c_char), pointer :: text(:)
+    type(c_ptr) :: message
+    integer :: i
+
+    trouble = ''
+    message = c_open_library(name//c_null_char)
+    if (.not. c_associated(message)) return
+    call c_f_pointer(message, text, [1000])
+    do i = 1, size(text)
+      if (text(i) == c_null_char) exit
+      trouble = trouble//text(i)
+    end do
+  end subroutine open_library
+
+  !> A procedure of the library that was opened.
+  type(c_funptr) function symbol_of(name)
+    character(*), intent(in) :: name
+
+    symbol_of = c_symbol(name//c_null_char)
+    if (.not. c_associated(symbol_of)) call fatal('the opened library lacks '//name)
+  end function symbol_of
 
 end module base_system

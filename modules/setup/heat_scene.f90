@@ -13,7 +13,7 @@ module setup_heat_scene
   use thermal_fft, only: has_fft
   use thermal_march, only: march_t
   use thermal_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
-  use thermal_petsc, only: has_petsc
+  use thermal_petsc, only: petsc_trouble
   use thermal_rates, only: heat_t
   use thermal_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
   implicit none (type, external)
@@ -124,11 +124,12 @@ contains
   subroutine check_solver(input, complaints)
     type(input_t), intent(in) :: input
     type(complaints_t), intent(inout) :: complaints
+    character(:), allocatable :: trouble
 
     select case (input%text('HEAT', 1, 'SOLVER'))
     case ('petsc')
-      if (.not. has_petsc) call input%complain(complaints, 'HEAT', 1, 'SOLVER', &
-        'this program was built without PETSc (Debian: libpetsc-real-dev; -DSTIRPOINT_PETSC=ON)')
+      trouble = petsc_trouble()
+      if (trouble /= '') call input%complain(complaints, 'HEAT', 1, 'SOLVER', trouble)
     case ('fftw')
       if (.not. has_fft) call input%complain(complaints, 'HEAT', 1, 'SOLVER', &
         'this program was built without FFTW (Debian: libfftw3-dev; -DSTIRPOINT_FFTW=ON)')

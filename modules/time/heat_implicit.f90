@@ -8,7 +8,7 @@ module time_heat_implicit
   use thermal_conduction, only: least_capacity
   use thermal_method, only: by_petsc
   use thermal_operator, only: operator_t
-  use thermal_petsc_shell, only: solve_by_petsc
+  use thermal_petsc, only: solve_by_petsc
   use time_audit, only: e_film
   use time_heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use time_mirrors, only: r_temperature, r_warming, unfold

@@ -1,0 +1,233 @@
+! SPDX-License-Identifier: MIT
+!> What `thermal_petsc` calls of PETSc, plain arrays in and out. It is a shared library that is opened
+!> when a scene asks for PETSc, so that no other run loads PETSc and the 50 libraries below it.
+module petsc_solver
+#include <petsc/finclude/petscksp.h>
+  use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, &
+                                         c_loc, c_ptr
+  use petscksp
+  implicit none (type, external)
+  private
+
+  public :: assemble, solve_matrix, solve_shell, end_petsc, multiply_t
+
+  integer, parameter :: rp = c_double
+  real(rp), parameter :: keep = 1.5_rp   !! the preconditioner lasts while steps change less than so
+
+  !> Systems (diagonal + a G) x = b.
+  type :: matrix_t
+    Mat :: conductance                   !! G, over all cells in the solid
+    Mat :: system                        !! diagonal + a G
+    KSP :: ksp
+    Vec :: b, x, d
+    real(rp) :: built_for = 0.0_rp       !! a of the preconditioner; 0: none
+  end type matrix_t
+
+  abstract interface
+    !> Collective: y = A x, of the rows of this rank.
+    subroutine multiply_t(n, x, y) bind(c)
+      import :: c_double, c_int
+      implicit none (type, external)
+      integer(c_int), value :: n
+      real(c_double), intent(in) :: x(n)
+      real(c_double), intent(out) :: y(n)
+    end subroutine multiply_t
+  end interface
+
+  ! PETSc calls back with a matrix alone: what it stands for during one solve.
+  procedure(multiply_t), pointer :: multiply => null()
+  real(rp), pointer :: its_diagonal(:) => null()
+
+contains
+
+  !> Collective: keep G, of which this rank has `n` rows with the entries `start(i)+1` to `start(i+1)`
+  !> of `column` (from 0, over all ranks) and `value`. By conjugate gradients with algebraic
+  !> multigrid (ML where PETSc has it, else GAMG).
+  function assemble(comm, n, start, column, value) result(handle) &
+      bind(c, name='stirpoint_petsc_assemble')
+    integer(c_int), value :: comm, n
+    integer(c_int), intent(in) :: start(n + 1), column(*)
+    real(c_double), intent(in) :: value(*)
+    type(c_ptr) :: handle
+    type(matrix_t), pointer :: m
+    PetscErrorCode :: ierr
+    PC :: pc
+
+    call start_petsc(comm)
+    allocate (m)
+    handle = c_loc(m)
+    call MatCreateMPIAIJWithArrays(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, start, &
+                                   column, value, m%conductance, ierr)
+    call MatDuplicate(m%conductance, MAT_COPY_VALUES, m%system, ierr)
+    call MatSetOption(m%system, MAT_SPD, PETSC_TRUE, ierr)
+    call VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DETERMINE, m%x, ierr)
+    call VecDuplicate(m%x, m%b, ierr)
+    call VecDuplicate(m%x, m%d, ierr)
+    call KSPCreate(PETSC_COMM_WORLD, m%ksp, ierr)
+    call KSPSetOperators(m%ksp, m%system, m%system, ierr)
+    call KSPSetType(m%ksp, KSPCG, ierr)
+    call KSPSetNormType(m%ksp, KSP_NORM_UNPRECONDITIONED, ierr)
+    call KSPGetPC(m%ksp, pc, ierr)
+#if defined(PETSC_HAVE_ML)
+    call PCSetType(pc, PCML, ierr)
+#else
+    call PCSetType(pc, PCGAMG, ierr)
+#endif
+    call KSPSetFromOptions(m%ksp, ierr)
+  end function assemble
+
+  !> Collective: (diagonal + a G) x = b until the residual is `relative` of b; with `is_new` by a new
+  !> preconditioner. Returns KSPConvergedReason.
+  integer(c_int) function solve_matrix(handle, n, is_new, diagonal, a, b, relative, x, iterations) &
+      bind(c, name='stirpoint_petsc_solve')
+    type(c_ptr), value :: handle
+    integer(c_int), value :: n, is_new
+    real(c_double), value :: a, relative
+    real(c_double), intent(in) :: diagonal(n), b(n)
+    real(c_double), intent(out) :: x(n)
+    integer(c_int), intent(out) :: iterations
+    type(matrix_t), pointer :: m
+    KSPConvergedReason :: reason
+    PetscErrorCode :: ierr
+
+    call c_f_pointer(handle, m)
+    call MatCopy(m%conductance, m%system, SAME_NONZERO_PATTERN, ierr)
+    call MatScale(m%system, a, ierr)
+    call put(diagonal, m%d)
+    call MatDiagonalSet(m%system, m%d, ADD_VALUES, ierr)
+    if (is_new /= 0 .or. a > keep*m%built_for .or. keep*a < m%built_for) then
+      m%built_for = a
+      call KSPSetReusePreconditioner(m%ksp, PETSC_FALSE, ierr)
+    else
+      call KSPSetReusePreconditioner(m%ksp, PETSC_TRUE, ierr)
+    end if
+    call KSPSetTolerances(m%ksp, relative, PETSC_DEFAULT_REAL, PETSC_DEFAULT_REAL, &
+                          PETSC_DEFAULT_INTEGER, ierr)
+    call put(b, m%b)
+    call KSPSolve(m%ksp, m%b, m%x, ierr)
+    call take(m%x, x)
+    call KSPGetIterationNumber(m%ksp, iterations, ierr)
+    call KSPGetConvergedReason(m%ksp, reason, ierr)
+    solve_matrix = int(reason, c_int)
+  end function solve_matrix
+
+  !> Collective: x of A x = b for a symmetric A that `action` multiplies with, until the residual,
+  !> weighted by the reciprocal `diagonal` that also preconditions, is `relative` of that of b, or
+  !> `absolute`. Returns KSPConvergedReason.
+  integer(c_int) function solve_shell(comm, n, action, diagonal, b, relative, absolute, x, iterations) &
+      bind(c, name='stirpoint_petsc_solve_shell')
+    integer(c_int), value :: comm, n
+    type(c_funptr), value :: action
+    real(c_double), intent(in), target :: diagonal(n)
+    real(c_double), intent(in) :: b(n)
+    real(c_double), value :: relative, absolute
+    real(c_double), intent(out) :: x(n)
+    integer(c_int), intent(out) :: iterations
+    external :: MatCreateShell, MatShellSetOperation
+    KSPConvergedReason :: reason
+    PetscErrorCode :: ierr
+    Mat :: a
+    Vec :: right, left
+    KSP :: ksp
+    PC :: pc
+
+    call start_petsc(comm)
+    call c_f_procpointer(action, multiply)
+    its_diagonal => diagonal
+    call MatCreateShell(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, &
+                        PETSC_NULL_INTEGER, a, ierr)
+    call MatShellSetOperation(a, MATOP_MULT, multiply_shell, ierr)
+    call MatShellSetOperation(a, MATOP_GET_DIAGONAL, diagonal_of_shell, ierr)
+    call VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DETERMINE, right, ierr)
+    call VecDuplicate(right, left, ierr)
+    call put(b, right)
+    call KSPCreate(PETSC_COMM_WORLD, ksp, ierr)
+    call KSPSetOperators(ksp, a, a, ierr)
+    call KSPSetType(ksp, KSPCG, ierr)
+    call KSPSetNormType(ksp, KSP_NORM_NATURAL, ierr)
+    call KSPGetPC(ksp, pc, ierr)
+    call PCSetType(pc, PCJACOBI, ierr)
+    call KSPSetTolerances(ksp, relative, absolute, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr)
+    call KSPSetFromOptions(ksp, ierr)
+    call KSPSolve(ksp, right, left, ierr)
+    call take(left, x)
+    call KSPGetIterationNumber(ksp, iterations, ierr)
+    call KSPGetConvergedReason(ksp, reason, ierr)
+    solve_shell = int(reason, c_int)
+    call KSPDestroy(ksp, ierr)
+    call MatDestroy(a, ierr)
+    call VecDestroy(right, ierr)
+    call VecDestroy(left, ierr)
+  end function solve_shell
+
+  subroutine multiply_shell(a, x, y, ierr)
+    Mat :: a
+    Vec :: x, y
+    PetscErrorCode :: ierr
+    PetscScalar, pointer :: from(:), to(:)
+
+    call VecGetArrayReadF90(x, from, ierr)
+    call VecGetArrayF90(y, to, ierr)
+    call multiply(size(from), from, to)
+    call VecRestoreArrayF90(y, to, ierr)
+    call VecRestoreArrayReadF90(x, from, ierr)
+  end subroutine multiply_shell
+
+  subroutine diagonal_of_shell(a, d, ierr)
+    Mat :: a
+    Vec :: d
+    PetscErrorCode :: ierr
+
+    ierr = 0
+    call put(its_diagonal, d)
+  end subroutine diagonal_of_shell
+
+  !> Give the entries of this rank to a vector.
+  subroutine put(values, v)
+    real(rp), intent(in) :: values(:)
+    Vec :: v
+    PetscScalar, pointer :: entries(:)
+    PetscErrorCode :: ierr
+
+    call VecGetArrayF90(v, entries, ierr)
+    entries = values
+    call VecRestoreArrayF90(v, entries, ierr)
+  end subroutine put
+
+  !> The entries of this rank.
+  subroutine take(v, values)
+    Vec :: v
+    real(rp), intent(out) :: values(:)
+    PetscScalar, pointer :: entries(:)
+    PetscErrorCode :: ierr
+
+    call VecGetArrayReadF90(v, entries, ierr)
+    values = entries
+    call VecRestoreArrayReadF90(v, entries, ierr)
+  end subroutine take
+
+  !> Collective: start PETSc if need be. Signals stay the program's; an error of PETSc ends all ranks
+  !> with its message, so that no `ierr` needs a look.
+  subroutine start_petsc(comm)
+    integer(c_int), value :: comm
+    PetscErrorCode :: ierr
+    PetscBool :: is_there
+
+    call PetscInitialized(is_there, ierr)
+    if (is_there) return
+    PETSC_COMM_WORLD = comm
+    call PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-no_signal_handler', 'true', ierr)
+    call PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-on_error_mpiabort', 'true', ierr)
+    call PetscInitialize(PETSC_NULL_CHARACTER, ierr)
+  end subroutine start_petsc
+
+  !> Before MPI ends.
+  subroutine end_petsc() bind(c, name='stirpoint_petsc_end')
+    PetscErrorCode :: ierr
+    PetscBool :: is_there
+
+    call PetscInitialized(is_there, ierr)
+    if (is_there) call PetscFinalize(ierr)
+  end subroutine end_petsc
+
+end module petsc_solver
