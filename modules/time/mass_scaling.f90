@@ -3,7 +3,7 @@
 !> chi rho v^2 at a given part of the flow stress. Velocities are kept; the kinetic energy that a new
 !> factor gives or takes is booked.
 module time_mass_scaling
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use particles_store, only: f_flow, f_mass, f_vel
   use time_audit, only: e_scaling
@@ -46,7 +46,7 @@ contains
     end associate
   end subroutine adapt_mass
 
-  !> Largest rho v^2 over flow stress of this rank's particles.
+  !> Largest rho v^2 over flow stress of this rank's particles, whether they flow or not.
   pure real(rp) function largest_ratio(sim) result(ratio)
     type(simulation_t), intent(in) :: sim
     integer :: b
@@ -56,8 +56,8 @@ contains
       associate (ps => sim%particles%ps(:, :, b), body => sim%scene%body(sim%particles%body(b)))
         if (body%tool > 0) cycle
         ratio = max(ratio, inertial_stress_ratio(sim%particles%count(b), &
-                                                 sim%scene%material(body%material)%rho, &
-                                                 ps(:, f_vel:f_vel + 2), ps(:, f_flow)))
+                                                 sim%scene%material(body%material), 1.0_rp, &
+                                                 ps(:, f_vel:f_vel + 2), ps(:, f_flow), spread(.true., 1, nlane)))
       end associate
     end do
   end function largest_ratio

@@ -6,6 +6,7 @@ module time_records
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
+  use physics_material, only: material_t
   use time_audit, only: e_body, e_conduction, e_contact, e_film, e_friction, e_plastic, e_scaling, &
                         e_source, e_stress, e_wall, e_wall_heat, n_sums
   use time_blocks, only: kinetic_energy
@@ -17,6 +18,7 @@ module time_records
   public :: history_columns, history_row, energies, inertial_stress_ratio
 
   integer, parameter :: n_common = 23, n_per_tool = 9
+  real(rp), parameter :: least_strength = 1.0e-4_rp   !! flow stress over shear modulus: some hundredths of a cold metal's
 
 contains
 
@@ -75,7 +77,7 @@ contains
   end function n_columns
 
   !> Kinetic energy (with mass scaling), elastic energy and heat content of this rank [J], hottest
-  !> particle [K], largest strain rate [1/s] and inertial over flow stress.
+  !> particle [K], largest strain rate [1/s] and inertial over flow stress where metal flows.
   subroutine energies(sim, kinetic, elastic, heat, hottest, fastest, ratio)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(out) :: kinetic, elastic, heat, hottest, fastest, ratio
@@ -98,23 +100,26 @@ contains
         elastic = elastic + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
                                                ps(:, f_bbar:f_bbar + 5))
         fastest = max(fastest, maxval(ps(1:n, f_rate)))
-        ratio = max(ratio, inertial_stress_ratio(n, sim%scene%method%mass_scaling*mat%rho, &
-                                                 ps(:, f_vel:f_vel + 2), ps(:, f_flow)))
+        ratio = max(ratio, inertial_stress_ratio(n, mat, sim%scene%method%mass_scaling, ps(:, f_vel:f_vel + 2), &
+                                                 ps(:, f_flow), ps(:, f_rate) > 0.0_rp))
       end associate
     end do
     kinetic = sim%scene%method%mass_scaling*kinetic
   end subroutine energies
 
-  !> Largest chi rho v^2 over flow stress of a particle: is the mass scaling too large?
-  pure real(rp) function inertial_stress_ratio(n, rho, v, flow)
+  !> Largest chi rho v^2 over flow stress of the particles that count and have strength: is the mass scaling too
+  !> large? What is molten carries nothing, whatever its speed.
+  pure real(rp) function inertial_stress_ratio(n, material, chi, v, flow, counts)
     integer, intent(in) :: n
-    real(rp), intent(in) :: rho, v(nlane, 3), flow(nlane)
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: chi, v(nlane, 3), flow(nlane)
+    logical, intent(in) :: counts(nlane)
     integer :: p
 
     inertial_stress_ratio = 0.0_rp
     do p = 1, n
-      if (flow(p) <= 0.0_rp) cycle
-      inertial_stress_ratio = max(inertial_stress_ratio, rho*sum(v(p, :)**2)/flow(p))
+      if (.not. counts(p) .or. flow(p) <= least_strength*material%g) cycle
+      inertial_stress_ratio = max(inertial_stress_ratio, chi*material%rho*sum(v(p, :)**2)/flow(p))
     end do
   end function inertial_stress_ratio
 

@@ -331,11 +331,13 @@ contains
       str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)//' particles in '// &
       span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '// &
       str(world%size)//' rank(s)'
-    if (sim%scene%output%is_quiet .or. self%inertial <= 0.0_rp) return
-    if (sim%scene%method%adapts_mass) then
+    if (sim%scene%output%is_quiet .or. .not. (sim%scene%method%adapts_mass .or. sim%scene%method%mass_scaling > 1.0_rp)) return
+    if (self%inertial <= 0.0_rp) then
+      write (output_unit, '(a)') 'no metal with strength was seen to flow: nothing to judge the mass scaling by'
+    else if (sim%scene%method%adapts_mass) then
       write (output_unit, '(a)') 'inertial stress up to '//str(100.0_rp*self%inertial)// &
         ' % of the flow stress, mass scaling '//str(sim%scene%method%mass_scaling)//' in the end'
-    else if (sim%scene%method%mass_scaling > 1.0_rp) then
+    else
       write (output_unit, '(a)') 'inertial stress up to '//str(100.0_rp*self%inertial)//' % of the flow stress: MASS_SCALING = '// &
       str(allowed_scaling(self, sim))//' would make that '// &
       str(100.0_rp*sim%scene%method%inertial_fraction)//' %'

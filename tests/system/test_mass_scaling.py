@@ -142,3 +142,25 @@ def test_molten_metal_has_its_own_inertia(run, tmp_path):
         done = run("stir", "--quiet", sets=sets, directory=place(tmp_path, str(temperature)))
         steps.append(done.results("stir").history()["dt[s]"][-1])
     assert steps[1] < 0.8 * steps[0]
+
+
+FLOWS = {"METHOD.SHAPE": "bspline", "TIME.MASS_SCALING": "100", "TIME.DT": "0", "TIME.END": "5e-6", "OUTPUT.HISTORY_INTERVAL": "1e-6", "BODY.VELOCITY": "3,2,1",
+         "MATERIAL.LAW": "johnson-cook", "MATERIAL.JC_A": "90e6", "MATERIAL.JC_B": "292e6", "MATERIAL.JC_N": "0.31",
+         "MATERIAL.JC_C": "0.025", "MATERIAL.JC_M": "1.09", "MATERIAL.T_MELT": "1356", "BODY.ANGULAR_VELOCITY": "0,0,0"}
+
+
+@pytest.mark.parametrize("state", ["strong", "molten", "untouched"])
+def test_advice_comes_from_metal_that_carries(run, tmp_path, state):
+    """Exact: a crumb that shears gives advice on MASS_SCALING and a history column above 0; if it is molten, or flies
+    as a rigid body, the run says that there is nothing to judge by, warns of nothing, and the column is 0."""
+    sets = dict(FLOWS)
+    if state != "untouched":
+        sets |= {"BODY.VELOCITY_GRADIENT": "2e4,0,0,0,-2e4,0,0,0,0"}
+    if state == "molten":
+        sets["BODY.TEMPERATURE"] = "1355.999"
+    done = run("crumb", sets=sets, directory=tmp_path)
+    ratio = done.results("crumb").history()["inertial_stress_over_flow[%]"]
+    print(done.out, ratio)
+    assert ("MASS_SCALING =" in done.out) == (state == "strong")
+    assert ("nothing to judge the mass scaling by" in done.out) == (state != "strong")
+    assert (ratio.max() > 0) == (state == "strong")
