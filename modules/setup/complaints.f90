@@ -16,9 +16,11 @@ module setup_complaints
     character(512) :: file = ''       !! file name, or the option as the user wrote it
     integer :: line = 0               !! 0: no line of a file
     character(768) :: message = ''
+    logical :: is_warning = .false.
   end type complaint_t
 
-  !> A list kept in the order of the lines; complaints without a line come last.
+  !> A list kept in the order of the lines; complaints without a line come last. Errors and warnings are
+  !> counted and printed apart.
   type :: complaints_t
     private
     type(complaint_t), allocatable :: list(:)
@@ -44,15 +46,17 @@ contains
   end subroutine note_overrides
 
   !> File a complaint; the same words about the same line are kept once.
-  subroutine add(self, file, line, message)
+  subroutine add(self, file, line, message, is_warning)
     class(complaints_t), intent(inout) :: self
     character(*), intent(in) :: file
     integer, intent(in) :: line           !! line of the file, 0: none, -k: the k-th override
     character(*), intent(in) :: message
+    logical, intent(in), optional :: is_warning   !! true: the run goes on
     type(complaint_t) :: new
     integer :: k
 
     new = complaint_t(file, max(line, 0), message)
+    if (present(is_warning)) new%is_warning = is_warning
     if (line < 0 .and. allocated(self%sets)) new%file = '--set '//trim(self%sets(-line))
     if (.not. allocated(self%list)) allocate (self%list(0))
     do k = 1, size(self%list)
@@ -74,15 +78,15 @@ contains
     rank_of = merge(complaint%line, huge(1), complaint%line > 0)
   end function rank_of
 
-  !> Number of complaints so far.
+  !> Number of errors so far.
   pure integer function count_complaints(self)
     class(complaints_t), intent(in) :: self
 
     count_complaints = 0
-    if (allocated(self%list)) count_complaints = size(self%list)
+    if (allocated(self%list)) count_complaints = count(.not. self%list%is_warning)
   end function count_complaints
 
-  !> The `k`-th complaint in the order of the lines: `file:line: error: message`.
+  !> The `k`-th complaint in the order of the lines: `file:line: error: message`, or `warning:`.
   pure function text_of_complaint(self, k) result(r)
     class(complaints_t), intent(in) :: self
     integer, intent(in) :: k
@@ -90,17 +94,22 @@ contains
 
     r = trim(self%list(k)%file)
     if (self%list(k)%line > 0) r = r//':'//str(self%list(k)%line)
-    r = r//': error: '//trim(self%list(k)%message)
+    r = r//trim(merge(': warning:', ': error:  ', self%list(k)%is_warning))//' '//trim(self%list(k)%message)
   end function text_of_complaint
 
-  !> Write all complaints, one a line.
-  subroutine print_complaints(self, unit)
+  !> Write all errors, one a line, or all warnings.
+  subroutine print_complaints(self, unit, warnings)
     class(complaints_t), intent(in) :: self
     integer, intent(in) :: unit
+    logical, intent(in), optional :: warnings
+    logical :: wanted
     integer :: k
 
-    do k = 1, self%count()
-      write (unit, '(a)') self%text(k)
+    wanted = .false.
+    if (present(warnings)) wanted = warnings
+    if (.not. allocated(self%list)) return
+    do k = 1, size(self%list)
+      if (self%list(k)%is_warning .eqv. wanted) write (unit, '(a)') self%text(k)
     end do
   end subroutine print_complaints
 
@@ -268,7 +277,7 @@ contains
       r = 'must be one of '//describe_allowed(row)
       near = suggestion(lower(text), list)
       if (near /= '') r = r//'; '//near
-    else if (text == '' .and. row%requirement == 'required') then
+    else if (text == '' .and. row%is_required .and. row%condition == '') then
       r = 'must not be empty'
     else if (row%allowed /= '' .and. verify(text, trim(row%allowed)) > 0) then
       r = describe_allowed(row)//' may be used'

@@ -19,7 +19,7 @@ module setup_heat_scene
   implicit none (type, external)
   private
 
-  public :: check_heat_scene, build_heat_scene
+  public :: check_heat_scene, build_heat_scene, is_held
 
 contains
 
@@ -30,7 +30,6 @@ contains
     type(complaints_t), intent(inout) :: complaints
     character(8), parameter :: idle(8) = [character(8) :: 'TOOL', 'MOTION', 'WALL', 'CLAMP', &
                                           'LOAD', 'TRACTION', 'CONTACT', 'FIELD']
-    type(solids_t), allocatable :: solids(:)
     integer :: g, i
 
     if (scene%method%has_mechanics) then
@@ -72,11 +71,6 @@ contains
     if (scene%method%conducts) call check_solver(input, complaints)
     call check_tables(input, complaints)
     if (complaints%count() > 0) return
-    call all_solids(input, solids)
-    do i = 1, input%count('PROBE')
-      if (.not. is_held(solids, input%reals('PROBE', i, 'POSITION', 3), scene%grid%h)) &
-        call input%complain(complaints, 'PROBE', i, 'POSITION', 'lies outside the bodies')
-    end do
     do i = 1, input%count('SOURCE')
       if (input%text('SOURCE', i, 'KIND') /= 'stir') cycle
       if (input%text('SOURCE', i, 'CONTACT') == 'sliding') cycle

@@ -30,6 +30,7 @@ module setup_input
     procedure :: text => one_text
     procedure :: line => line_of
     procedure :: complain
+    procedure :: warn
     procedure :: switches_on
     procedure :: text_of_file
     procedure :: echo
@@ -40,11 +41,12 @@ module setup_input
 contains
 
   !> File `&GROUP KEY = value: message`, or `&GROUP message` if the key is empty, where it belongs.
-  subroutine complain(self, complaints, group, i, key, message)
+  subroutine complain(self, complaints, group, i, key, message, is_warning)
     class(input_t), intent(in) :: self
     type(complaints_t), intent(inout) :: complaints
     character(*), intent(in) :: group, key, message
     integer, intent(in) :: i
+    logical, intent(in), optional :: is_warning
     character(:), allocatable :: label
     integer :: a
 
@@ -55,8 +57,18 @@ contains
       label = label//' = '//excerpt(self%written%value(a))
     end if
     if (key /= '') label = label//': '
-    call complaints%add(self%file, self%line(group, i, key), label//message)
+    call complaints%add(self%file, self%line(group, i, key), label//message, is_warning)
   end subroutine complain
+
+  !> The same of what may be meant: the run goes on.
+  subroutine warn(self, complaints, group, i, key, message)
+    class(input_t), intent(in) :: self
+    type(complaints_t), intent(inout) :: complaints
+    character(*), intent(in) :: group, key, message
+    integer, intent(in) :: i
+
+    call self%complain(complaints, group, i, key, message, is_warning=.true.)
+  end subroutine warn
 
   !> Whether an 'off auto on' key asks for something in this scene: 'auto' if that `makes_sense`. What
   !> `forbids` it ('' if nothing) is complained of if it is 'on', else obeyed.

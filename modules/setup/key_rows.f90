@@ -71,8 +71,9 @@ contains
       'stress update: last, last from velocities mapped again, half first and half last')
     call t%key('TRANSFER', 'choice', 1, '', 'flip', 'flip apic xpic fmpm', &
       'velocity transfer from grid to particles')
-    call t%key('ORDER', 'integer', 1, '', '2', '[1,20]', 'order of xpic and fmpm')
-    call t%key('EVERY', 'integer', 1, 'steps', '1', '[1,100000]', &
+    call t%key('ORDER', 'integer', 1, '', '2 if TRANSFER = xpic or fmpm', '[1,20]', &
+      'order of xpic and fmpm')
+    call t%key('EVERY', 'integer', 1, 'steps', '1 if TRANSFER = xpic or fmpm', '[1,100000]', &
       'xpic and fmpm: filter in every so many steps, FLIP in the others')
     call t%key('PIC_FRACTION', 'real', 1, '', '0', '[0,1]', &
       'part of the velocity taken from the grid: 0 is FLIP, 1 is PIC')
@@ -87,13 +88,13 @@ contains
       'most loaded rank over the mean load above which the grid is divided anew')
     call t%key('SLEEPING', 'choice', 1, '', 'auto', 'off auto on', &
       'material that is still stops its mechanics; auto: with MASS_SCALING, if the scene allows')
-    call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0', '[0,inf)', &
+    call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0 if SLEEPING = auto or on', '[0,inf)', &
       'material nearer than this to a tool is awake; 0: half the radius of the largest tool')
-    call t%key('SLEEP_STRAIN', 'real', 1, '', '2e-4', '(0,1)', &
+    call t%key('SLEEP_STRAIN', 'real', 1, '', '2e-4 if SLEEPING = auto or on', '(0,1)', &
       'mean speed of the particles of a cube of two cells over wave speed above which it is awake')
-    call t%key('SLEEP_RATE', 'real', 1, '1/s', '3e-3', '(0,inf)', &
+    call t%key('SLEEP_RATE', 'real', 1, '1/s', '3e-3 if SLEEPING = auto or on', '(0,inf)', &
       'plastic strain rate above which material is awake')
-    call t%key('SLEEP_HEAT', 'real', 1, 'K', '20', '(0,inf)', &
+    call t%key('SLEEP_HEAT', 'real', 1, 'K', '20 if SLEEPING = auto or on', '(0,inf)', &
       'change of temperature by which sleeping material wakes')
   end subroutine add_method
 
@@ -168,10 +169,11 @@ contains
       'radius')
     call t%key('LENGTH', 'real', 1, 'm', 'required if KIND = cylinder', '(0,inf)', &
       'length of the cylinder')
-    call t%key('AXIS', 'choice', 1, '', 'z', 'x y z', 'direction of the cylinder')
-    call t%key('ALONG', 'choice', 1, '', 'x', 'x y z', &
+    call t%key('AXIS', 'choice', 1, '', 'z if KIND = cylinder', 'x y z', &
+      'direction of the cylinder')
+    call t%key('ALONG', 'choice', 1, '', 'x if KIND = trapezoid', 'x y z', &
       'trapezoid: direction in which the width changes')
-    call t%key('ACROSS', 'choice', 1, '', 'y', 'x y z', &
+    call t%key('ACROSS', 'choice', 1, '', 'y if KIND = trapezoid', 'x y z', &
       'trapezoid: direction of the width, centred between LOWER and UPPER')
     call t%key('WIDTH_LOWER', 'real', 1, 'm', 'required if KIND = trapezoid', '[0,inf)', &
       'width at the LOWER end of ALONG')
@@ -187,28 +189,33 @@ contains
     call t%key('KIND', 'choice', 1, '', 'shoulder', 'shoulder plane sphere box', 'geometry')
     call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = shoulder or sphere', '(0,inf)', &
       'radius of the shoulder or sphere')
-    call t%key('HEIGHT', 'real', 1, 'm', '0.02', '(0,inf)', 'height of the shoulder above its face')
-    call t%key('CONCAVITY_DEG', 'real', 1, 'deg', '0', '[0,30)', &
+    call t%key('HEIGHT', 'real', 1, 'm', '0.02 if KIND = shoulder', '(0,inf)', &
+      'height of the shoulder above its face')
+    call t%key('CONCAVITY_DEG', 'real', 1, 'deg', '0 if KIND = shoulder', '[0,30)', &
       'angle by which the face of the shoulder rises towards its axis')
-    call t%key('PIN_RADIUS', 'real', 1, 'm', '0', '[0,inf)', &
+    call t%key('PIN_RADIUS', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
       'radius of the pin at the face; 0: no pin')
-    call t%key('PIN_TIP_RADIUS', 'real', 1, 'm', '0', '[0,inf)', &
+    call t%key('PIN_TIP_RADIUS', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
       'radius of the pin at its tip; 0: as at the face (a cylinder)')
-    call t%key('PIN_LENGTH', 'real', 1, 'm', '0', '[0,inf)', 'length of the pin below the face')
+    call t%key('PIN_LENGTH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
+      'length of the pin below the face')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', &
       'place at t = 0: centre of the shoulder face, sphere or box; a point of the plane')
-    call t%key('NORMAL', 'real', 3, '', '0 0 1', '', 'plane: direction out of the rigid half space')
+    call t%key('NORMAL', 'real', 3, '', '0 0 1 if KIND = plane', '', &
+      'plane: direction out of the rigid half space')
     call t%key('SIZE', 'real', 3, 'm', 'required if KIND = box', '(0,inf)', &
       'edge lengths of the box')
-    call t%key('TILT_DEG', 'real', 1, 'deg', '0', '[-10,10]', &
+    call t%key('TILT_DEG', 'real', 1, 'deg', '0 if KIND = shoulder or sphere or box', '[-10,10]', &
       'the shoulder tips backwards against the travel direction +x: trailing edge deeper')
     call t%key('FRICTION', 'real', 1, '', '0.2', '[0,inf)', 'Coulomb coefficient of friction')
     call t%key('FRICTION_TABLE_OF', 'choice', 1, '', 'none', 'none temperature pressure slip', &
       'what the coefficient depends on instead: temperature of the body, pressure in it on the '// &
       'surface, speed of sliding')
-    call t%key('FRICTION_AT', 'real', -64, '', '', '[0,inf)', &
+    call t%key('FRICTION_AT', 'real', -64, '', 'if FRICTION_TABLE_OF = temperature or pressure or slip', &
+      '[0,inf)', &
       'rising temperatures [K], pressures [Pa] or speeds [m/s]')
-    call t%key('FRICTION_MU', 'real', -64, '', '', '[0,inf)', &
+    call t%key('FRICTION_MU', 'real', -64, '', 'if FRICTION_TABLE_OF = temperature or pressure or slip', &
+      '[0,inf)', &
       'coefficients there; linear between, constant outside')
     call t%key('SHEAR_LIMIT', 'logical', 1, '', '.true.', '', &
       'friction does not exceed the shear yield stress of the body')
@@ -273,7 +280,8 @@ contains
     call t%key('OTHER', 'text', 1, '', 'required', '', 'NAME of the other &BODY')
     call t%key('LAW', 'choice', 1, '', 'coulomb', 'coulomb stick frictionless', &
       'what happens along the surface')
-    call t%key('FRICTION', 'real', 1, '', '0.2', '[0,inf)', 'Coulomb coefficient of friction')
+    call t%key('FRICTION', 'real', 1, '', '0.2 if LAW = coulomb', '[0,inf)', &
+      'Coulomb coefficient of friction')
     call t%key('NORMAL', 'choice', 1, '', 'regression', 'gradient regression', &
       'direction of the surface: from gradients of volume, or from a plane between the '// &
       'particles; that of either body instead where it separates them better')
@@ -295,18 +303,23 @@ contains
     call t%key('AMPLITUDE', 'real', 1, '', 'required', '', &
       'A: displacement [m], angle [rad] (vortex), velocity [m/s] (noise, alternating) or '// &
       'temperature [K]')
-    call t%key('WAVELENGTH', 'real', 3, 'm', '1 1 1', '(0,inf)', 'L of each axis')
-    call t%key('AXES', 'text', 1, '', 'x', 'xyz', &
+    call t%key('WAVELENGTH', 'real', 3, 'm', '1 1 1 if KIND = waves or mode or heat-mode', '(0,inf)', &
+      'L of each axis')
+    call t%key('AXES', 'text', 1, '', 'x if KIND = waves or mode or heat-mode or noise or alternating', &
+      'xyz', &
       'axes that take part; components of the velocity with noise')
-    call t%key('SHIFT', 'real', 3, 'rad', '0 0 0', '', 'P of each axis')
-    call t%key('FREQUENCY', 'real', 1, '1/s', '0', '[0,inf)', &
+    call t%key('SHIFT', 'real', 3, 'rad', '0 0 0 if KIND = waves or mode or heat-mode', '', &
+      'P of each axis')
+    call t%key('FREQUENCY', 'real', 1, '1/s', '0 if KIND = waves or mode or vortex or ring', &
+      '[0,inf)', &
       'w/(2 pi); mode, ring: 0: from the material, w = 2 pi c/L_i or pi c/(sum of RADII), c '// &
       'the speed of pressure waves')
-    call t%key('PHASE', 'real', 3, 'rad', '0 0 0', '', 'Q of each axis')
-    call t%key('CENTRE', 'real', 3, 'm', '0 0 0', '', 'a point of the axis of vortex and ring')
-    call t%key('RADII', 'real', 2, 'm', '1 2', '(0,inf)', &
+    call t%key('PHASE', 'real', 3, 'rad', '0 0 0 if KIND = waves or mode', '', 'Q of each axis')
+    call t%key('CENTRE', 'real', 3, 'm', '0 0 0 if KIND = vortex or ring', '', &
+      'a point of the axis of vortex and ring')
+    call t%key('RADII', 'real', 2, 'm', '1 2 if KIND = vortex or ring', '(0,inf)', &
       'inner and outer radius of vortex and ring')
-    call t%key('SEED', 'integer', 1, '', '1', '', 'of the noise')
+    call t%key('SEED', 'integer', 1, '', '1 if KIND = noise', '', 'of the noise')
   end subroutine add_fields
 
   subroutine add_heat(t)
@@ -351,20 +364,25 @@ contains
     call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', 'extent of the source')
     call t%key('BEGIN', 'real', 1, 's', '0', '[0,inf)', 'time of the start')
     call t%key('END', 'real', 1, 's', '0', '[0,inf)', 'time of the end; 0: never')
-    call t%key('SPIN_RPM', 'real', 1, '1/min', '0', '', 'stir: spin')
-    call t%key('CONTACT', 'choice', 1, '', 'sticking', 'sticking sliding limited mixed', &
+    call t%key('SPIN_RPM', 'real', 1, '1/min', '0 if KIND = stir', '', 'stir: spin')
+    call t%key('CONTACT', 'choice', 1, '', 'sticking if KIND = stir', &
+      'sticking sliding limited mixed', &
       'stir: the shear stress: yield stress over sqrt(3); FRICTION PRESSURE; the lesser; '// &
       'SLIP sliding and the rest sticking')
-    call t%key('FRICTION', 'real', 1, '', '0', '[0,inf)', 'stir: coefficient of friction')
-    call t%key('PRESSURE', 'real', 1, 'Pa', '0', '[0,inf)', 'stir: pressure under the tool')
-    call t%key('SLIP', 'real', 1, '', '0', '[0,1]', 'stir: part that slides if CONTACT = mixed')
-    call t%key('SHARE', 'real', 1, '', '', '[0,1]', &
+    call t%key('FRICTION', 'real', 1, '', '0 if CONTACT = sliding or limited or mixed', '[0,inf)', &
+      'stir: coefficient of friction')
+    call t%key('PRESSURE', 'real', 1, 'Pa', '0 if CONTACT = sliding or limited or mixed', '[0,inf)', &
+      'stir: pressure under the tool')
+    call t%key('SLIP', 'real', 1, '', '0 if CONTACT = mixed', '[0,1]', &
+      'stir: part that slides if CONTACT = mixed')
+    call t%key('SHARE', 'real', 1, '', 'if KIND = stir', '[0,1]', &
       'stir: part of the heat that enters the body; not given: e/(e + e_tool) with e = '// &
       'sqrt(conductivity density specific heat)')
-    call t%key('TOOL_DENSITY', 'real', 1, 'kg/m3', '7800', '(0,inf)', 'stir: for the SHARE')
-    call t%key('TOOL_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '460', '(0,inf)', &
+    call t%key('TOOL_DENSITY', 'real', 1, 'kg/m3', '7800 if KIND = stir', '(0,inf)', &
       'stir: for the SHARE')
-    call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4', '[0,inf)', &
+    call t%key('TOOL_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '460 if KIND = stir', '(0,inf)', &
+      'stir: for the SHARE')
+    call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4 if KIND = stir', '[0,inf)', &
       'stir: for the SHARE')
   end subroutine add_heat
 

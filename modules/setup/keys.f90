@@ -40,11 +40,12 @@ contains
         trim(t%groups(g)%about)
       do k = t%groups(g)%first, t%groups(g)%last
         about = trim(t%keys(k)%about)
-        if (t%keys(k)%requirement(:11) == 'required if') about = about//'; '//t%keys(k)%requirement
+        if (t%keys(k)%condition /= '') about = about//'; '//trim(merge('required', 'only    ', &
+          t%keys(k)%is_required))//' if '//trim(t%keys(k)%condition)
         about = trim(about)
         if (t%keys(k)%allowed /= '') about = about//' ('//describe_allowed(t%keys(k))//')'
         write (unit, '(2x,a20,a21,2a)') t%keys(k)%name, kind_of(t%keys(k), with_unit=.true.), &
-          padded(default_of(t%keys(k)), 8), about
+          padded(default_of(t%keys(k), with_condition=.false.), 8), about
       end do
       write (unit, '()')
     end do
@@ -66,7 +67,7 @@ contains
       do k = t%groups(g)%first, t%groups(g)%last
         write (unit, '(13a)') '| `', trim(t%keys(k)%name), '` | ', &
           trim(kind_of(t%keys(k), with_unit=.false.)), ' | ', trim(t%keys(k)%unit), ' | ', &
-          default_of(t%keys(k)), ' | ', describe_allowed(t%keys(k)), ' | ', &
+          default_of(t%keys(k), with_condition=.true.), ' | ', describe_allowed(t%keys(k)), ' | ', &
           trim(t%keys(k)%about), ' |'
       end do
     end do
@@ -118,24 +119,26 @@ contains
     if (with_unit .and. row%unit /= '') r = trim(r)//' ['//trim(row%unit)//']'
   end function kind_of
 
-  !> `text` without a condition, at least `width` wide, and two blanks.
+  !> `text` at least `width` wide, and two blanks.
   pure function padded(text, width) result(r)
     character(*), intent(in) :: text
     integer, intent(in) :: width
     character(:), allocatable :: r
 
-    r = text
-    if (index(text, ' if ') > 0) r = '-'
-    r = r//repeat(' ', max(2, width + 2 - len(r)))
+    r = text//repeat(' ', max(2, width + 2 - len(text)))
   end function padded
 
-  !> The default, or `-` if there is none.
-  pure function default_of(row) result(r)
+  !> The default, `required`, or `-` if there is neither; and when the key is of use.
+  pure function default_of(row, with_condition) result(r)
     type(key_row_t), intent(in) :: row
+    logical, intent(in) :: with_condition
     character(:), allocatable :: r
 
-    r = trim(row%default)//trim(row%requirement)
+    r = trim(row%default)
+    if (row%is_required) r = 'required'
+    if (row%is_required .and. row%condition /= '' .and. .not. with_condition) r = '-'   ! stands behind the meaning
     if (r == '') r = '-'
+    if (with_condition .and. row%condition /= '') r = r//' if '//trim(row%condition)
   end function default_of
 
 end module setup_keys

@@ -32,7 +32,8 @@ module setup_keys_table
     integer :: n = 1                    !! number of values; -n: up to n
     character(12) :: unit = ''
     character(256) :: default = ''      !! as text
-    character(48) :: requirement = ''   !! empty, 'required' or 'required if KEY = a or b'
+    logical :: is_required = .false.    !! where it is of use
+    character(96) :: condition = ''     !! 'KEY = a or b': of use only there; empty: always
     character(96) :: allowed = ''       !! interval, names of a choice, characters of a text
     character(240) :: about = ''
   end type key_row_t
@@ -81,19 +82,21 @@ contains
     character(*), intent(in) :: name, kind
     integer, intent(in) :: n
     character(*), intent(in) :: unit
-    character(*), intent(in) :: default          !! the default value or the requirement
+    character(*), intent(in) :: default          !! the default or 'required'; then perhaps 'if KEY = a or b'
     character(*), intent(in) :: allowed, about
     type(key_row_t) :: row
+    character(:), allocatable :: condition
+    integer :: cut
 
-    row = key_row_t(name, kind, n, unit, default, '', allowed, about)
-    if (index(default, 'required') == 1) then
-      row%default = ''
-      row%requirement = default
-    end if
+    cut = index(' '//default, ' if ')
+    if (cut == 0) cut = len(default) + 1
+    condition = default(min(cut + 3, len(default) + 1):)
+    row = key_row_t(name, kind, n, unit, default(:cut - 1), .false., condition, allowed, about)
+    row%is_required = row%default == 'required'
+    if (row%is_required) row%default = ''
     if (row%name /= name .or. row%kind /= kind .or. row%unit /= unit .or. row%allowed /= allowed &
-        .or. row%about /= about .or. trim(row%default)//row%requirement /= default) then
+        .or. row%about /= about .or. cut - 1 > len(row%default) .or. row%condition /= condition) &
       call fatal('table of keys: the row of '//name//' does not fit')
-    end if
     self%keys = [self%keys, row]
     self%groups(size(self%groups))%last = size(self%keys)
   end subroutine add_key

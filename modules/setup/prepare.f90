@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Makes a simulation ready to run: from an input file, or from a checkpoint.
 module setup_prepare
-  use, intrinsic :: iso_fortran_env, only: error_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
   use base_kinds, only: i8
   use comm_world, only: world_t
@@ -14,6 +14,7 @@ module setup_prepare
   use setup_input, only: input_t
   use setup_reading, only: read_input, read_input_text
   use setup_scene, only: build_scene
+  use setup_sense, only: check_sense
   use setup_stretch, only: stretch_bodies
   use time_known, only: start_fields
   use time_loop, only: begin
@@ -48,16 +49,19 @@ contains
       if (error%is_set()) then
         call complaints%add(command%restart, 0, error%message)
       else
-        call read_input_text(command%restart, text, command%sets, input, complaints)
+        call read_input_text(command%restart, text, command%sets, input, complaints, resumed=.true.)
       end if
     end if
     if (.not. error%is_set()) then
       if (input%count('GRID') > 0) call build_scene(input, sim, complaints)
     end if
-    if (complaints%count() == 0 .and. sim%scene%method%has_mechanics) then
-      allocate (counts(size(sim%scene%body)))
-      call count_particles(world, input, sim%scene, counts)
-      call require_particles(input, counts, complaints)
+    if (complaints%count() == 0) then
+      call check_sense(input, sim%scene, complaints)
+      if (sim%scene%method%has_mechanics) then
+        allocate (counts(size(sim%scene%body)))
+        call count_particles(world, input, sim%scene, counts)
+        call require_particles(input, counts, complaints)
+      end if
     end if
     is_good = complaints%count() == 0
     if (.not. is_good) then
@@ -65,6 +69,7 @@ contains
       call world%barrier()
       return
     end if
+    if (world%is_root() .and. command%restart == '') call complaints%print(output_unit, warnings=.true.)
     if (sim%scene%method%has_mechanics) then
       call stretch_bodies(input, sim%scene)
       call load_bodies(input, counts, sim%scene)

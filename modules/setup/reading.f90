@@ -35,12 +35,13 @@ contains
   end subroutine read_input
 
   !> The same for a text at hand, such as the input kept in a checkpoint.
-  subroutine read_input_text(file, text, sets, input, complaints, point)
+  subroutine read_input_text(file, text, sets, input, complaints, point, resumed)
     character(*), intent(in) :: file      !! name for the messages; its stem is the default RUN NAME
     character(*), intent(in) :: text, sets(:)
     type(input_t), intent(out) :: input
     type(complaints_t), intent(inout) :: complaints
     logical, intent(in), optional :: point
+    logical, intent(in), optional :: resumed   !! true: of a run that once began; its idle keys are let be
     character(:), allocatable :: stem
     integer :: k
 
@@ -60,7 +61,7 @@ contains
     end do
     call check_groups(input, complaints)
     call check_assignments(input, complaints)
-    call check_presence(input, complaints)
+    call check_presence(input, complaints, present(resumed))
   end subroutine read_input_text
 
   !> Put the `k`-th override in the place of what the file says.
@@ -171,11 +172,11 @@ contains
     end do
   end subroutine check_assignments
 
-  !> Keys that are missing, and vectors of which only some components are written.
-  subroutine check_presence(input, complaints)
+  !> Keys that are missing or of no use, and vectors of which only some components are written.
+  subroutine check_presence(input, complaints, is_resumed)
     type(input_t), intent(in) :: input
     type(complaints_t), intent(inout) :: complaints
-    character(48), allocatable :: w(:)
+    logical, intent(in) :: is_resumed
     character(:), allocatable :: group
     integer :: g, i, k
 
@@ -185,22 +186,59 @@ contains
         if (input%written%groups(input%written%find(group, i))%is_broken) cycle
         do k = input%table%groups(g)%first, input%table%groups(g)%last
           associate (row => input%table%keys(k))
-            call split_words(row%requirement, w)   ! required [if KEY = one or other]
             if (input%given(group, i, row%name)) then
               if (is_partial(input, group, i, row)) call input%complain(complaints, group, i, &
                 row%name, 'not all of its '//str(row%n)//' values are given')
-            else if (size(w) > 0) then
-              if (size(w) > 4) then
-                if (.not. any(w(5:) == input%text(group, i, w(3)))) cycle
-              end if
-              call input%complain(complaints, group, i, '', &
-                                  'has no '//trim(row%name)//' ('//trim(row%requirement)//')')
+              if (.not. is_resumed) call check_use(input, group, i, row, complaints)
+            else if (row%is_required) then
+              if (holds(input, group, i, row%condition)) call input%complain(complaints, group, i, '', &
+                'has no '//trim(row%name)//' ('//when(row)//')')
             end if
           end associate
         end do
       end do
     end do
   end subroutine check_presence
+
+  !> `required`, `required if KIND = box or trapezoid`.
+  pure function when(row) result(r)
+    type(key_row_t), intent(in) :: row
+    character(:), allocatable :: r
+
+    r = 'required'
+    if (row%condition /= '') r = r//' if '//trim(row%condition)
+  end function when
+
+  !> True if `KEY = one or other` is so in this group; always if it is empty.
+  logical function holds(input, group, i, condition)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group, condition
+    integer, intent(in) :: i
+    character(48), allocatable :: w(:)
+
+    call split_words(condition, w)
+    holds = size(w) == 0
+    if (.not. holds) holds = any(w(3:) == input%text(group, i, w(1)))
+  end function holds
+
+  !> A key that was given has an effect; one of the file that an override makes idle is only noted.
+  subroutine check_use(input, group, i, row, complaints)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    type(key_row_t), intent(in) :: row
+    type(complaints_t), intent(inout) :: complaints
+    character(48), allocatable :: w(:)
+    character(:), allocatable :: choice
+
+    if (holds(input, group, i, row%condition)) return
+    call split_words(row%condition, w)
+    choice = input%text(group, i, w(1))
+    if (choice == '') return                       ! has its complaint
+    call input%complain(complaints, group, i, row%name, 'has no effect with '//trim(w(1))//' = '//choice// &
+                        ', only with '//trim(row%condition), &
+                        is_warning=input%line(group, i, w(1)) < 0 .and. input%line(group, i, row%name) > 0)
+  end subroutine check_use
 
   !> True if a key of several values was written without some that have no default.
   logical function is_partial(input, group, i, row)

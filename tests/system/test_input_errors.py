@@ -80,8 +80,8 @@ MISTAKES = {
 }
 
 
-# These leave a body without shape, or shapes outside the grid.
-WITH_CONSEQUENCES = ("missing body of a shape", "two bodies of one name", "grid upside down", "too many cells")
+# These leave a body without shape, shapes outside the grid, or a probe in the air.
+WITH_CONSEQUENCES = ("shape without a particle", "missing body of a shape", "two bodies of one name", "grid upside down", "too many cells")
 
 
 FORM = ["unknown group", "unknown key", "broken number", "too large", "number for a logical",
