@@ -83,9 +83,9 @@ contains
       call free_simulation(sim)
       return
     end if
-    if (command%restart == '') call warn_of_overlap(world, sim)
+    if (command%restart == '') call warn_of_overlap(world, input, command%sets, sim)
     if (command%action == 'check') then
-      call report_scene(world, sim, counts)
+      call report_scene(world, input, sim, counts)
     else
       call open_results(sim, status)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)

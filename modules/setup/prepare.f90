@@ -13,6 +13,7 @@ module setup_prepare
   use setup_fields, only: add_noise
   use setup_input, only: input_t
   use setup_reading, only: read_input, read_input_text
+  use setup_process_check, only: check_process
   use setup_scene, only: build_scene
   use setup_sense, only: check_sense
   use setup_stretch, only: stretch_bodies
@@ -57,6 +58,7 @@ contains
     end if
     if (complaints%count() == 0) then
       call check_sense(input, sim%scene, complaints)
+      if (sim%scene%method%has_mechanics) call check_process(input, sim, complaints)
       if (sim%scene%method%has_mechanics) then
         allocate (counts(size(sim%scene%body)))
         call count_particles(world, input, sim%scene, counts)

@@ -8,6 +8,9 @@ module setup_report
   use comm_world, only: world_t
   use grid_geometry, only: grid_t
   use particles_store, only: f_pos
+  use setup_complaints, only: complaints_t
+  use setup_input, only: input_t
+  use setup_process_check, only: report_process
   use thermal_method, only: solver_names
   use time_heat, only: conduction_step
   use time_stability, only: stable_step, wave_speed
@@ -22,8 +25,9 @@ module setup_report
 contains
 
   !> Collective; takes a few steps to time them, writes no file.
-  subroutine report_scene(world, sim, counts)
+  subroutine report_scene(world, input, sim, counts)
     type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
     type(simulation_t), intent(inout) :: sim
     integer(i8), intent(in) :: counts(:)     !! particles of each body
     real(rp) :: dt, per_step, memory(1), steps
@@ -59,13 +63,17 @@ contains
     call line('steps', str(nint(steps, i8))//' for '//str(sim%scene%end_time)//' s')
     call line('speed', str(real(sum(counts), rp)/per_step*1.0e-6_rp)//' M particle-steps/s here')
     call line('run time', str(steps*per_step)//' s = '//str(steps*per_step/3600.0_rp)//' h')
+    call report_process(input, sim)
     call line('skipped', skipped(sim))
   end subroutine report_scene
 
   !> Collective: a tool that starts inside a body hits it like a hammer; say so.
-  subroutine warn_of_overlap(world, sim)
+  subroutine warn_of_overlap(world, input, sets, sim)
     type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: sets(:)      !! the overrides, to name them
     type(simulation_t), intent(in) :: sim
+    type(complaints_t) :: warnings
     real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, room
     integer :: b, k, p
 
@@ -81,11 +89,13 @@ contains
     end do
     call world%max(deepest)
     if (.not. world%is_root()) return
-    do k = 1, size(sim%tool)
-      if (deepest(k) > 1.0e-3_rp*sim%scene%grid%h) write (output_unit, '(a)') &
-        'warning: tool '//trim(sim%tool(k)%name)//' starts '//str(1.0e3_rp*deepest(k))// &
-        ' mm inside the material and will hit it hard: let it start outside and plunge (&MOTION)'
+    call warnings%note_overrides(sets)
+    do k = 1, input%count('TOOL')
+      if (deepest(k) > 1.0e-3_rp*sim%scene%grid%h) call input%warn(warnings, 'TOOL', k, 'POSITION', &
+        'the tool starts '//str(1.0e3_rp*deepest(k))//' mm inside the material and will hit it hard: let it start '// &
+        'outside and plunge (&MOTION)')
     end do
+    call warnings%print(output_unit, warnings=.true.)
   end subroutine warn_of_overlap
 
   !> `, periodic along xy`.

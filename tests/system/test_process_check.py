@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""--check looks at the process: depth, ways and clearances of each phase, and what cannot be meant."""
+
+import re
+
+import driver
+import pytest
+
+QUICK = driver.ROOT / "input" / "quickstart.nml"
+SIN = 0.05233595624294383  # of 3 degrees
+
+# Changes of the quick start, and the error (exit status 2) or warning (0) about them.
+CASES = {
+    "as it is": ({}, None, None),
+    "radius in mm": ({"TOOL.RADIUS": 7}, "error", "RADIUS = 7: is far larger than the grid of 112 mm: lengths are in m"),
+    "position in mm": ({"TOOL.POSITION": "28, 20, 12.6"}, "error", "POSITION .*outside the grid throughout the run"),
+    "pin through the plate": ({"TOOL.PIN_RADIUS": 3e-3, "TOOL.PIN_LENGTH": 11.5e-3}, "error",
+                              r"MOTION VELOCITY .*comes out below the bottom of the plate of 12 mm at t = 0\.[0-9]+ s"),
+    "pin longer than the plate": ({"TOOL.PIN_RADIUS": 3e-3, "TOOL.PIN_LENGTH": 14e-3}, "error", "TOOL POSITION .*at t = 0 s"),
+    "tool plunges through": ({"MOTION(1).VELOCITY": "0, 0, -30e-3"}, "error", "comes out below the bottom"),
+    "pin without a radius": ({"TOOL.PIN_LENGTH": 3e-3}, "error", "PIN_LENGTH = 0.003: makes no pin without PIN_RADIUS"),
+    "pin without a length": ({"TOOL.PIN_RADIUS": 3e-3}, "error", "PIN_RADIUS = 0.003: makes no pin without PIN_LENGTH"),
+    "travel too long": ({"MOTION(2).VELOCITY": "50e-3, 0, 0"}, "warning", "travels 209.* mm and is off the plate of 100 mm x 40 mm from t = 2.5"),
+    "never touches": ({"TOOL.POSITION": "28e-3, 20e-3, 15e-3"}, "warning", "never touches a body"),
+    "goes up": ({"MOTION(1).VELOCITY": "0, 0, 1.5e-3"}, "warning", "never touches a body"),
+    "starts inside": ({"TOOL.POSITION": "28e-3, 20e-3, 11e-3"}, "warning", "starts 1.* mm inside the material"),
+    "wider than the plate": ({"TOOL.RADIUS": 60e-3, "TOOL.TILT_DEG": 0}, "warning", "120 mm across is wider than the bodies, 100 mm"),
+    "ramp too long": ({"MOTION(1).RAMP": 1}, "warning", "RAMP = 1: is longer than the DURATION"),
+    "phase that never comes": ({"MOTION(1).DURATION": 0}, "error", "is never reached"),
+}
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory):
+    """--check of every case, at cells of 4 mm."""
+    grid = {"GRID.CELL": 4e-3, "GRID.LOWER": "-8e-3,-8e-3,0", "GRID.UPPER": "104e-3,48e-3,24e-3"}
+    cases = {name: ((QUICK, "--check"), {"sets": grid | sets}) for name, (sets, *_) in CASES.items()}
+    cases["run"] = ((QUICK, "--quiet"), {"sets": grid | CASES["never touches"][0] | {"TIME.MAX_STEPS": 1}})
+    return driver.run_all(cases, tmp_path_factory.mktemp("process"))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_process(outcome, name):
+    """Exact: one error or one warning about the process, with the place in the input; none about a sound one."""
+    done, (_, word, text) = outcome[name], CASES[name]
+    print(done.out, done.err)
+    said = [line for line in (done.err + done.out).splitlines() if "error:" in line or "warning:" in line]
+    said = [line for line in said if "SHAPE" not in line]
+    assert done.status == (driver.BAD_INPUT if word == "error" else driver.WELL)
+    assert len(said) == (0 if word is None else 1), said
+    if word:
+        assert re.match(rf"(--set .*|.*quickstart.nml:\d+): {word}: &(TOOL|MOTION) .*", said[0]), said
+        assert re.search(text, said[0]), said
+
+
+def test_warnings_at_the_start_of_a_run(outcome):
+    """Exact: a run says them once, too."""
+    assert outcome["run"].out.count("never touches a body") == 1
+
+
+def table(done):
+    """The rows of the table of phases: name to numbers, None where there is none."""
+    rows = {}
+    for line in done.out.splitlines():
+        if re.match(r" +(plunge|dwell|travel|retract|rest) ", line):
+            words = line.split()
+            rows[words[0]] = [None if word == "-" else float(word) for word in words[1:]]
+    return rows
+
+
+def test_table_of_phases(outcome):
+    """Exact, to the last digit printed and the 15 degrees between points of the rim: the quick start's tool starts with its
+    trailing edge R sin 3 deg below POSITION, plunges 1.5 mm/s for 0.77 s and as much again in half of the ramp of
+    0.1 s, then goes 4 mm/s; 10 mm are left beside it (40 mm wide, R = 10 mm); it touches when its edge does."""
+    rows = table(outcome["as it is"])
+    print(rows)
+    start, stop, way, speed, spin, depth, bottom, edge, side = rows["plunge"]
+    lowest = 12.5816 - 10 * SIN
+    assert (start, stop, way, speed, spin) == (0, 0.77, 1.155, 1.5, 970)
+    assert depth == pytest.approx(12 - (lowest - 1.155), abs=2e-3)
+    assert depth + bottom == pytest.approx(12, abs=2e-3)
+    assert edge == pytest.approx(10, abs=0.1) and side == pytest.approx(bottom, abs=2e-3)
+    start, stop, way, speed, spin, depth, bottom, edge, side = rows["travel"]
+    assert (start, stop, speed, spin) == (0.77, 5, 4, 970)
+    assert way == pytest.approx(4 * (4.23 - 0.05), abs=0.06)
+    assert depth == pytest.approx(12 - (lowest - 1.155 - 0.075), abs=2e-3)
+    touch = re.search(r"touches at t = ([0-9.e-]+) s", outcome["as it is"].out)
+    assert float(touch[1]) == pytest.approx((lowest - 12) / 1.5, abs=2e-3)
+
+
+def test_table_without_contact(outcome):
+    """Exact: a tool that stays 3 mm above the plate has a depth below 0 and says so."""
+    done = outcome["never touches"]
+    assert "never touches where bodies are now" in done.out
+    assert table(done)["plunge"][5] == pytest.approx(-(15 - 10 * SIN - 1.155 - 12), abs=2e-3)
