@@ -15,6 +15,7 @@ program stirpoint
   use setup_keys, only: print_keys, print_keys_markdown
   use setup_prepare, only: place_particles, read_scene
   use setup_report, only: report_scene, warn_of_overlap
+  use setup_volumes, only: volumes_t
   use thermal_petsc, only: end_petsc
   use time_heat_loop, only: begin_heat, run_heat
   use time_heat_state, only: heat_run_t
@@ -64,10 +65,11 @@ contains
     type(input_t) :: input
     type(error_t) :: error
     integer(i8), allocatable :: counts(:)
+    type(volumes_t), allocatable :: volumes(:)
     character(:), allocatable :: message
     logical :: ok
 
-    call read_scene(world, command, sim, input, counts, ok)
+    call read_scene(world, command, sim, input, counts, volumes, ok)
     if (.not. ok) then
       status = bad_input
       return
@@ -85,7 +87,7 @@ contains
     end if
     if (command%restart == '') call warn_of_overlap(world, input, command%sets, sim)
     if (command%action == 'check') then
-      call report_scene(world, input, sim, counts)
+      call report_scene(world, input, sim, counts, volumes)
     else
       call open_results(sim, status)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)

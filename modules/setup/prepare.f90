@@ -17,6 +17,7 @@ module setup_prepare
   use setup_scene, only: build_scene
   use setup_sense, only: check_sense
   use setup_stretch, only: stretch_bodies
+  use setup_volumes, only: check_volumes, measure_volumes, volumes_t
   use time_known, only: start_fields
   use time_loop, only: begin
   use time_balance, only: first_partition
@@ -32,12 +33,13 @@ module setup_prepare
 contains
 
   !> Read and check the input; every complaint is printed and `is_good` is false if there is any.
-  subroutine read_scene(world, command, sim, input, counts, is_good)
+  subroutine read_scene(world, command, sim, input, counts, volumes, is_good)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command
     type(simulation_t), intent(inout) :: sim
     type(input_t), intent(out) :: input
     integer(i8), allocatable, intent(out) :: counts(:)   !! particles of each body
+    type(volumes_t), allocatable, intent(out) :: volumes(:)   !! of each body
     logical, intent(out) :: is_good
     type(complaints_t) :: complaints
     type(error_t) :: error
@@ -63,6 +65,8 @@ contains
         allocate (counts(size(sim%scene%body)))
         call count_particles(world, input, sim%scene, counts)
         call require_particles(input, counts, complaints)
+        call measure_volumes(world, input, sim%scene, volumes)
+        if (all(counts > 0)) call check_volumes(input, volumes, complaints)
       end if
     end if
     is_good = complaints%count() == 0

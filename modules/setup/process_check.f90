@@ -115,7 +115,8 @@ contains
     end select
   end subroutine check_size
 
-  !> What the survey of a tool says.
+  !> What the survey of a tool says. One that is outside the grid may be put away; many sides of the grid away it is
+  !> a place in another unit.
   subroutine judge(input, sim, solids, k, survey, complaints)
     type(input_t), intent(in) :: input
     type(simulation_t), intent(in) :: sim
@@ -128,7 +129,10 @@ contains
 
     call plate_of(sim%scene, solids, lower, upper)
     if (.not. survey%is_in_grid) then
-      call input%complain(complaints, 'TOOL', k, 'POSITION', 'the tool is outside the grid throughout the run')
+      associate (sides => sim%scene%grid%upper() - sim%scene%grid%lower)
+        call input%complain(complaints, 'TOOL', k, 'POSITION', 'the tool is outside the grid throughout the run', &
+                            is_warning=norm2(sim%tool(k)%start - sim%scene%grid%lower) < 10.0_rp*norm2(sides))
+      end associate
       return
     end if
     if (survey%touch >= none .and. .not. metal_moves(input, sim)) call input%warn(complaints, 'TOOL', k, 'POSITION', &

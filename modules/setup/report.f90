@@ -11,6 +11,7 @@ module setup_report
   use setup_complaints, only: complaints_t
   use setup_input, only: input_t
   use setup_process_check, only: report_process
+  use setup_volumes, only: report_volumes, volumes_t
   use thermal_method, only: solver_names
   use time_heat, only: conduction_step
   use time_stability, only: stable_step, wave_speed
@@ -25,11 +26,12 @@ module setup_report
 contains
 
   !> Collective; takes a few steps to time them, writes no file.
-  subroutine report_scene(world, input, sim, counts)
+  subroutine report_scene(world, input, sim, counts, volumes)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(simulation_t), intent(inout) :: sim
     integer(i8), intent(in) :: counts(:)     !! particles of each body
+    type(volumes_t), intent(in) :: volumes(:)
     real(rp) :: dt, per_step, memory(1), steps
     integer :: b, cells(3)
 
@@ -54,6 +56,7 @@ contains
       end associate
     end do
     call line('particles', str(sum(counts)))
+    call report_volumes(sim%scene, volumes)
     call line('ranks', str(world%size)//', up to '// &
               str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
     call line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &

@@ -37,11 +37,11 @@ contains
     call check_sources(input, scene, solids, complaints)
   end subroutine check_sense
 
-  !> Groups that say the same as another; for a shape that makes no difference.
+  !> Groups that say the same as another.
   subroutine find_twins(input, complaints)
     type(input_t), intent(in) :: input
     type(complaints_t), intent(inout) :: complaints
-    character(8), parameter :: groups(6) = [character(8) :: 'SHAPE', 'LOAD', 'TRACTION', 'SOURCE', 'FIELD', 'PROBE']
+    character(8), parameter :: groups(5) = [character(8) :: 'LOAD', 'TRACTION', 'SOURCE', 'FIELD', 'PROBE']
     character(1024), allocatable :: said(:)
     integer :: g, i, j
 
@@ -50,7 +50,7 @@ contains
       do i = 2, size(said)
         j = findloc(said(:i - 1), said(i), dim=1)
         if (j > 0) call input%complain(complaints, trim(groups(g)), i, '', 'is there twice, first '// &
-                                       place_of(input, trim(groups(g)), j), is_warning=groups(g) == 'SHAPE')
+                                       place_of(input, trim(groups(g)), j))
       end do
     end do
   end subroutine find_twins

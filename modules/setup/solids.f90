@@ -8,7 +8,7 @@ module setup_solids
   implicit none (type, external)
   private
 
-  public :: solid_t, read_solid, is_inside, bounds, reference
+  public :: solid_t, read_solid, is_inside, holds, bounds, reference
 
   type :: solid_t
     character(16) :: kind = 'box'

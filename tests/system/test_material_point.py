@@ -146,7 +146,7 @@ def test_on_ranks(run, tmp_path):
 MISTAKES = {
     "no such material": ("NAME = 'cu298', MATERIAL = 'copper'", "NAME = 'cu298', MATERIAL = 'coper'", "no &MATERIAL of this name"),
     "a name twice": ("NAME = 'cu773'", "NAME = 'cu298'", "another path has this name"),
-    "no history": ("KIND = 'shear'", "KIND = 'history', FILE = 'nowhere.csv'", "nowhere.csv cannot be read"),
+    "no history": ("KIND = 'shear', STRAIN = 30", "KIND = 'history', FILE = 'nowhere.csv'", "nowhere.csv cannot be read"),
     "no alpha*": ("TP_STAR_FIT = 46, -139.56, -0.08, ", "", "either by TP_STAR or by TP_STAR_FIT"),
     "a fit without ends": (", TP_STAR_ENDS = 0.22, 0.001", "", "needs TP_STAR_RANGE and TP_STAR_ENDS"),
     "a pole": ("46, -139.56", "46, -300.0", "pole"),

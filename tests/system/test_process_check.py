@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """--check looks at the process: depth, ways and clearances of each phase, and what cannot be meant."""
 
+import math
 import re
 
 import driver
@@ -14,6 +15,7 @@ CASES = {
     "as it is": ({}, None, None),
     "radius in mm": ({"TOOL.RADIUS": 7}, "error", "RADIUS = 7: is far larger than the grid of 112 mm: lengths are in m"),
     "position in mm": ({"TOOL.POSITION": "28, 20, 12.6"}, "error", "POSITION .*outside the grid throughout the run"),
+    "put away": ({"TOOL.POSITION": "0.2, 20e-3, 12.6e-3"}, "warning", "POSITION .*outside the grid throughout the run"),
     "pin through the plate": ({"TOOL.PIN_RADIUS": 3e-3, "TOOL.PIN_LENGTH": 11.5e-3}, "error",
                               r"MOTION VELOCITY .*comes out below the bottom of the plate of 12 mm at t = 0\.[0-9]+ s"),
     "pin longer than the plate": ({"TOOL.PIN_RADIUS": 3e-3, "TOOL.PIN_LENGTH": 14e-3}, "error", "TOOL POSITION .*at t = 0 s"),
@@ -45,7 +47,7 @@ def test_process(outcome, name):
     done, (_, word, text) = outcome[name], CASES[name]
     print(done.out, done.err)
     said = [line for line in (done.err + done.out).splitlines() if "error:" in line or "warning:" in line]
-    said = [line for line in said if "SHAPE" not in line]
+    said = [line for line in said if "&SHAPE" not in line]   # of the cavity, as it says
     assert done.status == (driver.BAD_INPUT if word == "error" else driver.WELL)
     assert len(said) == (0 if word is None else 1), said
     if word:
@@ -93,3 +95,24 @@ def test_table_without_contact(outcome):
     done = outcome["never touches"]
     assert "never touches where bodies are now" in done.out
     assert table(done)["plunge"][5] == pytest.approx(-(15 - 10 * SIN - 1.155 - 12), abs=2e-3)
+
+
+def test_volumes(outcome, run):
+    """Exact: a plate of 100 x 40 x 12 mm and the cavity of 20 x (7.5 + 14)/2 x 6 mm cut from it, to 1e-4 of the cavity, with what
+    their particles of 8 mm3 make of them, and a warning above 2 %; round bodies by their formulas, to 1e-3."""
+    out = outcome["as it is"].out
+    print(out)
+    filled, asked = map(float, re.search(r"&SHAPE 2: (\S+) mm3 for (\S+) mm3", out).groups())
+    assert asked == pytest.approx(-1290, rel=1e-4) and filled % 8 == pytest.approx(0)
+    body = re.search(r"volume +plate: (\S+) mm3 for (\S+) mm3 asked \((\S+) %\), (\S+) kg", out)
+    particles = int(re.search(r"plate: (\d+) particles", out)[1])
+    assert float(body[1]) == pytest.approx(8 * particles) and float(body[2]) == pytest.approx(46710, rel=1e-5)
+    assert float(body[4]) == pytest.approx(8 * particles * 8960e-9, rel=1e-5)
+    percent = 100 * (filled / asked - 1)
+    assert abs(percent) > 2 and re.search(rf"warning: &SHAPE cuts .*\(\{percent:+.2f} %\)", out)
+    discs = run("discs", "--check").out
+    assert float(re.search(r"left: \S+ mm3 for (\S+) mm3 asked", discs)[1]) == pytest.approx(math.pi * 200**2 * 50, rel=1e-3)
+    ring = run("annulus", "--check").out      # its hole is cut by a cylinder of 1 m, its particles lie on rings
+    filled, asked = map(float, re.search(r"ring: (\S+) mm3 for (\S+) mm3 asked", ring).groups())
+    assert asked == pytest.approx(math.pi * (13**2 - 3**2) * 2, rel=1e-3) and filled == pytest.approx(asked, rel=1e-3)
+    assert "warning" not in ring
