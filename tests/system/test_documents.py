@@ -1,0 +1,134 @@
+"""What README and the documents print can be typed: files exist, options are known, scenes pass --check."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+
+import driver
+
+DOCUMENTS = [driver.ROOT / "README.md", *sorted((driver.ROOT / "docs").glob("*.md")),
+             *sorted((driver.ROOT / "tests").rglob("*.md"))]
+FOLDERS = ("tests/", "benchmarks/", "postproc/", "jobscripts/", "input/", "docs/", "cmake/", "modules/", "src/", ".ci/")
+FIRST = ("bash", "cmake", "ctest", "mpirun", "python3", "stirpoint", "sbatch", "build/venv/bin/python", "build/release/stirpoint")
+
+
+def code_of(path):
+    """Lines of fenced blocks, and what stands in single quotes of code, on one line each."""
+    text = path.read_text(encoding="utf-8")
+    blocks = [line.split(" #")[0].strip() for block in re.findall(r"^```\w*\n(.*?)^```", text, re.M | re.S)
+              for line in block.splitlines()]
+    rest = re.sub(r"^```.*?^```", "", text, flags=re.M | re.S)
+    return blocks + [" ".join(code.split()) for code in re.findall(r"`([^`]+)`", rest)]
+
+
+def commands():
+    """(document, words) of every printed command."""
+    for path in DOCUMENTS:
+        for code in code_of(path):
+            first = code.split(" ")[0]
+            if first not in FIRST and not (" " in code and first.startswith(FOLDERS)):
+                continue
+            for one in code.split(" && "):
+                if " " in one:
+                    yield path.name, one
+
+
+COMMANDS = sorted(set(commands()))
+
+
+def test_there_are_commands():
+    """The documents are read as they are meant: README's blocks and table are among the commands."""
+    text = [command for document, command in COMMANDS if document == "README.md"]
+    for wanted in ("bash jobscripts/local.sh test", "cmake --preset release", "python3 postproc/report.py fsp_copper_cavity1_1mm.out",
+                   "stirpoint INPUT --check"):
+        assert wanted in text
+    assert len(COMMANDS) > 20
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_files_exist(path):
+    """Files and folders that a document names are there: in commands, in code and behind links."""
+    text = path.read_text(encoding="utf-8")
+    words = [word for code in code_of(path) for word in code.split(" ") if word.startswith(FOLDERS)]
+    words = [word for word in words if not re.search(r"[*<>{}A-Z]{2}|[*<>{}]|\.\.\.", word)]
+    missing = [word for word in words if not (driver.ROOT / word.rstrip(",;:.")).exists()]
+    links = [link.split("#")[0] for link in re.findall(r"\]\(([^)\s]+)\)", text) if not re.match(r"\w+:|#", link)]
+    missing += [link for link in links if not (path.parent / link).exists()]
+    assert not missing
+
+
+def output_of(words, **more):
+    done = subprocess.run(words, cwd=driver.ROOT, env=driver.ENVIRONMENT, capture_output=True, text=True, timeout=120, **more)
+    return done.returncode, done.stdout + done.stderr
+
+
+def check_program(words, directory):
+    """Arguments of the program: as printed with --check; where a file is only named, its options are known."""
+    status, known = output_of([driver.EXECUTABLE, "--help"])
+    assert status == 0
+    for word in words:
+        if word.startswith("--"):
+            assert word.split("=")[0] in known, f"{word} is no option"
+    if "FILE" in words or any(word.startswith("RUN.out") for word in words):
+        return
+    arguments = ["input/quickstart.nml" if word == "INPUT" else word for word in words]
+    arguments = [driver.ROOT / word if word.endswith(".nml") else word for word in arguments]
+    for k in reversed([k for k, word in enumerate(words) if word.endswith("=...")]):
+        del arguments[k - 1:k + 1]     # --set KEY=...: any value
+    if "--material" in words:
+        arguments = ["--material", sorted((driver.ROOT / "tests/system/points").glob("*.nml"))[0]]
+    elif not any(word.startswith(("--keys", "--version")) for word in words):
+        arguments.append("--check")
+    done = driver.run(None, *arguments, directory=directory, expect=None)
+    assert done.status == driver.WELL, done.err
+    assert not list(directory.glob("*.out")) or "--material" in words
+
+
+def check_script(script, words):
+    """Options of a script are those of its --help; names of tests and rows those of --help or --list."""
+    path = driver.ROOT / script
+    assert path.is_file()
+    if path.suffix == ".sh":
+        assert output_of(["bash", "-n", script])[0] == 0
+        known = path.read_text(encoding="utf-8")
+    else:
+        status, known = output_of([sys.executable, script, "--help"])
+        assert status == 0, known
+        if "--list" in known:
+            known += output_of([sys.executable, script, "--list"])[1]
+    for word in words:
+        if word.startswith("-") or re.fullmatch(r"[a-z_]+", word):
+            assert word in known, f"{script} does not know {word}"
+
+
+def check_cmake(words):
+    presets = json.loads((driver.ROOT / "CMakePresets.json").read_text(encoding="utf-8"))
+    kind = "buildPresets" if "--build" in words else "configurePresets"
+    assert words[words.index("--preset") + 1] in [p["name"] for p in presets[kind] if not p.get("hidden")]
+    given = [word[2:].split("=")[0] for word in words if word.startswith("-D")]
+    lists = "".join((driver.ROOT / name).read_text(encoding="utf-8") for name in ("CMakeLists.txt", "cmake/dependencies.cmake"))
+    assert all(name in lists for name in given)
+
+
+@pytest.mark.parametrize("document, command", COMMANDS, ids=[command for _, command in COMMANDS])
+def test_command(document, command, tmp_path):
+    """Each printed command is one that works, as far as can be told in a second."""
+    words = shlex.split(command)
+    if words[0] == "mpirun":
+        words = words[1:] if words[1] != "-n" else words[3:]
+    if words[0] in ("stirpoint", "build/release/stirpoint"):
+        check_program(words[1:], tmp_path)
+    elif words[0] == "cmake":
+        check_cmake(words[1:])
+    elif words[0] in ("bash", "sbatch", "python3", "build/venv/bin/python"):
+        check_script(words[1], words[2:])
+    elif words[0].startswith("build/release/"):
+        assert (driver.pathlib.Path(driver.EXECUTABLE).parent / words[0][len("build/release/"):]).exists()
+    else:
+        assert os.access(driver.ROOT / words[0], os.X_OK), f"{words[0]} is not executable"
+        check_script(words[0], words[1:])
