@@ -96,7 +96,7 @@ contains
     call copper%set_elastic(124.0e9_rp, 0.34_rp)
     copper%rho = 8960.0_rp
     copper%c_p = 386.0_rp
-    law = johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, m=1.09_rp)
+    law = johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, m=1.09_rp, t_melt=1356.0_rp)
     allocate (copper%flow, source=law)
     l = 0.0_rp
     l(:, 2) = shear

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> What a flow law must offer: the flow stress of a batch of particles and its slope; a law with
 !> internal variables also advances and describes them.
-!> A new law is a type in a file of its own and one line in `setup_flow_laws`.
+!> A new law is a type in a file of its own and one line in `setup_flow_laws`; its stress carries the
+!> factor of `strength_left`, or falls to zero at melting by itself.
 module physics_flow_law
   use base_kinds, only: nlane, rp
   implicit none (type, external)
@@ -9,7 +10,7 @@ module physics_flow_law
 
   public :: flow_law_t
 
-  integer, parameter, public :: n_work = 8   !! reals a law may prepare per particle
+  integer, parameter, public :: n_work = 9   !! reals a law may prepare per particle
 
   ! What a law with internal variables warns of, counted by `inspect`.
   integer, parameter, public :: n_alarms = 3
@@ -29,9 +30,11 @@ module physics_flow_law
   type, abstract :: flow_law_t
     integer :: n_state = 0        !! internal variables of a particle
     logical :: anneals = .false.  !! the state changes with time, not only with strain
+    real(rp) :: softens_at = huge(1.0_rp), melts_at = huge(1.0_rp)   !! `strength_left` falls between [K]
   contains
     procedure(prepare_interface), deferred :: prepare
     procedure(stress_interface), deferred :: stress
+    procedure, non_overridable :: strength_left
     procedure :: advance
     procedure :: inspect
     procedure :: anneal
@@ -66,6 +69,24 @@ module physics_flow_law
   end interface
 
 contains
+
+  !> Part of the strength that nearness to melting leaves: 1 up to `softens_at`, 0 from `melts_at` on.
+  pure subroutine strength_left(self, temp, factor)
+    class(flow_law_t), intent(in) :: self
+    real(rp), intent(in) :: temp(nlane)               !! [K]
+    real(rp), intent(out) :: factor(nlane)
+    real(rp) :: melts_at, scale
+    integer :: p
+
+    factor = 1.0_rp
+    if (self%melts_at >= huge(1.0_rp)) return
+    melts_at = self%melts_at
+    scale = 1.0_rp/(melts_at - self%softens_at)
+    !$omp simd
+    do p = 1, nlane
+      factor(p) = max(0.0_rp, min(1.0_rp, (melts_at - temp(p))*scale))
+    end do
+  end subroutine strength_left
 
   !> Internal variables after the plastic increment `x` at rate exp(log_rate); x = 0 keeps them.
   subroutine advance(self, work, x, log_rate, state)

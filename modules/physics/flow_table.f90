@@ -19,13 +19,14 @@ module physics_flow_table
 
 contains
 
-  !> work(:,1) = T.
+  !> work(:,1) = T, work(:,2): the factor of melting.
   subroutine prepare(self, temp, state, work)
     class(flow_table_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
     work(:, 1) = temp
+    call self%strength_left(temp, work(:, 2))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
@@ -42,10 +43,10 @@ contains
       plane = (1.0_rp - t)*self%sigma([i, i + di], [j, j + dj], k) &
               + t*self%sigma([i, i + di], [j, j + dj], k + dk)
       line = (1.0_rp - r)*plane(:, 1) + r*plane(:, 2)
-      sigma(p) = (1.0_rp - e)*line(1) + e*line(2)
-      slope(p) = x(p)*per_strain*(line(2) - line(1)) &
-                 + per_rate*((1.0_rp - e)*(plane(1, 2) - plane(1, 1)) &
-                             + e*(plane(2, 2) - plane(2, 1)))
+      sigma(p) = work(p, 2)*((1.0_rp - e)*line(1) + e*line(2))
+      slope(p) = work(p, 2)*(x(p)*per_strain*(line(2) - line(1)) &
+                             + per_rate*((1.0_rp - e)*(plane(1, 2) - plane(1, 1)) &
+                                         + e*(plane(2, 2) - plane(2, 1))))
     end do
   end subroutine stress
 

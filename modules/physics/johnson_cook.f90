@@ -13,7 +13,7 @@ module physics_johnson_cook
     real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp   !! [Pa], [Pa], [-]
     real(rp) :: c = 0.0_rp, m = 1.0_rp               !! [-], [-]
     real(rp) :: rate0 = 1.0_rp                       !! [1/s]
-    real(rp) :: t_room = 298.0_rp, t_melt = 1356.0_rp   !! [K]
+    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)   !! [K]
   contains
     procedure :: prepare
     procedure :: stress

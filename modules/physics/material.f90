@@ -18,7 +18,9 @@ module physics_material
     logical :: is_coupled = .false.    !! energy of physics_coupled instead of physics_elastic
     real(rp) :: expansion = 0.0_rp     !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp       !! temperature without thermal strain [K]
-    real(rp) :: c_p = 1.0_rp           !! specific heat [J/(kg K)]
+    real(rp) :: c_p = 400.0_rp         !! specific heat [J/(kg K)]
+    logical :: knows_heat = .false.    !! c_p was given; else only a scale for rounding errors sees it
+    real(rp) :: t_melt = huge(1.0_rp)  !! melting temperature; huge: not given [K]
     real(rp) :: conductivity = 0.0_rp  !! [W/(m K)]
     real(rp) :: plastic_heat = 0.9_rp  !! share of plastic work that becomes heat
     class(flow_law_t), allocatable :: flow   !! unallocated: elastic only

@@ -19,13 +19,13 @@ module physics_norton
 
 contains
 
-  !> Nothing depends on temperature.
+  !> work(:,1): the factor of melting; nothing else depends on temperature.
   subroutine prepare(self, temp, state, work)
     class(norton_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
-    work = 0.0_rp
+    call self%strength_left(temp, work(:, 1))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
@@ -33,17 +33,17 @@ contains
     real(rp), intent(in) :: work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
 
-    call evaluate(self%k, self%n, log_rate, sigma, slope)
+    call evaluate(self%k, self%n, work(:, 1), log_rate, sigma, slope)
   end subroutine stress
 
-  pure subroutine evaluate(k, n, log_rate, sigma, slope)
-    real(rp), intent(in) :: k, n, log_rate(nlane)
+  pure subroutine evaluate(k, n, left, log_rate, sigma, slope)
+    real(rp), intent(in) :: k, n, left(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
     integer :: p
 
     !$omp simd
     do p = 1, nlane
-      sigma(p) = k*exp(n*log_rate(p))
+      sigma(p) = left(p)*k*exp(n*log_rate(p))
       slope(p) = n*sigma(p)
     end do
   end subroutine evaluate

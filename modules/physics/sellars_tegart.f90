@@ -23,13 +23,14 @@ module physics_sellars_tegart
 
 contains
 
-  !> work(:,1) = Q/(R T) - ln A.
+  !> work(:,1) = Q/(R T) - ln A, work(:,2): the factor of melting.
   subroutine prepare(self, temp, state, work)
     class(sellars_tegart_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
     work(:, 1) = self%q/(gas_constant*max(temp, 1.0_rp)) - self%log_a
+    call self%strength_left(temp, work(:, 2))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
@@ -56,8 +57,8 @@ contains
       root = sqrt(1.0_rp + w*w)
       value = merge(w, log(w + root), w < 1.0e-4_rp)
       value = merge(log_w + log(2.0_rp), value, w > 1.0e4_rp)
-      sigma(p) = scale*value
-      slope(p) = scale*per_n*w/root
+      sigma(p) = work(p, 2)*scale*value
+      slope(p) = work(p, 2)*scale*per_n*w/root
     end do
   end subroutine evaluate
 

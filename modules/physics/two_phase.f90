@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Two-phase dislocation law (Estrin et al. 1998; thesis eqs. 6.1-6.15): cells of density rho_c
 !> within walls of density rho_w and volume fraction f, in shear rates gdot = M x/dt:
-!>   sigma = sigma_0 + M alpha G b (gdot/gdot_0)^(T/A) [f sqrt(rho_w) + (1-f) sqrt(rho_c)],
+!>   sigma = sigma_0 + M alpha G b (gdot/gdot_0)^(T/A) [f sqrt(rho_w) + (1-f) sqrt(rho_c)]
+!> (times the factor that falls to 0 at melting),
 !> grain size d = K/sqrt(f rho_w + (1-f) rho_c). Internal variables: u = sqrt(rho_w), rho_c, f, and
 !> what recrystallisation needs (physics_annealing).
 module physics_two_phase
@@ -60,7 +61,8 @@ module physics_two_phase
                         w_source = 3, &  !! alpha*/(sqrt(3) b) [1/m]
                         w_state = 4, &   !! the internal variables, n_own
                         w_root = 7, &    !! (1 - f)^(-1/3)
-                        w_mean = 8       !! f sqrt(rho_w) + (1-f) sqrt(rho_c) [1/m]
+                        w_mean = 8, &    !! f sqrt(rho_w) + (1-f) sqrt(rho_c) [1/m]
+                        w_left = 9       !! the factor of melting
 
   real(rp), parameter :: longest_substep = 5.0e-3_rp   !! plastic strain
   real(rp), parameter :: most_strain = 0.5_rp
@@ -117,6 +119,7 @@ contains
     call self%alpha_star%evaluate(temp, star)
     call prepare_block(1.0_rp/self%a, 1.0_rp/self%b, 1.0_rp/(sqrt(3.0_rp)*self%burgers), temp, &
                        star, state, work)
+    call self%strength_left(temp, work(:, w_left))
   end subroutine prepare
 
   pure subroutine prepare_block(per_a, per_b, source, temp, star, state, work)
@@ -259,8 +262,8 @@ contains
       mean = state(p, s_fraction)*state(p, s_wall) &
              + (1.0_rp - state(p, s_fraction))*sqrt(state(p, s_cell))
       factor = c(3)*exp(work(p, w_rate)*(log_rate(p) + c(4)))
-      sigma(p) = sigma0 + factor*mean
-      slope(p) = factor*(work(p, w_rate)*mean + mean - work(p, w_mean))
+      sigma(p) = work(p, w_left)*(sigma0 + factor*mean)
+      slope(p) = work(p, w_left)*factor*(work(p, w_rate)*mean + mean - work(p, w_mean))
     end do
   end subroutine evaluate
 

@@ -22,7 +22,7 @@ module physics_zerilli_armstrong
 
 contains
 
-  !> work(:,1) = C4 T, work(:,2) = exp(-C3 T).
+  !> work(:,1) = C4 T, work(:,2) = exp(-C3 T), work(:,3): the factor of melting.
   subroutine prepare(self, temp, state, work)
     class(zerilli_armstrong_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
@@ -30,6 +30,7 @@ contains
 
     work(:, 1) = self%c4*temp
     work(:, 2) = exp(-self%c3*temp)
+    call self%strength_left(temp, work(:, 3))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
@@ -54,8 +55,8 @@ contains
       root = c(3)*sqrt(e)
       hard = c(4)*exp(n*log(e))
       factor = work(p, 2)*exp(work(p, 1)*log_rate(p))
-      sigma(p) = c(1) + (c(2) + root)*factor + hard
-      slope(p) = x(p)/e*(0.5_rp*root*factor + n*hard) + (c(2) + root)*factor*work(p, 1)
+      sigma(p) = work(p, 3)*(c(1) + (c(2) + root)*factor + hard)
+      slope(p) = work(p, 3)*(x(p)/e*(0.5_rp*root*factor + n*hard) + (c(2) + root)*factor*work(p, 1))
     end do
   end subroutine evaluate
 

@@ -4,6 +4,7 @@ module setup_flow_laws
   use base_kinds, only: rp
   use base_text, only: str
   use physics_annealing, only: arrhenius_t
+  use physics_flow_law, only: flow_law_t
   use physics_flow_table, only: flow_table_t
   use physics_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
@@ -16,7 +17,7 @@ module setup_flow_laws
   implicit none (type, external)
   private
 
-  public :: read_flow_law
+  public :: read_flow_law, softening_from
 
   character(*), parameter :: group = 'MATERIAL'
 
@@ -51,7 +52,47 @@ contains
       call read_table(input, i, material, complaints)
     case default   ! elastic
     end select
+    if (allocated(material%flow)) call read_melting(input, i, material%flow, complaints)
   end subroutine read_flow_law
+
+  !> Temperature from which strength falls to 0 at `t_melt`: the last twentieth, but not where the law is
+  !> `calibrated` [K].
+  pure real(rp) function softening_from(t_melt, calibrated)
+    real(rp), intent(in) :: t_melt, calibrated
+
+    softening_from = max(0.95_rp*t_melt, min(calibrated, 0.999_rp*t_melt))
+  end function softening_from
+
+  !> The strength of a law that knows no melting falls to 0 over the last twentieth of T_MELT, but not
+  !> below the highest temperature it is calibrated for.
+  subroutine read_melting(input, i, law, complaints)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    class(flow_law_t), intent(inout) :: law
+    type(complaints_t), intent(inout) :: complaints
+    real(rp) :: calibrated, range(2), t_melt
+    logical :: is_given
+
+    is_given = input%given(group, i, 'T_MELT')
+    if (.not. is_given) return
+    t_melt = input%real(group, i, 'T_MELT')
+    calibrated = 0.0_rp
+    select type (law)
+    type is (johnson_cook_t)
+      return
+    type is (two_phase_t)
+      is_given = input%given(group, i, 'TP_CALIBRATED')
+      range = input%reals(group, i, 'TP_CALIBRATED', 2)
+      if (is_given) calibrated = range(2)
+    type is (flow_table_t)
+      if (size(law%temp) > 1) calibrated = law%temp(size(law%temp))
+      if (calibrated > t_melt) call input%complain(complaints, group, i, 'TABLE_T', &
+        'reaches above T_MELT = '//str(t_melt)//' K')
+    class default
+    end select
+    law%melts_at = t_melt
+    law%softens_at = softening_from(t_melt, calibrated)
+  end subroutine read_melting
 
   subroutine read_johnson_cook(input, i, material, complaints)
     type(input_t), intent(in) :: input
@@ -68,7 +109,7 @@ contains
     law%rate0 = input%real(group, i, 'JC_RATE0')
     law%t_room = input%real(group, i, 'T_ROOM')
     law%t_melt = input%real(group, i, 'T_MELT')
-    if (law%t_melt <= law%t_room) call input%complain(complaints, group, i, 'T_MELT', &
+    if (law%t_melt > 0.0_rp .and. law%t_melt <= law%t_room) call input%complain(complaints, group, i, 'T_MELT', &
       'must be above T_ROOM')
     allocate (material%flow, source=law)
   end subroutine read_johnson_cook

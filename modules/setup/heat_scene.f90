@@ -5,6 +5,7 @@ module setup_heat_scene
   use comm_world, only: world_t
   use setup_complaints, only: complaints_t
   use setup_cut_cells, only: all_solids, cut_cells, holder_of, mesh_of, solids_t
+  use setup_flow_laws, only: softening_from
   use setup_input, only: input_t
   use time_heat_state, only: heat_run_t
   use time_scene, only: scene_t
@@ -322,7 +323,7 @@ contains
     type(curve_t) :: curve
     real(rp), parameter :: step = 0.25_rp, most = 4000.0_rp
     real(rp), allocatable :: t(:), v(:), sticking(:)
-    real(rp) :: piece(25), sliding
+    real(rp) :: piece(25), sliding, last
     integer :: k, n
 
     n = nint(most/step)
@@ -334,6 +335,9 @@ contains
       call pairs(input, m, 'YIELD_TABLE', t, v)
       sticking = [(table_value(step*real(k, rp), t, v), k=0, n)]
     end if
+    last = 0.0_rp
+    if (allocated(t)) last = t(size(t))
+    call soften(input%real('MATERIAL', m, 'T_MELT'), last, step, sticking)
     sticking = sticking/sqrt(3.0_rp)
     sliding = input%real('SOURCE', i, 'FRICTION')*input%real('SOURCE', i, 'PRESSURE')
     curve = curve_t(0.0_rp, step, sticking)
@@ -349,6 +353,20 @@ contains
     case default
     end select
   end function shear_curve
+
+  !> The yield stress falls to 0 at melting, over its last twentieth or above the last temperature that is
+  !> given.
+  pure subroutine soften(t_melt, last, step, yield)
+    real(rp), intent(in) :: t_melt, last, step    !! [K]
+    real(rp), intent(inout) :: yield(0:)
+    real(rp) :: from
+    integer :: k
+
+    from = softening_from(t_melt, last)
+    do k = 0, ubound(yield, 1)
+      yield(k) = yield(k)*max(0.0_rp, min(1.0_rp, (t_melt - step*k)/(t_melt - from)))
+    end do
+  end subroutine soften
 
   !> Yield stress of the first piece that reaches `t`; 0 above the last [Pa].
   pure real(rp) function logistic(piece, t)

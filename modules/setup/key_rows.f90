@@ -110,12 +110,15 @@ contains
     call t%key('ENERGY', 'choice', 1, '', 'decoupled', 'decoupled coupled', &
       'elastic energy: volume and shape apart, or P = mu(F - F^-T) + lambda ln(J) F^-T')
     call add_laws(t)
-    call t%key('T_ROOM', 'real', 1, 'K', '298', '(0,inf)', &
-      'temperature up to which the law does not soften')
-    call t%key('T_MELT', 'real', 1, 'K', '1356', '(0,inf)', &
-      'temperature at which no strength is left')
-    call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '386', '(0,inf)', 'specific heat capacity')
-    call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '0', '[0,inf)', 'thermal conductivity')
+    call t%key('T_ROOM', 'real', 1, 'K', '298', '(0,10000]', &
+      'johnson-cook: temperature up to which it does not soften; EXPANSION: temperature without strain')
+    call t%key('T_MELT', 'real', 1, 'K', '', '(0,10000]', &
+      'temperature from which on no strength is left, with any LAW; required with johnson-cook, where a '// &
+      'law with strength is heated, and with a &SOURCE; metal above it is reported')
+    call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', &
+      'specific heat capacity; required where something heats or conducts')
+    call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '', '[0,1e6]', &
+      'thermal conductivity; required with &HEAT')
     call t%key('SPECIFIC_HEAT_TABLE', 'real', -64, '', '', '[0,inf)', &
       'heat alone: pairs of temperature and SPECIFIC_HEAT, linear between them; it replaces the '// &
       'constant')

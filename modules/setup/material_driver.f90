@@ -15,6 +15,7 @@ module setup_material_driver
   use setup_complaints, only: complaints_t
   use setup_csv, only: read_columns
   use setup_input, only: input_t
+  use setup_properties, only: need_property
   use setup_reading, only: read_input
   use setup_materials, only: read_materials
   use setup_names, only: find, known
@@ -85,6 +86,13 @@ contains
                             'there is no &MATERIAL of this name; '//known(material%name))
       else if (.not. allocated(material(m)%flow)) then
         call input%complain(complaints, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
+      else
+        if (input%logical(group, i, 'ADIABATIC')) then
+          call need_property(input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', complaints)
+          call need_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', complaints)
+        end if
+        if (input%text('MATERIAL', m, 'LAW') == 'johnson-cook') call need_property(input, m, 'T_MELT', &
+          "LAW = 'johnson-cook' softens towards it", complaints)
       end if
       do j = 1, i - 1
         if (input%text(group, j, 'NAME') == input%text(group, i, 'NAME')) &

@@ -18,6 +18,7 @@ contains
     type(input_t), intent(in) :: input
     type(material_t), allocatable, intent(out) :: material(:)
     type(complaints_t), intent(inout) :: complaints
+    logical :: is_given
     integer :: i, j
 
     allocate (material(input%count('MATERIAL')))
@@ -25,7 +26,10 @@ contains
       associate (m => material(i))
         m%name = input%text('MATERIAL', i, 'NAME')
         m%rho = input%real('MATERIAL', i, 'DENSITY')
-        m%c_p = input%real('MATERIAL', i, 'SPECIFIC_HEAT')
+        m%knows_heat = input%given('MATERIAL', i, 'SPECIFIC_HEAT')
+        if (m%knows_heat) m%c_p = input%real('MATERIAL', i, 'SPECIFIC_HEAT')
+        is_given = input%given('MATERIAL', i, 'T_MELT')
+        if (is_given) m%t_melt = input%real('MATERIAL', i, 'T_MELT')
         m%conductivity = input%real('MATERIAL', i, 'CONDUCTIVITY')
         m%plastic_heat = input%real('MATERIAL', i, 'PLASTIC_HEAT')
         call read_elasticity(input, i, m, complaints)

@@ -12,6 +12,7 @@ module setup_scene
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_materials, only: read_materials
   use setup_names, only: find, known
+  use setup_properties, only: check_properties
   use setup_scaling, only: read_selective_scaling
   use setup_sleeping, only: read_sleeping
   use setup_solids, only: bounds, read_solid, solid_t
@@ -38,6 +39,7 @@ contains
     call read_general(input, sim%scene, complaints)
     call lay_out_fields(input, sim%scene, complaints)
     call read_materials(input, sim%scene%material, complaints)
+    call check_properties(input, complaints)
     call lay_out_laws(input, sim%scene, complaints)
     call read_bodies(input, sim%scene, complaints)
     call read_surfaces(input, sim%scene, complaints)

@@ -15,6 +15,7 @@ module time_heat_files
   use thermal_rates, only: b_film, b_source
   use time_heat_probes, only: read_probes
   use time_heat_state, only: heat_run_t
+  use time_melting, only: melting_t
   use time_scene, only: output_t, scene_t
   use time_writing, only: next_time, span
   implicit none (type, external)
@@ -34,6 +35,7 @@ module time_heat_files
     real(rp) :: next_checkpoint = 0.0_rp, secured = 0.0_rp
     real(rp) :: last_books(3) = 0.0_rp        !! time, source heat, film loss of the last row
     integer(i8) :: first_step = 0
+    type(melting_t) :: melting
   contains
     procedure :: init
     procedure :: due
@@ -114,7 +116,7 @@ contains
 
     now = run%time*(1.0_rp + 1.0e-12_rp)
     if ((last .or. now >= self%next_row) .and. run%row_time < run%time) &
-      call row(self, world, run)
+      call row(self, world, scene, run)
     if (last .or. now >= self%next_frame) call frame(world, scene, run, error)
     if (.not. last .and. (is_safety_due .or. (now >= self%next_checkpoint .and. &
         scene%output%checkpoint_interval > 0.0_rp))) then
@@ -125,9 +127,10 @@ contains
   end subroutine due
 
   !> One row of the history and of the probes.
-  subroutine row(self, world, run)
+  subroutine row(self, world, scene, run)
     class(heat_writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     real(rp) :: sums(3), most(1), in, out, span_of_row, error
     real(rp), allocatable :: t(:), probes(:)
@@ -156,6 +159,7 @@ contains
       call read_probes(world, run, probes)
       call self%probes%row([run%time, probes])
     end if
+    call self%melting%watch_cells(world, scene, run)
     run%row_time = run%time
   end subroutine row
 
@@ -279,7 +283,7 @@ contains
     if (status == 0) then
       write (unit, '(a)') '{', '  "cells": '//str(run%cells)//',', &
         '  "steps": '//str(run%march%steps - self%first_step)//',', &
-        '  "refused_steps": '//str(run%march%refused)//',', &
+        self%melting%json(), '  "refused_steps": '//str(run%march%refused)//',', &
         '  "evaluations": '//str(run%heat%evaluations)//',', &
         '  "integrator": "'//trim(method_names(run%march%method))//'",', &
         '  "solver": "'//solver//'",', &

@@ -167,7 +167,8 @@ contains
     allocate (row(n_columns(sim)))
     row(1:n_common) = [sim%clock%time, real(sim%clock%step, rp), sim%clock%dt, kinetic, elastic, &
       all(e_plastic), work, all(e_body), all(e_wall), friction, normal, loss, &
-      100.0_rp*(given - taken)/sim%audit_scale, all(e_film), heat, most(1), most(2), &
+      100.0_rp*(given - taken)/sim%audit_scale, all(e_film), &
+      merge(heat, 0.0_rp, knows_heat(sim)), most(1), most(2), &
       inner, 100.0_rp*most(3), to_bodies, &
       all(e_wall_heat), all(e_source), 100.0_rp*all(e_conduction)/turned]
     k = n_common + n_per_tool*size(sim%tool)
@@ -179,6 +180,13 @@ contains
     if (sim%scene%method%adapts_mass) row(last + 1:) = [sim%scene%method%mass_scaling, all(e_scaling)]
     sim%row_time = sim%clock%time
   end subroutine history_row
+
+  !> Whether the specific heat of every material was given; the heat content is written only then.
+  pure logical function knows_heat(sim)
+    type(simulation_t), intent(in) :: sim
+
+    knows_heat = all(sim%scene%material%knows_heat)
+  end function knows_heat
 
   !> True if there is more kinetic energy than twice what all bodies had and were ever given: a run
   !> away. Expansion makes energy from heat; below 1e-9 of the heat content it may be rounding.

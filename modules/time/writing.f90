@@ -14,6 +14,7 @@ module time_writing
   use physics_flow_law, only: law_output, law_unit, n_alarms
   use time_deviation, only: deviation_columns, deviation_row, has_fields
   use time_fracture, only: stretched_apart
+  use time_melting, only: melting_t
   use time_microstructure, only: alarm_message, n_micro_outputs, pack_outputs
   use time_probes, only: share_probes
   use time_records, only: history_columns, history_row
@@ -37,6 +38,7 @@ module time_writing
     real(rp) :: inertial = 0.0_rp            !! largest inertial stress over flow stress so far
     logical :: warned = .false., warned_returns = .false., warned_fracture = .false.
     logical :: warned_alarm(n_alarms) = .false.
+    type(melting_t) :: melting
   contains
     procedure :: init
     procedure :: due
@@ -181,6 +183,7 @@ contains
     call history_row(world, sim, values)
     call self%tell_refused(world, sim)
     call self%tell_alarms(world, sim)
+    call self%melting%watch_particles(world, sim)
     call self%history%row(values)
     if (sim%probes%n > 0) then
       call share_probes(world, sim%probes)
@@ -312,6 +315,7 @@ contains
         '  "wall_seconds": '//str(wall)//',', '  "cpu_seconds": '//str(all(n_phases + 1))//',', &
         '  "particle_steps_per_wall_second": '//str(steps/wall)//',', &
         '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//',', &
+        self%melting%json(), &
         '  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//',', &
         '  "imbalance_mean": '//str(sim%balance%sum/max(1.0_rp, real(sim%clock%step - self%first_step, rp)))//',', &
         '  "imbalance_worst": '//str(sim%balance%worst)//',', '  "partitions": '//str(sim%balance%cuts)//',', &

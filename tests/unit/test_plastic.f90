@@ -25,7 +25,7 @@ program test_plastic
   call elastic%set_elastic(124.0e9_rp, 0.34_rp)
   copper = elastic
   allocate (copper%flow, source=johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, &
-                                               m=1.09_rp))
+                                               m=1.09_rp, t_melt=1356.0_rp))
 
   call begin_tests()
   call random_init(.true., .false.)
