@@ -378,7 +378,7 @@ MISTAKES = {
     "tool": ({}, "&TOOL POSITION = 0, 0, 1, RADIUS = 1e-3 /\n", "&TOOL.*has no effect with MECHANICS = F"),
     "probe": ({"PROBE(centre).POSITION": "16e-3,2e-3,4.1e-3"}, "", "PROBE POSITION.*outside"),
     "pairs": ({"MATERIAL.CONDUCTIVITY_TABLE": "300,1,200,2"}, "", "pairs in rising temperature"),
-    "no yield": ({}, "&SOURCE KIND = 'stir', POSITION = 0, 0, 4e-3, RADIUS = 1e-3 /\n", "needs YIELD_TABLE"),
+    "no yield": ({"MATERIAL.T_MELT": 1356}, "&SOURCE KIND = 'stir', POSITION = 0, 0, 4e-3, RADIUS = 1e-3 /\n", "needs YIELD_TABLE"),
     "every": ({"HEAT.EVERY": 5}, "", "EVERY.*has no effect with MECHANICS = F"),
     "every, explicit": ({"METHOD.MECHANICS": "T", "HEAT.EVERY": 5}, "", "EVERY.*needs INTEGRATOR = 'backward-euler'"),
     "tables": ({"MATERIAL(m).CONDUCTIVITY_TABLE": "300,1,400,2"}, """&MATERIAL NAME = 'n', DENSITY = 1000

@@ -79,7 +79,8 @@ def test_change_of_kinetic_energy_is_booked(run, tmp_path):
     sets = {"TIME.MASS_SCALING_RANGE": "1,1e4", "TIME.INERTIAL_FRACTION": "0.5", "METHOD.SORT_INTERVAL": "5",
             "OUTPUT.HISTORY_INTERVAL": "1e-6", "BODY.ANGULAR_VELOCITY": "0,0,0", "BODY.VELOCITY": "3,2,1",
             "TIME.DT": "0", "TIME.END": "2e-5", "MATERIAL.LAW": "johnson-cook", "MATERIAL.JC_A": "90e6",
-            "MATERIAL.JC_B": "292e6", "MATERIAL.JC_N": "0.31", "MATERIAL.JC_C": "0.025", "MATERIAL.JC_M": "1.09"}
+            "MATERIAL.JC_B": "292e6", "MATERIAL.JC_N": "0.31", "MATERIAL.JC_C": "0.025", "MATERIAL.JC_M": "1.09",
+            "MATERIAL.T_MELT": "1356"}
     history = run("crumb", "--quiet", sets=sets, directory=tmp_path).results("crumb").history()
     factor = history["mass_scaling"]
     print(factor, history["scaling_work[J]"])

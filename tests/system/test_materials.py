@@ -127,10 +127,11 @@ def test_creeping_layer(run):
 # What is replaced in stretched.nml, and what the message must say.
 MISTAKES = {
     "a law with the coupled energy": ("POISSON_RATIO = 0.3", "POISSON_RATIO = 0.3, ENERGY = 'coupled', LAW = 'norton', "
-                                      "NORTON_K = 1e6, NORTON_N = 0.2", r"ENERGY = 'coupled'.* LAW = 'elastic'"),
+                                      "NORTON_K = 1e6, NORTON_N = 0.2, PLASTIC_HEAT = 0", r"ENERGY = 'coupled'.* LAW = 'elastic'"),
     "expansion with the coupled energy": ("POISSON_RATIO = 0.3", "POISSON_RATIO = 0.3, ENERGY = 'coupled', EXPANSION = 1e-5",
                                           r"EXPANSION = 1e-5.* must be 0 with ENERGY = 'coupled'"),
-    "a law without its keys": ("POISSON_RATIO = 0.3", "POISSON_RATIO = 0.3, LAW = 'norton', NORTON_K = 1e6", r"has no NORTON_N"),
+    "a law without its keys": ("POISSON_RATIO = 0.3", "POISSON_RATIO = 0.3, LAW = 'norton', NORTON_K = 1e6, PLASTIC_HEAT = 0",
+                               r"has no NORTON_N"),
     "a mirrored body": ("0.8, 0", "-0.8, 0", r"DEFORMATION .*determinant above 0"),
     "a flat body": ("0.8, 0", "0, 0", r"DEFORMATION .*determinant above 0"),
     "half a gradient": ("0, 0, 0, 1.1", "0", r"DEFORMATION .*9 real numbers.*found 6"),
