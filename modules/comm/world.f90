@@ -3,7 +3,8 @@
 module comm_world
   use base_errors, only: set_abort_hook
   use base_kinds, only: i8, rp
-  use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
+  use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, mpi_comm_free, &
+    mpi_comm_split_type, mpi_comm_type_shared, mpi_info_null, &
                      mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
                      mpi_finalize, mpi_get_library_version, mpi_iallreduce, mpi_in_place, &
                      mpi_init, mpi_integer, mpi_integer8, mpi_max, mpi_max_library_version_string, &
@@ -21,6 +22,7 @@ module comm_world
     integer :: size = 1
   contains
     procedure :: is_root
+    procedure :: ranks_here
     procedure :: barrier
     procedure, private :: sum_reals, sum_longs, sum_integers, sum_long
     generic :: sum => sum_reals, sum_longs, sum_integers, sum_long
@@ -43,6 +45,16 @@ module comm_world
   end type reduction_t
 
 contains
+
+  !> Collective: ranks on the computer that this one runs on.
+  integer function ranks_here(self)
+    class(world_t), intent(in) :: self
+    type(mpi_comm) :: here
+
+    call mpi_comm_split_type(self%comm, mpi_comm_type_shared, 0, mpi_info_null, here)
+    call mpi_comm_size(here, ranks_here)
+    call mpi_comm_free(here)
+  end function ranks_here
 
   !> Start MPI (a run without mpirun is one rank).
   subroutine start_world(world)

@@ -12,7 +12,7 @@ module setup_command_line
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
     character(:), allocatable :: directory   !! for outputs, '' for the default
-    character(512), allocatable :: sets(:)   !! GROUP.KEY=VALUE
+    character(:), allocatable :: sets(:)     !! GROUP.KEY=VALUE
     character(:), allocatable :: problem     !! what is wrong with the command line, '' if nothing
     logical :: is_quiet = .false.
   end type command_t
@@ -22,14 +22,19 @@ contains
   subroutine read_command(command)
     type(command_t), intent(out) :: command
     character(:), allocatable :: word
-    integer :: i
+    integer :: i, longest, n_sets
 
     command%action = 'run'
     command%input = ''
     command%restart = ''
     command%directory = ''
     command%problem = ''
-    allocate (command%sets(0))
+    longest = 1
+    do i = 1, command_argument_count()
+      longest = max(longest, len(argument(i)))
+    end do
+    allocate (character(longest) :: command%sets(command_argument_count()))
+    n_sets = 0
     i = 0
     do while (i < command_argument_count())
       i = i + 1
@@ -47,7 +52,10 @@ contains
       case ('--output', '-o')
         command%directory = next(i, word)
       case ('--set')
-        call append(command%sets, next(i, word))
+        n_sets = n_sets + 1
+        command%sets(n_sets) = next(i, word)
+      case ('')
+        command%problem = 'an argument is empty (see stirpoint --help)'
       case default
         if (word(1:1) == '-') then
           command%problem = 'unknown option '//word//' (see stirpoint --help)'
@@ -58,6 +66,7 @@ contains
         end if
       end select
     end do
+    command%sets = command%sets(:n_sets)
     if (command%problem == '' .and. command%input == '' .and. command%restart == '' &
         .and. any(command%action == [character(8) :: 'run', 'check', 'material'])) then
       command%problem = 'no input file (see stirpoint --help)'
@@ -76,19 +85,9 @@ contains
       end if
       i = i + 1
       value = argument(i)
+      if (value == '') command%problem = 'the value of '//option//' is empty'
     end function next
   end subroutine read_command
-
-  subroutine append(list, word)
-    character(512), allocatable, intent(inout) :: list(:)
-    character(*), intent(in) :: word
-    character(512), allocatable :: longer(:)
-
-    allocate (longer(size(list) + 1))
-    longer(:size(list)) = list
-    longer(size(longer)) = word
-    call move_alloc(longer, list)
-  end subroutine append
 
   function argument(i) result(word)
     integer, intent(in) :: i
@@ -96,8 +95,8 @@ contains
     integer :: length
 
     call get_command_argument(i, length=length)
-    allocate (character(max(1, length)) :: word)
-    call get_command_argument(i, word)
+    allocate (character(length) :: word)
+    if (length > 0) call get_command_argument(i, word)
   end function argument
 
   subroutine print_help()

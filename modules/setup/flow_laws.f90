@@ -230,7 +230,7 @@ contains
     call check_points(input, i, 'TABLE_RATE', law%log_rate, complaints)
     call check_points(input, i, 'TABLE_T', law%temp, complaints)
     wanted = size(law%strain)*size(law%log_rate)*size(law%temp)
-    if (size(values) /= wanted) then
+    if (wanted == 0 .or. size(values) /= wanted) then
       call input%complain(complaints, group, i, 'TABLE_STRESS', 'has '//str(size(values))// &
                           ' values, the table has '//str(wanted))
       return
@@ -247,6 +247,7 @@ contains
     real(rp), intent(in) :: points(:)
     type(complaints_t), intent(inout) :: complaints
 
+    if (size(points) == 0) return
     if (any(points(2:) <= points(:size(points) - 1))) call input%complain(complaints, group, i, &
       key, 'must rise from value to value')
   end subroutine check_points

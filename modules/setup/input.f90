@@ -20,6 +20,7 @@ module setup_input
     type(key_table_t) :: table
   contains
     procedure :: count => count_groups
+    procedure :: is_whole
     procedure :: given => is_given
     procedure :: real => one_real
     procedure :: reals => some_reals
@@ -107,8 +108,19 @@ contains
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group
 
-    count_groups = count(self%written%groups%name == group)
+    count_groups = self%written%count(group)
   end function count_groups
+
+  !> Whether there is one of each group that must be there.
+  logical function is_whole(self)
+    class(input_t), intent(in) :: self
+    integer :: g
+
+    is_whole = .true.
+    do g = 1, size(self%table%groups)
+      if (self%table%groups(g)%is_required) is_whole = is_whole .and. self%count(self%table%groups(g)%name) > 0
+    end do
+  end function is_whole
 
   !> True if the key was written in the file or set by an override.
   logical function is_given(self, group, i, key)
@@ -164,32 +176,51 @@ contains
     end associate
   end function item
 
-  !> The first `n` values of a key of real numbers, in its unit.
+  !> The first `n` values of a key of real numbers, in its unit; 0 where there is neither value nor default.
   function some_reals(self, group, i, key, n) result(r)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
     integer, intent(in) :: i, n
     real(rp) :: r(n)
-    logical :: ok
-    integer :: k
+    real(rp), allocatable :: all(:)
 
-    do k = 1, n
-      call to_real(self%item(group, i, key, 'real', k), r(k), ok)
-    end do
+    all = self%list(group, i, key)
+    r = 0.0_rp
+    r(:min(n, size(all))) = all(:min(n, size(all)))
   end function some_reals
 
-  !> All values of a key of real numbers, as many as were written; those of the default if none.
+  !> All values of a key of real numbers up to the first that was not written and has no default.
   function all_reals(self, group, i, key) result(r)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
     integer, intent(in) :: i
     real(rp), allocatable :: r(:)
-    integer :: n
+    integer, allocatable :: first(:), last(:)
+    character(:), allocatable :: text
+    logical :: ok
+    integer :: a, k, most
 
-    do n = 1, abs(self%table%keys(self%row_number(group, i, key, 'real'))%n)
-      if (self%item(group, i, key, 'real', n) == '') exit
-    end do
-    r = self%reals(group, i, key, n - 1)
+    associate (row => self%table%keys(self%row_number(group, i, key, 'real')))
+      most = abs(row%n)
+      allocate (first(most), last(most), r(most))
+      call self%written%gather(self%written%find(group, i), key, first, last)
+      a = self%written%last_of(self%written%find(group, i), key)
+      if (a > 0) then
+        if (self%written%assignments(a)%is_broken) a = -1
+      end if
+      do k = 1, most
+        if (first(k) > 0) then
+          text = self%written%text(first(k):last(k))
+        else if (a >= 0) then
+          text = default_item(row, k)
+        else
+          text = ''
+        end if
+        if (text == '') exit
+        call to_real(text, r(k), ok)
+      end do
+    end associate
+    r = r(:k - 1)
   end function all_reals
 
   real(rp) function one_real(self, group, i, key)

@@ -267,11 +267,12 @@ contains
   pure subroutine split_values(text, items)
     character(*), intent(in) :: text
     type(items_t), intent(out) :: items
-    integer :: i, first, times, star
+    integer :: i, first, n, times, star
     logical :: after_comma
     character :: quote
 
-    allocate (items%first(0), items%last(0), items%repeat(0))
+    allocate (items%first(len(text)/2 + 1), items%last(len(text)/2 + 1), items%repeat(len(text)/2 + 1))
+    n = 0
     after_comma = .true.
     i = 1
     do while (i <= len(text))
@@ -301,11 +302,15 @@ contains
           if (times < 1 .or. first > i - 1) items%problem = 'not a repeat count and a value'
         end if
       end if
-      items%first = [items%first, first]
-      items%last = [items%last, i - 1]
-      items%repeat = [items%repeat, times]
+      n = n + 1
+      items%first(n) = first
+      items%last(n) = i - 1
+      items%repeat(n) = times
       after_comma = .false.
     end do
+    items%first = items%first(:n)
+    items%last = items%last(:n)
+    items%repeat = items%repeat(:n)
   end subroutine split_values
 
   !> Value of up to six digits with blanks around; -1 for anything else and for 0.

@@ -14,6 +14,7 @@ module setup_prepare
   use setup_input, only: input_t
   use setup_reading, only: read_input, read_input_text
   use setup_process_check, only: check_process
+  use setup_room, only: check_room
   use setup_scene, only: build_scene
   use setup_sense, only: check_sense
   use setup_stretch, only: stretch_bodies
@@ -56,8 +57,9 @@ contains
       end if
     end if
     if (.not. error%is_set()) then
-      if (input%count('GRID') > 0) call build_scene(input, sim, complaints)
+      if (input%is_whole()) call build_scene(input, sim, complaints)
     end if
+    if (complaints%count() == 0) call check_room(world, input, sim%scene, complaints)
     if (complaints%count() == 0) then
       call check_sense(input, sim%scene, complaints)
       if (sim%scene%method%has_mechanics) call check_process(input, sim, complaints)

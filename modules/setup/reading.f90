@@ -6,7 +6,7 @@ module setup_reading
   use setup_input, only: input_t
   use setup_key_rows, only: key_table
   use setup_keys_table, only: key_row_t, quoted, split_override, split_words
-  use setup_scan, only: assignment_t, group_t, read_file, scan_text
+  use setup_scan, only: assignment_t, read_file, scan_text
   implicit none (type, external)
   private
 
@@ -91,8 +91,8 @@ contains
     if (any(input%table%keys(row)%kind == [character(8) :: 'text', 'choice']) .and. &
         scan(value(1:1), '''"') == 0) value = quoted(value)
     new%line = -k
-    if (input%count(group) == 0 .and. .not. input%table%groups(g)%repeats) input%written%groups = &
-      [input%written%groups, group_t(group, -k)]
+    if (input%count(group) == 0 .and. .not. input%table%groups(g)%repeats) &
+      call input%written%add_group(group, -k)
     ok = .false.
     do i = 1, input%count(group)
       if (.not. is_meant(input, group, i, which)) cycle

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Scanner of Fortran namelist groups (Fortran 2018, 13.11) that keeps line numbers.
 module setup_scan
+  use base_kinds, only: i8
   use base_text, only: str, upper
   use setup_complaints, only: complaints_t, excerpt
   use setup_keys_table, only: is_name, items_t, key_table_t, letters, name_len, split_values, &
@@ -24,6 +25,7 @@ module setup_scan
     character(name_len) :: name = ''   !! upper case
     integer :: line = 0                !! where it opens; -k: made by the k-th override
     logical :: is_broken = .false.     !! it could not be read to its end
+    integer :: first = 1, last = 0     !! its assignments, but those of overrides
   end type group_t
 
   !> One `KEY(index) = value`.
@@ -36,12 +38,26 @@ module setup_scan
     logical :: is_broken = .false.     !! not to be used: a complaint was filed
   end type assignment_t
 
+  !> Where the groups of one name are: at(:n).
+  type :: places_t
+    character(name_len) :: name = ''
+    integer, allocatable :: at(:)
+    integer :: n = 0
+  end type places_t
+
+  !> More are no input that somebody wrote; what follows takes time that grows with their square.
+  integer, parameter :: most_groups = 20000, most_in_group = 10000, most_bytes = 32*1024**2
+
   !> A scanned file.
   type :: scan_t
     character(:), allocatable :: text              !! the file without comments
     type(group_t), allocatable :: groups(:)
     type(assignment_t), allocatable :: assignments(:)
+    integer, private :: n_groups = 0, n_read = 0   !! of the file; overrides stand behind them
+    type(places_t), allocatable, private :: places(:)
   contains
+    procedure :: count => count_groups
+    procedure :: add_group
     procedure :: find
     procedure :: last_of
     procedure :: value
@@ -65,7 +81,8 @@ contains
     character(*), intent(in) :: file
     character(:), allocatable, intent(out) :: text
     character(:), allocatable, intent(out) :: problem   !! empty if all is well
-    integer :: unit, status, length
+    integer(i8) :: length
+    integer :: unit, status
     character(200) :: reason
 
     problem = ''
@@ -74,9 +91,13 @@ contains
           action='read', iostat=status, iomsg=reason)
     if (status == 0) then
       inquire (unit=unit, size=length)
-      deallocate (text)
-      allocate (character(max(length, 0)) :: text)
-      read (unit, iostat=status, iomsg=reason) text
+      if (length > most_bytes) then
+        problem = 'has '//str(length)//' bytes; an input has at most '//str(most_bytes)
+      else
+        deallocate (text)
+        allocate (character(max(length, 0_i8)) :: text)
+        read (unit, iostat=status, iomsg=reason) text
+      end if
       close (unit)
     end if
     if (status /= 0) problem = 'cannot be read: '//trim(reason)
@@ -92,12 +113,16 @@ contains
 
     i = merge(3, 0, index(text, byte_order_mark) == 1)
     call mark_text(file, repeat(' ', i)//text(i + 1:)//newline, source, complaints)
-    allocate (scanned%groups(0), scanned%assignments(0))
+    allocate (scanned%groups(64), scanned%assignments(256))
     i = 1
     do while (i <= len(source%clean))
       if (source%clean(i:i) == ' ') then
         i = i + 1
       else if (opens_group(source%clean, i)) then
+        if (scanned%n_groups == most_groups) then
+          call complaints%add(file, source%line(i), 'more than '//str(most_groups)//' groups')
+          exit
+        end if
         call scan_group(source, i, scanned, complaints)
       else
         last = i
@@ -111,6 +136,9 @@ contains
       end if
     end do
     scanned%text = source%clean
+    scanned%groups = scanned%groups(:scanned%n_groups)
+    scanned%assignments = scanned%assignments(:scanned%n_read)
+    call find_places(scanned)
   end subroutine scan_text
 
   !> First pass: blank comments, mark quotes, number the lines.
@@ -208,8 +236,12 @@ contains
     if (.not. is_closed .and. index(source%mask(first:last), unclosed) == 0) then
       call complaints%add(source%file, group%line, '&'//trim(group%name)//' is not closed with /')
     end if
-    scanned%groups = [scanned%groups, group]
+    group%first = scanned%n_read + 1
+    scanned%n_groups = scanned%n_groups + 1
+    if (scanned%n_groups > size(scanned%groups)) scanned%groups = [scanned%groups, scanned%groups]
+    scanned%groups(scanned%n_groups) = group
     call scan_body(source, first, last, scanned, complaints)
+    scanned%groups(scanned%n_groups)%last = scanned%n_read
     i = last + merge(2, 1, is_closed)
   end subroutine scan_group
 
@@ -224,11 +256,16 @@ contains
     logical :: has_key
 
     has_key = .false.
-    current%group = size(scanned%groups)
+    current%group = scanned%n_groups
     current%line = source%line(first)
     current%first = first
     do i = first, last
       if (source%clean(i:i) /= '=' .or. source%mask(i:i) /= plain) cycle
+      if (scanned%n_read - scanned%groups(scanned%n_groups)%first + 1 == most_in_group) then
+        call complaints%add(source%file, source%line(i), 'more than '//str(most_in_group)// &
+                            ' values in one group')
+        return
+      end if
       call take_key(source%clean(:i - 1), current%first, key_first, key_last, next%index)
       current%last = key_first - 1
       call finish_assignment(source, current, has_key, scanned, complaints)
@@ -276,7 +313,10 @@ contains
       else if (index(source%mask(current%first:current%last), unclosed) > 0) then
         current%is_broken = .true.
       end if
-      scanned%assignments = [scanned%assignments, current]
+      scanned%n_read = scanned%n_read + 1
+      if (scanned%n_read > size(scanned%assignments)) &
+        scanned%assignments = [scanned%assignments, scanned%assignments]
+      scanned%assignments(scanned%n_read) = current
     else if (current%last >= current%first .and. .not. current%is_broken) then
       i = current%first
       call complaints%add(source%file, source%line(i), 'a value without a key: "'// &
@@ -284,19 +324,72 @@ contains
     end if
   end subroutine finish_assignment
 
+  !> Sort the groups by their names.
+  subroutine find_places(scanned)
+    type(scan_t), intent(inout) :: scanned
+    type(places_t) :: new
+    integer :: i, k
+
+    if (allocated(scanned%places)) deallocate (scanned%places)
+    allocate (scanned%places(0))
+    do i = 1, size(scanned%groups)
+      k = place_of(scanned, scanned%groups(i)%name)
+      if (k == 0) then
+        new%name = scanned%groups(i)%name
+        new%at = [0, 0]
+        scanned%places = [scanned%places, new]
+        k = size(scanned%places)
+      end if
+      associate (p => scanned%places(k))
+        p%n = p%n + 1
+        if (p%n > size(p%at)) p%at = [p%at, p%at]
+        p%at(p%n) = i
+      end associate
+    end do
+  end subroutine find_places
+
+  !> Number of a name in the list of places, 0 if no group has it.
+  pure integer function place_of(scanned, name)
+    class(scan_t), intent(in) :: scanned
+    character(*), intent(in) :: name
+
+    do place_of = size(scanned%places), 1, -1
+      if (scanned%places(place_of)%name == name) exit
+    end do
+  end function place_of
+
+  !> Add a group that the file does not have.
+  subroutine add_group(self, name, line)
+    class(scan_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: line             !! -k: made by the k-th override
+
+    self%groups = [self%groups, group_t(name, line)]
+    call find_places(self)
+  end subroutine add_group
+
+  !> Number of groups called `name`.
+  pure integer function count_groups(self, name)
+    class(scan_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer :: k
+
+    count_groups = 0
+    k = place_of(self, name)
+    if (k > 0) count_groups = self%places(k)%n
+  end function count_groups
+
   !> Number of the `i`-th group called `name`, 0 if there is none.
   pure integer function find(self, name, i)
     class(scan_t), intent(in) :: self
     character(*), intent(in) :: name
     integer, intent(in) :: i
-    integer :: n
+    integer :: k
 
-    n = 0
-    do find = 1, size(self%groups)
-      if (self%groups(find)%name == name) n = n + 1
-      if (n == i) return
-    end do
     find = 0
+    k = place_of(self, name)
+    if (k == 0 .or. i < 1) return
+    if (i <= self%places(k)%n) find = self%places(k)%at(i)
   end function find
 
   !> Number of the assignment of a key that counts, 0 if there is none.
@@ -306,8 +399,14 @@ contains
     character(*), intent(in) :: key
 
     last_of = 0
-    if (key /= '') last_of = findloc(self%assignments%group == group .and. &
-                                     self%assignments%key == key, .true., dim=1, back=.true.)
+    if (key == '' .or. group == 0) return
+    do last_of = size(self%assignments), self%n_read + 1, -1
+      if (self%assignments(last_of)%group == group .and. self%assignments(last_of)%key == key) return
+    end do
+    do last_of = self%groups(group)%last, self%groups(group)%first, -1
+      if (self%assignments(last_of)%key == key) return
+    end do
+    last_of = 0
   end function last_of
 
   !> The value text of assignment number `i`.
@@ -340,11 +439,14 @@ contains
     character(*), intent(in) :: key
     integer, intent(out) :: first(:), last(:)
     type(items_t) :: items
-    integer :: i, j, k
+    integer :: i, j, k, n
 
     first = 0
     last = 0
-    do i = 1, size(self%assignments)
+    if (group == 0) return
+    do n = self%groups(group)%first, self%groups(group)%last + size(self%assignments) - self%n_read
+      i = n                                   ! those of the file, then all overrides
+      if (n > self%groups(group)%last) i = self%n_read + n - self%groups(group)%last
       associate (one => self%assignments(i))
         if (one%group /= group .or. one%key /= key .or. one%is_broken) cycle
         call split_values(self%text(one%first:one%last), items)

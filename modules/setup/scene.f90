@@ -3,6 +3,7 @@
 !> What only shows here (a name that nobody has, a shape outside the grid) joins the complaints.
 module setup_scene
   use base_kinds, only: i8, rp
+  use base_text, only: str
   use grid_geometry, only: make_grid
   use setup_complaints, only: complaints_t
   use setup_contacts, only: read_contacts
@@ -197,7 +198,10 @@ contains
     if (any(upper - lower < h*(1.0_rp - 1.0e-9_rp))) then
       call input%complain(complaints, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
     else if (product((upper - lower)/h) > 2.0e9_rp) then
-      call input%complain(complaints, 'GRID', 1, 'CELL', 'makes more than 2e9 cells')
+      call input%complain(complaints, 'GRID', 1, 'CELL', 'makes '//str(product((upper - lower)/h))// &
+                          ' cells; at most 2e9 are possible')
+    else if (any((upper - lower)/h > 1.0e6_rp)) then
+      call input%complain(complaints, 'GRID', 1, 'CELL', 'makes more than 1e6 cells along an axis')
     else if (any(is_periodic .and. abs((upper - lower)/h - anint((upper - lower)/h)) &
                  > 1.0e-6_rp)) then
       call input%complain(complaints, 'GRID', 1, 'PERIODIC', &
