@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""What the documents state in their sentences: figures that are measured, and numbers that are none.
+
+A statement is a text of a document with '#' for each number, and the values behind these in their order: a measurement,
+its key and a factor. Numbers that are no results belong to a definition, with the reason why nothing measures them."""
+
+import dataclasses
+
+import documents
+import tables
+
+@dataclasses.dataclass(frozen=True)
+class Statement:
+    document: str
+    words: str
+    values: tuple  # (measurement, key, factor) for each '#'
+
+
+STATEMENTS = (
+    Statement("docs/accuracy.md", "FLIP loses # % of its angular momentum with uGIMP and # % with B-splines, MUSL # %, FMPM all of "
+              "it; APIC # and # %.", tuple(("rotation", key, 100.0) for key in ("flip ugimp", "flip bspline", "musl ugimp",
+                                                                               "apic ugimp", "apic bspline"))),
+    Statement("docs/accuracy.md", "| uGIMP, FLIP | # |", (("limits", "limit_ugimp", 1.0),)),
+    Statement("docs/accuracy.md", "| B-spline, FLIP | # |", (("limits", "limit_bspline", 1.0),)),
+    Statement("docs/accuracy.md", "SELECTIVE_SCALING = 'on' | # |", (("limits", "limit_selective", 1.0),)),
+    Statement("docs/accuracy.md", "| APIC | # times that of FLIP |", (("limits", "apic_gain", 1.0),)),
+    Statement("docs/accuracy.md", "k to the power of # times that of FLIP", (("limits", "filter_power", 1.0),)),
+    Statement("docs/accuracy.md", "The default time step is # of these limits (# with SELECTIVE_SCALING)",
+              (("limits", "margin", 1.0), ("limits", "margin_selective", 1.0))),
+    Statement("docs/microstructure.md", "The residual is # % (the noise:", (("calibration", "residual", 100.0),)),
+)
+
+# Why a number of a document is not measured.
+KEY = "a parameter of the method or of a scene, as the program or the input has it"
+ASKED = "a limit that a test or a command enforces"
+QUOTED = "a figure of the literature"
+PEERS = "benchmarks/work_precision/peers.py, of which it is the assumption"
+FORMULA = "follows from the formula beside it"
+ABOUT = "the order of a processor time, which depends on the machine"
+
+DEFINITIONS = (
+    ("README.md", "CMake >= 3.20", QUOTED),
+    ("README.md", "ParaView 5.11", QUOTED),
+    ("docs/accuracy.md", "good to some 30 %", ABOUT),
+    ("docs/accuracy.md", "Errors above 10 % do not count", KEY),
+    ("docs/accuracy.md", "no error below 10 %", KEY),
+    ("docs/accuracy.md", "periodic, A = 0.05 or 0.001", KEY),
+    ("docs/accuracy.md", "kappa t/L^2 = 0.1", KEY),
+    ("docs/accuracy.md", "speed after 5 ms", KEY),
+    ("docs/accuracy.md", "over the rise at 10 mm", KEY),
+    ("docs/accuracy.md", "over 0.25 million particle-steps per core-second", PEERS),
+    ("docs/accuracy.md", "steps of CFL 0.5 or kappa dt/h^2 = 0.25; FMPM(2) 1.9 times that", PEERS),
+    ("docs/accuracy.md", "every 10 or 100 steps", KEY),
+    ("docs/accuracy.md", "FOURIER = 0.25, the default", KEY),
+    ("docs/accuracy.md", "(Poisson's ratio 0.33,", KEY),
+    ("docs/accuracy.md", "3,000 steps without growth of energy", KEY),
+    ("docs/accuracy.md", "TIME.CFL = 0.4)", KEY),
+    ("docs/accuracy.md", "pressed 0.05 mm into a clamped copper plate; force and torque are means from 3 to 5 ms, heat is that after "
+     "5 ms. The grid is shifted by (0.13, 0.29, 0.41) cells", KEY),
+    ("docs/method.md", "USAVG (3.69-3.81)", QUOTED),
+    ("docs/method.md", "(flow stress above 1e-4 of the shear modulus)", KEY),
+    ("docs/method.md", "The impulse is 0.7 m e/s", KEY),
+    ("docs/method.md", "a penetration of 0.43 dt^2 p/(rho spacing)", FORMULA),
+    ("docs/method.md", "no faster than 0.003 of the wave speed", KEY),
+    ("docs/method.md", "it needs no more (0.43 of that)", FORMULA),
+    ("docs/method.md", "falls from 1 to 0 over 0.75 cells about a line 0.4 cells inside", KEY),
+    ("docs/method.md", "stretched elastically to 0.9 of the distance", KEY),
+    ("docs/method.md", "3 times the spacing for uGIMP", KEY),
+    ("docs/method.md", "(to 1e-6 of a cell)", KEY),
+    ("docs/method.md", "is within 3 % at any offset", ASKED),
+    ("docs/method.md", "every 200 steps", KEY),
+    ("docs/method.md", "a sleeper 0.035)", KEY),
+    ("docs/method.md", "have another volume by more than 2 %", KEY),
+    ("docs/microstructure.md", "eqs. 6.1-6.15", QUOTED),
+    ("docs/microstructure.md", "The third term of 6.5", QUOTED),
+    ("docs/microstructure.md", "eqs. 6.14 and 6.15, which jump", QUOTED),
+    ("docs/microstructure.md", "substeps of 0.005 of plastic strain", KEY),
+    ("docs/microstructure.md", "(by more than 0.5 K)", KEY),
+    ("docs/microstructure.md", "a factor that is 1 up to 0.95 `T_MELT`", KEY),
+    ("docs/microstructure.md", "| 20 reference points, stress and grain size | 0.1 % |", ASKED),
+    ("docs/microstructure.md", "| adiabatic temperatures at strains 4 and 30 | 0.1 K |", ASKED),
+    ("docs/microstructure.md", "| det(Bbar) - 1 at a strain of 30 in shear | 1e-12 |", ASKED),
+    ("docs/microstructure.md", "290-1356 K, 1e-6..1e3/s, dt 1e-9..1e-4 s", KEY),
+    ("docs/microstructure.md", "| 1 % in every row |", ASKED),
+    ("docs/microstructure.md", "a substep for each 0.005", KEY),
+    ("docs/microstructure.md", "| 5.18, Johnson-Cook,", QUOTED),
+    ("docs/microstructure.md", "| 6.1, 6.2, original", QUOTED),
+    ("docs/microstructure.md", "| 6.4, 6.5, calibrated", QUOTED),
+    ("docs/microstructure.md", "| 6.6, 6.7, both", QUOTED),
+    ("docs/microstructure.md", "| 6.9, 6.10, AA5005", QUOTED),
+    ("docs/microstructure.md", "| 6.11-6.13, AA5005", QUOTED),
+    ("docs/microstructure.md", "by the driver with 2 % of noise, started from beta* = 0.001, k_0 = 3 and alpha* = 0.1", KEY),
+    ("docs/microstructure.md", "(the noise: 2 %)", KEY),
+    ("docs/microstructure.md", "figures 6.6 and 6.7 lack it", QUOTED),
+    ("docs/microstructure.md", "a strain of 30 at 773 K and 25/s", KEY),
+    ("docs/microstructure.md", "at 0.0140 1/s", KEY),
+    ("docs/microstructure.md", "(friction 0.3, h = 200)", KEY),
+    ("docs/microstructure.md", "draws the section x = 65 mm when", KEY),
+    ("docs/microstructure.md", "The thesis has 323 to 331 nm", QUOTED),
+    ("docs/microstructure.md", "With particles 1 mm apart", KEY),
+    ("docs/microstructure.md", "alpha* of 6.14 and 6.15 jumps", QUOTED),
+    ("docs/results.md", "particles 1 mm apart, cells of 2 mm,", KEY),
+    ("docs/results.md", "mass scaling 1e5", KEY),
+    ("docs/results.md", "axial forces of 10 to 25 kN, 12 to 35 N m, power that falls from 3.5 to 0.9 kW, strain rates of 3 to 25 /s and "
+     "interface velocities of 5 to 25 mm/s", QUOTED),
+    ("docs/results.md", "the 1 % that is asked", ASKED),
+    ("docs/results.md", "1 mm below the surface at 11 mm from the centre line", KEY),
+    ("docs/results.md", "plunged at x = 25 mm", KEY),
+    ("docs/speed.md", "runs the 1 mm plate", KEY),
+    ("docs/speed.md", "Tilted tool at x = 25 mm", KEY),
+    ("docs/speed.md", "over the particles above 0.1", KEY),
+    ("docs/speed.md", "differences that 99 % of the particles", KEY),
+    ("docs/speed.md", "asks for 2 % of torque, force and plastic strain and 3 K", ASKED),
+    ("docs/speed.md", "### The pass at 0.5 mm", KEY),
+    ("docs/speed.md", "the pass at 1 mm when the tool comes there, the tool plunged from above within 0.4 s; measured are the next 2 s, and "
+     "100 steps", KEY),
+    ("docs/speed.md", "The whole pass at 1 mm", KEY),
+    ("docs/speed.md", "plunged at 8 mm/s and 970 rpm", KEY),
+    ("docs/speed.md", "means from 0.05 to 0.2 s; INERTIAL_FRACTION 0.02, MASS_SCALING_RANGE = 1e4, 1e7", KEY),
+    ("docs/speed.md", "it fails above 3 %", ASKED),
+    ("docs/speed.md", "a particle-step of 200 ns", KEY),
+    ("docs/speed.md", "has 2 us and 10 GB/s", KEY),
+    ("docs/speed.md", "is 1 awake, more where one of its block flows or touches a tool, 0.035 asleep", KEY),
+)
+
+
+def check(name, text, record):
+    """Spans of a document that statements and definitions cover, and what is wrong with them."""
+    covered, complaints = [], []
+    text = documents.without_tables(text)
+    for statement in STATEMENTS:
+        if statement.document != name:
+            continue
+        numbers = documents.find(text, statement.words)
+        if numbers is None:
+            complaints.append(f"{name}: '{statement.words}' of tests/figures/statements.py is not there just once")
+            continue
+        covered += [(n.begin, n.end) for n in numbers]
+        for number, (measure, key, factor) in zip(numbers, statement.values, strict=True):
+            value = record.get(measure, {}).get(key)
+            if value is None:
+                complaints.append(f"{name}: nothing recorded for {measure}, {key}")
+            elif not number.says(factor * value):
+                complaints.append(f"{name}:{documents.line_of(text, number.begin)}: {number.text} documented, "
+                                  f"{factor * value:.4g} measured ({measure}, {key})")
+    for document, words, _ in DEFINITIONS:
+        if document == name:
+            found = documents.span(text, words)
+            if found is None:
+                complaints.append(f"{name}: '{words}' of tests/figures/statements.py is not there just once")
+            else:
+                covered.append(found)
+    return covered, complaints
+
+
+def places(measure, key, known, value):
+    """What documents say of a value of which a new measurement differs."""
+    said = []
+    for statement in STATEMENTS:
+        for k, (own, name, factor) in enumerate(statement.values):
+            if (own, name) == (measure, key):
+                number = documents.find(documents.without_tables(documents.read(statement.document)), statement.words)[k]
+                said.append(f"{statement.document}: {number.text} documented, {factor * value:.4g} measured ({measure}, {key})")
+    return said + [f"{name}: {known:.4g} documented, {value:.4g} measured ({measure}, {key})"
+                   for name in tables.documents_of(measure)]
+
+
+def said_in(measure):
+    """Documents that state something of a measurement."""
+    found = [s.document for s in STATEMENTS if any(v[0] == measure for v in s.values)] + tables.documents_of(measure)
+    return list(dict.fromkeys(found))

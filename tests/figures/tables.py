@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: MIT
+"""The tables of the documents that are written from what was measured; name: lines of Markdown."""
+
+import json
+import math
+import sys
+
+import documents
+import measures
+import problems
+
+MATERIAL_COLUMNS = ("force", "torque", "heat")
+
+# For what, which method, and the points that say so: problem, option set, resolutions.
+CHOICES = (
+    ("impact, plastic flow", "FLIP with B-splines; cpGIMP is dearer and more precise", "taylor",
+     ("bspline flip", "cpgimp flip", "cpgimp apic", "bspline apic", "ugimp flip", "ugimp fmpm(2)")),
+    ("sliding with friction", "any; B-spline APIC is cheapest", "friction_block", ("bspline apic", "cpgimp flip", "ugimp flip")),
+    ("stirring: viscous flow round a pin that sticks", "uGIMP at 10 cells over the gap, B-spline FLIP without FBAR at 20",
+     "couette", ("ugimp apic", "ugimp flip", "bspline flip, no FBAR", "bspline flip", "bspline apic", "bspline fmpm(2)")),
+    ("large smooth deformation", "cpGIMP with APIC at half the default step, XPIC(2) or FMPM(2) at the default", "waves2d",
+     ("cpgimp apic, dt/2", "cpgimp xpic(2)", "cpgimp fmpm(2)", "cpgimp flip", "cpgimp flip usavg", "ugimp flip", "bspline flip")),
+    ("small strains, waves", "FMPM(2) with B-splines", "standing_wave",
+     ("bspline fmpm(2)", "ugimp apic", "ugimp flip", "ugimp flip usavg")),
+    ("vibration with a free end", "FMPM(2), uGIMP or B-splines", "bar", ("ugimp fmpm(2)", "bspline fmpm(2)", "ugimp apic",
+                                                                        "ugimp flip", "ugimp flip usavg")),
+    ("conduction of smooth temperatures", "FOURIER = 0.5 with uGIMP", "heat_fixed",
+     ("ugimp, Fo 0.5", "ugimp, Fo 0.3", "ugimp, Fo 0.15", "bspline, Fo 0.5")),
+    ("moving source on a plate", "FOURIER = 0.5 with uGIMP", "source_plate", ("ugimp, Fo 0.5", "ugimp, Fo 0.13", "bspline, Fo 0.13")),
+)
+
+
+def table(head, rows):
+    return "".join(f"| {' | '.join(row)} |\n" for row in (head, ["---"] * len(head), *rows)).replace("| --- |", "|---|").replace(
+        " --- |", "---|")
+
+
+def choices(_):
+    """Errors (and core-seconds) of the methods for each purpose, at its two finest resolutions."""
+    points = {(p["problem"], p["option_set"], p["resolution"]): p for p in measures.lines(measures.PRECISION)}
+    rows = []
+    for purpose, choice, problem, labels in CHOICES:
+        sizes = sorted({n for name, label, n in points if name == problem and label in labels})[-2:]
+        told = []
+        for label in labels:
+            cells = [f"{p['error']:.1e} ({p['core_seconds']:.2g})" if p and p["error"] is not None else "-"
+                     for p in (points.get((problem, label, n)) for n in sizes)]
+            told.append(f"{label}: {', '.join(cells)}")
+        rows.append([f"{purpose} ({problem}, n = {', '.join(map(str, sizes))})", choice, "; ".join(told)])
+    return table(["for", "choose", "error (core-seconds)"], rows)
+
+
+def verification(record):
+    """All verification problems that are measured: errors at their resolutions and the observed order."""
+    rows = []
+    variants = [(name, name, sizes, {}) for name, sizes in measures.VERIFIED.items()] + list(measures.VARIANTS)
+    for label, name, sizes, _ in variants:
+        problem = problems.ALL[name]
+        known = [(n, record[f"{label} {n}"]["error"]) for n in sizes if f"{label} {n}" in record]
+        order = ""
+        if len(known) > 1 and min(known[-2][1], known[-1][1]) > 0.0:
+            order = f"{math.log(known[-2][1] / known[-1][1]) / math.log(known[-1][0] / known[-2][0]):.1f}"
+        rows.append([label, problem.norm, f"{problem.passes:.1%} at {problem.resolutions[-1]}",
+                     ", ".join(f"{n}: {error:.2%}" for n, error in known), problem.cells, order])
+    return table(["problem", "error", "asked", "cells: measured", "cells", "order"], rows)
+
+
+def disc_on_plate(record):
+    values = record["disc_on_plate"]
+    rows = []
+    for label in measures.DISCS:
+        row = [label]
+        for shape in ("bspline", "ugimp"):
+            force, torque, heat = (values[f"{label}, {shape}, {key}"] for key in MATERIAL_COLUMNS)
+            row.append(f"{force / 1e3:.1f} kN, {torque:.1f} N m, {heat:.1f} J")
+        rows.append(row)
+    return table(["cells", "B-spline: force, torque, friction heat", "uGIMP"], rows)
+
+
+def mass_scaling(record):
+    values = record["mass_scaling"]
+    names = {"1e4": "1e4", "1e5": "1e5", "adapts": f"from 1e5, ends at {values['adapts, factor']:.1e}"}
+    rows = []
+    for label, name in names.items():
+        v = {key: values[f"{label}, {key}"] for key in ("steps", "torque", "force", "hottest", "inertial")}
+        rows.append([name, f"{v['steps']:.0f}", f"{v['torque']:.1f}", f"{v['force'] / 1e3:.1f}", f"{v['hottest']:.0f}",
+                     f"{v['inertial']:.1f} %"])
+    return table(["mass scaling", "steps", "torque N m", "force along z kN", "hottest K", "largest inertial stress"], rows)
+
+
+def scaling(record):
+    values = record["scaling"]
+    rows = [[f"{ranks:,}", f"{values[f'strong, {ranks}, efficiency']:.2f} ({values[f'strong, {ranks}, imbalance']:.2f})",
+             f"{values[f'strong, {ranks}, efficiency_without_overlap']:.2f}",
+             f"{values[f'weak, {ranks}, efficiency']:.2f} ({values[f'weak, {ranks}, imbalance']:.2f})",
+             f"{values[f'network, strong, {ranks}, efficiency']:.2f}, {values[f'network, weak, {ranks}, efficiency']:.2f}"]
+            for ranks in measures.MODELLED]
+    return table(["ranks", "8 million particles: efficiency (imbalance)", "without overlap", "97,000 particles a rank",
+                  "both with a network"], rows)
+
+
+def speed(_):
+    """As benchmarks/speed --markdown prints it."""
+    text = measures.command("benchmarks/speed", "--markdown", "benchmarks/speed_results.jsonl")
+    origin = measures.lines(measures.ROOT / "benchmarks/speed_results.jsonl")[0]
+    return ("".join(line + "\n" for line in text.splitlines() if line.startswith("|"))
+            + f"\nMade by `{origin['command']}` of {origin['version']} on {origin['machine']}.\n")
+
+
+def kernels(_):
+    """Times of the kernels alone, and of where they were measured."""
+    rows = {row["scene"]: row for row in measures.lines(measures.ROOT / "benchmarks/speed_results.jsonl")}
+    alone = rows["kernels"]
+    names = {"weights_ns": "weights", "to_grid_ns": "particles to grid", "from_grid_ns": "grid to particles",
+             "stress_plastic_ns": "stress, plastic", "stress_elastic_ns": "stress, elastic"}
+    return table(["kernel", "ns a particle"], [[name, f"{alone[key]:.1f}"] for key, name in names.items()])
+
+
+def cooling(record):
+    values = record["cooling"]
+    names = {"cooling-plate": "on the backing plate", "cooling-quench": "in a quench", "cooling-without": "without annealing"}
+    return table(["cooled", "grains"], [[name, f"{1e9 * values[key]:.0f} nm"] for key, name in names.items()])
+
+
+TRUE = (("`TP_BETA`", "TP_BETA", 0, "0.0018"), ("`TP_K0`", "TP_K0", 0, "4.6"), ("`TP_STAR` at 298 K", "TP_STAR", 0, "0.2069"),
+        ("500 K", "TP_STAR", 1, "0.1330"), ("773 K", "TP_STAR", 2, "0.0617"), ("1000 K", "TP_STAR", 3, "0.0182"))
+
+
+def calibration(record):
+    values = record["calibration"]
+    rows = [[name, true, f"{values[f'fitted, {key}, {k}']:.3g}", f"{values[f'standard_errors, {key}, {k}']:.2g}"]
+            for name, key, k, true in TRUE]
+    return table(["", "true", "found", "standard error"], rows)
+
+
+def kept(path, title):
+    """A table of results that a benchmark keeps, with where and when it was made."""
+    def rows(_):
+        found = json.loads((measures.ROOT / path).read_text(encoding="utf-8"))[title]
+        return (table(found["rows"][0], found["rows"][1:])
+                + f"\nMade by `{found['command']}` of {found['version']} on {found['machine']}.\n")
+    return rows
+
+
+SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
+ALL = {
+    "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
+    "scaling": scaling, "speed": speed, "kernels": kernels, "cooling": cooling, "calibration": calibration,
+    "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"), "sleeping, cavity": kept(SLEEPING, "tool in the cavity, 890 K"),
+    "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
+}
+
+SERIES = "docs/accuracy.md"
+
+
+def has_series(text):
+    """Whether a document has the tables that benchmarks/work_precision writes from its results."""
+    sys.path.insert(0, str(measures.ROOT / "benchmarks/work_precision"))
+    import table as series
+
+    return series.markdown(measures.lines(measures.PRECISION)) in text
+
+
+# Which measurements a table holds, where not that of its name; the first word of those of verify.py.
+HOLDS = {"disc on plate": ("disc_on_plate",), "mass scaling": ("mass_scaling",), "choices": ("precision",)}
+
+
+def documents_of(measure):
+    """Documents with a table that holds a measurement."""
+    held = {title for title in ALL if measure in HOLDS.get(title, (title,))}
+    if measure not in {name for names in HOLDS.values() for name in names} | set(ALL):
+        held.add("verification")
+    return [name for name in documents.NAMES if held & set(documents.tables(documents.read(name)))]
