@@ -26,7 +26,7 @@ def process_of(solver, directory):
     started = driver.Started(PLAIN, "--quiet", directory=directory, sets=LONG | {"HEAT.SOLVER": solver})
     try:
         started.wait_for_rows(directory / "heat_copper_plain.out" / "heat_copper_plain_history.csv", 2)
-        place = f"/proc/{started.ranks()[0]}"
+        place = f"/proc/{started.process.pid}"
         maps = open(f"{place}/maps", encoding="utf-8").read()
         status = dict(line.split(":", 1) for line in open(f"{place}/status", encoding="utf-8"))
         started.send(signal.SIGUSR1)
