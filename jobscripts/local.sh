@@ -225,7 +225,7 @@ run_tests() {
     fail "TESTS FAILED: of the post-processing (see above)"
   stage "Tests of whole runs"
   STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
-    -n "$(nproc)" "$root/tests/system" "$root/tests/verification" "$root/tests/figures" "$root/benchmarks" ||
+    -n "$(nproc)" "$root/tests/system" "$root/tests/robustness" "$root/tests/verification" "$root/tests/figures" "$root/benchmarks" ||
     fail "TESTS FAILED: of whole runs (see above)"
   stage "ALL TESTS PASSED"
 }

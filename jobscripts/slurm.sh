@@ -6,7 +6,9 @@
 #
 # The run directory is made in the directory of the call; paths are taken from there too. Two
 # minutes before the time is over Slurm signals this script; stirpoint then writes a checkpoint and
-# stops, the job goes back into the queue and carries on from there until the run is finished.
+# stops, the job goes back into the queue and carries on from there until the run is finished. A job
+# that was killed carries on from its last checkpoint, or starts anew if it had none yet: results of
+# other runs in the directory are never taken for its own (docs/restart.md).
 
 #SBATCH --job-name=stirpoint
 #SBATCH --ntasks=32
@@ -30,8 +32,13 @@ restarts=${SLURM_RESTART_COUNT:-0}
 
 cd "${SLURM_SUBMIT_DIR:-.}" || exit 1
 arguments=("$input")
-if ((restarts > 0)) && [[ -f $checkpoint ]]; then
-  arguments+=(--restart "$checkpoint")
+if ((restarts > 0)) && grep -qsx "job $SLURM_JOB_ID" "$name.out/${name}_run.txt"; then
+  for file in "$checkpoint" "${checkpoint%.h5}_previous.h5"; do
+    if [[ -f $file ]]; then
+      arguments+=(--restart "$file")
+      break
+    fi
+  done
 fi
 echo "$(date '+%F %T') job $SLURM_JOB_ID, start $((restarts + 1)), on $SLURM_JOB_NODELIST"
 echo "stirpoint ${arguments[*]}"

@@ -3,10 +3,11 @@
 program stirpoint
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
-  use base_kinds, only: i8
-  use base_system, only: make_directory, watch_signals
+  use base_kinds, only: i8, rp
+  use base_system, only: watch_signals
   use base_version, only: version_text
   use comm_world, only: end_world, mpi_text, start_world, world_t
+  use io_folder, only: clear_folder, take_folder
   use setup_command_line, only: command_t, print_help, read_command
   use setup_heat_report, only: report_heat_scene
   use setup_heat_scene, only: build_heat_scene
@@ -20,6 +21,7 @@ program stirpoint
   use time_heat_loop, only: begin_heat, run_heat
   use time_heat_state, only: heat_run_t
   use time_loop, only: ended_io, ended_well, run
+  use time_scene, only: output_t
   use time_state, only: free_simulation, simulation_t
   implicit none (type, external)
 
@@ -89,7 +91,7 @@ contains
     if (command%action == 'check') then
       call report_scene(world, input, sim, counts, volumes)
     else
-      call open_results(sim, status)
+      call open_results(sim%scene%output, sim%frame_times, status)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
       call tell_end(sim, status, message)
     end if
@@ -98,7 +100,7 @@ contains
 
   !> Check or run a scene of heat alone.
   subroutine simulate_heat(sim, input, status)
-    type(simulation_t), intent(in) :: sim
+    type(simulation_t), intent(inout) :: sim
     type(input_t), intent(in) :: input
     integer, intent(inout) :: status
     type(heat_run_t) :: heat
@@ -113,26 +115,37 @@ contains
     else if (command%action == 'check') then
       call report_heat_scene(world, sim%scene, heat)
     else
-      call open_results(sim, status)
+      call open_results(sim%scene%output, heat%frame_times, status)
       if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &
                                               command%restart /= '', status, message)
       call tell_end(sim, status, message)
     end if
   end subroutine simulate_heat
 
-  !> Make the directory of the results, and heed signals from now on.
-  subroutine open_results(sim, status)
-    type(simulation_t), intent(in) :: sim
+  !> Take the folder of the results, put away what is there of other runs, and heed signals from now on.
+  subroutine open_results(output, frame_times, status)
+    type(output_t), intent(inout) :: output
+    real(rp), allocatable, intent(in) :: frame_times(:)   !! until now [s]
     integer, intent(inout) :: status
-    logical :: ok
+    type(error_t) :: error
+    character(:), allocatable :: note
+    logical :: is_taken
+    integer :: frames
 
-    call make_directory(sim%scene%output%directory, ok)
-    if (world%all_true(ok)) then
-      call watch_signals()
+    frames = 0
+    if (allocated(frame_times)) frames = size(frame_times)
+    call take_folder(world, output%directory, output%name, note, is_taken, error)
+    if (world%is_root() .and. note /= '') write (output_unit, '(a)') note
+    if (.not. error%is_set()) then
+      call clear_folder(world, output%directory, output%name, output%run, command%restart, frames, &
+                        command%overwrites, note, error)
+      if (world%is_root() .and. note /= '') write (output_unit, '(a)') note
+    end if
+    if (error%is_set()) then
+      status = merge(bad_input, ended_io, is_taken)
+      if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
     else
-      status = ended_io
-      if (world%is_root()) write (error_unit, '(2a)') &
-        'stirpoint: error: cannot make directory ', sim%scene%output%directory
+      call watch_signals()
     end if
   end subroutine open_results
 

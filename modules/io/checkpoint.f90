@@ -2,7 +2,8 @@
 !> Checkpoints: the particle blocks as they lie in memory, so that a restart is exact.
 !>
 !> With as many ranks as before every rank gets back its own blocks, padding included; with another
-!> number the blocks are dealt out evenly and the caller has to distribute the particles anew.
+!> number the blocks are dealt out evenly and the caller has to distribute the particles anew. The file
+!> has a seal, a checksum over everything (io_seal).
 module io_checkpoint
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
   use base_errors, only: error_t
@@ -13,27 +14,35 @@ module io_checkpoint
   use io_agree, only: agree
   use io_hdf5, only: h5file_t
   use io_hdf5_arrays, only: read_array, write_array
-  use io_hdf5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
+  use io_hdf5_notes, only: read_attribute, read_text, write_attribute, write_text
+  use io_seal, only: check_seal, previous_of
   use particles_store, only: particles_t
   implicit none (type, external)
   private
 
-  public :: write_checkpoint, read_checkpoint, read_checkpoint_input, mark_format, check_format
+  public :: write_checkpoint, read_checkpoint, read_checkpoint_notes
+  public :: write_notes, open_checkpoint
 
-  character(*), parameter :: format_name = 'stirpoint checkpoint'
-  integer, parameter :: format_version = 4
+  !> What a checkpoint knows of its run. The texts of the scene are those of rank 0, but
+  !> of all ranks where they were read.
+  type, public :: notes_t
+    character(:), allocatable :: input   !! as it was written, with overrides
+    character(:), allocatable :: scene   !! the same with every default: what the state belongs to
+    character(:), allocatable :: run     !! name of the run, by which its results are known
+    real(rp) :: time = 0.0_rp            !! of the state [s]
+  end type notes_t
 
 contains
 
   !> Write everything that a restart needs.
-  subroutine write_checkpoint(world, path, particles, boxes, global, local, input_text, error)
+  subroutine write_checkpoint(world, path, particles, boxes, global, local, notes, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(particles_t), intent(in) :: particles
     type(box_t), intent(in) :: boxes(0:)           !! of all ranks
     real(rp), intent(in), contiguous :: global(:)   !! state of the run; rank 0's is kept
     real(rp), intent(in), contiguous :: local(:)    !! of this rank, as many numbers on every rank
-    character(*), intent(in) :: input_text          !! of rank 0
+    type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
     integer, allocatable :: ends(:, :)
@@ -46,11 +55,11 @@ contains
       ends(:, r) = [boxes(r - 1)%lo, boxes(r - 1)%hi]
     end do
 
-    call file%create(world, path, .false., error)
-    call mark_format(file, error)
+    call file%create(world, path, .false., error, sealed=.true.)
+    call write_notes(file, notes, error)
+    call write_attribute(file, '/', 'lanes', nlane, error)
     call write_attribute(file, '/', 'ranks', world%size, error)
     call write_attribute(file, '/', 'fields', particles%nf, error)
-    call write_text(file, '/input', input_text, error)
     call write_array(file, '/global', global(:mine*size(global)), error)
     call file%group('/ranks', error)
     call write_array(file, '/ranks/blocks', [particles%nblk], error)
@@ -61,15 +70,17 @@ contains
     call file%close(error)
   end subroutine write_checkpoint
 
-  !> What tells a checkpoint of this program from other files.
-  subroutine mark_format(file, error)
+  !> What the checkpoint knows of its run.
+  subroutine write_notes(file, notes, error)
     type(h5file_t), intent(in) :: file
+    type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
 
-    call write_attribute(file, '/', 'format', format_name, error)
-    call write_attribute(file, '/', 'version', format_version, error)
-    call write_attribute(file, '/', 'lanes', nlane, error)
-  end subroutine mark_format
+    call write_text(file, '/input', notes%input, error)
+    call write_text(file, '/scene', notes%scene, error)
+    call write_attribute(file, '/', 'run', notes%run, error)
+    call write_attribute(file, '/', 'time', notes%time, error)
+  end subroutine write_notes
 
   !> The blocks of all ranks, one after the other.
   subroutine write_blocks(file, particles, error)
@@ -84,7 +95,6 @@ contains
     call file%group('/particles', error)
     call view_state(particles, n, state)
     call write_array(file, '/particles/state', state, error)
-    call write_array(file, '/particles/checksum', checksums(particles), error)
     if (n > 0) then
       call write_array(file, '/particles/tag', particles%tag(:, :n), error)
       call write_array(file, '/particles/count', particles%count(:n), error)
@@ -110,37 +120,15 @@ contains
     end if
   end subroutine view_state
 
-  !> For each block a number that changes with any bit of its state, tags, count or body.
-  pure function checksums(particles) result(sums)
-    type(particles_t), intent(in) :: particles
-    integer(i8) :: sums(particles%nblk), s
-    integer :: b, f, i
-
-    do b = 1, particles%nblk
-      s = ior(ishft(int(particles%body(b), i8), 32), int(particles%count(b), i8))
-      do i = 1, nlane
-        s = ieor(ishftc(s, 1), particles%tag(i, b))
-      end do
-      do f = 1, particles%nf
-        do i = 1, nlane
-          s = ieor(ishftc(s, 1), transfer(particles%ps(i, f, b), s))
-        end do
-      end do
-      sums(b) = s
-    end do
-  end function checksums
-
   !> Read a checkpoint. `boxes` is allocated only if the number of ranks is that of the writer;
   !> if not, `local` of all ranks is summed on rank 0 and zero elsewhere.
-  subroutine read_checkpoint(world, path, particles, boxes, global, local, same_ranks, &
-                             input_text, error)
+  subroutine read_checkpoint(world, path, particles, boxes, global, local, same_ranks, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(particles_t), intent(inout) :: particles
     type(box_t), allocatable, intent(out) :: boxes(:)   !! (0:ranks-1)
     real(rp), allocatable, intent(out) :: global(:), local(:)
     logical, intent(out) :: same_ranks
-    character(:), allocatable, intent(out) :: input_text
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
     integer(i8), allocatable :: dims(:)
@@ -148,13 +136,12 @@ contains
     integer :: nf, ranks, mine
 
     same_ranks = .false.
-    call file%open(world, path, error)
-    call check_format(file, path, error)
+    call open_checkpoint(file, world, path, error)
+    call check_lanes(file, path, error)
     nf = 0
     ranks = 0
     call read_attribute(file, '/', 'ranks', ranks, error)
     call read_attribute(file, '/', 'fields', nf, error)
-    call read_text(file, '/input', input_text, error)
     call file%extent('/global', dims, error)
     allocate (global(product(dims)), source=0.0_rp)
     call read_array(file, '/global', 0_i8, global, error)
@@ -162,51 +149,59 @@ contains
     if (same_ranks) call read_boxes(file, world, boxes, error)
     call read_local(file, world, same_ranks, local, error)
     call share_blocks(file, world, path, nf, ranks, first, mine, error)
-    call read_blocks(file, path, nf, first, mine, particles, error)
+    call read_blocks(file, nf, first, mine, particles, error)
     call file%close(error)
   end subroutine read_checkpoint
 
-  !> Only the input of a checkpoint.
-  subroutine read_checkpoint_input(world, path, input_text, error)
+  !> Only what the checkpoint knows of its run.
+  subroutine read_checkpoint_notes(world, path, notes, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
-    character(:), allocatable, intent(out) :: input_text
+    type(notes_t), intent(out) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
 
-    call file%open(world, path, error)
-    call check_format(file, path, error)
-    call read_text(file, '/input', input_text, error)
+    call open_checkpoint(file, world, path, error)
+    call read_text(file, '/input', notes%input, error)
+    call read_text(file, '/scene', notes%scene, error)
+    call read_attribute(file, '/', 'run', notes%run, error)
+    call read_attribute(file, '/', 'time', notes%time, error)
     call file%close(error)
-  end subroutine read_checkpoint_input
+  end subroutine read_checkpoint_notes
 
-  !> A checkpoint of this program, of this version and of this block length?
-  subroutine check_format(file, path, error)
+  !> Open a checkpoint whose seal is right; if it is not, the message names the one before it if that is.
+  subroutine open_checkpoint(file, world, path, error)
+    type(h5file_t), intent(out) :: file
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(error_t), intent(inout) :: error
+    type(error_t) :: other
+
+    if (error%is_set()) return
+    call check_seal(world, path, error)
+    if (error%is_set()) then
+      call check_seal(world, previous_of(path), other)
+      if (.not. other%is_set()) error%message = error%message//'; the checkpoint before it, '// &
+                                                previous_of(path)//', is whole'
+      return
+    end if
+    call file%open(world, path, error)
+  end subroutine open_checkpoint
+
+  !> Blocks as long as this program has them?
+  subroutine check_lanes(file, path, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
-    character(:), allocatable :: name
-    integer :: version, lanes
+    integer :: lanes
 
-    if (error%is_set()) return
-    name = ''
-    if (has_attribute(file, '/', 'format')) call read_attribute(file, '/', 'format', name, error)
-    if (name /= format_name) call error%raise(trim(path)//' is not a checkpoint of Stirpoint')
-    call agree(file%world, error)
-    version = 0
     lanes = 0
-    call read_attribute(file, '/', 'version', version, error)
-    if (.not. error%is_set() .and. version /= format_version) then
-      call error%raise(trim(path)//' is a checkpoint of version '//str(version)// &
-                       '; this program reads version '//str(format_version))
-    end if
     call read_attribute(file, '/', 'lanes', lanes, error)
     if (.not. error%is_set() .and. lanes /= nlane) then
       call error%raise(trim(path)//' has blocks of '//str(lanes)// &
                        ' particles; this program was built for '//str(nlane))
     end if
-    call agree(file%world, error)
-  end subroutine check_format
+  end subroutine check_lanes
 
   subroutine read_boxes(file, world, boxes, error)
     type(h5file_t), intent(in) :: file
@@ -284,31 +279,23 @@ contains
     call agree(world, error)
   end subroutine share_blocks
 
-  subroutine read_blocks(file, path, nf, first, n, particles, error)
+  subroutine read_blocks(file, nf, first, n, particles, error)
     type(h5file_t), intent(in) :: file
-    character(*), intent(in) :: path
     integer, intent(in) :: nf, n
     integer(i8), intent(in) :: first
     type(particles_t), intent(inout) :: particles
     type(error_t), intent(inout) :: error
     real(rp), pointer, contiguous :: state(:, :)
-    integer(i8) :: sums(n)
 
     if (error%is_set()) return
     call particles%init(nf)
     call particles%reserve(n)
     particles%nblk = n
-    sums = 0
     call view_state(particles, n, state)
     call read_array(file, '/particles/state', first, state, error)
-    call read_array(file, '/particles/checksum', first, sums, error)
     call read_array(file, '/particles/tag', first, particles%tag(:, :n), error)
     call read_array(file, '/particles/count', first, particles%count(:n), error)
     call read_array(file, '/particles/body', first, particles%body(:n), error)
-    if (.not. error%is_set()) then
-      if (any(checksums(particles) /= sums)) call error%raise(trim(path)//' is damaged')
-      call agree(file%world, error)
-    end if
     if (n == 0) deallocate (state)
     if (error%is_set()) call particles%init(nf)
   end subroutine read_blocks

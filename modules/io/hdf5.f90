@@ -9,7 +9,8 @@ module io_hdf5
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
-  use base_kinds, only: i8
+  use base_kinds, only: i8, rp
+  use base_disk, only: file_bytes, keep_file, sync_file
   use base_system, only: remove_file, rename_file
   use comm_world, only: world_t
   use io_agree, only: agree
@@ -17,6 +18,7 @@ module io_hdf5
                            handle_t, kind_u8, make_dataset, make_group, move_columns, &
                            open_dataset, open_parallel
   use io_room, only: is_room
+  use io_seal, only: previous_of, seal, seal_bytes
   use mpi_f08, only: mpi_allreduce, mpi_exscan, mpi_in_place, mpi_integer8, mpi_max, mpi_sum
   implicit none (type, external)
   private
@@ -32,6 +34,8 @@ module io_hdf5
     type(world_t) :: world
     type(handle_t) :: handle
     logical, private :: packed = .false.   !! compress larger arrays
+    logical, private :: sealed = .false.   !! seal it, and keep the file that has its name so far
+    integer(i8), private :: bytes = 0      !! of an old file
     character(:), allocatable, private :: path
   contains
     procedure :: create
@@ -47,21 +51,25 @@ module io_hdf5
 
 contains
 
-  !> New file, `packed` if its larger arrays shall be compressed.
-  subroutine create(self, world, path, packed, error)
+  !> New file, `packed` if its larger arrays shall be compressed. One that is `sealed` gets a checksum
+  !> over everything, is on the disk when it gets its name, and the one before it is kept (io_seal).
+  subroutine create(self, world, path, packed, error, sealed)
     class(h5file_t), intent(out) :: self
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     logical, intent(in) :: packed
     type(error_t), intent(inout) :: error
+    logical, intent(in), optional :: sealed
     integer :: worst
 
     self%world = world
     self%packed = packed
+    if (present(sealed)) self%sealed = sealed
     if (error%is_set()) return
     self%path = trim(path)
     worst = 0
-    call open_parallel(world%comm, self%path//'.tmp', .true., self%handle, worst)
+    call open_parallel(world%comm, self%path//'.tmp', .true., self%handle, worst, &
+                       merge(seal_bytes, 0, self%sealed))
     call self%verify(worst, 'cannot be created', error)
   end subroutine create
 
@@ -81,6 +89,7 @@ contains
     if (world%is_root()) inquire (file=self%path, exist=exists)
     call self%verify(merge(0, -1, exists), 'does not exist', error)
     if (error%is_set()) return
+    self%bytes = file_bytes(self%path)
     worst = 0
     call open_parallel(world%comm, self%path, .false., self%handle, worst)
     call self%verify(worst, 'is not an HDF5 file, or it is damaged or cut short', error)
@@ -104,7 +113,7 @@ contains
     class(h5file_t), intent(inout) :: self
     type(error_t), intent(inout) :: error
     integer :: worst
-    logical :: is_new, ok
+    logical :: is_new
 
     if (.not. allocated(self%path)) return
     is_new = self%handle%is_new
@@ -116,17 +125,32 @@ contains
     worst = 0
     call close_parallel(self%handle, worst)
     call self%verify(worst, 'cannot be closed', error)
-    ok = .true.
-    if (is_new .and. self%world%is_root()) then
-      if (error%is_set()) then
-        call remove_file(self%path//'.tmp')
-      else
-        call rename_file(self%path//'.tmp', self%path, ok)
-      end if
-    end if
-    call self%verify(merge(0, -1, ok), 'cannot be renamed from '//self%path//'.tmp', error)
+    if (is_new .and. self%sealed .and. .not. error%is_set()) &
+      call seal(self%world, self%path//'.tmp', error)
+    if (is_new) call give_name(self, error)
     deallocate (self%path)
   end subroutine close_file
+
+  !> Let a new file take its name if it is complete, else remove it.
+  subroutine give_name(self, error)
+    type(h5file_t), intent(in) :: self
+    type(error_t), intent(inout) :: error
+    logical :: ok
+    integer :: slash
+
+    ok = .true.
+    if (self%world%is_root()) then
+      if (.not. error%is_set() .and. self%sealed) then
+        ok = sync_file(self%path//'.tmp')
+        if (ok) ok = keep_file(self%path, previous_of(self%path))
+      end if
+      if (.not. error%is_set() .and. ok) call rename_file(self%path//'.tmp', self%path, ok)
+      if (error%is_set() .or. .not. ok) call remove_file(self%path//'.tmp')
+      slash = index(self%path, '/', back=.true.)
+      if (ok .and. self%sealed) ok = sync_file(self%path(:slash)//'.')
+    end if
+    call self%verify(merge(0, -1, ok), 'cannot be written', error)
+  end subroutine give_name
 
   !> Make sure that there is room for `bytes`, and for the little that HDF5 writes of its own:
   !> when a disk is full, the ranks may wait for each other inside HDF5 for ever.
@@ -176,7 +200,7 @@ contains
     call self%verify(worst, 'cannot be written: '//name, error)
   end subroutine group
 
-  !> Shape of an array of the file.
+  !> Shape of an array of the file; never of more values than the file has bytes, if it is an old one.
   subroutine extent(self, name, dims, error)
     class(h5file_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -190,8 +214,10 @@ contains
     worst = 0
     call open_dataset(self%handle, name, kind_u8, dataset, worst)
     if (worst >= 0) call dataset_shape(dataset, dims, worst)
+    if (any(dims < 0) .or. product(real(dims, rp)) > real(self%bytes, rp)) worst = -1
     call close_dataset(dataset)
     call self%verify(worst, 'has no array '//name//', or is damaged', error)
+    if (error%is_set()) dims = [integer(i8) ::]
   end subroutine extent
 
   !> Write the columns of all ranks: `dims` is the shape here, `data` the address.

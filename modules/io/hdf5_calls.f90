@@ -13,10 +13,10 @@ module io_hdf5_calls
                   h5f_acc_trunc_f, h5f_close_strong_f, h5f_scope_global_f, h5fclose_f, &
                   h5fcreate_f, h5fd_mpio_collective_f, h5fflush_f, h5fopen_f, h5gclose_f, &
                   h5gcreate_f, h5kind_to_type, h5open_f, h5p_dataset_create_f, &
-                  h5p_dataset_xfer_f, h5p_default_f, h5p_file_access_f, h5pclose_f, h5pcreate_f, &
-                  h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
-                  h5pset_fclose_degree_f, h5pset_fill_time_f, h5pset_shuffle_f, h5s_scalar_f, &
-                  h5s_select_set_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
+                  h5p_dataset_xfer_f, h5p_default_f, h5p_file_access_f, h5p_file_create_f, &
+                  h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
+                  h5pset_fclose_degree_f, h5pset_fill_time_f, h5pset_shuffle_f, &
+                  h5pset_userblock_f, h5s_scalar_f, h5s_select_set_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
                   h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
                   h5sget_simple_extent_npoints_f, h5sselect_hyperslab_f, h5sselect_none_f, &
                   h5t_c_s1, h5t_native_double, h5t_native_integer, h5t_native_real, h5t_std_u8le, &
@@ -50,15 +50,17 @@ module io_hdf5_calls
 
 contains
 
-  !> Create (is_new) or open a file for all ranks of `comm`, without HDF5's own error messages.
-  subroutine open_parallel(comm, path, is_new, file, worst)
+  !> Create (is_new) or open a file for all ranks of `comm`, without HDF5's own error messages. A new one
+  !> leaves `free` bytes at its beginning: 0, or a power of two from 512 on.
+  subroutine open_parallel(comm, path, is_new, file, worst, free)
     type(mpi_comm), intent(in) :: comm
     character(*), intent(in) :: path
     logical, intent(in) :: is_new
     type(handle_t), intent(out) :: file
     integer, intent(inout) :: worst
-    integer(hid_t) :: access
-    integer :: ierr, status(6)
+    integer, intent(in), optional :: free
+    integer(hid_t) :: access, layout
+    integer :: ierr, status(8)
 
     file%is_new = is_new
     call h5open_f(ierr)
@@ -70,14 +72,18 @@ contains
     call h5pcreate_f(h5p_file_access_f, access, status(4))
     call h5pset_fapl_mpio_f(access, comm%mpi_val, mpi_info_null%mpi_val, status(5))
     call h5pset_fclose_degree_f(access, h5f_close_strong_f, status(6))
+    call h5pcreate_f(h5p_file_create_f, layout, status(7))
+    status(8) = 0
+    if (present(free)) call h5pset_userblock_f(layout, int(free, hsize_t), status(8))
     worst = min(worst, minval(status))
     if (is_new) then
-      call h5fcreate_f(path, h5f_acc_trunc_f, file%id, ierr, access_prp=access)
+      call h5fcreate_f(path, h5f_acc_trunc_f, file%id, ierr, layout, access)
     else
       call h5fopen_f(path, h5f_acc_rdonly_f, file%id, ierr, access_prp=access)
     end if
     worst = min(worst, ierr)
     if (ierr < 0) file%id = -1_hid_t
+    call h5pclose_f(layout, ierr)
     call h5pclose_f(access, ierr)
   end subroutine open_parallel
 

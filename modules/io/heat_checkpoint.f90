@@ -4,10 +4,9 @@ module io_heat_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
-  use io_checkpoint, only: check_format, mark_format
+  use io_checkpoint, only: notes_t, open_checkpoint, write_notes
   use io_hdf5, only: h5file_t
   use io_hdf5_arrays, only: read_array, write_array
-  use io_hdf5_notes, only: write_text
   implicit none (type, external)
   private
 
@@ -16,20 +15,19 @@ module io_heat_checkpoint
 contains
 
   !> Write everything that a restart needs.
-  subroutine write_heat_checkpoint(world, path, field, global, input_text, error)
+  subroutine write_heat_checkpoint(world, path, field, global, notes, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in), contiguous :: field(:, :)   !! (cells of a plane, own planes)
     real(rp), intent(in), contiguous :: global(:)     !! state of the run; rank 0's is kept
-    character(*), intent(in) :: input_text            !! of rank 0
+    type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
     integer :: mine
 
     mine = merge(1, 0, world%is_root())
-    call file%create(world, path, .false., error)
-    call mark_format(file, error)
-    call write_text(file, '/input', input_text, error)
+    call file%create(world, path, .false., error, sealed=.true.)
+    call write_notes(file, notes, error)
     call write_array(file, '/global', global(:mine*size(global)), error)
     call file%group('/heat', error)
     call write_array(file, '/heat/state', field, error)
@@ -48,8 +46,7 @@ contains
     type(h5file_t) :: file
     integer(i8), allocatable :: dims(:)
 
-    call file%open(world, path, error)
-    call check_format(file, path, error)
+    call open_checkpoint(file, world, path, error)
     call file%extent('/global', dims, error)
     allocate (global(product(dims)), source=0.0_rp)
     call read_array(file, '/global', 0_i8, global, error)

@@ -62,6 +62,7 @@ module particles_store
     procedure :: init
     procedure :: free
     procedure :: reserve
+    procedure :: change_fields
     procedure :: fetch
     procedure :: total
     procedure :: extent
@@ -130,6 +131,23 @@ contains
     call move_alloc(list, self%body)
     self%capacity = n
   end subroutine reserve
+
+  !> Another number of fields: the last ones go, or new ones are 0.
+  subroutine change_fields(self, nf)
+    class(particles_t), intent(inout) :: self
+    integer, intent(in) :: nf
+    real(rp), pointer, contiguous :: memory(:), ps(:, :, :)
+    integer :: n
+
+    n = min(nf, self%nf)
+    call allocate_aligned(int(nlane, i8)*nf*self%capacity, memory)
+    ps(1:nlane, 1:nf, 1:self%capacity) => memory
+    ps(:, :n, :self%nblk) = self%ps(:, :n, :self%nblk)
+    call free_aligned(self%memory)
+    self%memory => memory
+    self%ps => ps
+    self%nf = nf
+  end subroutine change_fields
 
   !> The first `n` fields of block `b` are needed soon: the transfers of the block before fetch them.
   subroutine fetch(self, b, n)

@@ -15,6 +15,7 @@ module setup_command_line
     character(:), allocatable :: sets(:)     !! GROUP.KEY=VALUE
     character(:), allocatable :: problem     !! what is wrong with the command line, '' if nothing
     logical :: is_quiet = .false.
+    logical :: overwrites = .false.          !! results of an earlier run
   end type command_t
 
 contains
@@ -47,6 +48,8 @@ contains
         command%action = 'material'
       case ('--quiet', '-q')
         command%is_quiet = .true.
+      case ('--overwrite')
+        command%overwrites = .true.
       case ('--restart')
         command%restart = next(i, word)
       case ('--output', '-o')
@@ -112,6 +115,8 @@ contains
       'GROUP(2).KEY or GROUP(name).KEY for one of many', &
       '  --restart FILE         go on from a checkpoint (INPUT may be left out)', &
       '  --output DIR           directory of the results (default: NAME.out)', &
+      '  --overwrite            delete results of an earlier run of this name there, which else are', &
+      '                         kept in DIR/previous_1, previous_2, ...', &
       '  --quiet                no progress lines', &
       '  --keys                 every group and key with type, unit, default and range', &
       '  --keys=markdown        the same as a Markdown page', &
@@ -119,7 +124,7 @@ contains
       '', &
       'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), NAME_probes.csv', &
       '  (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView 5.11, h5py),', &
-      '  NAME_checkpoint.h5; pictures: python3 postproc/report.py NAME.out', &
+      '  NAME_checkpoint.h5, NAME_run.txt; pictures: python3 postproc/report.py NAME.out', &
       'signals: SIGUSR1 or SIGTERM end the run at the next step with a checkpoint', &
       'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost', &
       '  (checkpoint written), 4 output failed, 75 stopped by a signal (checkpoint written)'

@@ -36,6 +36,9 @@ module setup_input
     procedure :: text_of_file
     procedure :: echo
     procedure :: item
+    procedure :: set_default
+    procedure :: values
+    procedure :: text_of_scene
     procedure, private :: row_number
   end type input_t
 
@@ -284,6 +287,62 @@ contains
 
     r = self%written%text_of_groups(self%table)
   end function text_of_file
+
+  !> Another default for a key.
+  subroutine set_default(self, group, key, value)
+    class(input_t), intent(inout) :: self
+    character(*), intent(in) :: group, key, value
+
+    self%table%keys(self%row_number(group, 1, key, 'real integer logical text choice'))%default = value
+  end subroutine set_default
+
+  !> All values of a key as text with commas between: what was written, else the default, else nothing.
+  function values(self, group, i, key) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    character(:), allocatable :: r
+    character(:), allocatable :: one
+    integer, allocatable :: first(:), last(:)
+    integer :: k
+
+    r = ''
+    associate (row => self%table%keys(self%row_number(group, i, key, &
+                                                      'real integer logical text choice')))
+      allocate (first(abs(row%n)), last(abs(row%n)))
+      call self%written%gather(self%written%find(group, i), key, first, last)
+      do k = 1, size(first)
+        one = default_item(row, k)
+        if (first(k) > 0) one = self%written%text(first(k):last(k))
+        if (one == '' .or. one == "''") exit
+        if (k > 1) r = r//', '
+        r = r//one
+      end do
+    end associate
+  end function values
+
+  !> The same as `text_of_file`, with all defaults: what the state of a run belongs to.
+  function text_of_scene(self) result(r)
+    class(input_t), intent(in) :: self
+    character(:), allocatable :: r
+    character(:), allocatable :: all, group
+    integer :: g, i, k, n
+
+    r = ''
+    do g = 1, size(self%table%groups)
+      group = trim(self%table%groups(g)%name)
+      n = self%count(group)
+      if (.not. self%table%groups(g)%repeats .and. group /= 'HEAT') n = 1   ! &HEAT means something
+      do i = 1, n
+        r = r//'&'//group//new_line('a')
+        do k = self%table%groups(g)%first, self%table%groups(g)%last
+          all = self%values(group, i, trim(self%table%keys(k)%name))
+          if (all /= '') r = r//'  '//trim(self%table%keys(k)%name)//' = '//all//new_line('a')
+        end do
+        r = r//'/'//new_line('a')
+      end do
+    end do
+  end function text_of_scene
 
   !> Write this text.
   subroutine echo(self, unit)

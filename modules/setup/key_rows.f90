@@ -25,7 +25,27 @@ contains
     call add_heat(t)
     call add_output(t)
     call add_paths(t)
+    call let_restarts_change(t)
   end function key_table
+
+  !> The keys that a restart may have other values for: they say how to go on, or what will act from now
+  !> on, not what the state is. Of &MOTION all that is still to come may change, of &SOURCE an END that
+  !> is (setup_restart).
+  subroutine let_restarts_change(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%may_change('RUN', '*')
+    call t%may_change('OUTPUT', '*')
+    call t%may_change('PATH', '*')
+    call t%may_change('TIME', 'END MAX_STEPS CFL DT MASS_SCALING MASS_SCALING_RANGE '// &
+                      'INERTIAL_FRACTION GRAVITY')
+    call t%may_change('METHOD', 'SELECTIVE_SCALING SORT_INTERVAL REBALANCE SLEEPING SLEEP_DISTANCE '// &
+                      'SLEEP_STRAIN SLEEP_RATE SLEEP_HEAT')
+    call t%may_change('CLAMP', 'VELOCITY')
+    call t%may_change('LOAD', 'FORCE')
+    call t%may_change('TRACTION', 'PRESSURE VECTOR')
+    call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
+  end subroutine let_restarts_change
 
   subroutine add_run(t)
     type(key_table_t), intent(inout) :: t
@@ -398,7 +418,7 @@ contains
     call t%key('HISTORY_INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
       'between two rows of the histories; 0: 500 rows in the run')
     call t%key('CHECKPOINT_INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
-      'between two checkpoints; 0: none but at a stop')
+      'between two checkpoints; 0: none but at the end or a stop')
     call t%key('PROGRESS_INTERVAL', 'real', 1, 's', '10', '[0,inf)', &
       'wall-clock time between two lines of progress')
     call t%key('SAFETY_INTERVAL', 'real', 1, 's', '600', '[0,inf)', &

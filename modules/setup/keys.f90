@@ -49,7 +49,30 @@ contains
       end do
       write (unit, '()')
     end do
+    write (unit, '(a)') 'A restart may change '//changeable(t)//'.'
   end subroutine print_keys
+
+  !> What a restart may change, in words.
+  function changeable(t) result(text)
+    type(key_table_t), intent(in) :: t
+    character(:), allocatable :: text
+    integer :: g, k
+
+    text = ''
+    do g = 1, size(t%groups)
+      associate (keys => t%keys(t%groups(g)%first:t%groups(g)%last))
+        if (.not. any(keys%may_change)) cycle
+        text = text//'&'//trim(t%groups(g)%name)
+        if (.not. all(keys%may_change)) then
+          do k = 1, size(keys)
+            if (keys(k)%may_change) text = text//' '//trim(keys(k)%name)
+          end do
+        end if
+        text = text//'; '
+      end associate
+    end do
+    text = text//'&MOTION from the time of the checkpoint on; &SOURCE END if it is later than that'
+  end function changeable
 
   !> The reference page docs/input.md, for `stirpoint --keys=markdown`.
   subroutine print_keys_markdown(unit)
@@ -59,6 +82,8 @@ contains
 
     t = key_table()
     call print_introduction(unit)
+    write (unit, '(a)') '- A restart may change these keys, all else is refused ([restart.md](restart.md)):', &
+      '  '//changeable(t)//'.'
     do g = 1, size(t%groups)
       write (unit, '(/,2a,/)') '## &', trim(t%groups(g)%name)
       write (unit, '(4a,/)') trim(t%groups(g)%about), ' (', occurrence(t%groups(g)), ')'

@@ -36,6 +36,7 @@ module setup_keys_table
     character(96) :: condition = ''     !! 'KEY = a or b': of use only there; empty: always
     character(96) :: allowed = ''       !! interval, names of a choice, characters of a text
     character(240) :: about = ''
+    logical :: may_change = .false.     !! in a restart
   end type key_row_t
 
   !> The table; the keys of a group stand together.
@@ -45,6 +46,7 @@ module setup_keys_table
   contains
     procedure :: group => add_group
     procedure :: key => add_key
+    procedure :: may_change => let_change
     procedure :: find_group
     procedure :: find_key
   end type key_table_t
@@ -100,6 +102,26 @@ contains
     self%keys = [self%keys, row]
     self%groups(size(self%groups))%last = size(self%keys)
   end subroutine add_key
+
+  !> Let a restart change keys of a group: those whose names are in `names`, or all if that is '*'.
+  subroutine let_change(self, group, names)
+    class(key_table_t), intent(inout) :: self
+    character(*), intent(in) :: group
+    character(*), intent(in) :: names   !! divided by blanks
+    character(48), allocatable :: list(:)
+    integer :: g, k, row
+
+    g = self%find_group(group)
+    if (g == 0) call fatal('table of keys: there is no &'//group)
+    if (names == '*') self%keys(self%groups(g)%first:self%groups(g)%last)%may_change = .true.
+    if (names == '*') return
+    call split_words(names, list)
+    do k = 1, size(list)
+      row = self%find_key(g, trim(list(k)))
+      if (row == 0) call fatal('table of keys: &'//group//' has no '//trim(list(k)))
+      self%keys(row)%may_change = .true.
+    end do
+  end subroutine let_change
 
   !> Number of a group, 0 if there is none of this name.
   pure integer function find_group(self, name)

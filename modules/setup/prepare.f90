@@ -5,7 +5,7 @@ module setup_prepare
   use base_errors, only: error_t
   use base_kinds, only: i8
   use comm_world, only: world_t
-  use io_checkpoint, only: read_checkpoint_input
+  use io_checkpoint, only: notes_t, read_checkpoint_notes
   use particles_migrate, only: find_outside
   use setup_bodies, only: count_particles, fill_bodies, load_bodies, warm_probes
   use setup_command_line, only: command_t
@@ -15,6 +15,7 @@ module setup_prepare
   use setup_reading, only: read_input, read_input_text
   use setup_process_check, only: check_process
   use setup_room, only: check_room
+  use setup_restart, only: compare_scenes
   use setup_scene, only: build_scene
   use setup_sense, only: check_sense
   use setup_stretch, only: stretch_bodies
@@ -24,7 +25,6 @@ module setup_prepare
   use time_balance, only: first_partition
   use time_regrid, only: regrid
   use time_resume, only: resume
-  use time_scene, only: output_t
   use time_state, only: simulation_t
   implicit none (type, external)
   private
@@ -42,22 +42,33 @@ contains
     integer(i8), allocatable, intent(out) :: counts(:)   !! particles of each body
     type(volumes_t), allocatable, intent(out) :: volumes(:)   !! of each body
     logical, intent(out) :: is_good
-    type(complaints_t) :: complaints
+    type(complaints_t) :: complaints, strange   ! the latter of the scene of the checkpoint
     type(error_t) :: error
-    character(:), allocatable :: text
+    type(notes_t) :: notes
+    type(input_t) :: old
+    character(1) :: no_sets(0)
 
-    if (command%input /= '') then
+    if (command%restart /= '') call read_checkpoint_notes(world, command%restart, notes, error)
+    if (error%is_set()) then
+      call complaints%add(command%restart, 0, error%message)
+    else if (command%restart /= '') then
+      call read_input_text(command%restart, notes%scene, no_sets, old, strange, resumed=.true.)
+    end if
+    if (error%is_set()) then
+      continue
+    else if (command%input /= '') then
       call read_input(command%input, command%sets, input, complaints)
     else
-      call read_checkpoint_input(world, command%restart, text, error)
-      if (error%is_set()) then
-        call complaints%add(command%restart, 0, error%message)
-      else
-        call read_input_text(command%restart, text, command%sets, input, complaints, resumed=.true.)
-      end if
+      call read_input_text(command%restart, notes%input, command%sets, input, complaints, resumed=.true.)
+      call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
     end if
     if (.not. error%is_set()) then
       if (input%is_whole()) call build_scene(input, sim, complaints)
+    end if
+    if (complaints%count() == 0 .and. command%restart /= '') then
+      call compare_scenes(old, input, notes%time, complaints)
+      if (strange%count() > 0) call complaints%add(command%restart, 0, 'its scene is that of '// &
+        'another version of the program: '//strange%text(1))
     end if
     if (complaints%count() == 0) call check_room(world, input, sim%scene, complaints)
     if (complaints%count() == 0) then
@@ -84,27 +95,24 @@ contains
       call warm_probes(input, sim%scene, sim%probes)
     end if
     sim%scene%output%input_text = input%text_of_file()
+    sim%scene%output%scene_text = input%text_of_scene()
+    sim%scene%output%run = notes%run
     sim%scene%output%is_quiet = command%is_quiet
     sim%scene%output%directory = sim%scene%output%name//'.out'
-    if (command%input == '') call take_place_of(command%restart, input, sim%scene%output)
+    if (command%input == '') sim%scene%output%directory = folder_of(command%restart)
     if (command%directory /= '') sim%scene%output%directory = command%directory
   end subroutine read_scene
 
-  !> Without an input file a resumed run goes on where its checkpoint lies, under its old name.
-  subroutine take_place_of(checkpoint, input, output)
+  !> Without an input file a resumed run goes on where its checkpoint lies.
+  pure function folder_of(checkpoint) result(folder)
     character(*), intent(in) :: checkpoint
-    type(input_t), intent(in) :: input
-    type(output_t), intent(inout) :: output
-    character(*), parameter :: ending = '_checkpoint'
-    integer :: last, slash
+    character(:), allocatable :: folder
+    integer :: slash
 
     slash = index(checkpoint, '/', back=.true.)
-    output%directory = '.'
-    if (slash > 0) output%directory = checkpoint(:max(1, slash - 1))
-    last = len(output%name) - len(ending)
-    if (input%given('RUN', 1, 'NAME') .or. last < 1) return
-    if (output%name(last + 1:) == ending) output%name = output%name(:last)
-  end subroutine take_place_of
+    folder = '.'
+    if (slash > 0) folder = checkpoint(:max(1, slash - 1))
+  end function folder_of
 
   subroutine require_particles(input, counts, complaints)
     type(input_t), intent(in) :: input

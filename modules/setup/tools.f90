@@ -3,7 +3,7 @@
 module setup_tools
   use base_kinds, only: pi, rp
   use contact_friction_table, only: friction_table_t, of_nothing
-  use contact_motion, only: phase_t
+  use contact_motion, only: motion_t, phase_t
   use contact_shapes, only: shoulder_profile
   use contact_tool, only: kind_box, kind_particles, kind_plane, kind_revolved, kind_sphere, tool_t
   use setup_complaints, only: complaints_t
@@ -13,7 +13,7 @@ module setup_tools
   implicit none (type, external)
   private
 
-  public :: read_tools
+  public :: read_tools, motion_of
 
 contains
 
@@ -38,7 +38,7 @@ contains
       tool(i)%heat_share = input%real('TOOL', i, 'HEAT_SHARE')
       call read_friction_table(input, i, tool(i), complaints)
       call read_tool_shape(input, i, tool(i), complaints)
-      call read_motion(input, tool(i))
+      tool(i)%motion = motion_of(input, tool(i)%name)
       call tool(i)%move_to(0.0_rp)
       do j = 1, i - 1
         if (tool(j)%name == tool(i)%name) call input%complain(complaints, 'TOOL', i, 'NAME', &
@@ -75,7 +75,7 @@ contains
       do a = 1, 3
         tool(k)%frame(a, a) = 1.0_rp
       end do
-      call read_motion(input, tool(k))
+      tool(k)%motion = motion_of(input, tool(k)%name)
       call tool(k)%move_to(0.0_rp)
       do i = 1, size(unused)
         is_given = input%given('BODY', b, trim(unused(i)))
@@ -168,21 +168,22 @@ contains
   end subroutine read_tool_shape
 
   !> The phases of this tool in the order of the file.
-  subroutine read_motion(input, tool)
+  function motion_of(input, name) result(motion)
     type(input_t), intent(in) :: input
-    type(tool_t), intent(inout) :: tool
+    character(*), intent(in) :: name
+    type(motion_t) :: motion
     type(phase_t) :: phase
     integer :: i
 
-    allocate (tool%motion%phase(0))
+    allocate (motion%phase(0))
     do i = 1, input%count('MOTION')
-      if (input%text('MOTION', i, 'TOOL') /= tool%name) cycle
+      if (input%text('MOTION', i, 'TOOL') /= name) cycle
       phase%duration = input%real('MOTION', i, 'DURATION')
       phase%velocity = input%reals('MOTION', i, 'VELOCITY', 3)
       phase%spin = input%real('MOTION', i, 'SPIN_RPM')*2.0_rp*pi/60.0_rp
       phase%ramp = input%real('MOTION', i, 'RAMP')
-      tool%motion%phase = [tool%motion%phase, phase]
+      motion%phase = [motion%phase, phase]
     end do
-  end subroutine read_motion
+  end function motion_of
 
 end module setup_tools

@@ -8,6 +8,7 @@ module time_heat_files
   use base_text, only: str
   use base_timers, only: cpu_seconds, wall_time
   use comm_world, only: world_t
+  use io_checkpoint, only: notes_t
   use io_frames, only: frame_name, write_heat_frame, write_series
   use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
   use io_histories, only: table_t
@@ -16,6 +17,7 @@ module time_heat_files
   use time_heat_probes, only: read_probes
   use time_heat_state, only: heat_run_t
   use time_melting, only: melting_t
+  use time_resume, only: note_run
   use time_scene, only: output_t, scene_t
   use time_writing, only: next_time, span
   implicit none (type, external)
@@ -35,6 +37,7 @@ module time_heat_files
     real(rp) :: next_checkpoint = 0.0_rp, secured = 0.0_rp
     real(rp) :: last_books(3) = 0.0_rp        !! time, source heat, film loss of the last row
     integer(i8) :: first_step = 0
+    integer(i8) :: saved_step = -1            !! of the last checkpoint
     type(melting_t) :: melting
   contains
     procedure :: init
@@ -84,6 +87,7 @@ contains
     if (size(names) > 0) call self%probes%open(world, stem//'_probes.csv', scene%title, of_probes, &
                                                resume_time, error)
     self%last_books = [run%time, run%march%books(b_source), run%march%books(b_film)]
+    if (is_resumed) self%saved_step = run%march%steps
     if (is_resumed) call set_times(self, scene%output, run%time)
   end subroutine init
 
@@ -104,7 +108,7 @@ contains
     next_event = min(self%next_row, self%next_frame, self%next_checkpoint)
   end function next_event
 
-  !> Write what is due at the present time; `last` writes all but a checkpoint.
+  !> Write what is due at the present time; `last` writes all.
   subroutine due(self, world, scene, run, last, is_safety_due, error)
     class(heat_writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -113,13 +117,15 @@ contains
     logical, intent(in) :: last, is_safety_due
     type(error_t), intent(inout) :: error
     real(rp) :: now
+    logical :: wanted
 
     now = run%time*(1.0_rp + 1.0e-12_rp)
     if ((last .or. now >= self%next_row) .and. run%row_time < run%time) &
       call row(self, world, scene, run)
     if (last .or. now >= self%next_frame) call frame(world, scene, run, error)
-    if (.not. last .and. (is_safety_due .or. (now >= self%next_checkpoint .and. &
-        scene%output%checkpoint_interval > 0.0_rp))) then
+    wanted = scene%output%checkpoint_interval > 0.0_rp .and. now >= self%next_checkpoint
+    if ((wanted .or. last .or. is_safety_due) .and. self%saved_step < run%march%steps) then
+      self%saved_step = run%march%steps
       call save_heat(world, scene, run, error)
       self%secured = wall_time()
     end if
@@ -201,13 +207,15 @@ contains
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
+    type(notes_t) :: notes
 
+    call note_run(scene%output, run%time, notes)
     associate (mesh => run%heat%mesh)
       call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
         reshape(run%heat%theta(1:mesh%np*mesh%nx), [mesh%np, mesh%nx]), &
         [run%time, run%march%next, real(run%march%steps, rp), real(run%march%refused, rp), &
          run%march%books, run%content0, run%row_time, run%march%last, run%frame_times], &
-        scene%output%input_text, error)
+        notes, error)
     end associate
     call run%march%forget()
   end subroutine save_heat

@@ -6,7 +6,7 @@ module time_resume
   use comm_world, only: world_t
   use contact_tool, only: n_tool_sums
   use grid_geometry, only: box_t, make_patch
-  use io_checkpoint, only: read_checkpoint, write_checkpoint
+  use io_checkpoint, only: notes_t, read_checkpoint, write_checkpoint
   use particles_migrate, only: find_outside
   use particles_store, only: awake, particles_t, set_rest, tag_rest
   use physics_flow_law, only: n_alarms
@@ -14,11 +14,12 @@ module time_resume
   use time_probes, only: share_probes
   use time_balance, only: first_partition
   use time_regrid, only: regrid, relist
+  use time_scene, only: output_t
   use time_state, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: save_checkpoint, resume, checkpoint_path, broken_path
+  public :: save_checkpoint, resume, checkpoint_path, broken_path, note_run
 
   integer, parameter :: n_clock = 20
   character(*), parameter :: other_scene = &
@@ -42,12 +43,25 @@ contains
     path = sim%scene%output%directory//'/'//sim%scene%output%name//'_broken.h5'
   end function broken_path
 
+  !> What a checkpoint of this time [s] knows of its run.
+  pure subroutine note_run(output, time, notes)
+    type(output_t), intent(in) :: output
+    real(rp), intent(in) :: time
+    type(notes_t), intent(out) :: notes
+
+    notes%input = output%input_text
+    notes%scene = output%scene_text
+    notes%run = output%run
+    notes%time = time
+  end subroutine note_run
+
   !> Write the state between two steps, to `path` or the usual place. It changes nothing in the run.
   subroutine save_checkpoint(world, sim, error, path)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
     character(*), intent(in), optional :: path
+    type(notes_t) :: notes
     character(:), allocatable :: file
     real(rp), allocatable :: global(:), local(:)
     real(rp) :: last(2)
@@ -73,10 +87,11 @@ contains
     do k = 1, size(sim%tool)
       local = [local, sim%tool(k)%sums]
     end do
+    call note_run(sim%scene%output, sim%clock%time, notes)
     file = checkpoint_path(sim)
     if (present(path)) file = path
     call write_checkpoint(world, file, sim%particles, sim%boxes, global, local, &
-                          sim%scene%output%input_text, error)
+                          notes, error)
   end subroutine save_checkpoint
 
   !> Fill a simulation, whose scene stands, with the state of a checkpoint.
@@ -87,14 +102,19 @@ contains
     type(error_t), intent(inout) :: error
     type(box_t), allocatable :: boxes(:)
     real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text, outside
-    logical :: same_ranks
-    integer :: k, n
+    character(:), allocatable :: outside
+    logical :: fits, same_ranks
+    integer :: k, n, plain
 
-    call read_checkpoint(world, path, sim%particles, boxes, global, local, same_ranks, text, error)
+    call read_checkpoint(world, path, sim%particles, boxes, global, local, same_ranks, error)
     if (error%is_set()) return
     n = n_sums + 1 + n_alarms + size(sim%impulse)
-    if (size(global) < n_clock .or. size(local) /= n + n_tool_sums*size(sim%tool)) then
+    associate (layout => sim%scene%layout)   ! sleeping may change, and with it the last field
+      plain = layout%n - merge(1, 0, layout%rest > 0)
+      fits = sim%particles%nf == plain .or. sim%particles%nf == plain + 1
+      if (fits) call sim%particles%change_fields(layout%n)
+    end associate
+    if (.not. fits .or. size(global) < n_clock .or. size(local) /= n + n_tool_sums*size(sim%tool)) then
       call error%raise(path//other_scene)
       return
     end if
@@ -159,7 +179,9 @@ contains
     sim%last%stiffness = global(15)
     sim%last%speed2 = global(16)
     sim%clock%refused = nint(global(17), i8)
-    if (sim%scene%method%adapts_mass) sim%scene%method%mass_scaling = global(18)
+    associate (m => sim%scene%method)
+      if (m%adapts_mass) m%mass_scaling = max(m%scaling_range(1), min(m%scaling_range(2), global(18)))
+    end associate
     sim%clock%inertial_peak = global(19)
     sim%clock%heat_step = global(20)
     n = nint(global(13))

@@ -114,6 +114,8 @@ module time_scene
   !> What to write and when; intervals in simulated seconds, 0 means never.
   type :: output_t
     character(:), allocatable :: directory, name, input_text
+    character(:), allocatable :: scene_text   !! the input with every default
+    character(:), allocatable :: run          !! tells the run from others (io_folder)
     real(rp) :: frame_interval = 0.0_rp
     real(rp) :: history_interval = 0.0_rp
     real(rp) :: checkpoint_interval = 0.0_rp

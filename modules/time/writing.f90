@@ -32,6 +32,7 @@ module time_writing
     real(rp) :: cpu_started = 0.0_rp    !! processor time of this rank then [s]
     real(rp) :: spoke = 0.0_rp          !! wall-clock time of the last progress line
     integer(i8) :: first_step = 0
+    integer(i8) :: saved_step = -1      !! of the last checkpoint
     real(rp) :: first_time = 0.0_rp
     integer(i8) :: particles = 0        !! on all ranks
     integer(i8) :: told_refused = 0     !! refused steps when last spoken of
@@ -81,6 +82,7 @@ contains
                                                deviation_columns(sim), resume_time, error)
     associate (clock => sim%clock, output => sim%scene%output)
       if (is_resumed) then
+        self%saved_step = clock%step
         clock%next_frame = next_time(output%frame_interval, clock%time)
         clock%next_history = next_time(output%history_interval, clock%time)
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
@@ -107,7 +109,7 @@ contains
     end do
   end function probe_columns
 
-  !> Write what is due at the present time; `last` writes all but a checkpoint.
+  !> Write what is due at the present time; `last` writes all.
   subroutine due(self, world, sim, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -128,7 +130,9 @@ contains
         clock%next_frame = next_time(output%frame_interval, clock%time)
       end if
       wanted = output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint
-      if (.not. (last .or. sim%is_broken) .and. (wanted .or. sim%safety_is_due)) then
+      wanted = (wanted .or. last .or. sim%safety_is_due) .and. self%saved_step < clock%step
+      if (wanted .and. .not. sim%is_broken) then
+        self%saved_step = clock%step
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
         if (world%all_true(not_a_number(sim) == '')) call save_checkpoint(world, sim, error)
         sim%secured = wall_time()

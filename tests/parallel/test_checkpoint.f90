@@ -8,9 +8,8 @@ program test_checkpoint
   use check, only: begin_tests, end_tests, expect
   use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t
-  use io_checkpoint, only: read_checkpoint, read_checkpoint_input, write_checkpoint
+  use io_checkpoint, only: notes_t, read_checkpoint, read_checkpoint_notes, write_checkpoint
   use io_hdf5, only: h5file_t
-  use io_hdf5_notes, only: write_attribute
   use io_samples, only: contents, discard, expect_error, expect_no_error, landmark, &
                         make_particles, put, sample_input
   use particles_store, only: f_plastic, f_temp, particles_t
@@ -37,14 +36,20 @@ contains
     type(particles_t), intent(in) :: p
     type(error_t), intent(inout) :: error
     type(box_t) :: boxes(0:world%size - 1)
+    type(notes_t) :: notes
     integer :: r
 
+    notes%input = sample_input
+    notes%scene = 'all of it'
+    notes%run = 'run 1'
+    notes%time = 0.25_rp
     do r = 0, world%size - 1
       boxes(r)%lo = [r, 0, -1]
       boxes(r)%hi = [r, 9, 10*r]
     end do
     call write_checkpoint(world, path, p, boxes, [1.5_rp, real(world%rank, rp), 0.1_rp], &
-                          [1.0_rp, real(world%rank, rp)], sample_input, error)
+                          [1.0_rp, real(world%rank, rp)], &
+                          notes, error)
   end subroutine save
 
   !> A restart on as many ranks gets every bit back.
@@ -52,21 +57,20 @@ contains
     type(particles_t) :: p, q
     type(box_t), allocatable :: boxes(:)
     real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text
+    type(notes_t) :: notes
     type(error_t) :: error
     logical :: same, equal
 
     call make_particles(world, p)
     call save(base//'same.h5', p, error)
     call expect_no_error('checkpoint is written', error)
-    call read_checkpoint(world, base//'same.h5', q, boxes, global, local, same, text, error)
+    call read_checkpoint(world, base//'same.h5', q, boxes, global, local, same, error)
     call expect_no_error('checkpoint is read', error)
     call expect('same ranks', same .and. allocated(boxes))
     if (allocated(boxes)) call expect('boxes', lbound(boxes, 1) == 0 .and. &
                                       all(boxes(world%rank)%hi == [world%rank, 9, 10*world%rank]))
     call expect('global numbers', all(global == [1.5_rp, 0.0_rp, 0.1_rp]))
     call expect('local numbers', all(local == [1.0_rp, real(world%rank, rp)]))
-    call expect('input of a checkpoint', text == sample_input)
     equal = q%nblk == p%nblk .and. q%nf == p%nf
     if (equal .and. p%nblk > 0) then
       equal = all(transfer(p%ps(:, :, :p%nblk), [0_i8]) == transfer(q%ps(:, :, :p%nblk), [0_i8])) &
@@ -75,8 +79,9 @@ contains
               .and. all(p%body(:p%nblk) == q%body(:p%nblk))
     end if
     call expect('bitwise the same particles', equal)
-    call read_checkpoint_input(world, base//'same.h5', text, error)
-    call expect('only the input', text == sample_input)
+    call read_checkpoint_notes(world, base//'same.h5', notes, error)
+    call expect('notes of a checkpoint', notes%input == sample_input .and. notes%time == 0.25_rp &
+                .and. notes%scene == 'all of it' .and. notes%run == 'run 1')
     call discard(world, base//'same.h5')
     call p%free()
     call q%free()
@@ -86,12 +91,11 @@ contains
     type(particles_t) :: p, q
     type(box_t), allocatable :: boxes(:)
     real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text
     type(error_t) :: error
     logical :: same
 
     call save(base//'empty.h5', p, error)
-    call read_checkpoint(world, base//'empty.h5', q, boxes, global, local, same, text, error)
+    call read_checkpoint(world, base//'empty.h5', q, boxes, global, local, same, error)
     call expect_no_error('checkpoint without particles', error)
     call expect('no particles came', q%total() == 0)
     call discard(world, base//'empty.h5')
@@ -123,7 +127,6 @@ contains
     type(particles_t) :: q
     type(box_t), allocatable :: boxes(:)
     real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text
     type(error_t) :: error
     logical :: same
     real(rp) :: got(4)
@@ -131,7 +134,7 @@ contains
     call mpi_comm_split(world%comm, colour, world%rank, part%comm)
     call mpi_comm_rank(part%comm, part%rank)
     call mpi_comm_size(part%comm, part%size)
-    call read_checkpoint(part, base//'other.h5', q, boxes, global, local, same, text, error)
+    call read_checkpoint(part, base//'other.h5', q, boxes, global, local, same, error)
     call expect_no_error('checkpoint is read by fewer', error)
     call expect('other ranks', (same .eqv. part%size == world%size) .and. &
                                (same .eqv. allocated(boxes)))
@@ -170,15 +173,15 @@ contains
     path = base//'bad.h5'
     call expect_bad(path, 'does not exist')
     call put(world, path, 'This is no HDF5 file.')
-    call expect_bad(path, 'not an HDF5 file')
+    call expect_bad(path, 'not a checkpoint of Stirpoint')
     call file%create(world, path, .false., error)
     call file%close(error)
     call expect_bad(path, 'not a checkpoint of Stirpoint')
-    call file%create(world, path, .false., error)
-    call write_attribute(file, '/', 'format', 'stirpoint checkpoint', error)
-    call write_attribute(file, '/', 'version', 99, error)
-    call file%close(error)
+    call put(world, path, 'Stirpoint checkpoint, version 99'//new_line('a')//repeat(' ', 600))
     call expect_bad(path, 'version 99')
+    call file%create(world, path, .false., error, sealed=.true.)
+    call file%close(error)
+    call expect_bad(path, 'lanes')
 
     call make_particles(world, p)
     call save(path, p, error)
@@ -202,11 +205,10 @@ contains
     type(particles_t) :: q
     type(box_t), allocatable :: boxes(:)
     real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: text
     type(error_t) :: error
     logical :: same
 
-    call read_checkpoint(world, path, q, boxes, global, local, same, text, error)
+    call read_checkpoint(world, path, q, boxes, global, local, same, error)
     call expect_error('checkpoint that '//word, error, word)
     call expect('no particles', q%nblk == 0)
     call q%free()

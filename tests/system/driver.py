@@ -298,13 +298,32 @@ def rewrite_checkpoint(path, **fields):
                 new[:, first] = value
             else:
                 new[:, first:first + count] = value
-        changed = (old.view(np.uint64) ^ new.view(np.uint64)).reshape(len(old), -1)
-        turns = (np.arange(changed.shape[1])[::-1] % 64).astype(np.uint64)
-        turned = (changed << turns) | (changed >> ((64 - turns) % 64))
         file["/particles/state"][:] = new.reshape(raw.shape)
-        sums = file["/particles/checksum"]
-        flips = np.bitwise_xor.reduce(turned, axis=1).view(np.int64)
-        sums[:] = sums[:] ^ flips.reshape(sums.shape)
+    seal(path)
+
+
+def seal(path):
+    """Renew the seal of a checkpoint (modules/io/seal.f90, modules/base/disk.c)."""
+    data = pathlib.Path(path).read_bytes()
+    piece = 4 << 20
+    firsts = range(512, len(data), piece)
+    total = sum_words(len(data), [sum_words(k, words_of(data[k:k + piece])) for k in firsts])
+    version = data[:data.index(b"\n")].decode()
+    head = f"{version}\nbytes {len(data)}\nchecksum {total:016X}\n".encode().ljust(512)
+    pathlib.Path(path).write_bytes(head + data[512:])
+
+
+def words_of(data):
+    return np.frombuffer(data.ljust(-(-len(data) // 8) * 8, b"\0"), dtype="<u8").tolist()
+
+
+def sum_words(total, words):
+    mask = (1 << 64) - 1
+    for word in words:
+        total ^= word
+        total = (total << 29 & mask) | total >> 35
+        total = total * 0x9E3779B97F4A7C15 & mask
+    return total
 
 
 def distance(one, other, names):

@@ -138,7 +138,7 @@ def test_nothing_else_is_written(small):
     assert [p.name for p in small.directory.iterdir()] == ["small.out"]
     names = {re.sub(r"[0-9]{6}", "N", p.name) for p in (small.directory / "small.out").iterdir()}
     assert names == {"small_history.csv", "small_probes.csv", "small_N.hdf", "small.hdf.series",
-                     "small_summary.json"}
+                     "small_summary.json", "small_run.txt", "small_checkpoint.h5"}
 
 
 def test_quiet(run, small):

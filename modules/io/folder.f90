@@ -1,0 +1,268 @@
+! SPDX-License-Identifier: MIT
+!> The folder of the results belongs to one run at a time, and holds the results of one run.
+!>
+!> NAME_run.txt tells which run it is, and is locked while the run goes on; the kernel takes the lock
+!> away when the process ends, however it ends. Results of another run are put into previous_1,
+!> previous_2, ... before anything is written.
+module io_folder
+  use base_disk, only: file_bytes, has_no_locks, host_name, list_directory, lock_file, locked, &
+                       locked_elsewhere, name_length, process_number, random_number64, read_head
+  use base_errors, only: error_t
+  use base_kinds, only: rp
+  use base_system, only: make_directory, remove_file, rename_file
+  use base_text, only: str
+  use comm_world, only: world_t
+  use io_agree, only: agree
+  use io_seal, only: previous_of, seal_bytes
+  implicit none (type, external)
+  private
+
+  public :: take_folder, clear_folder
+
+  real(rp), parameter :: patience = 5.0_rp   !! for a run that is just ending [s]
+  character(*), parameter :: nl = new_line('a')
+  character(*), parameter :: run_file = '_run.txt'
+  character(*), parameter :: endings(9) = [character(24) :: '_history.csv', '_probes.csv', &
+    '_errors.csv', '.hdf.series', '_checkpoint.h5', '_checkpoint_previous.h5', '_broken.h5', &
+    '_broken_previous.h5', '_summary.json']
+  character(*), parameter :: unfinished(3) = [character(5) :: '.tmp', '.room', '']
+
+contains
+
+  !> Collective: a name for a new run, which no other has.
+  subroutine new_run(world, run)
+    type(world_t), intent(in) :: world
+    character(:), allocatable, intent(inout) :: run
+    character(16) :: digits
+
+    digits = ''
+    if (world%is_root()) write (digits, '(z16.16)') random_number64()
+    call world%share_message(trim(digits), run)
+  end subroutine new_run
+
+  !> Collective: make the folder and take its lock for as long as the program runs. `is_taken` tells that
+  !> the error is another run that has it.
+  subroutine take_folder(world, directory, name, note, is_taken, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: directory, name
+    character(:), allocatable, intent(out) :: note   !! to be told to the user; '' for nothing
+    logical, intent(out) :: is_taken
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: path
+    integer :: status
+    logical :: ok
+
+    note = ''
+    status = locked
+    if (world%is_root()) then
+      path = directory//'/'//name//run_file
+      call make_directory(directory, ok)
+      if (.not. ok) call error%raise('cannot make directory '//directory)
+      if (ok) status = lock_file(path, patience)
+      if (status == locked_elsewhere) then
+        call error%raise(directory//' is in use by another run: process '// &
+                         line_of(path, 'process')//' (see '//path//')')
+      else if (status == has_no_locks) then
+        note = 'warning: no locks in '//directory//': see to it that no other run writes there'
+      else if (status /= locked) then
+        call error%raise(path//' cannot be written')
+      end if
+    end if
+    call agree(world, error)
+    is_taken = .not. world%all_true(status /= locked_elsewhere)
+  end subroutine take_folder
+
+  !> Collective: make room for the results of `run` in a folder that was taken. Those of another run are
+  !> moved into a folder previous_N, or deleted if `overwrites`. A run that goes on where it has been
+  !> loses frames from number `frames` (from 0) on, and checkpoints that are not of its past are moved
+  !> away; one that goes on elsewhere becomes a run of its own.
+  subroutine clear_folder(world, directory, name, run, restart, frames, overwrites, note, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: directory, name
+    character(:), allocatable, intent(inout) :: run
+    character(*), intent(in) :: restart               !! the checkpoint it goes on from; '' for none
+    integer, intent(in) :: frames
+    logical, intent(in) :: overwrites
+    character(:), allocatable, intent(out) :: note
+    type(error_t), intent(inout) :: error
+    character(name_length), allocatable :: all(:), mine(:)
+    character(:), allocatable :: place
+    logical :: goes_on
+    integer :: k
+
+    place = directory//'/'
+    note = ''
+    goes_on = world%is_root() .and. restart /= ''
+    if (goes_on) goes_on = line_of(place//name//run_file, 'run') == run
+    if (world%all_true(.not. goes_on)) call new_run(world, run)
+    if (world%is_root()) then
+      all = list_directory(directory)
+      if (goes_on) then
+        mine = pack(all, [(number_of_frame(trim(all(k)), name) >= frames, k=1, size(all))])
+        if (size(mine) > 0) note = 'note: '//str(size(mine))// &
+          ' frame(s) later than the checkpoint deleted: they are computed anew'
+        call delete(place, mine)
+        mine = other_future(place//name//'_checkpoint.h5', restart)
+        if (size(mine) > 0) call set_aside(directory, name, mine, note, error)
+      else
+        mine = pack(all, [(is_result(trim(all(k)), name), k=1, size(all))])
+        if (size(mine) > 0 .and. overwrites) then
+          note = 'note: results of an earlier run in '//directory//' deleted'
+          call delete(place, mine)
+        else if (size(mine) > 0) then
+          if (any(all == 'report')) mine = [character(name_length) :: mine, 'report']
+          call set_aside(directory, name, mine, note, error)
+        end if
+      end if
+      if (.not. error%is_set()) call write_text(place//name//run_file, 'run '//run// &
+        nl//'process '//str(int(process_number()))//' on '//host_name()//' since '//now()//nl// &
+        job(), error)
+    end if
+    call agree(world, error)
+  end subroutine clear_folder
+
+  !> Checkpoints of a run that may be later than the one it goes on from: those that were written after it
+  !> if it is one of the two that are kept, else both.
+  function other_future(newest, restart) result(files)
+    character(*), intent(in) :: newest, restart
+    character(name_length), allocatable :: files(:)
+    character(:), allocatable :: path
+    character(seal_bytes) :: head, wanted
+    integer :: k
+    logical :: ok
+
+    allocate (files(0))
+    call read_head(restart, wanted, ok)
+    path = newest
+    do k = 1, 2
+      call read_head(path, head, ok)
+      if (ok .and. head == wanted) return
+      if (file_bytes(path) >= 0) files = [character(name_length) :: files, &
+                                          path(index(path, '/', back=.true.) + 1:)]
+      path = previous_of(newest)
+    end do
+  end function other_future
+
+  !> Move files into the first folder previous_N that is not there.
+  subroutine set_aside(directory, name, files, note, error)
+    character(*), intent(in) :: directory, name, files(:)
+    character(:), allocatable, intent(inout) :: note
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: place
+    integer :: k
+    logical :: ok
+
+    k = 1
+    do
+      place = directory//'/previous_'//str(k)
+      inquire (file=place//'/.', exist=ok)
+      if (.not. ok) exit
+      k = k + 1
+    end do
+    call make_directory(place, ok)
+    if (ok) call write_text(place//'/'//name//run_file, 'run '// &
+      line_of(directory//'/'//name//run_file, 'run')//nl//'process '// &
+      line_of(directory//'/'//name//run_file, 'process')//nl, error)
+    do k = 1, size(files)
+      if (ok) call rename_file(directory//'/'//trim(files(k)), place//'/'//trim(files(k)), ok)
+    end do
+    if (.not. ok) call error%raise('the results in '//directory//' cannot be moved to '//place)
+    if (note /= '') note = note//nl
+    note = note//'note: '//str(size(files))//' file(s) of an earlier run moved to '//place
+  end subroutine set_aside
+
+  subroutine delete(place, files)
+    character(*), intent(in) :: place, files(:)
+    integer :: k
+
+    do k = 1, size(files)
+      call remove_file(place//trim(files(k)))
+    end do
+  end subroutine delete
+
+  !> True if a file is a result of a run `name`.
+  pure logical function is_result(file, name)
+    character(*), intent(in) :: file, name
+    character(:), allocatable :: rest
+    integer :: k
+
+    is_result = number_of_frame(file, name) >= 0
+    if (index(file, name) /= 1) return
+    do k = 1, size(unfinished)
+      if (len(file) < len(name) + len_trim(unfinished(k))) cycle
+      if (file(len(file) - len_trim(unfinished(k)) + 1:) /= unfinished(k)) cycle
+      rest = file(len(name) + 1:len(file) - len_trim(unfinished(k)))
+      is_result = is_result .or. any(endings == rest)
+    end do
+  end function is_result
+
+  !> Number of the frame that a file holds, complete or not; -1 if it is no frame of `name`.
+  pure integer function number_of_frame(file, name)
+    character(*), intent(in) :: file, name
+    integer :: digits, status
+
+    number_of_frame = -1
+    if (index(file, name//'_') /= 1) return
+    digits = verify(file(len(name) + 2:)//' ', '0123456789') - 1
+    if (digits < 6 .or. digits > 9) return
+    if (all(file(len(name) + 2 + digits:) /= [character(9) :: '.hdf', '.hdf.tmp', '.hdf.room'])) return
+    read (file(len(name) + 2:len(name) + 1 + digits), *, iostat=status) number_of_frame
+    if (status /= 0) number_of_frame = -1
+  end function number_of_frame
+
+  !> What stands behind a word at the beginning of a line of a small file; '' if nothing.
+  function line_of(path, word) result(rest)
+    character(*), intent(in) :: path, word
+    character(:), allocatable :: rest
+    character(name_length) :: line
+    integer :: unit, status
+
+    rest = ''
+    open (newunit=unit, file=path, action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (index(line, word//' ') /= 1) cycle
+      rest = trim(line(len(word) + 2:))
+      exit
+    end do
+    close (unit, iostat=status)
+  end function line_of
+
+  !> Replace what is in a file, which stays the same file: it may be locked.
+  subroutine write_text(path, text, error)
+    character(*), intent(in) :: path, text
+    type(error_t), intent(inout) :: error
+    integer :: unit, status, closed
+
+    open (newunit=unit, file=path, action='write', status='unknown', iostat=status)
+    if (status == 0) then
+      write (unit, '(a)', iostat=status, advance='no') text
+      close (unit, iostat=closed)
+      if (status == 0) status = closed
+    end if
+    if (status /= 0) call error%raise(path//' cannot be written')
+  end subroutine write_text
+
+  !> Date and time.
+  function now() result(text)
+    character(19) :: text
+    integer :: v(8)
+
+    call date_and_time(values=v)
+    write (text, '(i4.4,2("-",i2.2)," ",i2.2,2(":",i2.2))') v(1:3), v(5:7)
+  end function now
+
+  !> The job of Slurm in which this process runs; '' if none.
+  function job() result(text)
+    character(:), allocatable :: text
+    character(64) :: number
+    integer :: status
+
+    text = ''
+    call get_environment_variable('SLURM_JOB_ID', number, status=status)
+    if (status == 0 .and. number /= '') text = 'job '//trim(number)//nl
+  end function job
+
+end module io_folder
