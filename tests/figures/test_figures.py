@@ -62,5 +62,10 @@ def test_figures_are_found():
     assert [n.text for n in documents.figures(text)] == ["0.8", "0.9", "12", "1e-6"]
 
 
+def test_every_document_is_read_or_has_a_reason():
+    there = {"README.md"} | {f"docs/{path.name}" for path in (documents.ROOT / "docs").glob("*.md")}
+    assert there == set(documents.NAMES) | set(documents.NOT_READ)
+
+
 def test_statements_and_definitions_are_of_these_documents():
     assert {s.document for s in statements.STATEMENTS} | {d[0] for d in statements.DEFINITIONS} <= set(documents.NAMES)
