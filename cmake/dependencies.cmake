@@ -1,5 +1,5 @@
 # MPI (mpi_f08) and parallel HDF5 are needed; FFTW and PETSc are optional.
-find_package(MPI REQUIRED COMPONENTS Fortran)
+find_package(MPI REQUIRED COMPONENTS C Fortran)
 if(NOT MPI_Fortran_HAVE_F08_MODULE)
   message(FATAL_ERROR "Stirpoint needs an MPI with the mpi_f08 module (Debian: libopenmpi-dev)")
 endif()

@@ -6,18 +6,18 @@
 !> `error` set does nothing (but `close` closes), so a sequence of calls needs one test, at its end.
 !> Typed arrays are in io_hdf5_arrays, texts and attributes in io_hdf5_notes.
 module io_hdf5
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
-  use base_kinds, only: i8, rp
   use base_disk, only: file_bytes, keep_file, sync_file
+  use base_files, only: reason_of
+  use base_kinds, only: i8, rp
   use base_system, only: remove_file, rename_file
   use comm_world, only: world_t
   use io_agree, only: agree
   use io_hdf5_calls, only: close_dataset, close_parallel, dataset_shape, flush_parallel, &
                            handle_t, kind_u8, make_dataset, make_group, move_columns, &
                            open_dataset, open_parallel
-  use io_room, only: is_room
   use io_seal, only: previous_of, seal, seal_bytes
   use mpi_f08, only: mpi_allreduce, mpi_exscan, mpi_in_place, mpi_integer8, mpi_max, mpi_sum
   implicit none (type, external)
@@ -26,7 +26,6 @@ module io_hdf5
   public :: h5file_t
 
   integer(i8), parameter :: packed_from = 4096_i8        !! smaller arrays are not compressed
-  integer(i8), parameter :: own_bytes = 1048576_i8       !! more than HDF5 needs to close a file
   integer(i8), parameter :: round_bytes = 536870912_i8   !! MPI counts are 32-bit: go in rounds
 
   !> An open file. A new one is called path.tmp until `close` finds it complete.
@@ -49,6 +48,19 @@ module io_hdf5
     procedure :: verify
   end type h5file_t
 
+  interface
+    !> Writes of a new file begin: none has failed (modules/io/writes.c).
+    subroutine begin_writes() bind(c, name='stirpoint_begin_writes')
+      implicit none (type, external)
+    end subroutine begin_writes
+
+    !> errno of the first write of this rank that failed since, -1 if there is none for it; 0: all well.
+    integer(c_int) function lost_write() bind(c, name='stirpoint_lost_write')
+      import :: c_int
+      implicit none (type, external)
+    end function lost_write
+  end interface
+
 contains
 
   !> New file, `packed` if its larger arrays shall be compressed. One that is `sealed` gets a checksum
@@ -68,6 +80,7 @@ contains
     if (error%is_set()) return
     self%path = trim(path)
     worst = 0
+    call begin_writes()
     call open_parallel(world%comm, self%path//'.tmp', .true., self%handle, worst, &
                        merge(seal_bytes, 0, self%sealed))
     call self%verify(worst, 'cannot be created', error)
@@ -85,6 +98,7 @@ contains
     self%world = world
     if (error%is_set()) return
     self%path = trim(path)
+    call begin_writes()
     exists = .true.
     if (world%is_root()) inquire (file=self%path, exist=exists)
     call self%verify(merge(0, -1, exists), 'does not exist', error)
@@ -101,7 +115,6 @@ contains
     type(error_t), intent(inout) :: error
     integer :: worst
 
-    call check_room(self, 0_i8, error)
     if (error%is_set()) return
     worst = 0
     call flush_parallel(self%handle, worst)
@@ -117,11 +130,6 @@ contains
 
     if (.not. allocated(self%path)) return
     is_new = self%handle%is_new
-    if (is_new) then
-      call check_room(self, 0_i8, error)
-      if (error%is_set() .and. self%world%is_root()) call empty_file(self%path//'.tmp')
-      call self%world%barrier()
-    end if
     worst = 0
     call close_parallel(self%handle, worst)
     call self%verify(worst, 'cannot be closed', error)
@@ -152,37 +160,18 @@ contains
     call self%verify(merge(0, -1, ok), 'cannot be written', error)
   end subroutine give_name
 
-  !> Make sure that there is room for `bytes`, and for the little that HDF5 writes of its own:
-  !> when a disk is full, the ranks may wait for each other inside HDF5 for ever.
-  subroutine check_room(self, bytes, error)
-    type(h5file_t), intent(in) :: self
-    integer(i8), intent(in) :: bytes
-    type(error_t), intent(inout) :: error
-    logical :: ok
-
-    if (error%is_set()) return
-    ok = .true.
-    if (self%world%is_root()) ok = is_room(self%path, bytes + own_bytes)
-    call self%verify(merge(0, -1, ok), 'cannot be completed: the disk is full', error)
-  end subroutine check_room
-
-  !> Give back the space of a file that HDF5 has still open.
-  subroutine empty_file(path)
-    character(*), intent(in) :: path
-    integer :: unit, status
-
-    open (newunit=unit, file=path, access='stream', action='write', status='replace', &
-          iostat=status)
-    if (status == 0) close (unit, iostat=status)
-  end subroutine empty_file
-
-  !> Turn a negative `status` on any rank into an error on all.
+  !> Turn a negative `status` or a write that failed on any rank into an error on all.
   subroutine verify(self, status, complaint, error)
     class(h5file_t), intent(in) :: self
     integer, intent(in) :: status
     character(*), intent(in) :: complaint
     type(error_t), intent(inout) :: error
 
+    integer :: lost
+
+    lost = lost_write()
+    if (lost > 0) call error%raise(self%path//' cannot be written: '//reason_of(lost))
+    if (lost < 0) call error%raise(self%path//' cannot be written: MPI refuses it')
     if (status < 0) call error%raise(self%path//' '//complaint)
     call agree(self%world, error)
   end subroutine verify
@@ -241,8 +230,6 @@ contains
     call mpi_exscan(dims(r), first, 1, mpi_integer8, mpi_sum, self%world%comm)
     if (self%world%is_root()) first = 0
     packed = self%packed .and. product(whole) >= packed_from
-    if (packed) call check_room(self, 8*product(whole), error)   ! or a rank may never return
-    if (error%is_set()) return
     worst = 0
     call make_dataset(self%handle, name, kind, 0_i8, whole, packed, dataset, worst)
     call self%verify(worst, 'cannot be written: '//name, error)

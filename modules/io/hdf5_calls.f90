@@ -288,7 +288,7 @@ contains
   !> Write (new dataset) or read columns `first`.. of shape `dims`; a rank without columns selects
   !> nothing. No dimensions: a scalar, if `mine`. Compressed data are written collectively, as HDF5
   !> demands; others by every rank on its own: their pieces are contiguous, so nothing is gained by
-  !> gathering, and Open MPI's collective write keeps a full disk to itself.
+  !> gathering.
   subroutine move_columns(file, dataset, first, dims, mine, data, worst)
     type(handle_t), intent(in) :: file, dataset
     integer(i8), intent(in) :: first, dims(:)
