@@ -6,8 +6,8 @@
 module io_frames
   use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
+  use base_files, only: write_whole
   use base_kinds, only: i8, rp, sp
-  use base_system, only: rename_file
   use comm_world, only: world_t
   use io_agree, only: agree
   use io_hdf5, only: h5file_t
@@ -21,6 +21,7 @@ module io_frames
   public :: write_frame, write_heat_frame, write_series, frame_name
 
   character(*), parameter :: point_data = '/VTKHDF/PointData/'
+  character(*), parameter :: nl = new_line('a')
   integer(int8), parameter :: vertex = 1_int8   !! VTK_VERTEX
 
 contains
@@ -257,43 +258,39 @@ contains
     integer, intent(in) :: n
     real(rp), intent(in) :: times(:)   !! [s]
     type(error_t), intent(inout) :: error
-    character(:), allocatable :: path
-    integer :: unit, status
-    logical :: ok
+    character(:), allocatable :: text
+    integer :: k, used
 
     if (error%is_set()) return
     if (world%is_root()) then
-      path = trim(directory)//'/'//trim(name)//'.hdf.series'
-      open (newunit=unit, file=path//'.tmp', action='write', status='replace', iostat=status)
-      ok = status == 0
-      if (ok) then
-        call write_list(unit, trim(name), times(:n), status)
-        ok = status == 0
-        close (unit, iostat=status)
-        ok = ok .and. status == 0
-      end if
-      if (ok) call rename_file(path//'.tmp', path, ok)
-      if (.not. ok) call error%raise(path//' cannot be written')
+      allocate (character(n*(len_trim(name) + 80) + 80) :: text)
+      used = 0
+      call add('{'//nl//'  "file-series-version": "1.0",'//nl//'  "files": [')
+      do k = 1, n
+        call add(nl//'    {"name": "'//frame_name(name, k - 1)//'", "time": '// &
+                 digits_of(times(k))//'}'//trim(merge(',', ' ', k < n)))
+      end do
+      call add(nl//'  ]'//nl//'}'//nl)
+      call write_whole(trim(directory)//'/'//trim(name)//'.hdf.series', text(:used), error)
     end if
     call agree(world, error)
+  contains
+    subroutine add(more)
+      character(*), intent(in) :: more
+
+      text(used + 1:used + len(more)) = more
+      used = used + len(more)
+    end subroutine add
   end subroutine write_series
 
-  subroutine write_list(unit, name, times, status)
-    integer, intent(in) :: unit
-    character(*), intent(in) :: name
-    real(rp), intent(in) :: times(:)
-    integer, intent(out) :: status
-    character(24) :: time
-    integer :: k
+  !> A time as every double is told apart.
+  function digits_of(time) result(text)
+    real(rp), intent(in) :: time
+    character(:), allocatable :: text
+    character(24) :: digits
 
-    write (unit, '(a)', iostat=status) '{', '  "file-series-version": "1.0",', '  "files": ['
-    do k = 1, size(times)
-      if (status /= 0) return
-      write (time, '(es23.15e3)') times(k)
-      write (unit, '(a)', iostat=status) '    {"name": "'//frame_name(name, k - 1)// &
-        '", "time": '//trim(adjustl(time))//'}'//trim(merge(', ', '  ', k < size(times)))
-    end do
-    if (status == 0) write (unit, '(a)', iostat=status) '  ]', '}'
-  end subroutine write_list
+    write (digits, '(es23.15e3)') time
+    text = trim(adjustl(digits))
+  end function digits_of
 
 end module io_frames

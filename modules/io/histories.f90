@@ -1,9 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Tables of values over time as CSV text, written by rank 0 and continued after a restart.
 module io_histories
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
+  use base_files, only: reason_of, text_file_t, write_whole
   use base_kinds, only: i8, rp
   use base_system, only: rename_file
+  use base_text, only: str
   use comm_world, only: world_t
   use io_agree, only: agree
   implicit none (type, external)
@@ -17,50 +20,44 @@ module io_histories
   type :: table_t
     private
     type(world_t) :: world
-    integer :: unit = 0
-    integer :: n = 0                      !! columns
-    integer :: status = 0                 !! of the first row that could not be written
-    logical :: is_open = .false.
+    type(text_file_t) :: file
     character(:), allocatable :: path
   contains
     procedure :: open => open_table
     procedure :: row
+    procedure :: is_lost
+    procedure :: sync
     procedure :: close => close_table
   end type table_t
 
 contains
 
-  !> Start a table, or continue the one that is there after the rows up to `resume_time`.
-  subroutine open_table(self, world, path, title, columns, resume_time, error)
+  !> Start a table, or continue the one that is there after the `rows` that the run had written, the
+  !> last at `last_time`. If it does not hold just those, the run says so and keeps it aside.
+  subroutine open_table(self, world, path, title, columns, rows, last_time, error)
     class(table_t), intent(out) :: self
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     character(*), intent(in) :: title        !! first line, after '# '; none if blank
     character(*), intent(in) :: columns(:)   !! names with units, as time[s]; the first is the time
-    real(rp), intent(in) :: resume_time      !! below zero: a fresh table
+    integer(i8), intent(in) :: rows          !! below zero: a fresh table
+    real(rp), intent(in) :: last_time        !! [s]
     type(error_t), intent(inout) :: error
     character(:), allocatable :: text
-    integer :: status
 
     if (error%is_set()) return
     self%world = world
     self%path = trim(path)
-    self%n = size(columns)
     if (world%is_root()) then
       text = header(columns)
-      if (resume_time >= 0.0_rp) call keep_rows(self, columns, resume_time, text, error)
+      if (rows >= 0) call keep_rows(self%path, columns, rows, last_time, text, error)
       if (len_trim(title) > 0) text = '# '//trim(title)//new_line('a')//text
-      if (.not. error%is_set()) call replace_file(self%path, text, error)
-      if (.not. error%is_set()) then
-        open (newunit=self%unit, file=self%path, action='write', status='old', &
-              position='append', iostat=status)
-        self%is_open = status == 0
-        if (.not. self%is_open) call error%raise(self%path//' cannot be opened')
-      end if
+      call write_whole(self%path, text, error)
+      if (.not. error%is_set()) call self%file%append(self%path)
+      if (self%file%code /= 0) call error%raise(complaint(self))
     end if
     call agree(world, error)
-    if (error%is_set() .and. self%is_open) close (self%unit)
-    if (error%is_set()) self%is_open = .false.
+    if (error%is_set()) call self%file%close()
   end subroutine open_table
 
   !> The line of column names.
@@ -76,24 +73,26 @@ contains
     text = text//new_line('a')
   end function header
 
-  !> Header and rows up to `resume_time` of the old table; its last line may be incomplete.
-  subroutine keep_rows(self, columns, resume_time, text, error)
-    type(table_t), intent(in) :: self
+  !> Header and rows up to `last_time` of the old table; its last line may be incomplete.
+  subroutine keep_rows(path, columns, rows, last_time, text, error)
+    character(*), intent(in) :: path
     character(*), intent(in) :: columns(:)
-    real(rp), intent(in) :: resume_time
+    integer(i8), intent(in) :: rows
+    real(rp), intent(in) :: last_time
     character(:), allocatable, intent(inout) :: text
     type(error_t), intent(inout) :: error
     character(:), allocatable :: old, kept
+    integer(i8) :: found
     integer :: first, last, length, used
     logical :: has_header
 
-    call read_file(self%path, old)
-    if (len(old) == 0) return
+    call read_file(path, old)
     allocate (character(len(old)) :: kept)
     used = 0
+    found = 0
     has_header = .false.
     first = 1
-    do
+    do while (first <= len(old))
       length = index(old(first:), new_line('a'))
       if (length == 0) exit
       last = first + length - 1
@@ -102,18 +101,45 @@ contains
       else if (.not. has_header) then
         has_header = .true.
         if (old(first:last) /= text) then
-          call error%raise(self%path//' has other columns; move it away or restart with the same')
+          call error%raise(path//' has other columns; move it away or restart with the same')
           return
         end if
-      else if (is_row_until(old(first:last - 1), size(columns), resume_time)) then
+      else if (is_row_until(old(first:last - 1), size(columns), last_time)) then
         kept(used + 1:used + length) = old(first:last)
         used = used + length
+        found = found + 1
       end if
       first = last + 1
-      if (first > len(old)) exit
     end do
+    if (found /= rows) call tell_apart(path, len(old) > 0, found, rows, last_time)
     text = text//kept(:used)
   end subroutine keep_rows
+
+  !> Say that a table does not hold the rows of this run, and keep it aside.
+  subroutine tell_apart(path, is_there, found, rows, last_time)
+    character(*), intent(in) :: path
+    logical, intent(in) :: is_there
+    integer(i8), intent(in) :: found, rows
+    real(rp), intent(in) :: last_time
+    character(:), allocatable :: message, aside
+    logical :: exists, ok
+    integer :: k
+
+    message = 'warning: '//path//' holds '//str(found)//' of the '//str(rows)// &
+              ' rows that the run had written until t = '//str(last_time)//' s'
+    if (is_there) then
+      k = 0
+      exists = .true.
+      do while (exists)
+        k = k + 1
+        aside = path//'.'//str(k)
+        inquire (file=aside, exist=exists)
+      end do
+      call rename_file(path, aside, ok)
+      if (ok) message = message//'; it is kept as '//aside
+    end if
+    write (output_unit, '(a)') message
+  end subroutine tell_apart
 
   !> True if the line is a full row whose first value is not later than `time`.
   logical function is_row_until(line, n, time)
@@ -152,40 +178,31 @@ contains
     if (status /= 0) text = ''
   end subroutine read_file
 
-  !> Put `text` in place of a file in one go.
-  subroutine replace_file(path, text, error)
-    character(*), intent(in) :: path, text
-    type(error_t), intent(inout) :: error
-    integer :: unit, status
-    logical :: ok
-
-    open (newunit=unit, file=path//'.tmp', access='stream', form='unformatted', action='write', &
-          status='replace', iostat=status)
-    ok = status == 0
-    if (ok) then
-      write (unit, iostat=status) text
-      ok = status == 0
-      close (unit, iostat=status)
-      ok = ok .and. status == 0
-    end if
-    if (ok) call rename_file(path//'.tmp', path, ok)
-    if (.not. ok) call error%raise(path//' cannot be written')
-  end subroutine replace_file
-
-  !> Append a row. A failure is kept for `close`: rows are frequent, an agreement of ranks is not.
+  !> Append a row. A failure is kept for `is_lost` and `close`: rows are frequent, an agreement of
+  !> ranks is not.
   subroutine row(self, values)
     class(table_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
     character(25*size(values)) :: line
-    integer :: status
 
-    if (.not. self%is_open) return
+    if (.not. self%world%is_root()) return
     write (line, '(es19.12, *(:, ",", es17.9))') values
-    write (self%unit, '(a)', iostat=status) compact(line)
-    if (self%status == 0) self%status = status
-    flush (self%unit, iostat=status)
-    if (self%status == 0) self%status = status
+    call self%file%put(compact(line)//new_line('a'))
   end subroutine row
+
+  !> True on rank 0 if a row could not be written.
+  pure logical function is_lost(self)
+    class(table_t), intent(in) :: self
+
+    is_lost = self%file%code /= 0
+  end function is_lost
+
+  !> Bring the rows so far to the disk: a checkpoint counts on them.
+  subroutine sync(self)
+    class(table_t), intent(inout) :: self
+
+    call self%file%sync()
+  end subroutine sync
 
   !> A row without its blanks, and with an E also before exponents of three digits, where Fortran drops it.
   pure function compact(line) result(text)
@@ -213,17 +230,19 @@ contains
   subroutine close_table(self, error)
     class(table_t), intent(inout) :: self
     type(error_t), intent(inout) :: error
-    integer :: status
 
     if (.not. allocated(self%path)) return
-    if (self%is_open) then
-      close (self%unit, iostat=status)
-      if (self%status == 0) self%status = status
-    end if
-    if (self%status /= 0) call error%raise(self%path//' could not be written completely')
+    call self%file%close()
+    if (self%is_lost()) call error%raise(complaint(self))
     call agree(self%world, error)
-    self%is_open = .false.
     deallocate (self%path)
   end subroutine close_table
+
+  function complaint(self) result(text)
+    class(table_t), intent(in) :: self
+    character(:), allocatable :: text
+
+    text = self%path//' cannot be written: '//reason_of(self%file%code)
+  end function complaint
 
 end module io_histories

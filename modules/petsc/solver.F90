@@ -12,7 +12,6 @@ module petsc_solver
   public :: assemble, solve_matrix, solve_shell, end_petsc, multiply_t
 
   integer, parameter :: rp = c_double
-  real(rp), parameter :: keep = 1.5_rp   !! the preconditioner lasts while steps change less than so
 
   !> Systems (diagonal + a G) x = b.
   type :: matrix_t
@@ -20,7 +19,6 @@ module petsc_solver
     Mat :: system                        !! diagonal + a G
     KSP :: ksp
     Vec :: b, x, d
-    real(rp) :: built_for = 0.0_rp       !! a of the preconditioner; 0: none
   end type matrix_t
 
   abstract interface
@@ -89,14 +87,16 @@ contains
     type(matrix_t), pointer :: m
     KSPConvergedReason :: reason
     PetscErrorCode :: ierr
+    PC :: pc
 
     call c_f_pointer(handle, m)
     call MatCopy(m%conductance, m%system, SAME_NONZERO_PATTERN, ierr)
     call MatScale(m%system, a, ierr)
     call put(diagonal, m%d)
     call MatDiagonalSet(m%system, m%d, ADD_VALUES, ierr)
-    if (is_new /= 0 .or. a > keep*m%built_for .or. keep*a < m%built_for) then
-      m%built_for = a
+    if (is_new /= 0) then                ! from nothing: it depends on no earlier one
+      call KSPGetPC(m%ksp, pc, ierr)
+      call PCReset(pc, ierr)
       call KSPSetReusePreconditioner(m%ksp, PETSC_FALSE, ierr)
     else
       call KSPSetReusePreconditioner(m%ksp, PETSC_TRUE, ierr)

@@ -3,7 +3,7 @@
 module setup_material_driver
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: i8, nlane, rp
   use base_system, only: make_directory
   use comm_world, only: world_t
   use io_histories, only: table_t
@@ -119,7 +119,7 @@ contains
 
     call curve%open(world, directory//'/'//input%text(group, i, 'NAME')//'.csv', &
                     input%text('RUN', 1, 'TITLE'), &
-                    columns(material, input%text(group, i, 'KIND') == 'shear'), -1.0_rp, error)
+                    columns(material, input%text(group, i, 'KIND') == 'shear'), -1_i8, 0.0_rp, error)
     if (error%is_set()) return
     select case (input%text(group, i, 'KIND'))
     case ('shear')

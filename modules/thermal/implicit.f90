@@ -6,7 +6,7 @@
 module thermal_implicit
   use base_kinds, only: rp
   use thermal_linear, only: linear_t
-  use thermal_method, only: backward_euler, tr_bdf2
+  use thermal_method, only: backward_euler, by_petsc, tr_bdf2
   use thermal_rates, only: heat_t, n_books
   implicit none (type, external)
   private
@@ -36,7 +36,8 @@ module thermal_implicit
     procedure :: step
     procedure :: keep
     procedure :: estimate
-    procedure :: forget
+    procedure :: pack_memory
+    procedure :: unpack_memory
   end type implicit_t
 
 contains
@@ -110,13 +111,26 @@ contains
     self%has_pace = .true.
   end subroutine keep
 
-  !> Keep nothing from step to step.
-  subroutine forget(self)
-    class(implicit_t), intent(inout) :: self
+  !> Pace of the last step and what the preconditioner was built from, for a run that goes on.
+  subroutine pack_memory(self, fields, numbers)
+    class(implicit_t), intent(in) :: self
+    real(rp), intent(out) :: fields(:, :), numbers(2)      !! (cells, 2)
 
-    self%has_pace = .false.
-    call self%linear%petsc%forget()
-  end subroutine forget
+    fields = 0.0_rp
+    if (self%has_pace) fields(:, 1) = self%pace
+    numbers(1) = merge(1.0_rp, 0.0_rp, self%has_pace)
+    call self%linear%petsc%pack_memory(fields(:, 2), numbers(2))
+  end subroutine pack_memory
+
+  !> Collective: take up what `pack_memory` gave.
+  subroutine unpack_memory(self, fields, numbers)
+    class(implicit_t), intent(inout) :: self
+    real(rp), intent(in) :: fields(:, :), numbers(2)
+
+    self%has_pace = numbers(1) > 0.0_rp
+    self%pace = fields(:, 1)
+    if (self%linear%solver == by_petsc) call self%linear%petsc%unpack_memory(fields(:, 2), numbers(2))
+  end subroutine unpack_memory
 
   !> y = base + a f(y) at a part `blend` of the step; f and the powers p are those of y. Linear
   !> systems are solved as far as the stage needs.

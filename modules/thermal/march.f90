@@ -11,7 +11,9 @@ module thermal_march
   implicit none (type, external)
   private
 
-  public :: march_t
+  public :: march_t, n_kept
+
+  integer, parameter :: n_kept = 3                 !! fields besides the state: rate, pace, preconditioner
 
   real(rp), parameter :: safety = 0.8_rp, most_growth = 2.0_rp, least_growth = 0.2_rp
   real(rp), parameter :: of_limit = 0.95_rp        !! part of the stability limit that is used
@@ -32,7 +34,8 @@ module thermal_march
   contains
     procedure :: start
     procedure :: advance
-    procedure :: forget
+    procedure :: pack_memory
+    procedure :: unpack_memory
   end type march_t
 
 contains
@@ -58,13 +61,44 @@ contains
     is_implicit = self%method == backward_euler .or. self%method == tr_bdf2
   end function is_implicit
 
-  !> Keep nothing from step to step but the state: so does a run that goes on from a checkpoint.
-  subroutine forget(self)
-    class(march_t), intent(inout) :: self
+  !> Collective: what a run that goes on needs besides the state: fields of own cells and numbers.
+  subroutine pack_memory(self, heat, fields, numbers)
+    class(march_t), intent(in) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(out) :: fields(:, :)                  !! (cells, n_kept)
+    real(rp), allocatable, intent(out) :: numbers(:)       !! the same on all ranks
+    real(rp) :: of_solver(2), power(n_books*heat%world%size)
 
-    self%has_rate = .false.
-    call self%implicit%forget()
-  end subroutine forget
+    power = 0.0_rp
+    power(n_books*heat%world%rank + 1:n_books*(heat%world%rank + 1)) = self%p0
+    call heat%world%sum(power)
+    fields(:, 1) = self%m0(1:heat%size())
+    call self%implicit%pack_memory(fields(:, 2:), of_solver)
+    numbers = [of_solver, real(size(self%was_on), rp), merge(1.0_rp, 0.0_rp, self%was_on), &
+               merge(1.0_rp, 0.0_rp, self%has_rate), power]
+  end subroutine pack_memory
+
+  !> Take up, after `start`, what `pack_memory` gave; with other sources the rates are found anew.
+  subroutine unpack_memory(self, heat, fields, numbers)
+    class(march_t), intent(inout) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(in) :: fields(:, :), numbers(:)
+    integer :: n
+
+    if (is_implicit(self)) call self%implicit%unpack_memory(fields(:, 2:), numbers(:2))
+    n = size(self%was_on)
+    if (nint(numbers(3)) /= n) return
+    self%was_on = numbers(4:3 + n) > 0.0_rp
+    self%has_rate = numbers(4 + n) > 0.0_rp
+    self%m0(1:heat%size()) = fields(:, 1)
+    associate (power => reshape(numbers(5 + n:), [n_books, (size(numbers) - 4 - n)/n_books]))
+      if (size(power, 2) == heat%world%size) then
+        self%p0 = power(:, heat%world%rank + 1)
+      else                               ! another number of ranks
+        self%p0 = merge(sum(power, dim=2), 0.0_rp, heat%world%is_root())
+      end if
+    end associate
+  end subroutine unpack_memory
 
   !> Collective: one step from `t`, at most to `t_most`; `t` becomes its end.
   subroutine advance(self, heat, t, t_most)

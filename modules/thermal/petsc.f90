@@ -17,15 +17,19 @@ module thermal_petsc
 
   public :: petsc_t, petsc_trouble, solve_by_petsc, end_petsc
 
+  real(rp), parameter :: keep = 1.5_rp   !! the preconditioner lasts while steps change less than so
+
   !> The systems [diagonal + a (G - ...)] x = b of the cells in the solid.
   type :: petsc_t
     type(c_ptr), private :: matrix = c_null_ptr
     integer, allocatable, private :: row(:)   !! cells in the solid
-    logical, private :: is_new = .true.       !! the preconditioner is to be built
+    real(rp), private :: built_for = 0.0_rp   !! a of the preconditioner; 0: none
+    real(rp), allocatable, private :: built_from(:)   !! its diagonal
   contains
     procedure :: start
     procedure :: solve
-    procedure :: forget
+    procedure :: pack_memory
+    procedure :: unpack_memory
   end type petsc_t
 
   abstract interface
@@ -151,21 +155,37 @@ contains
     real(rp), intent(out) :: x(:)
     integer, intent(out) :: iterations
     real(rp), allocatable :: solution(:)
+    logical :: is_new
 
+    is_new = a > keep*self%built_for .or. keep*a < self%built_for
+    if (is_new) self%built_for = a
+    if (is_new) self%built_from = diagonal
     allocate (solution(size(self%row)))
-    call expect(solve_matrix(self%matrix, size(self%row), merge(1, 0, self%is_new), &
+    call expect(solve_matrix(self%matrix, size(self%row), merge(1, 0, is_new), &
                              diagonal(self%row), a, b(self%row), relative, solution, iterations))
-    self%is_new = .false.
     x = 0.0_rp
     x(self%row) = solution
   end subroutine solve
 
-  !> Build the preconditioner anew in the next solve.
-  subroutine forget(self)
-    class(petsc_t), intent(inout) :: self
+  !> What the preconditioner was built from; zero if there is none.
+  subroutine pack_memory(self, diagonal, a)
+    class(petsc_t), intent(in) :: self
+    real(rp), intent(out) :: diagonal(:), a
 
-    self%is_new = .true.
-  end subroutine forget
+    diagonal = 0.0_rp
+    a = self%built_for
+    if (allocated(self%built_from)) diagonal = self%built_from
+  end subroutine pack_memory
+
+  !> Collective: build the preconditioner from what `pack_memory` gave.
+  subroutine unpack_memory(self, diagonal, a)
+    class(petsc_t), intent(inout) :: self
+    real(rp), intent(in) :: diagonal(:), a
+    real(rp) :: x(size(diagonal))
+    integer :: iterations
+
+    if (a > 0.0_rp) call self%solve(diagonal, a, diagonal, 0.1_rp, x, iterations)
+  end subroutine unpack_memory
 
   !> Collective: x of A x = b for a symmetric A, until the residual, weighted by the reciprocal
   !> `diagonal` that also preconditions, is `relative` of that of b, or `absolute`.

@@ -3,6 +3,7 @@
 module time_heat_files
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
+  use base_files, only: write_whole
   use base_kinds, only: i8, rp, sp
   use base_system, only: peak_memory
   use base_text, only: str
@@ -13,6 +14,7 @@ module time_heat_files
   use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
   use io_histories, only: table_t
   use thermal_method, only: by_cg, method_names, rkl2, euler, solver_names
+  use thermal_march, only: n_kept
   use thermal_rates, only: b_film, b_source
   use time_heat_probes, only: read_probes
   use time_heat_state, only: heat_run_t
@@ -25,7 +27,8 @@ module time_heat_files
 
   public :: heat_writer_t, heat_checkpoint_path, resume_heat, save_heat
 
-  integer, parameter :: n_global = 9
+  integer, parameter :: n_global = 13
+  character(*), parameter :: nl = new_line('a')
   character(24), parameter :: columns(11) = [character(24) :: 'time[s]', 'step', 'dt[s]', &
     'heat_content[J]', 'source_heat[J]', 'film_loss[J]', 'balance_error[%]', &
     'temperature_max[K]', 'temperature_mean[K]', 'source_power[W]', 'film_power[W]']
@@ -35,7 +38,6 @@ module time_heat_files
     real(rp) :: started = 0.0_rp, cpu_started = 0.0_rp, spoke = 0.0_rp   !! [s]
     real(rp) :: first_time = 0.0_rp, next_row = 0.0_rp, next_frame = 0.0_rp
     real(rp) :: next_checkpoint = 0.0_rp, secured = 0.0_rp
-    real(rp) :: last_books(3) = 0.0_rp        !! time, source heat, film loss of the last row
     integer(i8) :: first_step = 0
     integer(i8) :: saved_step = -1            !! of the last checkpoint
     type(melting_t) :: melting
@@ -45,6 +47,7 @@ module time_heat_files
     procedure :: next_event
     procedure :: progress
     procedure :: summary
+    procedure :: sync
     procedure :: close => close_files
   end type heat_writer_t
 
@@ -68,7 +71,7 @@ contains
     type(error_t), intent(inout) :: error
     character(:), allocatable :: stem
     character(48) :: of_probes(1 + size(names))
-    real(rp) :: resume_time
+    integer(i8) :: rows
     integer :: n
 
     self%started = wall_time()
@@ -77,16 +80,16 @@ contains
     self%secured = self%started
     self%first_time = run%time
     self%first_step = run%march%steps
-    resume_time = merge(run%time, -1.0_rp, is_resumed)
+    rows = merge(run%rows, -1_i8, is_resumed)
     stem = scene%output%directory//'/'//scene%output%name
-    call self%history%open(world, stem//'_history.csv', scene%title, columns, resume_time, error)
+    call self%history%open(world, stem//'_history.csv', scene%title, columns, rows, &
+                           run%row_time, error)
     of_probes(1) = 'time[s]'
     do n = 1, size(names)
       of_probes(1 + n) = trim(names(n))//'[K]'
     end do
     if (size(names) > 0) call self%probes%open(world, stem//'_probes.csv', scene%title, of_probes, &
-                                               resume_time, error)
-    self%last_books = [run%time, run%march%books(b_source), run%march%books(b_film)]
+                                               rows, run%row_time, error)
     if (is_resumed) self%saved_step = run%march%steps
     if (is_resumed) call set_times(self, scene%output, run%time)
   end subroutine init
@@ -101,14 +104,14 @@ contains
     self%next_checkpoint = next_time(output%checkpoint_interval, time)
   end subroutine set_times
 
-  !> Time at which a step has to end [s].
+  !> Time at which a step has to end [s]; a checkpoint waits for the end of one, and so changes nothing.
   pure real(rp) function next_event(self)
     class(heat_writer_t), intent(in) :: self
 
-    next_event = min(self%next_row, self%next_frame, self%next_checkpoint)
+    next_event = min(self%next_row, self%next_frame)
   end function next_event
 
-  !> Write what is due at the present time; `last` writes all.
+  !> Write what is due at the present time, rows before a checkpoint, which counts them; `last` writes all.
   subroutine due(self, world, scene, run, last, is_safety_due, error)
     class(heat_writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -123,10 +126,12 @@ contains
     if ((last .or. now >= self%next_row) .and. run%row_time < run%time) &
       call row(self, world, scene, run)
     if (last .or. now >= self%next_frame) call frame(world, scene, run, error)
-    wanted = scene%output%checkpoint_interval > 0.0_rp .and. now >= self%next_checkpoint
-    if ((wanted .or. last .or. is_safety_due) .and. self%saved_step < run%march%steps) then
+    wanted = (last .or. is_safety_due .or. now >= self%next_checkpoint) .and. &
+             self%saved_step < run%march%steps
+    if (wanted) then
       self%saved_step = run%march%steps
-      call save_heat(world, scene, run, error)
+      call self%sync()
+      if (world%all_true(.not. run%lost_row)) call save_heat(world, scene, run, error)
       self%secured = wall_time()
     end if
     call set_times(self, scene%output, run%time)
@@ -155,18 +160,20 @@ contains
     out = run%march%books(b_film)
     error = sums(1) - run%content0 - in + out
     error = 100.0_rp*error/max(abs(in) + abs(out), 1.0e-6_rp*abs(run%content0), tiny(1.0_rp))
-    span_of_row = max(run%time - self%last_books(1), tiny(1.0_rp))
+    span_of_row = max(run%time - run%row_time, tiny(1.0_rp))
     call self%history%row([run%time, real(run%march%steps, rp), run%march%last, sums(1), in, out, &
                            error, most(1), sums(2)/sums(3), &
-                           (in - self%last_books(2))/span_of_row, &
-                           (out - self%last_books(3))/span_of_row])
-    self%last_books = [run%time, in, out]
+                           (in - run%row_books(b_source))/span_of_row, &
+                           (out - run%row_books(b_film))/span_of_row])
     if (size(probes) > 0) then
       call read_probes(world, run, probes)
       call self%probes%row([run%time, probes])
     end if
     call self%melting%watch_cells(world, scene, run)
     run%row_time = run%time
+    run%row_books = run%march%books
+    run%rows = run%rows + 1
+    run%lost_row = self%history%is_lost() .or. self%probes%is_lost()
   end subroutine row
 
   !> The cells of the solid as points with a temperature.
@@ -209,16 +216,31 @@ contains
     type(error_t), intent(inout) :: error
     type(notes_t) :: notes
 
+    integer :: n
+    real(rp), allocatable :: memory(:, :), numbers(:)
+
     call note_run(scene%output, run%time, notes)
-    associate (mesh => run%heat%mesh)
-      call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
-        reshape(run%heat%theta(1:mesh%np*mesh%nx), [mesh%np, mesh%nx]), &
-        [run%time, run%march%next, real(run%march%steps, rp), real(run%march%refused, rp), &
-         run%march%books, run%content0, run%row_time, run%march%last, run%frame_times], &
-        notes, error)
-    end associate
-    call run%march%forget()
+    n = run%heat%size()
+    allocate (memory(n, n_kept))
+    call run%march%pack_memory(run%heat, memory, numbers)
+    call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
+      by_planes(run, reshape([run%heat%theta(1:n), memory], [n, 1 + n_kept])), &
+      [run%time, run%march%next, real(run%march%steps, rp), real(run%march%refused, rp), &
+       run%march%books, run%content0, run%row_time, run%march%last, run%row_books, &
+       real(run%rows, rp), real(size(run%frame_times), rp), run%frame_times, numbers], &
+      notes, error)
   end subroutine save_heat
+
+  !> Fields (cells, n) as columns of planes, each with its part of every field.
+  pure function by_planes(run, fields) result(planes)
+    type(heat_run_t), intent(in) :: run
+    real(rp), intent(in) :: fields(:, :)
+    real(rp), allocatable :: planes(:, :)
+
+    associate (np => run%heat%mesh%np, nx => run%heat%mesh%nx, n => size(fields, 2))
+      planes = reshape(reshape(fields, [np, n, nx], order=[1, 3, 2]), [np*n, nx])
+    end associate
+  end function by_planes
 
   !> Fill a run, whose scene stands, with the state of a checkpoint.
   subroutine resume_heat(world, path, run, error)
@@ -226,17 +248,22 @@ contains
     character(*), intent(in) :: path
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
-    real(rp), allocatable :: field(:, :), global(:)
+    real(rp), allocatable :: planes(:, :), global(:), fields(:, :)
+    integer :: frames
 
-    associate (mesh => run%heat%mesh)
-      allocate (field(mesh%np, mesh%nx), source=0.0_rp)
-      call read_heat_checkpoint(world, path, mesh%lo - 1, field, global, error)
+    associate (mesh => run%heat%mesh, n => run%heat%size())
+      allocate (planes(mesh%np*(1 + n_kept), mesh%nx), source=0.0_rp)
+      call read_heat_checkpoint(world, path, mesh%lo - 1, planes, global, error)
       if (error%is_set()) return
-      if (size(global) < n_global) then
+      frames = -1
+      if (size(global) > n_global) frames = nint(global(n_global))
+      if (frames < 0 .or. n_global + frames + 3 > size(global)) then
         call error%raise(path//' is damaged')
         return
       end if
-      run%heat%theta(1:mesh%np*mesh%nx) = reshape(field, [mesh%np*mesh%nx])
+      fields = reshape(reshape(planes, [mesh%np, mesh%nx, 1 + n_kept], order=[1, 3, 2]), &
+                       [n, 1 + n_kept])
+      run%heat%theta(1:n) = fields(:, 1)
     end associate
     run%time = global(1)
     run%march%next = global(2)
@@ -246,7 +273,11 @@ contains
     run%content0 = global(7)
     run%row_time = global(8)
     run%march%last = global(9)
-    run%frame_times = global(n_global + 1:)
+    run%row_books = global(10:11)
+    run%rows = nint(global(12), i8)
+    run%frame_times = global(n_global + 1:n_global + frames)
+    call run%march%start(run%heat)
+    call run%march%unpack_memory(run%heat, fields(:, 2:), global(n_global + frames + 1:))
   end subroutine resume_heat
 
   !> A line with percent, time and time left, every PROGRESS_INTERVAL seconds.
@@ -277,7 +308,6 @@ contains
     type(error_t), intent(inout) :: error
     real(rp) :: cost(2), wall
     character(:), allocatable :: solver
-    integer :: status, unit
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
     cost = [cpu_seconds() - self%cpu_started, peak_memory()]
@@ -286,28 +316,31 @@ contains
     solver = 'none'
     if (run%march%method /= rkl2 .and. run%march%method /= euler) &
       solver = trim(solver_names(max(by_cg, run%march%implicit%solver)))
-    open (newunit=unit, file=scene%output%directory//'/'//scene%output%name//'_summary.json', &
-          action='write', status='replace', iostat=status)
-    if (status == 0) then
-      write (unit, '(a)') '{', '  "cells": '//str(run%cells)//',', &
-        '  "steps": '//str(run%march%steps - self%first_step)//',', &
-        self%melting%json(), '  "refused_steps": '//str(run%march%refused)//',', &
-        '  "evaluations": '//str(run%heat%evaluations)//',', &
-        '  "integrator": "'//trim(method_names(run%march%method))//'",', &
-        '  "solver": "'//solver//'",', &
-        '  "linear_solves": '//str(run%march%implicit%linear%solves)//',', &
-        '  "linear_iterations": '//str(run%march%implicit%linear%iterations)//',', &
-        '  "ranks": '//str(world%size)//',', '  "wall_seconds": '//str(wall)//',', &
-        '  "cpu_seconds": '//str(cost(1))//',', &
-        '  "peak_memory_bytes": '//str(nint(cost(2), i8)), '}'
-      close (unit, iostat=status)
-    end if
-    if (status /= 0) call error%raise('cannot write the summary of the run')
+    call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', &
+      '{'//nl//'  "cells": '//str(run%cells)//','//nl// &
+      '  "steps": '//str(run%march%steps - self%first_step)//','//nl// &
+      self%melting%json()//nl//'  "refused_steps": '//str(run%march%refused)//','//nl// &
+      '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
+      '  "integrator": "'//trim(method_names(run%march%method))//'",'//nl// &
+      '  "solver": "'//solver//'",'//nl// &
+      '  "linear_solves": '//str(run%march%implicit%linear%solves)//','//nl// &
+      '  "linear_iterations": '//str(run%march%implicit%linear%iterations)//','//nl// &
+      '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
+      '  "cpu_seconds": '//str(cost(1))//','//nl// &
+      '  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
     if (.not. scene%output%is_quiet) write (output_unit, '(a)') &
       str(run%march%steps - self%first_step)//' steps ('//trim(method_names(run%march%method))// &
       ', '//str(run%heat%evaluations)//' evaluations) of '//str(run%cells)//' cells in '// &
       str(wall)//' s on '//str(world%size)//' rank(s)'
   end subroutine summary
+
+  !> Bring the rows to the disk: a checkpoint counts on them.
+  subroutine sync(self)
+    class(heat_writer_t), intent(inout) :: self
+
+    call self%history%sync()
+    call self%probes%sync()
+  end subroutine sync
 
   subroutine close_files(self, error)
     class(heat_writer_t), intent(inout) :: self

@@ -38,8 +38,11 @@ contains
     content = run%heat%content(run%heat%theta, 0.0_rp)
     call world%sum(content)
     run%content0 = content(1)
-    if (restart /= '') call resume_heat(world, restart, run, error)
-    if (.not. error%is_set()) call run%march%start(run%heat)
+    if (restart == '') then
+      call run%march%start(run%heat)
+    else
+      call resume_heat(world, restart, run, error)
+    end if
   end subroutine begin_heat
 
   !> Run to the end, or until a signal or a state that is not finite stops it.
@@ -53,25 +56,27 @@ contains
     character(:), allocatable, intent(out) :: message
     type(heat_writer_t) :: writer
     type(error_t) :: error
-    logical :: is_safety_due
+    logical :: is_safety_due, is_lost
 
     status = ended_well
     message = ''
+    is_lost = .false.
     call writer%init(world, scene, probes%name, run, is_resumed, error)
     if (.not. is_resumed) call writer%due(world, scene, run, .false., .false., error)
     do while (.not. is_finished(scene, run) .and. .not. error%is_set())
       call run%march%advance(run%heat, run%time, min(scene%end_time, writer%next_event(), &
                                                      next_switch(run)))
-      call look_around(world, scene, run, writer, is_safety_due, status, message)
-      if (status == ended_broken) exit
-      call writer%due(world, scene, run, .false., is_safety_due, error)
+      call look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
+      if (status == ended_broken .or. is_lost) exit
+      call writer%due(world, scene, run, is_finished(scene, run), is_safety_due, error)
       call writer%progress(world, scene, run)
       if (status /= ended_well) exit
     end do
-    if (status == ended_well .and. .not. error%is_set()) then
+    if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
       call writer%due(world, scene, run, .true., .false., error)
       call warn_of_idle_sources(world, run)
-    else if (status == ended_by_signal) then
+    else if (status == ended_by_signal .and. .not. is_lost) then
+      call writer%sync()
       call save_heat(world, scene, run, error)
       message = message//'; checkpoint '//heat_checkpoint_path(scene%output)
     end if
@@ -105,23 +110,24 @@ contains
     end do
   end function next_switch
 
-  !> Collective: did a signal arrive, is a checkpoint due by the clock, is the state finite?
-  subroutine look_around(world, scene, run, writer, is_safety_due, status, message)
+  !> Collective: did a signal arrive, is a checkpoint due by the clock, is the state finite, was a row lost?
+  subroutine look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
     type(heat_writer_t), intent(in) :: writer
-    logical, intent(out) :: is_safety_due
+    logical, intent(out) :: is_safety_due, is_lost
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
-    real(rp) :: seen(3)
+    real(rp) :: seen(4)
 
-    seen = [real(stop_signal(), rp), 0.0_rp, 0.0_rp]
+    seen = [real(stop_signal(), rp), 0.0_rp, 0.0_rp, merge(1.0_rp, 0.0_rp, run%lost_row)]
     if (scene%output%safety_interval > 0.0_rp) seen(2) = merge(1.0_rp, 0.0_rp, &
       wall_time() - writer%secured > scene%output%safety_interval)
     if (.not. ieee_is_finite(sum(run%heat%theta(1:run%heat%size())))) seen(3) = 1.0_rp
     call world%max(seen)
     is_safety_due = seen(2) > 0.0_rp
+    is_lost = seen(4) > 0.0_rp
     if (seen(3) > 0.0_rp) then
       status = ended_broken
       message = 'a temperature is not finite at t = '//str(run%time)//' s'

@@ -34,7 +34,8 @@ contains
     own = [sim%last%stiffness, max(sim%last%speed2, fastest_node(sim, g))]
     stands = is_sound(own) .and. dt*sqrt(own(2)) <= longest_way(sim)
     call sim%limit%start(world, [own, real(stop_signal(), rp), real(sim%failed_returns, rp), &
-                                 since_checkpoint(sim), near_tools(sim)])
+                                 since_checkpoint(sim), merge(1.0_rp, 0.0_rp, sim%lost_row), &
+                                 near_tools(sim)])
   end subroutine post_limit
 
   !> Collective. If a node moves farther than half a cell, or a particle might have moved more than a cell
@@ -53,7 +54,8 @@ contains
       sim%clock%max_speed = sqrt(most(2))
       sim%signal = nint(most(3))
       sim%worst_returns = nint(most(4))
-      sim%is_near = most(6:) > 0.0_rp
+      sim%output_is_lost = most(6) > 0.0_rp
+      sim%is_near = most(7:) > 0.0_rp
       sim%safety_is_due = most(5) >= sim%scene%output%safety_interval
       sim%is_broken = .not. is_sound(most(1:2))
     end associate

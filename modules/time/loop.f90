@@ -82,17 +82,19 @@ contains
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
-      call writer%due(world, sim, .false., error)
+      if (sim%output_is_lost) exit
+      call writer%due(world, sim, is_finished(sim), error)
       call check_energy(world, sim, status, message)
       call writer%progress(world, sim)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
-    if (status == ended_well .and. .not. error%is_set()) then
+    if (status == ended_well .and. .not. (sim%output_is_lost .or. error%is_set())) then
       call writer%due(world, sim, .true., error)
       call check_energy(world, sim, status, message)
     end if
-    if (status /= ended_well) then
+    if (status /= ended_well .and. .not. sim%output_is_lost) then
+      call writer%sync()
       call save_last_state(world, sim, status == ended_by_signal, error, message)
     end if
     call writer%summary(world, sim, error)

@@ -21,7 +21,7 @@ module time_resume
 
   public :: save_checkpoint, resume, checkpoint_path, broken_path, note_run
 
-  integer, parameter :: n_clock = 20
+  integer, parameter :: n_clock = 21
   character(*), parameter :: other_scene = &
     ': the checkpoint belongs to another scene (tools, walls, clamps or probes differ)'
 
@@ -75,7 +75,7 @@ contains
                 c%max_speed, c%stiffness, sim%kinetic0, sim%elastic0, sim%audit_scale, &
                 sim%row_time, real(sim%probes%n, rp), real(size(sim%frame_times), rp), &
                 last, real(c%refused, rp), sim%scene%method%mass_scaling, c%inertial_peak, &
-                c%heat_step]
+                c%heat_step, real(sim%rows, rp)]
     end associate
     if (sim%probes%n > 0) global = [global, reshape(sim%probes%x, [3*sim%probes%n]), &
                                     sim%probes%temperature]
@@ -184,6 +184,7 @@ contains
     end associate
     sim%clock%inertial_peak = global(19)
     sim%clock%heat_step = global(20)
+    sim%rows = nint(global(21), i8)
     n = nint(global(13))
     frames = nint(global(14))
     last = n_clock + 4*n + frames + size(sim%row_impulse)

@@ -186,6 +186,8 @@ module time_state
     real(rp) :: audit_scale = 0.0_rp         !! largest energy turned over so far [J]
     real(rp), allocatable :: frame_times(:)  !! of the frames written so far [s]
     real(rp) :: row_time = 0.0_rp            !! time of the last history row [s]
+    integer(i8) :: rows = 0                  !! of the history so far
+    logical :: lost_row = .false.            !! one could not be written: rank 0 knows
     real(rp), allocatable :: row_sums(:, :)  !! tools' books then, of all ranks
     real(rp), allocatable :: row_impulse(:, :)   !! of walls and clamps then, of all ranks
     integer :: failed_returns = 0            !! of this rank that did not converge; most of any
@@ -195,6 +197,7 @@ module time_state
     ! set by the check in the middle of a step, equal on all ranks
     logical :: is_broken = .false.           !! no step is possible from here
     integer :: signal = 0                    !! that arrived on any rank
+    logical :: output_is_lost = .false.      !! a row could not be written
     logical :: safety_is_due = .false.       !! time for a checkpoint against a breakdown
     real(rp) :: secured = 0.0_rp             !! wall-clock time of the last checkpoint [s]
     real(rp) :: asked_dt = 0.0_rp            !! before it was found too large [s]

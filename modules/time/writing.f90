@@ -3,6 +3,7 @@
 module time_writing
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
+  use base_files, only: write_whole
   use base_kinds, only: i8, rp, sp
   use base_system, only: peak_memory
   use base_text, only: str
@@ -24,6 +25,8 @@ module time_writing
   private
 
   public :: writer_t, next_time, span
+
+  character(*), parameter :: nl = new_line('a')
 
   !> Open files and the clockwork of output.
   type :: writer_t
@@ -49,6 +52,7 @@ module time_writing
     procedure :: tell_alarms
     procedure :: progress
     procedure :: summary
+    procedure :: sync
     procedure :: close => close_files
   end type writer_t
 
@@ -62,7 +66,7 @@ contains
     logical, intent(in) :: is_resumed
     type(error_t), intent(inout) :: error
     character(:), allocatable :: stem
-    real(rp) :: resume_time
+    integer(i8) :: rows
 
     self%started = wall_time()
     self%cpu_started = cpu_seconds()
@@ -72,14 +76,14 @@ contains
     self%first_time = sim%clock%time
     self%particles = sim%particles%total()
     call world%sum(self%particles)
-    resume_time = merge(sim%clock%time, -1.0_rp, is_resumed)
+    rows = merge(sim%rows, -1_i8, is_resumed)
     stem = sim%scene%output%directory//'/'//sim%scene%output%name
     call self%history%open(world, stem//'_history.csv', sim%scene%title, history_columns(sim), &
-                           resume_time, error)
+                           rows, sim%row_time, error)
     if (sim%probes%n > 0) call self%probes%open(world, stem//'_probes.csv', sim%scene%title, &
-                                                probe_columns(sim), resume_time, error)
+                                                probe_columns(sim), rows, sim%row_time, error)
     if (has_fields(sim)) call self%errors%open(world, stem//'_errors.csv', sim%scene%title, &
-                                               deviation_columns(sim), resume_time, error)
+                                               deviation_columns(sim), rows, sim%row_time, error)
     associate (clock => sim%clock, output => sim%scene%output)
       if (is_resumed) then
         self%saved_step = clock%step
@@ -109,7 +113,7 @@ contains
     end do
   end function probe_columns
 
-  !> Write what is due at the present time; `last` writes all.
+  !> Write what is due at the present time, rows before a checkpoint, which counts them; `last` writes all.
   subroutine due(self, world, sim, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -134,7 +138,9 @@ contains
       if (wanted .and. .not. sim%is_broken) then
         self%saved_step = clock%step
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
-        if (world%all_true(not_a_number(sim) == '')) call save_checkpoint(world, sim, error)
+        call self%sync()
+        if (world%all_true(not_a_number(sim) == '' .and. .not. sim%lost_row)) &
+          call save_checkpoint(world, sim, error)
         sim%secured = wall_time()
       end if
     end associate
@@ -198,6 +204,8 @@ contains
       call deviation_row(world, sim, errors)
       call self%errors%row(errors)
     end if
+    sim%rows = sim%rows + 1
+    sim%lost_row = self%history%is_lost() .or. self%probes%is_lost() .or. self%errors%is_lost()
     if (sim%worst_returns > 0 .and. .not. self%warned_returns) then
       self%warned_returns = .true.
       if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
@@ -298,8 +306,8 @@ contains
     type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error
     real(rp) :: all(n_phases + 6), wall, steps, share(n_phases + 1)
-    integer :: k, status, unit
-    character(1) :: comma
+    character(:), allocatable :: text
+    integer :: k
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
     all = [sim%timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
@@ -310,31 +318,27 @@ contains
     if (.not. world%is_root()) return
     share = 100.0_rp*all([(k, k=1, n_phases), n_phases + 6])/max(sum(all(1:n_phases)), tiny(1.0_rp))
     steps = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)
-    open (newunit=unit, file=sim%scene%output%directory//'/'//sim%scene%output%name// &
-          '_summary.json', action='write', status='replace', iostat=status)
-    if (status == 0) then
-      write (unit, '(a)') '{', '  "particles": '//str(self%particles)//',', &
-        '  "steps": '//str(sim%clock%step - self%first_step)//',', &
-        '  "ranks": '//str(world%size)//',', &
-        '  "wall_seconds": '//str(wall)//',', '  "cpu_seconds": '//str(all(n_phases + 1))//',', &
-        '  "particle_steps_per_wall_second": '//str(steps/wall)//',', &
-        '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//',', &
-        self%melting%json(), &
-        '  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//',', &
-        '  "imbalance_mean": '//str(sim%balance%sum/max(1.0_rp, real(sim%clock%step - self%first_step, rp)))//',', &
-        '  "imbalance_worst": '//str(sim%balance%worst)//',', '  "partitions": '//str(sim%balance%cuts)//',', &
-        '  "messages": '//str(nint(all(n_phases + 4), i8))//',', &
-        '  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//',', &
-        '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//',', &
-        '  "waiting_percent": '//str(share(n_phases + 1))//',', '  "phase_percent": {'
-      do k = 1, n_phases
-        comma = merge(' ', ',', k == n_phases)
-        write (unit, '(a)') '    "'//trim(phase_name(k))//'": '//str(share(k))//comma
-      end do
-      write (unit, '(a)') '  }', '}'
-      close (unit, iostat=status)
-    end if
-    if (status /= 0) call error%raise('cannot write the summary of the run')
+    text = '{'//nl//'  "particles": '//str(self%particles)//','//nl// &
+      '  "steps": '//str(sim%clock%step - self%first_step)//','//nl// &
+      '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
+      '  "cpu_seconds": '//str(all(n_phases + 1))//','//nl// &
+      '  "particle_steps_per_wall_second": '//str(steps/wall)//','//nl// &
+      '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//','//nl// &
+      self%melting%json()//nl//'  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//','//nl// &
+      '  "imbalance_mean": '// &
+      str(sim%balance%sum/max(1.0_rp, real(sim%clock%step - self%first_step, rp)))//','//nl// &
+      '  "imbalance_worst": '//str(sim%balance%worst)//','//nl// &
+      '  "partitions": '//str(sim%balance%cuts)//','//nl// &
+      '  "messages": '//str(nint(all(n_phases + 4), i8))//','//nl// &
+      '  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//','//nl// &
+      '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//','//nl// &
+      '  "waiting_percent": '//str(share(n_phases + 1))//','//nl//'  "phase_percent": {'
+    do k = 1, n_phases
+      text = text//nl//'    "'//trim(phase_name(k))//'": '//str(share(k))// &
+             trim(merge(' ', ',', k == n_phases))
+    end do
+    call write_whole(sim%scene%output%directory//'/'//sim%scene%output%name//'_summary.json', &
+                     text//nl//'  }'//nl//'}'//nl, error)
     if (.not. sim%scene%output%is_quiet) write (output_unit, '(a)') &
       str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)//' particles in '// &
       span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '// &
@@ -367,6 +371,15 @@ contains
       text = str(s/3600)//' h '//str(mod(s, 3600)/60)//' min'
     end if
   end function span
+
+  !> Bring the rows to the disk: a checkpoint counts on them.
+  subroutine sync(self)
+    class(writer_t), intent(inout) :: self
+
+    call self%history%sync()
+    call self%probes%sync()
+    call self%errors%sync()
+  end subroutine sync
 
   subroutine close_files(self, error)
     class(writer_t), intent(inout) :: self

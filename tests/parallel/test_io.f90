@@ -238,7 +238,7 @@ contains
     integer :: k
 
     path = base//'table.csv'
-    call table%open(world, path, 'a title', columns, -1.0_rp, error)
+    call table%open(world, path, 'a title', columns, -1_i8, 0.0_rp, error)
     do k = 1, 4
       t = real(k, rp)/3.0_rp
       call table%row([t, -1.0e-120_rp*k])
@@ -249,7 +249,7 @@ contains
     call expect('fresh table', index(text, '# a title'//newline//'time[s],torque[N]'//newline// &
                                      '3.333333333333E-01,-1.') == 1)
     call put(world, path, text//'1.3')
-    call table%open(world, path, 'a title', columns, 2.0_rp/3.0_rp, error)
+    call table%open(world, path, 'a title', columns, 2_i8, 2.0_rp/3.0_rp, error)
     call table%row([9.0_rp, 1.0_rp])
     call table%close(error)
     call expect_no_error('table is continued', error)
@@ -257,14 +257,20 @@ contains
     call expect('continued table', index(text, '# a title') == 1 .and. index(text, &
       newline//'6.666666666667E-01,-2.000000000E-120'//newline// &
       '9.000000000000E+00,1.000000000E+00'//newline, back=.true.) > 30)
-    call table%open(world, path, '', ['time[s] ', 'force[N]'], 1.0_rp, error)
+    call table%open(world, path, '', ['time[s] ', 'force[N]'], 3_i8, 1.0_rp, error)
     call expect_error('table of other columns', error, 'columns')
     call table%close(error)
-    call table%open(world, path, '', columns, -1.0_rp, error)
+    call table%open(world, path, '', columns, -1_i8, 0.0_rp, error)
     call table%close(error)
     call expect('fresh over an old table', contents(world, path) == 'time[s],torque[N]'//newline)
+    call put(world, path, 'time[s],torque[N]'//newline//'1,1'//newline//'2,1'//newline)
+    call table%open(world, path, '', columns, 3_i8, 2.0_rp, error)
+    call table%close(error)
+    call expect_no_error('a table that lacks a row is gone on with', error)
+    call expect('and kept aside', contents(world, path//'.1') == contents(world, path))
+    call discard(world, path//'.1')
     call discard(world, path)
-    call table%open(world, path, '', columns, 5.0_rp, error)
+    call table%open(world, path, '', columns, 5_i8, 5.0_rp, error)
     call table%close(error)
     call expect_no_error('restart without the old table', error)
     call discard(world, path)
