@@ -4,7 +4,8 @@ program stirpoint
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
-  use base_system, only: watch_signals
+  use base_system, only: leave_signals, stop_signal, watch_signals
+  use base_text, only: str
   use base_version, only: version_text
   use comm_world, only: end_world, mpi_text, start_world, world_t
   use io_folder, only: clear_folder, take_folder
@@ -20,7 +21,7 @@ program stirpoint
   use thermal_petsc, only: end_petsc
   use time_heat_loop, only: begin_heat, run_heat
   use time_heat_state, only: heat_run_t
-  use time_loop, only: ended_io, ended_well, run
+  use time_loop, only: ended_by_signal, ended_io, ended_well, run
   use time_scene, only: output_t
   use time_state, only: free_simulation, simulation_t
   implicit none (type, external)
@@ -30,8 +31,10 @@ program stirpoint
   type(command_t) :: command
   integer :: status
 
+  call watch_signals()
   call start_world(world)
   call read_command(command)
+  if (command%action /= 'run') call leave_signals()
   status = ended_well
   if (command%problem /= '') then
     if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', command%problem
@@ -76,6 +79,7 @@ contains
       status = bad_input
       return
     end if
+    if (is_stopped(status)) return
     if (.not. sim%scene%method%has_mechanics) then
       call simulate_heat(sim, input, status)
       return
@@ -90,7 +94,7 @@ contains
     if (command%restart == '') call warn_of_overlap(world, input, command%sets, sim)
     if (command%action == 'check') then
       call report_scene(world, input, sim, counts, volumes)
-    else
+    else if (.not. is_stopped(status)) then
       call open_results(sim%scene%output, sim%frame_times, status)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
       call tell_end(sim, status, message)
@@ -114,7 +118,7 @@ contains
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
     else if (command%action == 'check') then
       call report_heat_scene(world, sim%scene, heat)
-    else
+    else if (.not. is_stopped(status)) then
       call open_results(sim%scene%output, heat%frame_times, status)
       if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &
                                               command%restart /= '', status, message)
@@ -122,7 +126,7 @@ contains
     end if
   end subroutine simulate_heat
 
-  !> Take the folder of the results, put away what is there of other runs, and heed signals from now on.
+  !> Take the folder of the results, put away what is there of other runs.
   subroutine open_results(output, frame_times, status)
     type(output_t), intent(inout) :: output
     real(rp), allocatable, intent(in) :: frame_times(:)   !! until now [s]
@@ -144,10 +148,22 @@ contains
     if (error%is_set()) then
       status = merge(bad_input, ended_io, is_taken)
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
-    else
-      call watch_signals()
     end if
   end subroutine open_results
+
+  !> Collective: did a signal come before the run began?
+  logical function is_stopped(status)
+    integer, intent(inout) :: status
+    real(rp) :: number(1)
+
+    number = real(stop_signal(), rp)
+    call world%max(number)
+    is_stopped = number(1) > 0.0_rp
+    if (.not. is_stopped) return
+    status = ended_by_signal
+    if (world%is_root()) write (error_unit, '(a)') 'stirpoint: signal '//str(nint(number(1)))// &
+      ' stopped the run before it began: nothing was written'
+  end function is_stopped
 
   !> Why the run ended, or where its results are; `message` is not allocated if it never began.
   subroutine tell_end(sim, status, message)

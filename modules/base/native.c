@@ -1,22 +1,53 @@
 /* SPDX-License-Identifier: MIT
  * What only C can say: signal flags, libraries opened late, cache prefetch, peak memory, transposition in registers. */
+#define _GNU_SOURCE
 #include <dlfcn.h>
 #include <signal.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <time.h>
+
+/* Signals that ask for a stop. */
+static const int stops[] = {SIGUSR1, SIGTERM, SIGINT, SIGHUP};
+enum { n_stops = sizeof stops / sizeof *stops };
 
 static volatile sig_atomic_t stop_flag = 0;
+static volatile double heard[NSIG]; /* when each came first [s] */
 
-static void note_stop(int number) { stop_flag = number; }
+/* The first signal asks for a stop in good order. The same once more, half a second later or more, is a
+ * person who does not want to wait; earlier it is a batch system that sends it to every process twice. */
+static void note_stop(int number)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    double now = (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+    if (stop_flag == 0) stop_flag = number;
+    if (heard[number] == 0) heard[number] = now;
+    if (now - heard[number] < 0.5) return;
+    signal(number, SIG_DFL);
+    raise(number);
+}
 
+/* A signal that is ignored so far (nohup, a job in the background) stays ignored. A limit on the size of
+ * files shall be an error of the write, not a signal. */
 void stirpoint_watch_signals(void)
 {
-    struct sigaction action;
+    struct sigaction action, old;
     memset(&action, 0, sizeof action);
     action.sa_handler = note_stop;
     action.sa_flags = SA_RESTART;
-    sigaction(SIGUSR1, &action, 0);
-    sigaction(SIGTERM, &action, 0);
+    for (int k = 0; k < n_stops; k++)
+        if (sigaction(stops[k], 0, &old) == 0 && old.sa_handler != SIG_IGN) sigaction(stops[k], &action, 0);
+    signal(SIGXFSZ, SIG_IGN);
+}
+
+/* Let signals end the program at once again, also one that came already. */
+void stirpoint_leave_signals(void)
+{
+    struct sigaction old;
+    for (int k = 0; k < n_stops; k++)
+        if (sigaction(stops[k], 0, &old) == 0 && old.sa_handler == note_stop) signal(stops[k], SIG_DFL);
+    if (stop_flag != 0) raise(stop_flag);
 }
 
 int stirpoint_stop_signal(void) { return stop_flag; }

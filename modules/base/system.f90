@@ -10,7 +10,7 @@ module base_system
   private
 
   public :: allocate_aligned, free_aligned, rename_file, make_directory, remove_file
-  public :: watch_signals, stop_signal, raise_signal, peak_memory
+  public :: watch_signals, leave_signals, stop_signal, raise_signal, peak_memory
   public :: need_soon, fetch_some, to_records
   public :: open_library, symbol_of
 
@@ -47,10 +47,15 @@ module base_system
       character(kind=c_char), intent(in) :: path(*)
     end function c_remove
 
-    !> Set a flag on SIGUSR1 and SIGTERM (modules/base/native.c).
+    !> Set a flag on SIGUSR1, SIGTERM, SIGINT and SIGHUP; the same again ends the program (native.c).
     subroutine watch_signals() bind(c, name='stirpoint_watch_signals')
       implicit none (type, external)
     end subroutine watch_signals
+
+    !> Let these signals end the program at once, also one that came already.
+    subroutine leave_signals() bind(c, name='stirpoint_leave_signals')
+      implicit none (type, external)
+    end subroutine leave_signals
 
     !> Number of the signal that asked for a stop, or 0.
     integer(c_int) function stop_signal() bind(c, name='stirpoint_stop_signal')

@@ -125,9 +125,11 @@ contains
       'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), NAME_probes.csv', &
       '  (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView 5.11, h5py),', &
       '  NAME_checkpoint.h5, NAME_run.txt; pictures: python3 postproc/report.py NAME.out', &
-      'signals: SIGUSR1 or SIGTERM end the run at the next step with a checkpoint', &
+      'signals: SIGUSR1, SIGTERM, SIGINT or SIGHUP end the run at the next step with a checkpoint,', &
+      '  the same again at once; mpirun hands SIGUSR1 on', &
       'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost', &
-      '  (checkpoint written), 4 output failed, 75 stopped by a signal (checkpoint written)'
+      '  (checkpoint written), 4 output failed, 75 stopped by a signal (checkpoint written', &
+      '  if the run had begun)'
   end subroutine print_help
 
 end module setup_command_line

@@ -1,46 +1,93 @@
 ! SPDX-License-Identifier: MIT
-!> Which particle is to blame when no step is possible any more.
+!> Which particle is to blame when no step is possible any more, or a state is not a number.
 module time_culprit
   use base_kinds, only: rp
   use base_text, only: str
   use comm_world, only: world_t
-  use particles_store, only: f_pos, f_vel, tag_id
+  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, &
+                             f_temp, f_vel, layout_t, n_fields, tag_id
   use time_state, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: name_culprit, not_a_number
+  public :: name_culprit, is_finite
 
 contains
 
-  !> Collective: name a particle that is not a number, or the one at the fastest node.
-  subroutine name_culprit(world, sim, message)
+  !> Collective: name a particle that is not a number, or the one at the fastest node and `why`.
+  subroutine name_culprit(world, sim, message, why)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     character(:), allocatable, intent(inout) :: message
+    character(*), intent(in) :: why                  !! '' if the speed says it all
     character(:), allocatable :: mine
 
     mine = not_a_number(sim)
-    if (world%all_true(mine == '')) mine = near_fastest_node(world, sim)
+    if (world%all_true(mine == '')) then
+      mine = near_fastest_node(world, sim)
+      if (mine /= '' .and. why /= '') mine = mine//': '//why
+    end if
     call world%share_message(mine, message)
     message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
   end subroutine name_culprit
+
+  !> True if every field of every particle of this rank, asleep or not, is a finite number.
+  pure logical function is_finite(sim)
+    type(simulation_t), intent(in) :: sim
+    integer :: b, f, n
+
+    is_finite = .false.
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
+      do f = 1, sim%particles%nf
+        if (count(abs(sim%particles%ps(1:n, f, b)) <= huge(1.0_rp)) < n) return
+      end do
+    end do
+    is_finite = .true.
+  end function is_finite
 
   !> First particle of this rank with a field that is not a finite number; '' if none.
   function not_a_number(sim) result(text)
     type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
-    integer :: b, p
+    integer :: b, f, p
 
     text = ''
+    if (is_finite(sim)) return
     do b = 1, sim%particles%nblk
       do p = 1, sim%particles%count(b)
-        if (all(abs(sim%particles%ps(p, :, b)) <= huge(1.0_rp))) cycle
-        text = named(sim, p, b, 'has a state that is not a finite number')
-        return
+        do f = 1, sim%particles%nf
+          if (abs(sim%particles%ps(p, f, b)) <= huge(1.0_rp)) cycle
+          text = named(sim, p, b, 'has a '//field_name(sim%scene%layout, f)// &
+                       ' that is not a finite number')
+          return
+        end do
       end do
     end do
   end function not_a_number
+
+  !> What field `f` of the particles is.
+  pure function field_name(layout, f) result(name)
+    type(layout_t), intent(in) :: layout
+    integer, intent(in) :: f
+    character(:), allocatable :: name
+    character(18), parameter :: common(11) = [character(18) :: 'position', 'mass', 'temperature', &
+      'waiting heat', 'volume ratio', 'velocity', 'stress', 'elastic strain', 'plastic strain', &
+      'strain rate', 'flow stress']
+    integer, parameter :: first(11) = [f_pos, f_mass, f_temp, f_heat, f_jac, f_vel, f_tau, f_bbar, &
+                                       f_plastic, f_rate, f_flow]
+    integer :: place(6)
+    character(30), parameter :: more(6) = [character(30) :: 'half length of its domain', &
+      'velocity gradient', 'position at the start', 'state of its flow law', &
+      'temperature at falling asleep', 'distance to the surface']
+
+    name = trim(common(count(first <= f)))
+    if (f <= n_fields) return
+    place = [layout%half, layout%affine, layout%origin, layout%law, layout%rest, layout%cover]
+    if (layout%n_law == 0) place(4) = 0
+    place = merge(place, 0, place <= f)
+    name = trim(more(maxloc(place, dim=1)))
+  end function field_name
 
   !> The particle nearest to the fastest node of all ranks.
   function near_fastest_node(world, sim) result(text)

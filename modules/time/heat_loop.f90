@@ -119,24 +119,50 @@ contains
     logical, intent(out) :: is_safety_due, is_lost
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
+    character(:), allocatable :: mine
     real(rp) :: seen(4)
+    logical :: is_finite
 
     seen = [real(stop_signal(), rp), 0.0_rp, 0.0_rp, merge(1.0_rp, 0.0_rp, run%lost_row)]
     if (scene%output%safety_interval > 0.0_rp) seen(2) = merge(1.0_rp, 0.0_rp, &
       wall_time() - writer%secured > scene%output%safety_interval)
-    if (.not. ieee_is_finite(sum(run%heat%theta(1:run%heat%size())))) seen(3) = 1.0_rp
+    is_finite = ieee_is_finite(sum(run%heat%theta(1:run%heat%size())))
+    if (.not. is_finite) seen(3) = 1.0_rp
     call world%max(seen)
     is_safety_due = seen(2) > 0.0_rp
     is_lost = seen(4) > 0.0_rp
     if (seen(3) > 0.0_rp) then
       status = ended_broken
-      message = 'a temperature is not finite at t = '//str(run%time)//' s'
+      mine = ''
+      if (.not. is_finite) mine = not_a_number(scene, run)
+      call world%share_message(mine, message)
+      message = message//' (step '//str(run%march%steps)//', t = '//str(run%time)//' s)'
     else if (seen(1) > 0.0_rp) then
       status = ended_by_signal
       message = 'signal '//str(nint(seen(1)))//' stopped the run at step '//str(run%march%steps)// &
                 ', t = '//str(run%time)//' s'
     end if
   end subroutine look_around
+
+  !> The first cell of this rank whose temperature is not a finite number.
+  function not_a_number(scene, run) result(text)
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    character(:), allocatable :: text
+    real(rp) :: x(3)
+    integer :: c
+
+    do c = 1, run%heat%size()
+      if (ieee_is_finite(run%heat%theta(c))) cycle
+      x = run%heat%mesh%centre(c)
+      text = 'the temperature is not a finite number at ('//str(x(1))//', '//str(x(2))//', '// &
+             str(x(3))//') m'
+      if (run%heat%mesh%body(c) > 0) &
+        text = text//' in body '//trim(scene%body(run%heat%mesh%body(c))%name)
+      return
+    end do
+    text = 'the temperatures are so large that their sum is not finite'
+  end function not_a_number
 
   !> Collective: a source that ended up with no heat given has touched nothing.
   subroutine warn_of_idle_sources(world, run)

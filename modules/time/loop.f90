@@ -8,7 +8,7 @@ module time_loop
   use comm_world, only: world_t
   use particles_migrate, only: find_outside
   use particles_store, only: f_vel
-  use time_culprit, only: name_culprit, not_a_number
+  use time_culprit, only: is_finite, name_culprit
   use time_heat, only: conduct, conduction_is_due, conduction_step
   use time_known, only: stagger_velocities
   use time_records, only: energies
@@ -84,14 +84,14 @@ contains
       if (status == ended_broken) exit
       if (sim%output_is_lost) exit
       call writer%due(world, sim, is_finished(sim), error)
-      call check_energy(world, sim, status, message)
+      call check_state(world, sim, status, message)
       call writer%progress(world, sim)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
     if (status == ended_well .and. .not. (sim%output_is_lost .or. error%is_set())) then
       call writer%due(world, sim, .true., error)
-      call check_energy(world, sim, status, message)
+      call check_state(world, sim, status, message)
     end if
     if (status /= ended_well .and. .not. sim%output_is_lost) then
       call writer%sync()
@@ -105,8 +105,9 @@ contains
     end if
   end subroutine run
 
-  !> A row of the history that was just written may say that energy came from nothing.
-  subroutine check_energy(world, sim, status, message)
+  !> A row of the history that was just written may say that energy came from nothing, or that a state is
+  !> not a number; so may a checkpoint that was therefore refused.
+  subroutine check_state(world, sim, status, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     integer, intent(inout) :: status
@@ -114,9 +115,8 @@ contains
 
     if (.not. sim%is_broken) return
     status = ended_broken
-    call name_culprit(world, sim, message)
-    message = message//': more kinetic energy than was ever given'
-  end subroutine check_energy
+    call name_culprit(world, sim, message, 'more kinetic energy than was ever given')
+  end subroutine check_state
 
   !> The state at a stop: a checkpoint to go on from; but if the run broke down, an earlier one is
   !> kept, and a state that is not a number is no checkpoint.
@@ -126,12 +126,12 @@ contains
     logical, intent(in) :: is_sound
     type(error_t), intent(inout) :: error
     character(:), allocatable, intent(inout) :: message
-    logical :: is_there, is_finite
+    logical :: is_there, is_good
 
     inquire (file=checkpoint_path(sim), exist=is_there)
     is_there = .not. world%all_true(.not. is_there)
-    is_finite = world%all_true(not_a_number(sim) == '')
-    if (is_finite .and. (is_sound .or. .not. is_there)) then
+    is_good = world%all_true(is_finite(sim))
+    if (is_good .and. (is_sound .or. .not. is_there)) then
       call save_checkpoint(world, sim, error)
       message = message//'; checkpoint '//checkpoint_path(sim)
       return
@@ -169,7 +169,7 @@ contains
     call take_step(world, sim, dt)
     if (sim%is_broken) then
       status = ended_broken
-      call name_culprit(world, sim, message)
+      call name_culprit(world, sim, message, '')
       return
     end if
     sim%clock%dt = dt

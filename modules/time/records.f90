@@ -10,6 +10,7 @@ module time_records
   use time_audit, only: e_body, e_conduction, e_contact, e_film, e_friction, e_plastic, e_scaling, &
                         e_source, e_stress, e_wall, e_wall_heat, n_sums
   use time_blocks, only: kinetic_energy
+  use time_culprit, only: is_finite
   use time_microstructure, only: micro_columns, micro_row
   use time_state, only: simulation_t
   implicit none (type, external)
@@ -129,13 +130,14 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), allocatable, intent(out) :: row(:)
     real(rp), allocatable :: all(:), tool(:, :)
-    real(rp) :: most(3), kinetic, elastic, heat, work, friction, normal, given, taken, loss, inner
+    real(rp) :: most(4), kinetic, elastic, heat, work, friction, normal, given, taken, loss, inner
     real(rp) :: to_bodies, turned                    ! heat to bodies, all heat turned over [J]
     integer :: k, last, walls
 
     last = n_sums + 3 + n_tool_sums*size(sim%tool)
     allocate (all(last + size(sim%impulse)), tool(n_tool_sums, size(sim%tool)))
     call energies(sim, kinetic, elastic, heat, most(1), most(2), most(3))
+    most(4) = merge(0.0_rp, 1.0_rp, is_finite(sim))
     all(1:n_sums) = sim%sums
     all(n_sums + 1:n_sums + 3) = [kinetic, elastic, heat]
     do k = 1, size(sim%tool)
@@ -157,7 +159,7 @@ contains
             + loss
     sim%audit_scale = max(sim%audit_scale, abs(work) + abs(all(e_body)) + abs(all(e_wall)), &
                           abs(all(e_scaling)), sim%kinetic0 + sim%elastic0, tiny(1.0_rp))
-    sim%is_broken = sim%is_broken .or. comes_from_nothing(sim, kinetic, heat)
+    sim%is_broken = sim%is_broken .or. most(4) > 0.0_rp .or. comes_from_nothing(sim, kinetic, heat)
     to_bodies = sum(tool(s_to_plate, :))
     if (sim%scene%method%conducts) to_bodies = to_bodies + all(e_friction)
     inner = elastic + all(e_plastic) + friction

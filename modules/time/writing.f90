@@ -11,7 +11,7 @@ module time_writing
   use comm_world, only: world_t
   use io_frames, only: write_frame, write_series
   use io_histories, only: table_t
-  use time_culprit, only: not_a_number
+  use time_culprit, only: is_finite
   use physics_flow_law, only: law_output, law_unit, n_alarms
   use time_deviation, only: deviation_columns, deviation_row, has_fields
   use time_fracture, only: stretched_apart
@@ -139,8 +139,11 @@ contains
         self%saved_step = clock%step
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
         call self%sync()
-        if (world%all_true(not_a_number(sim) == '' .and. .not. sim%lost_row)) &
+        if (.not. world%all_true(is_finite(sim))) then
+          sim%is_broken = .true.
+        else if (world%all_true(.not. sim%lost_row)) then
           call save_checkpoint(world, sim, error)
+        end if
         sim%secured = wall_time()
       end if
     end associate
