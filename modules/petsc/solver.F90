@@ -49,7 +49,6 @@ contains
     type(c_ptr) :: handle
     type(matrix_t), pointer :: m
     PetscErrorCode :: ierr
-    PC :: pc
 
     call start_petsc(comm)
     allocate (m)
@@ -61,6 +60,15 @@ contains
     call VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DETERMINE, m%x, ierr)
     call VecDuplicate(m%x, m%b, ierr)
     call VecDuplicate(m%x, m%d, ierr)
+    call make_solver(m)
+  end function assemble
+
+  !> A solver without a preconditioner yet.
+  subroutine make_solver(m)
+    type(matrix_t), intent(inout) :: m
+    PetscErrorCode :: ierr
+    PC :: pc
+
     call KSPCreate(PETSC_COMM_WORLD, m%ksp, ierr)
     call KSPSetOperators(m%ksp, m%system, m%system, ierr)
     call KSPSetType(m%ksp, KSPCG, ierr)
@@ -72,7 +80,7 @@ contains
     call PCSetType(pc, PCGAMG, ierr)
 #endif
     call KSPSetFromOptions(m%ksp, ierr)
-  end function assemble
+  end subroutine make_solver
 
   !> Collective: (diagonal + a G) x = b until the residual is `relative` of b; with `is_new` by a new
   !> preconditioner. Returns KSPConvergedReason.
@@ -87,7 +95,6 @@ contains
     type(matrix_t), pointer :: m
     KSPConvergedReason :: reason
     PetscErrorCode :: ierr
-    PC :: pc
 
     call c_f_pointer(handle, m)
     call MatCopy(m%conductance, m%system, SAME_NONZERO_PATTERN, ierr)
@@ -95,9 +102,8 @@ contains
     call put(diagonal, m%d)
     call MatDiagonalSet(m%system, m%d, ADD_VALUES, ierr)
     if (is_new /= 0) then                ! from nothing: it depends on no earlier one
-      call KSPGetPC(m%ksp, pc, ierr)
-      call PCReset(pc, ierr)
-      call KSPSetReusePreconditioner(m%ksp, PETSC_FALSE, ierr)
+      call KSPDestroy(m%ksp, ierr)
+      call make_solver(m)
     else
       call KSPSetReusePreconditioner(m%ksp, PETSC_TRUE, ierr)
     end if
