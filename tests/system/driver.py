@@ -124,13 +124,13 @@ def run_all(cases, directory):
 class Started:
     """A run in progress."""
 
-    def __init__(self, name, *options, directory, ranks=None, sets=None):
+    def __init__(self, name, *options, directory, ranks=None, sets=None, environment=ENVIRONMENT):
         self.directory = pathlib.Path(directory)
         self.log = open(self.directory / "log.txt", "w+", encoding="utf-8")
         self.process = subprocess.Popen(
             command_of(name, options, ranks, sets),
             cwd=directory,
-            env=ENVIRONMENT,
+            env=environment,
             stdout=self.log,
             stderr=subprocess.STDOUT,
         )
