@@ -45,8 +45,6 @@ def continued(scene, directory, seconds, kills, chance):
     met = 0
     for k in range(kills + 1):
         options = ["--restart", str(checkpoint)] if checkpoint.exists() else []
-        if not options and scene.folder(directory).exists():
-            clear(scene.folder(directory))
         one = Process(scene, directory, *options)
         try:
             if k < kills:
@@ -61,13 +59,6 @@ def continued(scene, directory, seconds, kills, chance):
         finally:
             one.end()
     return met, state_of(scene.folder(directory), scene.name)
-
-
-def clear(folder):
-    """What a run left that was killed before its first checkpoint."""
-    for path in folder.iterdir():
-        path.unlink()
-    folder.rmdir()
 
 
 def try_all(scenes, kills, seed, directory, tell=print):

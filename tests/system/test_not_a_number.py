@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""A state that is not a number ends the run by the next row of the history, with the particle, the field, the place."""
+
+import driver
+import h5py
+import numpy as np
+import pytest
+
+PLAIN = driver.ROOT / "input" / "heat_copper_plain.nml"
+
+# Fields of the particles as the program calls them.
+NAMES = {"x": "position", "temp": "temperature", "heat": "waiting heat", "jac": "volume ratio", "v": "velocity",
+         "tau": "stress", "b": "elastic strain", "plastic": "plastic strain", "rate": "strain rate", "flow": "flow stress"}
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """A checkpoint of the smallest scene in its middle."""
+    directory = tmp_path_factory.mktemp("saved")
+    sets = {"TIME.END": 1e-6}
+    return driver.run("small", "--quiet", directory=directory, sets=sets).results("small").path("_checkpoint.h5")
+
+
+def spoil(path, field, value):
+    """Give the first particle of the last block this value in the last component of a field; its place."""
+    first, n = driver.FIELDS[field]
+    with h5py.File(path, "r+") as file:
+        n_fields = int(file.attrs["fields"])
+        raw = file["/particles/state"][:]
+        block = raw.reshape(-1, n_fields, driver.LANES)
+        place = block[-1, 0:3, 0].copy()
+        block[-1, first + n - 1, 0] = value
+        file["/particles/state"][:] = block.reshape(raw.shape)
+    driver.seal(path)
+    return place
+
+
+@pytest.mark.parametrize("field", [name for name in NAMES if name != "x"])
+def test_any_field(tmp_path, saved, field):
+    """Exact: status 3 at the latest by the next row, with the field and no good checkpoint."""
+    path = tmp_path / "spoilt.h5"
+    path.write_bytes(saved.read_bytes())
+    spoil(path, field, np.nan if field != "v" else np.inf)
+    sets = {"TIME.END": 2e-6, "OUTPUT.HISTORY_INTERVAL": 1e-8, "OUTPUT.CHECKPOINT_INTERVAL": 1e-8}
+    done = driver.run("small", "--quiet", "--restart", path, "--output", "spoilt", directory=tmp_path, sets=sets, expect=None)
+    print(done.err)
+    assert done.status == driver.BROKEN
+    assert "is not a finite number" in done.err and "spoilt/small_broken.h5" in done.err
+    assert not (tmp_path / "spoilt" / "small_checkpoint.h5").exists()
+    times = driver.Table(tmp_path / "spoilt" / "small_history.csv")["time[s]"]
+    assert len(times) <= 2
+
+
+def test_sleeping_particle(tmp_path, run):
+    """Exact: a temperature that is not a number in a particle that sleeps, whose mechanics touch no field of it."""
+    sets = {"METHOD.SLEEPING": "on", "TIME.END": 0.1, "OUTPUT.FRAME_INTERVAL": 0}
+    results = run("stir", "--quiet", sets=sets).results("stir")
+    path = results.path("_checkpoint.h5")
+    with h5py.File(path, "r+") as file:
+        rest = file["/particles/tag"][:] >> 54 & 3
+        count = file["/particles/count"][:]
+        sleepers = np.argwhere((rest == 2) & (np.arange(driver.LANES)[None, :] < count[:, None]))
+        assert len(sleepers), "nothing sleeps in this scene"
+        block, lane = sleepers[len(sleepers) // 2]
+        n_fields = int(file.attrs["fields"])
+        raw = file["/particles/state"][:]
+        raw.reshape(-1, n_fields, driver.LANES)[block, driver.FIELDS["plastic"][0], lane] = np.nan
+        number = int(file["/particles/tag"][block, lane]) & (1 << 48) - 1
+        file["/particles/state"][:] = raw
+    driver.seal(path)
+    done = run("stir", "--quiet", "--restart", path, sets=sets | {"TIME.END": 0.2}, expect=driver.BROKEN)
+    print(done.err)
+    assert f"particle {number} has a plastic strain that is not a finite number: at (" in done.err
+    assert "stir_broken.h5" in done.err
+
+
+def test_heat_alone(tmp_path, run):
+    """Exact: a temperature of heat alone that is not a number: status 3, the body and the place."""
+    sets = {"GRID.CELL": 4e-3, "TIME.END": 0.5, "OUTPUT.FRAME_INTERVAL": 0}
+    path = run(PLAIN, "--quiet", sets=sets).results("heat_copper_plain").path("_checkpoint.h5")
+    with h5py.File(path, "r+") as file:
+        state = file["/heat/state"][:]
+        state[0, 0] = np.nan
+        file["/heat/state"][:] = state
+    driver.seal(path)
+    done = run(PLAIN, "--quiet", "--restart", path, sets=sets | {"TIME.END": 1.0}, expect=driver.BROKEN)
+    print(done.err)
+    assert "the temperature is not a finite number at (" in done.err and "in body" in done.err
