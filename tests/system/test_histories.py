@@ -91,8 +91,8 @@ METHODS = [("rkl2", "cg", None), ("explicit", "cg", None), ("tr-bdf2", "cg", 2),
 @pytest.mark.parametrize("method, solver, ranks", METHODS)
 def test_heat_alone_continues_bitwise(run, tmp_path, method, solver, ranks):
     """Exact: heat alone stopped between two rows and continued, with safety checkpoints all the time or none: the
-    same rows, powers of the first row after the stop included, and the same last frame. PETSc rounds differently
-    in another process: 1e-9 of the values."""
+    same rows, powers of the first row after the stop included, and the same last frame. PETSc builds
+    its multigrid with random numbers of the process: 1e-7 of the values."""
     if driver.lacks(solver, tmp_path):
         pytest.skip(f"this build has no {solver}")
     sets = {"GRID.CELL": 2e-3, "TIME.END": 4, "HEAT.INTEGRATOR": method, "HEAT.SOLVER": solver, "HEAT.TOLERANCE": 0.02 if solver == "cg" else 0.1,
@@ -112,7 +112,7 @@ def test_heat_alone_continues_bitwise(run, tmp_path, method, solver, ranks):
         for one, two in ((whole.history(), part.history()), (whole.probes(), part.probes())):
             rows = [np.delete(table.rows, [k for k, n in enumerate(table.names) if n == "balance_error[%]"], axis=1)
                     for table in (one, two)]
-            assert np.all(np.abs(rows[1] - rows[0]) <= 1e-9 * np.abs(rows[0]).max(axis=0))
+            assert np.all(np.abs(rows[1] - rows[0]) <= 1e-7 * np.abs(rows[0]).max(axis=0))
         return
     assert tables_of(part) == tables_of(whole)
     frames = [driver.read_frame(r.path("_000001.hdf"))[0]["temperature"] for r in (whole, part)]
