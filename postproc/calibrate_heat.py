@@ -14,6 +14,8 @@ semicolons or tabs. An empty value is no reading. What cannot be understood is r
 
 from __future__ import annotations
 
+import stirpost.needs  # before the packages that it provides
+
 import argparse
 import subprocess
 import sys

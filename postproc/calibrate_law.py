@@ -17,6 +17,8 @@ part of each stress.
 
 from __future__ import annotations
 
+import stirpost.needs  # before the packages that it provides
+
 import argparse
 import json
 import os

@@ -8,6 +8,8 @@ below_surface.png   figure 4.8: 1 mm below the top at 10, 25 and 40 s, and along
 
 from __future__ import annotations
 
+import stirpost.needs  # before the packages that it provides
+
 import argparse
 import sys
 from pathlib import Path

@@ -8,6 +8,8 @@ a logarithmic axis), below it the temperature where one changes, and the grain s
 
 from __future__ import annotations
 
+import stirpost.needs  # before the packages that it provides
+
 import argparse
 import sys
 from pathlib import Path

@@ -4,6 +4,7 @@
 
 import sys
 
+import stirpost.needs  # before the packages that it provides
 from stirpost.cli import main
 
 if __name__ == "__main__":

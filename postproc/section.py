@@ -13,6 +13,8 @@ by distance from the bottom), section_x65.json (stir zone), section_x65.png.
 
 from __future__ import annotations
 
+import stirpost.needs  # before the packages that it provides
+
 import argparse
 import json
 import sys

@@ -7,6 +7,8 @@ usage: track.py RUN_DIRECTORY ID FILE.csv      columns: time[s], temperature[K],
 
 from __future__ import annotations
 
+import stirpost.needs  # before the packages that it provides
+
 import argparse
 import sys
 from pathlib import Path

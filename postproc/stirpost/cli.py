@@ -11,7 +11,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from . import curves, look, maps, page, summary, surface
+from . import alarms, curves, look, maps, page, summary, surface
 from .run import NoRun, Run
 
 
@@ -27,11 +27,16 @@ def main(arguments: list[str] | None = None) -> int:
     with matplotlib.rc_context(look.STYLE):
         pictures = draw_all(run, output)
     written = output / "report.html"
+    warned = alarms.alarms(run)
+    for text in warned:
+        print(f"warning: {text}")
     page.write_page(
         written,
         f"{run.name}",
         "Stirpoint run report",
+        warned,
         summary.key_figures(run),
+        summary.phase_tables(run),
         pictures,
         run.input_text,
     )
@@ -77,7 +82,12 @@ def draw_all(run: Run, output: Path) -> list[page.Picture]:
             "Temperature at the thermocouples, with their first positions.",
         )
     if run.history is not None:
-        add("tool_loads", curves.tool_loads(run.history), "Torque, force and power of the tool.")
+        add(
+            "tool_loads",
+            curves.tool_loads(run.history),
+            "Torque, force and power of the tool, and what it is doing.",
+        )
+        add("wall_loads", curves.wall_loads(run.history), "Forces of walls and clamps on the metal.")
         add(
             "energies",
             curves.energies(run.history),
@@ -91,10 +101,11 @@ def draw_frames(run: Run, add) -> None:
     """The plate, and top views and sections of temperature and plastic strain."""
     frames = maps.choose_frames(run.frames)
     scene = maps.build_scene(run, frames)
+    along = scene.follows if scene.follows.startswith("the axis") else "its middle"
     views = (
         ("top", "top", "seen from above (each pixel shows the highest particle)"),
-        ("cross", "cross_section", "in the cross-section through the tool or the hottest place"),
-        ("along", "long_section", "in the section along the middle of the plate"),
+        ("cross", "cross_section", f"in the cross-section through {scene.follows}"),
+        ("along", "long_section", f"in the section along the plate through {along}"),
     )
     if all("temperature" in frame.fields for frame in frames):
         norm = maps.temperature_norm(frames)

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from . import look
 from .table import Column, Table
+from .tools import Tool, main_tool, supports, tools_of
 
 MANY_ROWS = 400
 
@@ -43,13 +46,43 @@ def place(probes: Table, name: str) -> str:
 
 
 def tool_loads(history: Table) -> Figure | None:
-    """Torque, force and power, a panel each; all tools."""
+    """Torque, force and power of the tools, a panel each, with the phases of the first."""
+    tools = tools_of(history)
     panels = [
-        ("torque", history.matching(r".+_torque")),
-        ("force on the tool", history.matching(r".+_force(_[xyz])?")),
-        ("power", history.matching(r".+_power")),
+        ("torque", [c for tool in tools for c in tool.loads("torque")]),
+        ("force on the tool", [c for tool in tools for c in tool.loads("force_[xyz]")]),
+        ("power", [c for tool in tools for c in tool.loads("(friction_)?power")]),
     ]
-    return stacked(history, [(title, columns) for title, columns in panels if columns])
+    figure = stacked(history, [(title, columns) for title, columns in panels if columns])
+    if figure is not None and main_tool(history) is not None:
+        mark_phases(figure, main_tool(history))
+    return figure
+
+
+def mark_phases(figure: Figure, tool: Tool) -> None:
+    """Where a phase of the tool begins, and its name above the first panel unless it is too short for that."""
+    time = tool.history["time"]
+    for phase in tool.phases():
+        start, end = time[phase.first - 1], time[phase.last]
+        for axis in figure.axes:
+            axis.axvline(start, color="#8a96a3", linewidth=0.7, linestyle=":")
+        if end - start > 0.05 * (time[-1] - time[0]):
+            figure.axes[0].text(
+                0.5 * (start + end),
+                1.02,
+                phase.kind,
+                transform=figure.axes[0].get_xaxis_transform(),
+                ha="center",
+                fontsize=8,
+            )
+
+
+def wall_loads(history: Table) -> Figure | None:
+    """Forces of walls and clamps on the metal, a panel each."""
+    columns = supports(history)
+    names = dict.fromkeys(c.name[: -len("_force_x")] for c in columns)
+    panels = [(f"force of {look.words(n)}", [c for c in columns if c.name[: -len("_force_x")] == n]) for n in names]
+    return stacked(history, panels)
 
 
 def energies(history: Table) -> Figure | None:
@@ -71,14 +104,23 @@ def energies(history: Table) -> Figure | None:
 def others(history: Table) -> Figure | None:
     """Temperatures, shares and speeds of the history: every unit that is in no other picture."""
     taken = {"time", "step", "dt"}
-    for pattern in (r".+_torque", r".+_force(_[xyz])?", r".+_power", r"audit_error.*", r".+_[xyz]"):
+    patterns = [r".+_torque", r".+_force(_[xyz])?", r"audit_error.*", r".+_[xyz]"]
+    patterns += [re.escape(tool.name) + "_((friction_)?power|angle|tilt)" for tool in tools_of(history)]
+    for pattern in patterns:
         taken |= {column.name for column in history.matching(pattern)}
     left = [
         c
         for c in history.columns
         if c.name not in taken and c.unit != "J" and np.isfinite(c.values).any()
     ]
-    titles = {"K": "temperature", "%": "share", "m/s": "speed"}
+    for tool in tools_of(history):  # where nothing rubs there is no share
+        left = [
+            Column(c.name, c.unit, np.where(tool.rubs(), c.values, np.nan))
+            if c.name == f"{tool.name}_friction_share" and tool.rubs().any()
+            else c
+            for c in left
+        ]
+    titles = {"K": "temperature", "%": "share", "m/s": "speed", "W": "power"}
     panels = []
     for unit in dict.fromkeys(column.unit for column in left if column.unit):
         panels.append((titles.get(unit, ""), [column for column in left if column.unit == unit]))

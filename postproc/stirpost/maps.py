@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from . import look, raster
 from .run import Frame, Run
+from .tools import main_tool
 
 
 @dataclass
@@ -30,6 +31,7 @@ class Scene:
     top: list[View] = field(default_factory=list)
     cross: list[View] = field(default_factory=list)
     along: list[View] = field(default_factory=list)
+    follows: str = ""  # what the sections go through
 
 
 AXES = {"top": ("x [mm]", "y [mm]"), "cross": ("y [mm]", "z [mm]"), "along": ("x [mm]", "z [mm]")}
@@ -42,12 +44,12 @@ def choose_frames(frames: list[Frame], most: int = 4) -> list[Frame]:
 
 
 def build_scene(run: Run, frames: list[Frame]) -> Scene:
-    """Rasters of all views of the frames; sections across follow the tool."""
+    """Rasters of all views of the frames; sections follow the tool."""
     clouds = [frame.points() for frame in frames]
     low, high = raster.common_box(clouds, 2 * run.spacing)
-    middle = 0.5 * (clouds[0][:, 1].min() + clouds[0][:, 1].max())
     scene = Scene()
-    for frame, points, place in zip(frames, clouds, tool_places(run, frames, clouds)):
+    places, scene.follows = section_places(run, frames, clouds)
+    for frame, points, (place, middle) in zip(frames, clouds, places):
         when = f"t = {look.seconds(frame.time)}"
         scene.top.append(View(frame, *raster.top_view(points, run.spacing, low, high), when))
         scene.cross.append(
@@ -67,41 +69,32 @@ def build_scene(run: Run, frames: list[Frame]) -> Scene:
     return scene
 
 
-def tool_places(run: Run, frames: list[Frame], clouds: list[np.ndarray]) -> list[float]:
-    """x of the section across at each frame [m]: the tool's, if the history tells it, else the
-    hottest place; where all is equally warm, the place of the next frame, in the end the middle of
-    the plate.
-    """
-    places = []
-    for frame, points in zip(frames, clouds):
-        place = tool_from_history(run, frame.time)
-        temperature = frame.field("temperature")
-        if place is None and temperature is not None and np.isfinite(temperature).any():
-            place = hottest_place(points[:, 0], temperature)
-        places.append(place)
-    middle = 0.5 * (clouds[0][:, 0].min() + clouds[0][:, 0].max())
-    following = middle
-    known = [place for place in places if place is not None]
-    if known:
-        following = known[-1]
-    for k in reversed(range(len(places))):
-        if places[k] is None:
-            places[k] = following
-        following = places[k]
+def section_places(run: Run, frames: list[Frame], clouds: list[np.ndarray]) -> tuple[list, str]:
+    """x and y of the sections at each frame [m], and what they go through: the tool at that time if the history
+    tells where it is. Else x is that of the hottest place; where all is equally warm, that of the next frame, in the
+    end the middle of the plate; and y that of the middle."""
+    tool = main_tool(run.history)
+    if tool is not None:
+        places = [tool.place(frame.time)[:2] for frame in frames]
+        follows = f"the axis of {look.words(tool.name)}" if tool.name != "tool" else "the axis of the tool"
+    else:
+        hottest = []
+        for frame, points in zip(frames, clouds):
+            temperature = frame.field("temperature")
+            warm = temperature is not None and np.isfinite(temperature).any()
+            hottest.append(hottest_place(points[:, 0], temperature) if warm else None)
+        middle = 0.5 * (clouds[0].min(axis=0) + clouds[0].max(axis=0))
+        known = [place for place in hottest if place is not None]
+        following = known[-1] if known else middle[0]
+        for k in reversed(range(len(hottest))):
+            if hottest[k] is None:
+                hottest[k] = following
+            following = hottest[k]
+        places = [np.array([x, middle[1]]) for x in hottest]
+        follows = "the hottest place" if known else "the middle"
     return [
-        float(np.clip(place, points[:, 0].min(), points[:, 0].max()))
-        for place, points in zip(places, clouds)
-    ]
-
-
-def tool_from_history(run: Run, time: float) -> float | None:
-    if run.history is None or "time" not in run.history:
-        return None
-    tools = [c.name[: -len("_torque")] for c in run.history.matching(r".+_torque")]
-    for name in (f"{tool}_x" for tool in tools):
-        if name in run.history and run.history.unit(name) == "m":
-            return float(np.interp(time, run.history["time"], run.history[name]))
-    return None
+        np.clip(place, points[:, :2].min(axis=0), points[:, :2].max(axis=0)) for place, points in zip(places, clouds)
+    ], follows
 
 
 def hottest_place(x: np.ndarray, temperature: np.ndarray) -> float | None:

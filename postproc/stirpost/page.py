@@ -20,6 +20,10 @@ td:last-child { font-variant-numeric: tabular-nums; }
 figure { margin: 0 0 22px; background: white; border: 1px solid #dfe4ea; padding: 12px; }
 figure img { width: 100%; height: auto; display: block; }
 figcaption { color: #44525f; font-size: 14px; padding-top: 8px; }
+table.phases td, table.phases th { text-align: right; padding: 5px 8px; font-size: 14px; }
+table.phases td:first-child, table.phases th:first-child { text-align: left; }
+th { font-weight: 600; border-bottom: 1px solid #dfe4ea; }
+ul.alarms { background: #fdf1e7; border: 1px solid #d1541b; padding: 10px 12px 10px 30px; margin: 18px 0 0; }
 pre { background: white; border: 1px solid #dfe4ea; padding: 14px; overflow-x: auto;
       font-size: 13px; line-height: 1.4; }
 """
@@ -35,15 +39,21 @@ def write_page(
     path: Path,
     title: str,
     subtitle: str,
+    alarms: list[str],
     figures: list[tuple[str, str]],
+    tables: list[tuple[str, list[str], list[list[str]]]],
     pictures: list[Picture],
     input_text: str,
 ) -> None:
-    """Writes the page with its pictures inside it."""
+    """Writes the page with its pictures inside it: what to be wary of, key figures, tables, pictures, the input."""
     rows = "\n".join(
         f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in figures
     )
     shown = "\n".join(embedded(picture) for picture in pictures)
+    warned = "".join(f"<li>{escape(text)}</li>" for text in alarms)
+    warned = f'<ul class="alarms">{warned}</ul>' if alarms else ""
+    more = "\n".join(table(*parts) for parts in tables)
+    drawn = f"<h2>Pictures</h2>\n{shown}" if pictures else ""
     given = f"<h2>Input</h2>\n<pre>{escape(input_text)}</pre>" if input_text.strip() else ""
     path.write_text(
         f"""<!DOCTYPE html>
@@ -57,18 +67,25 @@ def write_page(
 <body><main>
 <h1>{escape(title)}</h1>
 <p class="sub">{escape(subtitle)}</p>
+{warned}
 <h2>Key figures</h2>
 <table>
 {rows}
 </table>
-<h2>Pictures</h2>
-{shown}
+{more}
+{drawn}
 {given}
 </main></body>
 </html>
 """,
         encoding="utf-8",
     )
+
+
+def table(title: str, headings: list[str], rows: list[list[str]]) -> str:
+    head = "".join(f"<th>{escape(text)}</th>" for text in headings)
+    body = "\n".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in rows)
+    return f'<h2>{escape(title)}</h2>\n<table class="phases">\n<tr>{head}</tr>\n{body}\n</table>'
 
 
 def embedded(picture: Picture) -> str:

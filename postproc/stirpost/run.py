@@ -29,6 +29,8 @@ class Frame:
             self.count = int(file["VTKHDF/Points"].shape[0])
             self.attributes = {key: np.squeeze(value) for key, value in file.attrs.items()}
             self.fields = list(file.get("VTKHDF/PointData", {}))
+        names = np.atleast_1d(self.attributes.get("body_names", [])).tolist()
+        self.body_names = [n.decode(errors="replace") if isinstance(n, bytes) else str(n) for n in names]
         self.step = int(self.attributes.get("step", -1))
         self.time = float(self.attributes.get("time", np.nan)) if time is None else float(time)
         self._finite: np.ndarray | None = None
@@ -65,11 +67,20 @@ class Run:
             raise NoRun(
                 f"{directory}: no run here (no {self.name}_000000.hdf, no {self.name}_history.csv)"
             )
+        self.summary: dict | None = read_summary(self.directory / f"{self.name}_summary.json")
         self.input_text = read_input_text(self.frames)
         self.spacing = particle_spacing(self.frames[0]) if self.frames else np.nan
         self.cell = (
             float(np.max(self.frames[0].attributes.get("cell", np.nan))) if self.frames else np.nan
         )
+
+
+    def setting(self, group: str, key: str) -> float | None:
+        """A number of the first group of this name in the input, None if it is not given."""
+        for text in re.findall(rf"(?ims)^\s*&{group}\b(.*?)^\s*/", self.input_text + "\n/"):
+            found = re.search(rf"(?im)\b{key}\s*=\s*([-+.\d]+(?:[ed][-+]?\d+)?)", text)
+            return float(re.sub("[dD]", "e", found[1])) if found else None
+        return None
 
 
 def run_name(directory: Path) -> str:
@@ -116,6 +127,15 @@ def list_frames(directory: Path, name: str) -> list[Frame]:
         if frame.count > 0:
             frames.append(frame)
     return sorted(frames, key=lambda frame: frame.time)
+
+
+def read_summary(path: Path) -> dict | None:
+    """What a run says of itself when it ends; None without that."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
 
 
 def read_input_text(frames: list[Frame]) -> str:

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import look, raster
+from . import look, metal
 from .run import Run
 from .table import Column, Table
+from .tools import LOADS, Phase, supports, tools_of
 
 Rows = list[tuple[str, str]]
 
@@ -60,45 +61,43 @@ def hottest_frame(run: Run) -> tuple[float, float] | None:
 
 
 def shape_rows(run: Run) -> Rows:
-    """Flash above and groove below the top face of the first frame [mm]. A chink between particles
-    is no groove: a place counts if all within a spacing of it is as low."""
-    first, last = run.frames[0].points(), run.frames[-1].points()
-    face = first[:, 2].max()
-    low, high = first.min(axis=0) + 2 * run.spacing, first.max(axis=0) - 2 * run.spacing
+    """Flash above the first top face, debris apart, and groove below it at the end; none for a scene without a tool,
+    or whose metal has not moved."""
+    tools = tools_of(run.history)
+    if run.history is not None and not tools:
+        return []
+    shape = metal.measure(run, run.frames[-1], {tool.name for tool in tools})
+    if shape is None:
+        return []
     rows = [
+        ("flash: highest connected metal above the first top face", f"{shape.flash_height * look.MM:.2f} mm"),
+        ("flash: connected metal above that face", cubic(shape.flash_volume)),
         (
-            "highest particle above the first top face",
-            f"{(last[:, 2].max() - face) * look.MM:.2f} mm",
-        )
+            "debris, which hangs together with no body",
+            f"{counted(shape.debris_particles, 'particle')} in {counted(shape.debris_pieces, 'piece')}, "
+            f"{cubic(shape.debris_volume)}"
+            if shape.debris_pieces
+            else "none",
+        ),
     ]
-    if (high > low)[:2].all():
-        index, grid = raster.top_view(last, run.spacing, low, high)
-        height = raster.highest_nearby(
-            raster.values_on(index, last[:, 2]), round(run.spacing / grid.pixel)
-        )
-        if np.isfinite(height).any():
-            rows.append(
-                (
-                    "deepest place of the surface below it",
-                    f"{max(0.0, face - np.nanmin(height)) * look.MM:.2f} mm",
-                )
-            )
+    if shape.groove is not None:
+        rows.append(("deepest place of the surface below that face", f"{shape.groove * look.MM:.2f} mm"))
     return rows
 
 
 def history_rows(history: Table) -> Rows:
-    """Loads and energies: peak, and the mean over the last quarter of the time."""
+    """Peaks of loads, energies at the end; means of loads are in the phases."""
     rows: Rows = []
-    time = history["time"]
-    late = time >= time[0] + 0.75 * (time[-1] - time[0])
-    for column in history.matching(r".+_(torque|power|force(_[xyz])?)"):
-        peak = column.values[np.nanargmax(np.abs(column.values))]
-        rows.append(
-            (
-                f"{look.words(column.name)}: peak; mean of the last quarter",
-                f"{amount(peak, column.unit)}; {amount(mean(column.values[late]), column.unit)}",
-            )
-        )
+    for tool in tools_of(history):
+        for column in tool.loads(r"(torque|power|force_[xyz])"):
+            rows.append((f"{look.words(column.name)}: peak", amount(peak(column), column.unit)))
+        whole = Phase("all", 1, len(history) - 1)
+        if len(history) > 1 and np.isfinite(tool.friction_share(whole)):
+            rows.append((f"{look.words(tool.name)}: share of its friction in all friction heat and plastic work",
+                         f"{tool.friction_share(whole):.4g} %"))
+    for column in supports(history):
+        rows.append((f"{look.words(column.name)}: peak; at the end",
+                     f"{amount(peak(column), column.unit)}; {amount(last_number(column), column.unit)}"))
     for column in history.with_unit("J"):
         rows.append((f"{look.words(column.name)} at the end", amount(last_number(column), "J")))
     for column in history.matching(r"audit_error.*"):
@@ -110,9 +109,53 @@ def history_rows(history: Table) -> Rows:
         )
     for column in history.matching(r"temperature_max"):
         rows.append(("highest temperature in the history", degrees(np.nanmax(column.values))))
-    for column in history.matching(r"friction_share"):
-        rows.append(("friction share at the end", amount(last_number(column), column.unit)))
     return rows
+
+
+def phase_tables(run: Run) -> list[tuple[str, list[str], list[list[str]]]]:
+    """For each tool whose place is known: title, headings and a row for each phase of its way."""
+    tables = []
+    for tool in tools_of(run.history):
+        phases = tool.phases()
+        if not phases:
+            continue
+        columns = [column for load in LOADS if (column := tool.column(load)) is not None]
+        scales = [look.scaled(float(np.nanmax(np.abs(column.values))), column.unit) for column in columns]
+        hottest = next(iter(run.history.matching("temperature_max")), None)
+        headings = ["phase", "time [s]", "way [mm]"]
+        for column, (_, unit) in zip(columns, scales):
+            headings.append(f"{look.words(column.name[len(tool.name) + 1:])} [{unit}]")
+        headings += ["friction share [%]"] + ["hottest [K]"] * (hottest is not None)
+        rows = []
+        for phase in phases:
+            before, end = run.history["time"][[phase.first - 1, phase.last]]
+            way = np.linalg.norm(tool.place(end) - tool.place(before)) * look.MM
+            row = [phase.kind, f"{before:.4g} to {end:.4g}", f"{way:.4g}"]
+            row += [figure(tool.mean(column, phase) * factor) for column, (factor, _) in zip(columns, scales)]
+            row.append(figure(tool.friction_share(phase)))
+            if hottest is not None:
+                there = hottest.values[phase.first:phase.last + 1]
+                there = there[np.isfinite(there)]
+                row.append(f"{there.max():.0f}" if there.size else "")
+            rows.append(row)
+        tables.append((f"Phases of {look.words(tool.name)}: means", headings, rows))
+    return tables
+
+
+def peak(column: Column) -> float:
+    return float(column.values[np.nanargmax(np.abs(column.values))])
+
+
+def figure(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else ""
+
+
+def counted(number: int, word: str) -> str:
+    return f"{number} {word}{'s' * (number != 1)}"
+
+
+def cubic(volume: float) -> str:
+    return f"{volume * look.MM**3:.4g} mm\N{SUPERSCRIPT THREE}"
 
 
 def probe_rows(probes: Table) -> Rows:
@@ -130,11 +173,6 @@ def probe_rows(probes: Table) -> Rows:
 
 def last_number(column: Column) -> float:
     return float(column.values[np.isfinite(column.values)][-1])
-
-
-def mean(values: np.ndarray) -> float:
-    values = values[np.isfinite(values)]
-    return float(values.mean()) if values.size else float("nan")
 
 
 def degrees(kelvin: float) -> str:

@@ -68,6 +68,12 @@ def write_series(directory: Path, name: str, times: list[float]) -> None:
     )
 
 
+def write_summary(directory: Path, **more) -> None:
+    """What a run says of itself when it ends."""
+    name = directory.name[: -len(".out")]
+    (directory / f"{name}_summary.json").write_text(json.dumps({"steps": 3000} | more))
+
+
 def stirred(start: np.ndarray, tool_x: float, progress: float, rng) -> tuple[np.ndarray, dict]:
     """Positions and fields when the tool has come to tool_x; progress 0 is the untouched plate."""
     points = start.copy()
@@ -121,7 +127,9 @@ def history_text(times: np.ndarray, rng) -> str:
         "time[s],step,dt[s],kinetic[J],elastic[J],plastic_work[J],tool_work[J],friction_heat[J],"
         "audit_error[%],temperature_max[K],pin_torque[Nm],"
         "pin_force_x[N],pin_force_y[N],pin_force_z[N],"
-        "pin_power[W],friction_share[%],interface_velocity[m/s]"
+        "pin_power[W],pin_friction_power[W],pin_friction_share[%],pin_interface_velocity[m/s],"
+        "pin_x[m],pin_y[m],pin_z[m],pin_angle[rad],pin_tilt[rad],"
+        "wall_zmin_force_x[N],wall_zmin_force_y[N],wall_zmin_force_z[N]"
     )
     rise = 1 - np.exp(-times / 1.5)
     torque = 38 * rise * (1 + 0.06 * rng.normal(size=len(times)))
@@ -142,8 +150,15 @@ def history_text(times: np.ndarray, rng) -> str:
         250 * rng.normal(size=len(times)),
         8200 * rise * (1 + 0.03 * rng.normal(size=len(times))),
         torque * 83.8,
-        100 * rise,
+        0.9 * torque * 83.8,
+        30 * rise,
         0.4 * rise,
+        0.020 + 0.005 * times,
+        np.full_like(times, 0.02),
+        np.full_like(times, SIZE[2]),
+        83.8 * times,
+        np.full_like(times, 0.05),
+        *(force * rise for force in (900, 250, 9000)),
     ]
     rows = "\n".join(",".join(f"{value:.6E}" for value in row) for row in np.array(columns).T)
     return f"# Stirpoint history\n# SI units\n{names}\n{rows}\n"
@@ -173,6 +188,7 @@ def make_run(
     probes: bool = True,
     ranks: int = 2,
     attributes: dict | None = None,
+    input_text: str = INPUT,
 ) -> Path:
     """A whole run directory NAME.out; returns it."""
     directory.mkdir(parents=True)
@@ -181,7 +197,7 @@ def make_run(
     for k, time in enumerate(times):
         points, fields = stirred(start, 0.020 + 0.005 * time, min(1.0, time / 2), rng)
         write_frame(
-            directory / f"{name}_{k:06d}.hdf", points, fields, time, 1000 * k, ranks, attributes
+            directory / f"{name}_{k:06d}.hdf", points, fields, time, 1000 * k, ranks, attributes, input_text
         )
     write_series(directory, name, list(times))
     (directory / f"{name}_history.csv").write_text(history_text(np.linspace(0, 12, rows), rng))

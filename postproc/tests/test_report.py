@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from stirpost import cli, curves, maps, summary, surface
+from stirpost import alarms, cli, curves, maps, summary, surface
 from stirpost.run import Run
 from stirpost.table import Column, Table
 
@@ -23,6 +24,7 @@ PICTURES = {
     "plastic_strain_long_section",
     "thermocouples",
     "tool_loads",
+    "wall_loads",
     "energies",
     "history",
 }
@@ -42,6 +44,7 @@ def test_the_report_holds_every_picture_the_figures_and_the_input(plate, tmp_pat
     assert not re.search(r'(src|href)="(?!data:)', page)  # nothing from elsewhere
     assert "&lt;rpm&gt; &amp; more" in page
     assert "pin torque: peak" in page and "N m" in page
+    assert "Phases of pin: means" in page and "<td>travel</td>" in page
 
 
 def test_missing_probes_history_and_series_are_no_error(tmp_path):
@@ -97,17 +100,19 @@ def test_the_section_goes_through_the_hottest_place():
     assert maps.hottest_place(x, np.full_like(x, 293.0)) is None
 
 
-def test_the_section_follows_the_tool_where_the_history_tells_it(plate):
+def test_sections_follow_the_tool_where_the_history_tells_it(plate):
     run = Run(plate)
-    time = np.array([0.0, 12.0])
-    run.history = Table(
-        [
-            Column("time", "s", time),
-            Column("pin_torque", "Nm", time),
-            Column("pin_x", "m", np.array([0.02, 0.08])),
-        ]
-    )
-    assert maps.tool_from_history(run, 6.0) == pytest.approx(0.05)
+    frames = maps.choose_frames(run.frames)
+    clouds = [frame.points() for frame in frames]
+    places, follows = maps.section_places(run, frames, clouds)
+    assert follows == "the axis of pin"
+    assert [place[0] for place in places] == pytest.approx([0.020 + 0.005 * frame.time for frame in frames])
+    assert [place[1] for place in places] == pytest.approx([0.02] * len(frames))
+    scene = maps.build_scene(run, frames)
+    assert [view.title.split("x = ")[1] for view in scene.cross][-1] == "80.0 mm"
+    run.history = None
+    places, follows = maps.section_places(run, frames, clouds)
+    assert follows == "the hottest place" and places[-1][0] == pytest.approx(0.08, abs=4e-3)
 
 
 def test_key_figures(plate):
@@ -116,7 +121,8 @@ def test_key_figures(plate):
     assert rows["particles"] == f"{len(synthetic.lattice(0.002))}"
     assert rows["particle spacing"] == "2 mm"
     assert rows["audit error: largest"].endswith("%")
-    assert rows["pin force z: peak; mean of the last quarter"].count("kN") == 2
+    assert rows["pin force z: peak"].endswith("kN") and "pin power: peak" in rows
+    assert rows["wall zmin force z: peak; at the end"].count("kN") == 2
     assert re.fullmatch(r"587 K \(314 .C\) at \d\.\d\d s", rows["thermocouple T1: peak"])
 
 
@@ -133,8 +139,10 @@ def test_flash_and_groove_are_measured_from_the_first_top_face(tmp_path):
     synthetic.write_frame(directory / "bump_000001.hdf", points, {}, 1.0)
     rows = dict(summary.shape_rows(Run(directory)))
     assert rows == {
-        "highest particle above the first top face": "2.50 mm",
-        "deepest place of the surface below it": "1.50 mm",
+        "flash: highest connected metal above the first top face": "0.00 mm",
+        "flash: connected metal above that face": "0 mm³",
+        "debris, which hangs together with no body": "1 particle in 1 piece, 1 mm³",
+        "deepest place of the surface below that face": "1.50 mm",
     }
 
 
@@ -164,3 +172,110 @@ def test_curves_take_every_group_that_is_there(plate):
     only_time = Table([Column("time", "s", np.arange(3.0)), Column("step", "", np.arange(3.0))])
     assert curves.tool_loads(only_time) is None and curves.energies(only_time) is None
     assert curves.others(only_time) is None
+
+
+def edit_history(directory, change):
+    path = directory / f"{directory.name[:-4]}_history.csv"
+    path.write_text(change(path.read_text()))
+
+
+LEFT = [(0, "one row"), (1, "whole"), (1, "one row"), (2, "no tool"), (0, "not a number"), (0, "two tools"), (0, "none")]
+
+
+@pytest.mark.parametrize("frames, history", LEFT)
+def test_whatever_a_run_has_left(tmp_path, frames, history):
+    """Aborted runs, heat alone, runs without tools or with several: a page of what there is, no traceback."""
+    directory = synthetic.make_run(tmp_path / "rest.out", spacing=0.008, frames=max(frames, 1), rows=30)
+    if frames == 0:
+        for path in directory.glob("*.hdf*"):
+            path.unlink()
+
+    def change(text):
+        lines = text.splitlines()
+        if history == "one row":
+            return "\n".join(lines[:4]) + "\n"
+        if history == "no tool":
+            return "".join(",".join(line.split(",")[:6]) + "\n" for line in lines[2:])
+        if history == "not a number":
+            last = lines[-1].split(",")
+            return "\n".join(lines[:-1] + [",".join([last[0]] + ["NaN"] * (len(last) - 1))]) + "\n"
+        if history == "two tools":
+            head = lines[2].split(",")
+            cut = head.index("pin_torque[Nm]")
+            more = [name.replace("pin_", "second_") for name in head[cut:] if name.startswith("pin_")]
+            rows = [line.split(",") for line in lines[3:]]
+            keep = [k for k in range(cut, len(head)) if head[k].startswith("pin_")]
+            return "\n".join([",".join(head + more)] + [",".join(r + [r[k] for k in keep]) for r in rows]) + "\n"
+        return text
+
+    if history == "none":
+        (directory / "rest_history.csv").unlink()
+    else:
+        edit_history(directory, change)
+    if history == "none":
+        assert cli.main([str(directory)]) == 2
+        return
+    assert cli.main([str(directory)]) == 0
+    page = (directory / "report" / "report.html").read_text()
+    assert "nan" not in re.sub(r"data:[^\"]*", "", page).lower().replace("means", "")
+    assert ("Phases of second" in page) == (history == "two tools")
+    assert ("values that are no numbers" in page) == (history == "not a number")
+
+
+def test_what_to_be_wary_of_stands_on_the_page(tmp_path, capsys):
+    directory = synthetic.make_run(tmp_path / "hot.out", spacing=0.004, frames=2)
+    synthetic.write_summary(directory, melted_share_max=0.02, hottest_over_melting_K=41.0)
+    edit_history(directory, lambda text: text.replace("audit_error[%],", "inertial_stress_over_flow[%],", 1))
+    found = alarms.alarms(Run(directory))
+    assert any("hotter than its melting point" in text and "2 %" in text and "41 K" in text for text in found)
+    assert not any("energy balance" in text for text in found)
+    for path in directory.glob("*.hdf*"):
+        path.unlink()
+    assert cli.main([str(directory)]) == 0
+    assert "melting point" in capsys.readouterr().out
+    assert "melting point" in (directory / "report" / "report.html").read_text()
+
+
+def test_a_run_that_went_well_has_nothing_to_be_wary_of(tmp_path):
+    directory = synthetic.make_run(tmp_path / "well.out", spacing=0.004, frames=2)
+    assert [text.split(":")[0] for text in alarms.alarms(Run(directory))] == ["The run has not ended, or was killed"]
+    synthetic.write_summary(directory)
+    assert alarms.alarms(Run(directory)) == []
+    (directory / "well_broken.h5").touch()
+    assert len(alarms.alarms(Run(directory))) == 1
+
+
+def test_limits_of_inertia_and_balance(tmp_path):
+    text = "&TIME\n  END = 12.0\n  MASS_SCALING = 1e5\n  INERTIAL_FRACTION = 0.1\n/\n&GRID\n  CELL = 1\n/\n"
+    directory = synthetic.make_run(tmp_path / "fast.out", spacing=0.004, frames=2, input_text=text)
+    synthetic.write_summary(directory)
+    run = Run(directory)
+    assert run.setting("TIME", "MASS_SCALING") == 1e5 and run.setting("GRID", "CELL") == 1.0
+    assert run.setting("TIME", "CELL") is None
+    time = np.arange(3.0) * 6.0
+    for inertia, audit, count in ((9.0, 0.5, 0), (11.0, 0.5, 1), (11.0, -3.0, 2)):
+        run.history = Table([
+            Column("time", "s", time),
+            Column("inertial_stress_over_flow", "%", np.array([0.0, inertia, 1.0])),
+            Column("audit_error", "%", np.array([0.0, audit, 0.0])),
+        ])
+        assert len(alarms.alarms(run)) == count
+
+
+def test_without_the_packages_a_script_says_what_to_do(tmp_path):
+    """In a copy without build/venv, by a Python that finds no packages; with one, it goes on there."""
+    root = tmp_path / "a place"
+    shutil.copytree(Path(__file__).parents[1], root / "postproc", ignore=shutil.ignore_patterns("__pycache__", "tests"))
+    scripts = [path for path in sorted((root / "postproc").glob("*.py")) if "stirpost" in path.read_text()]
+    assert len(scripts) >= 5
+    for script in scripts:
+        words = [sys.executable, "-S", str(script), "--help"]
+        done = subprocess.run(words, capture_output=True, text=True, env={})
+        assert done.returncode == 1 and len(done.stderr.strip().splitlines()) == 1, (script, done.stderr)
+        assert script.name in done.stderr and "local.sh" in done.stderr
+    python = root / "build" / "venv" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.write_text('#!/bin/sh\necho chosen "$2"\n')
+    python.chmod(0o755)
+    done = subprocess.run([sys.executable, "-S", str(scripts[0]), "x y"], capture_output=True, text=True, env={})
+    assert done.stdout == "chosen x y\n"

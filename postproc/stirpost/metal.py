@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""The shape of the metal: what hangs together, the flash above the first top face, the groove below it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from . import raster
+from .run import Frame, Run
+
+ROUNDING = 1e-3  # of a particle's edge: frames hold places in single precision
+LEAST = 0.01  # of the particles of its body: a piece with fewer is debris
+
+
+@dataclass
+class Shape:
+    """Lengths [m], volumes [m3]; the flash is what lies above the first top face and hangs together with its body."""
+
+    flash_height: float
+    flash_volume: float
+    debris_pieces: int
+    debris_particles: int
+    debris_volume: float
+    groove: float | None
+
+
+def measure(run: Run, frame: Frame, rigid: set[str]) -> Shape | None:
+    """The shape in a frame against the first one; None if nothing has moved or there is no metal. `rigid` names
+    bodies that are tools."""
+    start = run.frames[0]
+    first, last = metal_points(start, rigid), metal_points(frame, rigid)
+    if not len(first[0]) or not len(last[0]) or same_places(first[0], last[0]):
+        return None
+    reach = run.cell if np.isfinite(run.cell) else 2.0 * run.spacing
+    whole, pieces = hangs_together(*last, max(reach, 1.01 * run.spacing))
+    face = first[0][:, 2].max()
+    volume = spacings(start, run)[last[1]] ** 3
+    points = last[0]
+    edge = volume ** (1.0 / 3.0)
+    above = np.clip((points[:, 2] - face - 0.5 * (run.spacing - edge)) / edge, 0.0, 1.0)  # part of each particle
+    above[above < ROUNDING] = 0.0
+    kept = points[whole]
+    return Shape(
+        flash_height=max(0.0, float(kept[:, 2].max() - face)) if len(kept) else 0.0,
+        flash_volume=float((volume * above)[whole].sum()),
+        debris_pieces=pieces,
+        debris_particles=int((~whole).sum()),
+        debris_volume=float(volume[~whole].sum()),
+        groove=groove_depth(first[0], kept, face, run.spacing) if len(kept) else None,
+    )
+
+
+def metal_points(frame: Frame, rigid: set[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the particles that are no tool, and the numbers of their bodies from 0."""
+    points, body = frame.points(), frame.field("body")
+    body = np.zeros(len(points), dtype=int) if body is None else body.astype(int) - 1
+    keep = np.ones(len(points), dtype=bool)
+    for number, name in enumerate(frame.body_names):
+        if name in rigid:
+            keep &= body != number
+    return points[keep], body[keep]
+
+
+def same_places(one: np.ndarray, other: np.ndarray) -> bool:
+    return one.shape == other.shape and bool(np.array_equal(one, other))
+
+
+def spacings(frame: Frame, run: Run) -> np.ndarray:
+    """Edge of the particles of each body [m]."""
+    given = np.atleast_1d(frame.attributes.get("spacing", np.nan)).astype(float)
+    given = np.where(np.isfinite(given) & (given > 0), given, run.spacing)
+    return np.append(given, np.full(1000, given[-1]))
+
+
+def hangs_together(points: np.ndarray, body: np.ndarray, reach: float) -> tuple[np.ndarray, int]:
+    """Which particles belong to a body, and the number of pieces of debris. Particles nearer than `reach`, a cell of
+    the grid, hold together, since they share nodes."""
+    label = pieces_of(points, reach)
+    sizes = np.bincount(label)
+    own = np.bincount(body)[body]
+    whole = sizes[label] >= np.maximum(2, LEAST * own)
+    if not whole.any():
+        whole = sizes[label] == sizes.max()
+    return whole, len(np.unique(label[~whole]))
+
+
+def pieces_of(points: np.ndarray, reach: float) -> np.ndarray:
+    """Number of the piece of each particle. Particles of one cell of edge reach/sqrt(3) are together in any case."""
+    cell = np.floor((points - points.min(axis=0)) / (reach / np.sqrt(3.0)) * (1.0 - 1e-12)).astype(np.int64)
+    size = cell.max(axis=0) + 1
+    _, first, node = np.unique(
+        (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2], return_index=True, return_inverse=True
+    )
+    node = node.reshape(-1)
+    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
+    one, other = node[pairs[:, 0]], node[pairs[:, 1]]
+    apart = one != other
+    graph = coo_array((np.ones(apart.sum(), dtype=np.int8), (one[apart], other[apart])), shape=(len(first),) * 2)
+    return connected_components(graph, directed=False)[1][node]
+
+
+def groove_depth(first: np.ndarray, last: np.ndarray, face: float, spacing: float) -> float | None:
+    """How far the surface has sunk where it was at the top face [m]. A chink between particles is no groove: a place
+    counts if all within a spacing of it is as low."""
+    low, high = first.min(axis=0) + 2 * spacing, first.max(axis=0) - 2 * spacing
+    if not (high > low)[:2].all():
+        return None
+    heights = []
+    for points in (first, last):
+        index, grid = raster.top_view(points, spacing, low, high)
+        heights.append(raster.highest_nearby(raster.values_on(index, points[:, 2]), round(spacing / grid.pixel)))
+    at_top = np.isfinite(heights[0]) & (heights[0] > face - 0.5 * spacing) & np.isfinite(heights[1])
+    return max(0.0, float(face - heights[1][at_top].min())) if at_top.any() else None
