@@ -23,8 +23,9 @@ module contact_tool
     s_press = 8, &      !! normal impulse [N s]
     s_creep = 9, &      !! normal impulse times tangential speed of the material [N m]
     s_slide = 10, &     !! normal impulse times tangential speed of the tool [N m]
-    s_to_plate = 11     !! friction heat given to the material [J]
-  integer, parameter, public :: n_tool_sums = 11
+    s_to_plate = 11, &  !! friction heat given to the material [J]
+    s_heat = 12         !! friction heat and plastic work of all tools and bodies, set in reports alone [J]
+  integer, parameter, public :: n_tool_sums = 12
 
   !> Mean rigid motion over a step.
   type :: rigid_t
@@ -52,11 +53,13 @@ module contact_tool
     real(rp) :: axes(3, 3) = 0.0_rp        !! local axes now
     real(rp) :: last_position(3) = 0.0_rp, last_axes(3, 3) = 0.0_rp
     real(rp) :: noted_position(3) = 0.0_rp, noted_axes(3, 3) = 0.0_rp   !! by `note_place`
-    real(rp) :: spin = 0.0_rp
+    real(rp) :: spin = 0.0_rp              !! [rad/s]
+    real(rp) :: angle = 0.0_rp             !! turned since t = 0 [rad]
     real(rp) :: sums(n_tool_sums) = 0.0_rp
   contains
     procedure :: move_to
     procedure :: mean_motion
+    procedure :: tilt
     procedure :: carry
     procedure :: distance
     procedure :: clearance
@@ -73,19 +76,29 @@ contains
   pure subroutine move_to(self, t)
     class(tool_t), intent(inout) :: self
     real(rp), intent(in) :: t                   !! [s]
-    real(rp) :: shift(3), angle, c, s
+    real(rp) :: shift(3), c, s
 
     self%last_position = self%position
     self%last_axes = self%axes
-    call self%motion%at(t, shift, self%velocity, angle, self%spin)
+    call self%motion%at(t, shift, self%velocity, self%angle, self%spin)
     self%position = self%start + shift
     self%omega = -self%spin*self%frame(:, 3)    ! clockwise seen from above
-    c = cos(angle)
-    s = -sin(angle)
+    c = cos(self%angle)
+    s = -sin(self%angle)
     self%axes(:, 1) = c*self%frame(:, 1) + s*self%frame(:, 2)
     self%axes(:, 2) = c*self%frame(:, 2) - s*self%frame(:, 1)
     self%axes(:, 3) = self%frame(:, 3)
   end subroutine move_to
+
+  !> Angle of the axis to the vertical, above 0 if the trailing edge (-x) is the lower one [rad].
+  pure real(rp) function tilt(self)
+    class(tool_t), intent(in) :: self
+
+    associate (axis => self%axes(:, 3))
+      tilt = atan2(norm2(axis(1:2)), axis(3))
+      if (axis(1) > 0.0_rp) tilt = -tilt
+    end associate
+  end function tilt
 
   !> Mean motion over the `dt` from `t`.
   pure type(rigid_t) function mean_motion(self, t, dt)

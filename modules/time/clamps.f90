@@ -50,7 +50,7 @@ contains
           if (.not. rule%component(a)) cycle
           value = rule%velocity(a)
           before = g(a, q) - g(4 + a, q)
-          if (sim%fixed(3, i) == 1) then
+          if (sim%fixed(3, i) == 1 .and. g(8, q) > least_mass) then
             impulse = max(g(8, q), least)*(value - g(a, q))
             sim%impulse(a, sim%fixed(2, i)) = sim%impulse(a, sim%fixed(2, i)) + impulse
             sim%sums(e_wall) = sim%sums(e_wall) + impulse*0.5_rp*(before + value)

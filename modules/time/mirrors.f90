@@ -270,13 +270,16 @@ contains
 
   !> Impulse of the walls on this rank's particles in a step: the change of their momentum by the
   !> nodes' dv less that by their own forces. For s = -1 a pair adds -2 (m_b dv_a + dt f_b) with the
-  !> own mass and force of the node behind, a node on the wall -dt f.
+  !> own mass and force of the node behind, a node on the wall -dt f. The momentum of sleepers does not
+  !> change: the rim has force alone, and those beyond it what time_bearing found.
   subroutine book_impulse(sim, dt, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                                !! [s]
     real(rp), intent(in) :: g(8, sim%patch%nn, sim%n_groups)  !! velocity records
+    real(rp) :: mass
     integer :: a, c, i, k
 
+    if (allocated(sim%sleepers%borne)) sim%impulse = sim%impulse + dt*sim%sleepers%borne
     associate (m => sim%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
       sim%impulse = sim%impulse + dt*m%lost(5:7, :)
@@ -284,8 +287,10 @@ contains
         do i = 1, m%n_pairs
           a = m%pair(2, i)
           c = m%pair(3, i)
+          mass = m%own(i, k)
+          if (allocated(sim%rim%behind)) mass = mass - sim%rim%behind(i)
           sim%impulse(:, c) = sim%impulse(:, c) - merge(2.0_rp, 0.0_rp, &
-            sim%scene%constraint(c)%component)*m%own(i, k)*g(5:7, a, k)
+            sim%scene%constraint(c)%component)*mass*g(5:7, a, k)
         end do
       end do
     end associate

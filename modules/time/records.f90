@@ -3,7 +3,7 @@
 module time_records
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
+  use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_heat, s_normal, s_press, s_slide, &
                           s_to_plate, s_torque, s_work
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
   use physics_material, only: material_t
@@ -18,20 +18,21 @@ module time_records
 
   public :: history_columns, history_row, energies, inertial_stress_ratio
 
-  integer, parameter :: n_common = 23, n_per_tool = 9
+  integer, parameter :: n_common = 23, n_per_tool = 14
+  integer, parameter :: wide = 96            !! characters of a column's name
   real(rp), parameter :: least_strength = 1.0e-4_rp   !! flow stress over shear modulus: some hundredths of a cold metal's
 
 contains
 
-  !> Column names with units: the common ones, nine for each tool, three for each wall and clamp,
+  !> Column names with units: the common ones, those of each tool, three for each wall and clamp,
   !> those of the microstructure if a law describes it.
   function history_columns(sim) result(columns)
     type(simulation_t), intent(in) :: sim
-    character(48), allocatable :: columns(:)
+    character(wide), allocatable :: columns(:)
     integer :: k, c
 
     allocate (columns(n_columns(sim)))
-    columns(1:n_common) = [character(48) :: &
+    columns(1:n_common) = [character(wide) :: &
       'time[s]', 'step', 'dt[s]', 'kinetic[J]', 'elastic[J]', &
       'plastic_work[J]', 'tool_work[J]', 'body_work[J]', 'wall_work[J]', 'friction_heat[J]', &
       'contact_loss[J]', 'numerical_loss[J]', 'audit_error[%]', 'film_loss[J]', 'heat_content[J]', &
@@ -50,6 +51,11 @@ contains
         columns(c + 7) = trim(name)//'_interface_velocity[m/s]'
         columns(c + 8) = trim(name)//'_tool_velocity[m/s]'
         columns(c + 9) = trim(name)//'_friction_share[%]'
+        columns(c + 10) = trim(name)//'_x[m]'
+        columns(c + 11) = trim(name)//'_y[m]'
+        columns(c + 12) = trim(name)//'_z[m]'
+        columns(c + 13) = trim(name)//'_angle[rad]'
+        columns(c + 14) = trim(name)//'_tilt[rad]'
       end associate
     end do
     c = n_common + n_per_tool*size(sim%tool)
@@ -57,7 +63,7 @@ contains
       columns(c + 3*k - 2:c + 3*k) = trim(sim%scene%constraint(k)%name)//'_force_'// &
                                      ['x[N]', 'y[N]', 'z[N]']
     end do
-    columns(c + 3*size(sim%scene%constraint) + 1:) = [character(48) :: micro_columns(sim), &
+    columns(c + 3*size(sim%scene%constraint) + 1:) = [character(wide) :: micro_columns(sim), &
                                                       scaling_columns(sim)]
   end function history_columns
 
@@ -153,6 +159,7 @@ contains
     work = sum(tool(s_work, :))
     friction = sum(tool(s_friction, :)) + all(e_friction)
     normal = sum(tool(s_normal, :)) + all(e_contact)
+    tool(s_heat, :) = friction + all(e_plastic)
     given = work + all(e_body) + all(e_wall) + all(e_scaling)
     loss = given - friction - normal - (kinetic - sim%kinetic0) - all(e_stress)
     taken = friction + normal + all(e_plastic) + elastic - sim%elastic0 + kinetic - sim%kinetic0 &
@@ -200,7 +207,8 @@ contains
                          .and. all(abs(sim%scene%material%expansion) <= 0.0_rp)
   end function comes_from_nothing
 
-  !> Means of each tool's force, torque, powers and speeds since the last row.
+  !> Means of each tool's force, torque, powers and speeds since the last row, the share of its friction in
+  !> all heat of friction and plastic work since then (0 where there is none), and its pose now.
   subroutine tool_columns(sim, tool, columns)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: tool(:, :)
@@ -223,7 +231,9 @@ contains
       columns(c + 7) = d(s_creep)*per_press
       columns(c + 8) = d(s_slide)*per_press
       columns(c + 9) = 0.0_rp
-      if (abs(d(s_work)) > 0.0_rp) columns(c + 9) = 100.0_rp*d(s_friction)/d(s_work)
+      if (d(s_heat) > 0.0_rp) columns(c + 9) = 100.0_rp*d(s_friction)/d(s_heat)
+      columns(c + 10:c + 12) = sim%tool(k)%position
+      columns(c + 13:c + 14) = [sim%tool(k)%angle, sim%tool(k)%tilt()]
     end do
     sim%row_sums = tool
   end subroutine tool_columns

@@ -8,6 +8,7 @@ module time_regrid
   use particles_sort, only: keep_none
   use particles_store, only: awake, f_pos, rim
   use time_ahead, only: list_order
+  use time_bearing, only: bear_sleepers
   use time_balance, only: note_balance, rebalance
   use time_clamp_list, only: list_clamps
   use time_mass_scaling, only: adapt_mass
@@ -115,9 +116,10 @@ contains
     call mark_reach(sim, 1, sim%n_awake, near)
     call list_runs(sim, near .or. sim%sleepers%near_any, some_rest, .false.)
     call list_mirrors(sim)
+    call list_clamps(world, sim)
+    call bear_sleepers(world, sim, sleepers_stay)
     call mark_border(sim, is_sorted_anew)
     call list_turns(sim)
-    call list_clamps(world, sim)
     if (sim%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
     call measure_clearances(sim)
     call list_order(sim, is_sorted_anew)

@@ -19,7 +19,7 @@ module time_rim
   implicit none (type, external)
   private
 
-  public :: freeze_rim, damp_rim
+  public :: freeze_rim, damp_rim, rim_inertia
 
 contains
 
@@ -34,12 +34,13 @@ contains
     call clear_nodes(sim, sim%g)
     call clear_volume(sim)
     do b = sim%n_awake + 1, sim%n_mapped
-      call force_to_grid(sim, courant(sim)*sim%scene%method%mass_scaling, sim%particles%body(b), &
+      call force_to_grid(sim, rim_inertia(sim), sim%particles%body(b), &
                          sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), &
                          sim%rec, sim%g(:, :, 1))
     end do
     call list_rim(sim, sim%g(:, :, 1))
     call fold(sim, r_momentum, sim%g(:, :, 1), sim%mirrors%lost, sim%mirrors%own(:, 1))
+    sim%rim%behind = sim%mirrors%own(:, 1)
     call sim%halo%sum(world, 8, sim%patch%nn, sim%g(:, :, 1))
     if (allocated(sim%rim%mass)) deallocate (sim%rim%mass)
     allocate (sim%rim%mass(sim%patch%nn), source=0.0_rp)
@@ -74,6 +75,13 @@ contains
       end do
     end associate
   end subroutine list_rim
+
+  !> Factor on the mass of resting particles.
+  pure real(rp) function rim_inertia(sim)
+    type(simulation_t), intent(in) :: sim
+
+    rim_inertia = courant(sim)*sim%scene%method%mass_scaling
+  end function rim_inertia
 
   !> Way of a pressure wave in a step, in cells; the same for the whole run.
   pure real(rp) function courant(sim)

@@ -65,6 +65,7 @@ module time_state
     real(rp), allocatable :: record(:, :)    !! (8, nodes) mass, momentum 0, force, heat
     real(rp), allocatable :: volume(:, :)    !! (2 bodies, nodes)
     real(rp), allocatable :: mass(:)         !! (nn) of all ranks
+    real(rp), allocatable :: behind(:)       !! (pairs of mirrors) own mass behind the walls
   end type rim_t
 
   !> Thermocouples that ride in the material.
@@ -85,6 +86,7 @@ module time_state
                                                                    !! the rim, of all at rest
     type(box_t) :: cubes                        !! cubes that were asked, numbered from 0
     integer, allocatable :: rest(:, :, :)       !! of the particles in each of them
+    real(rp), allocatable :: borne(:, :)        !! (3, constraints) force on those beyond the rim [N]
   end type sleepers_t
 
   !> Time and what decides the next step; equal on all ranks, stored in checkpoints.

@@ -304,3 +304,14 @@ def test_walls_that_cannot_hold_a_temperature(run, tmp_path, old):
     done = run("bad.nml", "--quiet", expect=driver.BAD_INPUT)
     print(done.err)
     assert message in done.err
+
+
+def test_clamp_in_empty_space_feels_nothing(run, tmp_path):
+    """Exact: a clamp that moves beside a plate under a tool, at nodes without metal whose inertia is scaled,
+    has no force."""
+    text = (driver.INPUTS / "stir.nml").read_text()
+    clamp = "&CLAMP LOWER = 55e-3, -8e-3, 0, UPPER = 57e-3, 48e-3, 28e-3, VELOCITY = 0, 0, 1 /\n"
+    (tmp_path / "stir.nml").write_text(text + clamp)
+    history = run(tmp_path / "stir.nml", "--quiet", sets={"TIME.END": "4e-3"}).results("stir").history()
+    assert len(history.rows) > 1
+    assert np.abs(history["clamp1_force_z[N]"]).max() == 0.0
