@@ -117,3 +117,21 @@ def test_heat_alone_continues_bitwise(run, tmp_path, method, solver, ranks):
     assert tables_of(part) == tables_of(whole)
     frames = [driver.read_frame(r.path("_000001.hdf"))[0]["temperature"] for r in (whole, part)]
     assert np.array_equal(*frames)
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_safety_checkpoints_change_nothing(run, tmp_path, ranks):
+    """Exact: stir.nml with checkpoints by the clock every 3 ms, at other moments in every run, and with none: the same
+    rows and the same final state."""
+    found = []
+    for name, interval in (("none", 0), ("many", 3e-3), ("some", 0.04)):
+        (tmp_path / name).mkdir()
+        sets = {"TIME.END": 0.05, "OUTPUT.SAFETY_INTERVAL": interval}
+        results = run("stir", "--quiet", sets=sets, ranks=ranks, directory=tmp_path / name).results("stir")
+        assert results.path("_checkpoint_previous.h5").exists() or interval == 0
+        found.append((tables_of(results), results.checkpoint().all))
+    for tables, state in found[1:]:
+        assert tables == found[0][0]
+        for name, values in found[0][1].items():
+            if np.asarray(values).dtype.kind in "iuf":
+                assert np.array_equal(values, state[name]), name
