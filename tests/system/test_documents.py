@@ -62,8 +62,12 @@ def test_files_exist(path):
     assert not missing
 
 
-def output_of(words, **more):
-    done = subprocess.run(words, cwd=driver.ROOT, env=driver.ENVIRONMENT, capture_output=True, text=True, timeout=120, **more)
+# Those of a shell in which nobody activated build/venv.
+PLAIN = dict(driver.ENVIRONMENT, PATH="/usr/local/bin:/usr/bin:/bin")
+
+
+def output_of(words):
+    done = subprocess.run(words, cwd=driver.ROOT, env=PLAIN, capture_output=True, text=True, timeout=120)
     return done.returncode, done.stdout + done.stderr
 
 
@@ -89,7 +93,7 @@ def check_program(words, directory):
     assert not list(directory.glob("*.out")) or "--material" in words
 
 
-def check_script(script, words):
+def check_script(script, words, python=sys.executable):
     """Options of a script are those of its --help; names of tests and rows those of --help or --list."""
     path = driver.ROOT / script
     assert path.is_file()
@@ -97,10 +101,10 @@ def check_script(script, words):
     if "bash" in known.splitlines()[0]:
         assert output_of(["bash", "-n", script])[0] == 0
     else:
-        status, known = output_of([sys.executable, script, "--help"])
+        status, known = output_of([python, script, "--help"])
         assert status == 0, known
         if "--list" in known:
-            known += output_of([sys.executable, script, "--list"])[1]
+            known += output_of([python, script, "--list"])[1]
     for word in words:
         if word.startswith("-") or re.fullmatch(r"[a-z_]+", word):
             assert word in known, f"{script} does not know {word}"
@@ -125,7 +129,9 @@ def test_command(document, command, tmp_path):
         check_program(words[1:], tmp_path)
     elif words[0] == "cmake":
         check_cmake(words[1:])
-    elif words[0] in ("bash", "sbatch", "python3", "build/venv/bin/python"):
+    elif words[0] == "python3":
+        check_script(words[1], words[2:], python="python3")
+    elif words[0] in ("bash", "sbatch", "build/venv/bin/python"):
         check_script(words[1], words[2:])
     elif words[0].startswith("build/release/"):
         assert (driver.pathlib.Path(driver.EXECUTABLE).parent / words[0][len("build/release/"):]).exists()
