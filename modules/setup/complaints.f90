@@ -2,20 +2,26 @@
 !> Everything that is wrong with an input, collected so that it is reported at once,
 !> and the wording of what is wrong with a value.
 module setup_complaints
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use base_text, only: edit_distance, lower, str
-  use setup_keys_table, only: is_within, items_t, key_row_t, key_table_t, split_values, &
+  use setup_keys_table, only: is_within, items_t, key_row_t, key_table_t, letters, split_values, &
     split_words, to_integer, to_logical, to_real, to_text
   implicit none (type, external)
   private
 
   public :: complaints_t
-  public :: check_value, describe_allowed, excerpt, unknown_group, unknown_key
+  public :: can_name_results, check_value, describe_allowed, excerpt, unknown_group, unknown_key
+
+  integer, parameter :: longest_name = 32, longest_file_name = 128, longest_text = 4000
+  character(*), parameter :: never_in_names = ',;/\"'''
+
+  !> More complaints are counted, not kept.
+  integer, parameter :: most_complaints = 500
 
   type :: complaint_t
-    character(512) :: file = ''       !! file name, or the option as the user wrote it
-    integer :: line = 0               !! 0: no line of a file
-    character(768) :: message = ''
+    character(:), allocatable :: file      !! file name, or the option as the user wrote it
+    integer :: line = 0                    !! 0: no line of a file
+    character(:), allocatable :: message
     logical :: is_warning = .false.
   end type complaint_t
 
@@ -24,7 +30,8 @@ module setup_complaints
   type :: complaints_t
     private
     type(complaint_t), allocatable :: list(:)
-    character(1024), allocatable :: sets(:)    !! the overrides: line -k means the k-th
+    integer :: n_more = 0                      !! errors that are not in the list
+    character(:), allocatable :: sets(:)       !! the overrides: line -k means the k-th
   contains
     procedure :: note_overrides
     procedure :: add
@@ -41,8 +48,7 @@ contains
     character(*), intent(in) :: sets(:)
 
     if (allocated(self%sets)) deallocate (self%sets)
-    allocate (self%sets(size(sets)))
-    self%sets = sets
+    allocate (self%sets, source=sets)
   end subroutine note_overrides
 
   !> File a complaint; the same words about the same line are kept once.
@@ -53,22 +59,33 @@ contains
     character(*), intent(in) :: message
     logical, intent(in), optional :: is_warning   !! true: the run goes on
     type(complaint_t) :: new
+    type(complaint_t), allocatable :: longer(:)
     integer :: k
 
-    new = complaint_t(file, max(line, 0), message)
+    new%file = trim(file)
+    new%line = max(line, 0)
+    new%message = trim(message)
     if (present(is_warning)) new%is_warning = is_warning
-    if (line < 0 .and. allocated(self%sets)) new%file = '--set '//trim(self%sets(-line))
+    if (line < 0 .and. allocated(self%sets)) new%file = '--set '//shortened(trim(self%sets(-line)), 200)
     if (.not. allocated(self%list)) allocate (self%list(0))
     do k = 1, size(self%list)
       if (self%list(k)%line == new%line .and. self%list(k)%file == new%file &
           .and. self%list(k)%message == new%message) return
     end do
+    if (size(self%list) == most_complaints) then
+      if (.not. new%is_warning) self%n_more = self%n_more + 1
+      return
+    end if
     k = size(self%list)
     do while (k > 0)
       if (rank_of(self%list(k)) <= rank_of(new)) exit
       k = k - 1
     end do
-    self%list = [self%list(:k), new, self%list(k + 1:)]
+    allocate (longer(size(self%list) + 1))
+    longer(:k) = self%list(:k)
+    longer(k + 1) = new
+    longer(k + 2:) = self%list(k + 1:)
+    call move_alloc(longer, self%list)
   end subroutine add
 
   !> Place in the sorted list.
@@ -83,7 +100,7 @@ contains
     class(complaints_t), intent(in) :: self
 
     count_complaints = 0
-    if (allocated(self%list)) count_complaints = count(.not. self%list%is_warning)
+    if (allocated(self%list)) count_complaints = count(.not. self%list%is_warning) + self%n_more
   end function count_complaints
 
   !> The `k`-th complaint in the order of the lines: `file:line: error: message`, or `warning:`.
@@ -111,6 +128,8 @@ contains
     do k = 1, size(self%list)
       if (self%list(k)%is_warning .eqv. wanted) write (unit, '(a)') self%text(k)
     end do
+    if (self%n_more > 0 .and. .not. wanted) write (unit, '(a)') &
+      self%list(1)%file//': error: and '//str(self%n_more)//' more'
   end subroutine print_complaints
 
   !> `text` cut to what fits in a message.
@@ -122,8 +141,22 @@ contains
     if (len(r) > 0) then
       if (r(len(r):) == achar(13)) r = trim(r(:len(r) - 1))
     end if
-    if (len(r) > 60) r = r(:57)//'...'
+    r = shortened(r, 60)
   end function excerpt
+
+  !> `text`, cut if it is longer than `most`; ? for what cannot be printed.
+  pure function shortened(text, most) result(r)
+    character(*), intent(in) :: text
+    integer, intent(in) :: most
+    character(:), allocatable :: r
+    integer :: i
+
+    r = text
+    if (len(text) > most) r = text(:most - 3)//'...'
+    do i = 1, len(r)
+      if (has_controls(r(i:i))) r(i:i) = '?'
+    end do
+  end function shortened
 
   !> `did you mean X?` if at most two letters of a name differ from `word`; else empty.
   pure function suggestion(word, names) result(r)
@@ -133,6 +166,7 @@ contains
 
     r = ''
     best = min(3, len_trim(word))
+    if (len_trim(word) > longest_name) return
     do k = 1, size(names)
       distance = edit_distance(trim(word), trim(names(k)))
       if (distance >= best) cycle
@@ -184,7 +218,15 @@ contains
       end do
       r = trim(adjustl(r))
     case ('text')
-      if (row%allowed /= '') r = 'only the characters '//trim(row%allowed)
+      select case (row%allowed)
+      case ('')
+      case ('name')
+        r = 'at most '//str(longest_name)//' characters, none of '//never_in_names
+      case ('file name')
+        r = 'at most '//str(longest_file_name)//' letters, digits, - _ and ., not first a . or -'
+      case default
+        r = 'only the characters '//trim(row%allowed)
+      end select
     case ('real', 'integer')
       if (row%allowed == '') return
       comma = index(row%allowed, ',')
@@ -206,12 +248,13 @@ contains
     character(*), intent(in) :: text
     character(:), allocatable :: r
     type(items_t) :: items
-    integer :: k, n
+    integer :: k
+    integer(i8) :: n
 
     call split_values(text, items)
     r = trim(items%problem)
     if (r /= '') return
-    n = sum(items%repeat)
+    n = sum(int(items%repeat, i8))
     if (first > 0 .and. n + first - 1 > abs(row%n)) then
       r = 'the key has only '//str(abs(row%n))//trim(merge(' value ', ' values', abs(row%n) == 1))
     else if (n > abs(row%n) .or. (first == 0 .and. n < row%n)) then
@@ -258,6 +301,8 @@ contains
       if (.not. is_within(x, row%allowed)) then
         r = 'must be '//describe_allowed(row)
         if (row%unit /= '') r = r//' ['//trim(row%unit)//']'
+      else if (row%kind == 'real') then
+        r = check_size(row, x)
       end if
     end if
   end function check_item
@@ -279,10 +324,83 @@ contains
       if (near /= '') r = r//'; '//near
     else if (text == '' .and. row%is_required .and. row%condition == '') then
       r = 'must not be empty'
+    else if (has_controls(text)) then
+      r = 'has a character that cannot be printed'
+    else if (row%allowed == 'name') then
+      if (len(text) > longest_name .or. scan(text, never_in_names) > 0) r = 'must be '//describe_allowed(row)
+    else if (row%allowed == 'file name') then
+      if (.not. is_file_name(text)) r = 'must be '//describe_allowed(row)
+    else if (len(text) > longest_text) then
+      r = 'has '//str(len(text))//' characters; at most '//str(longest_text)//' are possible'
     else if (row%allowed /= '' .and. verify(text, trim(row%allowed)) > 0) then
       r = describe_allowed(row)//' may be used'
     end if
   end function check_text
+
+  !> Whether a text has characters that mean something to a terminal or end a line.
+  pure logical function has_controls(text)
+    character(*), intent(in) :: text
+    integer :: i
+
+    has_controls = .false.
+    do i = 1, len(text)
+      has_controls = has_controls .or. iachar(text(i:i)) < 32 .or. iachar(text(i:i)) == 127
+    end do
+  end function has_controls
+
+  !> Whether a text can be the beginning of the names of files.
+  pure logical function is_file_name(text)
+    character(*), intent(in) :: text
+
+    is_file_name = len(text) > 0 .and. len(text) <= longest_file_name
+    if (is_file_name) is_file_name = verify(text, letters//'0123456789._-') == 0 .and. scan(text(1:1), '.-') == 0
+  end function is_file_name
+
+  !> Whether the name of an input file can be that of its results: files, and columns of tables.
+  pure logical function can_name_results(stem)
+    character(*), intent(in) :: stem
+
+    can_name_results = len(stem) > 0 .and. len(stem) <= longest_file_name .and. .not. has_controls(stem) &
+                       .and. scan(stem, never_in_names) == 0 .and. index(stem, '.') /= 1
+  end function can_name_results
+
+  !> What is wrong with a number that no scene has, though its key sets no limit; empty if nothing is.
+  pure function check_size(row, x) result(r)
+    type(key_row_t), intent(in) :: row
+    real(rp), intent(in) :: x
+    character(:), allocatable :: r
+    real(rp) :: least, most
+
+    r = ''
+    least = 1.0e-30_rp
+    select case (row%unit)
+    case ('m')
+      most = 1.0e4_rp
+      least = 1.0e-12_rp
+    case ('m/s')
+      most = 1.0e5_rp
+    case ('K')
+      most = 1.0e5_rp
+      least = 1.0e-6_rp
+    case ('kg/m3')
+      most = 1.0e6_rp
+      least = 1.0e-6_rp
+    case ('s', 'm/s2', 'rad/s', 'J/mol')
+      most = 1.0e9_rp
+    case ('1/min')
+      most = 1.0e7_rp
+    case ('Pa', 'N', 'W', '1/s', 'W/(m2 K)')
+      most = 1.0e15_rp
+    case default
+      most = 1.0e30_rp
+    end select
+    if (abs(x) > most) then
+      r = 'is beyond all measure: at most '//str(most)
+    else if (row%allowed(1:2) == '(0' .and. x < least) then
+      r = 'is beyond all measure: at least '//str(least)
+    end if
+    if (r /= '' .and. row%unit /= '') r = r//' ['//trim(row%unit)//']'
+  end function check_size
 
   !> Wording for a group that is not in the table.
   pure function unknown_group(table, name) result(r)

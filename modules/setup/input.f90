@@ -21,6 +21,7 @@ module setup_input
   contains
     procedure :: count => count_groups
     procedure :: is_whole
+    procedure :: is_short
     procedure :: given => is_given
     procedure :: real => one_real
     procedure :: reals => some_reals
@@ -124,6 +125,13 @@ contains
       if (self%table%groups(g)%is_required) is_whole = is_whole .and. self%count(self%table%groups(g)%name) > 0
     end do
   end function is_whole
+
+  !> Whether there are so few groups that a scene of them is soon built, to see what else is wrong.
+  pure logical function is_short(self)
+    class(input_t), intent(in) :: self
+
+    is_short = size(self%written%groups) <= 500
+  end function is_short
 
   !> True if the key was written in the file or set by an override.
   logical function is_given(self, group, i, key)

@@ -52,7 +52,7 @@ contains
 
     call t%group('RUN', 'once', 'Names of the run.')
     call t%key('TITLE', 'text', 1, '', '', '', 'one line about the run, kept in every output')
-    call t%key('NAME', 'text', 1, '', '', '', &
+    call t%key('NAME', 'text', 1, '', '', 'file name', &
       'stem of the output files; not given: stem of the input file')
 
     call t%group('GRID', 'once required', 'Background grid: a box of cubic cells.')
@@ -122,7 +122,7 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('MATERIAL', 'repeat required', 'A material; bodies refer to its NAME.')
-    call t%key('NAME', 'text', 1, '', 'required', '', 'name of the material')
+    call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the material')
     call t%key('DENSITY', 'real', 1, 'kg/m3', 'required', '(0,inf)', 'mass density')
     call t%key('YOUNGS_MODULUS', 'real', 1, 'Pa', 'required', '(0,inf)', 'elastic modulus')
     call t%key('POISSON_RATIO', 'real', 1, '', 'required', '(-1,0.5)', &
@@ -159,7 +159,7 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('BODY', 'repeat required', 'A deformable body; &SHAPE groups give its geometry.')
-    call t%key('NAME', 'text', 1, '', 'required', '', 'name of the body')
+    call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the body')
     call t%key('MATERIAL', 'text', 1, '', 'required', '', 'NAME of its &MATERIAL')
     call t%key('PARTICLES_PER_CELL', 'integer', -3, '', '2', '[1,8]', &
       'particles per cell and direction: one number, or one for each axis')
@@ -208,7 +208,7 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('TOOL', 'repeat', 'A rigid tool that touches the bodies.')
-    call t%key('NAME', 'text', 1, '', 'tool', '', 'name of the tool')
+    call t%key('NAME', 'text', 1, '', 'tool', 'name', 'name of the tool')
     call t%key('KIND', 'choice', 1, '', 'shoulder', 'shoulder plane sphere box', 'geometry')
     call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = shoulder or sphere', '(0,inf)', &
       'radius of the shoulder or sphere')
@@ -360,7 +360,7 @@ contains
     call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
       'of implicit steps; auto: fftw for heat alone in a box of constant properties, and where '// &
       'there are more than 50000 cells of one material, else cg; beside mechanics cg or petsc')
-    call t%key('TOLERANCE', 'real', 1, 'K', '2', '(0,inf)', &
+    call t%key('TOLERANCE', 'real', 1, 'K', '2', '[1e-6,1e4]', &
       'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
       'node; at the rim of a moving source it is some hundred times that of the temperatures')
     call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: by TOLERANCE')
@@ -425,7 +425,7 @@ contains
       'wall-clock time between two checkpoints against a breakdown; 0: none')
 
     call t%group('PROBE', 'repeat', 'A point of observation with a history of its own.')
-    call t%key('NAME', 'text', 1, '', 'required', '', 'name of the probe')
+    call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the probe')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', 'place of the probe at t = 0')
   end subroutine add_output
 

@@ -34,7 +34,7 @@ module setup_keys_table
     character(256) :: default = ''      !! as text
     logical :: is_required = .false.    !! where it is of use
     character(96) :: condition = ''     !! 'KEY = a or b': of use only there; empty: always
-    character(96) :: allowed = ''       !! interval, names of a choice, characters of a text
+    character(96) :: allowed = ''       !! interval, names of a choice, characters of a text, 'name', 'file name'
     character(240) :: about = ''
     logical :: may_change = .false.     !! in a restart
   end type key_row_t
@@ -266,23 +266,26 @@ contains
     character(:), allocatable, intent(out) :: text
     logical, intent(out) :: ok
     character :: quote
-    integer :: i
+    integer :: i, n
 
     text = ''
     ok = len(item) >= 2
     if (.not. ok) return
     quote = item(1:1)
     ok = (quote == "'" .or. quote == '"') .and. item(len(item):) == quote
+    text = item
+    n = 0
     i = 2
     do while (ok .and. i < len(item))
-      text = text//item(i:i)
+      n = n + 1
+      text(n:n) = item(i:i)
       if (item(i:i) == quote) then
         i = i + 1
         ok = i < len(item) .and. item(i:i) == quote
       end if
       i = i + 1
     end do
-    text = trim(text)
+    text = trim(text(:n))
   end subroutine to_text
 
   !> Divide a value text at commas and blanks, take repeat counts (`3*0.0`) off.
@@ -407,14 +410,19 @@ contains
   pure function quoted(text) result(r)
     character(*), intent(in) :: text
     character(:), allocatable :: r
-    integer :: i
+    integer :: i, n
 
-    r = "'"
+    allocate (character(2*len(text) + 2) :: r)
+    n = 1
+    r(1:1) = "'"
     do i = 1, len(text)
-      r = r//text(i:i)
-      if (text(i:i) == "'") r = r//"'"
+      n = n + 1
+      r(n:n) = text(i:i)
+      if (text(i:i) /= "'") cycle
+      n = n + 1
+      r(n:n) = "'"
     end do
-    r = r//"'"
+    r = r(:n)//"'"
   end function quoted
 
 end module setup_keys_table

@@ -63,7 +63,8 @@ contains
       call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
     end if
     if (.not. error%is_set()) then
-      if (input%is_whole()) call build_scene(input, sim, complaints)
+      if (input%is_whole() .and. (complaints%count() == 0 .or. input%is_short())) &
+        call build_scene(input, sim, complaints)
     end if
     if (complaints%count() == 0 .and. command%restart /= '') then
       call compare_scenes(old, input, notes%time, complaints)

@@ -2,7 +2,7 @@
 !> Reads the input of a run: namelist groups and `--set` overrides, checked against the table of keys.
 module setup_reading
   use base_text, only: str
-  use setup_complaints, only: check_value, complaints_t, excerpt, unknown_group, unknown_key
+  use setup_complaints, only: can_name_results, check_value, complaints_t, excerpt, unknown_group, unknown_key
   use setup_input, only: input_t
   use setup_key_rows, only: key_table
   use setup_keys_table, only: key_row_t, quoted, split_override, split_words
@@ -59,6 +59,8 @@ contains
     do k = 1, size(sets)
       call apply_override(input, sets(k), k, complaints)
     end do
+    if (.not. input%given('RUN', 1, 'NAME') .and. .not. can_name_results(stem)) call complaints%add(file, 0, &
+      'the name of this file cannot be that of the results: give &RUN NAME')
     call check_groups(input, complaints)
     call check_assignments(input, complaints)
     call check_presence(input, complaints, present(resumed))
@@ -148,7 +150,7 @@ contains
     integer :: g, i, row, twin
 
     do i = 1, size(input%written%assignments)
-      associate (one => input%written%assignments(i), before => input%written%assignments(:i - 1))
+      associate (one => input%written%assignments(i))
         g = input%table%find_group(input%written%groups(one%group)%name)
         if (g == 0 .or. one%key == '') cycle
         row = input%table%find_key(g, one%key)
@@ -157,10 +159,9 @@ contains
           cycle
         end if
         label = '&'//trim(input%table%groups(g)%name)//' '//trim(one%key)
-        twin = findloc(before%group == one%group .and. before%key == one%key .and. one%line > 0 &
-                 .and. (before%index == one%index .or. before%index*one%index == 0), .true., dim=1)
+        twin = twin_of(input%written%assignments, input%written%groups(one%group)%first, i)
         if (twin > 0) call complaints%add(input%file, one%line, label// &
-          ' is given twice (first on line '//str(before(twin)%line)//')')
+          ' is given twice (first on line '//str(input%written%assignments(twin)%line)//')')
         if (one%is_broken) cycle
         value = input%written%value(i)
         message = check_value(input%table%keys(row), one%index, value)
@@ -171,6 +172,21 @@ contains
       end associate
     end do
   end subroutine check_assignments
+
+  !> The assignment from number `first` on, those of its group, that gave the same as number `i` of the file
+  !> before; 0 if there is none.
+  pure integer function twin_of(list, first, i)
+    type(assignment_t), intent(in) :: list(:)
+    integer, intent(in) :: first, i
+
+    if (list(i)%line > 0) then
+      do twin_of = first, i - 1
+        if (list(twin_of)%key == list(i)%key .and. (list(twin_of)%index == list(i)%index &
+            .or. list(twin_of)%index*list(i)%index == 0)) return
+      end do
+    end if
+    twin_of = 0
+  end function twin_of
 
   !> Keys that are missing or of no use, and vectors of which only some components are written.
   subroutine check_presence(input, complaints, is_resumed)

@@ -46,7 +46,7 @@ module setup_scan
   end type places_t
 
   !> More are no input that somebody wrote; what follows takes time that grows with their square.
-  integer, parameter :: most_groups = 20000, most_in_group = 10000, most_bytes = 32*1024**2
+  integer, parameter :: most_groups = 5000, most_in_group = 10000, most_bytes = 32*1024**2
 
   !> A scanned file.
   type :: scan_t

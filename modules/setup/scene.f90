@@ -9,6 +9,7 @@ module setup_scene
   use setup_contacts, only: read_contacts
   use setup_fields, only: read_fields
   use setup_heat_scene, only: check_heat_scene
+  use setup_heat_sense, only: check_heat_sense
   use setup_input, only: input_t
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_materials, only: read_materials
@@ -58,6 +59,7 @@ contains
     call read_sleeping(input, sim, complaints)
     call read_probes(input, sim%scene, sim%probes, complaints)
     call check_heat_scene(input, sim%scene, complaints)
+    call check_heat_sense(input, complaints)
   end subroutine build_scene
 
   subroutine read_general(input, scene, complaints)
@@ -100,12 +102,40 @@ contains
       o%name = input%text('RUN', 1, 'NAME')
       o%frame_interval = input%real('OUTPUT', 1, 'FRAME_INTERVAL')
       o%history_interval = input%real('OUTPUT', 1, 'HISTORY_INTERVAL')
+      call check_intervals(input, scene, complaints)
       if (o%history_interval <= 0.0_rp) o%history_interval = scene%end_time/500.0_rp
       o%checkpoint_interval = input%real('OUTPUT', 1, 'CHECKPOINT_INTERVAL')
       o%progress_interval = input%real('OUTPUT', 1, 'PROGRESS_INTERVAL')
       o%safety_interval = input%real('OUTPUT', 1, 'SAFETY_INTERVAL')
     end associate
   end subroutine read_general
+
+  !> Steps and intervals that the run would never see the end of.
+  subroutine check_intervals(input, scene, complaints)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(complaints_t), intent(inout) :: complaints
+    real(rp), parameter :: most_steps = 1.0e12_rp, most_rows = 1.0e7_rp
+    character(20), parameter :: interval(3) = [character(20) :: 'FRAME_INTERVAL', 'HISTORY_INTERVAL', &
+                                               'CHECKPOINT_INTERVAL']
+    integer :: k
+
+    call judge('TIME', 'DT', most_steps, 'steps')
+    if (scene%method%conducts) call judge('HEAT', 'STEP', most_steps, 'steps')
+    do k = 1, size(interval)
+      call judge('OUTPUT', trim(interval(k)), most_rows, 'times to write')
+    end do
+  contains
+    subroutine judge(group, key, most, what)
+      character(*), intent(in) :: group, key, what
+      real(rp), intent(in) :: most
+      real(rp) :: interval
+
+      interval = input%real(group, 1, key)
+      if (interval > 0.0_rp .and. scene%end_time > most*interval) call input%complain(complaints, group, 1, key, &
+        'makes '//str(scene%end_time/interval)//' '//what//' until &TIME END; at most '//str(most)//' are possible')
+    end subroutine judge
+  end subroutine check_intervals
 
   !> The shape functions of the input, or those that suit the scene: in contact with tools B-splines
   !> depend least on where the grid lies, elsewhere uGIMP is as good or better (docs/accuracy.md).
