@@ -40,7 +40,7 @@ def melting(run: Run) -> list[str]:
         return []
     parts = [f"up to {100 * share:.3g} % of it at once"] if share > 0 else []
     parts += [f"the hottest place by {over:.0f} K"] if over > 0 else []
-    return [f"Metal was hotter than its melting point: {', '.join(parts)}. The flow laws say nothing of melt."]
+    return [f"Metal was hotter than its melting point: {', '.join(parts)}. Melt has no strength and no latent heat here."]
 
 
 def inertia(run: Run) -> list[str]:
