@@ -50,7 +50,7 @@ contains
 
     if (command%restart /= '') call read_checkpoint_notes(world, command%restart, notes, error)
     if (error%is_set()) then
-      call complaints%add(command%restart, 0, error%message)
+      call complaints%add('stirpoint', 0, error%message)
     else if (command%restart /= '') then
       call read_input_text(command%restart, notes%scene, no_sets, old, strange, resumed=.true.)
     end if
