@@ -100,7 +100,7 @@ contains
       if (goes_on) then
         mine = pack(all, [(number_of_frame(trim(all(k)), name) >= frames, k=1, size(all))])
         if (size(mine) > 0) note = 'note: '//str(size(mine))// &
-          ' frame(s) later than the checkpoint deleted: they are computed anew'
+          ' frame(s) behind the checkpoint deleted'
         call delete(place, mine)
         mine = other_future(place//name//'_checkpoint.h5', restart)
         if (size(mine) > 0) call set_aside(directory, name, mine, note, error)

@@ -111,7 +111,8 @@ contains
     next_event = min(self%next_row, self%next_frame)
   end function next_event
 
-  !> Write what is due at the present time, rows before a checkpoint, which counts them; `last` writes all.
+  !> Write what is due at the present time, rows before a checkpoint, which counts them. What is `last`
+  !> leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they were not due.
   subroutine due(self, world, scene, run, last, is_safety_due, error)
     class(heat_writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -123,9 +124,8 @@ contains
     logical :: wanted
 
     now = run%time*(1.0_rp + 1.0e-12_rp)
-    if ((last .or. now >= self%next_row) .and. run%row_time < run%time) &
-      call row(self, world, scene, run)
-    if (last .or. now >= self%next_frame) call frame(world, scene, run, error)
+    if (now >= self%next_row .and. run%row_time < run%time) call row(self, world, scene, run)
+    if (now >= self%next_frame) call frame(world, scene, run, error)
     wanted = (last .or. is_safety_due .or. now >= self%next_checkpoint) .and. &
              self%saved_step < run%march%steps
     if (wanted) then
@@ -135,6 +135,9 @@ contains
       self%secured = wall_time()
     end if
     call set_times(self, scene%output, run%time)
+    if (.not. last) return
+    if (run%row_time < run%time) call row(self, world, scene, run)
+    call frame(world, scene, run, error)
   end subroutine due
 
   !> One row of the history and of the probes.

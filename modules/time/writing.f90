@@ -113,7 +113,8 @@ contains
     end do
   end function probe_columns
 
-  !> Write what is due at the present time, rows before a checkpoint, which counts them; `last` writes all.
+  !> Write what is due at the present time, rows before a checkpoint, which counts them. What is `last`
+  !> leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they were not due.
   subroutine due(self, world, sim, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -125,11 +126,11 @@ contains
 
     now = sim%clock%time*(1.0_rp + 1.0e-12_rp)
     associate (clock => sim%clock, output => sim%scene%output)
-      if (last .or. now >= clock%next_history) then
+      if (now >= clock%next_history) then
         call self%row(world, sim)
         clock%next_history = next_time(output%history_interval, clock%time)
       end if
-      if (last .or. now >= clock%next_frame) then
+      if (now >= clock%next_frame) then
         call self%frame(world, sim, error)
         clock%next_frame = next_time(output%frame_interval, clock%time)
       end if
@@ -147,6 +148,9 @@ contains
         sim%secured = wall_time()
       end if
     end associate
+    if (.not. last) return
+    call self%row(world, sim)
+    call self%frame(world, sim, error)
   end subroutine due
 
   !> First multiple of the interval behind `time`; never, without an interval.

@@ -329,7 +329,7 @@ def test_any_number_of_ranks(run, tmp_path, name, sets, ranks):
 def test_restart(run, tmp_path):
     """Exact: a run stopped in contact after 60 steps and continued gives the state of one in one go,
     bit for bit, rigid body and heat included."""
-    path = spoiled(tmp_path, "press", ("POISSON_RATIO = 0.3", "POISSON_RATIO = 0.3, CONDUCTIVITY = 1e4"),
+    path = spoiled(tmp_path, "press", ("POISSON_RATIO = 0.3", "POISSON_RATIO = 0.3, SPECIFIC_HEAT = 386, CONDUCTIVITY = 1e4"),
                    ("&WALL", "&HEAT /\n&WALL"))
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     for place in (whole, parts):

@@ -93,7 +93,7 @@ def test_surplus_frames(run, tmp_path):
     run("stir", "--quiet", "--restart", results.path("_checkpoint.h5"), sets=sets | {"TIME.END": 6e-3})
     assert len(results.series()["files"]) == len(list(results.directory.glob("stir_0*.hdf"))) == 7
     done = run("stir", "--quiet", "--restart", saved, sets=sets | {"TIME.END": 3e-3})
-    assert "4 frame(s) later than the checkpoint deleted" in done.out
+    assert "4 frame(s) behind the checkpoint deleted" in done.out
     assert len(results.series()["files"]) == len(list(results.directory.glob("stir_0*.hdf"))) == 4
     assert files(results.directory / "previous_1") == ["stir_checkpoint.h5", "stir_run.txt"]
     assert results.checkpoint().time == pytest.approx(3e-3)

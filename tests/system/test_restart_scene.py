@@ -191,6 +191,24 @@ def test_extended_run(run, tmp_path):
         assert whole.path(table).read_text() == part.path(table).read_text(), table
 
 
+def test_stopped_between_rows_and_extended(run, tmp_path):
+    """Exact: a run ended by MAX_STEPS where no row and no frame is due, then extended: state, tables and frames
+    are those of the run in one go."""
+    sets = {"TIME.MASS_SCALING": 1e6, "OUTPUT.FRAME_INTERVAL": 3e-3, "OUTPUT.HISTORY_INTERVAL": 3e-3, "TIME.END": 8e-3}
+    places = [tmp_path / name for name in ("whole", "part")]
+    for place in places:
+        place.mkdir()
+    whole = run("stir", "--quiet", directory=places[0], sets=sets).results("stir")
+    part = run("stir", "--quiet", directory=places[1], sets=sets | {"TIME.MAX_STEPS": 10}).results("stir")
+    assert part.history()["step"][-1] == 10 and 10 not in whole.history()["step"]
+    run("stir", "--quiet", "--restart", part.path("_checkpoint.h5"), directory=places[1], sets=sets)
+    for path, values in whole.checkpoint().all.items():
+        assert path == "scene" or np.array_equal(values, part.checkpoint().all[path]), path
+    for table in ("_history.csv", "_probes.csv"):
+        assert whole.path(table).read_text() == part.path(table).read_text(), table
+    assert whole.series() == part.series()
+
+
 def test_extended_run_of_heat_alone(run, tmp_path):
     """Exact: the same for heat alone."""
     sets = {"HEAT.STEP": 0.25, "OUTPUT.HISTORY_INTERVAL": 0.5}
