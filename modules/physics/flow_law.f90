@@ -11,6 +11,7 @@ module physics_flow_law
   public :: flow_law_t
 
   integer, parameter, public :: n_work = 9   !! reals a law may prepare per particle
+  real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! of plastic strain in the yield test of runs [1/s]
 
   ! What a law with internal variables warns of, counted by `inspect`.
   integer, parameter, public :: n_alarms = 3
@@ -31,6 +32,7 @@ module physics_flow_law
     integer :: n_state = 0        !! internal variables of a particle
     logical :: anneals = .false.  !! the state changes with time, not only with strain
     real(rp) :: softens_at = huge(1.0_rp), melts_at = huge(1.0_rp)   !! `strength_left` falls between [K]
+    real(rp) :: slowest = least_rate   !! rate in the yield test; flow is faster [1/s]
   contains
     procedure(prepare_interface), deferred :: prepare
     procedure(stress_interface), deferred :: stress

@@ -10,6 +10,8 @@ module physics_point
 
   public :: point_t
 
+  real(rp), parameter :: at_rest = 1.0e-12_rp   !! rate whose flow stress a point at rest has [1/s]
+
   type :: point_t
     real(rp) :: alpha = 0.0_rp           !! plastic strain
     real(rp) :: temp = 298.0_rp          !! [K]
@@ -114,7 +116,7 @@ contains
     temp = self%temp
     alpha = self%alpha
     x = 0.0_rp
-    log_rate = log(max(self%rate, 1.0e-12_rp))
+    log_rate = log(merge(self%rate, at_rest, self%rate > 0.0_rp))
     state = spread(self%state, 1, nlane)
     call material%flow%prepare(temp, state, work)
     call material%flow%stress(work, alpha, x, log_rate, sigma, slope)

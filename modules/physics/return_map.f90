@@ -4,13 +4,12 @@
 !> has an infinite slope by x at 0, where plain Newton fails).
 module physics_return_map
   use base_kinds, only: nlane, rp
-  use physics_flow_law, only: flow_law_t, n_work
+  use physics_flow_law, only: flow_law_t, least_rate, n_work
   implicit none (type, external)
   private
 
-  public :: return_map
+  public :: least_rate, return_map
 
-  real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! rate in the yield test [1/s]
   real(rp), parameter :: tolerance = 1.0e-6_rp            !! residual/q before the last correction
   integer, parameter :: most_iterations = 60, few_iterations = 4
 
@@ -38,17 +37,17 @@ contains
     integer :: missed
 
     call law%prepare(temp, state, work)
-    all_plastic = .not. any_below(n, rate, least_rate)
+    all_plastic = .not. any_below(n, rate, law%slowest)
     if (all_plastic) then
       yield = 0.0_rp
       call solve(few_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, slope, &
                  plastic, step, missed)
-      all_plastic = missed == 0 .and. .not. any_below(n, x, 2.0_rp*least_rate*dt)
+      all_plastic = missed == 0 .and. .not. any_below(n, x, 2.0_rp*law%slowest*dt)
       any_plastic = all_plastic
     end if
     if (.not. all_plastic) then
-      x = least_rate*dt
-      log_rate = log(least_rate)
+      x = law%slowest*dt
+      log_rate = log(law%slowest)
       call law%stress(work, alpha, x, log_rate, yield, slope)
       any_plastic = any_below(n, yield - q, 0.0_rp)
       if (.not. any_plastic) then
@@ -95,7 +94,7 @@ contains
 
     log_dt = log(dt)
     missed = 0
-    call start(dt, q, g3, yield, rate, plastic, low, high, x, y)
+    call start(law%slowest, dt, q, g3, yield, rate, plastic, low, high, x, y)
     do iteration = 1, most
       log_rate = y - log_dt
       call law%stress(work, alpha, x, log_rate, sigma, slope)
@@ -110,8 +109,8 @@ contains
 
   !> Bracket in ln x (its upper end is that of the whole block) and first guess `x`, `y` = ln x: the last
   !> rate, or a radial return at the least rate.
-  pure subroutine start(dt, q, g3, sigma, rate, plastic, low, high, x, y)
-    real(rp), intent(in) :: dt
+  pure subroutine start(slowest, dt, q, g3, sigma, rate, plastic, low, high, x, y)
+    real(rp), intent(in) :: slowest, dt
     real(rp), dimension(nlane), intent(in) :: q, g3, sigma, rate
     real(rp), dimension(nlane), intent(out) :: plastic, low, high, x, y
     real(rp) :: least, most, guess, widest
@@ -122,15 +121,15 @@ contains
     do p = 1, nlane
       most = max(most, q(p)/g3(p))
     end do
-    least = log(least_rate*dt)
+    least = log(slowest*dt)
     most = max(log(most), least + 1.0_rp)
     widest = exp(most)
     !$omp simd private(guess)
     do p = 1, nlane
       plastic(p) = merge(1.0_rp, 0.0_rp, q(p) > sigma(p))
       guess = max(q(p) - sigma(p), 1.0e-6_rp*q(p) + 1.0e-30_rp)/g3(p)
-      guess = merge(rate(p)*dt, guess, rate(p) > least_rate)
-      x(p) = max(least_rate*dt, min(widest, guess))
+      guess = merge(rate(p)*dt, guess, rate(p) > slowest)
+      x(p) = max(slowest*dt, min(widest, guess))
       y(p) = max(least, min(most, log(x(p))))
       low(p) = least
       high(p) = most

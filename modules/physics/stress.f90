@@ -6,7 +6,7 @@ module physics_stress
   use physics_elastic, only: finish_state, trial_state
   use physics_flow_law, only: n_alarms, n_work
   use physics_material, only: material_t
-  use physics_return_map, only: least_rate, return_map
+  use physics_return_map, only: return_map
   implicit none (type, external)
   private
 
@@ -124,7 +124,7 @@ contains
     strength = 0.0_rp
     if (.not. allocated(material%flow)) return
     x = 0.0_rp
-    log_rate = log(max(rate, least_rate))
+    log_rate = log(max(rate, material%flow%slowest))
     call material%flow%prepare(temp, state, work)
     call material%flow%stress(work, alpha, x, log_rate, strength, slope)
   end subroutine flow_strength

@@ -66,6 +66,9 @@ module physics_two_phase
 
   real(rp), parameter :: longest_substep = 5.0e-3_rp   !! plastic strain
   real(rp), parameter :: most_strain = 0.5_rp
+  real(rp), parameter :: most_exponent = 80.0_rp       !! of k/k0, far from overflow
+  real(rp), parameter :: fast = 1.0_rp                 !! k dgamma of a substep at most
+  real(rp), parameter :: memory = 60.0_rp              !! k gamma after which densities are new: exp(-30)
   real(rp), parameter :: no_strain = 1.0e-11_rp        !! changes no density by 1e-5 of itself
   real(rp), parameter :: least_density = 1.0_rp        !! [1/m2]
   real(rp), parameter :: margin = 0.5_rp               !! of the calibrated temperatures [K]
@@ -177,34 +180,38 @@ contains
   !> Eqs. 6.5, 6.6, 6.11 over the shear M x by the classical Runge-Kutta method, in substeps of
   !> equal length and a last shorter one: the state is continuous in x and knows nothing of other
   !> lanes.
-  !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.4, so nothing is stiff. A plastic
-  !> increment above `most_strain` (a step that has gone wrong) changes the state as that would.
+  !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.4, so nothing is stiff, but at very low
+  !> rates of hot metal: see `shorten`. A plastic increment above `most_strain` (a step that has gone
+  !> wrong) changes the state as that would.
   pure subroutine march(c, k0, taylor, f_end, gamma, work, x, log_rate, state)
     real(rp), intent(in) :: c(4), k0, taylor, f_end, gamma
     real(rp), intent(in) :: work(nlane, n_work), x(nlane), log_rate(nlane)
     real(rp), intent(inout) :: state(nlane, n_own)   !! out only
-    real(rp), dimension(nlane) :: k, u, cells, f, y
-    real(rp) :: h, half, decay, fm, fe, ym, ye, u1, u2, u3, u4, c1, c2, c3, c4, most
+    real(rp), dimension(nlane) :: k, u, cells, f, y, longest, span
+    real(rp) :: h, half, decay, fm, fe, ym, ye, u1, u2, u3, u4, c1, c2, c3, c4, most, most_k
     integer :: n, p, step
 
     most = 0.0_rp
+    most_k = 0.0_rp
+    !$omp simd reduction(max: most, most_k)
     do p = 1, nlane
-      most = merge(x(p), most, x(p) > most)
-    end do
-    n = 0
-    if (most > no_strain) n = ceiling(min(most, most_strain)/longest_substep)
-    !$omp simd
-    do p = 1, nlane
-      k(p) = k0*exp(-work(p, w_recovery)*(log_rate(p) + c(4)))
+      most = max(most, x(p))
+      k(p) = k0*exp(min(most_exponent, -work(p, w_recovery)*(log_rate(p) + c(4))))
+      most_k = max(most_k, k(p))
+      longest(p) = longest_substep
+      span(p) = x(p)
       u(p) = work(p, w_state)
       cells(p) = work(p, w_state + 1)
       f(p) = work(p, w_state + 2)
       y(p) = work(p, w_root)
     end do
+    n = 0
+    if (most > no_strain) n = ceiling(min(most, most_strain)/longest_substep)
+    if (most_k*taylor*longest_substep > fast) call shorten(k, taylor, f_end, gamma, longest, span, f, y, n)
     do step = 0, n - 1
       !$omp simd private(h, half, decay, fm, fe, ym, ye, u1, u2, u3, u4, c1, c2, c3, c4)
       do p = 1, nlane
-        h = taylor*max(0.0_rp, min(longest_substep, x(p) - step*longest_substep))
+        h = taylor*max(0.0_rp, min(longest(p), span(p) - step*longest(p)))
         half = 0.5_rp*h
         decay = half/gamma                       ! becomes 1 - exp(-decay), decay < 0.01
         decay = decay*(1.0_rp - decay*(0.5_rp - decay*(1.0_rp/6.0_rp - decay*(1.0_rp/24.0_rp))))
@@ -247,6 +254,29 @@ contains
       inverse_root = near*(4.0_rp - x*near*near*near)*third
     end function inverse_root
   end subroutine march
+
+  !> Where recovery is fast beside a substep, substeps are shorter; densities forget what was `memory`/k
+  !> ago, so that before that only the fraction of the walls needs to be followed, which is exact.
+  pure subroutine shorten(k, taylor, f_end, gamma, longest, span, f, y, n)
+    real(rp), intent(in) :: k(nlane), taylor, f_end, gamma
+    real(rp), intent(inout) :: longest(nlane), span(nlane), f(nlane), y(nlane)
+    integer, intent(inout) :: n
+    real(rp) :: before
+    integer :: p
+
+    do p = 1, nlane
+      if (k(p)*taylor*longest_substep <= fast .or. span(p) <= 0.0_rp) cycle
+      longest(p) = fast/(k(p)*taylor)
+      span(p) = min(span(p), most_strain)
+      before = span(p) - memory*longest(p)
+      if (before > 0.0_rp) then
+        span(p) = memory*longest(p)
+        f(p) = f_end + (f(p) - f_end)*exp(-before*taylor/gamma)
+        y(p) = (1.0_rp - f(p))**(-third)
+      end if
+      n = max(n, ceiling(span(p)/longest(p)))
+    end do
+  end subroutine shorten
 
   !> Stress of the advanced state, and its slope by ln x: the exponent of the rate, and what the
   !> increment has changed in the state.

@@ -1,125 +1,152 @@
 ! SPDX-License-Identifier: MIT
 !> Columns of numbers from a CSV file with a line of names; lines that begin with # do not count.
 module setup_csv
-  use base_errors, only: error_t
   use base_kinds, only: rp
   use base_text, only: str
+  use setup_complaints, only: complaints_t, excerpt
   use setup_keys_table, only: to_real
   implicit none (type, external)
   private
 
   public :: read_columns
 
-  integer, parameter :: line_length = 4096
+  integer, parameter :: line_length = 4096, most_complaints = 20
   real(rp), parameter :: beyond = 1.0e9_rp    !! no time, temperature or strain
-  character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
 contains
 
   !> The column of each name that the file has, `values(:, k)`; `found(k)` is false if it has none.
-  subroutine read_columns(path, names, values, found, error)
+  !> `lines` are those of the rows. Complains of values that are no finite numbers.
+  subroutine read_columns(path, names, values, lines, found, opened, complaints)
     character(*), intent(in) :: path, names(:)
     real(rp), allocatable, intent(out) :: values(:, :)
-    logical, intent(out) :: found(:)
-    type(error_t), intent(inout) :: error
+    integer, allocatable, intent(out) :: lines(:)
+    logical, intent(out) :: found(:), opened      !! `opened`: the file can be read
+    type(complaints_t), intent(inout) :: complaints
     character(line_length) :: line
-    integer :: place(size(names)), k, length, n, number, status, unit
-    real(rp), allocatable :: longer(:, :)
+    integer :: columns, place(size(names)), n, number, status, unit, wrong
     logical :: has_header
 
     found = .false.
-    allocate (values(64, size(names)), source=0.0_rp)
+    wrong = 0
+    allocate (values(64, size(names)), lines(64))
     open (newunit=unit, file=path, action='read', status='old', iostat=status)
-    if (status /= 0) then
-      call error%raise(path//' cannot be read')
-      return
-    end if
+    opened = status == 0
+    if (.not. opened) return
     n = 0
     number = 0
     has_header = .false.
-    do
-      read (unit, '(a)', iostat=status, size=length, advance='no') line
-      if (status == 0) then
-        call error%raise(path//':'//str(number + 1)//': a line of more than '//str(line_length)//' characters')
-        exit
-      else if (.not. is_iostat_eor(status)) then
-        exit
-      end if
+    do while (wrong < most_complaints)
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
       number = number + 1
-      if (number == 1 .and. index(line, byte_order_mark) == 1) line = line(4:)
-      if (length > 0) call drop_return(line)
+      call clean(line, number)
       if (line == '' .or. line(1:1) == '#') cycle
+      if (line(line_length:) /= '') call complain('is longer than '//str(line_length)//' characters')
       if (.not. has_header) then
         has_header = .true.
-        place = [(column_of(line, names(k)), k=1, size(names))]
+        call find_columns(line, names, place)
         found = place > 0
+        columns = items(line)
         cycle
       end if
+      call make_room(n + 1, values, lines)
       n = n + 1
-      if (n > size(values, 1)) then
-        allocate (longer(2*n, size(names)), source=0.0_rp)
-        longer(:n - 1, :) = values
-        call move_alloc(longer, values)
-      end if
-      do k = 1, size(names)
-        if (.not. found(k)) cycle
-        call take_item(line, place(k), values(n, k), status)
-        if (status /= 0) call error%raise(path//':'//str(number)//': no number for '// &
-                                          trim(names(k))//' (below 1e9)')
-      end do
-      if (error%is_set()) exit
+      lines(n) = number
+      call read_row()
     end do
     close (unit)
     values = values(:n, :)
+    lines = lines(:n)
+  contains
+    !> The values of this line.
+    subroutine read_row()
+      character(:), allocatable :: item
+      integer :: k
+      logical :: ok
+
+      values(n, :) = 0.0_rp
+      if (items(line) /= columns) then
+        call complain('has '//str(items(line))//' values, the table '//str(columns)//' columns')
+        return
+      end if
+      do k = 1, size(names)
+        if (.not. found(k)) cycle
+        item = item_of(line, place(k))
+        call to_real(item, values(n, k), ok)
+        ok = ok .and. abs(values(n, k)) < beyond
+        if (.not. ok) call complain(''''//excerpt(item)//''' is no number for '//trim(names(k))//' (below 1e9)')
+      end do
+    end subroutine read_row
+
+    subroutine complain(message)
+      character(*), intent(in) :: message
+
+      wrong = wrong + 1
+      if (wrong <= most_complaints) call complaints%add(path, number, message)
+    end subroutine complain
   end subroutine read_columns
 
-  !> Lines of some systems end with a carriage return.
-  pure subroutine drop_return(line)
+  !> Without the byte order mark of the first line, tabs and carriage returns.
+  pure subroutine clean(line, number)
     character(*), intent(inout) :: line
-    integer :: last
+    integer, intent(in) :: number
+    character(3), parameter :: mark = achar(239)//achar(187)//achar(191)
+    integer :: i
 
-    last = len_trim(line)
-    if (last > 0) then
-      if (line(last:last) == achar(13)) line(last:last) = ' '
-    end if
-  end subroutine drop_return
-
-  !> Number of the column of this name, 0 if there is none.
-  pure integer function column_of(line, name)
-    character(*), intent(in) :: line, name
-    integer :: first, last
-
-    column_of = 0
-    first = 1
-    do while (first <= len_trim(line))
-      last = first + index(line(first:)//',', ',') - 2
-      column_of = column_of + 1
-      if (adjustl(line(first:last)) == name) return
-      first = last + 2
+    if (number == 1 .and. line(1:3) == mark) line = line(4:)
+    do i = 1, len_trim(line)
+      if (line(i:i) == achar(9) .or. line(i:i) == achar(13)) line(i:i) = ' '
     end do
-    column_of = 0
-  end function column_of
+  end subroutine clean
 
-  !> The `k`-th item of a line.
-  subroutine take_item(line, k, value, status)
+  pure subroutine make_room(n, values, lines)
+    integer, intent(in) :: n
+    real(rp), allocatable, intent(inout) :: values(:, :)
+    integer, allocatable, intent(inout) :: lines(:)
+    real(rp), allocatable :: longer(:, :)
+
+    if (n <= size(lines)) return
+    allocate (longer(2*n, size(values, 2)))
+    longer(:n - 1, :) = values
+    call move_alloc(longer, values)
+    lines = [lines, lines, 0, 0]
+  end subroutine make_room
+
+  !> Number of the column of each name, 0 if there is none.
+  pure subroutine find_columns(line, names, place)
+    character(*), intent(in) :: line, names(:)
+    integer, intent(out) :: place(size(names))
+    integer :: i
+
+    place = 0
+    do i = items(line), 1, -1
+      where (names == item_of(line, i)) place = i
+    end do
+  end subroutine find_columns
+
+  !> How many items a line has.
+  pure integer function items(line)
+    character(*), intent(in) :: line
+    integer :: k
+
+    items = 1 + count([(line(k:k) == ',', k=1, len_trim(line))])
+  end function items
+
+  !> The `k`-th item of a line, '' if there is none.
+  pure function item_of(line, k) result(item)
     character(*), intent(in) :: line
     integer, intent(in) :: k
-    real(rp), intent(out) :: value
-    integer, intent(out) :: status
-    integer :: first, i, last
-    logical :: is_number
+    character(:), allocatable :: item
+    integer :: first, i, width
 
-    value = 0.0_rp
     first = 1
-    do i = 2, k
-      first = first + index(line(first:)//',', ',')
-      if (first > len_trim(line)) exit
+    do i = 1, k
+      width = index(line(first:), ',') - 1
+      if (width < 0) width = len(line) - first + 1
+      item = trim(adjustl(line(first:first + width - 1)))
+      first = min(first + width + 1, len(line) + 1)
     end do
-    last = first + index(line(min(first, len(line)):)//',', ',') - 2
-    status = 1
-    if (first > len_trim(line) .or. last < first) return
-    call to_real(trim(adjustl(line(first:last))), value, is_number)
-    if (is_number .and. abs(value) < beyond) status = 0
-  end subroutine take_item
+  end function item_of
 
 end module setup_csv

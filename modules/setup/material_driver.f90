@@ -5,6 +5,7 @@ module setup_material_driver
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp
   use base_system, only: make_directory
+  use base_text, only: str
   use comm_world, only: world_t
   use io_histories, only: table_t
   use physics_flow_law, only: law_output, law_unit, n_outputs
@@ -19,6 +20,7 @@ module setup_material_driver
   use setup_reading, only: read_input
   use setup_materials, only: read_materials
   use setup_names, only: find, known
+  use setup_point_watch, only: point_watch_t
   implicit none (type, external)
   private
 
@@ -27,6 +29,7 @@ module setup_material_driver
   character(*), parameter :: group = 'PATH'
   integer, parameter :: n_common = 5
   real(rp), parameter :: largest_warming = 2.0_rp   !! within an increment of a history [K]
+  real(rp), parameter :: least_part = 1.0e-6_rp     !! of the rate of a path: the yield test of shear
   integer, parameter :: least_parts = 8             !! of a line of a history with annealing
 
 contains
@@ -76,7 +79,6 @@ contains
     character(*), intent(in) :: file
     type(complaints_t), intent(inout) :: complaints
     real(rp), allocatable :: rows(:, :)
-    type(error_t) :: error
     integer :: i, j, m
 
     do i = 1, input%count(group)
@@ -99,11 +101,7 @@ contains
           call input%complain(complaints, group, i, 'NAME', 'another path has this name')
       end do
       if (input%text(group, i, 'KIND') /= 'history') cycle
-      call read_history(input, i, file, rows, error)
-      if (error%is_set()) then
-        call input%complain(complaints, group, i, 'FILE', error%message)
-        deallocate (error%message)
-      end if
+      call read_history(input, i, file, rows, complaints)
     end do
   end subroutine check_paths
 
@@ -116,6 +114,7 @@ contains
     character(*), intent(in) :: file, directory
     type(error_t), intent(inout) :: error
     type(table_t) :: curve
+    type(point_watch_t) :: watch
 
     call curve%open(world, directory//'/'//input%text(group, i, 'NAME')//'.csv', &
                     input%text('RUN', 1, 'TITLE'), &
@@ -123,13 +122,14 @@ contains
     if (error%is_set()) return
     select case (input%text(group, i, 'KIND'))
     case ('shear')
-      call follow_shear(input, i, material, curve)
+      call follow_shear(input, i, material, curve, watch)
     case ('history')
-      call follow_history(input, i, material, file, curve)
+      call follow_history(input, i, material, file, curve, watch)
     case default
-      call follow_strain(input, i, material, curve)
+      call follow_strain(input, i, material, curve, watch)
     end select
     call curve%close(error)
+    if (world%is_root()) call watch%tell(input%text(group, i, 'NAME'))
   end subroutine follow
 
   function columns(material, is_shear) result(names)
@@ -183,11 +183,12 @@ contains
     x = strain/(real(rows, rp)*parts)
   end subroutine divide
 
-  subroutine follow_strain(input, i, material, curve)
+  subroutine follow_strain(input, i, material, curve, watch)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
     type(table_t), intent(inout) :: curve
+    type(point_watch_t), intent(inout) :: watch
     type(point_t) :: point
     real(rp) :: rate, x
     integer :: k, part, parts, rows
@@ -206,17 +207,19 @@ contains
           call point%strain_to(material, x, rate, point%temp)
         end if
         call point%anneal(material, x/rate)
+        call watch%look(material, ((k - 1)*parts + part)*x/rate, point)
       end do
       call write_point(curve, material, k*parts*x/rate, point)
     end do
   end subroutine follow_strain
 
   !> Simple shear xy through elasticity and return, in steps of at most STEP of von Mises strain.
-  subroutine follow_shear(input, i, material, curve)
+  subroutine follow_shear(input, i, material, curve, watch)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
     type(table_t), intent(inout) :: curve
+    type(point_watch_t), intent(inout) :: watch
     type(material_t) :: mat
     type(stress_sums_t) :: sums
     type(point_t) :: point
@@ -231,6 +234,7 @@ contains
     dt = x/input%real(group, i, 'RATE')
     call point%init(mat, input%real(group, i, 'TEMPERATURE'), input%real(group, i, 'RATE'))
     mat%t_ref = point%temp
+    mat%flow%slowest = min(mat%flow%slowest, least_part*input%real(group, i, 'RATE'))
     mass = 1.0_rp
     b = 0.0_rp
     b(:, 1:3) = 1.0_rp
@@ -248,12 +252,10 @@ contains
         call stress_block(mat, nlane, dt, l, temp, mass, b, j, alpha, temp, tau, rate, flow, &
                           mat%flow%n_state, state, sums)
         call mat%flow%anneal(dt, temp, rate, state)
+        point = point_t(alpha(1), temp(1), rate(1), flow(1), state(1, :))
+        call watch%look(mat, ((k - 1)*parts + part)*dt, point, sums%failed)
+        sums%failed = 0
       end do
-      point%alpha = alpha(1)
-      point%rate = rate(1)
-      point%temp = temp(1)
-      point%sigma = flow(1)
-      point%state = state(1, :)
       call write_point(curve, mat, k*parts*dt, point, &
                        [k*parts*x, tau(1, 4)/j(1), determinant(b(1, :)) - 1.0_rp])
     end do
@@ -268,59 +270,80 @@ contains
   end function determinant
 
   !> Rows (time, temperature, plastic strain) of the file of a history.
-  subroutine read_history(input, i, file, rows, error)
+  subroutine read_history(input, i, file, rows, complaints)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     character(*), intent(in) :: file
     real(rp), allocatable, intent(out) :: rows(:, :)
-    type(error_t), intent(inout) :: error
+    type(complaints_t), intent(inout) :: complaints
     character(20), parameter :: names(4) = [character(20) :: 'time[s]', 'temperature[K]', &
                                             'plastic_strain[1]', 'strain_rate[1/s]']
     character(:), allocatable :: path
-    logical :: found(4)
-    integer :: k
+    integer, allocatable :: lines(:)
+    logical :: found(4), opened
+    integer :: before, k
 
     path = file(:index(file, '/', back=.true.))//input%text(group, i, 'FILE')
-    call read_columns(path, names, rows, found, error)
-    if (error%is_set()) return
+    before = complaints%count()
+    call read_columns(path, names, rows, lines, found, opened, complaints)
+    if (.not. opened) call input%complain(complaints, group, i, 'FILE', path//' cannot be read')
+    if (complaints%count() > before) return
     if (.not. all(found(1:2)) .or. .not. any(found(3:4))) then
-      call error%raise('needs columns time[s], temperature[K] and plastic_strain[1] or '// &
-                       'strain_rate[1/s]')
+      call complaints%add(path, 0, 'needs columns time[s], temperature[K] and plastic_strain[1] '// &
+                          'or strain_rate[1/s], with commas between them')
+      return
     else if (size(rows, 1) < 2) then
-      call error%raise('has fewer than two rows')
-    else if (any(rows(2:, 1) <= rows(:size(rows, 1) - 1, 1))) then
-      call error%raise('its times do not rise')
-    else if (any(rows(:, 2) <= 0.0_rp)) then
-      call error%raise('has a temperature that is not above 0')
+      call complaints%add(path, 0, 'has fewer than two rows')
+      return
     end if
-    if (error%is_set() .or. found(3)) return
+    call complain_once(rows(:, 2) <= 0.0_rp, 'temperature is not above 0 K')
+    call complain_once([.false., rows(2:, 1) <= rows(:size(rows, 1) - 1, 1)], 'time does not rise')
+    if (found(3)) then
+      call complain_once(rows(:, 3) < 0.0_rp, 'plastic strain is below 0')
+      call complain_once([.false., rows(2:, 3) < rows(:size(rows, 1) - 1, 3)], 'plastic strain falls')
+      return
+    end if
+    call complain_once(rows(:, 4) < 0.0_rp, 'strain rate is below 0')
     rows(1, 3) = 0.0_rp
     do k = 2, size(rows, 1)          ! the rate is linear between rows
       rows(k, 3) = rows(k - 1, 3) &
                    + 0.5_rp*(rows(k, 4) + rows(k - 1, 4))*(rows(k, 1) - rows(k - 1, 1))
     end do
+  contains
+    !> About the first row that is wrong, with the number of all.
+    subroutine complain_once(is_wrong, message)
+      logical, intent(in) :: is_wrong(:)
+      character(*), intent(in) :: message
+      integer :: n
+
+      n = count(is_wrong)
+      if (n == 1) call complaints%add(path, lines(findloc(is_wrong, .true., dim=1)), message)
+      if (n > 1) call complaints%add(path, lines(findloc(is_wrong, .true., dim=1)), message// &
+                                     ', as in '//str(n - 1)//' more rows')
+    end subroutine complain_once
   end subroutine read_history
 
-  !> From row to row with constant rate of strain and of temperature; strain only grows.
-  subroutine follow_history(input, i, material, file, curve)
+  !> From row to row with constant rate of strain and of temperature.
+  subroutine follow_history(input, i, material, file, curve, watch)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
     character(*), intent(in) :: file
     type(table_t), intent(inout) :: curve
+    type(point_watch_t), intent(inout) :: watch
     type(point_t) :: point
-    type(error_t) :: error
+    type(complaints_t) :: complaints
     real(rp), allocatable :: rows(:, :)
     real(rp) :: dt, temp, warming, x
     integer :: k, n, part
 
-    call read_history(input, i, file, rows, error)
+    call read_history(input, i, file, rows, complaints)   ! has been read without complaints
     call point%init(material, rows(1, 2), 1.0_rp)
     point%alpha = rows(1, 3)
     point%rate = 0.0_rp
     call write_point(curve, material, rows(1, 1), point)
     do k = 2, size(rows, 1)
-      x = max(0.0_rp, rows(k, 3) - rows(k - 1, 3))
+      x = rows(k, 3) - rows(k - 1, 3)
       warming = rows(k, 2) - rows(k - 1, 2)
       n = max(1, ceiling(x/input%real(group, i, 'STEP')), ceiling(abs(warming)/largest_warming), &
               merge(least_parts, 1, material%flow%anneals))
@@ -329,6 +352,7 @@ contains
         temp = rows(k - 1, 2) + part*warming/n
         call point%strain_to(material, x/n, x/(n*dt), temp)
         call point%anneal(material, dt)
+        call watch%look(material, rows(k - 1, 1) + part*dt, point)
       end do
       call write_point(curve, material, rows(k, 1), point)
     end do
