@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Moving sources of heat on a mesh. A disc lies on walls that look up: with a given power, or as a
 !> tool that shears the surface (thesis eqs. 4.1-4.15): q = share omega r tau(T_s), where T_s is the
-!> temperature of the surface, half a cell above the centre: T_s = T_c + q d/k.
+!> temperature of the surface, half a cell above the centre: T_s = T_c + q d/k with the mean q over the
+!> face, also where the disc covers a part of it.
 module thermal_sources
   use base_kinds, only: rp
   use thermal_curve, only: curve_t
@@ -26,7 +27,7 @@ module thermal_sources
     integer, allocatable, private :: wall(:)         !! walls at its height
     integer :: n = 0                                 !! pieces it covers before or after the step
     integer, allocatable :: cell(:)
-    real(rp), allocatable :: depth(:)                !! of the cell's centre [m]
+    real(rp), allocatable :: insulance(:)            !! depth of the centre over area of the face [1/m]
     real(rp), allocatable :: moment(:, :)            !! (4, n) m0, m1 before and after the step
   contains
     procedure :: find_walls
@@ -62,7 +63,7 @@ contains
     self%wall = pack([(i, i=1, size(mesh%wall))], is_level)
     self%n = 0
     if (self%kind == kind_stir) self%strongest = maxval(self%shear%value)
-    allocate (self%cell(0), self%depth(0), self%moment(4, 0))
+    allocate (self%cell(0), self%insulance(0), self%moment(4, 0))
   end subroutine find_walls
 
   !> What it covers at the ends of a step.
@@ -81,8 +82,8 @@ contains
       return
     end if
     if (size(self%cell) < size(self%wall)) then
-      deallocate (self%cell, self%depth, self%moment)
-      allocate (self%cell(size(self%wall)), self%depth(size(self%wall)), &
+      deallocate (self%cell, self%insulance, self%moment)
+      allocate (self%cell(size(self%wall)), self%insulance(size(self%wall)), &
                 self%moment(4, size(self%wall)))
     end if
     do i = 1, size(self%wall)
@@ -97,7 +98,7 @@ contains
         part = w%area/((b(1, 2) - b(1, 1))*(b(2, 2) - b(2, 1)))
         n = n + 1
         self%cell(n) = w%cell
-        self%depth(n) = w%depth
+        self%insulance(n) = w%depth/w%area
         self%moment(:, n) = part*m
       end associate
     end do
@@ -125,12 +126,12 @@ contains
         if (pass == 1) cycle
         m = max(0.0_rp, min(1.0_rp, m))*mesh%capacity(c)
         self%cell(n) = c
-        self%depth(n) = 0.0_rp
+        self%insulance(n) = 0.0_rp
         self%moment(:, n) = [m(1), 0.0_rp, m(2), 0.0_rp]
       end do
       if (pass == 1 .and. n > size(self%cell)) then
-        deallocate (self%cell, self%depth, self%moment)
-        allocate (self%cell(n), self%depth(n), self%moment(4, n))
+        deallocate (self%cell, self%insulance, self%moment)
+        allocate (self%cell(n), self%insulance(n), self%moment(4, n))
       end if
     end do
     self%n = n
@@ -179,7 +180,7 @@ contains
     real(rp), intent(in) :: blend, total(2), t, resistivity   !! -, -, [K], [m K/W]
     real(rp), intent(out) :: power, slope
     integer, parameter :: most = 40
-    real(rp) :: a, f, high, low, m0, m1, tau, d, x
+    real(rp) :: a, f, high, low, m1, tau, d, x
     integer :: n
 
     power = 0.0_rp
@@ -189,11 +190,10 @@ contains
       if (total(2) > 0.0_rp) power = power + blend*self%power*self%moment(3, i)/total(2)
       return
     end if
-    m0 = (1.0_rp - blend)*self%moment(1, i) + blend*self%moment(3, i)
     m1 = (1.0_rp - blend)*self%moment(2, i) + blend*self%moment(4, i)
-    if (m0 <= 0.0_rp) return
+    if (m1 <= 0.0_rp) return
     ! T_s - t - a tau(T_s) = 0 by Newton steps within a bracket
-    a = self%spin*(m1/m0)*self%depth(i)*resistivity
+    a = self%spin*m1*self%insulance(i)*resistivity
     low = t
     high = t + a*self%strongest
     x = t
