@@ -83,6 +83,8 @@ DEFINITIONS = (
     ("docs/microstructure.md", "290-1356 K, 1e-6..1e3/s, dt 1e-9..1e-4 s", KEY),
     ("docs/microstructure.md", "| 1 % in every row |", ASKED),
     ("docs/microstructure.md", "a substep for each 0.005", KEY),
+    ("docs/microstructure.md", "that of flow at 1e-12/s", KEY),
+    ("docs/microstructure.md", "from 1e-30 to 1e9/s and from 1 to 5000 K", ASKED),
     ("docs/microstructure.md", "| 5.18, Johnson-Cook,", QUOTED),
     ("docs/microstructure.md", "| 6.1, 6.2, original", QUOTED),
     ("docs/microstructure.md", "| 6.4, 6.5, calibrated", QUOTED),
