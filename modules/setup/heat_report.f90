@@ -6,6 +6,7 @@ module setup_heat_report
   use base_text, only: str
   use base_timers, only: wall_time
   use comm_world, only: world_t
+  use setup_estimate, only: cost_t, estimate_heat
   use thermal_method, only: euler, method_names, rkl2, solver_names
   use time_heat_state, only: heat_run_t
   use time_scene, only: scene_t
@@ -16,11 +17,13 @@ module setup_heat_report
 
 contains
 
-  !> Collective; evaluates the rates a few times to time them, writes no file.
+  !> Collective; evaluates the rates and marches on to measure the cost, writes no file; the state is of no use
+  !> afterwards.
   subroutine report_heat_scene(world, scene, run)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
+    type(cost_t) :: cost
     real(rp) :: volume(1), t, best
     integer(i8) :: odd
     integer :: i
@@ -43,6 +46,7 @@ contains
           best = min(best, wall_time() - t)
         end do
       end block
+      call estimate_heat(world, scene, run, cost)
       if (.not. world%is_root()) return
       call line('scene', scene%output%name//'  '//scene%title)
       call line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
@@ -56,6 +60,9 @@ contains
       if (run%march%method /= euler .and. run%march%method /= rkl2) &
         call line('solver', trim(solver_names(run%march%implicit%solver)))
       call line('speed', str(real(run%cells, rp)/best*1.0e-6_rp)//' M cells/s in one evaluation')
+      call line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s, about')
+      call line('run time', str(cost%seconds)//' s of processor time = '//str(cost%seconds/world%size/3600.0_rp)// &
+                ' h on '//str(world%size)//' free core(s), measured in '//str(cost%looked)//' steps')
       call line('skipped', 'mechanics, contact, particles (MECHANICS = F)')
     end associate
   end subroutine report_heat_scene

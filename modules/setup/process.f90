@@ -16,7 +16,7 @@ module setup_process
 
   real(rp), parameter :: none = huge(1.0_rp)      !! of a length that is not defined
   integer, parameter :: times = 48                !! samples of a phase
-  real(rp), parameter :: near = 0.05_rp           !! a gap that counts as touch [cells]
+  real(rp), parameter :: near = 0.05_rp           !! what is no distance yet [cells]
 
   !> One phase of a tool's motion, or its rest.
   type :: phase_survey_t
@@ -49,7 +49,7 @@ module setup_process
     real(rp) :: grid_lower(3) = 0.0_rp, grid_upper(3) = 0.0_rp
     real(rp) :: side_lower(3) = 0.0_rp, side_upper(3) = 0.0_rp   !! walls, or else sides of the grid
     real(rp), allocatable :: metal(:, :)          !! points of the bodies [m]
-    real(rp) :: gap = 0.0_rp                      !! that counts as touch [m]
+    real(rp) :: gap = 0.0_rp                      !! what is no distance yet [m]
   end type around_t
 
 contains
@@ -336,20 +336,22 @@ contains
     type(tool_t), intent(in) :: now
     real(rp), intent(in) :: x(:, :)
     real(rp) :: y(3)
-    integer :: a, p
+    integer :: a, p, side
 
     touches = .true.
     do p = 1, size(x, 2)
       if (holder_of(around%solids, x(:, p)) > 0) return
       if (now%kind /= kind_particles) cycle
-      do a = 0, 5
-        y = x(:, p)
-        y(1 + a/2) = y(1 + a/2) + around%gap*(2*mod(a, 2) - 1)
-        if (holder_of(around%solids, y) > 0) return
+      do a = 1, 3
+        do side = -1, 1, 2
+          y = x(:, p)
+          y(a) = y(a) + side*around%gap
+          if (holder_of(around%solids, y) > 0) return
+        end do
       end do
     end do
     do p = 1, size(around%metal, 2)
-      if (now%clearance(around%metal(:, p)) < around%gap) return
+      if (now%clearance(around%metal(:, p)) < 0.02_rp*around%gap) return
     end do
     touches = .false.
   end function touches

@@ -4,11 +4,11 @@ module setup_report
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
   use base_text, only: str
-  use base_timers, only: wall_time
   use comm_world, only: world_t
   use grid_geometry, only: grid_t
   use particles_store, only: f_pos
   use setup_complaints, only: complaints_t
+  use setup_estimate, only: cost_t, estimate_run
   use setup_input, only: input_t
   use setup_process_check, only: report_process
   use setup_volumes, only: report_volumes, volumes_t
@@ -17,7 +17,6 @@ module setup_report
   use time_stability, only: stable_step, wave_speed
   use time_scene, only: scheme_usl
   use time_state, only: simulation_t
-  use time_step, only: take_step
   implicit none (type, external)
   private
 
@@ -25,23 +24,25 @@ module setup_report
 
 contains
 
-  !> Collective; takes a few steps to time them, writes no file.
+  !> Collective; takes steps to measure the cost, writes no file; the simulation is of no use afterwards.
   subroutine report_scene(world, input, sim, counts, volumes)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(simulation_t), intent(inout) :: sim
     integer(i8), intent(in) :: counts(:)     !! particles of each body
     type(volumes_t), intent(in) :: volumes(:)
-    real(rp) :: dt, per_step, memory(1), steps
+    type(cost_t) :: cost
+    character(:), allocatable :: limited_by, what_is_skipped
+    real(rp) :: dt, memory(1)
     integer :: b, cells(3)
 
     dt = stable_step(sim)
+    limited_by = limit(sim)
+    what_is_skipped = skipped(sim)
     memory = real(sim%particles%bytes(), rp) + 64.0_rp*sim%patch%nn*merge(2, 1, associated(sim%g2))
     call world%sum(memory)
-    per_step = time_steps(world, sim, dt)
+    call estimate_run(world, sim, dt, cost)
     if (.not. world%is_root()) return
-    steps = sim%scene%end_time/dt
-    if (sim%scene%max_steps > 0) steps = min(steps, real(sim%scene%max_steps, rp))
     call line('scene', sim%scene%output%name//'  '//sim%scene%title)
     associate (grid => sim%scene%grid)
       cells = grid%cells()
@@ -62,12 +63,14 @@ contains
     call line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
               str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
     call line('method', method(sim))
-    call line('time step', str(dt)//' s, limited by '//limit(sim))
-    call line('steps', str(nint(steps, i8))//' for '//str(sim%scene%end_time)//' s')
-    call line('speed', str(real(sum(counts), rp)/per_step*1.0e-6_rp)//' M particle-steps/s here')
-    call line('run time', str(steps*per_step)//' s = '//str(steps*per_step/3600.0_rp)//' h')
+    call line('time step', str(dt)//' s, limited by '//limited_by)
+    call line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
+    call line('speed', str(real(sum(counts), rp)*cost%steps/max(cost%seconds, tiny(1.0_rp))*1.0e-6_rp)// &
+              ' M particle-steps/s of processor time here, '//str(nint(100.0_rp*cost%awake))//' % of the particles awake')
+    call line('run time', str(cost%seconds)//' s of processor time = '//str(cost%seconds/world%size/3600.0_rp)// &
+              ' h on '//str(world%size)//' free core(s), measured in '//str(cost%looked)//' steps; output comes on top')
     call report_process(input, sim)
-    call line('skipped', skipped(sim))
+    call line('skipped', what_is_skipped)
   end subroutine report_scene
 
   !> Collective: a tool that starts inside a body hits it like a hammer; say so.
@@ -121,25 +124,6 @@ contains
     label = name
     write (output_unit, '(3a)') label, ' ', trim(text)
   end subroutine line
-
-  !> Wall-clock seconds of one step, the best of a few.
-  real(rp) function time_steps(world, sim, dt)
-    type(world_t), intent(in) :: world
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt
-    real(rp) :: t, step
-    integer :: i
-
-    time_steps = huge(1.0_rp)
-    do i = 1, 5
-      call world%barrier()
-      t = wall_time()
-      step = dt
-      call take_step(world, sim, step)
-      call world%barrier()
-      time_steps = min(time_steps, wall_time() - t)
-    end do
-  end function time_steps
 
   !> Shape functions, transfer and scheme, as given or chosen.
   function method(sim) result(text)

@@ -28,6 +28,7 @@ contains
     type(solids_t), allocatable :: solids(:)
 
     call all_solids(input, solids)
+    call check_tables(input, scene, complaints)
     call find_twins(input, complaints)
     call compare_walls(input, scene, complaints)
     call compare_clamps(input, scene, complaints)
@@ -36,6 +37,27 @@ contains
     call check_probes(input, scene, solids, complaints)
     call check_sources(input, scene, solids, complaints)
   end subroutine check_sense
+
+  !> Properties that only heat alone knows.
+  subroutine check_tables(input, scene, complaints)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(complaints_t), intent(inout) :: complaints
+    character(20), parameter :: tables(4) = [character(20) :: 'SPECIFIC_HEAT_TABLE', 'CONDUCTIVITY_TABLE', &
+                                             'YIELD_TABLE', 'YIELD_LOGISTIC']
+    integer :: i, k
+    logical :: is_given
+
+    if (.not. scene%method%has_mechanics) return
+    do i = 1, input%count('MATERIAL')
+      do k = 1, size(tables)
+        is_given = input%given('MATERIAL', i, trim(tables(k)))
+        if (.not. is_given) cycle
+        call input%complain(complaints, 'MATERIAL', i, trim(tables(k)), 'has no effect beside mechanics, only with '// &
+                            'MECHANICS = F', is_warning=input%line('METHOD', 1, 'MECHANICS') < 0)
+      end do
+    end do
+  end subroutine check_tables
 
   !> Groups that say the same as another.
   subroutine find_twins(input, complaints)

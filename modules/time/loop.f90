@@ -22,7 +22,7 @@ module time_loop
   implicit none (type, external)
   private
 
-  public :: run, begin
+  public :: run, begin, advance
 
   ! Why a run ended; the program's exit status.
   integer, parameter, public :: ended_well = 0, ended_broken = 3, ended_by_signal = 75, ended_io = 4
@@ -150,7 +150,7 @@ contains
     end if
   end function is_finished
 
-  !> One turn of the loop: sort if due, step, conduct if due, one reduction.
+  !> Collective. One turn of the loop: sort if due, step, conduct if due, one reduction.
   subroutine advance(world, sim, status, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim

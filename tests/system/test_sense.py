@@ -32,6 +32,8 @@ ERRORS = {
     "key of another transfer": ("SHAPE = 'ugimp'", "SHAPE = 'ugimp', ORDER = 3", r"&METHOD ORDER = 3: .*TRANSFER = flip"),
     "table of friction that is none": (TOOL, TOOL.replace("RADIUS", "FRICTION_MU = 0.1, RADIUS"),
                                        r"&TOOL FRICTION_MU = 0.1: .*FRICTION_TABLE_OF = none"),
+    "table of heat alone": ("DENSITY = 8960", "SPECIFIC_HEAT_TABLE = 300, 386, 900, 420, DENSITY = 8960",
+                            r"&MATERIAL SPECIFIC_HEAT_TABLE .*only with MECHANICS = F"),
     "overlapping bodies": ("&BODY NAME = 'lid', MATERIAL = 'copper', TEMPERATURE = 400 /\n&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 5e-3",
                            "&BODY NAME = 'lid', MATERIAL = 'copper', TEMPERATURE = 400 /\n&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 4.5e-3", r"overlaps the body block by 8 mm3"),
     "wall twice": (WALL, f"{WALL}\n{WALL.replace('sliding', 'fixed')}", r"&WALL SIDE = 'zmin': there is a wall in this place, on line (\d+)"),

@@ -1,0 +1,246 @@
+! SPDX-License-Identifier: MIT
+!> What a run will cost, measured on the scene itself: steps from its start, and with the tools where their phases will
+!> have taken them, so that contact and sleep are counted as they will be.
+module setup_estimate
+  use base_kinds, only: i8, rp
+  use base_timers, only: cpu_seconds
+  use comm_world, only: world_t
+  use time_heat_state, only: heat_run_t
+  use time_loop, only: advance, ended_well
+  use time_records, only: energies
+  use time_regrid, only: regrid
+  use time_scene, only: output_t, scene_t
+  use time_state, only: simulation_t
+  use time_writing, only: next_time
+  implicit none (type, external)
+  private
+
+  public :: cost_t, estimate_run, estimate_heat
+
+  type :: cost_t
+    real(rp) :: seconds = 0.0_rp          !! processor time of all ranks for the whole run [s]
+    real(rp) :: steps = 0.0_rp            !! of the run
+    real(rp) :: awake = 1.0_rp            !! share of the particles, mean over the steps
+    integer :: looked = 0                 !! steps made to find out
+  end type cost_t
+
+  !> A stretch of the run, and a time in it to look at.
+  type :: stretch_t
+    real(rp) :: from = 0.0_rp, to = 0.0_rp
+  end type stretch_t
+
+  integer, parameter :: settle(2) = [320, 150]   !! steps until what may sleep does: at first, after a tool was moved
+  integer, parameter :: watch = 100       !! steps that are measured: a round of sorts
+  integer, parameter :: fewest = 20       !! of the measured
+  real(rp), parameter :: patience = 4.0_rp   !! processor time of a rank for a stretch, above which it is cut short [s]
+  real(rp), parameter :: least = 0.04_rp  !! part of the run that is worth a look
+  real(rp), parameter :: part(2) = [0.02_rp, 0.1_rp]   !! of the run that a look may cost: without and with sleep
+
+contains
+
+  !> Collective; the simulation is of no use afterwards. `dt`: the first step [s].
+  subroutine estimate_run(world, sim, dt, cost)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt
+    type(cost_t), intent(out) :: cost
+    type(stretch_t), allocatable :: stretch(:)
+    real(rp) :: awake, per_step, rows(1), start, unused(6)
+    integer :: i, n
+    logical :: ok
+
+    cost%steps = sim%scene%end_time/dt
+    if (sim%scene%max_steps > 0) cost%steps = min(cost%steps, real(sim%scene%max_steps, rp))
+    cost%awake = 0.0_rp
+    call divide(sim, dt*cost%steps, stretch)
+    do i = 1, size(stretch)
+      n = watch
+      if (sim%scene%method%sleep%is_on) n = watch + settle(min(i, 2))
+      n = max(fewest, min(n, int(cost%steps*merge(part(2), part(1), sim%scene%method%sleep%is_on))))
+      n = max(1, int(min(real(n, rp), cost%steps)))
+      call look(world, sim, stretch(i), n, cost%looked, per_step, awake, start, ok)
+      if (i == 1) cost%seconds = max(0.0_rp, start)   ! before anything sleeps
+      associate (share => (stretch(i)%to - stretch(i)%from)/max(dt*cost%steps, tiny(1.0_rp)))
+        cost%seconds = cost%seconds + share*cost%steps*per_step
+        cost%awake = cost%awake + share*awake
+      end associate
+      if (.not. ok) exit
+    end do
+    rows(1) = cpu_seconds()
+    call energies(sim, unused(1), unused(2), unused(3), unused(4), unused(5), unused(6))
+    rows(1) = cpu_seconds() - rows(1)
+    call world%sum(rows)
+    if (sim%scene%output%history_interval > 0.0_rp) &
+      cost%seconds = cost%seconds + rows(1)*dt*cost%steps/sim%scene%output%history_interval
+  end subroutine estimate_run
+
+  !> The phases of the tools, as far as they are worth a look: where any of them changes what it does. Without tools the
+  !> whole run is one.
+  subroutine divide(sim, end, stretch)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: end                    !! [s]
+    type(stretch_t), allocatable, intent(out) :: stretch(:)
+    integer, parameter :: most = 6
+    real(rp), allocatable :: cut(:)
+    real(rp) :: next, t
+    integer :: i, k
+
+    allocate (cut(1), source=0.0_rp)
+    t = 0.0_rp
+    do while (size(cut) < most)
+      next = end
+      do k = 1, size(sim%tool)
+        if (.not. allocated(sim%tool(k)%motion%phase)) cycle
+        t = 0.0_rp
+        do i = 1, size(sim%tool(k)%motion%phase)
+          if (sim%tool(k)%motion%phase(i)%duration <= 0.0_rp) exit
+          t = t + sim%tool(k)%motion%phase(i)%duration
+          if (t > cut(size(cut)) + least*end) next = min(next, t)
+        end do
+      end do
+      if (next >= end*(1.0_rp - least)) exit
+      cut = [cut, next]
+    end do
+    cut = [cut, end]
+    stretch = [(stretch_t(cut(i), cut(i + 1)), i=1, size(cut) - 1)]
+    if (size(sim%tool) > 0 .and. size(stretch) <= 3) stretch = halves(stretch)
+  end subroutine divide
+
+  !> Each stretch in two.
+  pure function halves(stretch) result(finer)
+    type(stretch_t), intent(in) :: stretch(:)
+    type(stretch_t) :: finer(2*size(stretch))
+    integer :: i
+
+    do i = 1, size(stretch)
+      associate (s => stretch(i))
+        finer(2*i - 1) = stretch_t(s%from, 0.5_rp*(s%from + s%to))
+        finer(2*i) = stretch_t(0.5_rp*(s%from + s%to), s%to)
+      end associate
+    end do
+  end function halves
+
+  !> Collective: move the tools to the middle of a stretch and step on; processor time of all ranks a step and the share
+  !> of awake particles, over the last steps.
+  subroutine look(world, sim, stretch, n, looked, per_step, awake, start, ok)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    type(stretch_t), intent(in) :: stretch
+    integer, intent(in) :: n                       !! steps
+    integer, intent(inout) :: looked
+    real(rp), intent(out) :: per_step, awake       !! [s], [-]
+    real(rp), intent(out) :: start                 !! what the steps before took beyond that [s]
+    logical, intent(out) :: ok
+    character(:), allocatable :: message
+    real(rp) :: begun, spent(4), started
+    integer(i8) :: before
+    integer :: first, i, k, status
+
+    if (size(sim%tool) > 0) then
+      sim%clock%time = 0.5_rp*(stretch%from + stretch%to)
+      sim%clock%heat_time = sim%clock%time
+      do k = 1, size(sim%tool)
+        call sim%tool(k)%move_to(sim%clock%time)
+        call sim%tool(k)%move_to(sim%clock%time)   ! no way from where it was
+      end do
+      call regrid(world, sim)
+    end if
+    message = ''
+    status = ended_well
+    first = max(0, n - watch)
+    started = cpu_seconds()
+    begun = started
+    before = sim%awake_steps
+    do i = 1, n
+      if (i == first + 1) then
+        begun = cpu_seconds()
+        before = sim%awake_steps
+      end if
+      call advance(world, sim, status, message)
+      if (status /= ended_well) exit
+      spent(1) = cpu_seconds() - started
+      call world%max(spent(:1))
+      if (i > first .and. i >= fewest .and. spent(1) > patience) exit
+      if (i < first .and. spent(1) > 0.8_rp*patience) first = i     ! measure from here on
+    end do
+    i = min(i, n)
+    ok = status == ended_well
+    spent = [cpu_seconds() - begun, real(sim%awake_steps - before, rp), real(sim%particles%total(), rp), begun - started]
+    call world%sum(spent)
+    looked = looked + i
+    per_step = spent(1)/max(1, i - first)
+    awake = spent(2)/max(1.0_rp, spent(3)*(i - first))
+    start = spent(4) - first*per_step
+  end subroutine look
+
+  !> Collective: the same of heat alone, from where a source begins or ends; its state is of no use afterwards.
+  subroutine estimate_heat(world, scene, run, cost)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(cost_t), intent(out) :: cost
+    real(rp), allocatable :: cut(:)
+    real(rp) :: next
+    integer :: i
+
+    allocate (cut(1), source=0.0_rp)
+    do
+      next = scene%end_time
+      do i = 1, size(run%heat%source)
+        associate (s => run%heat%source(i), last => cut(size(cut)))
+          if (s%begin > last) next = min(next, s%begin)
+          if (s%end > last) next = min(next, s%end)
+        end associate
+      end do
+      cut = [cut, next]
+      if (next >= scene%end_time) exit
+    end do
+    do i = 1, size(cut) - 1
+      call look_at_heat(world, scene%output, cut(i), cut(i + 1), run, cost)
+    end do
+    if (scene%max_steps > 0 .and. cost%steps > scene%max_steps) then
+      cost%seconds = cost%seconds*scene%max_steps/cost%steps
+      cost%steps = real(scene%max_steps, rp)
+    end if
+  end subroutine estimate_heat
+
+  !> A stretch is marched through until half a second has been measured; the rest costs as the second half of that.
+  subroutine look_at_heat(world, output, from, to, run, cost)
+    type(world_t), intent(in) :: world
+    type(output_t), intent(in) :: output
+    real(rp), intent(in) :: from, to               !! [s]
+    type(heat_run_t), intent(inout) :: run
+    type(cost_t), intent(inout) :: cost
+    real(rp), parameter :: enough = 0.5_rp         !! [s]
+    integer, parameter :: most = 4000
+    real(rp) :: at(0:most), begun, spent(1), used(0:most)
+    integer(i8) :: before
+    integer :: half, n
+
+    run%time = from
+    begun = cpu_seconds()
+    before = run%march%steps
+    at(0) = from
+    used(0) = 0.0_rp
+    do n = 1, most
+      call run%march%advance(run%heat, run%time, min(to, next_time(output%history_interval, run%time), &
+                                                     next_time(output%frame_interval, run%time)))
+      spent = cpu_seconds() - begun
+      call world%sum(spent)
+      at(n) = run%time
+      used(n) = spent(1)
+      if (run%time >= to*(1.0_rp - 1.0e-12_rp) .or. (spent(1) > enough .and. n >= 20)) exit
+    end do
+    n = min(n, most)
+    half = n/2
+    cost%looked = cost%looked + n
+    cost%seconds = cost%seconds + used(n)
+    cost%steps = cost%steps + n
+    if (at(n) >= to*(1.0_rp - 1.0e-12_rp)) return
+    associate (left => (to - at(n))/max(at(n) - at(half), tiny(1.0_rp)))
+      cost%seconds = cost%seconds + left*(used(n) - used(half))
+      cost%steps = cost%steps + left*(n - half)
+    end associate
+  end subroutine look_at_heat
+
+end module setup_estimate
