@@ -120,7 +120,7 @@ contains
                                                'CHECKPOINT_INTERVAL']
     integer :: k
 
-    call judge('TIME', 'DT', most_steps, 'steps')
+    if (scene%max_steps == 0) call judge('TIME', 'DT', most_steps, 'steps')
     if (scene%method%conducts) call judge('HEAT', 'STEP', most_steps, 'steps')
     do k = 1, size(interval)
       call judge('OUTPUT', trim(interval(k)), most_rows, 'times to write')

@@ -37,11 +37,11 @@ class BlowUp(Row):
         "step of ten cells": {"TIME.DT": 1e-5},
         "leaves the grid": {"BODY.VELOCITY": "300,20,0", "TIME.END": 1e-3},
         "huge noise": {"FIELD.AMPLITUDE": 1e5},
-        "stiffness 1e300": {"MATERIAL.YOUNGS_MODULUS": 1e300, "TIME.DT": 1e-6},
+        "stiffness 1e15": {"MATERIAL.YOUNGS_MODULUS": 1e15, "TIME.DT": 1e-6},
     }
 
     def cases(self, quick):
-        names = ("step 1.6 times the limit", "stiffness 1e300") if quick else self.variants
+        names = ("step 1.6 times the limit", "stiffness 1e15") if quick else self.variants
         return {name: {"sets": self.variants[name]} for name in names}
 
     def measure(self, place, ranks, sets):
