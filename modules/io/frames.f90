@@ -8,6 +8,7 @@ module io_frames
   use base_errors, only: error_t
   use base_files, only: write_whole
   use base_kinds, only: i8, rp, sp
+  use base_system, only: remove_file
   use comm_world, only: world_t
   use io_agree, only: agree
   use io_hdf5, only: h5file_t
@@ -251,27 +252,33 @@ contains
     end do
   end subroutine pack_numbers
 
-  !> List the first `n` frames of directory/name_000000.hdf ... in directory/name.hdf.series.
-  subroutine write_series(world, directory, name, n, times, error)
+  !> List the frames directory/name_000000.hdf ... that are there in directory/name.hdf.series; none, no list.
+  subroutine write_series(world, directory, name, times, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
-    integer, intent(in) :: n
-    real(rp), intent(in) :: times(:)   !! [s]
+    real(rp), intent(in) :: times(:)   !! of all frames from number 0 on, also of those that lie elsewhere [s]
     type(error_t), intent(inout) :: error
-    character(:), allocatable :: text
+    character(:), allocatable :: path, text
     integer :: k, used
+    logical :: is_there
 
     if (error%is_set()) return
     if (world%is_root()) then
-      allocate (character(n*(len_trim(name) + 80) + 80) :: text)
+      path = trim(directory)//'/'//trim(name)//'.hdf.series'
+      allocate (character(size(times)*(len_trim(name) + 80) + 80) :: text)
       used = 0
-      call add('{'//nl//'  "file-series-version": "1.0",'//nl//'  "files": [')
-      do k = 1, n
-        call add(nl//'    {"name": "'//frame_name(name, k - 1)//'", "time": '// &
-                 digits_of(times(k))//'}'//trim(merge(',', ' ', k < n)))
+      do k = 1, size(times)
+        inquire (file=trim(directory)//'/'//frame_name(name, k - 1), exist=is_there)
+        if (.not. is_there) cycle
+        if (used > 0) call add(',')
+        call add(nl//'    {"name": "'//frame_name(name, k - 1)//'", "time": '//digits_of(times(k))//'}')
       end do
-      call add(nl//'  ]'//nl//'}'//nl)
-      call write_whole(trim(directory)//'/'//trim(name)//'.hdf.series', text(:used), error)
+      if (used == 0) then
+        call remove_file(path)
+      else
+        call write_whole(path, '{'//nl//'  "file-series-version": "1.0",'//nl//'  "files": ['// &
+                         text(:used)//nl//'  ]'//nl//'}'//nl, error)
+      end if
     end if
     call agree(world, error)
   contains

@@ -90,8 +90,10 @@ contains
     end do
     if (size(names) > 0) call self%probes%open(world, stem//'_probes.csv', scene%title, of_probes, &
                                                rows, run%row_time, error)
-    if (is_resumed) self%saved_step = run%march%steps
-    if (is_resumed) call set_times(self, scene%output, run%time)
+    if (.not. is_resumed) return
+    call write_series(world, scene%output%directory, scene%output%name, run%frame_times, error)
+    self%saved_step = run%march%steps
+    call set_times(self, scene%output, run%time)
   end subroutine init
 
   subroutine set_times(self, output, time)
@@ -206,8 +208,7 @@ contains
                             output%input_text, error)
       if (error%is_set()) return
       run%frame_times = [run%frame_times, run%time]
-      call write_series(world, output%directory, output%name, size(run%frame_times), &
-                        run%frame_times, error)
+      call write_series(world, output%directory, output%name, run%frame_times, error)
     end associate
   end subroutine frame
 

@@ -86,6 +86,7 @@ contains
                                                deviation_columns(sim), rows, sim%row_time, error)
     associate (clock => sim%clock, output => sim%scene%output)
       if (is_resumed) then
+        call write_series(world, output%directory, output%name, sim%frame_times, error)
         self%saved_step = clock%step
         clock%next_frame = next_time(output%frame_interval, clock%time)
         clock%next_history = next_time(output%history_interval, clock%time)
@@ -184,8 +185,7 @@ contains
                        law_output(:k), law_unit(:k), outputs, output%input_text, error)
       if (error%is_set()) return
       sim%frame_times = [sim%frame_times, sim%clock%time]
-      call write_series(world, output%directory, output%name, size(sim%frame_times), &
-                        sim%frame_times, error)
+      call write_series(world, output%directory, output%name, sim%frame_times, error)
     end associate
   end subroutine frame
 
@@ -196,7 +196,7 @@ contains
     real(rp), allocatable :: values(:), errors(:)
     real(rp) :: apart
 
-    if (sim%row_time >= sim%clock%time .and. sim%clock%step > 0) return   ! has it already
+    if (sim%row_time >= sim%clock%time .and. sim%rows > 0) return   ! has it already
     call history_row(world, sim, values)
     call self%tell_refused(world, sim)
     call self%tell_alarms(world, sim)

@@ -4,6 +4,7 @@ program test_io
   use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp, sp
+  use base_system, only: make_directory
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
@@ -212,21 +213,48 @@ contains
     end do
   end function are_positions
 
+  !> Frames that lie elsewhere are not listed.
   subroutine test_series()
     type(error_t) :: error
     character(:), allocatable :: text
+    integer :: k
+    logical :: is_there, ok
 
     call expect('name of a frame', frame_name('parts', 12) == 'parts_000012.hdf')
-    call write_series(world, '.', base//'parts', 2, [0.0_rp, 0.5_rp, 9.0_rp], error)
+    call put_frame(0)
+    call put_frame(1)
+    call write_series(world, '.', base//'parts', [0.0_rp, 0.5_rp, 9.0_rp], error)
     call expect_no_error('series is written', error)
     text = contents(world, base//'parts.hdf.series')
     call expect('last frame of a series', &
                 index(text, '"'//base//'parts_000001.hdf", "time": 5.000000000000000E-001}') > 0)
-    call expect('frames of a series', index(text, '_000002') == 0)
-    call discard(world, base//'parts.hdf.series')
-    call write_series(world, 'no_such_directory', 'parts', 1, [0.0_rp], error)
-    call expect_error('no directory for a series', error, 'cannot be written')
+    call expect('frames that are not there', index(text, '_000002') == 0)
+    call expect('commas of a series', count([(text(k:k) == ',', k=1, len(text))]) == 4)
+    call discard(world, base//'parts_000000.hdf')
+    call write_series(world, '.', base//'parts', [0.0_rp, 0.5_rp], error)
+    text = contents(world, base//'parts.hdf.series')
+    call expect('a series without its first frame', index(text, '_000000') == 0 &
+                .and. index(text, '_000001') > 0 .and. count([(text(k:k) == ',', k=1, len(text))]) == 2)
+    if (world%is_root()) call make_directory(base//'parts.hdf.series.tmp', ok)
+    call write_series(world, '.', base//'parts', [0.0_rp, 0.5_rp], error)
+    call expect_error('a series that cannot be written', error, 'cannot be written')
+    call discard(world, base//'parts_000001.hdf')
+    call write_series(world, '.', base//'parts', [0.0_rp, 0.5_rp], error)
+    call expect_no_error('no frames', error)
+    inquire (file=base//'parts.hdf.series', exist=is_there)
+    call expect('no series without frames', .not. is_there)
   end subroutine test_series
+
+  !> A file that has the name of a frame.
+  subroutine put_frame(k)
+    integer, intent(in) :: k
+    integer :: unit
+
+    if (.not. world%is_root()) return
+    open (newunit=unit, file=frame_name(base//'parts', k), action='write')
+    write (unit, '(a)') 'a frame'
+    close (unit)
+  end subroutine put_frame
 
   !> A table goes on after the restart time; later rows and an unfinished one are dropped.
   subroutine test_histories()

@@ -112,6 +112,30 @@ def test_restart_among_results_of_another_run(run, tmp_path):
     assert two.history()["step"][0] > 10 or two.history()["step"][0] == 14
 
 
+@pytest.mark.parametrize("name", ["stir", driver.ROOT / "input" / "heat_copper_plain.nml"])
+def test_series_lists_what_is_there(run, tmp_path, name):
+    """Exact: after a restart in another folder, and one more there, the series has just the frames of that folder, each
+    with its time; that of the first folder stays as it was."""
+    if name == "stir":
+        sets = {"TIME.MASS_SCALING": 1e8, "TIME.DT": 5e-4, "OUTPUT.FRAME_INTERVAL": 1e-3}
+        ends = (2e-3, 4e-3, 6e-3)
+    else:
+        sets = {"GRID.CELL": 4e-3, "OUTPUT.FRAME_INTERVAL": 1}
+        ends = (2, 4, 6)
+    results = run(name, "--quiet", sets=sets | {"TIME.END": ends[0]}).results(getattr(name, "stem", name))
+    first = results.path(".hdf.series").read_text()
+    other = driver.Results(tmp_path / "other", results.name)
+    run(None, "--quiet", "--restart", results.path("_checkpoint.h5"), "--output", other.directory, sets={"TIME.END": ends[1]})
+    for end, numbers in ((ends[1], [3, 4]), (ends[2], [3, 4, 5, 6])):
+        if end == ends[2]:
+            run(None, "--quiet", "--restart", other.path("_checkpoint.h5"), sets={"TIME.END": end})
+        listed = other.series()["files"]
+        assert [item["name"] for item in listed] == [f"{results.name}_{k:06}.hdf" for k in numbers]
+        assert [item["name"] for item in listed] == sorted(path.name for path in other.directory.glob("*_0*.hdf"))
+        assert [item["time"] for item in listed] == pytest.approx([k * sets["OUTPUT.FRAME_INTERVAL"] for k in numbers])
+    assert results.path(".hdf.series").read_text() == first
+
+
 def test_two_generations(run, tmp_path):
     """Exact: two checkpoints are kept; a damaged newest is refused and names the one before it, from
     which the run goes on, and the damaged one is moved away."""

@@ -25,6 +25,17 @@ def test_no_last_row_twice(run):
     assert np.all(np.diff(results.history()["time[s]"]) > 0.0)
 
 
+@pytest.mark.parametrize("name", ["small", PLAIN])
+def test_one_row_at_the_start(run, name):
+    """Exact: a run that ends at t = 0 has one row, and so has one that is extended to it again."""
+    sets = {"TIME.END": 0}
+    results = run(name, "--quiet", sets=sets).results(getattr(name, "stem", name))
+    assert len(results.history().rows) == len(results.probes().rows) == 1
+    before = tables_of(results)
+    run(name, "--quiet", "--restart", results.path("_checkpoint.h5"), sets=sets)
+    assert tables_of(results) == before
+
+
 def lacking(text):
     lines = text.splitlines(keepends=True)
     return "".join(lines[:10] + lines[12:])
