@@ -5,11 +5,12 @@ module setup_estimate
   use base_kinds, only: i8, rp
   use base_timers, only: cpu_seconds
   use comm_world, only: world_t
+  use time_heat_loop, only: next_switch
   use time_heat_state, only: heat_run_t
   use time_loop, only: advance, ended_well
   use time_records, only: energies
   use time_regrid, only: regrid
-  use time_scene, only: output_t, scene_t
+  use time_scene, only: scene_t
   use time_state, only: simulation_t
   use time_writing, only: next_time
   implicit none (type, external)
@@ -24,6 +25,12 @@ module setup_estimate
     integer :: looked = 0                 !! steps made to find out
   end type cost_t
 
+  !> Steps of heat alone: their ends, and the processor time of all ranks until then.
+  type :: march_cost_t
+    real(rp), allocatable :: time(:), seconds(:)   !! [s]
+    logical :: is_whole = .false.                  !! to the end of the run
+  end type march_cost_t
+
   !> A stretch of the run, and a time in it to look at.
   type :: stretch_t
     real(rp) :: from = 0.0_rp, to = 0.0_rp
@@ -33,6 +40,7 @@ module setup_estimate
   integer, parameter :: watch = 100       !! steps that are measured: a round of sorts
   integer, parameter :: fewest = 20       !! of the measured
   real(rp), parameter :: patience = 4.0_rp   !! processor time of a rank for a stretch, above which it is cut short [s]
+  real(rp), parameter :: enough = 1.0_rp     !! processor time of a march of heat alone that is measured [s]
   real(rp), parameter :: least = 0.04_rp  !! part of the run that is worth a look
   real(rp), parameter :: part(2) = [0.02_rp, 0.1_rp]   !! of the run that a look may cost: without and with sleep
 
@@ -173,74 +181,54 @@ contains
     start = spent(4) - first*per_step
   end subroutine look
 
-  !> Collective: the same of heat alone, from where a source begins or ends; its state is of no use afterwards.
-  subroutine estimate_heat(world, scene, run, cost)
+  !> Collective: the same of heat alone; its state is of no use afterwards. The scene is marched through in `coarse` cells,
+  !> which says how the steps and their cost change with time, and from the start in its own, which says what they cost.
+  subroutine estimate_heat(world, scene, run, coarse, cost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
-    type(heat_run_t), intent(inout) :: run
+    type(heat_run_t), intent(inout) :: run, coarse
     type(cost_t), intent(out) :: cost
-    real(rp), allocatable :: cut(:)
-    real(rp) :: next
-    integer :: i
+    type(march_cost_t) :: all, first
+    real(rp) :: rest
+    integer :: half, k, n
 
-    allocate (cut(1), source=0.0_rp)
-    do
-      next = scene%end_time
-      do i = 1, size(run%heat%source)
-        associate (s => run%heat%source(i), last => cut(size(cut)))
-          if (s%begin > last) next = min(next, s%begin)
-          if (s%end > last) next = min(next, s%end)
-        end associate
-      end do
-      cut = [cut, next]
-      if (next >= scene%end_time) exit
-    end do
-    do i = 1, size(cut) - 1
-      call look_at_heat(world, scene%output, cut(i), cut(i + 1), run, cost)
-    end do
-    if (scene%max_steps > 0 .and. cost%steps > scene%max_steps) then
-      cost%seconds = cost%seconds*scene%max_steps/cost%steps
-      cost%steps = real(scene%max_steps, rp)
+    call march_on(world, scene, enough, run, first)
+    n = size(first%time)
+    cost%looked = n
+    cost%seconds = first%seconds(n)
+    cost%steps = real(n, rp)
+    if (.not. first%is_whole) then
+      call march_on(world, scene, huge(1.0_rp), coarse, all)
+      half = count(all%time <= first%time(max(1, n/2)))
+      k = max(half + 1, count(all%time <= first%time(n)))
+      rest = (all%seconds(size(all%seconds)) - all%seconds(k))/max(all%seconds(k) - all%seconds(half), tiny(1.0_rp))
+      cost%seconds = cost%seconds + rest*(first%seconds(n) - first%seconds(max(1, n/2)))
+      cost%steps = cost%steps + real(size(all%time) - k, rp)
     end if
   end subroutine estimate_heat
 
-  !> A stretch is marched through until half a second has been measured; the rest costs as the second half of that.
-  subroutine look_at_heat(world, output, from, to, run, cost)
+  !> Collective: march until the end of the run, or until `most` seconds of processor time of all ranks are spent.
+  subroutine march_on(world, scene, most, run, cost)
     type(world_t), intent(in) :: world
-    type(output_t), intent(in) :: output
-    real(rp), intent(in) :: from, to               !! [s]
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: most                   !! [s]
     type(heat_run_t), intent(inout) :: run
-    type(cost_t), intent(inout) :: cost
-    real(rp), parameter :: enough = 0.5_rp         !! [s]
-    integer, parameter :: most = 4000
-    real(rp) :: at(0:most), begun, spent(1), used(0:most)
-    integer(i8) :: before
-    integer :: half, n
+    type(march_cost_t), intent(out) :: cost
+    real(rp) :: begun, spent(1)
 
-    run%time = from
+    allocate (cost%time(0), cost%seconds(0))
     begun = cpu_seconds()
-    before = run%march%steps
-    at(0) = from
-    used(0) = 0.0_rp
-    do n = 1, most
-      call run%march%advance(run%heat, run%time, min(to, next_time(output%history_interval, run%time), &
-                                                     next_time(output%frame_interval, run%time)))
+    do while (.not. cost%is_whole)
+      call run%march%advance(run%heat, run%time, min(scene%end_time, next_switch(run), &
+        next_time(scene%output%history_interval, run%time), next_time(scene%output%frame_interval, run%time)))
       spent = cpu_seconds() - begun
       call world%sum(spent)
-      at(n) = run%time
-      used(n) = spent(1)
-      if (run%time >= to*(1.0_rp - 1.0e-12_rp) .or. (spent(1) > enough .and. n >= 20)) exit
+      cost%time = [cost%time, run%time]
+      cost%seconds = [cost%seconds, spent]
+      cost%is_whole = run%time >= scene%end_time*(1.0_rp - 1.0e-12_rp) &
+                      .or. (scene%max_steps > 0 .and. size(cost%time) >= scene%max_steps)
+      if (spent(1) > most .and. size(cost%time) >= fewest) exit
     end do
-    n = min(n, most)
-    half = n/2
-    cost%looked = cost%looked + n
-    cost%seconds = cost%seconds + used(n)
-    cost%steps = cost%steps + n
-    if (at(n) >= to*(1.0_rp - 1.0e-12_rp)) return
-    associate (left => (to - at(n))/max(at(n) - at(half), tiny(1.0_rp)))
-      cost%seconds = cost%seconds + left*(used(n) - used(half))
-      cost%steps = cost%steps + left*(n - half)
-    end associate
-  end subroutine look_at_heat
+  end subroutine march_on
 
 end module setup_estimate

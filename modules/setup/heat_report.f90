@@ -7,6 +7,8 @@ module setup_heat_report
   use base_timers, only: wall_time
   use comm_world, only: world_t
   use setup_estimate, only: cost_t, estimate_heat
+  use setup_heat_scene, only: build_heat_scene
+  use setup_input, only: input_t
   use thermal_method, only: euler, method_names, rkl2, solver_names
   use time_heat_state, only: heat_run_t
   use time_scene, only: scene_t
@@ -19,10 +21,12 @@ contains
 
   !> Collective; evaluates the rates and marches on to measure the cost, writes no file; the state is of no use
   !> afterwards.
-  subroutine report_heat_scene(world, scene, run)
+  subroutine report_heat_scene(world, input, scene, run)
     type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
+    type(heat_run_t) :: coarse
     type(cost_t) :: cost
     real(rp) :: volume(1), t, best
     integer(i8) :: odd
@@ -46,7 +50,8 @@ contains
           best = min(best, wall_time() - t)
         end do
       end block
-      call estimate_heat(world, scene, run, cost)
+      call build_coarse(world, input, scene, run, coarse)
+      call estimate_heat(world, scene, run, coarse, cost)
       if (.not. world%is_root()) return
       call line('scene', scene%output%name//'  '//scene%title)
       call line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
@@ -66,6 +71,23 @@ contains
       call line('skipped', 'mechanics, contact, particles (MECHANICS = F)')
     end associate
   end subroutine report_heat_scene
+
+  !> The same scene in so large cells that a march through all of it is a matter of tenths of a second.
+  subroutine build_coarse(world, input, scene, run, coarse)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    type(heat_run_t), intent(out) :: coarse
+    real(rp), parameter :: few = 4000.0_rp    !! cells
+    type(scene_t) :: coarser
+
+    coarser = scene
+    coarser%grid%h = scene%grid%h*max(1.0_rp, (real(run%cells, rp)/few)**(1.0_rp/3.0_rp))
+    call build_heat_scene(world, input, coarser, coarse)
+    call coarse%march%start(coarse%heat)
+    coarse%time = run%time
+  end subroutine build_coarse
 
   subroutine line(name, text)
     character(*), intent(in) :: name, text

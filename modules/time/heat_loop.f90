@@ -18,7 +18,7 @@ module time_heat_loop
   implicit none (type, external)
   private
 
-  public :: begin_heat, run_heat
+  public :: begin_heat, next_switch, run_heat
 
 contains
 
