@@ -26,7 +26,7 @@ module thermal_implicit
     integer :: solver = 0                         !! by_cg, by_fft, by_petsc
     real(rp) :: tolerance = 1.0e-3_rp             !! of a stage [K]
     integer :: newtons = 0                        !! Newton steps so far
-    integer :: failed = 0                         !! stages that did not converge
+    logical :: has_failed = .false.               !! the last step has a stage that was not solved
     type(linear_t) :: linear
     logical, private :: has_pace = .false.
     real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y, rhs, x
@@ -77,6 +77,7 @@ contains
     integer :: n
 
     n = heat%size()
+    self%has_failed = .false.
     self%y = y0
     if (self%method == backward_euler) then
       self%base = y0
@@ -159,7 +160,7 @@ contains
       self%y(1:n) = self%y(1:n) + self%x/self%scale
       self%newtons = self%newtons + 1
     end do
-    self%failed = self%failed + 1
+    self%has_failed = .true.
   end subroutine solve_stage
 
   !> What base + a f - y is short of 0: its heat r [J] in the solid, and the largest [K].
@@ -219,11 +220,11 @@ contains
                      + error_weight(3)*m1(1:n))*heat%mesh%capacity
     end if
     call linearise(self, heat, 1.0_rp)
+    self%linear%has_failed = .false.
     call self%linear%filter(heat, a, self%scale, self%d, self%rhs, self%x)
     error = 0.0_rp
     if (n > 0) error = maxval(abs(self%x/self%scale))
-    if (self%failed > 0) error = huge(1.0_rp)
-    self%failed = 0
+    if (self%has_failed .or. self%linear%has_failed) error = huge(1.0_rp)
   end subroutine estimate
 
 end module thermal_implicit

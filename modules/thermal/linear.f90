@@ -6,7 +6,7 @@
 module thermal_linear
   use base_kinds, only: rp
   use thermal_fft, only: fft_t
-  use thermal_method, only: by_cg, by_fft, by_petsc
+  use thermal_method, only: by_cg, by_fft, by_petsc, most_iterations
   use thermal_petsc, only: petsc_t
   use thermal_rates, only: heat_t
   implicit none (type, external)
@@ -14,11 +14,10 @@ module thermal_linear
 
   public :: linear_t
 
-  integer, parameter :: most_iterations = 2000
-
   type :: linear_t
     integer :: solver = by_cg
     integer :: solves = 0, iterations = 0
+    logical :: has_failed = .false.               !! some solve was not finished, on all ranks alike
     type(fft_t) :: fft
     type(petsc_t) :: petsc
     real(rp), allocatable, private, dimension(:) :: p, g, diagonal, main, r, z, q
@@ -51,7 +50,7 @@ contains
   end subroutine start
 
   !> Collective: x of own cells for `b`, both 0 outside the solid, until the residual is `relative`
-  !> of b.
+  !> of b; else `has_failed` says that it did not come to that.
   subroutine solve(self, heat, a, scale, d, b, relative, x)
     class(linear_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -121,6 +120,7 @@ contains
       call advance(n, rho(1)/curvature(1), self%p(1:n), self%q, x, self%r, rr(1))
       call heat%world%sum(rr)
     end do
+    if (rr(1) > enough) self%has_failed = .true.   ! what is not a number is for others to find
   end subroutine conjugate_gradients
 
   !> q = main p - a capacity g and p q.

@@ -16,6 +16,7 @@ module thermal_march
   integer, parameter :: n_kept = 3                 !! fields besides the state: rate, pace, preconditioner
 
   real(rp), parameter :: safety = 0.8_rp, most_growth = 2.0_rp, least_growth = 0.2_rp
+  integer, parameter :: most_refused = 50          !! in one step
   real(rp), parameter :: of_limit = 0.95_rp        !! part of the stability limit that is used
 
   type :: march_t
@@ -25,6 +26,7 @@ module thermal_march
     real(rp) :: next = 0.0_rp                      !! step to try next [s]
     real(rp) :: last = 0.0_rp                      !! last step made [s]
     integer(i8) :: steps = 0, refused = 0
+    logical :: is_stuck = .false.                  !! a step could not be made: the state is that before it
     real(rp) :: books(n_books) = 0.0_rp            !! heat in and out so far, of all ranks [J]
     type(implicit_t) :: implicit
     logical, private :: has_rate = .false.         !! `m0`, `p0` are those of the present state
@@ -50,8 +52,8 @@ contains
     hi = ubound(heat%theta, 1)
     allocate (self%y0(lo:hi), self%y1(lo:hi), self%m0(lo:hi), self%m1(lo:hi), source=0.0_rp)
     allocate (self%was_on(size(heat%source)), source=.false.)
-    if (self%next <= 0.0_rp) self%next = merge(self%fixed, 10.0_rp/max(heat%fastest, 1.0e-3_rp), &
-                                               self%fixed > 0.0_rp)
+    if (self%next <= 0.0_rp) self%next = 10.0_rp/max(heat%fastest, 1.0e-3_rp)
+    if (self%fixed > 0.0_rp) self%next = self%fixed       ! also if a restart changes it
     if (is_implicit(self)) call self%implicit%start(heat, self%method)
   end subroutine start
 
@@ -100,14 +102,17 @@ contains
     end associate
   end subroutine unpack_memory
 
-  !> Collective: one step from `t`, at most to `t_most`; `t` becomes its end.
+  !> Collective: one step from `t`, at most to `t_most`; `t` becomes its end. A step that cannot be
+  !> solved, or not to the tolerance however short, leaves all as it was and `is_stuck`, on all ranks.
   subroutine advance(self, heat, t, t_most)
     class(march_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(inout) :: t                   !! [s]
     real(rp), intent(in) :: t_most
     real(rp) :: dt, error(1), gain(n_books), p1(n_books), t_end, wish
+    integer(i8) :: before
 
+    before = self%refused
     do
       wish = min(self%next, longest(self, heat))
       dt = fitted(wish, t_most - t)
@@ -125,7 +130,10 @@ contains
       end select
       call heat%rate(heat%theta, 1.0_rp, self%m1, p1)
       error = 0.0_rp
-      if (self%fixed > 0.0_rp .or. self%method == euler) exit
+      if (self%fixed > 0.0_rp .or. self%method == euler) then
+        self%is_stuck = self%implicit%has_failed
+        exit
+      end if
       call estimate(self, heat, dt, error(1))
       call heat%world%max(error)
       self%next = dt*max(least_growth, min(most_growth, &
@@ -133,7 +141,14 @@ contains
       if (.not. error(1) > self%tolerance) exit   ! also if it is not a number: the loop will say so
       heat%theta = self%y0
       self%refused = self%refused + 1
+      self%is_stuck = self%refused - before == most_refused
+      if (self%is_stuck) exit
     end do
+    if (self%is_stuck) then
+      heat%theta = self%y0
+      self%last = dt
+      return
+    end if
     ! a step cut short by an output must not make the next ones short
     if (error(1) <= 0.25_rp*self%tolerance .and. dt < wish) self%next = max(self%next, wish)
     if (is_implicit(self)) call self%implicit%keep(heat, dt, self%y0)

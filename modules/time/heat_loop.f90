@@ -75,7 +75,7 @@ contains
     if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
       call writer%due(world, scene, run, .true., .false., error)
       call warn_of_idle_sources(world, run)
-    else if (status == ended_by_signal .and. .not. is_lost) then
+    else if ((status == ended_by_signal .or. run%march%is_stuck) .and. .not. is_lost) then
       call writer%sync()
       call save_heat(world, scene, run, error)
       message = message//'; checkpoint '//heat_checkpoint_path(scene%output)
@@ -131,7 +131,13 @@ contains
     call world%max(seen)
     is_safety_due = seen(2) > 0.0_rp
     is_lost = seen(4) > 0.0_rp
-    if (seen(3) > 0.0_rp) then
+    if (run%march%is_stuck .and. .not. seen(3) > 0.0_rp) then
+      status = ended_broken
+      message = 'conduction: a step of '//str(run%march%last)//' s was not solved for: shorten &HEAT STEP'
+      if (.not. run%march%fixed > 0.0_rp) &
+        message = 'conduction: no step is as exact as &HEAT TOLERANCE, not even one of '//str(run%march%last)//' s'
+      message = message//' (step '//str(run%march%steps)//', t = '//str(run%time)//' s)'
+    else if (seen(3) > 0.0_rp) then
       status = ended_broken
       mine = ''
       if (.not. is_finite) mine = not_a_number(scene, run)

@@ -119,7 +119,7 @@ contains
   end subroutine check_state
 
   !> The state at a stop: a checkpoint to go on from; but if the run broke down, an earlier one is
-  !> kept, and a state that is not a number is no checkpoint.
+  !> kept, and a state that is not a number, or not a solution, is no checkpoint.
   subroutine save_last_state(world, sim, is_sound, error, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -130,7 +130,7 @@ contains
 
     inquire (file=checkpoint_path(sim), exist=is_there)
     is_there = .not. world%all_true(.not. is_there)
-    is_good = world%all_true(is_finite(sim))
+    is_good = world%all_true(is_finite(sim)) .and. .not. sim%is_unsolved
     if (is_good .and. (is_sound .or. .not. is_there)) then
       call save_checkpoint(world, sim, error)
       message = message//'; checkpoint '//checkpoint_path(sim)
@@ -181,6 +181,11 @@ contains
     if (sim%scene%method%conducts) then
       if (conduction_is_due(sim, dt)) then
         call conduct(world, sim, sim%clock%time - sim%clock%heat_time)
+        if (sim%is_unsolved) then
+          status = ended_broken
+          message = 'conduction: a step of '//str(sim%clock%time - sim%clock%heat_time)//' s was not solved for: '// &
+                    'shorten &HEAT STEP or EVERY (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
+        end if
         sim%clock%heat_time = sim%clock%time
         sim%rim%is_stale = .true.
         call sim%timer%lap(ph_conduction)
@@ -188,7 +193,7 @@ contains
     end if
     sim%clock%travel = sim%clock%travel + dt*sim%clock%max_speed
     if (dt < sim%asked_dt) sim%clock%refused = sim%clock%refused + 1
-    if (sim%signal > 0) then
+    if (sim%signal > 0 .and. status == ended_well) then
       status = ended_by_signal
       message = 'signal '//str(sim%signal)//' stopped the run at step '//str(sim%clock%step)// &
                 ', t = '//str(sim%clock%time)//' s'

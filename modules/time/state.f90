@@ -198,6 +198,7 @@ module time_state
     real(rp) :: alarm_place(5, n_alarms) = 0.0_rp   !! time, temperature and place of the first
     ! set by the check in the middle of a step, equal on all ranks
     logical :: is_broken = .false.           !! no step is possible from here
+    logical :: is_unsolved = .false.         !! a conduction step was not solved for: all ranks know
     integer :: signal = 0                    !! that arrived on any rank
     logical :: output_is_lost = .false.      !! a row could not be written
     logical :: safety_is_due = .false.       !! time for a checkpoint against a breakdown
