@@ -124,7 +124,7 @@ def test_command(document, command, tmp_path):
     """Each printed command is one that works, as far as can be told in a second."""
     words = shlex.split(command)
     if words[0] == "mpirun":
-        words = words[1:] if words[1] != "-n" else words[3:]
+        words = words[next(k for k, word in enumerate(words) if word.endswith("stirpoint")):]
     if words[0] in ("stirpoint", "build/release/stirpoint"):
         check_program(words[1:], tmp_path)
     elif words[0] == "cmake":
