@@ -59,11 +59,12 @@ contains
     end do
   end subroutine check_tables
 
-  !> Groups that say the same as another.
+  !> Groups that say the same as another; those whose effects add up may be meant so.
   subroutine find_twins(input, complaints)
     type(input_t), intent(in) :: input
     type(complaints_t), intent(inout) :: complaints
     character(8), parameter :: groups(5) = [character(8) :: 'LOAD', 'TRACTION', 'SOURCE', 'FIELD', 'PROBE']
+    integer, parameter :: n_sums = 3                 !! of the groups, from the first
     character(1024), allocatable :: said(:)
     integer :: g, i, j
 
@@ -72,7 +73,7 @@ contains
       do i = 2, size(said)
         j = findloc(said(:i - 1), said(i), dim=1)
         if (j > 0) call input%complain(complaints, trim(groups(g)), i, '', 'is there twice, first '// &
-                                       place_of(input, trim(groups(g)), j))
+          place_of(input, trim(groups(g)), j)//trim(merge('; both act', '          ', g <= n_sums)), is_warning=g <= n_sums)
       end do
     end do
   end subroutine find_twins

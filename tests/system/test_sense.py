@@ -41,7 +41,6 @@ ERRORS = {
     "surface twice": (SURFACE, f"{SURFACE}\n{SURFACE}", r"&SURFACE .*takes the place of another, on line (\d+)"),
     "surface with another film": (SURFACE, f"{SURFACE}\n{SURFACE.replace('700', '15')}", r"&SURFACE .*takes the place of another, on line (\d+)"),
     "surface of all after one": (SURFACE, f"{SURFACE}\n{SURFACE.replace('xmin', 'all')}", r"&SURFACE .*takes the place of another, on line (\d+)"),
-    "load twice": (LOAD, f"{LOAD}\n&LOAD FORCE = 0.0, 0, -1.0, BODY = 'block' /", r"&LOAD is there twice, first on line (\d+)"),
     "probe in the air": ("POSITION = 4e-3, 4e-3, 6.2e-3", "POSITION = 4e-3, 4e-3, 7.3e-3", r"&PROBE POSITION .*outside the bodies"),
     "disc above": ("&SURFACE", "&SOURCE POWER = 10, RADIUS = 1e-3, POSITION = 4e-3, 4e-3, 8.5e-3 /\n&SURFACE", r"&SOURCE .*never touches"),
     "disc beside": ("&SURFACE", "&SOURCE POWER = 10, RADIUS = 1e-3, POSITION = 0.5e-3, 4e-3, 7e-3 /\n&SURFACE", r"&SOURCE .*never touches"),
@@ -50,6 +49,7 @@ ERRORS = {
 
 # The same, which runs with a warning.
 WARNINGS = {
+    "load twice": (LOAD, f"{LOAD}\n&LOAD FORCE = 0.0, 0, -1.0, BODY = 'block' /", r"&LOAD is there twice, first on line (\d+); both act"),
     "two walls of a side": (WALL, f"{WALL}\n{WALL.replace('2e-3', '1e-3')}", r"&WALL .*another wall of this side, on line (\d+)"),
     "shape twice": ("&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 5e-3, UPPER = 6e-3, 6e-3, 7e-3 /",
                     "&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 5e-3, UPPER = 6e-3, 6e-3, 7e-3 /\n" * 2, r"&SHAPE changes nothing of its body"),
