@@ -23,6 +23,7 @@ for folder in ("tests/verification", "tests/system", "benchmarks/work_precision"
 
 import cases  # noqa: E402
 import driver  # noqa: E402
+import heat  # noqa: E402
 import measuring  # noqa: E402
 import numpy as np  # noqa: E402
 import problems  # noqa: E402
@@ -86,7 +87,7 @@ def run(name, sets, *options, ranks=None):
 VERIFIED = {
     "waves2d": (16, 32), "waves3d": (8,), "vortex": (64,), "ring": (16,), "bar_mode": (13, 25), "bar_impact": (25, 50),
     "bar_gravity": (12, 25), "column": (16,), "friction_block": (1,), "incline_block": (4,), "incline_cylinder": (16,), "hertz_line": (40,), "hertz_sphere": (16,), "heat_step": (10, 20),
-    "heat_robin": (8, 16), "heat_friction": (16,), "standing_wave": (16, 32), "heat_insulated": (16, 32),
+    "heat_robin": (8, 16, 32), "heat_friction": (16,), "standing_wave": (16, 32), "heat_insulated": (16, 32),
     "heat_fixed": (16, 32), "jc_element": (2,), "taylor": (6,), "punch_plane": (4,), "punch_circle": (4,), "punch_elastic": (2,),
     "couette": (10,), "tube": (8,), "tube_limit": (8,), "cantilever": (3, 4, 8), "source_plate": (1,), "tool_torque": (6,), "tool_torque_stick": (6,), "discs_nairn": (10,),
 }
@@ -263,4 +264,17 @@ OWN = (
     Measure("limits", "benchmarks/stability/limits.py", limits_again, own=limits,
             reason="bisection of 5 offsets; here one offset at the limit and 15 % above it"),
 )
-ALL = {measure.name: measure for measure in (*of_verification(), *OWN)}
+# Of docs/heat.md.
+HEAT = (
+    Measure("heat slab", "benchmarks/heat/convergence.py --fine --keep", heat.slab_again, quick=True, own=heat.slab),
+    Measure("heat plates", "benchmarks/heat/convergence.py --fine --keep", heat.plates_again, quick=True, tolerance=3e-5,
+            reason="0.02 K of a peak", own=heat.plates),
+    Measure("heat crossing", "benchmarks/heat/crossing.py --keep", heat.crossed_again, quick=True, tolerance=0.05,
+            reason="steps follow an estimate; processor times are not compared", own=heat.crossed),
+    Measure("heat record", "tests/figures/figures.py heat", heat.record, quick=True, tolerance=0.01),
+    Measure("heat tolerance", "tests/figures/figures.py heat", heat.tolerance, tolerance=0.05,
+            reason="steps follow an estimate"),
+    Measure("heat cavity", "tests/figures/figures.py heat", heat.cavity, quick=True, tolerance=0.01),
+    Measure("heat share", "postproc/calibrate_heat.py share --plate 391 8960 386 --tool 14.4 7800 460", heat.share, quick=True),
+)
+ALL = {measure.name: measure for measure in (*of_verification(), *OWN, *HEAT)}

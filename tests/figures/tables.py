@@ -122,6 +122,102 @@ def cooling(record):
     return table(["cooled", "grains"], [[name, f"{1e9 * values[key]:.0f} nm"] for key, name in names.items()])
 
 
+PLATES = {"copper_plain": "plain", "copper_cavity1": "cavity 1", "copper_cavity2": "cavity 2", "copper_cavity3": "cavity 3",
+          "aa5005": "AA5005"}
+
+
+def heat_plates(record):
+    """Peaks of all plates, and errors of cells of 2, 1 and 0.5 mm."""
+    values = record["heat plates"]
+    rows = [[name, ", ".join(f"{values[f'{plate}, extrapolated, T{k}']:.2f}" for k in (1, 2, 3)),
+             *(", ".join(f"{values[f'{plate}, {cell}, {key}']:.2f}" for key in ("peak", "any")) for cell in ("2", "1", "0.5"))]
+            for plate, name in PLATES.items()]
+    return table(["", "extrapolated", "2 mm", "1 mm", "0.5 mm"], rows)
+
+
+def orders(values, sizes):
+    """Pairs of an error and the order between it and the one before."""
+    found = [values[0]], [""]
+    for k in range(1, len(values)):
+        found[0].append(values[k])
+        found[1].append(f"{math.log(values[k - 1] / values[k]) / math.log(float(sizes[k - 1]) / float(sizes[k])):.2f}")
+    return zip((f"{value:.6f}" for value in found[0]), found[1])
+
+
+def heat_slab(record):
+    values, cells = record["heat slab"], ("4", "2", "1", "0.5")
+    found = orders([values[f"cell, {cell}"] for cell in cells], cells)
+    return table(["cell [mm]", "error [K]", "order"], [[cell, *pair] for cell, pair in zip(cells, found)])
+
+
+def heat_steps(record):
+    values, steps = record["heat slab"], ("0.32", "0.16", "0.08", "0.04")
+    methods = ("rkl2", "tr-bdf2", "backward-euler")
+    found = [orders([values[f"{method}, {step}"] for step in steps], steps) for method in methods]
+    rows = [[step, *(cell for pair in pairs for cell in pair)] for step, *pairs in zip(steps, *found)]
+    return table(["step [s]", *(cell for method in methods for cell in (f"{method}: error [K]", "order"))], rows)
+
+
+def heat_tolerance(record):
+    values, limits = record["heat tolerance"], ("0.2", "0.5", "1", "2", "5", "15")
+    return table(["TOLERANCE [K]", *(f"{limit} (default)" if limit == "2" else limit for limit in limits)],
+                 [["largest difference [K]", *(f"{values[f'{limit}, apart']:.3f}" for limit in limits)],
+                  ["evaluations of the rates", *(f"{values[f'{limit}, evaluations']:,.0f}" for limit in limits)]])
+
+
+CROSSING = "benchmarks/heat/crossing.json"
+
+
+def origin_of_crossing():
+    kept = json.loads((measures.ROOT / CROSSING).read_text(encoding="utf-8"))
+    versions = sorted({run["version"].rpartition(" ")[2][:7] for run in kept["runs"]})
+    return f"\nMade by {' and '.join(versions)} on {kept['machine']}.\n"
+
+
+# Method and time, and the name in the document.
+INTEGRATORS = {"reference, 2 s": "rkl2, tolerance 0.2", "rkl2, 2 s": "rkl2, tolerance 15", "explicit, 2 s": "explicit",
+               "tr-bdf2, fftw, 2 s": "tr-bdf2, fftw, tolerance 2", "tr-bdf2, cg, 2 s": "tr-bdf2, cg, tolerance 2",
+               "tr-bdf2, petsc, 2 s": "tr-bdf2, petsc, tolerance 2",
+               "backward-euler, fftw, 2 s": "backward-euler, fftw, tolerance 0.5",
+               "rkl2, 6 s": "6 s: rkl2, tolerance 15", "tr-bdf2, fftw, 6 s": "6 s: tr-bdf2, fftw, tolerance 2"}
+
+
+def heat_crossing(record):
+    """Processor seconds a simulated second and errors of the integrators."""
+    values, cells = record["heat crossing"], ("1", "0.5", "0.25")
+    rows = []
+    for method, name in INTEGRATORS.items():
+        row = [name]
+        for cell in cells:
+            key = f"heat_copper_plain, {cell}, {method}"
+            cost, apart = values.get(f"{key}, cpu"), values.get(f"{key}, error")
+            row.append("" if cost is None else f"{rough(cost)}" + (f" ({apart:.2g} K)" if apart else ""))
+        rows.append(row)
+    return table(["", *(f"{cell} mm" for cell in cells)], rows) + origin_of_crossing()
+
+
+def rough(seconds):
+    """Two digits."""
+    return f"{float(f'{seconds:.2g}'):g}"
+
+
+def heat_solvers(record):
+    """Processor seconds a simulated second and iterations a linear system of the solvers of tr-bdf2."""
+    values, solvers = record["heat crossing"], ("fftw", "cg", "petsc")
+    runs = json.loads((measures.ROOT / CROSSING).read_text(encoding="utf-8"))["runs"]
+    cells = {(run["input"], f"{run['cell_mm']:g}"): run["cells"] for run in runs}
+    rows = []
+    for scene, name in (("heat_copper_plain", "box"), ("heat_copper_cavity1", "cavity 1")):
+        for cell in ("1", "0.5"):
+            row = [f"{name}, {cells[scene, cell]:,} cells"]
+            for solver in solvers:
+                key = f"{scene}, {cell}, tr-bdf2, {solver}, 2 s"
+                known = f"{key}, cpu" in values
+                row.append(f"{rough(values[f'{key}, cpu'])}, {values[f'{key}, iterations']:.1f}" if known else "")
+            rows.append(row)
+    return table(["", *solvers], rows)
+
+
 TRUE = (("`TP_BETA`", "TP_BETA", 0, "0.0018"), ("`TP_K0`", "TP_K0", 0, "4.6"), ("`TP_STAR` at 298 K", "TP_STAR", 0, "0.2069"),
         ("500 K", "TP_STAR", 1, "0.1330"), ("773 K", "TP_STAR", 2, "0.0617"), ("1000 K", "TP_STAR", 3, "0.0182"))
 
@@ -147,7 +243,8 @@ ALL = {
     "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "speed": speed, "kernels": kernels, "cooling": cooling, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"), "sleeping, cavity": kept(SLEEPING, "tool in the cavity, 890 K"),
-    "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
+    "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
+    "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
 }
 
 SERIES = "docs/accuracy.md"
@@ -161,13 +258,13 @@ def has_series(text):
     return series.markdown(measures.lines(measures.PRECISION)) in text
 
 
-# Which measurements a table holds, where not that of its name; the first word of those of verify.py.
-HOLDS = {"disc on plate": ("disc_on_plate",), "mass scaling": ("mass_scaling",), "choices": ("precision",)}
+# Which measurements a table holds, where not that of its name.
+HOLDS = {"disc on plate": ("disc_on_plate",), "mass scaling": ("mass_scaling",), "choices": ("precision",),
+         "verification": tuple(measure.name for measure in measures.of_verification()), "heat steps": ("heat slab",),
+         "heat solvers": ("heat crossing",)}
 
 
 def documents_of(measure):
     """Documents with a table that holds a measurement."""
     held = {title for title in ALL if measure in HOLDS.get(title, (title,))}
-    if measure not in {name for names in HOLDS.values() for name in names} | set(ALL):
-        held.add("verification")
     return [name for name in documents.NAMES if held & set(documents.tables(documents.read(name)))]

@@ -97,10 +97,12 @@ def test_check_ends_at_once(tmp_path):
     assert process.wait(60) in (-signal.SIGTERM, driver.BAD_INPUT, driver.WELL)
 
 
-@pytest.mark.parametrize("number, status", [(signal.SIGUSR1, driver.BY_SIGNAL), (signal.SIGTERM, 1), (signal.SIGINT, 1)])
+@pytest.mark.parametrize("number, status", [
+    (signal.SIGUSR1, driver.BY_SIGNAL), (signal.SIGTERM, 1), (signal.SIGINT, 1), (signal.SIGHUP, 1), (signal.SIGUSR2, 140)])
 def test_to_mpirun(tmp_path, number, status):
-    """Open MPI's mpirun hands SIGUSR1 on, and the job ends with status 75; SIGTERM and SIGINT make it send SIGTERM to the
-    ranks, which have a second (odls_base_sigkill_timeout) for their checkpoint, and end with its own status."""
+    """Open MPI's mpirun hands SIGUSR1 on, and the job ends with status 75; SIGTERM, SIGINT and SIGHUP make it send SIGTERM
+    to the ranks, which have a second (odls_base_sigkill_timeout) for their checkpoint, and end with its own status;
+    SIGUSR2, handed on too, kills the ranks."""
     one = driver.Started("stir", "--quiet", directory=tmp_path, ranks=2,
                          environment=dict(driver.ENVIRONMENT, OMPI_MCA_odls_base_sigkill_timeout="30"))
     results = driver.Results(tmp_path / "stir.out", "stir")
@@ -111,7 +113,7 @@ def test_to_mpirun(tmp_path, number, status):
     finally:
         one.end()
     print(ended, one.directory.joinpath("log.txt").read_text())
-    assert results.path("_checkpoint.h5").exists()
+    assert number == signal.SIGUSR2 or results.path("_checkpoint.h5").exists()
     if os.environ.get("PRTE_MCA_prefix") is None and "Open MPI" in subprocess.run(
             ["mpirun", "--version"], capture_output=True, text=True).stdout:
         assert ended == status
