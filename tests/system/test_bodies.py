@@ -184,7 +184,7 @@ def test_no_adhesion(run):
 def test_friction_heat_goes_to_both_bodies(run, tmp_path):
     """Exact: with conduction the heat content of both bodies together rises by the friction heat (to 1e-6 of
     it, from the particles), and both get warm: with equal materials and a conduction length of many cells, each at least 20 %."""
-    path = spoiled(tmp_path, "blocks", ("POISSON_RATIO = 0.33", "POISSON_RATIO = 0.33, CONDUCTIVITY = 1e3"),
+    path = spoiled(tmp_path, "blocks", ("POISSON_RATIO = 0.33", "POISSON_RATIO = 0.33, CONDUCTIVITY = 1e3, SPECIFIC_HEAT = 386"),
                    ("&LOAD", "&HEAT /\n&LOAD"))
     sets = {"TIME.END": 1e-3, "OUTPUT.CHECKPOINT_INTERVAL": 1e-3}
     results = run(path, "--quiet", sets=sets).results("blocks")

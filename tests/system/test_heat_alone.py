@@ -319,7 +319,8 @@ def test_box_by_fftw_is_direct(run, tmp_path):
     """In a box without a source the cosine transforms solve exactly: one iteration a solve, on 1 and 3 ranks."""
     if driver.lacks("fftw", tmp_path):
         pytest.skip("this build has no FFTW")
-    sets = {"HEAT.INTEGRATOR": "tr-bdf2", "HEAT.SOLVER": "fftw", "SURFACE.FACE": "zmin", "TIME.END": 2.56,
+    sets = {"HEAT.INTEGRATOR": "tr-bdf2", "HEAT.SOLVER": "fftw", "TIME.END": 2.56,
+            "SURFACE(1).FACE": "zmin", "SURFACE(2).FACE": "zmax",
             "HEAT.TOLERANCE": 0.1}
     for ranks in (1, 3):
         summary = run("heat_slab", "--quiet", sets=sets, ranks=ranks).results("heat_slab").summary()
