@@ -4,6 +4,7 @@ program stirpoint
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
+  use base_log, only: log_is_lost, say
   use base_system, only: leave_signals, stop_signal, watch_signals
   use base_text, only: str
   use base_version, only: version_text
@@ -56,6 +57,7 @@ program stirpoint
     end select
   end if
   flush (output_unit)
+  if (.not. world%all_true(.not. log_is_lost()) .and. status == ended_well) status = ended_io
   call end_petsc()
   call world%barrier()
   call end_world()
@@ -139,11 +141,11 @@ contains
     frames = 0
     if (allocated(frame_times)) frames = size(frame_times)
     call take_folder(world, output%directory, output%name, note, is_taken, error)
-    if (world%is_root() .and. note /= '') write (output_unit, '(a)') note
+    if (world%is_root() .and. note /= '') call say(note)
     if (.not. error%is_set()) then
       call clear_folder(world, output%directory, output%name, output%run, command%restart, frames, &
                         command%overwrites, note, error)
-      if (world%is_root() .and. note /= '') write (output_unit, '(a)') note
+      if (world%is_root() .and. note /= '') call say(note)
     end if
     if (error%is_set()) then
       status = merge(bad_input, ended_io, is_taken)
@@ -175,7 +177,7 @@ contains
     if (status /= ended_well) then
       write (error_unit, '(2a)') 'stirpoint: ', message
     else if (.not. command%is_quiet) then
-      write (output_unit, '(2a)') 'results in ', sim%scene%output%directory
+      call say('results in '//sim%scene%output%directory)
     end if
   end subroutine tell_end
 

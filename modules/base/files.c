@@ -3,6 +3,7 @@
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -19,11 +20,23 @@ int stirpoint_text_put(int fd, const char *text, long long n)
     while (n > 0) {
         ssize_t done = write(fd, text, (size_t)n);
         if (done < 0 && errno == EINTR) continue;
+        if (done < 0 && errno == EAGAIN) { /* a pipe that is full and does not block */
+            struct pollfd one = {.fd = fd, .events = POLLOUT};
+            poll(&one, 1, -1);
+            continue;
+        }
         if (done <= 0) return done < 0 ? errno : EIO;
         text += done;
         n -= done;
     }
     return 0;
+}
+
+/* The same to standard output; -1 if nobody reads it any more. */
+int stirpoint_say(const char *text, long long n)
+{
+    int code = stirpoint_text_put(STDOUT_FILENO, text, n);
+    return code == EPIPE ? -1 : code;
 }
 
 /* Bring it to the disk, where there is one. */

@@ -2,6 +2,7 @@
  * What only C can say: signal flags, libraries opened late, cache prefetch, peak memory, transposition in registers. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -29,7 +30,8 @@ static void note_stop(int number)
 }
 
 /* A signal that is ignored so far (nohup, a job in the background) stays ignored. A limit on the size of
- * files shall be an error of the write, not a signal. */
+ * files and a reader that has gone away shall be errors of the write, not signals. Standard files that are
+ * closed become /dev/null: the next file that is opened would take their place. */
 void stirpoint_watch_signals(void)
 {
     struct sigaction action, old;
@@ -39,6 +41,9 @@ void stirpoint_watch_signals(void)
     for (int k = 0; k < n_stops; k++)
         if (sigaction(stops[k], 0, &old) == 0 && old.sa_handler != SIG_IGN) sigaction(stops[k], &action, 0);
     signal(SIGXFSZ, SIG_IGN);
+    signal(SIGPIPE, SIG_IGN);
+    for (int fd = 0; fd <= 2; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) != fd) return;
 }
 
 /* Let signals end the program at once again, also one that came already. */
@@ -47,6 +52,7 @@ void stirpoint_leave_signals(void)
     struct sigaction old;
     for (int k = 0; k < n_stops; k++)
         if (sigaction(stops[k], 0, &old) == 0 && old.sa_handler == note_stop) signal(stops[k], SIG_DFL);
+    signal(SIGPIPE, SIG_DFL);
     if (stop_flag != 0) raise(stop_flag);
 }
 

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Tables of values over time as CSV text, written by rank 0 and continued after a restart.
 module io_histories
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
   use base_files, only: reason_of, text_file_t, write_whole
   use base_kinds, only: i8, rp
+  use base_log, only: say
   use base_system, only: rename_file
   use base_text, only: str
   use comm_world, only: world_t
@@ -138,7 +138,7 @@ contains
       call rename_file(path, aside, ok)
       if (ok) message = message//'; it is kept as '//aside
     end if
-    write (output_unit, '(a)') message
+    call say(message)
   end subroutine tell_apart
 
   !> True if the line is a full row whose first value is not later than `time`.

@@ -2,7 +2,9 @@
 !> Everything that is wrong with an input, collected so that it is reported at once,
 !> and the wording of what is wrong with a value.
 module setup_complaints
+  use, intrinsic :: iso_fortran_env, only: error_unit
   use base_kinds, only: i8, rp
+  use base_log, only: say
   use base_text, only: edit_distance, lower, str
   use setup_keys_table, only: is_within, items_t, key_row_t, key_table_t, letters, split_values, &
     split_words, to_integer, to_logical, to_real, to_text
@@ -114,21 +116,28 @@ contains
     r = r//trim(merge(': warning:', ': error:  ', self%list(k)%is_warning))//' '//trim(self%list(k)%message)
   end function text_of_complaint
 
-  !> Write all errors, one a line, or all warnings.
+  !> Write all errors, one a line, on `unit` or standard error, or all warnings on standard output.
   subroutine print_complaints(self, unit, warnings)
     class(complaints_t), intent(in) :: self
-    integer, intent(in) :: unit
+    integer, intent(in), optional :: unit
     logical, intent(in), optional :: warnings
     logical :: wanted
-    integer :: k
+    integer :: k, where_to
 
+    where_to = error_unit
+    if (present(unit)) where_to = unit
     wanted = .false.
     if (present(warnings)) wanted = warnings
     if (.not. allocated(self%list)) return
     do k = 1, size(self%list)
-      if (self%list(k)%is_warning .eqv. wanted) write (unit, '(a)') self%text(k)
+      if (self%list(k)%is_warning .neqv. wanted) cycle
+      if (wanted) then
+        call say(self%text(k))
+      else
+        write (where_to, '(a)') self%text(k)
+      end if
     end do
-    if (self%n_more > 0 .and. .not. wanted) write (unit, '(a)') &
+    if (self%n_more > 0 .and. .not. wanted) write (where_to, '(a)') &
       self%list(1)%file//': error: and '//str(self%n_more)//' more'
   end subroutine print_complaints
 

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> `stirpoint --check` of a scene of heat alone.
 module setup_heat_report
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
+  use base_log, only: say
   use base_text, only: str
   use base_timers, only: wall_time
   use comm_world, only: world_t
@@ -94,7 +94,7 @@ contains
     character(12) :: label
 
     label = name
-    write (output_unit, '(3a)') label, ' ', trim(text)
+    call say(label//' '//trim(text))
   end subroutine line
 
 end module setup_heat_report

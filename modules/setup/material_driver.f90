@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> `stirpoint --material INPUT`: flow laws along paths of a material point, one CSV file a &PATH.
 module setup_material_driver
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp
+  use base_log, only: say
   use base_system, only: make_directory
   use base_text, only: str
   use comm_world, only: world_t
@@ -53,7 +54,7 @@ contains
     if (complaints%count() == 0) call check_paths(input, material, command%input, complaints)
     if (complaints%count() > 0) then
       status = 2
-      if (world%is_root()) call complaints%print(error_unit)
+      if (world%is_root()) call complaints%print()
       return
     end if
     directory = input%text('RUN', 1, 'NAME')//'.out'
@@ -69,7 +70,7 @@ contains
       status = io_status
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
     else if (world%is_root() .and. .not. command%is_quiet) then
-      write (output_unit, '(2a)') 'curves in ', directory
+      call say('curves in '//directory)
     end if
   end subroutine drive_material
 

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Counts where a material point leaves what its flow law is valid for, as a run does of particles.
 module setup_point_watch
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, nlane, rp
+  use base_log, only: say
   use base_text, only: str
   use physics_flow_law, only: alarm_text, n_alarms
   use physics_material, only: material_t
@@ -61,10 +61,10 @@ contains
 
     do k = 1, n_kinds
       if (self%counts(k) == 0) cycle
-      write (output_unit, '(*(a))') 'warning: path '//path//': '//str(self%counts(k))//' of '// &
+      call say('warning: path '//path//': '//str(self%counts(k))//' of '// &
         str(self%looks)//' increments '//trim(text(k))//'; the first at t = '// &
         str(self%first(1, k))//' s, plastic strain '//str(self%first(2, k))//', '// &
-        str(self%first(3, k))//' K'
+        str(self%first(3, k))//' K')
     end do
   end subroutine tell
 

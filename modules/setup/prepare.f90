@@ -85,11 +85,11 @@ contains
     end if
     is_good = complaints%count() == 0
     if (.not. is_good) then
-      if (world%is_root()) call complaints%print(error_unit)
+      if (world%is_root()) call complaints%print()
       call world%barrier()
       return
     end if
-    if (world%is_root() .and. command%restart == '') call complaints%print(output_unit, warnings=.true.)
+    if (world%is_root() .and. command%restart == '') call complaints%print(warnings=.true.)
     if (sim%scene%method%has_mechanics) then
       call stretch_bodies(input, sim%scene)
       call load_bodies(input, counts, sim%scene)

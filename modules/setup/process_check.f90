@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> What is wrong or doubtful about the motion of the tools, and the table of it that `--check` prints.
 module setup_process_check
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: pi, rp
+  use base_log, only: say
   use base_text, only: str
   use setup_complaints, only: complaints_t
   use setup_cut_cells, only: all_solids, solids_t
@@ -218,29 +218,31 @@ contains
     type(tool_survey_t) :: survey
     real(rp) :: lower(3), upper(3)
     character(:), allocatable :: text
+    character(120) :: row
     integer :: i, k
 
     if (size(sim%tool) == 0) return
     call all_solids(input, solids)
     call plate_of(sim%scene, solids, lower, upper)
-    write (output_unit, '(a12,1x,a)') 'plate       ', str(mm*(upper(1) - lower(1)))//' x '//str(mm*(upper(2) - lower(2)))// &
-      ' x '//str(mm*(upper(3) - lower(3)))//' mm, top at z = '//str(mm*upper(3))//' mm'
+    call say('plate        '//str(mm*(upper(1) - lower(1)))//' x '//str(mm*(upper(2) - lower(2)))// &
+      ' x '//str(mm*(upper(3) - lower(3)))//' mm, top at z = '//str(mm*upper(3))//' mm')
     do k = 1, size(sim%tool)
       call survey_tool(input, sim%scene, solids, k, sim%tool(k), survey)
       text = ', never touches where bodies are now'
       if (survey%touch < none) text = ', touches at t = '//str(survey%touch)//' s'
-      write (output_unit, '(a12,1x,a)') 'tool        ', trim(sim%tool(k)%name)//text
-      write (output_unit, '(a12,9a12)') 'phase       ', [character(12) :: '     from[s]', '       to[s]', '     way[mm]', &
-        ' speed[mm/s]', '   spin[rpm]', '   depth[mm]', '  bottom[mm]', '    edge[mm]', '    side[mm]']
+      call say('tool         '//trim(sim%tool(k)%name)//text)
+      call say('phase            from[s]       to[s]     way[mm]'// &
+        ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
       do i = 1, size(survey%phase)
         associate (p => survey%phase(i))
-          write (output_unit, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), cell(mm*p%way), cell(mm*p%speed), &
+          write (row, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), cell(mm*p%way), cell(mm*p%speed), &
             cell(p%spin*30.0_rp/pi), cell_mm(p%depth), cell_mm(p%bottom), cell_mm(p%edge), cell_mm(p%side)
+          call say(row)
         end associate
       end do
     end do
-    write (output_unit, '(a12,1x,a)') '            ', 'depth: lowest point of the tool below the top of the plate; bottom: metal '// &
-      'left below it; edge: its rim to the edge of the plate; side: to a wall or the side of the grid'
+    call say('             depth: lowest point of the tool below the top of the plate; bottom: metal '// &
+      'left below it; edge: its rim to the edge of the plate; side: to a wall or the side of the grid')
   end subroutine report_process
 
   function cell(x) result(text)

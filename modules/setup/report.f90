@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> `stirpoint --check`: the scene in numbers, its cost, and what it does not need.
 module setup_report
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
+  use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
   use grid_geometry, only: grid_t
@@ -101,7 +101,7 @@ contains
         'the tool starts '//str(1.0e3_rp*deepest(k))//' mm inside the material and will hit it hard: let it start '// &
         'outside and plunge (&MOTION)')
     end do
-    call warnings%print(output_unit, warnings=.true.)
+    call warnings%print(warnings=.true.)
   end subroutine warn_of_overlap
 
   !> `, periodic along xy`.
@@ -122,7 +122,7 @@ contains
     character(12) :: label
 
     label = name
-    write (output_unit, '(3a)') label, ' ', trim(text)
+    call say(label//' '//trim(text))
   end subroutine line
 
   !> Shape functions, transfer and scheme, as given or chosen.

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The volume that shapes ask for against that of the particles which fill them.
 module setup_volumes
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
+  use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
   use setup_complaints, only: complaints_t
@@ -173,12 +173,12 @@ contains
 
     do b = 1, size(volumes)
       associate (v => volumes(b), body => scene%body(b))
-        write (output_unit, '(a12,1x,a)') 'volume      ', trim(body%name)//': '//in_mm3(sum(v%filled))//' for '// &
+        call say('volume       '//trim(body%name)//': '//in_mm3(sum(v%filled))//' for '// &
           in_mm3(sum(v%asked))//' asked ('//deviation(sum(v%filled), sum(v%asked))//'), '// &
-          str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg'
+          str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg')
         do i = 1, merge(size(v%shape), 0, size(v%shape) > 1)
-          write (output_unit, '(a12,1x,a)') '            ', '&SHAPE '//str(v%shape(i))//': '//in_mm3(v%filled(i))// &
-            ' for '//in_mm3(v%asked(i))//' ('//deviation(v%filled(i), v%asked(i))//')'
+          call say('             &SHAPE '//str(v%shape(i))//': '//in_mm3(v%filled(i))// &
+            ' for '//in_mm3(v%asked(i))//' ('//deviation(v%filled(i), v%asked(i))//')')
         end do
       end associate
     end do

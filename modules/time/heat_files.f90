@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> What a run of heat alone writes: frames, history, probes, checkpoints, progress, summary.
 module time_heat_files
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
   use base_files, only: write_whole
   use base_kinds, only: i8, rp, sp
+  use base_log, only: say
   use base_system, only: peak_memory
   use base_text, only: str
   use base_timers, only: cpu_seconds, wall_time
@@ -21,7 +21,7 @@ module time_heat_files
   use time_melting, only: melting_t
   use time_resume, only: note_run
   use time_scene, only: output_t, scene_t
-  use time_writing, only: next_time, span
+  use time_writing, only: next_time, percent, span
   implicit none (type, external)
   private
 
@@ -297,10 +297,9 @@ contains
     if (now - self%spoke < scene%output%progress_interval) return
     self%spoke = now
     share = (run%time - self%first_time)/max(scene%end_time - self%first_time, tiny(1.0_rp))
-    write (output_unit, '(f6.1,a)') 100.0_rp*run%time/scene%end_time, ' %  step '// &
+    call say(percent(run%time/scene%end_time)//' %  step '// &
       str(run%march%steps)//'  t = '//str(run%time)//' s  dt = '//str(run%march%last)// &
-      ' s  left '//span((now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp))
-    flush (output_unit)
+      ' s  left '//span((now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)))
   end subroutine progress
 
   !> Cost of the run: a line, and NAME_summary.json.
@@ -332,10 +331,10 @@ contains
       '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
       '  "cpu_seconds": '//str(cost(1))//','//nl// &
       '  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
-    if (.not. scene%output%is_quiet) write (output_unit, '(a)') &
+    if (.not. scene%output%is_quiet) call say( &
       str(run%march%steps - self%first_step)//' steps ('//trim(method_names(run%march%method))// &
       ', '//str(run%heat%evaluations)//' evaluations) of '//str(run%cells)//' cells in '// &
-      str(wall)//' s on '//str(world%size)//' rank(s)'
+      str(wall)//' s on '//str(world%size)//' rank(s)')
   end subroutine summary
 
   !> Bring the rows to the disk: a checkpoint counts on them.

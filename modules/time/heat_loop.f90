@@ -2,9 +2,9 @@
 !> The loop of a run of heat alone: steps that end where output is due or a source begins or ends.
 module time_heat_loop
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
+  use base_log, only: say
   use base_system, only: stop_signal
   use base_text, only: str
   use base_timers, only: wall_time
@@ -176,8 +176,8 @@ contains
     type(heat_run_t), intent(in) :: run
 
     if (size(run%heat%source) == 0 .or. .not. world%is_root()) return
-    if (all(abs(run%march%books) <= 0.0_rp)) write (output_unit, '(a)') &
-      'warning: no &SOURCE has given any heat: do they touch a surface that looks up?'
+    if (all(abs(run%march%books) <= 0.0_rp)) call say( &
+      'warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
   end subroutine warn_of_idle_sources
 
 end module time_heat_loop

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Watches for metal above its melting temperature: says it once, and keeps the worst for the summary.
 module time_melting
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
+  use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
   use particles_store, only: f_mass, f_pos, f_temp
@@ -123,7 +123,7 @@ contains
       trim(scene%body(seen%body)%name)//' at ('//str(seen%x(1))//', '//str(seen%x(2))//', '// &
       str(seen%x(3))//') m, has '//str(seen%temp)//' K, T_MELT is '//str(seen%temp - seen%over)//' K'
     call world%share_message(mine, message)
-    if (world%is_root()) write (output_unit, '(a)') message
+    if (world%is_root()) call say(message)
   end subroutine judge
 
   !> Two members of NAME_summary.json, each with its comma.

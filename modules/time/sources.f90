@@ -3,8 +3,8 @@
 !> shared over all particles that the source covers. A particle at the rim counts by the part of
 !> its width that is covered, so that the shares are continuous while the source moves.
 module time_sources
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: i8, rp
+  use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_mass, f_pos, tag_faces
@@ -45,9 +45,9 @@ contains
         call heat_particles(sim, sim%source(i))
       else if (abs(heat) > 0.0_rp .and. .not. sim%source(i)%has_warned) then
         sim%source(i)%has_warned = .true.
-        if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '// &
+        if (world%is_root()) call say('warning: at t = '// &
           str(sim%clock%heat_time + dt)//' s &SOURCE '//str(i)// &
-          ' touches no particle: its power is lost'
+          ' touches no particle: its power is lost')
       end if
     end do
   end subroutine give_source_heat

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> What a run writes while it goes on: frames, histories, probes, checkpoints, progress.
 module time_writing
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: error_t
   use base_files, only: write_whole
   use base_kinds, only: i8, rp, sp
+  use base_log, only: say
   use base_system, only: peak_memory
   use base_text, only: str
   use base_timers, only: cpu_seconds, n_phases, phase_name, wall_time
@@ -24,7 +24,7 @@ module time_writing
   implicit none (type, external)
   private
 
-  public :: writer_t, next_time, span
+  public :: writer_t, next_time, percent, span
 
   character(*), parameter :: nl = new_line('a')
 
@@ -215,26 +215,26 @@ contains
     sim%lost_row = self%history%is_lost() .or. self%probes%is_lost() .or. self%errors%is_lost()
     if (sim%worst_returns > 0 .and. .not. self%warned_returns) then
       self%warned_returns = .true.
-      if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
-        ' s the return mapping of '//str(sim%worst_returns)//' particle-steps had not converged'
+      if (world%is_root()) call say('warning: at t = '//str(sim%clock%time)// &
+        ' s the return mapping of '//str(sim%worst_returns)//' particle-steps had not converged')
     end if
     if (.not. self%warned_fracture) then
       apart = stretched_apart(world, sim)
       self%warned_fracture = apart > 0.9_rp
-      if (self%warned_fracture .and. world%is_root()) write (output_unit, '(a)') &
+      if (self%warned_fracture .and. world%is_root()) call say( &
         'warning: at t = '//str(sim%clock%time)//' s neighbouring particles are stretched to '// &
         str(apart)//' of the distance up to which nodes join them: numerical fracture '// &
-        '(try cpgimp, or more particles per cell)'
+        '(try cpgimp, or more particles per cell)')
     end if
     self%inertial = max(self%inertial, 0.01_rp*values(19))
     if (0.01_rp*values(19) > sim%scene%method%inertial_fraction &
         .and. sim%scene%method%mass_scaling > 1.0_rp .and. .not. sim%scene%method%adapts_mass &
         .and. .not. self%warned) then
       self%warned = .true.
-      if (world%is_root()) write (output_unit, '(a)') 'warning: at t = '//str(sim%clock%time)// &
+      if (world%is_root()) call say('warning: at t = '//str(sim%clock%time)// &
         ' s the inertial stress of mass scaling, chi rho v^2, is '//str(values(19))// &
         ' % of the flow stress somewhere (KE/IE '//str(values(18))// &
-        ' %): try a MASS_SCALING of '//str(allowed_scaling(self, sim))
+        ' %): try a MASS_SCALING of '//str(allowed_scaling(self, sim)))
     end if
   end subroutine row
 
@@ -256,9 +256,9 @@ contains
 
     if (sim%clock%refused <= self%told_refused) return
     self%told_refused = sim%clock%refused
-    if (world%is_root()) write (output_unit, '(a)') 'note: until t = '//str(sim%clock%time)// &
+    if (world%is_root()) call say('note: until t = '//str(sim%clock%time)// &
       ' s '//str(sim%clock%refused)//' step(s) would have moved a node by more than half a '// &
-      'cell and were made shorter; the last one is '//str(sim%clock%dt)//' s'
+      'cell and were made shorter; the last one is '//str(sim%clock%dt)//' s')
   end subroutine tell_refused
 
   !> Say once of each kind that particles left the validity of a flow law, and where.
@@ -274,7 +274,7 @@ contains
       if (self%warned_alarm(k)) cycle
       call alarm_message(world, sim, k, message)
       self%warned_alarm(k) = message /= ''
-      if (world%is_root() .and. message /= '') write (output_unit, '(a)') message
+      if (world%is_root() .and. message /= '') call say(message)
     end do
   end subroutine tell_alarms
 
@@ -299,10 +299,8 @@ contains
       done = max(done, real(sim%clock%step, rp)/real(sim%scene%max_steps, rp))
     end if
     left = (now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)
-    write (output_unit, '(f6.1,a,i0,a)') 100.0_rp*done, ' %  step ', &
-      sim%clock%step, '  t = '//str(sim%clock%time)//' s  dt = '//str(sim%clock%dt)//' s  '// &
-      str(speed*1.0e-6_rp)//' M particle-steps/s  left '//span(left)
-    flush (output_unit)
+    call say(percent(done)//' %  step '//str(sim%clock%step)//'  t = '//str(sim%clock%time)//' s  dt = '//str(sim%clock%dt)//' s  '// &
+      str(speed*1.0e-6_rp)//' M particle-steps/s  left '//span(left))
   end subroutine progress
 
   !> Speed, memory, the shares of the phases and of waiting for other ranks in them (mean over ranks): a line, and
@@ -346,22 +344,30 @@ contains
     end do
     call write_whole(sim%scene%output%directory//'/'//sim%scene%output%name//'_summary.json', &
                      text//nl//'  }'//nl//'}'//nl, error)
-    if (.not. sim%scene%output%is_quiet) write (output_unit, '(a)') &
+    if (.not. sim%scene%output%is_quiet) call say( &
       str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)//' particles in '// &
       span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '// &
-      str(world%size)//' rank(s)'
+      str(world%size)//' rank(s)')
     if (sim%scene%output%is_quiet .or. .not. (sim%scene%method%adapts_mass .or. sim%scene%method%mass_scaling > 1.0_rp)) return
     if (self%inertial <= 0.0_rp) then
-      write (output_unit, '(a)') 'no metal with strength was seen to flow: nothing to judge the mass scaling by'
+      call say('no metal with strength was seen to flow: nothing to judge the mass scaling by')
     else if (sim%scene%method%adapts_mass) then
-      write (output_unit, '(a)') 'inertial stress up to '//str(100.0_rp*self%inertial)// &
-        ' % of the flow stress, mass scaling '//str(sim%scene%method%mass_scaling)//' in the end'
+      call say('inertial stress up to '//str(100.0_rp*self%inertial)// &
+        ' % of the flow stress, mass scaling '//str(sim%scene%method%mass_scaling)//' in the end')
     else
-      write (output_unit, '(a)') 'inertial stress up to '//str(100.0_rp*self%inertial)//' % of the flow stress: MASS_SCALING = '// &
+      call say('inertial stress up to '//str(100.0_rp*self%inertial)//' % of the flow stress: MASS_SCALING = '// &
       str(allowed_scaling(self, sim))//' would make that '// &
-      str(100.0_rp*sim%scene%method%inertial_fraction)//' %'
+      str(100.0_rp*sim%scene%method%inertial_fraction)//' %')
     end if
   end subroutine summary
+
+  !> A share in percent, six characters wide.
+  pure function percent(share) result(text)
+    real(rp), intent(in) :: share
+    character(6) :: text
+
+    write (text, '(f6.1)') 100.0_rp*share
+  end function percent
 
   !> Seconds as a person says them.
   function span(seconds) result(text)
