@@ -333,7 +333,7 @@ contains
   function text_of_scene(self) result(r)
     class(input_t), intent(in) :: self
     character(:), allocatable :: r
-    character(:), allocatable :: all, group
+    character(:), allocatable :: all, group, one
     integer :: g, i, k, n
 
     r = ''
@@ -342,12 +342,12 @@ contains
       n = self%count(group)
       if (.not. self%table%groups(g)%repeats .and. group /= 'HEAT') n = 1   ! &HEAT means something
       do i = 1, n
-        r = r//'&'//group//new_line('a')
+        one = '&'//group//new_line('a')
         do k = self%table%groups(g)%first, self%table%groups(g)%last
           all = self%values(group, i, trim(self%table%keys(k)%name))
-          if (all /= '') r = r//'  '//trim(self%table%keys(k)%name)//' = '//all//new_line('a')
+          if (all /= '') one = one//'  '//trim(self%table%keys(k)%name)//' = '//all//new_line('a')
         end do
-        r = r//'/'//new_line('a')
+        r = r//one//'/'//new_line('a')
       end do
     end do
   end function text_of_scene

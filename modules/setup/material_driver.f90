@@ -80,7 +80,8 @@ contains
     character(*), intent(in) :: file
     type(complaints_t), intent(inout) :: complaints
     real(rp), allocatable :: rows(:, :)
-    integer :: i, j, m
+    character(64) :: name(input%count(group))
+    integer :: i, m
 
     do i = 1, input%count(group)
       m = find(material%name, input%text(group, i, 'MATERIAL'))
@@ -97,10 +98,9 @@ contains
         if (input%text('MATERIAL', m, 'LAW') == 'johnson-cook') call need_property(input, m, 'T_MELT', &
           "LAW = 'johnson-cook' softens towards it", complaints)
       end if
-      do j = 1, i - 1
-        if (input%text(group, j, 'NAME') == input%text(group, i, 'NAME')) &
-          call input%complain(complaints, group, i, 'NAME', 'another path has this name')
-      end do
+      name(i) = input%text(group, i, 'NAME')
+      if (find(name(:i - 1), name(i)) > 0) &
+        call input%complain(complaints, group, i, 'NAME', 'another path has this name')
       if (input%text(group, i, 'KIND') /= 'history') cycle
       call read_history(input, i, file, rows, complaints)
     end do

@@ -6,6 +6,7 @@ module setup_materials
   use setup_complaints, only: complaints_t
   use setup_flow_laws, only: read_flow_law
   use setup_input, only: input_t
+  use setup_names, only: find
   implicit none (type, external)
   private
 
@@ -19,7 +20,7 @@ contains
     type(material_t), allocatable, intent(out) :: material(:)
     type(complaints_t), intent(inout) :: complaints
     logical :: is_given
-    integer :: i, j
+    integer :: i
 
     allocate (material(input%count('MATERIAL')))
     do i = 1, size(material)
@@ -34,10 +35,8 @@ contains
         m%plastic_heat = input%real('MATERIAL', i, 'PLASTIC_HEAT')
         call read_elasticity(input, i, m, complaints)
         call read_flow_law(input, i, m, complaints)
-        do j = 1, i - 1
-          if (material(j)%name == m%name) call input%complain(complaints, 'MATERIAL', i, &
-            'NAME', 'another material has this name')
-        end do
+        if (find(material(:i - 1)%name, m%name) > 0) call input%complain(complaints, 'MATERIAL', i, &
+          'NAME', 'another material has this name')
       end associate
     end do
   end subroutine read_materials

@@ -465,6 +465,7 @@ contains
     class(scan_t), intent(in) :: self
     type(key_table_t), intent(in) :: table
     character(:), allocatable :: r
+    character(:), allocatable :: one
     integer, allocatable :: first(:), last(:)
     integer :: g, i, j, k, n
     logical :: is_whole
@@ -474,7 +475,7 @@ contains
       g = table%find_group(self%groups(i)%name)
       if (g == 0) cycle
       if (r /= '') r = r//newline
-      r = r//'&'//trim(self%groups(i)%name)//newline
+      one = '&'//trim(self%groups(i)%name)//newline
       do k = table%groups(g)%first, table%groups(g)%last
         allocate (first(abs(table%keys(k)%n)), last(abs(table%keys(k)%n)))
         call self%gather(i, table%keys(k)%name, first, last)
@@ -483,18 +484,18 @@ contains
         do j = 1, n
           if (first(j) == 0) cycle
           if (j > 1 .and. is_whole) then
-            r = r//', '
+            one = one//', '
           else
-            r = r//'  '//trim(table%keys(k)%name)
-            if (.not. is_whole) r = r//'('//str(j)//')'
-            r = r//' = '
+            one = one//'  '//trim(table%keys(k)%name)
+            if (.not. is_whole) one = one//'('//str(j)//')'
+            one = one//' = '
           end if
-          r = r//self%text(first(j):last(j))
-          if (j == n .or. .not. is_whole) r = r//newline
+          one = one//self%text(first(j):last(j))
+          if (j == n .or. .not. is_whole) one = one//newline
         end do
         deallocate (first, last)
       end do
-      r = r//'/'
+      r = r//one//'/'
     end do
   end function text_of_groups
 

@@ -269,7 +269,7 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(complaints_t), intent(inout) :: complaints
-    integer :: i, j, per_cell(3)
+    integer :: i, per_cell(3)
 
     allocate (scene%body(input%count('BODY')))
     do i = 1, size(scene%body)
@@ -288,10 +288,8 @@ contains
           b%material = 1
         end if
         call check_stretch(input, i, complaints)
-        do j = 1, i - 1
-          if (scene%body(j)%name == b%name) call input%complain(complaints, 'BODY', i, 'NAME', &
-            'another body has this name')
-        end do
+        if (find(scene%body(:i - 1)%name, b%name) > 0) call input%complain(complaints, 'BODY', i, 'NAME', &
+          'another body has this name')
       end associate
     end do
     do i = 1, input%count('LOAD')

@@ -78,10 +78,10 @@ contains
     integer :: i
 
     is_inside = .false.
-    do i = 1, size(solids)
-      if (is_inside .neqv. solids(i)%adds) then
-        if (holds(solids(i), x)) is_inside = solids(i)%adds
-      end if
+    do i = size(solids), 1, -1
+      if (.not. holds(solids(i), x)) cycle
+      is_inside = solids(i)%adds
+      return
     end do
   end function is_inside
 

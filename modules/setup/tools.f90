@@ -23,7 +23,7 @@ contains
     type(body_t), intent(inout) :: body(:)
     type(tool_t), allocatable, intent(out) :: tool(:)
     type(complaints_t), intent(inout) :: complaints
-    integer :: i, j, n_rigid
+    integer :: i, n_rigid
 
     n_rigid = 0
     do i = 1, size(body)
@@ -40,10 +40,8 @@ contains
       call read_tool_shape(input, i, tool(i), complaints)
       tool(i)%motion = motion_of(input, tool(i)%name)
       call tool(i)%move_to(0.0_rp)
-      do j = 1, i - 1
-        if (tool(j)%name == tool(i)%name) call input%complain(complaints, 'TOOL', i, 'NAME', &
-          'another tool has this name')
-      end do
+      if (find(tool(:i - 1)%name, tool(i)%name) > 0) call input%complain(complaints, 'TOOL', i, 'NAME', &
+        'another tool has this name')
     end do
     call read_rigid_bodies(input, body, tool, complaints)
     do i = 1, input%count('MOTION')

@@ -36,7 +36,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(volumes_t), allocatable, intent(out) :: volumes(:)
     type(solids_t), allocatable :: solids(:)
-    integer :: b, i
+    integer :: b, i, s
 
     call all_solids(input, solids)
     allocate (volumes(size(solids)))
@@ -46,7 +46,7 @@ contains
                        [(input%text('SHAPE', i, 'BODY') == input%text('BODY', b, 'NAME'), i=1, input%count('SHAPE'))])
         allocate (v%asked(size(solid)), v%filled(size(solid)), source=0.0_rp)
         do i = 1 + world%rank, size(solid), world%size
-          v%asked(i) = asked_by(solid(:i))
+          v%asked(i) = asked_by(pack(solid(:i), [(meet(solid(s), solid(i)), s=1, i)]))
         end do
         call fill(world, scene, b, solid, v%filled)
         call world%sum(v%asked)
@@ -109,8 +109,22 @@ contains
     type(solid_t), intent(in) :: solid(:)
     real(rp), intent(in) :: x(3)
 
-    change_at = merge(1, 0, is_inside(solid, x)) - merge(1, 0, is_inside(solid(:size(solid) - 1), x))
+    change_at = 0
+    associate (last => solid(size(solid)))
+      if (.not. holds(last, x)) return
+      if (is_inside(solid(:size(solid) - 1), x) .neqv. last%adds) change_at = merge(1, -1, last%adds)
+    end associate
   end function change_at
+
+  !> Whether the boxes around two solids have points in common.
+  pure logical function meet(one, other)
+    type(solid_t), intent(in) :: one, other
+    real(rp), dimension(3) :: lower, upper, lower_other, upper_other
+
+    call bounds(one, lower, upper)
+    call bounds(other, lower_other, upper_other)
+    meet = all(lower <= upper_other .and. lower_other <= upper)
+  end function meet
 
   !> Volumes of the particles that each solid adds or takes, this rank's planes of the lattice.
   subroutine fill(world, scene, body, solid, filled)

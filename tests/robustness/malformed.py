@@ -20,7 +20,9 @@ import os
 import pathlib
 import random
 import re
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -35,7 +37,8 @@ ENVIRONMENT = dict(
     OMPI_MCA_rmaps_base_oversubscribe="1",
     OMPI_MCA_hwloc_base_binding_policy="none",
 )
-TIME_LIMIT = 60.0  # [s] on a busy machine, sanitizers included
+CPU_LIMIT = 60     # [s] of the processor, sanitizers included: a busy machine is no fault of the program
+TIME_LIMIT = 600.0  # [s] for a case that waits
 KEY = re.compile(r"(?<![\w'])([A-Za-z_]\w*)(\(\d+\))?\s*=\s*")
 NUMBER = re.compile(r"(?<![\w'.])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?(?![\w'.-])")
 
@@ -393,6 +396,8 @@ def judge(status, out, err, folder, before, sure):
     """What is wrong with the end of a case; '' if nothing is."""
     if "AddressSanitizer" in err or "runtime error" in err or "SIGSEGV" in err or "Backtrace" in err or "Error termination" in err:
         return "crash: " + " | ".join(line for line in err.splitlines() if re.search(r"ERROR|runtime error|#[0-9] |signal|Error", line))[:600]
+    if status in (-signal.SIGXCPU, -signal.SIGKILL):
+        return f"hang: no end after {CPU_LIMIT} s of the processor"
     if status not in (0, 2, 3):
         return f"status {status}: {err[-300:]}"
     left = {p.name for p in folder.iterdir()} - before
@@ -412,6 +417,10 @@ def judge(status, out, err, folder, before, sure):
     return f"status 0 with {value}" if value else ""
 
 
+def limit_cpu():
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU_LIMIT, CPU_LIMIT + 5))
+
+
 def run_case(case, executable, keep):
     name, text, options, files, sure = case
     folder = pathlib.Path(tempfile.mkdtemp(prefix="malformed_"))
@@ -422,7 +431,7 @@ def run_case(case, executable, keep):
         before = {p.name for p in folder.iterdir()}
         try:
             done = subprocess.run([str(executable), "case.nml", *options], cwd=folder, env=ENVIRONMENT, capture_output=True,
-                                  timeout=TIME_LIMIT, stdin=subprocess.DEVNULL)
+                                  timeout=TIME_LIMIT, stdin=subprocess.DEVNULL, preexec_fn=limit_cpu)
             verdict = judge(done.returncode, done.stdout.decode("latin-1"), done.stderr.decode("latin-1"), folder, before, sure)
             status = done.returncode
         except subprocess.TimeoutExpired:

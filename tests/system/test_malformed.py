@@ -37,6 +37,16 @@ def test_missing_group(run, tmp_path, name, group):
     assert all(": error: " in line for line in done.err.splitlines())
 
 
+def test_one_name_of_many(run, tmp_path):
+    """A name that a thousand groups share is said once for each of them, not for each pair."""
+    text = (driver.INPUTS / "small.nml").read_text()
+    material = re.search(r"&MATERIAL[^/]*/", text).group()
+    (tmp_path / "case.nml").write_text(text + ("\n" + material) * 1000)
+    done = run("case.nml", "--check", expect=driver.BAD_INPUT)
+    assert "another material has this name" in done.err
+    assert "and 500 more" in done.err
+
+
 def test_table_without_values(run):
     """LAW = 'table' without its values is missed by name."""
     done = run("bar", "--check", sets={"MATERIAL.LAW": "table"}, expect=driver.BAD_INPUT)
