@@ -123,8 +123,9 @@ def test_ranks_and_restart(run, kind, tmp_path):
 
 
 def test_source_beside_the_body(run):
-    """Exact: a source that touches nothing heats nothing, says so once, and is not booked."""
-    done = run("line", sets={"SOURCE.POSITION": "0,0,0.1", "TIME.END": 0.2, "OUTPUT.CHECKPOINT_INTERVAL": 0.2})
+    """Exact: a source whose body has flown away when it begins heats nothing, says so once, and is not booked."""
+    done = run("line", sets={"SOURCE.BEGIN": 0.1, "BODY.VELOCITY": "0,0.1,0", "GRID.UPPER": "60e-3,80e-3,2e-3", "TIME.END": 0.2,
+                             "OUTPUT.CHECKPOINT_INTERVAL": 0.2})
     assert done.out.count("touches no particle: its power is lost") == 1
     assert np.all(done.results("line").history()["source_heat[J]"] == 0.0)
     assert done.results("line").checkpoint().temp == pytest.approx(300.0, rel=1e-14)
