@@ -8,6 +8,7 @@ module io_folder
   use base_disk, only: file_bytes, has_no_locks, host_name, list_directory, lock_file, locked, &
                        locked_elsewhere, name_length, process_number, random_number64, read_head
   use base_errors, only: error_t
+  use base_files, only: reason_of, text_file_t
   use base_kinds, only: rp
   use base_system, only: make_directory, remove_file, rename_file
   use base_text, only: str
@@ -234,15 +235,13 @@ contains
   subroutine write_text(path, text, error)
     character(*), intent(in) :: path, text
     type(error_t), intent(inout) :: error
-    integer :: unit, status, closed
+    type(text_file_t) :: file
 
-    open (newunit=unit, file=path, action='write', status='unknown', iostat=status)
-    if (status == 0) then
-      write (unit, '(a)', iostat=status, advance='no') text
-      close (unit, iostat=closed)
-      if (status == 0) status = closed
-    end if
-    if (status /= 0) call error%raise(path//' cannot be written')
+    call file%create(path)
+    call file%put(text)
+    call file%sync()
+    call file%close()
+    if (file%code /= 0) call error%raise(path//' cannot be written: '//reason_of(file%code))
   end subroutine write_text
 
   !> Date and time.

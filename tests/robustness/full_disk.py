@@ -26,7 +26,7 @@ HEAT = {"GRID.CELL": 4e-3, "TIME.END": 2, "OUTPUT.CHECKPOINT_INTERVAL": 0.3, "OU
 SCENES = [Scene("small, 1 rank", "small", SMALL, None), Scene("small, 2 ranks", "small", SMALL, 2),
           Scene("heat, 1 rank", PLAIN, HEAT, None), Scene("heat, 2 ranks", PLAIN, HEAT, 2)]
 # What is written, and by which name: new files are complete before they get theirs.
-FILES = ["_history.csv", "_probes.csv", "_checkpoint.h5.tmp", "_000001.hdf.tmp", "_000000.hdf.tmp", ".hdf.series.tmp",
+FILES = ["_history.csv", "_probes.csv", "_run.txt", "_checkpoint.h5.tmp", "_000001.hdf.tmp", "_000000.hdf.tmp", ".hdf.series.tmp",
          "_summary.json.tmp"]
 
 

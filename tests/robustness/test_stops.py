@@ -13,4 +13,4 @@ def test_kills(tmp_path):
 
 def test_full_disks(tmp_path):
     """Exact: each kind of file once."""
-    assert full_disk.try_all([full_disk.SCENES[0], full_disk.SCENES[3]], 14, 3, tmp_path) == []
+    assert full_disk.try_all([full_disk.SCENES[0], full_disk.SCENES[3]], 16, 3, tmp_path) == []
