@@ -165,13 +165,14 @@ contains
         before = sim%awake_steps
       end if
       call advance(world, sim, status, message)
-      if (status /= ended_well) exit
+      if (status /= ended_well .or. sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)) exit
       spent(1) = cpu_seconds() - started
       call world%max(spent(:1))
       if (i > first .and. i >= fewest .and. spent(1) > patience) exit
       if (i < first .and. spent(1) > 0.8_rp*patience) first = i     ! measure from here on
     end do
     i = min(i, n)
+    if (i <= first) first = 0                      ! the end came before
     ok = status == ended_well
     spent = [cpu_seconds() - begun, real(sim%awake_steps - before, rp), real(sim%particles%total(), rp), begun - started]
     call world%sum(spent)

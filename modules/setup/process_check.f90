@@ -150,7 +150,7 @@ contains
     end if
     do i = 1, size(survey%phase)
       associate (one => survey%phase(i))
-        if (one%motion == 0 .or. one%off <= 0.0_rp .or. one%off <= 0.5_rp*maxval(survey%upper(:2) - survey%lower(:2))) cycle
+        if (one%motion == 0 .or. one%off <= 0.0_rp .or. one%off <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
         call input%warn(complaints, 'MOTION', one%motion, 'VELOCITY', 'the tool travels '//len_text(one%way)// &
                         ' and is off the plate of '//len_text(upper(1) - lower(1))//' x '//len_text(upper(2) - lower(2))// &
                         ' from t = '//str(one%off_from)//' s on')
