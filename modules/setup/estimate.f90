@@ -198,7 +198,7 @@ contains
     cost%looked = n
     cost%seconds = first%seconds(n)
     cost%steps = real(n, rp)
-    if (.not. first%is_whole) then
+    if (.not. (first%is_whole .or. run%march%is_stuck)) then
       call march_on(world, scene, huge(1.0_rp), coarse, all)
       half = count(all%time <= first%time(max(1, n/2)))
       k = max(half + 1, count(all%time <= first%time(n)))
@@ -228,7 +228,7 @@ contains
       cost%seconds = [cost%seconds, spent]
       cost%is_whole = run%time >= scene%end_time*(1.0_rp - 1.0e-12_rp) &
                       .or. (scene%max_steps > 0 .and. size(cost%time) >= scene%max_steps)
-      if (spent(1) > most .and. size(cost%time) >= fewest) exit
+      if (run%march%is_stuck .or. (spent(1) > most .and. size(cost%time) >= fewest)) exit
     end do
   end subroutine march_on
 
