@@ -80,7 +80,7 @@ def check_program(words, directory):
             assert word.split("=")[0] in known, f"{word} is no option"
     if "FILE" in words or any(word.startswith("RUN.out") for word in words):
         return
-    arguments = ["input/quickstart.nml" if word == "INPUT" else word for word in words]
+    arguments = ["input/quickstart.nml" if word in ("INPUT", "RUN.nml") else word for word in words]
     arguments = [driver.ROOT / word if word.endswith(".nml") else word for word in arguments]
     for k in reversed([k for k, word in enumerate(words) if word.endswith("=...")]):
         del arguments[k - 1:k + 1]     # --set KEY=...: any value
@@ -123,6 +123,9 @@ def check_cmake(words):
 def test_command(document, command, tmp_path):
     """Each printed command is one that works, as far as can be told in a second."""
     words = shlex.split(command)
+    if "-c" in words and words[words.index("-c") - 1] == "sh":
+        words = shlex.split(words[words.index("-c") + 1].removeprefix("exec "))
+    words = words[:next((k for k, word in enumerate(words) if word in (">", "|")), None)]   # what a shell does with it
     if words[0] == "mpirun":
         words = words[next(k for k, word in enumerate(words) if word.endswith("stirpoint")):]
     if words[0] in ("stirpoint", "build/release/stirpoint"):
