@@ -17,7 +17,7 @@ INPUTS = pathlib.Path(__file__).resolve().parents[1] / "inputs"
 OTHER_INPUTS = (TESTS / "verification" / "inputs", TESTS / "system" / "inputs")
 SHIFT = (0.13, 0.29, 0.41)  # of the grid's origin [cells]
 
-CULPRIT = re.compile(r"particle [0-9]+ (left the grid|runs away|has a state that is not a finite)")
+CULPRIT = re.compile(r"particle [0-9]+ (left the grid|runs away|has a [a-z ]+ that is not a finite number)")
 
 
 @dataclasses.dataclass

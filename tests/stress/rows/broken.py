@@ -20,10 +20,11 @@ def finite_state(path):
 
 def reported(done, folder, stem, status=driver.BROKEN):
     """Checks of a run that broke down."""
-    last = folder / f"{stem}.out"
+    # A restart from a file of its own puts the checkpoints that it did not go on from into previous_1.
+    good = min((folder / f"{stem}.out").rglob(f"{stem}_checkpoint.h5"), key=lambda path: len(path.parts))
     return [yes(f"ends with status {status}", done.status == status), yes("names a particle", CULPRIT.search(done.err)),
             yes("one message, no crash", done.err.count("particle ") == 1 and "Backtrace" not in done.err),
-            yes("finite checkpoint", finite_state(last / f"{stem}_checkpoint.h5"))]
+            yes("finite checkpoint", finite_state(good))]
 
 
 class BlowUp(Row):
