@@ -191,7 +191,7 @@ contains
     type(cost_t), intent(out) :: cost
     type(march_cost_t) :: all, first
     real(rp) :: rest
-    integer :: half, k, n
+    integer :: half, k, last, n
 
     call march_on(world, scene, enough, run, first)
     n = size(first%time)
@@ -200,11 +200,13 @@ contains
     cost%steps = real(n, rp)
     if (.not. (first%is_whole .or. run%march%is_stuck)) then
       call march_on(world, scene, huge(1.0_rp), coarse, all)
-      half = count(all%time <= first%time(max(1, n/2)))
-      k = max(half + 1, count(all%time <= first%time(n)))
-      rest = (all%seconds(size(all%seconds)) - all%seconds(k))/max(all%seconds(k) - all%seconds(half), tiny(1.0_rp))
+      last = size(all%time)
+      half = max(1, count(all%time <= first%time(max(1, n/2))))
+      k = min(last, max(half + 1, count(all%time <= first%time(n))))
+      rest = 0.0_rp                                ! coarse steps are few: what was marched is all
+      if (k > half) rest = (all%seconds(last) - all%seconds(k))/max(all%seconds(k) - all%seconds(half), tiny(1.0_rp))
       cost%seconds = cost%seconds + rest*(first%seconds(n) - first%seconds(max(1, n/2)))
-      cost%steps = cost%steps + real(size(all%time) - k, rp)
+      cost%steps = cost%steps + real(last - k, rp)
     end if
   end subroutine estimate_heat
 
