@@ -4,7 +4,7 @@
 !> multiply-adds in registers.
 program kernels
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: i8, nlane, rp
   use base_system, only: allocate_aligned
   use base_text, only: str
   use base_timers, only: cpu_seconds
@@ -24,7 +24,7 @@ program kernels
   integer, allocatable :: first(:, :)
   real(rp) :: ns(5)
 
-  call allocate_aligned(int(8*nn, kind(1_8)), memory)
+  call allocate_aligned(int(8*nn, i8), memory)
   g(1:8, 1:nn) => memory
   allocate (x(nlane, 3, nblk), w(nlane, 18, nblk), first(nlane, nblk), rec(8, 4, nlane))
   call place(x)
@@ -75,7 +75,8 @@ contains
       end do
       t(3) = cpu_seconds()
       do b = 1, nblk
-        call gather_block(lanes_t(1, 3, 5, 3), nlane, w(:, :, b), first(:, b), stride, nn, memory, scratch, v, l, dv)
+        call gather_block(lanes_t(1, 3, 5, 3), nlane, w(:, :, b), first(:, b), stride, nn, &
+                          memory, scratch, v, l, dv)
       end do
       t(4) = cpu_seconds()
       best = min(best, (t(2:4) - t(1:3))*1.0e9_rp/(nlane*nblk))
@@ -96,7 +97,8 @@ contains
     call copper%set_elastic(124.0e9_rp, 0.34_rp)
     copper%rho = 8960.0_rp
     copper%c_p = 386.0_rp
-    law = johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, m=1.09_rp, t_melt=1356.0_rp)
+    law = johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, m=1.09_rp, &
+                         t_melt=1356.0_rp)
     allocate (copper%flow, source=law)
     l = 0.0_rp
     l(:, 2) = shear

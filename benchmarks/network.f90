@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> What an exchange between two ranks costs here, as JSON: latency and bandwidth of messages there and
-!> back, a reduction of six reals, and the sums of shared nodes as a step makes them. Each figure is the
-!> best of many short batches, since other programs only ever add time. benchmarks/scaling --calibrate runs it.
+!> What an exchange between two ranks costs here, as JSON: latency and bandwidth of messages there
+!> and back, a reduction of six reals, and the sums of shared nodes as a step makes them. Each
+!> figure is the best of many short batches, since other programs only ever add time.
+!> benchmarks/scaling --calibrate runs it.
 program network
   use base_kinds, only: rp
   use base_text, only: str
@@ -74,7 +75,8 @@ contains
     end do
   end function reductions
 
-  !> Seconds of the sum of the nodes that two halves of a cube of `n` nodes share, and what a rank sends.
+  !> Seconds of the sum of the nodes that two halves of a cube of `n` nodes share, and what a rank
+  !> sends.
   subroutine shared_sums(n, turns, best, bytes)
     integer, intent(in) :: n, turns
     real(rp), intent(out) :: best, bytes

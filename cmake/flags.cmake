@@ -3,12 +3,14 @@ if(NOT CMAKE_Fortran_COMPILER_ID STREQUAL "GNU" OR CMAKE_Fortran_COMPILER_VERSIO
   message(FATAL_ERROR "Stirpoint needs gfortran 12 or newer (found ${CMAKE_Fortran_COMPILER_ID} ${CMAKE_Fortran_COMPILER_VERSION})")
 endif()
 add_compile_options(
+  -Wall
+  -Wextra
+  $<$<BOOL:${STIRPOINT_WERROR}>:-Werror>
   $<$<COMPILE_LANGUAGE:Fortran>:-std=f2018>
-  $<$<COMPILE_LANGUAGE:Fortran>:-Wall>
-  $<$<COMPILE_LANGUAGE:Fortran>:-Wextra>
   $<$<COMPILE_LANGUAGE:Fortran>:-Wno-compare-reals>
   $<$<COMPILE_LANGUAGE:Fortran>:-Wno-unused-dummy-argument>
   $<$<COMPILE_LANGUAGE:Fortran>:-Wno-maybe-uninitialized>
+  $<$<COMPILE_LANGUAGE:Fortran>:-Wno-function-elimination>   # look-ups of keys stand behind .and.
   $<$<COMPILE_LANGUAGE:Fortran>:-ffree-line-length-none>
   $<$<COMPILE_LANGUAGE:Fortran>:-fopenmp-simd>)
 set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -march=${STIRPOINT_ARCH} -fno-trapping-math -mprefer-vector-width=512")

@@ -1,5 +1,6 @@
 # add_layer(NAME SOURCES file... [USES layer...]): a folder of modules/ is a library with a module
-# directory of its own, linked only to the layers below it.
+# directory of its own, linked only to the layers below it. Layers are added lowest first; the global
+# property LAYERS lists them, LAYER_MODULE_<name> is one module of each.
 function(add_layer name)
   cmake_parse_arguments(LAYER "" "" "SOURCES;USES" ${ARGN})
   set(files)
@@ -18,4 +19,17 @@ function(add_layer name)
     Fortran_MODULE_DIRECTORY ${CMAKE_BINARY_DIR}/mod/${name})
   target_include_directories(${name} PUBLIC ${CMAKE_BINARY_DIR}/mod/${name})
   target_link_libraries(${name} PUBLIC ${LAYER_USES})
+
+  get_property(layers GLOBAL PROPERTY LAYERS)
+  foreach(lower ${layers})
+    get_property(uses GLOBAL PROPERTY LAYER_USES_${lower})
+    if(name IN_LIST uses)
+      message(FATAL_ERROR "The layer ${lower} uses ${name}, which is added behind it")
+    endif()
+  endforeach()
+  list(GET LAYER_SOURCES 0 first)
+  string(REGEX REPLACE "\\..*" "" first ${first})
+  set_property(GLOBAL APPEND PROPERTY LAYERS ${name})
+  set_property(GLOBAL PROPERTY LAYER_USES_${name} ${LAYER_USES})
+  set_property(GLOBAL PROPERTY LAYER_MODULE_${name} ${name}_${first})
 endfunction()

@@ -22,6 +22,7 @@ Usage: bash jobscripts/local.sh COMMAND
                              stirpoint
   test                       build, then run all tests
   build                      install what is missing and build
+  python                     install what is missing and make build/venv
   help                       show this
 
 RANKS=n in the environment sets the number of MPI ranks. Missing Debian packages are installed with
@@ -239,6 +240,10 @@ case $command in
   build)
     prepare
     stage "Built $build/stirpoint"
+    ;;
+  python)
+    install_packages
+    make_venv
     ;;
   help | -h | --help) usage ;;
   *)

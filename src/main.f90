@@ -8,23 +8,23 @@ program stirpoint
   use base_system, only: leave_signals, stop_signal, watch_signals
   use base_text, only: str
   use base_version, only: version_text
+  use checks_volumes, only: volumes_t
   use comm_world, only: end_world, mpi_text, start_world, world_t
+  use front_command_line, only: command_t, print_help, read_command
+  use front_heat_report, only: report_heat_scene
+  use front_material_driver, only: drive_material
+  use front_prepare, only: place_particles, read_scene
+  use front_report, only: report_scene, warn_of_overlap
+  use heat_alone_loop, only: begin_heat, run_heat
+  use heat_alone_state, only: heat_run_t
+  use heat_setup_scene, only: build_heat_scene
+  use heat_solvers_petsc, only: end_petsc
+  use input_keys, only: print_keys, print_keys_markdown
+  use input_values, only: input_t
   use io_folder, only: clear_folder, take_folder
-  use setup_command_line, only: command_t, print_help, read_command
-  use setup_heat_report, only: report_heat_scene
-  use setup_heat_scene, only: build_heat_scene
-  use setup_input, only: input_t
-  use setup_material_driver, only: drive_material
-  use setup_keys, only: print_keys, print_keys_markdown
-  use setup_prepare, only: place_particles, read_scene
-  use setup_report, only: report_scene, warn_of_overlap
-  use setup_volumes, only: volumes_t
-  use thermal_petsc, only: end_petsc
-  use time_heat_loop, only: begin_heat, run_heat
-  use time_heat_state, only: heat_run_t
-  use time_loop, only: ended_by_signal, ended_io, ended_well, run
-  use time_scene, only: output_t
-  use time_state, only: free_simulation, simulation_t
+  use run_loop, only: ended_by_signal, ended_io, ended_well, run
+  use state_scene, only: output_t
+  use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
   integer, parameter :: bad_input = 2
@@ -97,7 +97,7 @@ contains
     if (command%action == 'check') then
       call report_scene(world, input, sim, counts, volumes)
     else if (.not. is_stopped(status)) then
-      call open_results(sim%scene%output, sim%frame_times, status)
+      call open_results(sim%scene%output, sim%history%frame_times, status)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
       call tell_end(sim, status, message)
     end if

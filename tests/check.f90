@@ -4,13 +4,13 @@ module check
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_kinds, only: rp
   use mpi_f08, only: MPI_COMM_WORLD, MPI_IN_PLACE, MPI_INTEGER, MPI_SUM, MPI_Allreduce, &
-    MPI_Comm_rank, MPI_Comm_size, MPI_Finalize, MPI_Init, MPI_Initialized
+                     MPI_Comm_rank, MPI_Comm_size, MPI_Finalize, MPI_Init, MPI_Initialized
   implicit none (type, external)
   private
 
   public :: begin_tests, end_tests, expect, expect_close, expect_equal, this_rank
 
-  integer, save :: n_passed = 0, n_failed = 0, rank = 0, n_ranks = 1
+  integer :: n_passed = 0, n_failed = 0, rank = 0, n_ranks = 1
 
 contains
 

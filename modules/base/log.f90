@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What a run says on standard output, written at once and without a buffer: a line that is lost is known.
+!> What a run says on standard output, written at once and without a buffer: a line that is lost is
+!> known.
 module base_log
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long
   use, intrinsic :: iso_fortran_env, only: error_unit
@@ -24,8 +25,8 @@ module base_log
 
 contains
 
-  !> A line on standard output. The first that cannot be written is told on standard error; a reader that
-  !> has gone away (`| head`) is not, and hears nothing more.
+  !> A line on standard output. The first that cannot be written is told on standard error; a reader
+  !> that has gone away (`| head`) is not, and hears nothing more.
   subroutine say(text)
     character(*), intent(in) :: text
     integer :: code

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Memory that processes of this node may still take: what the kernel has, and what control groups leave.
+!> Memory that processes of this node may still take: what the kernel has, and what control groups
+!> leave.
 module base_memory
   use base_kinds, only: rp
   implicit none (type, external)
@@ -39,12 +40,14 @@ contains
       path = group
       do
         most = number_in(root//path//limit)
-        if (most < huge(1.0_rp)) available_memory = min(available_memory, most - number_in(root//path//used))
+        if (most < huge(1.0_rp)) available_memory = min(available_memory, most &
+                                                        - number_in(root//path//used))
         if (index(path, '/', back=.true.) == 0) exit
         path = path(:index(path, '/', back=.true.) - 1)
       end do
       most = number_in(root//limit)
-      if (most < huge(1.0_rp)) available_memory = min(available_memory, most - number_in(root//used))
+      if (most < huge(1.0_rp)) available_memory = min(available_memory, most &
+                                                      - number_in(root//used))
     end subroutine restrict
   end function available_memory
 

@@ -2,8 +2,8 @@
 !> What Fortran lacks: aligned memory, files renamed in one go, directories, signals, prefetch,
 !> libraries opened late.
 module base_system
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funptr, c_int, c_null_char, &
-                                         c_ptr, c_loc, c_size_t, c_associated
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funptr, c_int, &
+                                         c_null_char, c_ptr, c_loc, c_size_t, c_associated
   use base_errors, only: fatal
   use base_kinds, only: i8, rp
   implicit none (type, external)
@@ -47,7 +47,8 @@ module base_system
       character(kind=c_char), intent(in) :: path(*)
     end function c_remove
 
-    !> Set a flag on SIGUSR1, SIGTERM, SIGINT and SIGHUP; the same again ends the program (native.c).
+    !> Set a flag on SIGUSR1, SIGTERM, SIGINT and SIGHUP; the same again ends the program
+    !> (native.c).
     subroutine watch_signals() bind(c, name='stirpoint_watch_signals')
       implicit none (type, external)
     end subroutine watch_signals

@@ -6,6 +6,7 @@ module contact_pair
   implicit none (type, external)
   private
 
+  public :: contact_t
   public :: pair_law_t, pair_impulse, pair_loss
 
   ! What happens along the surface.
@@ -19,6 +20,16 @@ module contact_pair
     integer :: kind = law_coulomb
     real(rp) :: friction = 0.0_rp
   end type pair_law_t
+
+  ! How the normal of a pair is found; bodies without a &CONTACT move as one.
+  integer, parameter, public :: normal_gradient = 1, normal_regression = 2, moves_as_one = 3
+
+  !> What happens between two groups of bodies.
+  type :: contact_t
+    integer :: group(2) = 0
+    integer :: normal = normal_gradient
+    type(pair_law_t) :: law
+  end type contact_t
 
 contains
 

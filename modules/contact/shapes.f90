@@ -148,8 +148,8 @@ contains
       1.0_rp - (ar*br + az*bz)/sqrt((ar*ar + az*az)*(br*br + bz*bz))))
   end function sharpness
 
-  !> Distance of `x` from a box of half edges `half` centred at the origin, its gradient, and the room
-  !> along the surface to the nearest edge.
+  !> Distance of `x` from a box of half edges `half` centred at the origin, its gradient, and the
+  !> room along the surface to the nearest edge.
   pure subroutine box_distance(half, x, distance, normal, room)
     real(rp), intent(in) :: half(3), x(3)
     real(rp), intent(out) :: distance, normal(3), room

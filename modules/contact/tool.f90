@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Rigid analytic tools: signed distance, motion, and what contact sums up (time_tool_contact).
+!> Rigid analytic tools: signed distance, motion, and what contact sums up (tool_contact_impulses).
 module contact_tool
   use base_kinds, only: nlane, rp
   use contact_friction_table, only: friction_table_t
@@ -24,7 +24,8 @@ module contact_tool
     s_creep = 9, &      !! normal impulse times tangential speed of the material [N m]
     s_slide = 10, &     !! normal impulse times tangential speed of the tool [N m]
     s_to_plate = 11, &  !! friction heat given to the material [J]
-    s_heat = 12         !! friction heat and plastic work of all tools and bodies, set in reports alone [J]
+    s_heat = 12         !! friction heat and plastic work of all tools and bodies, set in reports
+                        !! alone [J]
   integer, parameter, public :: n_tool_sums = 12
 
   !> Mean rigid motion over a step.
@@ -46,7 +47,7 @@ module contact_tool
     real(rp) :: friction = 0.0_rp
     type(friction_table_t) :: friction_table   !! instead, if it is of something
     logical :: shear_limit = .true.
-    real(rp) :: heat_share = 1.0_rp        !! share of friction heat into the material
+    real(rp) :: heat_fraction = 1.0_rp        !! share of friction heat into the material
     type(motion_t) :: motion
     ! pose at the current time, and the one before
     real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
@@ -66,7 +67,7 @@ module contact_tool
     procedure :: clearances
     procedure :: bounds
     procedure :: note_place
-    procedure :: way
+    procedure :: displacement
     procedure :: surface_velocity
   end type tool_t
 
@@ -214,14 +215,15 @@ contains
     self%noted_axes = self%axes
   end subroutine note_place
 
-  !> How far, at most, its surface has come nearer to anything since then [m]; spin about its own axis
-  !> brings only a box nearer.
-  pure real(rp) function way(self)
+  !> How far, at most, its surface has come nearer to anything since then [m]; spin about its own
+  !> axis brings only a box nearer.
+  pure real(rp) function displacement(self)
     class(tool_t), intent(in) :: self
 
-    way = norm2(self%position - self%noted_position)
-    if (self%kind == kind_box) way = way + norm2(self%axes - self%noted_axes)*norm2(self%half)
-  end function way
+    displacement = norm2(self%position - self%noted_position)
+    if (self%kind == kind_box) displacement = displacement &
+        + norm2(self%axes - self%noted_axes)*norm2(self%half)
+  end function displacement
 
   !> Corners of a box that the tool lies in [m].
   pure subroutine bounds(self, lower, upper)

@@ -12,7 +12,7 @@ module fields_vortex
 
   type, extends(field_t) :: vortex_t
     real(rp) :: centre(2) = 0.0_rp          !! [m]
-    real(rp) :: radii(2) = [1.0_rp, 2.0_rp] !! inner and outer [m]
+    real(rp) :: radii(2) = [1.0_rp, 2.0_rp]  !! inner and outer [m]
     real(rp) :: amplitude = 0.0_rp          !! A [rad]
     real(rp) :: rate = 0.0_rp               !! w [rad/s]
     real(rp) :: mu = 0.0_rp                 !! shear modulus over density [m2/s2]

@@ -27,7 +27,8 @@ module grid_entries
     type(parcel_t), allocatable :: parcel(:)     !! of the neighbours
     type(mpi_request), allocatable :: request(:)
     integer :: messages = 0
-    integer, allocatable :: pair(:, :)           !! (2, n) entry of an image, that of the first image
+    integer, allocatable :: pair(:, :)           !! (2, n) entry of an image, that of the first
+                                                 !! image
   contains
     procedure :: post
     procedure :: poke
@@ -115,7 +116,8 @@ contains
         own_added = .true.
       end if
       associate (p => self%parcel(i))
-        if (size(p%entry) > 0) call unpack_entries(largest, width, size(p%entry), p%entry, p%receive, values)
+        if (size(p%entry) > 0) call unpack_entries(largest, width, size(p%entry), p%entry, &
+                                                   p%receive, values)
       end associate
     end do
     if (.not. own_added) call add_own(is_shared, own, values)

@@ -12,7 +12,8 @@ module grid_geometry
   implicit none (type, external)
   private
 
-  public :: grid_t, patch_t, make_grid, make_patch, nearest_node, nearest_nodes, storage_nodes, wrap, box_t, dilate
+  public :: grid_t, patch_t, make_grid, make_patch, nearest_node, nearest_nodes, storage_nodes, &
+    wrap, box_t, dilate
 
   integer, parameter, public :: halo = 2
 
@@ -235,8 +236,8 @@ contains
     call dilate_axis(n(1)*n(2), n(3), 1, reach, used)
   end subroutine dilate
 
-  !> The same along an axis of `n` places, each of `width` values, in `many` arrays; by integers, whose
-  !> `or` the compiler does many at a time.
+  !> The same along an axis of `n` places, each of `width` values, in `many` arrays; by integers,
+  !> whose `or` the compiler does many at a time.
   pure subroutine dilate_axis(width, n, many, reach, used)
     integer, intent(in) :: width, n, many, reach
     logical, intent(inout) :: used(width*n, many)

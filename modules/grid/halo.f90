@@ -148,8 +148,8 @@ contains
     all = width
     if (present(more)) all = all + size(more, 1)
     if (all > self%width) call widen(self, all)
-    call fold(width, size(self%image, 2), self%image, nn, g)
-    if (present(more)) call fold(size(more, 1), size(self%image, 2), self%image, nn, more)
+    call reflect(width, size(self%image, 2), self%image, nn, g)
+    if (present(more)) call reflect(size(more, 1), size(self%image, 2), self%image, nn, more)
     do i = 1, self%n
       associate (nb => self%neighbour(i))
         call mpi_irecv(nb%receive, all*nb%count, mpi_double_precision, nb%rank, 1, world%comm, &
@@ -191,8 +191,8 @@ contains
       call add_up(self, world%rank, width, 0, nn, g)
       if (present(more)) call add_up(self, world%rank, size(more, 1), width, nn, more)
     end if
-    call unfold(width, size(self%image, 2), self%image, nn, g)
-    if (present(more)) call unfold(size(more, 1), size(self%image, 2), self%image, nn, more)
+    call restore(width, size(self%image, 2), self%image, nn, g)
+    if (present(more)) call restore(size(more, 1), size(self%image, 2), self%image, nn, more)
   end subroutine finish
 
   !> Sum the contributions to the shared nodes in the order of the ranks; those of the others lie
@@ -222,7 +222,7 @@ contains
   end subroutine add_up
 
   !> Add every image to its node's first.
-  pure subroutine fold(width, n, image, nn, g)
+  pure subroutine reflect(width, n, image, nn, g)
     integer, intent(in) :: width, n, image(2, n), nn
     real(rp), intent(inout) :: g(width, nn)
     integer :: i
@@ -230,10 +230,10 @@ contains
     do i = 1, n
       g(:, image(2, i)) = g(:, image(2, i)) + g(:, image(1, i))
     end do
-  end subroutine fold
+  end subroutine reflect
 
   !> Copy every node's first image to the others.
-  pure subroutine unfold(width, n, image, nn, g)
+  pure subroutine restore(width, n, image, nn, g)
     integer, intent(in) :: width, n, image(2, n), nn
     real(rp), intent(inout) :: g(width, nn)
     integer :: i
@@ -241,7 +241,7 @@ contains
     do i = 1, n
       g(:, image(1, i)) = g(:, image(2, i))
     end do
-  end subroutine unfold
+  end subroutine restore
 
   pure subroutine gather(width, n, list, nn, g, buffer)
     integer, intent(in) :: width, n, list(n), nn
@@ -285,7 +285,8 @@ contains
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
 
-    call self%swap%post(self%neighbour(:self%n), self%image, world, largest, nn, first, n, node, width, values)
+    call self%swap%post(self%neighbour(:self%n), self%image, world, largest, nn, first, n, node, &
+                        width, values)
   end subroutine post_entries
 
   logical function poke_entries(self)

@@ -29,15 +29,15 @@ contains
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: other, active
     type(line_t) :: line(3)
-    type(box_t) :: common
+    type(box_t) :: shared
     integer :: a, i
 
-    common = patch%all%meet(other)
-    common = common%meet(active)
+    shared = patch%all%meet(other)
+    shared = shared%meet(active)
     do a = 1, 3
       associate (n => patch%period(a), lo => patch%all%lo(a))
         if (n == 0) then
-          line(a)%i = [(i, i=common%lo(a), common%hi(a))]
+          line(a)%i = [(i, i=shared%lo(a), shared%hi(a))]
         else
           line(a)%i = [(lo + modulo(i - lo, n), i=0, n - 1)]
           line(a)%i = pack(line(a)%i, line(a)%i <= patch%all%hi(a) .and. &

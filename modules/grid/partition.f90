@@ -94,8 +94,8 @@ contains
     place = box%lo(axis) + lower(axis) - 1
   end subroutine best_cut
 
-  !> How many planes of nodes the lower part gets for a `share` of the load nearest to the wanted one,
-  !> and the larger of both parts' loads over what they should have, less 1.
+  !> How many planes of nodes the lower part gets for a `share` of the load nearest to the wanted
+  !> one, and the larger of both parts' loads over what they should have, less 1.
   pure subroutine divide(profile, share, lower, excess)
     real(rp), intent(in) :: profile(:)       !! load of each plane
     real(rp), intent(in) :: share

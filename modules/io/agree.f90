@@ -5,8 +5,8 @@ module io_agree
   use base_kinds, only: rp
   use base_timers, only: wall_time
   use comm_world, only: world_t
-  use mpi_f08, only: mpi_bcast, mpi_character, mpi_iallreduce, mpi_integer, mpi_min, &
-                     mpi_request, mpi_status_ignore, mpi_test, mpi_wait
+  use mpi_f08, only: mpi_bcast, mpi_character, mpi_iallreduce, mpi_integer, mpi_min, mpi_request, &
+                     mpi_status_ignore, mpi_test, mpi_wait
   implicit none (type, external)
   private
 

@@ -2,8 +2,8 @@
 !> Checkpoints: the particle blocks as they lie in memory, so that a restart is exact.
 !>
 !> With as many ranks as before every rank gets back its own blocks, padding included; with another
-!> number the blocks are dealt out evenly and the caller has to distribute the particles anew. The file
-!> has a seal, a checksum over everything (io_seal).
+!> number the blocks are dealt out evenly and the caller has to distribute the particles anew. The
+!> file has a seal, a checksum over everything (io_seal).
 module io_checkpoint
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
   use base_errors, only: error_t
@@ -148,7 +148,7 @@ contains
     if (.not. error%is_set()) same_ranks = ranks == world%size
     if (same_ranks) call read_boxes(file, world, boxes, error)
     call read_local(file, world, same_ranks, local, error)
-    call share_blocks(file, world, path, nf, ranks, first, mine, error)
+    call split_blocks(file, world, path, nf, ranks, first, mine, error)
     call read_blocks(file, nf, first, mine, particles, error)
     call file%close(error)
   end subroutine read_checkpoint
@@ -169,7 +169,8 @@ contains
     call file%close(error)
   end subroutine read_checkpoint_notes
 
-  !> Open a checkpoint whose seal is right; if it is not, the message names the one before it if that is.
+  !> Open a checkpoint whose seal is right; if it is not, the message names the one before it if
+  !> that is.
   subroutine open_checkpoint(file, world, path, error)
     type(h5file_t), intent(out) :: file
     type(world_t), intent(in) :: world
@@ -247,7 +248,7 @@ contains
   end subroutine read_local
 
   !> Which blocks this rank reads: `mine` of them from number `first` (from 0).
-  subroutine share_blocks(file, world, path, nf, ranks, first, mine, error)
+  subroutine split_blocks(file, world, path, nf, ranks, first, mine, error)
     type(h5file_t), intent(in) :: file
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -277,7 +278,7 @@ contains
       mine = int((world%rank + 1)*total/world%size - first)
     end if
     call agree(world, error)
-  end subroutine share_blocks
+  end subroutine split_blocks
 
   subroutine read_blocks(file, nf, first, n, particles, error)
     type(h5file_t), intent(in) :: file

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The folder of the results belongs to one run at a time, and holds the results of one run.
 !>
-!> NAME_run.txt tells which run it is, and is locked while the run goes on; the kernel takes the lock
-!> away when the process ends, however it ends. Results of another run are put into previous_1,
+!> NAME_run.txt tells which run it is, and is locked while the run goes on; the kernel takes the
+!> lock away when the process ends, however it ends. Results of another run are put into previous_1,
 !> previous_2, ... before anything is written.
 module io_folder
   use base_disk, only: file_bytes, has_no_locks, host_name, list_directory, lock_file, locked, &
@@ -41,8 +41,8 @@ contains
     call world%share_message(trim(digits), run)
   end subroutine new_run
 
-  !> Collective: make the folder and take its lock for as long as the program runs. `is_taken` tells that
-  !> the error is another run that has it.
+  !> Collective: make the folder and take its lock for as long as the program runs. `is_taken` tells
+  !> that the error is another run that has it.
   subroutine take_folder(world, directory, name, note, is_taken, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
@@ -73,10 +73,10 @@ contains
     is_taken = .not. world%all_true(status /= locked_elsewhere)
   end subroutine take_folder
 
-  !> Collective: make room for the results of `run` in a folder that was taken. Those of another run are
-  !> moved into a folder previous_N, or deleted if `overwrites`. A run that goes on where it has been
-  !> loses frames from number `frames` (from 0) on, and checkpoints that are not of its past are moved
-  !> away; one that goes on elsewhere becomes a run of its own.
+  !> Collective: make room for the results of `run` in a folder that was taken. Those of another run
+  !> are moved into a folder previous_N, or deleted if `overwrites`. A run that goes on where it has
+  !> been loses frames from number `frames` (from 0) on, and checkpoints that are not of its past
+  !> are moved away; one that goes on elsewhere becomes a run of its own.
   subroutine clear_folder(world, directory, name, run, restart, frames, overwrites, note, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
@@ -122,8 +122,8 @@ contains
     call agree(world, error)
   end subroutine clear_folder
 
-  !> Checkpoints of a run that may be later than the one it goes on from: those that were written after it
-  !> if it is one of the two that are kept, else both.
+  !> Checkpoints of a run that may be later than the one it goes on from: those that were written
+  !> after it if it is one of the two that are kept, else both.
   function other_future(newest, restart) result(files)
     character(*), intent(in) :: newest, restart
     character(name_length), allocatable :: files(:)
@@ -200,13 +200,14 @@ contains
   !> Number of the frame that a file holds, complete or not; -1 if it is no frame of `name`.
   pure integer function number_of_frame(file, name)
     character(*), intent(in) :: file, name
+    character(9), parameter :: ending(3) = [character(9) :: '.hdf', '.hdf.tmp', '.hdf.room']
     integer :: digits, status
 
     number_of_frame = -1
     if (index(file, name//'_') /= 1) return
     digits = verify(file(len(name) + 2:)//' ', '0123456789') - 1
     if (digits < 6 .or. digits > 9) return
-    if (all(file(len(name) + 2 + digits:) /= [character(9) :: '.hdf', '.hdf.tmp', '.hdf.room'])) return
+    if (all(file(len(name) + 2 + digits:) /= ending)) return
     read (file(len(name) + 2:len(name) + 1 + digits), *, iostat=status) number_of_frame
     if (status /= 0) number_of_frame = -1
   end function number_of_frame

@@ -252,11 +252,13 @@ contains
     end do
   end subroutine pack_numbers
 
-  !> List the frames directory/name_000000.hdf ... that are there in directory/name.hdf.series; none, no list.
+  !> List the frames directory/name_000000.hdf ... that are there in directory/name.hdf.series;
+  !> none, no list.
   subroutine write_series(world, directory, name, times, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
-    real(rp), intent(in) :: times(:)   !! of all frames from number 0 on, also of those that lie elsewhere [s]
+    real(rp), intent(in) :: times(:)   !! of all frames from number 0 on, also of those that lie
+                                       !! elsewhere [s]
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path, text
     integer :: k, used
@@ -271,7 +273,8 @@ contains
         inquire (file=trim(directory)//'/'//frame_name(name, k - 1), exist=is_there)
         if (.not. is_there) cycle
         if (used > 0) call add(',')
-        call add(nl//'    {"name": "'//frame_name(name, k - 1)//'", "time": '//digits_of(times(k))//'}')
+        call add(nl//'    {"name": "'//frame_name(name, k - 1)//'", "time": '// &
+                 digits_of(times(k))//'}')
       end do
       if (used == 0) then
         call remove_file(path)

@@ -8,8 +8,8 @@
 module io_hdf5
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
-  use base_errors, only: error_t
   use base_disk, only: file_bytes, keep_file, sync_file
+  use base_errors, only: error_t
   use base_files, only: reason_of
   use base_kinds, only: i8, rp
   use base_system, only: remove_file, rename_file
@@ -54,7 +54,8 @@ module io_hdf5
       implicit none (type, external)
     end subroutine begin_writes
 
-    !> errno of the first write of this rank that failed since, -1 if there is none for it; 0: all well.
+    !> errno of the first write of this rank that failed since, -1 if there is none for it; 0: all
+    !> well.
     integer(c_int) function lost_write() bind(c, name='stirpoint_lost_write')
       import :: c_int
       implicit none (type, external)
@@ -63,8 +64,9 @@ module io_hdf5
 
 contains
 
-  !> New file, `packed` if its larger arrays shall be compressed. One that is `sealed` gets a checksum
-  !> over everything, is on the disk when it gets its name, and the one before it is kept (io_seal).
+  !> New file, `packed` if its larger arrays shall be compressed. One that is `sealed` gets a
+  !> checksum over everything, is on the disk when it gets its name, and the one before it is kept
+  !> (io_seal).
   subroutine create(self, world, path, packed, error, sealed)
     class(h5file_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -133,8 +135,9 @@ contains
     worst = 0
     call close_parallel(self%handle, worst)
     call self%verify(worst, 'cannot be closed', error)
-    if (is_new .and. self%sealed .and. .not. error%is_set()) &
+    if (is_new .and. self%sealed .and. .not. error%is_set()) then
       call seal(self%world, self%path//'.tmp', error)
+    end if
     if (is_new) call give_name(self, error)
     deallocate (self%path)
   end subroutine close_file
@@ -189,7 +192,8 @@ contains
     call self%verify(worst, 'cannot be written: '//name, error)
   end subroutine group
 
-  !> Shape of an array of the file; never of more values than the file has bytes, if it is an old one.
+  !> Shape of an array of the file; never of more values than the file has bytes, if it is an old
+  !> one.
   subroutine extent(self, name, dims, error)
     class(h5file_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -206,7 +210,7 @@ contains
     if (any(dims < 0) .or. product(real(dims, rp)) > real(self%bytes, rp)) worst = -1
     call close_dataset(dataset)
     call self%verify(worst, 'has no array '//name//', or is damaged', error)
-    if (error%is_set()) dims = [integer(i8) ::]
+    if (error%is_set()) dims = dims(:0)
   end subroutine extent
 
   !> Write the columns of all ranks: `dims` is the shape here, `data` the address.

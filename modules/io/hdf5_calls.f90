@@ -6,6 +6,7 @@
 module io_hdf5_calls
   use, intrinsic :: iso_c_binding, only: c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
+  use base_kinds, only: i8
   use hdf5, only: h5_integer_kind, h5aclose_f, h5acreate_by_name_f, h5aexists_by_name_f, &
                   h5aget_space_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5awrite_f, &
                   h5d_fill_time_never_f, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dget_type_f, &
@@ -14,16 +15,16 @@ module io_hdf5_calls
                   h5fcreate_f, h5fd_mpio_collective_f, h5fflush_f, h5fopen_f, h5gclose_f, &
                   h5gcreate_f, h5kind_to_type, h5open_f, h5p_dataset_create_f, &
                   h5p_dataset_xfer_f, h5p_default_f, h5p_file_access_f, h5p_file_create_f, &
-                  h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
-                  h5pset_fclose_degree_f, h5pset_fill_time_f, h5pset_shuffle_f, &
-                  h5pset_userblock_f, h5s_scalar_f, h5s_select_set_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
-                  h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
-                  h5sget_simple_extent_npoints_f, h5sselect_hyperslab_f, h5sselect_none_f, &
-                  h5t_c_s1, h5t_native_double, h5t_native_integer, h5t_native_real, h5t_std_u8le, &
-                  h5t_str_nullpad_f, h5tclose_f, h5tcopy_f, h5tget_size_f, h5tset_size_f, &
-                  h5tset_strpad_f, hid_t, hsize_t, size_t
+                  h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, &
+                  h5pset_fapl_mpio_f, h5pset_fclose_degree_f, h5pset_fill_time_f, &
+                  h5pset_shuffle_f, h5pset_userblock_f, h5s_scalar_f, h5s_select_set_f, &
+                  h5sclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_dims_f, &
+                  h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
+                  h5sselect_hyperslab_f, h5sselect_none_f, h5t_c_s1, h5t_native_double, &
+                  h5t_native_integer, h5t_native_real, h5t_std_u8le, h5t_str_nullpad_f, &
+                  h5tclose_f, h5tcopy_f, h5tget_size_f, h5tset_size_f, h5tset_strpad_f, hid_t, &
+                  hsize_t, size_t
   use mpi_f08, only: mpi_comm, mpi_info_null
-  use base_kinds, only: i8
   implicit none (type, external)
   private
 
@@ -50,8 +51,8 @@ module io_hdf5_calls
 
 contains
 
-  !> Create (is_new) or open a file for all ranks of `comm`, without HDF5's own error messages. A new one
-  !> leaves `free` bytes at its beginning: 0, or a power of two from 512 on.
+  !> Create (is_new) or open a file for all ranks of `comm`, without HDF5's own error messages. A
+  !> new one leaves `free` bytes at its beginning: 0, or a power of two from 512 on.
   subroutine open_parallel(comm, path, is_new, file, worst, free)
     type(mpi_comm), intent(in) :: comm
     character(*), intent(in) :: path

@@ -104,7 +104,7 @@ contains
     character(1), allocatable, target :: bytes(:)
     integer(i8) :: scalar(0)
 
-    bytes = to_bytes(value)
+    allocate (bytes, source=to_bytes(value))
     call put_attribute(file, place, name, kind_text, len(value), scalar, c_loc(bytes), error)
   end subroutine write_word
 

@@ -204,7 +204,8 @@ contains
     call self%file%sync()
   end subroutine sync
 
-  !> A row without its blanks, and with an E also before exponents of three digits, where Fortran drops it.
+  !> A row without its blanks, and with an E also before exponents of three digits, where Fortran
+  !> drops it.
   pure function compact(line) result(text)
     character(*), intent(in) :: line
     character(:), allocatable :: text

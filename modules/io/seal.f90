@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> The seal of a checkpoint: its first 512 bytes say in a few lines how long it is and what the checksum
-!> of all the rest is. Nothing of a file is read before its seal was found right.
+!> The seal of a checkpoint: its first 512 bytes say in a few lines how long it is and what the
+!> checksum of all the rest is. Nothing of a file is read before its seal was found right.
 module io_seal
-  use base_errors, only: error_t
   use base_disk, only: file_bytes, file_sum, read_head, sum_words, write_head
+  use base_errors, only: error_t
   use base_kinds, only: i8
   use base_text, only: str
   use comm_world, only: world_t

@@ -34,9 +34,9 @@ contains
   end subroutine wrap_positions
 
   !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`), wrapped.
-  !> Particles in blocks behind `n_moving` have not moved since they were sorted. `keep`: rest from which
-  !> particles need no new order (particles_sort); `has_changed`: some are in blocks of another rest.
-  !> `rest_stays`: the blocks behind `n_moving` still are as they were.
+  !> Particles in blocks behind `n_moving` have not moved since they were sorted. `keep`: rest from
+  !> which particles need no new order (particles_sort); `has_changed`: some are in blocks of
+  !> another rest. `rest_stays`: the blocks behind `n_moving` still are as they were.
   subroutine redistribute(world, grid, patch, boxes, nbody, n_moving, keep, has_changed, &
                           particles, rest_stays)
     type(world_t), intent(in) :: world

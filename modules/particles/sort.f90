@@ -80,8 +80,8 @@ contains
     call neutralise_padding(particles)
   end subroutine sort_particles
 
-  !> `from` lists the slots by class, then node (where the class has several `keys`), then old place;
-  !> `per_class` counts them.
+  !> `from` lists the slots by class, then node (where the class has several `keys`), then old
+  !> place; `per_class` counts them.
   pure subroutine counting_order(n, slot, node, class, nclass, keys, from, per_class)
     integer, intent(in) :: n, nclass, keys(nclass), slot(n), node(n), class(n)
     integer, intent(out) :: from(n), per_class(nclass)
@@ -127,8 +127,8 @@ contains
     end do
   end subroutine place_class
 
-  !> Of the consecutive slots `to` those that are in `from` go to who has them, the others to the rest
-  !> in turn.
+  !> Of the consecutive slots `to` those that are in `from` go to who has them, the others to the
+  !> rest in turn.
   pure subroutine keep_slots(n, from, to)
     integer, intent(in) :: n, from(n)
     integer, intent(inout) :: to(n)

@@ -9,8 +9,8 @@ module particles_store
 
   public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, rests, set_rest, set_bit
 
-  ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz). Together
-  ! lie those that conduction reads, and those that the transfer to the grid reads.
+  ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz).
+  ! Together lie those that conduction reads, and those that the transfer to the grid reads.
   integer, parameter, public :: &
     f_pos = 1, &       !! position [m]
     f_mass = 4, &      !! mass, not scaled [kg]
@@ -36,18 +36,21 @@ module particles_store
     integer :: law = 1          !! internal variables of the flow law, n_law
     integer :: n_law = 0
     integer :: rest = 0         !! temperature at which it fell asleep [K] (sleeping)
-    integer :: cover = 0        !! of half a spacing, what is left between centre and surface (tools)
+    integer :: surface_offset = 0        !! of half a spacing, what is left between centre and
+                                         !! surface (tools)
   contains
     procedure :: add => add_fields
   end type layout_t
 
-  !> Rest of a particle: mechanics, mass and frozen force only, nothing (time_sleep).
+  !> Rest of a particle: mechanics, mass and frozen force only, nothing (sleep_criteria).
   integer, parameter, public :: awake = 0, rim = 1, asleep = 2
 
   integer, parameter :: face_shift = 48, rest_shift = 54
   ! Bits of the tag in the first lane of a block, as its last sort decided.
-  integer, parameter, public :: border_bit = 56   !! may touch nodes shared with other ranks (time_overlap)
-  integer, parameter, public :: far_bit = 57      !! no tool reaches it until the next sort (time_ahead)
+  integer, parameter, public :: border_bit = 56   !! may touch nodes shared with other ranks
+                                                  !! (exchange_order)
+  integer, parameter, public :: far_bit = 57      !! no tool reaches it until the next sort
+                                                  !! (exchange_speculation)
 
   type :: particles_t
     integer :: nf = n_fields                       !! fields per particle
@@ -149,7 +152,8 @@ contains
     self%nf = nf
   end subroutine change_fields
 
-  !> The first `n` fields of block `b` are needed soon: the transfers of the block before fetch them.
+  !> The first `n` fields of block `b` are needed soon: the transfers of the block before fetch
+  !> them.
   subroutine fetch(self, b, n)
     class(particles_t), intent(in) :: self
     integer, intent(in) :: b, n

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> What `thermal_petsc` calls of PETSc, plain arrays in and out. It is a shared library that is opened
-!> when a scene asks for PETSc, so that no other run loads PETSc and the 50 libraries below it.
+!> What `heat_solvers_petsc` calls of PETSc, plain arrays in and out. It is a shared library that is
+!> opened when a scene asks for PETSc, so that no other run loads PETSc and the 50 libraries below
+!> it.
 module petsc_solver
 #include <petsc/finclude/petscksp.h>
   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, &
@@ -38,9 +39,9 @@ module petsc_solver
 
 contains
 
-  !> Collective: keep G, of which this rank has `n` rows with the entries `start(i)+1` to `start(i+1)`
-  !> of `column` (from 0, over all ranks) and `value`. By conjugate gradients with algebraic
-  !> multigrid (ML where PETSc has it, else GAMG).
+  !> Collective: keep G, of which this rank has `n` rows with the entries `start(i)+1` to
+  !> `start(i+1)` of `column` (from 0, over all ranks) and `value`. By conjugate gradients with
+  !> algebraic multigrid (ML where PETSc has it, else GAMG).
   function assemble(comm, n, start, column, value) result(handle) &
       bind(c, name='stirpoint_petsc_assemble')
     integer(c_int), value :: comm, n
@@ -53,7 +54,8 @@ contains
     call start_petsc(comm)
     allocate (m)
     handle = c_loc(m)
-    call MatCreateMPIAIJWithArrays(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, start, &
+    call MatCreateMPIAIJWithArrays(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, &
+                                   start, &
                                    column, value, m%conductance, ierr)
     call MatDuplicate(m%conductance, MAT_COPY_VALUES, m%system, ierr)
     call MatSetOption(m%system, MAT_SPD, PETSC_TRUE, ierr)
@@ -82,8 +84,8 @@ contains
     call KSPSetFromOptions(m%ksp, ierr)
   end subroutine make_solver
 
-  !> Collective: (diagonal + a G) x = b until the residual is `relative` of b; with `is_new` by a new
-  !> preconditioner. Returns KSPConvergedReason.
+  !> Collective: (diagonal + a G) x = b until the residual is `relative` of b; with `is_new` by a
+  !> new preconditioner. Returns KSPConvergedReason.
   integer(c_int) function solve_matrix(handle, n, is_new, diagonal, a, b, relative, x, iterations) &
       bind(c, name='stirpoint_petsc_solve')
     type(c_ptr), value :: handle
@@ -120,7 +122,8 @@ contains
   !> Collective: x of A x = b for a symmetric A that `action` multiplies with, until the residual,
   !> weighted by the reciprocal `diagonal` that also preconditions, is `relative` of that of b, or
   !> `absolute`. Returns KSPConvergedReason.
-  integer(c_int) function solve_shell(comm, n, action, diagonal, b, relative, absolute, x, iterations) &
+  integer(c_int) function solve_shell(comm, n, action, diagonal, b, relative, absolute, x, &
+                                      iterations) &
       bind(c, name='stirpoint_petsc_solve_shell')
     integer(c_int), value :: comm, n
     type(c_funptr), value :: action
@@ -212,8 +215,8 @@ contains
     call VecRestoreArrayReadF90(v, entries, ierr)
   end subroutine take
 
-  !> Collective: start PETSc if need be. Signals stay the program's; an error of PETSc ends all ranks
-  !> with its message, so that no `ierr` needs a look.
+  !> Collective: start PETSc if need be. Signals stay the program's; an error of PETSc ends all
+  !> ranks with its message, so that no `ierr` needs a look.
   subroutine start_petsc(comm)
     integer(c_int), value :: comm
     PetscErrorCode :: ierr

@@ -47,7 +47,7 @@ contains
     real(rp), intent(in) :: line_energy              !! G b^2/2 [J/m]
     real(rp), intent(in) :: size
     real(rp), intent(in) :: walls, interior          !! initial densities [1/m2]
-    real(rp), intent(in) :: temp(nlane), rate(nlane) !! [K], plastic [1/s]
+    real(rp), intent(in) :: temp(nlane), rate(nlane)  !! [K], plastic [1/s]
     real(rp), intent(inout) :: root(nlane)           !! sqrt(rho_w) [1/m]
     real(rp), intent(inout) :: cells(nlane)          !! rho_c [1/m2]
     real(rp), intent(in) :: fraction(nlane)          !! f

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> What a flow law must offer: the flow stress of a batch of particles and its slope; a law with
 !> internal variables also advances and describes them.
-!> A new law is a type in a file of its own and one line in `setup_flow_laws`; its stress carries the
-!> factor of `strength_left`, or falls to zero at melting by itself.
+!> A new law is a type in a file of its own and one line in `materials_flow_laws`; its stress
+!> carries the factor of `strength_left`, or falls to zero at melting by itself.
 module physics_flow_law
   use base_kinds, only: nlane, rp
   implicit none (type, external)
@@ -11,11 +11,12 @@ module physics_flow_law
   public :: flow_law_t
 
   integer, parameter, public :: n_work = 9   !! reals a law may prepare per particle
-  real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! of plastic strain in the yield test of runs [1/s]
+  real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! of plastic strain in the yield test of
+                                                          !! runs [1/s]
 
   ! What a law with internal variables warns of, counted by `inspect`.
-  integer, parameter, public :: n_alarms = 3
-  character(48), parameter, public :: alarm_text(n_alarms) = [character(48) :: &
+  integer, parameter, public :: n_validity_warnings = 3
+  character(48), parameter, public :: warning_text(n_validity_warnings) = [character(48) :: &
     'deformed faster than TP_RATE0', &
     'would have had a negative dislocation density', &
     'flowed at a temperature outside TP_CALIBRATED']
@@ -31,7 +32,8 @@ module physics_flow_law
   type, abstract :: flow_law_t
     integer :: n_state = 0        !! internal variables of a particle
     logical :: anneals = .false.  !! the state changes with time, not only with strain
-    real(rp) :: softens_at = huge(1.0_rp), melts_at = huge(1.0_rp)   !! `strength_left` falls between [K]
+    real(rp) :: softens_at = huge(1.0_rp), melts_at = huge(1.0_rp)   !! `strength_left` falls
+                                                                     !! between [K]
     real(rp) :: slowest = least_rate   !! rate in the yield test; flow is faster [1/s]
   contains
     procedure(prepare_interface), deferred :: prepare
@@ -72,7 +74,8 @@ module physics_flow_law
 
 contains
 
-  !> Part of the strength that nearness to melting leaves: 1 up to `softens_at`, 0 from `melts_at` on.
+  !> Part of the strength that nearness to melting leaves: 1 up to `softens_at`, 0 from `melts_at`
+  !> on.
   pure subroutine strength_left(self, temp, factor)
     class(flow_law_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane)               !! [K]
@@ -98,14 +101,14 @@ contains
     real(rp), intent(inout) :: state(nlane, self%n_state)
   end subroutine advance
 
-  !> Add to `alarms` the plastic ones of `n` particles that left the law's validity, by kind;
-  !> `lane` is the first of each kind.
-  subroutine inspect(self, n, temp, rate, state, alarms, lane)
+  !> Add to `validity_warnings` the plastic ones of `n` particles that left the law's validity, by
+  !> kind; `lane` is the first of each kind.
+  subroutine inspect(self, n, temp, rate, state, validity_warnings, lane)
     class(flow_law_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: temp(nlane), rate(nlane)  !! [K], [1/s]
     real(rp), intent(in) :: state(nlane, self%n_state)
-    integer, intent(inout) :: alarms(n_alarms), lane(n_alarms)
+    integer, intent(inout) :: validity_warnings(n_validity_warnings), lane(n_validity_warnings)
   end subroutine inspect
 
   !> What `dt` at a temperature does to the state by itself (recovery, recrystallisation, growth).

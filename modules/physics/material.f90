@@ -19,7 +19,8 @@ module physics_material
     real(rp) :: expansion = 0.0_rp     !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp       !! temperature without thermal strain [K]
     real(rp) :: c_p = 400.0_rp         !! specific heat [J/(kg K)]
-    logical :: knows_heat = .false.    !! c_p was given; else only a scale for rounding errors sees it
+    logical :: knows_heat = .false.    !! c_p was given; else only a scale for rounding errors sees
+                                       !! it
     real(rp) :: t_melt = huge(1.0_rp)  !! melting temperature; huge: not given [K]
     real(rp) :: conductivity = 0.0_rp  !! [W/(m K)]
     real(rp) :: plastic_heat = 0.9_rp  !! share of plastic work that becomes heat
@@ -30,6 +31,7 @@ module physics_material
     procedure :: wave_speed
     procedure :: elastic_energy
     procedure :: change_volume
+    procedure :: anneals
   end type material_t
 
 contains
@@ -42,6 +44,14 @@ contains
     self%k = young/(3.0_rp*(1.0_rp - 2.0_rp*poisson))
     self%g = young/(2.0_rp*(1.0_rp + poisson))
   end subroutine set_elastic
+
+  !> True if time alone changes the internal variables of its flow law.
+  elemental logical function anneals(self)
+    class(material_t), intent(in) :: self
+
+    anneals = .false.
+    if (allocated(self%flow)) anneals = self%flow%anneals
+  end function anneals
 
   !> Lame's first constant [Pa].
   pure real(rp) function lambda(self)

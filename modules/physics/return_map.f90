@@ -17,8 +17,8 @@ contains
 
   !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress (at the least rate
   !> where elastic), `failed` the number of particles that did not converge. `rate` brings the last
-  !> step's rate as the first guess. Where all flowed in the last step, they are first taken to do so
-  !> still: increments above the least that come out after a few iterations prove it.
+  !> step's rate as the first guess. Where all flowed in the last step, they are first taken to do
+  !> so still: increments above the least that come out after a few iterations prove it.
   !> The residual of the result is below 1e-10 q: 1e-6 q, then one more correction to second order.
   subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, state, x, sigma, any_plastic, &
                         failed)
@@ -40,7 +40,8 @@ contains
     all_plastic = .not. any_below(n, rate, law%slowest)
     if (all_plastic) then
       yield = 0.0_rp
-      call solve(few_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, slope, &
+      call solve(few_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, &
+                 slope, &
                  plastic, step, missed)
       all_plastic = missed == 0 .and. .not. any_below(n, x, 2.0_rp*law%slowest*dt)
       any_plastic = all_plastic
@@ -55,7 +56,8 @@ contains
         sigma = yield
         return
       end if
-      call solve(most_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, slope, &
+      call solve(most_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, &
+                 sigma, slope, &
                  plastic, step, missed)
       failed = failed + missed
     end if
@@ -77,8 +79,8 @@ contains
     end do
   end function any_below
 
-  !> Increments `x` of those above `yield`, and flow stress there, before the last correction by `step`
-  !> of ln x; `missed` counts those that did not converge.
+  !> Increments `x` of those above `yield`, and flow stress there, before the last correction by
+  !> `step` of ln x; `missed` counts those that did not converge.
   subroutine solve(most, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, slope, &
                    plastic, step, missed)
     integer, intent(in) :: most                !! iterations
@@ -107,8 +109,8 @@ contains
     end do
   end subroutine solve
 
-  !> Bracket in ln x (its upper end is that of the whole block) and first guess `x`, `y` = ln x: the last
-  !> rate, or a radial return at the least rate.
+  !> Bracket in ln x (its upper end is that of the whole block) and first guess `x`, `y` = ln x: the
+  !> last rate, or a radial return at the least rate.
   pure subroutine start(slowest, dt, q, g3, sigma, rate, plastic, low, high, x, y)
     real(rp), intent(in) :: slowest, dt
     real(rp), dimension(nlane), intent(in) :: q, g3, sigma, rate

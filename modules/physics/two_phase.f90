@@ -8,7 +8,7 @@
 module physics_two_phase
   use base_kinds, only: nlane, rp
   use physics_annealing, only: anneal_block, annealing_t, deformed_density, n_annealing
-  use physics_flow_law, only: flow_law_t, n_alarms, n_outputs, n_work
+  use physics_flow_law, only: flow_law_t, n_validity_warnings, n_outputs, n_work
   implicit none (type, external)
   private
 
@@ -57,7 +57,7 @@ module physics_two_phase
 
   ! Columns of `work`.
   integer, parameter :: w_rate = 1, &    !! 1/m = T/A
-                        w_recovery = 2, & !! 1/n = T/B
+                        w_recovery = 2, &  !! 1/n = T/B
                         w_source = 3, &  !! alpha*/(sqrt(3) b) [1/m]
                         w_state = 4, &   !! the internal variables, n_own
                         w_root = 7, &    !! (1 - f)^(-1/3)
@@ -68,7 +68,8 @@ module physics_two_phase
   real(rp), parameter :: most_strain = 0.5_rp
   real(rp), parameter :: most_exponent = 80.0_rp       !! of k/k0, far from overflow
   real(rp), parameter :: fast = 1.0_rp                 !! k dgamma of a substep at most
-  real(rp), parameter :: memory = 60.0_rp              !! k gamma after which densities are new: exp(-30)
+  real(rp), parameter :: memory = 60.0_rp              !! k gamma after which densities are new:
+                                                       !! exp(-30)
   real(rp), parameter :: no_strain = 1.0e-11_rp        !! changes no density by 1e-5 of itself
   real(rp), parameter :: least_density = 1.0_rp        !! [1/m2]
   real(rp), parameter :: margin = 0.5_rp               !! of the calibrated temperatures [K]
@@ -180,9 +181,9 @@ contains
   !> Eqs. 6.5, 6.6, 6.11 over the shear M x by the classical Runge-Kutta method, in substeps of
   !> equal length and a last shorter one: the state is continuous in x and knows nothing of other
   !> lanes.
-  !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.4, so nothing is stiff, but at very low
-  !> rates of hot metal: see `shorten`. A plastic increment above `most_strain` (a step that has gone
-  !> wrong) changes the state as that would.
+  !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.4, so nothing is stiff, but at
+  !> very low rates of hot metal: see `shorten`. A plastic increment above `most_strain` (a step
+  !> that has gone wrong) changes the state as that would.
   pure subroutine march(c, k0, taylor, f_end, gamma, work, x, log_rate, state)
     real(rp), intent(in) :: c(4), k0, taylor, f_end, gamma
     real(rp), intent(in) :: work(nlane, n_work), x(nlane), log_rate(nlane)
@@ -207,7 +208,8 @@ contains
     end do
     n = 0
     if (most > no_strain) n = ceiling(min(most, most_strain)/longest_substep)
-    if (most_k*taylor*longest_substep > fast) call shorten(k, taylor, f_end, gamma, longest, span, f, y, n)
+    if (most_k*taylor*longest_substep > fast) call shorten(k, taylor, f_end, gamma, longest, &
+        span, f, y, n)
     do step = 0, n - 1
       !$omp simd private(h, half, decay, fm, fe, ym, ye, u1, u2, u3, u4, c1, c2, c3, c4)
       do p = 1, nlane
@@ -255,8 +257,9 @@ contains
     end function inverse_root
   end subroutine march
 
-  !> Where recovery is fast beside a substep, substeps are shorter; densities forget what was `memory`/k
-  !> ago, so that before that only the fraction of the walls needs to be followed, which is exact.
+  !> Where recovery is fast beside a substep, substeps are shorter; densities forget what was
+  !> `memory`/k ago, so that before that only the fraction of the walls needs to be followed, which
+  !> is exact.
   pure subroutine shorten(k, taylor, f_end, gamma, longest, span, f, y, n)
     real(rp), intent(in) :: k(nlane), taylor, f_end, gamma
     real(rp), intent(inout) :: longest(nlane), span(nlane), f(nlane), y(nlane)
@@ -297,13 +300,13 @@ contains
     end do
   end subroutine evaluate
 
-  subroutine inspect(self, n, temp, rate, state, alarms, lane)
+  subroutine inspect(self, n, temp, rate, state, validity_warnings, lane)
     class(two_phase_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: temp(nlane), rate(nlane), state(nlane, self%n_state)
-    integer, intent(inout) :: alarms(n_alarms), lane(n_alarms)
+    integer, intent(inout) :: validity_warnings(n_validity_warnings), lane(n_validity_warnings)
     real(rp) :: limit
-    logical :: is_outside(nlane, n_alarms)
+    logical :: is_outside(nlane, n_validity_warnings)
     integer :: k
 
     limit = self%rate0/self%taylor
@@ -312,9 +315,9 @@ contains
     is_outside(:, 3) = rate > 0.0_rp .and. (temp < self%calibrated(1) - margin &
                                             .or. temp > self%calibrated(2) + margin)
     if (.not. any(is_outside(:n, :))) return
-    do k = 1, n_alarms
+    do k = 1, n_validity_warnings
       if (lane(k) == 0) lane(k) = findloc(is_outside(:n, k), .true., dim=1)
-      alarms(k) = alarms(k) + count(is_outside(:n, k))
+      validity_warnings(k) = validity_warnings(k) + count(is_outside(:n, k))
     end do
   end subroutine inspect
 

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Which bodies have a velocity field of their own, and what happens between them.
 module setup_contacts
-  use contact_pair, only: law_coulomb, law_frictionless, law_stick, pair_law_t
-  use setup_complaints, only: complaints_t
-  use setup_input, only: input_t
-  use setup_names, only: find, known
-  use time_meeting, only: contact_t, moves_as_one, normal_gradient, normal_regression
-  use time_scene, only: scene_t
+  use contact_pair, only: law_coulomb, law_frictionless, law_stick, pair_law_t, contact_t, &
+                          moves_as_one, normal_gradient, normal_regression
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_names, only: find, known
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 
@@ -16,38 +16,37 @@ contains
 
   !> All &CONTACT groups. A body in contact and a rigid one get a group each, the others share the
   !> first; two groups without a &CONTACT move as one where they meet.
-  subroutine read_contacts(input, scene, n_groups, complaints)
+  subroutine read_contacts(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    integer, intent(out) :: n_groups
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: body(2, input%count('CONTACT')), i, j, k
 
     do i = 1, input%count('CONTACT')
       body(1, i) = find(scene%body%name, input%text('CONTACT', i, 'BODY'))
       body(2, i) = find(scene%body%name, input%text('CONTACT', i, 'OTHER'))
-      if (body(1, i) == 0) call input%complain(complaints, 'CONTACT', i, 'BODY', &
+      if (body(1, i) == 0) call input%report(diagnostics, 'CONTACT', i, 'BODY', &
         'there is no &BODY of this name; '//known(scene%body%name))
-      if (body(2, i) == 0) call input%complain(complaints, 'CONTACT', i, 'OTHER', &
+      if (body(2, i) == 0) call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
         'there is no &BODY of this name; '//known(scene%body%name))
       if (any(body(:, i) == 0)) cycle
-      if (body(1, i) == body(2, i)) call input%complain(complaints, 'CONTACT', i, 'OTHER', &
+      if (body(1, i) == body(2, i)) call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
         'must be another body than BODY')
-      if (body(1, i) /= body(2, i) .and. all(scene%body(body(:, i))%tool > 0)) then
-        call input%complain(complaints, 'CONTACT', i, 'OTHER', 'both bodies are rigid')
+      if (body(1, i) /= body(2, i) .and. all(scene%body(body(:, i))%is_rigid())) then
+        call input%report(diagnostics, 'CONTACT', i, 'OTHER', 'both bodies are rigid')
       end if
       do j = 1, i - 1
         if (all(body(:, j) == body(:, i)) .or. all(body(:, j) == body([2, 1], i))) then
-          call input%complain(complaints, 'CONTACT', i, 'OTHER', &
+          call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
             'another &CONTACT is between these bodies')
         end if
       end do
     end do
-    call divide_groups(body, scene, n_groups)
+    call divide_groups(body, scene)
     allocate (scene%contact(0))
-    do j = 2, n_groups
+    do j = 2, size(scene%tool_of)
       do i = 1, j - 1
-        if (all(scene%tool_of([i, j]) > 0)) cycle          ! rigid bodies do not feel each other
+        if (all(scene%is_rigid_group([i, j]))) cycle   ! rigid bodies do not feel each other
         scene%contact = [scene%contact, contact_t(group=[i, j], normal=moves_as_one)]
       end do
     end do
@@ -66,14 +65,13 @@ contains
   end subroutine read_contacts
 
   !> Number the groups; no number is left out.
-  subroutine divide_groups(body, scene, n_groups)
+  subroutine divide_groups(body, scene)
     integer, intent(in) :: body(:, :)
     type(scene_t), intent(inout) :: scene
-    integer, intent(out) :: n_groups
     logical :: is_alone(size(scene%body))
-    integer :: b
+    integer :: b, n_groups
 
-    is_alone = [(any(body == b) .or. scene%body(b)%tool > 0, b=1, size(is_alone))]
+    is_alone = [(any(body == b) .or. scene%body(b)%is_rigid(), b=1, size(is_alone))]
     n_groups = merge(0, 1, all(is_alone) .and. size(is_alone) > 0)
     do b = 1, size(is_alone)
       scene%body(b)%group = 1
@@ -83,7 +81,7 @@ contains
     end do
     allocate (scene%tool_of(n_groups), source=0)
     do b = 1, size(is_alone)
-      if (scene%body(b)%tool > 0) scene%tool_of(scene%body(b)%group) = scene%body(b)%tool
+      if (scene%body(b)%is_rigid()) scene%tool_of(scene%body(b)%group) = scene%body(b)%tool
     end do
   end subroutine divide_groups
 

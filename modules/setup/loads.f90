@@ -2,11 +2,11 @@
 !> Tractions on bodies and sources of heat from the input.
 module setup_loads
   use base_kinds, only: rp
-  use setup_complaints, only: complaints_t
-  use setup_input, only: input_t
-  use setup_names, only: find, known
-  use time_scene, only: scene_t, traction_t
-  use time_state, only: source_ball, source_disc, source_t
+  use heat_sources, only: source_ball, source_disc, source_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_names, only: find, known
+  use state_scene, only: scene_t, traction_t
   implicit none (type, external)
   private
 
@@ -34,18 +34,18 @@ contains
   end function has_box
 
   !> The tractions of each body, in the order of the file.
-  subroutine read_tractions(input, scene, complaints)
+  subroutine read_tractions(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     type(traction_t) :: traction
     integer :: body, i
 
     do i = 1, input%count('TRACTION')
-      call read_traction(input, i, traction, complaints)
+      call read_traction(input, i, traction, diagnostics)
       body = find(scene%body%name, input%text('TRACTION', i, 'BODY'))
       if (body == 0) then
-        call input%complain(complaints, 'TRACTION', i, 'BODY', &
+        call input%report(diagnostics, 'TRACTION', i, 'BODY', &
           'there is no &BODY of this name; '//known(scene%body%name))
         cycle
       end if
@@ -56,11 +56,11 @@ contains
     end do
   end subroutine read_tractions
 
-  subroutine read_traction(input, i, traction, complaints)
+  subroutine read_traction(input, i, traction, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(traction_t), intent(out) :: traction
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     character(4), parameter :: faces(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
     character(:), allocatable :: wanted
     real(rp) :: pressure, vector(3)
@@ -83,18 +83,18 @@ contains
     if (input%given('TRACTION', i, 'UPPER')) then
       traction%upper = input%reals('TRACTION', i, 'UPPER', 3)
     end if
-    if (all(abs([pressure, vector]) <= 0.0_rp)) call input%complain(complaints, 'TRACTION', i, &
+    if (all(abs([pressure, vector]) <= 0.0_rp)) call input%report(diagnostics, 'TRACTION', i, &
       '', 'needs a PRESSURE or a VECTOR')
-    if (any(traction%upper < traction%lower)) call input%complain(complaints, 'TRACTION', i, &
+    if (any(traction%upper < traction%lower)) call input%report(diagnostics, 'TRACTION', i, &
       'UPPER', 'must not be below LOWER')
   end subroutine read_traction
 
   !> Moving sources of heat.
-  subroutine read_sources(input, scene, source, complaints)
+  subroutine read_sources(input, scene, source, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(source_t), allocatable, intent(out) :: source(:)
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i
 
     allocate (source(input%count('SOURCE')))
@@ -107,13 +107,13 @@ contains
         s%radius = input%real('SOURCE', i, 'RADIUS')
         s%begin = input%real('SOURCE', i, 'BEGIN')
         if (input%real('SOURCE', i, 'END') > 0.0_rp) s%end = input%real('SOURCE', i, 'END')
-        if (s%end <= s%begin) call input%complain(complaints, 'SOURCE', i, 'END', &
+        if (s%end <= s%begin) call input%report(diagnostics, 'SOURCE', i, 'END', &
           'must be after BEGIN')
       end associate
       if (.not. scene%method%conducts) then
-        call input%complain(complaints, 'SOURCE', i, '', 'has no effect without a &HEAT group')
+        call input%report(diagnostics, 'SOURCE', i, '', 'has no effect without a &HEAT group')
       else if (scene%method%has_mechanics .and. all(scene%material%conductivity <= 0.0_rp)) then
-        call input%complain(complaints, 'SOURCE', i, '', &
+        call input%report(diagnostics, 'SOURCE', i, '', &
           'has no effect without a &MATERIAL with CONDUCTIVITY')
       end if
     end do

@@ -2,12 +2,12 @@
 !> Whether nodes with little mass have more inertia in this scene (selective mass scaling).
 module setup_scaling
   use base_kinds, only: nlane, rp
+  use contact_tool, only: tool_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
-  use setup_complaints, only: complaints_t
-  use setup_input, only: input_t
-  use time_scene, only: scheme_usl, transfer_flip
-  use time_state, only: simulation_t
+  use state_scene, only: scene_t, scheme_usl, transfer_flip
   implicit none (type, external)
   private
 
@@ -16,27 +16,32 @@ module setup_scaling
 contains
 
   !> Set `scales_light_nodes`; method and groups of bodies stand.
-  subroutine read_selective_scaling(input, sim, complaints)
+  subroutine read_selective_scaling(input, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
-    type(simulation_t), intent(inout) :: sim
-    type(complaints_t), intent(inout) :: complaints
+    type(scene_t), intent(inout) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
 
-    sim%scene%method%scales_light_nodes = input%switches_on(complaints, 'METHOD', 'SELECTIVE_SCALING', &
-                                                            what_forbids(sim), is_harmless(input, sim))
+    scene%method%scales_light_nodes = input%switches_on(diagnostics, 'METHOD', &
+                                                        'SELECTIVE_SCALING', &
+                                                        what_forbids(scene), &
+                                                        is_harmless(input, scene, tool))
   end subroutine read_selective_scaling
 
-  !> Whether it does no harm: waves are of no interest, and what a tool stirs is held; light nodes do not pass on all of the
-  !> momentum of internal forces, which sets free bodies in motion, and what is molten is as free.
-  logical function is_harmless(input, sim)
+  !> Whether it does no harm: waves are of no interest, and what a tool stirs is held; light nodes
+  !> do not pass on all of the momentum of internal forces, which sets free bodies in motion, and
+  !> what is molten is as free.
+  logical function is_harmless(input, scene, tool)
     type(input_t), intent(in) :: input
-    type(simulation_t), intent(in) :: sim
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
     integer :: b
 
-    is_harmless = sim%scene%method%mass_scaling > 1.0_rp .and. size(sim%tool) > 0 &
-                  .and. size(sim%scene%constraint) > 0
-    do b = 1, size(sim%scene%body)
+    is_harmless = scene%method%mass_scaling > 1.0_rp .and. size(tool) > 0 &
+                  .and. size(scene%constraint) > 0
+    do b = 1, size(scene%body)
       if (.not. is_harmless) return
-      is_harmless = has_strength(sim%scene%material(sim%scene%body(b)%material), &
+      is_harmless = has_strength(scene%material(scene%body(b)%material), &
                                  input%real('BODY', b, 'TEMPERATURE'))
     end do
   end function is_harmless
@@ -60,18 +65,18 @@ contains
   end function has_strength
 
   !> What in the scene its limits were not measured with; '' if nothing.
-  pure function what_forbids(sim) result(text)
-    type(simulation_t), intent(in) :: sim
+  pure function what_forbids(scene) result(text)
+    type(scene_t), intent(in) :: scene
     character(:), allocatable :: text
 
     text = ''
-    if (sim%n_groups > 1) then
+    if (size(scene%tool_of) > 1) then
       text = 'bodies in contact'
-    else if (sim%scene%method%scheme /= scheme_usl) then
+    else if (scene%method%scheme /= scheme_usl) then
       text = 'a SCHEME other than usl'
-    else if (sim%scene%method%transfer /= transfer_flip) then
+    else if (scene%method%transfer /= transfer_flip) then
       text = 'a TRANSFER other than flip'
-    else if (.not. sim%scene%method%is_bspline) then
+    else if (.not. scene%method%is_bspline) then
       text = 'a SHAPE other than bspline'
     end if
   end function what_forbids

@@ -4,27 +4,29 @@
 module setup_scene
   use base_kinds, only: i8, rp
   use base_text, only: str
+  use bodies_fields, only: read_fields
+  use bodies_solids, only: bounds, read_solid, solid_t
+  use bodies_stretch, only: check_stretch
+  use contact_tool, only: tool_t
   use grid_geometry, only: make_grid
-  use setup_complaints, only: complaints_t
+  use heat_setup_scene, only: check_heat_scene
+  use heat_setup_sense, only: check_heat_sense
+  use heat_solvers_method, only: by_cg, by_petsc
+  use heat_sources, only: source_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_names, only: find, known
+  use mapping_probes, only: probes_t
+  use mapping_stability, only: default_cfl
+  use materials_needed, only: check_properties
+  use materials_properties, only: read_materials
   use setup_contacts, only: read_contacts
-  use setup_fields, only: read_fields
-  use setup_heat_scene, only: check_heat_scene
-  use setup_heat_sense, only: check_heat_sense
-  use setup_input, only: input_t
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
-  use setup_materials, only: read_materials
-  use setup_names, only: find, known
-  use setup_properties, only: check_properties
   use setup_scaling, only: read_selective_scaling
   use setup_sleeping, only: read_sleeping
-  use setup_solids, only: bounds, read_solid, solid_t
-  use setup_stretch, only: check_stretch
   use setup_tools, only: read_tools
   use setup_walls, only: read_constraints
-  use thermal_method, only: by_cg, by_petsc
-  use time_stability, only: default_cfl
-  use time_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
-  use time_state, only: probes_t, simulation_t
+  use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
   implicit none (type, external)
   private
 
@@ -33,42 +35,45 @@ module setup_scene
 contains
 
   !> Fill `sim%scene`, the tools and the probes.
-  subroutine build_scene(input, sim, complaints)
-    type(input_t), intent(in) :: input
-    type(simulation_t), intent(inout) :: sim
-    type(complaints_t), intent(inout) :: complaints
-
-    call read_general(input, sim%scene, complaints)
-    call lay_out_fields(input, sim%scene, complaints)
-    call read_materials(input, sim%scene%material, complaints)
-    call check_properties(input, complaints)
-    call lay_out_laws(input, sim%scene, complaints)
-    call read_bodies(input, sim%scene, complaints)
-    call read_surfaces(input, sim%scene, complaints)
-    call read_fields(input, sim%scene, complaints)
-    call read_tractions(input, sim%scene, complaints)
-    call read_sources(input, sim%scene, sim%source, complaints)
-    call check_shapes(input, sim%scene, complaints)
-    call read_constraints(input, sim%scene, complaints)
-    call read_tools(input, sim%scene%body, sim%tool, complaints)
-    call read_contacts(input, sim%scene, sim%n_groups, complaints)
-    call read_selective_scaling(input, sim, complaints)
-    associate (m => sim%scene%method)
-      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
-    end associate
-    call read_sleeping(input, sim, complaints)
-    call read_probes(input, sim%scene, sim%probes, complaints)
-    call check_heat_scene(input, sim%scene, complaints)
-    call check_heat_sense(input, complaints)
-  end subroutine build_scene
-
-  subroutine read_general(input, scene, complaints)
+  subroutine build_scene(input, scene, tool, source, probes, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(tool_t), allocatable, intent(inout) :: tool(:)
+    type(source_t), allocatable, intent(inout) :: source(:)
+    type(probes_t), intent(inout) :: probes
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    call read_general(input, scene, diagnostics)
+    call lay_out_fields(input, scene, diagnostics)
+    call read_materials(input, scene%material, diagnostics)
+    call check_properties(input, diagnostics)
+    call lay_out_laws(input, scene, diagnostics)
+    call read_bodies(input, scene, diagnostics)
+    call read_surfaces(input, scene, diagnostics)
+    call read_fields(input, scene, diagnostics)
+    call read_tractions(input, scene, diagnostics)
+    call read_sources(input, scene, source, diagnostics)
+    call check_shapes(input, scene, diagnostics)
+    call read_constraints(input, scene, diagnostics)
+    call read_tools(input, scene%body, tool, diagnostics)
+    call read_contacts(input, scene, diagnostics)
+    call read_selective_scaling(input, scene, tool, diagnostics)
+    associate (m => scene%method)
+      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
+    end associate
+    call read_sleeping(input, scene, tool, diagnostics)
+    call read_probes(input, scene, probes, diagnostics)
+    call check_heat_scene(input, scene, diagnostics)
+    call check_heat_sense(input, diagnostics)
+  end subroutine build_scene
+
+  subroutine read_general(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
 
     scene%title = input%text('RUN', 1, 'TITLE')
-    call read_grid(input, scene, complaints)
+    call read_grid(input, scene, diagnostics)
     scene%end_time = input%real('TIME', 1, 'END')
     scene%max_steps = int(input%integer('TIME', 1, 'MAX_STEPS'), i8)
     associate (m => scene%method)
@@ -76,7 +81,7 @@ contains
       m%fixed_dt = input%real('TIME', 1, 'DT')
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
       m%inertial_fraction = input%real('TIME', 1, 'INERTIAL_FRACTION')
-      call read_scaling_range(input, m, complaints)
+      call read_scaling_range(input, m, diagnostics)
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
       m%is_bspline = shape_functions(input) == 'bspline'
       m%scheme = find(['usl  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
@@ -102,7 +107,7 @@ contains
       o%name = input%text('RUN', 1, 'NAME')
       o%frame_interval = input%real('OUTPUT', 1, 'FRAME_INTERVAL')
       o%history_interval = input%real('OUTPUT', 1, 'HISTORY_INTERVAL')
-      call check_intervals(input, scene, complaints)
+      call check_intervals(input, scene, diagnostics)
       if (o%history_interval <= 0.0_rp) o%history_interval = scene%end_time/500.0_rp
       o%checkpoint_interval = input%real('OUTPUT', 1, 'CHECKPOINT_INTERVAL')
       o%progress_interval = input%real('OUTPUT', 1, 'PROGRESS_INTERVAL')
@@ -111,12 +116,13 @@ contains
   end subroutine read_general
 
   !> Steps and intervals that the run would never see the end of.
-  subroutine check_intervals(input, scene, complaints)
+  subroutine check_intervals(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp), parameter :: most_steps = 1.0e12_rp, most_rows = 1.0e7_rp
-    character(20), parameter :: interval(3) = [character(20) :: 'FRAME_INTERVAL', 'HISTORY_INTERVAL', &
+    character(20), parameter :: interval(3) = [character(20) :: 'FRAME_INTERVAL', &
+                                               'HISTORY_INTERVAL', &
                                                'CHECKPOINT_INTERVAL']
     integer :: k
 
@@ -132,8 +138,11 @@ contains
       real(rp) :: interval
 
       interval = input%real(group, 1, key)
-      if (interval > 0.0_rp .and. scene%end_time > most*interval) call input%complain(complaints, group, 1, key, &
-        'makes '//str(scene%end_time/interval)//' '//what//' until &TIME END; at most '//str(most)//' are possible')
+      if (interval > 0.0_rp .and. scene%end_time > most*interval) then
+        call input%report(diagnostics, group, 1, key, &
+        'makes '//str(scene%end_time/interval)//' '//what//' until &TIME END; at most '// &
+        str(most)//' are possible')
+      end if
     end subroutine judge
   end subroutine check_intervals
 
@@ -149,60 +158,61 @@ contains
   end function shape_functions
 
   !> Mass scaling that changes while running.
-  subroutine read_scaling_range(input, method, complaints)
+  subroutine read_scaling_range(input, method, diagnostics)
     type(input_t), intent(in) :: input
     type(method_t), intent(inout) :: method
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
 
     associate (range => method%scaling_range, factor => method%mass_scaling)
       range = input%reals('TIME', 1, 'MASS_SCALING_RANGE', 2)
       method%adapts_mass = any(range > 0.0_rp)
       if (.not. method%adapts_mass) return
       if (range(1) < 1.0_rp .or. range(2) < range(1)) then
-        call input%complain(complaints, 'TIME', 1, 'MASS_SCALING_RANGE', &
+        call input%report(diagnostics, 'TIME', 1, 'MASS_SCALING_RANGE', &
                             'must be two factors from 1 on, the larger one last')
       else if (method%fixed_dt > 0.0_rp) then
-        call input%complain(complaints, 'TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
+        call input%report(diagnostics, 'TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
       else if (input%count('FIELD') > 0) then
-        call input%complain(complaints, 'TIME', 1, 'MASS_SCALING_RANGE', 'is wrong with a &FIELD')
+        call input%report(diagnostics, 'TIME', 1, 'MASS_SCALING_RANGE', 'is wrong with a &FIELD')
       end if
       factor = max(range(1), min(range(2), factor))
     end associate
   end subroutine read_scaling_range
 
   !> Fields of a particle beyond the common ones; methods that do not go together.
-  subroutine lay_out_fields(input, scene, complaints)
+  subroutine lay_out_fields(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
 
     associate (m => scene%method, layout => scene%layout)
       if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
       if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
       if (tractions_have_boxes(input)) call layout%add(3, layout%origin)
-      if (input%count('TOOL') > 0) call layout%add(1, layout%cover)
+      if (input%count('TOOL') > 0) call layout%add(1, layout%surface_offset)
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
-        call input%complain(complaints, 'METHOD', 1, 'SCHEME', &
+        call input%report(diagnostics, 'METHOD', 1, 'SCHEME', &
           'must be usl with TRANSFER = xpic or fmpm')
       end if
     end associate
   end subroutine lay_out_fields
 
   !> Room for the internal variables of the flow law that has most.
-  subroutine lay_out_laws(input, scene, complaints)
+  subroutine lay_out_laws(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: m
 
     associate (layout => scene%layout)
       do m = 1, size(scene%material)
         if (.not. allocated(scene%material(m)%flow)) cycle
         layout%n_law = max(layout%n_law, scene%material(m)%flow%n_state)
-        if (scene%material(m)%flow%anneals .and. .not. scene%method%conducts) &
-          call input%complain(complaints, 'MATERIAL', m, '', 'RECOVERY, GROWTH and '// &
+        if (scene%material(m)%flow%anneals .and. .not. scene%method%conducts) then
+          call input%report(diagnostics, 'MATERIAL', m, '', 'RECOVERY, GROWTH and '// &
                               'RECRYSTALLISATION go with the conduction steps: there is no &HEAT')
+        end if
       end do
       if (layout%n_law == 0) return
       layout%law = 0
@@ -211,10 +221,10 @@ contains
   end subroutine lay_out_laws
 
   !> A grid that cannot be made has no nodes, and nothing is compared with it.
-  subroutine read_grid(input, scene, complaints)
+  subroutine read_grid(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: lower(3), upper(3), h
     logical :: is_periodic(3)
     integer :: a
@@ -226,49 +236,53 @@ contains
     if (h <= 0.0_rp) return
     is_periodic = [(index(input%text('GRID', 1, 'PERIODIC'), 'xyz'(a:a)) > 0, a=1, 3)]
     if (any(upper - lower < h*(1.0_rp - 1.0e-9_rp))) then
-      call input%complain(complaints, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
+      call input%report(diagnostics, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
     else if (product((upper - lower)/h) > 2.0e9_rp) then
-      call input%complain(complaints, 'GRID', 1, 'CELL', 'makes '//str(product((upper - lower)/h))// &
+      call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes '// &
+                        str(product((upper - lower)/h))// &
                           ' cells; at most 2e9 are possible')
     else if (any((upper - lower)/h > 1.0e6_rp)) then
-      call input%complain(complaints, 'GRID', 1, 'CELL', 'makes more than 1e6 cells along an axis')
+      call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes more than 1e6 cells along an axis')
     else if (any(is_periodic .and. abs((upper - lower)/h - anint((upper - lower)/h)) &
                  > 1.0e-6_rp)) then
-      call input%complain(complaints, 'GRID', 1, 'PERIODIC', &
+      call input%report(diagnostics, 'GRID', 1, 'PERIODIC', &
         'along a periodic axis UPPER - LOWER must be a whole number of cells')
     else
       scene%grid = make_grid(h, lower, upper, is_periodic)
     end if
   end subroutine read_grid
 
-  !> Rings and shells of particles need a surface to follow, and have no lattice faces and equal masses.
-  subroutine check_round(input, body, complaints)
+  !> Rings and shells of particles need a surface to follow, and have no lattice faces and equal
+  !> masses.
+  subroutine check_round(input, body, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']
     integer :: g, i
 
     do i = 1, input%count('SHAPE')
       if (input%text('SHAPE', i, 'BODY') /= input%text('BODY', body, 'NAME')) cycle
-      if (all(input%text('SHAPE', i, 'KIND') /= ['cylinder', 'sphere  '])) &
-        call input%complain(complaints, 'BODY', body, 'LATTICE', &
+      if (all(input%text('SHAPE', i, 'KIND') /= ['cylinder', 'sphere  '])) then
+        call input%report(diagnostics, 'BODY', body, 'LATTICE', &
                             'round: the first &SHAPE of the body must be a cylinder or a sphere')
+      end if
       exit
     end do
     do g = 1, size(groups)
       do i = 1, input%count(trim(groups(g)))
-        if (input%text(trim(groups(g)), i, 'BODY') == input%text('BODY', body, 'NAME')) &
-          call input%complain(complaints, trim(groups(g)), i, 'BODY', &
+        if (input%text(trim(groups(g)), i, 'BODY') == input%text('BODY', body, 'NAME')) then
+          call input%report(diagnostics, trim(groups(g)), i, 'BODY', &
           'a body with LATTICE = round cannot have a &'//trim(groups(g)))
+        end if
       end do
     end do
   end subroutine check_round
 
-  subroutine read_bodies(input, scene, complaints)
+  subroutine read_bodies(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, per_cell(3)
 
     allocate (scene%body(input%count('BODY')))
@@ -280,40 +294,41 @@ contains
         b%spacing = scene%grid%h/per_cell
         b%own_lattice = input%text('BODY', i, 'LATTICE') /= 'grid'
         b%is_round = input%text('BODY', i, 'LATTICE') == 'round'
-        if (b%is_round) call check_round(input, i, complaints)
+        if (b%is_round) call check_round(input, i, diagnostics)
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
-          call input%complain(complaints, 'BODY', i, 'MATERIAL', &
+          call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
             'there is no &MATERIAL of this name; '//known(scene%material%name))
           b%material = 1
         end if
-        call check_stretch(input, i, complaints)
-        if (find(scene%body(:i - 1)%name, b%name) > 0) call input%complain(complaints, 'BODY', i, 'NAME', &
+        call check_stretch(input, i, diagnostics)
+        if (find(scene%body(:i - 1)%name, b%name) > 0) call input%report(diagnostics, 'BODY', i, &
+            'NAME', &
           'another body has this name')
       end associate
     end do
     do i = 1, input%count('LOAD')
       if (find(scene%body%name, input%text('LOAD', i, 'BODY')) == 0) then
-        call input%complain(complaints, 'LOAD', i, 'BODY', &
+        call input%report(diagnostics, 'LOAD', i, 'BODY', &
           'there is no &BODY of this name; '//known(scene%body%name))
       end if
     end do
   end subroutine read_bodies
 
-  subroutine read_surfaces(input, scene, complaints)
+  subroutine read_surfaces(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     character(4), parameter :: faces(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
     character(:), allocatable :: wanted
     integer :: body, face, i
 
     do i = 1, input%count('SURFACE')
-      if (.not. scene%method%conducts) call input%complain(complaints, 'SURFACE', i, '', &
+      if (.not. scene%method%conducts) call input%report(diagnostics, 'SURFACE', i, '', &
         'has no effect without a &HEAT group')
       body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
       if (body == 0) then
-        call input%complain(complaints, 'SURFACE', i, 'BODY', 'there is no &BODY of this name; '// &
+        call input%report(diagnostics, 'SURFACE', i, 'BODY', 'there is no &BODY of this name; '// &
                             known(scene%body%name))
         cycle
       end if
@@ -330,10 +345,10 @@ contains
   end subroutine read_surfaces
 
   !> Shapes must belong to a body and lie inside the grid; bodies must have a shape.
-  subroutine check_shapes(input, scene, complaints)
+  subroutine check_shapes(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     type(solid_t) :: solid
     real(rp) :: lower(3), upper(3), top(3), slack
     logical :: has_shape(size(scene%body))
@@ -343,10 +358,10 @@ contains
     top = scene%grid%upper()
     slack = 1.0e-9_rp*scene%grid%h
     do i = 1, input%count('SHAPE')
-      call read_solid(input, i, solid, complaints)
+      call read_solid(input, i, solid, diagnostics)
       body = find(scene%body%name, input%text('SHAPE', i, 'BODY'))
       if (body == 0) then
-        call input%complain(complaints, 'SHAPE', i, 'BODY', 'there is no &BODY of this name; '// &
+        call input%report(diagnostics, 'SHAPE', i, 'BODY', 'there is no &BODY of this name; '// &
                             known(scene%body%name))
         cycle
       end if
@@ -355,20 +370,20 @@ contains
       call bounds(solid, lower, upper)
       if (scene%grid%n(1) == 0) cycle
       if (any(lower < scene%grid%lower - slack) .or. any(upper > top + slack)) then
-        call input%complain(complaints, 'SHAPE', i, '', 'reaches outside the grid')
+        call input%report(diagnostics, 'SHAPE', i, '', 'reaches outside the grid')
       end if
     end do
     do body = 1, size(scene%body)
-      if (.not. has_shape(body)) call input%complain(complaints, 'BODY', body, 'NAME', &
+      if (.not. has_shape(body)) call input%report(diagnostics, 'BODY', body, 'NAME', &
         'no &SHAPE adds material to this body')
     end do
   end subroutine check_shapes
 
-  subroutine read_probes(input, scene, probes, complaints)
+  subroutine read_probes(input, scene, probes, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(probes_t), intent(inout) :: probes
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: top(3)
     integer :: i
 
@@ -384,7 +399,7 @@ contains
       probes%x(:, i) = input%reals('PROBE', i, 'POSITION', 3)
       if (scene%grid%n(1) == 0) cycle
       if (any(probes%x(:, i) < scene%grid%lower) .or. any(probes%x(:, i) > top)) then
-        call input%complain(complaints, 'PROBE', i, 'POSITION', 'lies outside the grid')
+        call input%report(diagnostics, 'PROBE', i, 'POSITION', 'lies outside the grid')
       end if
     end do
   end subroutine read_probes

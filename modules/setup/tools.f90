@@ -6,10 +6,10 @@ module setup_tools
   use contact_motion, only: motion_t, phase_t
   use contact_shapes, only: shoulder_profile
   use contact_tool, only: kind_box, kind_particles, kind_plane, kind_revolved, kind_sphere, tool_t
-  use setup_complaints, only: complaints_t
-  use setup_input, only: input_t
-  use setup_names, only: find, known
-  use time_scene, only: body_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_names, only: find, known
+  use state_scene, only: body_t
   implicit none (type, external)
   private
 
@@ -18,11 +18,11 @@ module setup_tools
 contains
 
   !> All &TOOL groups with their &MOTION phases, at t = 0, and behind them the rigid bodies.
-  subroutine read_tools(input, body, tool, complaints)
+  subroutine read_tools(input, body, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(body_t), intent(inout) :: body(:)
     type(tool_t), allocatable, intent(out) :: tool(:)
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, n_rigid
 
     n_rigid = 0
@@ -35,27 +35,28 @@ contains
       tool(i)%start = input%reals('TOOL', i, 'POSITION', 3)
       tool(i)%friction = input%real('TOOL', i, 'FRICTION')
       tool(i)%shear_limit = input%logical('TOOL', i, 'SHEAR_LIMIT')
-      tool(i)%heat_share = input%real('TOOL', i, 'HEAT_SHARE')
-      call read_friction_table(input, i, tool(i), complaints)
-      call read_tool_shape(input, i, tool(i), complaints)
+      tool(i)%heat_fraction = input%real('TOOL', i, 'HEAT_SHARE')
+      call read_friction_table(input, i, tool(i), diagnostics)
+      call read_tool_shape(input, i, tool(i), diagnostics)
       tool(i)%motion = motion_of(input, tool(i)%name)
       call tool(i)%move_to(0.0_rp)
-      if (find(tool(:i - 1)%name, tool(i)%name) > 0) call input%complain(complaints, 'TOOL', i, 'NAME', &
+      if (find(tool(:i - 1)%name, tool(i)%name) > 0) call input%report(diagnostics, 'TOOL', i, &
+          'NAME', &
         'another tool has this name')
     end do
-    call read_rigid_bodies(input, body, tool, complaints)
+    call read_rigid_bodies(input, body, tool, diagnostics)
     do i = 1, input%count('MOTION')
-      if (find(tool%name, input%text('MOTION', i, 'TOOL')) == 0) call input%complain(complaints, &
+      if (find(tool%name, input%text('MOTION', i, 'TOOL')) == 0) call input%report(diagnostics, &
         'MOTION', i, 'TOOL', 'there is no &TOOL of this name; '//known(tool%name))
     end do
   end subroutine read_tools
 
   !> A rigid body is a tool made of particles that turns about its CENTRE.
-  subroutine read_rigid_bodies(input, body, tool, complaints)
+  subroutine read_rigid_bodies(input, body, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(body_t), intent(inout) :: body(:)
     type(tool_t), intent(inout) :: tool(:)
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     character(24), parameter :: unused(4) = [character(24) :: 'VELOCITY', 'ANGULAR_VELOCITY', &
                                              'VELOCITY_GRADIENT', 'DEFORMATION']
     character(8), parameter :: forces(2) = [character(8) :: 'LOAD', 'TRACTION']
@@ -78,28 +79,28 @@ contains
       do i = 1, size(unused)
         is_given = input%given('BODY', b, trim(unused(i)))
         if (.not. is_given) cycle
-        call input%complain(complaints, 'BODY', b, trim(unused(i)), &
+        call input%report(diagnostics, 'BODY', b, trim(unused(i)), &
                             'a rigid body moves as &MOTION says')
       end do
       do a = 1, size(forces)
         do i = 1, input%count(trim(forces(a)))
           if (input%text(trim(forces(a)), i, 'BODY') /= body(b)%name) cycle
-          call input%complain(complaints, trim(forces(a)), i, 'BODY', &
+          call input%report(diagnostics, trim(forces(a)), i, 'BODY', &
                               'a rigid body moves as &MOTION says')
         end do
       end do
       if (find(tool(:input%count('TOOL'))%name, trim(tool(k)%name)) > 0) then
-        call input%complain(complaints, 'BODY', b, 'NAME', 'a tool has this name')
+        call input%report(diagnostics, 'BODY', b, 'NAME', 'a tool has this name')
       end if
     end do
   end subroutine read_rigid_bodies
 
   !> A coefficient of friction that depends on the state of the contact.
-  subroutine read_friction_table(input, i, tool, complaints)
+  subroutine read_friction_table(input, i, tool, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(tool_t), intent(inout) :: tool
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     type(friction_table_t) :: table
 
     table%of = find(['none       ', 'temperature', 'pressure   ', 'slip       '], &
@@ -108,20 +109,20 @@ contains
     table%at = input%list('TOOL', i, 'FRICTION_AT')
     table%mu = input%list('TOOL', i, 'FRICTION_MU')
     if (size(table%at) == 0 .or. size(table%at) /= size(table%mu)) then
-      call input%complain(complaints, 'TOOL', i, 'FRICTION_AT', &
+      call input%report(diagnostics, 'TOOL', i, 'FRICTION_AT', &
                           'needs as many values as FRICTION_MU, at least one')
     else if (any(table%at(2:) <= table%at(:size(table%at) - 1))) then
-      call input%complain(complaints, 'TOOL', i, 'FRICTION_AT', 'must rise from value to value')
+      call input%report(diagnostics, 'TOOL', i, 'FRICTION_AT', 'must rise from value to value')
     end if
     tool%friction_table = table
   end subroutine read_friction_table
 
   !> Kind, size and frame. The tilt turns the shoulder about y: the trailing edge (-x) goes down.
-  subroutine read_tool_shape(input, i, tool, complaints)
+  subroutine read_tool_shape(input, i, tool, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(tool_t), intent(inout) :: tool
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: tilt, pin, tip, normal(3), side(3)
 
     tool%radius = input%real('TOOL', i, 'RADIUS')
@@ -136,7 +137,7 @@ contains
       tip = input%real('TOOL', i, 'PIN_TIP_RADIUS')
       if (tip <= 0.0_rp) tip = pin
       if (pin >= tool%radius .and. tool%radius > 0.0_rp) then
-        call input%complain(complaints, 'TOOL', i, 'PIN_RADIUS', 'must be below RADIUS')
+        call input%report(diagnostics, 'TOOL', i, 'PIN_RADIUS', 'must be below RADIUS')
       end if
       tool%profile = shoulder_profile(tool%radius, input%real('TOOL', i, 'HEIGHT'), &
                                       input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, &
@@ -145,7 +146,7 @@ contains
       tool%kind = kind_plane
       normal = input%reals('TOOL', i, 'NORMAL', 3)
       if (norm2(normal) <= 0.0_rp) then
-        call input%complain(complaints, 'TOOL', i, 'NORMAL', 'must not be zero')
+        call input%report(diagnostics, 'TOOL', i, 'NORMAL', 'must not be zero')
         normal = [0.0_rp, 0.0_rp, 1.0_rp]
       end if
       normal = normal/norm2(normal)

@@ -4,10 +4,10 @@
 module setup_walls
   use base_kinds, only: rp
   use base_text, only: str
-  use setup_complaints, only: complaints_t
-  use setup_input, only: input_t
-  use setup_solids, only: bounds, read_solid, solid_t
-  use time_scene, only: constraint_t, scene_t
+  use bodies_solids, only: bounds, read_solid, solid_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use state_scene, only: constraint_t, scene_t
   implicit none (type, external)
   private
 
@@ -16,31 +16,31 @@ module setup_walls
 contains
 
   !> Fill `scene%constraint`: walls first, then clamps, each in the order of the file.
-  subroutine read_constraints(input, scene, complaints)
+  subroutine read_constraints(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, n
 
     n = input%count('WALL')
     allocate (scene%constraint(n + input%count('CLAMP')))
     do i = 1, n
-      call read_wall(input, i, scene, scene%constraint(i), complaints)
+      call read_wall(input, i, scene, scene%constraint(i), diagnostics)
       associate (before => scene%constraint(1:i - 1)%name, name => scene%constraint(i)%name)
         if (any(before == name)) name = trim(name)//'_'//str(i)
       end associate
     end do
     do i = 1, input%count('CLAMP')
-      call read_clamp(input, i, scene%constraint(n + i), complaints)
+      call read_clamp(input, i, scene%constraint(n + i), diagnostics)
     end do
   end subroutine read_constraints
 
-  subroutine read_wall(input, i, scene, wall, complaints)
+  subroutine read_wall(input, i, scene, wall, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
     type(constraint_t), intent(inout) :: wall
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: place, row
     integer :: axis, side
 
@@ -50,7 +50,7 @@ contains
     wall%faces_up = mod(side, 2) == 0
     wall%lower = -huge(1.0_rp)
     wall%upper = huge(1.0_rp)
-    if (scene%grid%period(axis) > 0) call input%complain(complaints, 'WALL', i, 'SIDE', &
+    if (scene%grid%period(axis) > 0) call input%report(diagnostics, 'WALL', i, 'SIDE', &
       'the grid is periodic along this axis')
     place = scene%grid%lower(axis)
     if (.not. wall%faces_up) place = place + scene%grid%h*(scene%grid%n(axis) - 1)
@@ -71,9 +71,9 @@ contains
     end if
     if (.not. input%given('WALL', i, 'TEMPERATURE')) return
     wall%temperature = input%real('WALL', i, 'TEMPERATURE')
-    if (.not. scene%method%conducts) call input%complain(complaints, 'WALL', i, 'TEMPERATURE', &
+    if (.not. scene%method%conducts) call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
       'has no effect without a &HEAT group')
-    if (wall%axis == 0) call input%complain(complaints, 'WALL', i, 'TEMPERATURE', &
+    if (wall%axis == 0) call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
       'needs a wall on a plane of nodes with no &SHAPE behind it')
   end subroutine read_wall
 
@@ -83,7 +83,7 @@ contains
     integer, intent(in) :: axis
     real(rp), intent(in) :: place, slack   !! [m]
     logical, intent(in) :: faces_up        !! the wall's front is on its upper side
-    type(complaints_t) :: said             !! elsewhere
+    type(diagnostics_t) :: said             !! elsewhere
     type(solid_t) :: solid
     real(rp) :: lower(3), upper(3)
     integer :: i
@@ -101,11 +101,11 @@ contains
     end do
   end function is_bare
 
-  subroutine read_clamp(input, i, clamp, complaints)
+  subroutine read_clamp(input, i, clamp, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(constraint_t), intent(inout) :: clamp
-    type(complaints_t), intent(inout) :: complaints
+    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: letters
     integer :: a
 
@@ -115,7 +115,7 @@ contains
     clamp%velocity = input%reals('CLAMP', i, 'VELOCITY', 3)
     letters = input%text('CLAMP', i, 'COMPONENTS')
     clamp%component = [(index(letters, 'xyz'(a:a)) > 0, a=1, 3)]
-    if (any(clamp%upper < clamp%lower)) call input%complain(complaints, 'CLAMP', i, 'UPPER', &
+    if (any(clamp%upper < clamp%lower)) call input%report(diagnostics, 'CLAMP', i, 'UPPER', &
       'must not be below LOWER')
   end subroutine read_clamp
 

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> From the grid to a block of particles. Neighbours in the block mostly have the same 27 nodes, since
-!> particles are sorted by node: then they fill the lanes of vectors and share what is loaded of a node,
-!> and only what is wanted of a record is worked on. That takes a third of the operations of one particle
-!> at a time with a node's record in a vector (transfer_kernels), which is left for those that have
-!> nodes of their own. Sum-factorised; nodes lie z-fastest.
+!> From the grid to a block of particles. Neighbours in the block mostly have the same 27 nodes,
+!> since particles are sorted by node: then they fill the lanes of vectors and share what is loaded
+!> of a node, and only what is wanted of a record is worked on. That takes a third of the operations
+!> of one particle at a time with a node's record in a vector (transfer_kernels), which is left for
+!> those that have nodes of their own. Sum-factorised; nodes lie z-fastest.
 module transfer_gather
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -14,7 +14,8 @@ module transfer_gather
   public :: gather_block, lanes_t
 
   integer, parameter :: shortest = 3   ! run of particles with the same nodes
-  integer, parameter :: few = 6    !! lines of memory of the next block, fetched between the lanes of eight particles
+  integer, parameter :: few = 6    !! lines of memory of the next block, fetched between the lanes
+                                   !! of eight particles
 
   !> Which lanes of the records are wanted: some with slopes, of some the values alone.
   type :: lanes_t
@@ -24,14 +25,15 @@ module transfer_gather
 
 contains
 
-  !> Values at `n` particles, and slopes along x, y, z of those lanes that have them: (s(:, 1:3) of the
-  !> first); what other particles get is not said.
+  !> Values at `n` particles, and slopes along x, y, z of those lanes that have them: (s(:, 1:3) of
+  !> the first); what other particles get is not said.
   subroutine gather_block(lanes, n, w, first, stride, nn, g, rec, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)       !! scratch
-    real(rp), intent(out) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
+    real(rp), intent(out) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+      u(nlane, lanes%n_plain)
     integer :: m, p
 
     p = 1
@@ -47,14 +49,15 @@ contains
     end do
   end subroutine gather_block
 
-  !> Particles p to p+m-1, which have the same nodes. Lanes of others, behind them, are overwritten: their
-  !> turn is later.
+  !> Particles p to p+m-1, which have the same nodes. Lanes of others, behind them, are overwritten:
+  !> their turn is later.
   subroutine gather_run(lanes, p, m, w, first, stride, nn, g, rec, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p, m, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
-    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
+    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+      u(nlane, lanes%n_plain)
     real(rp) :: c(8, 3, 3, 3)
     integer :: i
 
@@ -80,7 +83,8 @@ contains
     integer, intent(in) :: p, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
-    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
+    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+      u(nlane, lanes%n_plain)
     integer :: k
 
     call g2p_one(p, w, first, stride, nn, g, rec)
@@ -94,8 +98,8 @@ contains
   end subroutine gather_one
 
   !> The records of 27 nodes from q on, row by row along z. Weights add up to one and slopes to zero
-  !> on each axis, so that the middle one needs no multiplication where the outer ones are differences
-  !> from it.
+  !> on each axis, so that the middle one needs no multiplication where the outer ones are
+  !> differences from it.
   pure subroutine copy_nodes(q, stride, nn, g, c)
     integer, intent(in) :: q, stride(3), nn
     real(rp), intent(in) :: g(8, nn)
@@ -163,7 +167,8 @@ contains
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p
     real(rp), intent(in) :: w(nlane, 18), c(8, 3, 3, 3)
-    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
+    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+      u(nlane, lanes%n_plain)
     real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2
     integer :: f, i, k
 
@@ -190,7 +195,8 @@ contains
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p
     real(rp), intent(in) :: w(nlane, 18), c(8, 3, 3, 3)
-    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), u(nlane, lanes%n_plain)
+    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+      u(nlane, lanes%n_plain)
     real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2
     integer :: f, i, k
 

@@ -15,7 +15,8 @@ module transfer_kernels
   implicit none (type, external)
   private
 
-  public :: run_length, p2g_values, p2g_slopes, p2g_affine_block, g2p_block, g2p_one, g2p_values_block
+  public :: run_length, p2g_values, p2g_slopes, p2g_affine_block, g2p_block, g2p_one, &
+    g2p_values_block
 
   ! First lane that goes to the grid with slopes, last one that comes back with them.
 #ifdef STIRPOINT_AVX512
@@ -41,8 +42,8 @@ contains
     m = n
   end function run_length
 
-  !> Add the records of `n` particles to the nodes: lanes 5:8 by weights and slopes, lanes 1:4 by weights
-  !> and, as slopes, their first moments.
+  !> Add the records of `n` particles to the nodes: lanes 5:8 by weights and slopes, lanes 1:4 by
+  !> weights and, as slopes, their first moments.
   subroutine p2g_affine_block(n, w, moment, first, rec, stride, nn, g)
     integer, intent(in) :: n, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18), moment(nlane, 18), rec(8, 4, nlane)

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> From a block of particles to the grid. Neighbours in the block mostly have the same 27 nodes, since
-!> particles are sorted by node: their sums stay in registers, and go to the nodes when the run ends.
-!> Weights add up to one and slopes to zero on each axis, so that the sums are those of the outer two
-!> weights and of the whole, a third of the multiplications less; the middle node gets the whole less
-!> what the outer two get. Records as in transfer_kernels, which does particles that have nodes of
-!> their own.
+!> From a block of particles to the grid. Neighbours in the block mostly have the same 27 nodes,
+!> since particles are sorted by node: their sums stay in registers, and go to the nodes when the
+!> run ends. Weights add up to one and slopes to zero on each axis, so that the sums are those of
+!> the outer two weights and of the whole, a third of the multiplications less; the middle node gets
+!> the whole less what the outer two get. Records as in transfer_kernels, which does particles that
+!> have nodes of their own.
 module transfer_scatter
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some

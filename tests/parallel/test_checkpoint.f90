@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Checkpoints: exact on as many ranks, complete on others, and an error when damaged.
 program test_checkpoint
-  use mpi_f08, only: mpi_comm_free, mpi_comm_rank, mpi_comm_size, mpi_comm_split
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_text, only: str
@@ -12,6 +11,7 @@ program test_checkpoint
   use io_hdf5, only: h5file_t
   use io_samples, only: contents, discard, expect_error, expect_no_error, landmark, &
                         make_particles, put, sample_input
+  use mpi_f08, only: mpi_comm_free, mpi_comm_rank, mpi_comm_size, mpi_comm_split
   use particles_store, only: f_plastic, f_temp, particles_t
   implicit none (type, external)
 

@@ -6,8 +6,8 @@ program test_grid
   use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t, grid_t, halo, make_grid, make_patch, nearest_node, patch_t
   use grid_halo, only: halo_t
-  use grid_samples, only: contribution, expect_cover, fill, random_loads
   use grid_partition, only: bisect, imbalance, owner_of
+  use grid_samples, only: contribution, expect_cover, fill, random_loads
   implicit none (type, external)
 
   type(world_t) :: world
@@ -53,7 +53,7 @@ contains
   end subroutine test_geometry
 
   !> Load of every rank, from all ranks' parts.
-  subroutine loads_of(boxes, nodes, weight, load)
+  subroutine particle_costs(boxes, nodes, weight, load)
     type(box_t), intent(in) :: boxes(0:)
     integer, intent(in) :: nodes(:, :)
     real(rp), intent(in) :: weight(:)
@@ -66,7 +66,7 @@ contains
       load(r) = load(r) + weight(i)
     end do
     call world%sum(load)
-  end subroutine loads_of
+  end subroutine particle_costs
 
   subroutine test_balance(name, n, from, to)
     character(*), intent(in) :: name
@@ -82,9 +82,10 @@ contains
     call random_loads(grid, from, to, 20000/world%size, nodes, weight)
     call bisect(world, grid, nodes, weight, boxes)
     call expect_cover(world, name, grid, boxes)
-    call loads_of(boxes, nodes, weight, load)
+    call particle_costs(boxes, nodes, weight, load)
     call expect(name//': balanced within 15 %', imbalance(load) <= 1.15_rp)
-    call expect_close(name//': of one rank that has all', imbalance([0.0_rp, 3.0_rp, 0.0_rp]), 3.0_rp, &
+    call expect_close(name//': of one rank that has all', imbalance([0.0_rp, 3.0_rp, 0.0_rp]), &
+                      3.0_rp, &
                       rtol=1.0e-12_rp)
   end subroutine test_balance
 
@@ -174,8 +175,8 @@ contains
     call expect('nodes not in use are left alone', untouched)
   end subroutine expect_sums
 
-  !> Two arrays in one message, while nodes that no other rank stores are still added to: the sums of
-  !> each alone, to the bit.
+  !> Two arrays in one message, while nodes that no other rank stores are still added to: the sums
+  !> of each alone, to the bit.
   subroutine expect_overlap(exchange, patch)
     type(halo_t), intent(inout) :: exchange
     type(patch_t), intent(in) :: patch

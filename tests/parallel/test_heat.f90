@@ -5,13 +5,13 @@ program test_heat
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use grid_geometry, only: make_grid
+  use heat_conduction, only: conduct, conduction_step
   use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
-    tag_id
-  use time_audit, only: e_conduction, e_film
-  use time_heat, only: conduct, conduction_step
-  use time_balance, only: first_partition
-  use time_regrid, only: regrid
-  use time_state, only: free_simulation, simulation_t
+                             tag_id
+  use run_balance, only: first_partition
+  use run_regrid, only: regrid
+  use state_books, only: e_conduction, e_film
+  use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
   real(rp), parameter :: h = 1.0e-3_rp, spacing = 0.5_rp*h   !! cell, distance of particles [m]
@@ -89,6 +89,16 @@ contains
     call regrid(world, sim)
   end subroutine build
 
+  subroutine conduct_for(world, sim, dt)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt
+
+    call conduct(world, sim%scene, sim%clock, sim%step, sim%source, sim%probes, sim%particles, &
+                 sim%blocks, &
+                 sim%nodes, sim%boundary, sim%books, dt)
+  end subroutine conduct_for
+
   !> Sum over the particles of all ranks of mass c_p (T - 300 K) shape, shape 1 or cos(pi x/length).
   real(rp) function content(sim, length)
     type(simulation_t), intent(in) :: sim
@@ -129,15 +139,15 @@ contains
         sim%particles%ps(p, f_temp, b) = 300.0_rp + 700.0_rp*noise(tag_id(sim%particles%tag(p, b)))
       end do
     end do
-    dt = conduction_step(sim)
+    dt = conduction_step(sim%scene, sim%clock)
     call expect_close('conduction step', dt, 0.15_rp*h*h*8960.0_rp*386.0_rp/391.0_rp)
     before = content(sim)
     do step = 1, 200
-      call conduct(world, sim, dt)
+      call conduct_for(world, sim, dt)
       if (mod(step, 50) == 0) call regrid(world, sim)
     end do
     call expect_close('an insulated block keeps its heat', content(sim), before, rtol=1.0e-12_rp)
-    call expect('no film, no loss', sim%sums(e_film) == 0.0_rp)
+    call expect('no film, no loss', sim%books%sums(e_film) == 0.0_rp)
     call free_simulation(sim)
   end subroutine test_insulated
 
@@ -159,7 +169,7 @@ contains
     end do
     call world%sum(given)
     do step = 1, 5
-      call conduct(world, sim, conduction_step(sim))
+      call conduct_for(world, sim, conduction_step(sim%scene, sim%clock))
     end do
     spent = .true.
     do b = 1, sim%particles%nblk
@@ -171,8 +181,8 @@ contains
   end subroutine test_waiting_heat
 
   !> Implicit steps that follow their error: the half wave of `test_decay` over two time constants,
-  !> more steps and less error with a smaller tolerance, longer steps when little is left; conduction
-  !> makes no heat.
+  !> more steps and less error with a smaller tolerance, longer steps when little is left;
+  !> conduction makes no heat.
   subroutine test_adaptive()
     real(rp) :: error(2)
     integer :: steps(2)
@@ -210,14 +220,14 @@ contains
     steps = 0
     shortest = end
     do while (t < end*(1.0_rp - 1.0e-9_rp))
-      dt = min(conduction_step(sim), end - t)
-      call conduct(world, sim, dt)
+      dt = min(conduction_step(sim%scene, sim%clock), end - t)
+      call conduct_for(world, sim, dt)
       if (t + dt < end*(1.0_rp - 1.0e-9_rp)) shortest = min(shortest, dt)
       t = t + dt
       steps = steps + 1
     end do
     error = 100.0_rp*abs(content(sim, length)/before - exp(-2.0_rp))
-    made = sim%sums(e_conduction)
+    made = sim%books%sums(e_conduction)
     call world%sum(made)
     call expect('conduction makes no heat', abs(made(1)) <= 1.0e-11_rp*before)
     call expect('steps become longer', sim%clock%heat_step > 1.3_rp*shortest)
@@ -239,11 +249,11 @@ contains
         end associate
       end do
     end do
-    dt = conduction_step(sim)
+    dt = conduction_step(sim%scene, sim%clock)
     steps = ceiling(1.0_rp/(kappa*(pi/length)**2*dt))
     amplitude = content(sim, length)
     do step = 1, steps
-      call conduct(world, sim, dt)
+      call conduct_for(world, sim, dt)
     end do
     rate = log(amplitude/content(sim, length))/(steps*dt)
     call expect_close('a cosine decays at the exact rate', rate, kappa*(pi/length)**2, rtol=0.01_rp)
@@ -264,9 +274,9 @@ contains
     end do
     before = content(sim)
     do step = 1, 100
-      call conduct(world, sim, conduction_step(sim))
+      call conduct_for(world, sim, conduction_step(sim%scene, sim%clock))
     end do
-    lost = sim%sums(e_film)
+    lost = sim%books%sums(e_film)
     call world%sum(lost)
     call expect('the films take much', lost(1) > 0.2_rp*before)
     call expect_close('film losses are booked', lost(1), before - content(sim), rtol=1.0e-10_rp)
@@ -286,10 +296,10 @@ contains
       sim%particles%ps(:, f_temp, b) = 400.0_rp
     end do
     before = content(sim)
-    dt = conduction_step(sim)
+    dt = conduction_step(sim%scene, sim%clock)
     t = 0.0_rp
     do step = 1, 400
-      call conduct(world, sim, dt)
+      call conduct_for(world, sim, dt)
       t = t + dt
     end do
     call expect_close('a thin plate cools like a lump', content(sim)/before, &

@@ -234,7 +234,8 @@ contains
     call write_series(world, '.', base//'parts', [0.0_rp, 0.5_rp], error)
     text = contents(world, base//'parts.hdf.series')
     call expect('a series without its first frame', index(text, '_000000') == 0 &
-                .and. index(text, '_000001') > 0 .and. count([(text(k:k) == ',', k=1, len(text))]) == 2)
+                .and. index(text, '_000001') > 0 .and. count([(text(k:k) == ',', k=1, &
+                len(text))]) == 2)
     if (world%is_root()) call make_directory(base//'parts.hdf.series.tmp', ok)
     call write_series(world, '.', base//'parts', [0.0_rp, 0.5_rp], error)
     call expect_error('a series that cannot be written', error, 'cannot be written')

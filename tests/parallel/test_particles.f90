@@ -2,7 +2,7 @@
 !> Particles that move from rank to rank, and those that leave the grid.
 program test_particles
   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
-    ieee_set_halting_mode, ieee_value
+                                           ieee_set_halting_mode, ieee_value
   use base_kinds, only: i8, nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_equal
   use comm_world, only: start_world, world_t
@@ -10,8 +10,8 @@ program test_particles
   use grid_partition, only: bisect
   use particles_migrate, only: find_outside, redistribute, wrap_positions
   use particles_sort, only: keep_none
-  use particles_store, only: asleep, awake, f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
-    particles_t, set_rest, tag_faces, tag_id, tag_rest
+  use particles_store, only: asleep, awake, f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, &
+                             n_fields, particles_t, set_rest, tag_faces, tag_id, tag_rest
   implicit none (type, external)
 
   integer, parameter :: nbody = 3, nf = n_fields + 2
@@ -119,7 +119,8 @@ contains
       call random_loads(grid, 1.0_rp/round, 300, nodes, weight)
       call bisect(world, grid, nodes, weight, boxes)
       patch = make_patch(grid, boxes(world%rank))
-      call redistribute(world, grid, patch, boxes, nbody, particles%nblk, keep_none, .true., particles, stays)
+      call redistribute(world, grid, patch, boxes, nbody, particles%nblk, keep_none, .true., &
+                        particles, stays)
       call expect_kept(particles, mine, extent)
       call expect_sorted(particles, grid, patch)
       call expect_neutral(particles)
@@ -209,8 +210,8 @@ contains
     end do
   end subroutine random_rest
 
-  !> Blocks are of one body and one rest, in their order and full but for the last of a kind, and hold
-  !> all particles of `old` with their fields.
+  !> Blocks are of one body and one rest, in their order and full but for the last of a kind, and
+  !> hold all particles of `old` with their fields.
   subroutine expect_classes(particles, old)
     type(particles_t), intent(in) :: particles, old
     integer(i8) :: sums(4)
@@ -389,9 +390,11 @@ contains
                      [.false., .true., .false.])
     particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 9.125_rp, 2.0_rp]
     call expect('too far through a periodic side', &
-                index(find_outside(grid, particles%nblk, particles), 'particle 4711 left the grid') == 1)
+                index(find_outside(grid, particles%nblk, particles), &
+                      'particle 4711 left the grid') == 1)
     particles%ps(2, f_pos:f_pos + 2, b) = [1.0_rp, 8.75_rp, 2.0_rp]
-    call expect_equal('just through a periodic side', find_outside(grid, particles%nblk, particles), '')
+    call expect_equal('just through a periodic side', &
+                      find_outside(grid, particles%nblk, particles), '')
     call wrap_positions(grid, particles)
     call expect('wrapped', all(particles%ps(2, f_pos:f_pos + 2, b) == [1.0_rp, 0.75_rp, 2.0_rp]))
   end subroutine test_periodic_side

@@ -3,11 +3,12 @@
 program test_contact
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
+  use contact_gap_law, only: stick_fraction, normal_velocity, book_tool_impulse
   use contact_motion, only: phase_t
   use contact_shapes, only: shoulder_profile
   use contact_tool, only: kind_box, kind_plane, kind_revolved, rigid_t, s_creep, s_force, &
-                          s_friction, s_normal, s_press, s_slide, s_to_plate, s_torque, s_work, tool_t
-  use contact_touch, only: held_part, meet, settle
+                          s_friction, s_normal, s_press, s_slide, s_to_plate, s_torque, s_work, &
+                          tool_t
   implicit none (type, external)
 
   !> Free points, and what contact gave them in the last step.
@@ -46,7 +47,7 @@ contains
     tool%frame = reshape([cos(tilt), 0.0_rp, sin(tilt), 0.0_rp, 1.0_rp, 0.0_rp, &
                           -sin(tilt), 0.0_rp, cos(tilt)], [3, 3])
     tool%friction = 0.4_rp
-    tool%heat_share = 0.8_rp
+    tool%heat_fraction = 0.8_rp
     allocate (tool%motion%phase(1))
     tool%motion%phase(1) = phase_t(velocity=[1.8e-3_rp, 0.0_rp, -0.1_rp], spin=100.0_rp, &
                                    ramp=0.02_rp)
@@ -129,14 +130,15 @@ contains
       v = points%v(p, :)
       m = points%mass(p)
       call tool%distance(x + dt*v, gap, normal, room)
-      call meet(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, gap - reach, normal, v - rigid%velocity_at(x), closing, slip)
+      call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, gap - reach, normal, v &
+                           - rigid%velocity_at(x), closing, slip)
       if (gap < reach .and. closing > 0.0_rp) then
         shear = huge(1.0_rp)
         if (points%flow(p) > 0.0_rp) shear = dt*points%flow(p)*area/sqrt(3.0_rp)
         points%push(p, :) = m*closing*normal
-        points%hold(p, :) = -held_part(m*slip, tool%friction*m*closing, shear)*m*slip
+        points%hold(p, :) = -stick_fraction(m*slip, tool%friction*m*closing, shear)*m*slip
         points%v(p, :) = v + (points%push(p, :) + points%hold(p, :))/m
-        call settle(tool, rigid, x, points%push(p, :), points%hold(p, :), &
+        call book_tool_impulse(tool, rigid, x, points%push(p, :), points%hold(p, :), &
                     0.5_rp*(v + points%v(p, :)))
       end if
       points%x(p, :) = x + dt*points%v(p, :)
@@ -171,24 +173,33 @@ contains
     real(rp), parameter :: up(3) = [0.0_rp, 0.0_rp, 1.0_rp], rest(3) = 0.0_rp
     real(rp) :: closing, slip(3)
 
-    call meet(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -3.0e-6_rp, up, -2.0e-6_rp/dt*up, closing, slip)
+    call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -3.0e-6_rp, up, -2.0e-6_rp/dt*up, &
+                         closing, slip)
     call expect_close('taken back in a step', closing*dt, 3.0e-6_rp)
-    call meet(0.01_rp*dt, dt, 0.0_rp, dt, 0.0_rp, -1.02e-6_rp, up, -2.0e-6_rp/dt*up, closing, slip)
-    call expect_close('no kick in a short step', (closing - 2.0e-6_rp/dt)*dt, 1.0e-6_rp + 0.99e-6_rp)
-    call meet(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -1.0e-6_rp, up, rest, closing, slip)
+    call normal_velocity(0.01_rp*dt, dt, 0.0_rp, dt, 0.0_rp, -1.02e-6_rp, up, -2.0e-6_rp/dt*up, &
+                         closing, slip)
+    call expect_close('no kick in a short step', (closing - 2.0e-6_rp/dt)*dt, 1.0e-6_rp &
+                      + 0.99e-6_rp)
+    call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -1.0e-6_rp, up, rest, closing, slip)
     call expect_close('no kick at rest', closing*100.0_rp*dt, 1.0e-6_rp)
-    call meet(dt, dt, 0.0_rp, 100.0_rp*dt, 0.5e-6_rp/dt, -1.0e-6_rp, up, rest, closing, slip)
+    call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.5e-6_rp/dt, -1.0e-6_rp, up, rest, &
+                         closing, slip)
     call expect_close('its pace at rest', closing*dt, 0.505e-6_rp)
-    call meet(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -12.0e-6_rp, up, -2.0e-6_rp/dt*up, closing, slip)
+    call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -12.0e-6_rp, up, -2.0e-6_rp/dt*up, &
+                         closing, slip)
     call expect_close('as fast as it comes', closing*dt, 4.08e-6_rp)
-    call meet(0.01_rp*dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, 0.5e-6_rp - 0.01e-6_rp*100.0_rp, up, -100.0_rp*up, closing, slip)
+    call normal_velocity(0.01_rp*dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, 0.5e-6_rp &
+                         - 0.01e-6_rp*100.0_rp, up, -100.0_rp*up, closing, slip)
     call expect_close('a gap is closed in a short step', (100.0_rp - closing)*0.01_rp*dt, 0.5e-6_rp)
-    call meet(dt, 100.0_rp*dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -0.5e-6_rp, up, 2.0_rp*up, closing, slip)
+    call normal_velocity(dt, 100.0_rp*dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -0.5e-6_rp, up, 2.0_rp*up, &
+                         closing, slip)
     call expect('no pull on a point that comes out', closing < 0.0_rp)
     call expect_close('slip along the surface', norm2(slip), 0.0_rp)
-    call meet(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 0.0_rp, 3.0e-6_rp - 10.0_rp*dt, up, -10.0_rp*up, closing, slip)
+    call normal_velocity(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 0.0_rp, 3.0e-6_rp - 10.0_rp*dt, up, &
+                         -10.0_rp*up, closing, slip)
     call expect_close('slow through the soft zone', (10.0_rp - closing)*dt, 1.02e-6_rp)
-    call meet(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 0.0_rp, 1.0e-6_rp - 0.005e-6_rp, up, -0.005e-6_rp/dt*up, closing, slip)
+    call normal_velocity(dt, dt, 2.0e-6_rp, 100.0_rp*dt, 0.0_rp, 1.0e-6_rp - 0.005e-6_rp, up, &
+                         -0.005e-6_rp/dt*up, closing, slip)
     call expect('slower than that is free', closing < 0.0_rp)
   end subroutine test_penetration
 
@@ -242,7 +253,8 @@ contains
             if (u(p) < 0.4_rp*fn) n_limited = n_limited + 1
           end if
           against = against .and. norm2(ft/norm2(ft) + slip/norm2(slip)) < 1.0e-6_rp
-          not_turned = not_turned .and. norm2(ft) <= points%mass(p)*norm2(slip)*(1.0_rp + 1.0e-10_rp)
+          not_turned = not_turned .and. norm2(ft) <= points%mass(p)*norm2(slip)*(1.0_rp &
+            + 1.0e-10_rp)
           if (norm2(ft) > points%mass(p)*norm2(slip)*(1.0_rp - 1.0e-10_rp)) n_stuck = n_stuck + 1
         end associate
       end do
@@ -264,7 +276,7 @@ contains
     integer :: p
 
     tool = plane_tool([0.3_rp, -0.2_rp, 0.4_rp], 50.0_rp)
-    tool%heat_share = 0.8_rp
+    tool%heat_fraction = 0.8_rp
     call random_points(points, 1.0e-6_rp, 1.0_rp)
     before = points
     call step(tool, 0.0_rp, points)
@@ -318,7 +330,8 @@ contains
     call expect('the material pushes the tool up', tool%sums(s_force + 2) > 0.0_rp)
   end subroutine test_torque_sign
 
-  !> No distance shrinks by more than the way of the tool's surface; spin alone brings only a box nearer.
+  !> No distance shrinks by more than the way of the tool's surface; spin alone brings only a box
+  !> nearer.
   subroutine test_way()
     type(tool_t) :: tool
     type(points_t) :: points
@@ -327,14 +340,15 @@ contains
     tool = stirring_tool()
     call tool%move_to(0.05_rp)
     call tool%note_place()
-    call expect_close('no way at first', tool%way(), 0.0_rp, atol=0.0_rp)
+    call expect_close('no way at first', tool%displacement(), 0.0_rp, atol=0.0_rp)
     call random_points(points, 0.02_rp, 0.0_rp)
     call tool%clearances(nlane, points%x, before)
     call tool%move_to(0.06_rp)
     call tool%clearances(nlane, points%x, after)
-    call expect_close('way of a plunge', tool%way(), 0.01_rp*norm2([1.8e-3_rp, 0.1_rp]), rtol=1.0e-9_rp)
+    call expect_close('way of a plunge', tool%displacement(), 0.01_rp*norm2([1.8e-3_rp, 0.1_rp]), &
+                      rtol=1.0e-9_rp)
     call expect('a plunge brings nothing nearer than by the way', &
-                all(before - after <= tool%way()*(1.0_rp + 1.0e-9_rp)))
+                all(before - after <= tool%displacement()*(1.0_rp + 1.0e-9_rp)))
 
     tool%kind = kind_box
     tool%half = [0.008_rp, 0.002_rp, 0.004_rp]
@@ -344,9 +358,10 @@ contains
     call tool%clearances(nlane, points%x, before)
     call tool%move_to(0.055_rp)
     call tool%clearances(nlane, points%x, after)
-    way = tool%way()
+    way = tool%displacement()
     call expect('a box that spins comes nearer, by no more than its way', &
-                any(after < before - 1.0e-6_rp) .and. all(before - after <= way*(1.0_rp + 1.0e-9_rp)))
+                any(after < before - 1.0e-6_rp) .and. all(before - after &
+                <= way*(1.0_rp + 1.0e-9_rp)))
   end subroutine test_way
 
   !> Room along the surface to the edges that stand out; none matters on the axis, between face and
@@ -399,7 +414,8 @@ contains
         most = max(most, x)
       end do
     end do
-    call expect('inside the bounds', all(least >= lower - 1.0e-12_rp .and. most <= upper + 1.0e-12_rp))
+    call expect('inside the bounds', all(least >= lower - 1.0e-12_rp .and. most <= upper &
+                                         + 1.0e-12_rp))
     call expect('close bounds', all(least - lower < 2.0e-3_rp .and. upper - most < 2.0e-3_rp))
   end subroutine test_bounds
 

@@ -20,7 +20,7 @@ program test_friction
   call table%coefficients(nlane, temp, pressure, slip, mu)
   where (temp < 500.0_rp)
     want = 0.4_rp - 0.1_rp*max(0.0_rp, temp - 300.0_rp)/200.0_rp
-  elsewhere
+  else where
     want = max(0.1_rp, 0.3_rp - 0.2_rp*(temp - 500.0_rp)/400.0_rp)
   end where
   call expect_close('by temperature', maxval(abs(mu - want)), 0.0_rp, atol=1.0e-14_rp)

@@ -4,24 +4,24 @@ program test_input
   use base_kinds, only: rp
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close, expect_equal, this_rank
-  use setup_complaints, only: check_value, complaints_t
-  use setup_input, only: input_t
-  use setup_reading, only: read_input, read_input_text
-  use setup_key_rows, only: key_table
-  use setup_keys, only: default_item, print_keys, print_keys_markdown
-  use setup_keys_table, only: key_table_t
-  use setup_scan, only: read_file
+  use input_diagnostics, only: check_value, diagnostics_t
+  use input_keys, only: default_item, print_keys, print_keys_markdown
+  use input_reading, only: read_input, read_input_text
+  use input_scan, only: read_file
+  use input_values, only: input_t
+  use keys_rows, only: key_table
+  use keys_table, only: key_table_t
   implicit none (type, external)
 
   character, parameter :: nl = new_line('a')
   character(*), parameter :: grid = '&GRID CELL=1 LOWER=0,0,0 UPPER=3*9. /'//nl
   character(*), parameter :: time = '&TIME END=1 /'//nl
   character(*), parameter :: material = &
-    '&MATERIAL NAME=''cu'' DENSITY=8960 YOUNGS_MODULUS=1.2d11 POISSON_RATIO=0.34 /'//nl
-  character(*), parameter :: body = '&BODY NAME=''bar'' MATERIAL=''cu'' /'//nl
-  character(*), parameter :: shape = '&SHAPE BODY=''bar'' LOWER=0,0,0 UPPER=1,1,1 /'//nl
+    "&MATERIAL NAME='cu' DENSITY=8960 YOUNGS_MODULUS=1.2d11 POISSON_RATIO=0.34 /"//nl
+  character(*), parameter :: body = "&BODY NAME='bar' MATERIAL='cu' /"//nl
+  character(*), parameter :: shape = "&SHAPE BODY='bar' LOWER=0,0,0 UPPER=1,1,1 /"//nl
   character(*), parameter :: base = grid//time//material//body//shape
-  character(40), parameter :: no_sets(0) = [character(40) ::]
+  character(40), parameter :: no_sets(0) = ''
 
   call begin_tests()
   call test_table()
@@ -36,7 +36,7 @@ program test_input
   call test_bad_overrides()
   call test_effective_text()
   call test_files()
-  call test_complaints()
+  call test_diagnostics()
   call end_tests()
 
 contains
@@ -46,15 +46,15 @@ contains
     character(*), intent(in) :: text
     type(input_t), intent(out) :: input
     character(*), intent(in), optional :: sets(:)
-    type(complaints_t) :: complaints
+    type(diagnostics_t) :: diagnostics
 
     if (present(sets)) then
-      call read_input_text('t.nml', text, sets, input, complaints)
+      call read_input_text('t.nml', text, sets, input, diagnostics)
     else
-      call read_input_text('t.nml', text, no_sets, input, complaints)
+      call read_input_text('t.nml', text, no_sets, input, diagnostics)
     end if
-    if (complaints%count() > 0) call complaints%print(6)
-    call expect('no complaint about '//text(:min(30, len(text))), complaints%count() == 0)
+    if (diagnostics%count() > 0) call diagnostics%print(6)
+    call expect('no complaint about '//text(:min(30, len(text))), diagnostics%count() == 0)
   end subroutine parse
 
   !> `text` must give `want` as its only complaint.
@@ -62,17 +62,17 @@ contains
     character(*), intent(in) :: text, want
     character(*), intent(in), optional :: set
     type(input_t) :: input
-    type(complaints_t) :: complaints
+    type(diagnostics_t) :: diagnostics
 
     if (present(set)) then
-      call read_input_text('t.nml', text, [set], input, complaints)
+      call read_input_text('t.nml', text, [set], input, diagnostics)
     else
-      call read_input_text('t.nml', text, no_sets, input, complaints)
+      call read_input_text('t.nml', text, no_sets, input, diagnostics)
     end if
-    call expect('one complaint: '//want, complaints%count() == 1)
-    if (complaints%count() /= 1) call complaints%print(6)
-    if (complaints%count() == 0) return
-    call expect_equal('complaint', complaints%text(1), want)
+    call expect('one complaint: '//want, diagnostics%count() == 1)
+    if (diagnostics%count() /= 1) call diagnostics%print(6)
+    if (diagnostics%count() == 0) return
+    call expect_equal('complaint', diagnostics%text(1), want)
   end subroutine bad
 
   !> The value of a key of &BODY (first line of the input) must give `want`.
@@ -83,7 +83,7 @@ contains
 
     digit = '2'
     if (present(line)) write (digit, '(i1)') line
-    call bad('&BODY NAME=''b'' MATERIAL=''cu'','//nl//assignment//' /'//nl//base, &
+    call bad("&BODY NAME='b' MATERIAL='cu',"//nl//assignment//' /'//nl//base, &
              't.nml:'//digit//': error: &BODY '//want)
   end subroutine bad_value
 
@@ -104,14 +104,16 @@ contains
           end do
         end if
         if (message /= '') call expect('default of '//trim(row%name)//': '//message, .false.)
-        if (all(row%kind /= [character(8) :: 'real', 'integer', 'logical', 'text', 'choice'])) &
+        if (all(row%kind /= [character(8) :: 'real', 'integer', 'logical', 'text', 'choice'])) then
           call expect('type of '//trim(row%name), .false.)
-        if (count(table%groups%first <= k .and. table%groups%last >= k) /= 1) &
+        end if
+        if (count(table%groups%first <= k .and. table%groups%last >= k) /= 1) then
           call expect('group of '//trim(row%name), .false.)
+        end if
       end associate
     end do
     call expect('the table is not empty', size(table%keys) > 90)
-    open (newunit=unit, status='scratch')
+    open (newunit=unit, status='scratch', action='readwrite')
     call print_keys(unit)
     call print_keys_markdown(unit)
     close (unit)
@@ -166,17 +168,17 @@ contains
     call parse('&RUN TITLE = ''it''''s "a/b" ! & = x'' NAME="oneil.1"/'//base, input)
     call expect_equal('quotes', input%text('RUN', 1, 'TITLE'), 'it''s "a/b" ! & = x')
     call expect_equal('other quotes', input%text('RUN', 1, 'NAME'), 'oneil.1')
-    call parse('! it''s & comment / = '//nl//base//'&RUN'//nl//'TITLE=''out/x.h5'' ! don''t'// &
+    call parse("! it's & comment / = "//nl//base//'&RUN'//nl//"TITLE='out/x.h5' ! don't"// &
                nl//'/', input)
     call expect_equal('path', input%text('RUN', 1, 'TITLE'), 'out/x.h5')
     call expect('line of a group', input%line('RUN', 1) == 7)
     call expect('line of a key', input%line('RUN', 1, 'TITLE') == 8)
     call expect('line of a key not given', input%line('RUN', 1, 'NAME') == 7)
-    call parse('&run'//achar(9)//'title = ''x'','//cr//nl//'/'//cr//nl//cr//nl//base, input)
+    call parse('&run'//achar(9)//"title = 'x',"//cr//nl//'/'//cr//nl//cr//nl//base, input)
     call expect_equal('CRLF and tabs', input%text('RUN', 1, 'TITLE'), 'x')
     call parse(char(239)//char(187)//char(191)//base(:len(base) - 1), input)
     call expect('byte order mark, no newline at the end', input%count('SHAPE') == 1)
-    call parse('&RUN TITLE='//repeat(' ', 5000)//''''//repeat('x', 3000)//''' /'//base, input)
+    call parse('&RUN TITLE='//repeat(' ', 5000)//"'"//repeat('x', 3000)//"' /"//base, input)
     call expect('long lines', len(input%text('RUN', 1, 'TITLE')) == 3000)
     call parse('&RUN/&HEAT/'//base//'&METHOD SHAPE="Bspline"/', input)
     call expect_equal('choice in capitals', input%text('METHOD', 1, 'SHAPE'), 'bspline')
@@ -187,7 +189,7 @@ contains
   subroutine test_look_ups()
     type(input_t) :: input
 
-    call parse('&BODY NAME=''a'' MATERIAL=''cu'' TEMPERATURE=400 VELOCITY=1,2,3 /'//base, input)
+    call parse("&BODY NAME='a' MATERIAL='cu' TEMPERATURE=400 VELOCITY=1,2,3 /"//base, input)
     call expect('count', input%count('BODY') == 2 .and. input%count('TOOL') == 0)
     call expect_equal('text of the first', input%text('BODY', 1, 'NAME'), 'a')
     call expect_equal('text of the second', input%text('BODY', 2, 'NAME'), 'bar')
@@ -211,17 +213,17 @@ contains
              '(a group is &NAME KEY = value, ... /)')
     call bad('&RUN / junk'//nl//base, 't.nml:1: error: text outside a group: "junk" '// &
              '(a group is &NAME KEY = value, ... /)')
-    call bad('&RUN TITLE=''x'''//nl//base, 't.nml:1: error: &RUN is not closed with /')
-    call bad(base//'&RUN TITLE=''x'''//nl, 't.nml:6: error: &RUN is not closed with /')
-    call bad('&RUN'//nl//' TITLE=''x /'//nl//'/'//nl//base, &
-             't.nml:2: error: text in quotes is not closed on this line: ''x /')
-    call bad('&RUN TITLE=''x, NAME=''y'' /'//nl//base, &
-             't.nml:1: error: text in quotes is not closed on this line: '' /')
-    call bad('&MATERIAL NAME=''x, DENSITY=1 /'//nl//base, &
-             't.nml:1: error: text in quotes is not closed on this line: ''x, DENSITY=1 /')
-    call bad('&RUN'//nl//'''x'' /'//base, 't.nml:2: error: a value without a key: "''x''"')
+    call bad("&RUN TITLE='x'"//nl//base, 't.nml:1: error: &RUN is not closed with /')
+    call bad(base//"&RUN TITLE='x'"//nl, 't.nml:6: error: &RUN is not closed with /')
+    call bad('&RUN'//nl//" TITLE='x /"//nl//'/'//nl//base, &
+             "t.nml:2: error: text in quotes is not closed on this line: 'x /")
+    call bad("&RUN TITLE='x, NAME='y' /"//nl//base, &
+             "t.nml:1: error: text in quotes is not closed on this line: ' /")
+    call bad("&MATERIAL NAME='x, DENSITY=1 /"//nl//base, &
+             "t.nml:1: error: text in quotes is not closed on this line: 'x, DENSITY=1 /")
+    call bad('&RUN'//nl//"'x' /"//base, 't.nml:2: error: a value without a key: "''x''"')
     call bad('&RUN'//nl//'= 3 /'//base, 't.nml:2: error: there is no key before the =')
-    call bad('&RUN'//nl//'TITLE = ,'//nl//' NAME=''x'' /'//base, &
+    call bad('&RUN'//nl//'TITLE = ,'//nl//" NAME='x' /"//base, &
              't.nml:2: error: TITLE has no value')
     call bad('&RUN'//nl//'TITLE = /'//base, 't.nml:2: error: TITLE has no value')
     call bad('&MOTION'//nl//'VELOCITY(0) = 1 /'//base, &
@@ -232,7 +234,7 @@ contains
 
   !> Groups and keys that are not in the table, or twice in the file.
   subroutine test_bad_names()
-    call bad(base//'&BDY NAME=''x'' FOO=2 /', &
+    call bad(base//"&BDY NAME='x' FOO=2 /", &
              't.nml:6: error: unknown group &BDY; did you mean BODY?')
     call bad(base//'&QUITE_OTHER /', 't.nml:6: error: unknown group &QUITE_OTHER; known are '// &
              'RUN GRID TIME METHOD MATERIAL BODY SHAPE TOOL MOTION WALL CLAMP LOAD '// &
@@ -253,7 +255,7 @@ contains
 
   !> Values that do not fit the table.
   subroutine test_bad_values()
-    character(*), parameter :: junk(12) = [character(12) :: '''hot''', 'nan', 'inf', '-Infinity', &
+    character(*), parameter :: junk(12) = [character(12) :: "'hot'", 'nan', 'inf', '-Infinity', &
       '1e999', '1.2.3', '1+5', '0x1f', '1e', '.', '--1', '.true.']
     integer :: k
 
@@ -282,19 +284,19 @@ contains
     call bad('&RUN TITLE = cu /'//base, 't.nml:1: error: &RUN TITLE = cu: text must be in quotes')
     call bad('&RUN TITLE = a long title /'//base, 't.nml:1: error: &RUN TITLE = a long title: '// &
              'expected a text in quotes, found 3')
-    call bad('&RUN TITLE = ''a''''/'//nl//'/'//base, &
-             't.nml:1: error: text in quotes is not closed on this line: ''a''''/')
-    call bad('&METHOD SHAPE = ''bslpine'' /'//base, &
-             't.nml:1: error: &METHOD SHAPE = ''bslpine'': must be one of '// &
+    call bad("&RUN TITLE = 'a''/"//nl//'/'//base, &
+             "t.nml:1: error: text in quotes is not closed on this line: 'a''/")
+    call bad("&METHOD SHAPE = 'bslpine' /"//base, &
+             "t.nml:1: error: &METHOD SHAPE = 'bslpine': must be one of "// &
              'auto, ugimp, cpgimp, bspline; did you mean bspline?')
-    call bad('&METHOD SHAPE = ''cubic'' /'//base, 't.nml:1: error: &METHOD SHAPE = ''cubic'': '// &
+    call bad("&METHOD SHAPE = 'cubic' /"//base, "t.nml:1: error: &METHOD SHAPE = 'cubic': "// &
              'must be one of auto, ugimp, cpgimp, bspline')
     call bad('&METHOD PIC_FRACTION = 1.5 /'//base, &
              't.nml:1: error: &METHOD PIC_FRACTION = 1.5: must be >= 0 and <= 1')
     call bad('&HEAT FOURIER = 0 /'//base, &
              't.nml:1: error: &HEAT FOURIER = 0: must be > 0 and <= 0.5')
-    call bad('&CLAMP LOWER=3*0 UPPER=3*1 COMPONENTS = ''xw'' /'//base, &
-             't.nml:1: error: &CLAMP COMPONENTS = ''xw'': only the characters xyz may be used')
+    call bad("&CLAMP LOWER=3*0 UPPER=3*1 COMPONENTS = 'xw' /"//base, &
+             "t.nml:1: error: &CLAMP COMPONENTS = 'xw': only the characters xyz may be used")
     call bad('&TOOL RADIUS=1 POSITION=3*0 SHEAR_LIMIT=yes /'//base, &
              't.nml:1: error: &TOOL SHEAR_LIMIT = yes: expected .true. or .false.')
   end subroutine test_bad_values
@@ -302,23 +304,23 @@ contains
   !> Keys that must be there.
   subroutine test_requirements()
     call bad('&PROBE POSITION=3*0 /'//base, 't.nml:1: error: &PROBE has no NAME (required)')
-    call bad('&PROBE NAME='''' POSITION=3*0 /'//base, &
-             't.nml:1: error: &PROBE NAME = '''': must not be empty')
-    call bad('&PROBE NAME=''p'' POSITION(2)=3 /'//base, &
+    call bad("&PROBE NAME='' POSITION=3*0 /"//base, &
+             "t.nml:1: error: &PROBE NAME = '': must not be empty")
+    call bad("&PROBE NAME='p' POSITION(2)=3 /"//base, &
              't.nml:1: error: &PROBE POSITION = 3: not all of its 3 values are given')
-    call bad(nl//'&SHAPE BODY=''bar'' KIND=''sphere'' CENTRE=3*0 /'//base, &
+    call bad(nl//"&SHAPE BODY='bar' KIND='sphere' CENTRE=3*0 /"//base, &
              't.nml:2: error: &SHAPE has no RADIUS (required if KIND = cylinder or sphere)')
-    call bad(nl//'&SHAPE BODY=''bar'' LOWER=3*0 /'//base, &
+    call bad(nl//"&SHAPE BODY='bar' LOWER=3*0 /"//base, &
              't.nml:2: error: &SHAPE has no UPPER (required if KIND = box or trapezoid)')
-    call bad(nl//'&SHAPE BODY=''bar'' KIND=''spheer'' /'//base, &
-             't.nml:2: error: &SHAPE KIND = ''spheer'': must be one of box, cylinder, sphere, '// &
+    call bad(nl//"&SHAPE BODY='bar' KIND='spheer' /"//base, &
+             "t.nml:2: error: &SHAPE KIND = 'spheer': must be one of box, cylinder, sphere, "// &
              'trapezoid; did you mean sphere?')
   end subroutine test_requirements
 
   !> `--set` in all its forms.
   subroutine test_overrides()
     type(input_t) :: input
-    character(*), parameter :: two = '&BODY NAME=''plate'' MATERIAL=''cu'' VELOCITY=1,2,3 /'//base
+    character(*), parameter :: two = "&BODY NAME='plate' MATERIAL='cu' VELOCITY=1,2,3 /"//base
 
     call parse(two, input, ['BODY.TEMPERATURE=500'])
     call expect_close('first of all', input%real('BODY', 1, 'TEMPERATURE'), 500.0_rp)
@@ -333,13 +335,14 @@ contains
     call expect('by name', all(nint(input%reals('BODY', 1, 'VELOCITY', 3)) == [4, 5, 6]))
     call parse(two, input, ['BODY(1).VELOCITY(2)=7'])
     call expect('one component', all(nint(input%reals('BODY', 1, 'VELOCITY', 3)) == [1, 7, 3]))
-    call parse('&PROBE NAME=''p'' POSITION=1,1,1 /'//two, input, [character(40) :: 'METHOD.SHAPE=bspline', 'RUN.TITLE="x y"', &
+    call parse("&PROBE NAME='p' POSITION=1,1,1 /"//two, input, &
+               [character(40) :: 'METHOD.SHAPE=bspline', 'RUN.TITLE="x y"', &
                             'PROBE.NAME=its a.b=c'])
     call expect_equal('group made for it', input%text('METHOD', 1, 'SHAPE'), 'bspline')
     call expect_equal('quoted text', input%text('RUN', 1, 'TITLE'), 'x y')
     call expect_equal('text without quotes', input%text('PROBE', 1, 'NAME'), 'its a.b=c')
     call parse(base, input, ['SHAPE.KIND=box'])
-    call parse('&BODY NAME=''a(b).c'' MATERIAL=''cu'' TEMPERATURE=''bad'' /'//base, input, &
+    call parse("&BODY NAME='a(b).c' MATERIAL='cu' TEMPERATURE='bad' /"//base, input, &
                ['BODY.TEMPERATURE=5'])
     call expect_close('a bad value is replaced', input%real('BODY', 1, 'TEMPERATURE'), 5.0_rp)
   end subroutine test_overrides
@@ -372,86 +375,87 @@ contains
     type(input_t) :: input, again
     character(:), allocatable :: text
 
-    call parse('&RUN TITLE=''it''''s'' ! x'//nl//'/ &MOTION VELOCITY(2)=3 / &BODY NAME=''b'','// &
-               'MATERIAL=''cu'' VELOCITY=2*1, 2 /'//base, input, &
+    call parse("&RUN TITLE='it''s' ! x"//nl//"/ &MOTION VELOCITY(2)=3 / &BODY NAME='b',"// &
+               "MATERIAL='cu' VELOCITY=2*1, 2 /"//base, input, &
                [character(40) :: 'BODY(1).VELOCITY(3)=9', 'HEAT.AMBIENT=300'])
     text = input%text_of_file()
     call parse(text, again)
     call expect_equal('the same text', again%text_of_file(), text)
-    call expect_equal('text', again%text('RUN', 1, 'TITLE'), 'it''s')
+    call expect_equal('text', again%text('RUN', 1, 'TITLE'), "it's")
     call expect('vector', all(nint(again%reals('BODY', 1, 'VELOCITY', 3)) == [1, 1, 9]))
     call expect('component', all(nint(again%reals('MOTION', 1, 'VELOCITY', 3)) == [0, 3, 0]))
     call expect_close('made group', again%real('HEAT', 1, 'AMBIENT'), 300.0_rp)
-    call expect('begins so', index(text, '&RUN'//nl//'  TITLE = ''it''''s'''//nl//'/'//nl// &
+    call expect('begins so', index(text, '&RUN'//nl//"  TITLE = 'it''s'"//nl//'/'//nl// &
                                    '&MOTION'//nl//'  VELOCITY(2) = 3'//nl//'/'//nl) == 1)
   end subroutine test_effective_text
 
   !> Files on disk: this one, none, a directory.
   subroutine test_files()
     type(input_t) :: input
-    type(complaints_t) :: complaints
+    type(diagnostics_t) :: diagnostics
     character(:), allocatable :: text, problem
     character(:), allocatable :: file
     integer :: unit
 
     file = 'test_input.case'//str(this_rank())//'.nml'   ! every rank has its own
-    open (newunit=unit, file=file, access='stream', form='unformatted', status='replace')
+    open (newunit=unit, file=file, access='stream', form='unformatted', status='replace', &
+          action='write')
     write (unit) base
     close (unit)
-    call read_input('./'//file, no_sets, input, complaints)
-    call expect('a good file', complaints%count() == 0)
+    call read_input('./'//file, no_sets, input, diagnostics)
+    call expect('a good file', diagnostics%count() == 0)
     call expect_equal('stem', input%text('RUN', 1, 'NAME'), file(:len(file) - 4))
-    open (newunit=unit, file=file)
+    open (newunit=unit, file=file, action='readwrite')
     call input%echo(unit)
     close (unit)
     call read_file(file, text, problem)
     call expect_equal('echo', text, input%text_of_file()//nl)
-    open (newunit=unit, file=file)
+    open (newunit=unit, file=file, action='readwrite')
     close (unit, status='delete')
-    call read_input(file, no_sets, input, complaints)
-    call expect('no file', complaints%count() == 1)
+    call read_input(file, no_sets, input, diagnostics)
+    call expect('no file', diagnostics%count() == 1)
     call expect('no file: message', &
-                index(complaints%text(1), file//': error: cannot be read: ') == 1)
+                index(diagnostics%text(1), file//': error: cannot be read: ') == 1)
     call expect('no file: empty input', input%count('BODY') == 0)
-    call read_input('.', no_sets, input, complaints)
-    call expect('a directory', complaints%count() == 2)
-    call read_input_text('t.nml', '', no_sets, input, complaints)
-    call expect('empty text: five groups are missing', complaints%count() == 7)
+    call read_input('.', no_sets, input, diagnostics)
+    call expect('a directory', diagnostics%count() == 2)
+    call read_input_text('t.nml', '', no_sets, input, diagnostics)
+    call expect('empty text: five groups are missing', diagnostics%count() == 7)
   end subroutine test_files
 
   !> All at once, in the order of the lines, with those of later checks.
-  subroutine test_complaints()
+  subroutine test_diagnostics()
     type(input_t) :: input
-    type(complaints_t) :: complaints
+    type(diagnostics_t) :: diagnostics
     character(200) :: line
     integer :: unit
 
-    call read_input_text('t.nml', '&BODY NAME=''b'''//nl//'MATERIAL=''cu'' /'//nl//'&TIM/'//nl// &
-      'x'//nl//grid//material//shape, ['BODY(b).MATERIAL=al'], input, complaints)
-    call complaints%add('t.nml', 2, 'late')
-    call input%complain(complaints, 'BODY', 1, 'NAME', 'no such name')
-    call input%complain(complaints, 'BODY', 1, 'MATERIAL', 'no such material')
-    call input%complain(complaints, 'BODY', 1, '', 'has no particles')
-    call input%complain(complaints, 'BODY', 1, 'TEMPERATURE', 'too cold')
-    call complaints%add('t.nml', input%line('BODY', 1, 'MATERIAL'), 'second')
-    call complaints%add('t.nml', 2, 'late')
-    call expect('number', complaints%count() == 9)
-    call expect_equal('1', complaints%text(1), 't.nml:1: error: &BODY NAME = ''b'': no such name')
-    call expect_equal('2', complaints%text(2), 't.nml:1: error: &BODY has no particles')
-    call expect_equal('3', complaints%text(3), 't.nml:1: error: &BODY TEMPERATURE: too cold')
-    call expect_equal('4', complaints%text(4), 't.nml:2: error: late')
-    call expect_equal('5', complaints%text(5), &
+    call read_input_text('t.nml', "&BODY NAME='b'"//nl//"MATERIAL='cu' /"//nl//'&TIM/'//nl// &
+      'x'//nl//grid//material//shape, ['BODY(b).MATERIAL=al'], input, diagnostics)
+    call diagnostics%add('t.nml', 2, 'late')
+    call input%report(diagnostics, 'BODY', 1, 'NAME', 'no such name')
+    call input%report(diagnostics, 'BODY', 1, 'MATERIAL', 'no such material')
+    call input%report(diagnostics, 'BODY', 1, '', 'has no particles')
+    call input%report(diagnostics, 'BODY', 1, 'TEMPERATURE', 'too cold')
+    call diagnostics%add('t.nml', input%line('BODY', 1, 'MATERIAL'), 'second')
+    call diagnostics%add('t.nml', 2, 'late')
+    call expect('number', diagnostics%count() == 9)
+    call expect_equal('1', diagnostics%text(1), "t.nml:1: error: &BODY NAME = 'b': no such name")
+    call expect_equal('2', diagnostics%text(2), 't.nml:1: error: &BODY has no particles')
+    call expect_equal('3', diagnostics%text(3), 't.nml:1: error: &BODY TEMPERATURE: too cold')
+    call expect_equal('4', diagnostics%text(4), 't.nml:2: error: late')
+    call expect_equal('5', diagnostics%text(5), &
                       't.nml:3: error: unknown group &TIM; did you mean TIME?')
-    call expect_equal('7', complaints%text(7), 't.nml: error: there is no &TIME (required)')
-    call expect_equal('8', complaints%text(8), &
-      '--set BODY(b).MATERIAL=al: error: &BODY MATERIAL = ''al'': no such material')
-    call expect_equal('9', complaints%text(9), '--set BODY(b).MATERIAL=al: error: second')
-    open (newunit=unit, status='scratch')
-    call complaints%print(unit)
+    call expect_equal('7', diagnostics%text(7), 't.nml: error: there is no &TIME (required)')
+    call expect_equal('8', diagnostics%text(8), &
+      "--set BODY(b).MATERIAL=al: error: &BODY MATERIAL = 'al': no such material")
+    call expect_equal('9', diagnostics%text(9), '--set BODY(b).MATERIAL=al: error: second')
+    open (newunit=unit, status='scratch', action='readwrite')
+    call diagnostics%print(unit)
     rewind (unit)
     read (unit, '(a)') line
     close (unit)
-    call expect_equal('printed', trim(line), complaints%text(1))
-  end subroutine test_complaints
+    call expect_equal('printed', trim(line), diagnostics%text(1))
+  end subroutine test_diagnostics
 
 end program test_input

@@ -11,7 +11,8 @@ program test_return
   type(johnson_cook_t) :: law
   real(rp) :: none(nlane, 0)                  !! the law has no internal variables
 
-  law = johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, m=1.09_rp, t_melt=1356.0_rp)
+  law = johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, m=1.09_rp, &
+                       t_melt=1356.0_rp)
 
   call begin_tests()
   call random_init(.true., .false.)

@@ -2,7 +2,7 @@
 !> Text helpers: case, numbers as text, likeness of words; and the error value.
 program test_text
   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
-    ieee_set_halting_mode, ieee_value
+                                           ieee_set_halting_mode, ieee_value
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_text, only: edit_distance, lower, str, upper

@@ -211,8 +211,9 @@ contains
     s = [v(1)*v(2)*v(3), g(1)*v(2)*v(3), v(1)*g(2)*v(3), v(1)*v(2)*g(3)]
   end function node_weights
 
-  !> Random records of n particles to a grid that holds something, against a loop over all nodes, and
-  !> their values alone; particles in a small part share their stencils, those in no part are in runs.
+  !> Random records of n particles to a grid that holds something, against a loop over all nodes,
+  !> and their values alone; particles in a small part share their stencils, those in no part are in
+  !> runs.
   subroutine test_to_grid(n, part)
     integer, intent(in) :: n
     real(rp), intent(in), optional :: part(3)
@@ -251,15 +252,16 @@ contains
     call expect_close('to the grid', maxval(abs(g - want))/maxval(abs(want)), 0.0_rp, &
                       atol=1.0e-13_rp)
     call p2g_values_block(n, w, first, rec, stride, nn, values)
-    call expect_close('values to the grid', maxval(abs(values(1:4, :) - want(1:4, :)))/maxval(abs(want(1:4, :))), &
+    call expect_close('values to the grid', maxval(abs(values(1:4, :) &
+                                                       - want(1:4, :)))/maxval(abs(want(1:4, :))), &
                       0.0_rp, atol=1.0e-13_rp)
     total = total + sum(rec(:, 1, 1:n), 2)
     call expect_close('sums are conserved', maxval(abs(sum(g, 2) - total))/maxval(abs(total)), &
                       0.0_rp, atol=1.0e-13_rp)
   end subroutine test_to_grid
 
-  !> Velocities at n particles, of which up to nine in turn have the same nodes, are those that come back one
-  !> particle at a time.
+  !> Velocities at n particles, of which up to nine in turn have the same nodes, are those that come
+  !> back one particle at a time.
   subroutine test_gather(n)
     integer, intent(in) :: n
     real(rp) :: x(nlane, 3), w(nlane, 18), g(8, nn), rec(8, 4, nlane), scratch(8, 4, nlane)

@@ -6,7 +6,7 @@ program test_two_phase
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use physics_annealing, only: arrhenius_t
-  use physics_flow_law, only: n_alarms, n_outputs, n_work
+  use physics_flow_law, only: n_validity_warnings, n_outputs, n_work
   use physics_return_map, only: least_rate, return_map
   use physics_two_phase, only: n_two_phase, n_two_phase_annealing, two_phase_t
   implicit none (type, external)
@@ -30,7 +30,7 @@ program test_two_phase
   call test_equations()
   call test_random_returns()
   call test_unloading()
-  call test_alarms()
+  call test_validity_warnings()
   call test_recovery()
   call test_growth()
   call test_recrystallisation()
@@ -217,8 +217,9 @@ contains
       call law%advance(work, x, log_rate, again)
       do p = 1, nlane
         if (mod(p, 3) == 2) then
-          if (x(p) > 0.0_rp .or. any(abs(state(p, :) - before(p, :)) > 0.0_rp)) &
+          if (x(p) > 0.0_rp .or. any(abs(state(p, :) - before(p, :)) > 0.0_rp)) then
             n_wrong_side = n_wrong_side + 1
+          end if
           cycle
         end if
         n_plastic = n_plastic + 1
@@ -260,7 +261,8 @@ contains
     g3 = 3.0_rp*shear
     q = 1.0e6_rp
     q(7) = 1.0e9_rp
-    call return_map(law, nlane, 1.0e-6_rp, temp, alpha, guess, q, g3, state, x, sigma, any_plastic, &
+    call return_map(law, nlane, 1.0e-6_rp, temp, alpha, guess, q, g3, state, x, sigma, &
+                    any_plastic, &
                     failed)
     call expect('one lane flows', any_plastic .and. x(7) > 0.0_rp .and. count(x > 0.0_rp) == 1)
     call expect('its state advances', all(abs(state(7, :) - before(7, :)) > 0.0_rp))
@@ -268,9 +270,9 @@ contains
     call expect('the others keep theirs', all(abs(state - before) <= 0.0_rp))
   end subroutine test_unloading
 
-  subroutine test_alarms()
+  subroutine test_validity_warnings()
     real(rp) :: temp(nlane), rate(nlane), state(nlane, n_two_phase)
-    integer :: alarms(n_alarms), lane(n_alarms)
+    integer :: validity_warnings(n_validity_warnings), lane(n_validity_warnings)
 
     temp = 500.0_rp
     rate = 1.0_rp
@@ -280,12 +282,12 @@ contains
     rate(3) = 0.0_rp                   ! cold, but it does not flow
     rate(8) = 1.0e3_rp/m*1.001_rp
     state(11, 2) = 1.0_rp
-    alarms = 0
+    validity_warnings = 0
     lane = 0
-    call law%inspect(32, temp, rate, state, alarms, lane)
-    call expect('alarms of each kind', all(alarms == [1, 1, 2]))
+    call law%inspect(32, temp, rate, state, validity_warnings, lane)
+    call expect('alarms of each kind', all(validity_warnings == [1, 1, 2]))
     call expect('the first of each kind', all(lane == [8, 11, 4]))
-  end subroutine test_alarms
+  end subroutine test_validity_warnings
 
   !> A law that anneals, in the state of a density in walls and interior.
   subroutine annealed(other, density, state)

@@ -1,0 +1,267 @@
+! SPDX-License-Identifier: MIT
+!> Fills bodies with particles on a lattice; each rank makes a slab of every body.
+module bodies_filling
+  use base_kinds, only: i8, nlane, rp
+  use bodies_lattice, only: lattice_of, lattice_t
+  use bodies_solids, only: is_inside, read_solid, solid_t
+  use comm_world, only: world_t
+  use grid_geometry, only: grid_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use mapping_probes, only: probes_t
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, make_tag, &
+                             particles_t
+  use state_scene, only: body_t, load_t, scene_t, start_t
+  implicit none (type, external)
+  private
+
+  public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes
+
+contains
+
+  !> The solids of body `body` in the order of the file.
+  subroutine body_solids(input, body, solids)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: body
+    type(solid_t), allocatable, intent(out) :: solids(:)
+    type(diagnostics_t) :: ignored
+    integer :: i, k
+    character(:), allocatable :: name
+
+    name = input%text('BODY', body, 'NAME')
+    k = 0
+    do i = 1, input%count('SHAPE')
+      if (input%text('SHAPE', i, 'BODY') == name) k = k + 1
+    end do
+    allocate (solids(k))
+    k = 0
+    do i = 1, input%count('SHAPE')
+      if (input%text('SHAPE', i, 'BODY') /= name) cycle
+      k = k + 1
+      call read_solid(input, i, solids(k), ignored)
+    end do
+  end subroutine body_solids
+
+  !> Make this rank's share of all particles: planes of the lattices dealt out in turn.
+  subroutine fill_bodies(world, input, scene, particles)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(solid_t), allocatable :: solids(:)
+    type(lattice_t) :: lattice
+    integer(i8) :: offset
+    integer :: body, i, first, last
+
+    call particles%init(scene%layout%n)
+    offset = 0
+    do body = 1, size(scene%body)
+      call body_solids(input, body, solids)
+      lattice = lattice_of(scene, scene%body(body), solids)
+      first = int(int(lattice%n(1), i8)*world%rank/world%size)
+      last = int(int(lattice%n(1), i8)*(world%rank + 1)/world%size) - 1
+      do i = first, last
+        call fill_plane(input, scene, body, solids, lattice, i, offset, particles)
+      end do
+      offset = offset + product(int(lattice%n, i8))
+    end do
+  end subroutine fill_bodies
+
+  subroutine fill_plane(input, scene, body, solids, lattice, i, offset, particles)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body, i
+    type(solid_t), intent(in) :: solids(:)
+    type(lattice_t), intent(in) :: lattice
+    integer(i8), intent(in) :: offset
+    type(particles_t), intent(inout) :: particles
+    real(rp) :: x(3), velocity(3), gradient(3, 3), centre(3), temperature, mass
+    integer(i8) :: id
+    integer :: faces, j, k
+
+    velocity = input%reals('BODY', body, 'VELOCITY', 3)
+    gradient = transpose(reshape(input%reals('BODY', body, 'VELOCITY_GRADIENT', 9), [3, 3])) &
+               + rotation(input%reals('BODY', body, 'ANGULAR_VELOCITY', 3))
+    centre = input%reals('BODY', body, 'CENTRE', 3)
+    temperature = input%real('BODY', body, 'TEMPERATURE')
+    mass = particle_mass(scene, scene%body(body))
+    do j = 0, lattice%on_ring(i) - 1
+      do k = 0, lattice%n(3) - 1
+        x = lattice%point(i, j, k)
+        if (.not. is_inside(solids, x)) cycle
+        faces = 0
+        if (lattice%is_straight()) faces = open_faces(scene%grid, solids, x, lattice%spacing)
+        id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
+        call add_particle(particles, body, scene%body(body)%start, x, &
+                          velocity + matmul(gradient, x - centre), temperature, &
+                          mass*lattice%share(i, j), &
+                          make_tag(id, faces))
+        call add_extras(scene, body, gradient, particles)
+      end do
+    end do
+  end subroutine fill_plane
+
+  !> Mass of one particle of a body [kg].
+  pure real(rp) function particle_mass(scene, body)
+    type(scene_t), intent(in) :: scene
+    type(body_t), intent(in) :: body
+
+    particle_mass = scene%material(body%material)%rho*product(body%spacing)/body%start%jac
+  end function particle_mass
+
+  !> Velocity gradient of a rotation.
+  pure function rotation(w) result(l)
+    real(rp), intent(in) :: w(3)             !! [rad/s]
+    real(rp) :: l(3, 3)
+
+    l = reshape([0.0_rp, w(3), -w(2), -w(3), 0.0_rp, w(1), w(2), -w(1), 0.0_rp], [3, 3])
+  end function rotation
+
+  !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside;
+  !> behind a periodic side comes the other one.
+  pure integer function open_faces(grid, solids, x, spacing)
+    type(grid_t), intent(in) :: grid
+    type(solid_t), intent(in) :: solids(:)
+    real(rp), intent(in) :: x(3), spacing(3)
+    real(rp) :: y(3), length
+    integer :: axis, side
+
+    open_faces = 0
+    do axis = 1, 3
+      do side = 0, 1
+        y = x
+        y(axis) = x(axis) + spacing(axis)*(2*side - 1)
+        length = grid%h*grid%period(axis)
+        if (length > 0.0_rp) y(axis) = grid%lower(axis) + modulo(y(axis) - grid%lower(axis), length)
+        if (.not. is_inside(solids, y)) open_faces = ibset(open_faces, 2*(axis - 1) + side)
+      end do
+    end do
+  end function open_faces
+
+  !> Append a particle; a new block begins when the body changes or the last is full.
+  subroutine add_particle(particles, body, start, x, v, temperature, mass, tag)
+    type(particles_t), intent(inout) :: particles
+    integer, intent(in) :: body
+    type(start_t), intent(in) :: start
+    real(rp), intent(in) :: x(3), v(3), temperature, mass
+    integer(i8), intent(in) :: tag
+    integer :: b, p
+    logical :: fits
+
+    b = particles%nblk
+    fits = .false.
+    if (b > 0) fits = particles%body(b) == body .and. particles%count(b) < nlane
+    if (.not. fits) then
+      if (b + 1 > particles%capacity) call particles%reserve(2*b + 2)
+      b = b + 1
+      particles%nblk = b
+      particles%count(b) = 0
+      particles%body(b) = body
+      particles%ps(:, :, b) = 0.0_rp
+    end if
+    p = particles%count(b) + 1
+    particles%count(b) = p
+    particles%ps(p, f_pos:f_pos + 2, b) = x
+    particles%ps(p, f_vel:f_vel + 2, b) = v
+    particles%ps(p, f_bbar:f_bbar + 5, b) = start%bbar
+    particles%ps(p, f_jac, b) = start%jac
+    particles%ps(p, f_tau:f_tau + 5, b) = start%tau
+    particles%ps(p, f_temp, b) = temperature
+    particles%ps(p, f_mass, b) = mass
+    particles%tag(p, b) = tag
+  end subroutine add_particle
+
+  !> Fields that only some methods need, of the particle added last.
+  subroutine add_extras(scene, body, gradient, particles)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
+    real(rp), intent(in) :: gradient(3, 3)   !! of the velocity [1/s]
+    type(particles_t), intent(inout) :: particles
+    real(rp), allocatable :: state(:)
+
+    associate (ps => particles%ps(particles%count(particles%nblk), :, particles%nblk), &
+               half => scene%layout%half, affine => scene%layout%affine, &
+               cover => scene%layout%surface_offset, origin => scene%layout%origin, &
+               law => scene%layout%law, &
+               material => scene%material(scene%body(body)%material))
+      if (half > 0) ps(half:half + 2) = scene%domain(body)
+      if (affine > 0) ps(affine:affine + 8) = reshape(transpose(gradient), [9])
+      if (cover > 0) ps(cover) = 1.0_rp
+      if (origin > 0) ps(origin:origin + 2) = ps(f_pos:f_pos + 2)
+      if (allocated(material%flow)) then
+        allocate (state(material%flow%n_state))
+        call material%flow%start(state)
+        ps(law:law + size(state) - 1) = state
+      end if
+    end associate
+  end subroutine add_extras
+
+  !> Particles of each body (all ranks together) without making them; this rank counts its share.
+  subroutine count_particles(world, input, scene, counts)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer(i8), intent(out) :: counts(:)
+    type(solid_t), allocatable :: solids(:)
+    type(lattice_t) :: lattice
+    integer :: body, i, j, k
+
+    counts = 0
+    do body = 1, size(scene%body)
+      call body_solids(input, body, solids)
+      lattice = lattice_of(scene, scene%body(body), solids)
+      do i = world%rank, lattice%n(1) - 1, world%size
+        do j = 0, lattice%on_ring(i) - 1
+          do k = 0, lattice%n(3) - 1
+            if (is_inside(solids, lattice%point(i, j, k))) then
+              counts(body) = counts(body) + 1
+            end if
+          end do
+        end do
+      end do
+    end do
+    call world%sum(counts)
+  end subroutine count_particles
+
+  !> Share the forces of &LOAD groups over the masses of their bodies.
+  subroutine load_bodies(input, counts, scene)
+    type(input_t), intent(in) :: input
+    integer(i8), intent(in) :: counts(:)
+    type(scene_t), intent(inout) :: scene
+    real(rp) :: mass
+    type(load_t) :: load
+    integer :: b, i
+
+    do b = 1, size(scene%body)
+      associate (body => scene%body(b))
+        mass = real(counts(b), rp)*particle_mass(scene, body)
+        allocate (body%load(0))
+        do i = 1, input%count('LOAD')
+          if (body%name /= input%text('LOAD', i, 'BODY')) cycle
+          load%acceleration = input%reals('LOAD', i, 'FORCE', 3)/mass
+          load%ramp = input%real('LOAD', i, 'RAMP')
+          body%load = [body%load, load]
+        end do
+      end associate
+    end do
+  end subroutine load_bodies
+
+  !> A probe starts with the temperature of the body it sits in.
+  subroutine warm_probes(input, scene, probes)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(probes_t), intent(inout) :: probes
+    type(solid_t), allocatable :: solids(:)
+    integer :: b, i
+
+    do b = input%count('BODY'), 1, -1
+      call body_solids(input, b, solids)
+      do i = 1, probes%n
+        if (.not. is_inside(solids, probes%x(:, i))) cycle
+        probes%temperature(i) = input%real('BODY', b, 'TEMPERATURE')
+        probes%group(i) = scene%body(b)%group
+      end do
+    end do
+  end subroutine warm_probes
+
+end module bodies_filling

@@ -1,0 +1,196 @@
+! SPDX-License-Identifier: MIT
+!> Lattices that bodies are filled with: straight rows, rings around the axis of a cylinder, or
+!> shells of rings around the centre of a sphere, so that the outermost points lie half a spacing
+!> below its surface everywhere.
+module bodies_lattice
+  use base_kinds, only: rp
+  use bodies_solids, only: bounds, reference, solid_t
+  use state_scene, only: body_t, scene_t
+  implicit none (type, external)
+  private
+
+  public :: lattice_t, lattice_of, lattice_corner
+
+  integer, parameter :: straight = 0, rings = 1, shells = 2
+
+  !> Spacing, first point and numbers along the axes; or, round, numbers of rings or shells (from
+  !> the outermost, inside `radius`), of points on one at most, along the axis.
+  type :: lattice_t
+    integer :: kind = straight
+    real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
+    integer :: n(3) = 0
+    integer :: axis = 3
+    real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
+  contains
+    procedure :: is_straight
+    procedure :: on_ring
+    procedure :: point
+    procedure :: share
+  end type lattice_t
+
+  real(rp), parameter :: half_turn = acos(-1.0_rp), turn = 2.0_rp*half_turn
+
+contains
+
+  !> Lattice points, `spacing` apart, that cover all added solids.
+  pure type(lattice_t) function lattice_of(scene, body, solids) result(lattice)
+    type(scene_t), intent(in) :: scene
+    type(body_t), intent(in) :: body
+    type(solid_t), intent(in) :: solids(:)
+    real(rp) :: low(3), high(3), lower(3), upper(3), corner(3)
+    integer :: i, first(3)
+
+    low = huge(1.0_rp)
+    high = -huge(1.0_rp)
+    do i = 1, size(solids)
+      if (.not. solids(i)%adds) cycle
+      call bounds(solids(i), lower, upper)
+      low = min(low, lower)
+      high = max(high, upper)
+    end do
+    lattice%spacing = body%spacing
+    if (any(high < low)) return
+    corner = lattice_corner(scene, body, solids)
+    first = floor((low - corner)/lattice%spacing + 1.0e-6_rp)
+    lattice%origin = corner + lattice%spacing*(real(first, rp) + 0.5_rp)
+    lattice%n = ceiling((high - lattice%origin)/lattice%spacing) + 1
+    if (.not. body%is_round) return
+    associate (solid => solids(findloc(solids%adds, .true., 1)), s => lattice%spacing)
+      lattice%kind = merge(shells, rings, solid%kind == 'sphere')
+      if (lattice%kind == rings) lattice%axis = solid%axis
+      lattice%centre = solid%centre
+      lattice%radius = solid%radius
+      lattice%n(1) = int(solid%radius/minval(s) + 1.0e-6_rp)
+      lattice%n(2) = lattice%on_ring(0)
+      lattice%n(3) = merge(1, lattice%n(lattice%axis), lattice%kind == shells)
+    end associate
+  end function lattice_of
+
+  !> A corner between points of a body's lattice [m].
+  pure function lattice_corner(scene, body, solids) result(corner)
+    type(scene_t), intent(in) :: scene
+    type(body_t), intent(in) :: body
+    type(solid_t), intent(in) :: solids(:)
+    real(rp) :: corner(3)
+
+    corner = scene%grid%lower
+    if (body%own_lattice) corner = reference(solids(findloc(solids%adds, .true., 1)))
+  end function lattice_corner
+
+  pure logical function is_straight(self)
+    class(lattice_t), intent(in) :: self
+
+    is_straight = self%kind == straight
+  end function is_straight
+
+  !> Points on ring or shell `i` from 0 on; all rows of a straight lattice have the same number.
+  pure integer function on_ring(self, i)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i
+    integer :: k
+
+    select case (self%kind)
+    case (rings)
+      on_ring = max(1, nint(turn*ring_radius(self, i)/minval(self%spacing)))
+    case (shells)
+      on_ring = sum([(on_band(self, i, k), k=0, n_bands(self, i) - 1)])
+    case default
+      on_ring = self%n(2)
+    end select
+  end function on_ring
+
+  pure real(rp) function ring_radius(self, i)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    ring_radius = self%radius - (i + 0.5_rp)*minval(self%spacing)
+  end function ring_radius
+
+  !> Bands of latitude of a shell.
+  pure integer function n_bands(self, i)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    n_bands = max(1, nint(half_turn*ring_radius(self, i)/minval(self%spacing)))
+  end function n_bands
+
+  !> Points on band `k` from 0 on: a multiple of four, even about planes through the axes.
+  pure integer function on_band(self, i, k)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i, k
+
+    on_band = 4*max(1, nint(0.25_rp*turn*ring_radius(self, i)*sin(polar(self, i, k + 0.5_rp)) &
+                            /minval(self%spacing)))
+  end function on_band
+
+  !> Polar angle of the middle (`k` + 1/2) or the edges of a band [rad].
+  pure real(rp) function polar(self, i, k)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: k
+
+    polar = half_turn*k/n_bands(self, i)
+  end function polar
+
+  !> Band of point `j` of a shell, and its number there.
+  pure subroutine find_band(self, i, j, band, at)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i, j
+    integer, intent(out) :: band, at
+
+    band = 0
+    at = j
+    do while (at >= on_band(self, i, band))
+      at = at - on_band(self, i, band)
+      band = band + 1
+    end do
+  end subroutine find_band
+
+  !> Place of a point, its numbers from 0 on [m].
+  pure function point(self, i, j, k) result(x)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i, j, k
+    real(rp) :: x(3), phi, r, theta
+    integer :: a, at, b, band
+
+    x = self%origin + self%spacing*[i, j, k]
+    if (self%kind == straight) return
+    a = mod(self%axis, 3) + 1
+    b = mod(a, 3) + 1
+    r = ring_radius(self, i)
+    if (self%kind == rings) then
+      phi = turn*(j + 0.5_rp)/self%on_ring(i)
+      x(self%axis) = self%origin(self%axis) + self%spacing(self%axis)*k
+    else
+      call find_band(self, i, j, band, at)
+      theta = polar(self, i, band + 0.5_rp)
+      phi = turn*(at + 0.5_rp)/on_band(self, i, band)
+      x(self%axis) = self%centre(self%axis) + r*cos(theta)
+      r = r*sin(theta)
+    end if
+    x(a) = self%centre(a) + r*cos(phi)
+    x(b) = self%centre(b) + r*sin(phi)
+  end function point
+
+  !> Volume of a point over the product of the spacings; the points of all bands and shells together
+  !> have the volume of the shells.
+  pure real(rp) function share(self, i, j)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i, j
+    real(rp) :: r, s
+    integer :: at, band
+
+    share = 1.0_rp
+    if (self%kind == straight) return
+    s = minval(self%spacing)
+    r = ring_radius(self, i)
+    if (self%kind == rings) then
+      share = turn*r/(s*self%on_ring(i))
+    else
+      call find_band(self, i, j, band, at)
+      share = turn*(r**2 + s**2/12.0_rp)*s/product(self%spacing)/on_band(self, i, band) &
+              *(cos(polar(self, i, real(band, rp))) - cos(polar(self, i, band + 1.0_rp)))
+    end if
+  end function share
+
+end module bodies_lattice

@@ -1,0 +1,157 @@
+! SPDX-License-Identifier: MIT
+!> Direction of the surface at the nodes where bodies meet.
+!>
+!> Directions are tried at a node: out of the first body, out of the second (turned round), their
+!> mean, and one from both by the sum of volume gradients or by the plane that tells their particles
+!> apart (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME
+!> 362:112859, use the logistic one). That with the largest gap separates the bodies best. At edges,
+!> where a node sees few particles, none of them may be right: the mean of what was chosen at the
+!> nodes around is tried last.
+module body_contact_normals
+  use base_kinds, only: rp
+  use body_contact_node_pairs, only: node_pairs_t, s_moment
+  use contact_pair, only: normal_regression
+  use mapping_nodes, only: nodes_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: try_normals, choose_normals, average_normals, ignore_thin_overlaps
+
+  real(rp), parameter :: ridge = 1.0e-3_rp          !! of the regression [cells^2]
+  real(rp), parameter :: thin = 0.05_rp             !! volume gradient of a full surface: about 0.5
+  real(rp), parameter :: far = 1.0e30_rp            !! beyond any surface [m]
+
+contains
+
+  !> Directions to choose from, the best founded first: that of both bodies, or a rigid body's own.
+  subroutine try_normals(scene, pairs)
+    type(scene_t), intent(in) :: scene
+    type(node_pairs_t), intent(inout) :: pairs
+    integer :: e
+
+    do e = 1, pairs%n
+      associate (s => pairs%sums(:, e), t => pairs%trial(:, :, e), &
+                 contact => scene%contact(pairs%pair(e)))
+        t(:, 1) = s(1:3) - s(4:6)
+        if (contact%normal == normal_regression) t(:, 1) = plane_between(s(s_moment:s_moment + 13))
+        t(:, 3) = unit(pairs%free(:, e)*s(1:3))
+        t(:, 4) = unit(-pairs%free(:, e)*s(4:6))
+        t(:, 1) = unit(pairs%free(:, e)*t(:, 1))
+        t(:, 2) = unit(t(:, 3) + t(:, 4))
+        if (scene%is_rigid_group(contact%group(1))) t = t(:, [3, 1, 2, 4, 5])
+        if (scene%is_rigid_group(contact%group(2))) t = t(:, [4, 1, 2, 3, 5])
+      end associate
+    end do
+  end subroutine try_normals
+
+  pure function unit(a)
+    real(rp), intent(in) :: a(3)
+    real(rp) :: unit(3), length
+
+    length = norm2(a)
+    unit = 0.0_rp
+    if (length > 0.0_rp) unit = a/length
+  end function unit
+
+  !> Slope of the linear function that fits the labels of the particles best.
+  pure function plane_between(s) result(slope)
+    real(rp), intent(in) :: s(14)
+    real(rp) :: slope(3), a(3, 3), b(3), mean(3)
+    integer :: i
+
+    mean = s(7:9)/s(10)
+    a = reshape([s(1), s(4), s(6), s(4), s(2), s(5), s(6), s(5), s(3)], [3, 3])/s(10)
+    do i = 1, 3
+      a(:, i) = a(:, i) - mean*mean(i)
+      a(i, i) = a(i, i) + ridge
+    end do
+    b = (s(11:13) - mean*s(14))/s(10)
+    slope = [dot_product(b, cross(a(:, 2), a(:, 3))), dot_product(b, cross(a(:, 3), a(:, 1))), &
+             dot_product(b, cross(a(:, 1), a(:, 2)))]     ! times det(a) > 0
+  end function plane_between
+
+  pure function cross(a, b) result(c)
+    real(rp), intent(in) :: a(3), b(3)
+    real(rp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+  !> Take the trial normal `k` where its gap is larger by `more` [m] than the largest so far.
+  subroutine choose_normals(pairs, k, more)
+    type(node_pairs_t), intent(inout) :: pairs
+    integer, intent(in) :: k
+    real(rp), intent(in) :: more
+    real(rp) :: gap
+    integer :: e
+
+    associate (pairs => pairs)
+      do e = 1, pairs%n
+        if (all(abs(pairs%trial(:, k, e)) <= 0.0_rp)) cycle
+        if (any(pairs%surface(2*k - 1:2*k, e) < -far)) then
+          gap = far                              ! one of the bodies has no particle near
+        else
+          gap = -sum(pairs%surface(2*k - 1:2*k, e))
+        end if
+        if (gap < pairs%gap(e) + more .and. pairs%gap(e) > -far) cycle
+        pairs%gap(e) = gap
+        pairs%normal(:, e) = pairs%trial(:, k, e)
+      end do
+    end associate
+  end subroutine choose_normals
+
+  !> Mean of the normals chosen at each owned node and those around it, by the mass that meets there
+  !> and how well they separate the bodies.
+  subroutine average_normals(scene, nodes, pairs, g, mean)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
+    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(out) :: mean(3, pairs%n)
+    integer :: e, i, j, k, o
+
+    mean = 0.0_rp
+    associate (pairs => pairs)
+      do e = 1, pairs%n
+        if (.not. pairs%is_owned(e)) cycle
+        do i = -1, 1
+          do j = -1, 1
+            do k = -1, 1
+              o = pairs%place(pairs%node(e) + i*nodes%patch%stride(1) + j*nodes%patch%stride(2) &
+                                + k, pairs%pair(e))
+              if (o == 0) cycle
+              if (pairs%gap(o) < -far) cycle
+              mean(:, e) = mean(:, e) + trust(pairs%gap(o)/nodes%patch%h)*pairs%normal(:, o) &
+                /sum(1.0_rp/g(8, pairs%node(o), scene%contact(pairs%pair(o))%group))
+            end do
+          end do
+        end do
+        mean(:, e) = unit(pairs%free(:, e)*mean(:, e))
+      end do
+    end associate
+  end subroutine average_normals
+
+  !> No overlap is believed where a node sees too little of a body to tell its surface.
+  subroutine ignore_thin_overlaps(nodes, pairs)
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(inout) :: pairs
+    integer :: e
+
+    associate (s => pairs%sums)
+      do e = 1, pairs%n
+        if (min(norm2(s(1:3, e)), norm2(s(4:6, e))) > thin*nodes%patch%h**2) cycle
+        pairs%gap(e) = max(0.0_rp, pairs%gap(e))
+      end do
+    end associate
+  end subroutine ignore_thin_overlaps
+
+  !> Weight of a normal that leaves a gap [cells]: little if the bodies overlap.
+  pure real(rp) function trust(gap)
+    real(rp), intent(in) :: gap
+    real(rp), parameter :: overlap = 0.02_rp
+
+    trust = 1.0_rp/(1.0_rp + (max(-1.0_rp, min(0.0_rp, gap))/overlap)**2)**2
+  end function trust
+
+end module body_contact_normals

@@ -1,0 +1,292 @@
+! SPDX-License-Identifier: MIT
+!> Contact between bodies with velocity fields of their own, at the nodes that both have mass on.
+module body_contact_pairs
+  use base_kinds, only: nlane, rp
+  use body_contact_gaps, only: find_node_pairs
+  use body_contact_node_pairs, only: node_pairs_t
+  use boundary_held, only: boundary_t
+  use comm_world, only: world_t
+  use contact_pair, only: is_apart, is_stuck, pair_impulse, pair_loss, moves_as_one
+  use contact_tool, only: s_creep, s_force, s_friction, s_normal, s_press, s_slide, s_to_plate, &
+                          s_torque, s_work, tool_t
+  use mapping_nodes, only: nodes_t
+  use mapping_rigid, only: hold_rigid
+  use mapping_weights, only: weights_of
+  use particles_store, only: f_heat, f_mass, particles_t
+  use state_blocks, only: blocks_t
+  use state_books, only: books_t, e_contact, e_friction
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t, scheme_usavg
+  implicit none (type, external)
+  private
+
+  public :: resolve_body_contact, join_bodies, join_increments
+
+  real(rp), parameter :: slack = 0.05_rp   !! overlap that is left alone [cells]
+
+contains
+
+  !> Collective. Change the nodes' velocities to what contact leaves of them, book what it costs and
+  !> give the friction heat to the particles.
+  subroutine resolve_body_contact(world, scene, clock, tool, particles, blocks, nodes, boundary, &
+                                  pairs, books, dt, g)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(inout) :: tool(:)
+    type(particles_t), intent(inout) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(node_pairs_t), intent(inout) :: pairs
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp) :: record(8, 2)
+    integer :: e
+
+    call hold_rigid(scene, clock, tool, nodes, dt, g)
+    if (.not. pairs%is_known) call find_node_pairs(world, scene, particles, blocks, nodes, &
+                                                   boundary, pairs, g)
+    pairs%heat = 0.0_rp
+    do e = 1, pairs%n
+      associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e))
+        record = g(:, q, groups)
+        call resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, record)
+        g(:, q, groups) = record
+      end associate
+    end do
+    if (scene%method%conducts) call give_heat(scene, clock, particles, nodes, pairs)
+  end subroutine resolve_body_contact
+
+  !> Collective. Velocities of the nodes that were only interpolated: rigid bodies have their own,
+  !> and groups without a &CONTACT one where they meet; `dt` is that of their step [s].
+  subroutine join_bodies(world, scene, clock, tool, particles, blocks, nodes, boundary, pairs, &
+                         dt, g)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(node_pairs_t), intent(inout) :: pairs
+    real(rp), intent(in) :: dt
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp) :: record(8, 2)
+    integer :: e, k
+
+    call hold_rigid(scene, clock, tool, nodes, dt, g)
+    if (.not. pairs%is_known) call find_node_pairs(world, scene, particles, blocks, nodes, &
+                                                   boundary, pairs, g)
+    do e = 1, pairs%n
+      associate (contact => scene%contact(pairs%pair(e)), q => pairs%node(e))
+        if (contact%normal /= moves_as_one) cycle
+        record = g(:, q, contact%group)
+        k = findloc(scene%is_rigid_group(contact%group), .true., 1)
+        if (k == 0) then
+          call unite(record)
+        else
+          record(1:3, 3 - k) = record(1:3, k)
+        end if
+        g(:, q, contact%group) = record
+      end associate
+    end do
+  end subroutine join_bodies
+
+  !> One entry: records of both bodies at the node.
+  subroutine resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, g)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(inout) :: tool(:)
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(inout) :: pairs
+    type(books_t), intent(inout) :: books
+    integer, intent(in) :: e, groups(2)
+    real(rp), intent(in) :: dt
+    real(rp), intent(inout) :: g(8, 2)
+    real(rp) :: inverse(2), v(3, 2), before(3), gap, impulse(3), mean(3, 2)
+    integer :: k
+
+    associate (pairs => pairs, contact => scene%contact(pairs%pair(e)))
+      inverse = 1.0_rp/g(8, :)
+      where (scene%is_rigid_group(groups)) inverse = 0.0_rp
+      pairs%state(e) = is_stuck
+      if (contact%normal == moves_as_one .and. all(inverse > 0.0_rp)) then
+        call unite(g)
+        return
+      end if
+      v = g(1:3, :)
+      v(:, 2) = v(:, 1) + pairs%free(:, e)*(v(:, 2) - v(:, 1))
+      gap = pairs%gap(e)
+      if (scene%method%scheme == scheme_usavg) then
+        ! half of this way with the old velocity, and in the next step half with the new one
+        before = (g(1:3, 2) - g(5:7, 2)) - (g(1:3, 1) - g(5:7, 1))
+        gap = gap + 0.5_rp*dt*dot_product(pairs%free(:, e)*before, pairs%normal(:, e))
+      end if
+      if (contact%normal == moves_as_one) then
+        impulse = (v(:, 2) - v(:, 1))/sum(inverse)
+      else if (gap > nodes%patch%h .or. all(abs(pairs%normal(:, e)) <= 0.0_rp)) then
+        pairs%state(e) = is_apart            ! too far to meet within a step
+      else
+        call pair_impulse(contact%law, dt, gap, slack*nodes%patch%h, &
+                          pairs%normal(:, e), inverse, v, impulse, pairs%state(e))
+      end if
+      if (pairs%state(e) == is_apart) return
+      do k = 1, 2
+        g(1:3, k) = g(1:3, k) + (3 - 2*k)*inverse(k)*impulse
+        g(5:7, k) = g(5:7, k) + (3 - 2*k)*inverse(k)*impulse
+        mean(:, k) = g(1:3, k) - 0.5_rp*g(5:7, k)
+      end do
+      call book(scene, tool, pairs, books, e, groups, impulse, mean, g(8, :))
+    end associate
+  end subroutine resolve_pair
+
+  !> Two deformable bodies that stick: one velocity, change of velocity and temperature.
+  pure subroutine unite(g)
+    real(rp), intent(inout) :: g(8, 2)
+    real(rp) :: mean(7)
+
+    mean = (g(8, 1)*g(1:7, 1) + g(8, 2)*g(1:7, 2))/(g(8, 1) + g(8, 2))
+    g(1:7, 1) = mean
+    g(1:7, 2) = mean
+  end subroutine unite
+
+  !> Energy lost at entry `e`, and what a rigid body feels.
+  subroutine book(scene, tool, pairs, books, e, groups, impulse, mean, mass)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(inout) :: tool(:)
+    type(node_pairs_t), intent(inout) :: pairs
+    type(books_t), intent(inout) :: books
+    integer, intent(in) :: e, groups(2)
+    real(rp), intent(in) :: impulse(3), mean(3, 2), mass(2)
+    real(rp) :: friction, pressing
+    integer :: k
+
+    associate (pairs => pairs, tools => scene%tool_of(groups))
+      call pair_loss(pairs%normal(:, e), impulse, mean, friction, pressing)
+      pairs%heat(e) = friction/sum(mass)
+      if (.not. pairs%is_owned(e)) return
+      k = findloc(scene%is_rigid_group(groups), .true., 1)
+      if (k > 0) then
+        call book_rigid(tool(tools(k)), pairs%x(:, e), pairs%normal(:, e), &
+                          (2*k - 3)*impulse, mean(:, 3 - k), mean(:, k), friction, pressing)
+        if (scene%method%conducts) then
+          associate (s => tool(tools(k))%sums(s_to_plate))
+            s = s + friction
+          end associate
+        end if
+      else
+        books%sums(e_friction) = books%sums(e_friction) + friction
+        books%sums(e_contact) = books%sums(e_contact) + pressing
+      end if
+    end associate
+  end subroutine book
+
+  !> Books of a rigid body that hands `impulse` to a material of velocity `v`.
+  pure subroutine book_rigid(tool, x, normal, impulse, v, rigid, friction, pressing)
+    type(tool_t), intent(inout) :: tool
+    real(rp), intent(in) :: x(3), normal(3), impulse(3), v(3), rigid(3), friction, pressing
+    real(rp) :: r(3), press
+
+    r = x - tool%position
+    press = abs(dot_product(impulse, normal))
+    associate (s => tool%sums)
+      s(s_force:s_force + 2) = s(s_force:s_force + 2) - impulse
+      s(s_torque) = s(s_torque) - (r(1)*impulse(2) - r(2)*impulse(1))
+      s(s_work) = s(s_work) + dot_product(impulse, rigid)
+      s(s_friction) = s(s_friction) + friction
+      s(s_normal) = s(s_normal) + pressing
+      s(s_press) = s(s_press) + press
+      s(s_creep) = s(s_creep) + press*norm2(v - dot_product(v, normal)*normal)
+      s(s_slide) = s(s_slide) + press*norm2(rigid - dot_product(rigid, normal)*normal)
+    end associate
+  end subroutine book_rigid
+
+  !> Friction heat of the nodes to the particles of both bodies, by their weighted masses.
+  subroutine give_heat(scene, clock, particles, nodes, pairs)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(inout) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
+    integer :: b, k
+
+    if (all(abs(pairs%heat) <= 0.0_rp)) return
+    do k = 1, pairs%n_near
+      b = pairs%near(k)
+      call heat_block(scene, clock, nodes, pairs, particles%body(b), particles%count(b), &
+                      particles%nf, &
+                      particles%ps(:, :, b))
+    end do
+  end subroutine give_heat
+
+  subroutine heat_block(scene, clock, nodes, pairs, body, n, nf, ps)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(inout) :: ps(nlane, nf)
+    integer :: e, first(nlane), i, j, k, p, q
+    real(rp) :: w(nlane, 18), heat
+
+    call weights_of(scene, nodes, body, nf, ps, w, first)
+    do p = 1, n
+      heat = 0.0_rp
+      do i = 1, 3
+        do j = 1, 3
+          do k = 1, 3
+            q = first(p) + (i - 1)*nodes%patch%stride(1) + (j - 1)*nodes%patch%stride(2) + k - 1
+            e = pairs%first(q)
+            if (e == 0) cycle
+            do while (pairs%node(e) == q)
+              if (any(scene%contact(pairs%pair(e))%group &
+                      == scene%body(body)%group)) then
+                heat = heat + w(p, i)*w(p, 3 + j)*w(p, 6 + k)*pairs%heat(e)
+              end if
+              e = e + 1
+              if (e > pairs%n) exit
+            end do
+          end do
+        end do
+      end do
+      ps(p, f_heat) = ps(p, f_heat) + clock%mass_scaling*ps(p, f_mass)*heat
+    end do
+  end subroutine heat_block
+
+  !> Velocity increments (lanes 5:7) of a filter must not undo the contact: bodies that touch get a
+  !> common one along the normal, bodies that stick one increment; rigid bodies get none.
+  subroutine join_increments(scene, nodes, pairs, g, increment)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
+    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout) :: increment(8, nodes%patch%nn, nodes%n_groups)
+    real(rp) :: apart(3), part(2)
+    integer :: e, k, r
+
+    do k = 1, nodes%n_groups
+      if (.not. scene%is_rigid_group(k)) cycle
+      do r = 1, nodes%n_ranges
+        increment(5:7, nodes%range(1, r):nodes%range(2, r), k) = 0.0_rp
+      end do
+    end do
+    associate (pairs => pairs)
+      do e = 1, pairs%n
+        if (pairs%state(e) == is_apart) cycle
+        associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e), &
+                   normal => pairs%normal(:, e))
+          apart = increment(5:7, q, groups(2)) - increment(5:7, q, groups(1))
+          if (pairs%state(e) /= is_stuck) apart = dot_product(apart, normal)*normal
+          part = 1.0_rp/g(8, q, groups)
+          where (scene%is_rigid_group(groups)) part = 0.0_rp
+          part = part/sum(part)
+          increment(5:7, q, groups(1)) = increment(5:7, q, groups(1)) + part(1)*apart
+          increment(5:7, q, groups(2)) = increment(5:7, q, groups(2)) - part(2)*apart
+        end associate
+      end do
+    end associate
+  end subroutine join_increments
+
+end module body_contact_pairs

@@ -1,0 +1,270 @@
+! SPDX-License-Identifier: MIT
+!> Which nodes clamps and walls hold: those inside their box, and the columns of nodes across its
+!> faces that lie between nodes (boundary_clamps).
+module boundary_clamp_list
+  use base_kinds, only: rp
+  use boundary_held, only: boundary_t, column_t
+  use comm_world, only: world_t
+  use grid_geometry, only: wrap
+  use mapping_nodes, only: append, nodes_t
+  use state_scene, only: constraint_t, scene_t
+  implicit none (type, external)
+  private
+
+  public :: list_clamps
+
+  real(rp), parameter :: slack = 1.0e-6_rp       !! [cells]
+
+contains
+
+  !> Collective. List the nodes in use that are held, but not those behind a mirror.
+  subroutine list_clamps(world, scene, nodes, boundary)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    logical :: is_whole
+    integer :: c, q, r
+
+    if (allocated(boundary%is_held)) deallocate (boundary%is_held)
+    allocate (boundary%is_held(nodes%patch%nn), source=.false.)
+    boundary%is_held(boundary%mirrors%pair(1, :)) = .true.
+    if (.not. allocated(boundary%fixed)) allocate (boundary%fixed(3, 64), boundary%column(64))
+    boundary%n_fixed = 0
+    boundary%n_columns = 0
+    do r = 1, nodes%n_ranges
+      do q = nodes%range(1, r), nodes%range(2, r)
+        if (boundary%is_held(q)) cycle                 ! behind a mirror
+        do c = 1, size(scene%constraint)
+          if (scene%constraint(c)%axis > 0) cycle
+          call list_node(scene, nodes, boundary, c, q)
+        end do
+      end do
+    end do
+    boundary%is_held(boundary%fixed(1, 1:boundary%n_fixed)) = .true.
+    is_whole = .true.
+    do r = 1, boundary%n_columns
+      associate (column => boundary%column(r))
+        is_whole = is_whole .and. all(column%node > 0 .or. column%weight <= 0.0_rp)
+      end associate
+    end do
+    boundary%columns_are_cut = .not. world%all_true(is_whole)
+  end subroutine list_clamps
+
+  !> What rule `c` does with node `q`.
+  subroutine list_node(scene, nodes, boundary, c, q)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    integer, intent(in) :: c, q
+    real(rp) :: x(3)
+    integer :: a, side
+
+    x = nodes%patch%position(q)
+    call wrap(scene%grid, x)
+    if (is_fixed(scene, nodes, x) .and. holds(nodes, scene%constraint(c), x)) then
+      call append(boundary%fixed, boundary%n_fixed, [q, c, merge(1, 0, is_owned(scene, nodes, q))])
+    end if
+    do a = 1, 3
+      do side = -1, 1, 2
+        call list_column(scene, nodes, boundary, c, q, x, a, side)
+      end do
+    end do
+  end subroutine list_node
+
+  !> The column across a face if `q` at `x` is the node nearest to it.
+  subroutine list_column(scene, nodes, boundary, c, q, x, a, side)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    integer, intent(in) :: c, q, a, side
+    real(rp), intent(in) :: x(3)
+    type(column_t) :: column
+    real(rp) :: face, other(3), t, y(3)
+    integer :: ijk(3), k, step
+
+    associate (rule => scene%constraint(c), patch => nodes%patch)
+      face = merge(rule%upper(a), rule%lower(a), side > 0)
+      if (abs(face) >= 0.5_rp*huge(1.0_rp)) return
+      y = image(nodes, x, a, face)
+      t = (face - y(a))/patch%h
+      if (t <= -0.5_rp .or. t > 0.5_rp) return
+      if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! on a row of nodes
+      y(a) = face
+      if (.not. holds(nodes, rule, y)) return
+      column%rule = c
+      column%weight = weights_at(scene, t)
+      column%tail = tails(scene, column%weight)
+      ijk = indices(nodes, q)
+      do k = 1, 3
+        step = k - 2
+        if (column%weight(k) <= 0.0_rp) cycle
+        other = x
+        other(a) = x(a) + patch%h*step
+        call wrap(scene%grid, other)
+        if (is_fixed(scene, nodes, other)) return
+        if (step*side > 0 .and. inside_any(scene, nodes, other, c)) return
+        if (ijk(a) + step < patch%all%lo(a) .or. ijk(a) + step > patch%all%hi(a)) cycle
+        column%node(k) = q + step*patch%stride(a)
+        column%is_owned(k) = is_owned(scene, nodes, column%node(k))
+      end do
+    end associate
+    call append_column(boundary%column, boundary%n_columns, column)
+  end subroutine list_column
+
+  !> Weights at a point `t` cells above a node of that node (2) and its neighbours.
+  pure function weights_at(scene, t) result(w)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: t
+    real(rp) :: w(3)
+
+    if (scene%method%is_bspline) then
+      w = [0.5_rp*(0.5_rp - t)**2, 0.75_rp - t**2, 0.5_rp*(0.5_rp + t)**2]
+    else
+      w = [max(0.0_rp, -t), 1.0_rp - abs(t), max(0.0_rp, t)]
+    end if
+  end function weights_at
+
+  !> Integral of a node's shape function beyond the point where it has fallen to `w` [cells]: w**2/2
+  !> of a linear one, sqrt(2) w**1.5/3 of the outer part of a B-spline.
+  pure function tails(scene, w) result(tail)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: w(3)
+    real(rp) :: tail(3)
+
+    if (scene%method%is_bspline) then
+      tail = sqrt(2.0_rp)/3.0_rp*w**1.5_rp
+    else
+      tail = 0.5_rp*w**2
+    end if
+  end function tails
+
+  !> A node is held itself if it is in a box, but not if it is only part of columns across one face.
+  pure logical function is_fixed(scene, nodes, x)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: x(3)             !! [m]
+    integer :: c, n_boxes, n_faces
+
+    n_boxes = 0
+    n_faces = 0
+    do c = 1, size(scene%constraint)
+      associate (rule => scene%constraint(c))
+        if (rule%axis > 0) cycle
+        if (.not. holds(nodes, rule, x)) cycle
+        n_boxes = n_boxes + 1
+        n_faces = n_faces + count(near_face(scene, nodes, rule%upper, x)) &
+          + count(near_face(scene, nodes, &
+                                  rule%lower, x))
+      end associate
+    end do
+    is_fixed = n_boxes > 0 .and. .not. (n_boxes == 1 .and. n_faces == 1)
+  end function is_fixed
+
+  !> For each axis, whether a node in the box is part of the columns across the face there.
+  pure function near_face(scene, nodes, face, x) result(is_near)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: face(3), x(3)    !! [m]
+    logical :: is_near(3)
+    real(rp) :: depth, y(3)
+    integer :: a
+
+    do a = 1, 3
+      is_near(a) = .false.
+      if (abs(face(a)) >= 0.5_rp*huge(1.0_rp)) cycle
+      y = image(nodes, x, a, face(a))
+      depth = abs(face(a) - y(a))/nodes%patch%h
+      if (scene%method%is_bspline) then
+        is_near(a) = depth < 1.5_rp - slack
+      else
+        is_near(a) = depth > slack .and. depth < 1.0_rp - slack
+      end if
+    end do
+  end function near_face
+
+  !> The image of `x` along axis `a` that is nearest to `face`.
+  pure function image(nodes, x, a, face) result(y)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: x(3), face
+    integer, intent(in) :: a
+    real(rp) :: y(3), period
+
+    y = x
+    period = nodes%patch%h*real(nodes%patch%period(a), rp)
+    if (period > 0.0_rp) y(a) = x(a) + period*anint((face - x(a))/period)
+  end function image
+
+  pure logical function inside_any(scene, nodes, x, but)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: x(3)
+    integer, intent(in) :: but
+    integer :: c
+
+    inside_any = .false.
+    do c = 1, size(scene%constraint)
+      if (c == but .or. scene%constraint(c)%axis > 0) cycle
+      inside_any = inside_any .or. holds(nodes, scene%constraint(c), x)
+    end do
+  end function inside_any
+
+  !> Whether a rule is for the place `x` or one of its next images.
+  pure logical function holds(nodes, rule, x)
+    type(nodes_t), intent(in) :: nodes
+    type(constraint_t), intent(in) :: rule
+    real(rp), intent(in) :: x(3)             !! [m]
+    real(rp) :: y(3)
+    logical :: inside(3)
+    integer :: turn
+
+    inside = .false.
+    do turn = -1, 1
+      y = x + nodes%patch%h*real(turn*nodes%patch%period, rp)
+      inside = inside .or. (y >= rule%lower - slack*nodes%patch%h &
+                            .and. y <= rule%upper + slack*nodes%patch%h)
+    end do
+    holds = all(inside)
+  end function holds
+
+  pure function indices(nodes, q) result(ijk)
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: q
+    integer :: ijk(3), rest
+
+    rest = q - 1
+    ijk(1) = rest/nodes%patch%stride(1)
+    rest = rest - ijk(1)*nodes%patch%stride(1)
+    ijk(2) = rest/nodes%patch%stride(2)
+    ijk(3) = rest - ijk(2)*nodes%patch%stride(2)
+    ijk = ijk + nodes%patch%all%lo
+  end function indices
+
+  !> Whether the books of a node are this rank's; nodes outside belong to the nearest inside.
+  pure logical function is_owned(scene, nodes, q)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: q
+    integer :: ijk(3)
+
+    ijk = indices(nodes, q)
+    where (scene%grid%period == 0) ijk = max(0, min(scene%grid%n - 1, ijk))
+    is_owned = nodes%patch%own%has(ijk)
+  end function is_owned
+
+  pure subroutine append_column(list, n, entry)
+    type(column_t), allocatable, intent(inout) :: list(:)
+    integer, intent(inout) :: n
+    type(column_t), intent(in) :: entry
+    type(column_t), allocatable :: longer(:)
+
+    if (n == size(list)) then
+      allocate (longer(2*n))
+      longer(1:n) = list
+      call move_alloc(longer, list)
+    end if
+    n = n + 1
+    list(n) = entry
+  end subroutine append_column
+
+end module boundary_clamp_list

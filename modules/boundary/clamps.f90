@@ -1,0 +1,214 @@
+! SPDX-License-Identifier: MIT
+!> Clamps, and walls that are no mirrors. Nodes inside their box are held. Where a face of the box
+!> lies between nodes, not the next node but the velocity at the face is held: v(face) = sum w v of
+!> the two or three nodes across it, by the impulse w lambda that this takes from each of them
+!> (a projection in the norm of the masses, so that it cannot give energy to a body at rest). A node
+!> that has much less mass than one at the end of a body would take all of lambda by itself and let
+!> the rest of the body through: its weight falls with its mass.
+module boundary_clamps
+  use base_kinds, only: rp
+  use boundary_held, only: boundary_t, column_t
+  use comm_world, only: world_t
+  use mapping_nodes, only: least_inertia, least_mass, nodes_t
+  use state_books, only: books_t, e_wall
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: hold_walls, release_held
+
+  !> Part of the mass at the end of a body below which a node counts less.
+  real(rp), parameter :: least_tail = 0.5_rp
+
+contains
+
+  !> Collective. Give the held nodes of walls and clamps their velocity, or the part `pace` of it;
+  !> book impulse and work.
+  subroutine hold_walls(world, scene, clock, nodes, boundary, books, pace, g)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: pace                 !! 1; 0: as if at rest
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    integer :: k
+
+    do k = 1, nodes%n_groups
+      if (scene%is_rigid_group(k)) cycle
+      call hold_columns(scene, clock, nodes, boundary, books, pace, g(:, :, k))
+      if (boundary%columns_are_cut) call copy_columns(world, nodes, boundary, g(:, :, k))
+      call hold_nodes(scene, clock, nodes, boundary, books, pace, g(:, :, k))
+    end do
+  end subroutine hold_walls
+
+  subroutine hold_nodes(scene, clock, nodes, boundary, books, pace, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: pace
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp) :: value, before, impulse, least
+    integer :: a, i, q
+
+    least = least_inertia(scene, clock)
+    do i = 1, boundary%n_fixed
+      q = boundary%fixed(1, i)
+      associate (rule => scene%constraint(boundary%fixed(2, i)))
+        do a = 1, 3
+          if (.not. rule%component(a)) cycle
+          value = pace*rule%velocity(a)
+          before = g(a, q) - g(4 + a, q)
+          if (boundary%fixed(3, i) == 1 .and. g(8, q) > least_mass) then
+            impulse = max(g(8, q), least)*(value - g(a, q))
+            books%impulse(a, boundary%fixed(2, i)) = books%impulse(a, boundary%fixed(2, i)) &
+              + impulse
+            books%sums(e_wall) = books%sums(e_wall) + impulse*0.5_rp*(before + value)
+          end if
+          g(a, q) = value
+          g(4 + a, q) = value - before
+        end do
+      end associate
+    end do
+  end subroutine hold_nodes
+
+  subroutine hold_columns(scene, clock, nodes, boundary, books, pace, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: pace
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp) :: impulse, jump(3), least
+    integer :: a, i, k, q
+
+    least = least_inertia(scene, clock)
+    do i = 1, boundary%n_columns
+      associate (column => boundary%column(i), rule => scene%constraint(boundary%column(i)%rule))
+        if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
+        do a = 1, 3
+          if (.not. rule%component(a)) cycle
+          jump = jumps(column, pace*rule%velocity(a), a, least, nodes%patch%nn, g, g)
+          do k = 1, 3
+            if (column%node(k) == 0) cycle
+            q = column%node(k)
+            g(a, q) = g(a, q) + jump(k)
+            g(4 + a, q) = g(4 + a, q) + jump(k)
+            if (.not. column%is_owned(k)) cycle
+            impulse = max(g(8, q), least)*jump(k)
+            books%impulse(a, column%rule) = books%impulse(a, column%rule) + impulse
+            books%sums(e_wall) = books%sums(e_wall) + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
+          end do
+        end do
+      end associate
+    end do
+  end subroutine hold_columns
+
+  !> Changes of lane `a` of a column's nodes that make it `value` at the face.
+  pure function jumps(column, value, a, least, nn, mass, g) result(jump)
+    type(column_t), intent(in) :: column
+    real(rp), intent(in) :: value, least     !! least inertia of a node [kg]
+    integer, intent(in) :: a, nn
+    real(rp), intent(in) :: mass(8, nn)      !! velocity records
+    real(rp), intent(in) :: g(8, nn)
+    real(rp) :: jump(3), heaviest, inverse(3), total, v, w(3)
+    integer :: k
+
+    jump = 0.0_rp
+    w = 0.0_rp
+    inverse = 0.0_rp
+    v = 0.0_rp
+    heaviest = maxval(mass(8, pack(column%node, column%node > 0)))
+    do k = 1, 3
+      if (column%node(k) == 0) cycle
+      if (mass(8, column%node(k)) <= least_mass) cycle
+      associate (m => mass(8, column%node(k)))
+        w(k) = column%weight(k)*min(1.0_rp, m/(least_tail*heaviest*column%tail(k)))
+        inverse(k) = 1.0_rp/max(m, least)
+        v = v + w(k)*g(a, column%node(k))
+      end associate
+    end do
+    total = sum(w)
+    if (total > 0.0_rp) jump = w*inverse*(value*total - v)/sum(w*w*inverse)
+  end function jumps
+
+  !> Nodes of columns that some rank does not store whole: the velocities of those that do.
+  subroutine copy_columns(world, nodes, boundary, g)
+    type(world_t), intent(in) :: world
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    integer, allocatable :: place(:), node(:)
+    real(rp), allocatable :: values(:, :)
+    logical :: knows(nodes%patch%nn)
+    integer :: e, i, k, n, q
+
+    allocate (place(nodes%patch%nn), source=0)
+    allocate (node(3*boundary%n_columns))
+    knows = .true.
+    n = 0
+    do i = 1, boundary%n_columns
+      do k = 1, 3
+        q = boundary%column(i)%node(k)
+        if (q == 0) cycle
+        if (any(boundary%column(i)%node == 0 .and. boundary%column(i)%weight > 0.0_rp)) then
+          knows(q) = .false.
+        end if
+        if (place(q) > 0) cycle
+        n = n + 1
+        node(n) = q
+        place(q) = n
+      end do
+    end do
+    allocate (values(6, n))
+    do e = 1, n
+      values(1:3, e) = merge(g(1:3, node(e)), -huge(1.0_rp), knows(node(e)))
+      values(4:6, e) = merge(g(5:7, node(e)), -huge(1.0_rp), knows(node(e)))
+    end do
+    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, node(1:n), 6, values)
+    do e = 1, n
+      if (any(values(:, e) <= -huge(1.0_rp))) cycle
+      g(1:3, node(e)) = values(1:3, e)
+      g(5:7, node(e)) = values(4:6, e)
+    end do
+  end subroutine copy_columns
+
+  !> Zero the held components of the velocities in lanes 5:7 of `increment`; `g` holds the masses.
+  subroutine release_held(scene, nodes, boundary, g, increment)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout) :: increment(8, nodes%patch%nn, nodes%n_groups)
+    real(rp) :: jump(3)
+    integer :: a, i, j, k, q
+
+    do k = 1, nodes%n_groups
+      do i = 1, boundary%n_columns
+        associate (column => boundary%column(i), rule => scene%constraint(boundary%column(i)%rule))
+          if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
+          do a = 1, 3
+            if (.not. rule%component(a)) cycle
+            jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, nodes%patch%nn, g(:, :, k), &
+                         increment(:, :, k))
+            do j = 1, 3
+              q = column%node(j)
+              if (q > 0) increment(4 + a, q, k) = increment(4 + a, q, k) + jump(j)
+            end do
+          end do
+        end associate
+      end do
+      do i = 1, boundary%n_fixed
+        associate (v => increment(5:7, boundary%fixed(1, i), k))
+          where (scene%constraint(boundary%fixed(2, i))%component) v = 0.0_rp
+        end associate
+      end do
+    end do
+  end subroutine release_held
+
+end module boundary_clamps

@@ -1,0 +1,42 @@
+! SPDX-License-Identifier: MIT
+!> What holds the nodes of this rank: clamps, walls, symmetry planes.
+module boundary_held
+  use base_kinds, only: rp
+  implicit none (type, external)
+  private
+
+  public :: boundary_t, column_t, mirrors_t
+
+  !> Three nodes across the face of a clamp that lies between nodes (boundary_clamps).
+  type :: column_t
+    integer :: node(3) = 0                   !! 0: not stored here
+    real(rp) :: weight(3) = 0.0_rp           !! of their velocities at the face
+    real(rp) :: tail(3) = 0.0_rp             !! mass of a node that only sees a body up to the face
+                                             !! over that of one inside
+    integer :: rule = 0                      !! constraint
+    logical :: is_owned(3) = .false.
+  end type column_t
+
+  !> Nodes behind walls and their mirrors (boundary_symmetry).
+  type :: mirrors_t
+    integer :: n_pairs = 0, n_planes = 0
+    integer :: early_pairs = 0, early_planes = 0   !! from the first: those of shared nodes
+    integer, allocatable :: pair(:, :)    !! (3, n_pairs) node behind, node in front, wall
+    integer, allocatable :: plane(:, :)   !! (2, n_planes) node on the wall, wall
+    real(rp), allocatable :: own(:, :)    !! (n_pairs, n_groups) mass or capacity behind, own part
+    real(rp), allocatable :: at_rest(:)   !! (n_pairs) that of particles at rest, if there are any
+    real(rp), allocatable :: lost(:, :)   !! (8, constraints) of the sum of nodes, by folds
+  end type mirrors_t
+
+  type :: boundary_t
+    logical, allocatable :: is_held(:)       !! (nn) node held by a clamp or wall, or behind one
+    integer :: n_fixed = 0
+    integer, allocatable :: fixed(:, :)      !! (3, n) node, constraint, 1 if owned
+    integer :: n_columns = 0
+    type(column_t), allocatable :: column(:)  !! nodes across the faces of clamps between nodes
+    logical :: columns_are_cut = .false.     !! some rank does not store all nodes of a column
+    type(mirrors_t) :: mirrors               !! of the nodes in use
+    type(mirrors_t) :: resting_mirrors       !! of the nodes of all particles, while some sleep
+  end type boundary_t
+
+end module boundary_held

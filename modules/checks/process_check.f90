@@ -1,0 +1,312 @@
+! SPDX-License-Identifier: MIT
+!> What is wrong or doubtful about the motion of the tools, and the table of it that `--check`
+!> prints.
+module checks_process_check
+  use base_kinds, only: pi, rp
+  use base_log, only: say
+  use base_text, only: str
+  use checks_process, only: none, plate_of, survey_tool, tool_survey_t
+  use contact_tool, only: tool_t
+  use heat_setup_cut_cells, only: all_solids, solids_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: check_process, report_process
+
+  real(rp), parameter :: mm = 1.0e3_rp
+
+contains
+
+  !> Complaints and warnings about tools and their motion; the scene has no others.
+  subroutine check_process(input, scene, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(solids_t), allocatable :: solids(:)
+    type(tool_survey_t) :: survey
+    integer :: k, n
+
+    call check_pins(input, diagnostics)
+    call check_phases(input, tool, diagnostics)
+    call all_solids(input, solids)
+    do k = 1, size(tool)
+      call survey_tool(input, scene, solids, k, tool(k), survey)
+      if (k <= input%count('TOOL')) then
+        n = diagnostics%count()
+        call check_size(input, scene, tool, solids, k, diagnostics)
+        if (diagnostics%count() == n) call judge(input, scene, tool, solids, k, survey, diagnostics)
+      else
+        call judge_rigid(input, scene, k, survey, diagnostics)
+      end if
+    end do
+  end subroutine check_process
+
+  !> Half a description of a pin describes none.
+  subroutine check_pins(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: pin(3)
+    integer :: i
+
+    do i = 1, input%count('TOOL')
+      pin = [input%real('TOOL', i, 'PIN_RADIUS'), input%real('TOOL', i, 'PIN_TIP_RADIUS'), &
+             input%real('TOOL', i, 'PIN_LENGTH')]
+      if (pin(1) > 0.0_rp .and. pin(3) <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
+          'PIN_RADIUS', &
+        'makes no pin without PIN_LENGTH')
+      if (pin(1) <= 0.0_rp .and. pin(2) > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
+          'PIN_TIP_RADIUS', &
+        'makes no pin without PIN_RADIUS')
+      if (pin(1) <= 0.0_rp .and. pin(3) > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
+          'PIN_LENGTH', &
+        'makes no pin without PIN_RADIUS')
+    end do
+  end subroutine check_pins
+
+  !> Phases that never come, and ramps that are cut off.
+  subroutine check_phases(input, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    type(tool_t), intent(in) :: tool(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i, k
+    logical :: is_last
+
+    do k = 1, size(tool)
+      is_last = .false.
+      do i = 1, input%count('MOTION')
+        if (input%text('MOTION', i, 'TOOL') /= tool(k)%name) cycle
+        if (is_last) call input%report(diagnostics, 'MOTION', i, '', &
+          'is never reached: a phase before it has no DURATION and lasts to the end of the run')
+        associate (duration => input%real('MOTION', i, 'DURATION'))
+          if (duration > 0.0_rp .and. input%real('MOTION', i, 'RAMP') &
+              > duration*(1.0_rp + 1.0e-9_rp)) then
+            call input%warn(diagnostics, 'MOTION', i, 'RAMP', &
+                            'is longer than the DURATION of the phase')
+          end if
+          is_last = is_last .or. duration <= 0.0_rp
+        end associate
+      end do
+    end do
+  end subroutine check_phases
+
+  !> Sizes that look like another unit.
+  subroutine check_size(input, scene, tool, solids, k, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(solids_t), intent(in) :: solids(:)
+    integer, intent(in) :: k
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: grid, lower(3), upper(3), radius
+
+    grid = maxval(scene%grid%upper() - scene%grid%lower)
+    call plate_of(scene, solids, lower, upper)
+    radius = input%real('TOOL', k, 'RADIUS')
+    select case (input%text('TOOL', k, 'KIND'))
+    case ('shoulder')
+      if (radius > 2.0_rp*grid) then
+        call input%report(diagnostics, 'TOOL', k, 'RADIUS', 'is far larger than the grid of '// &
+                          len_text(grid)// &
+                            ': lengths are in m')
+      else if (2.0_rp*radius > maxval(upper(:2) - lower(:2)) &
+               .and. any(abs(tool(k)%motion%phase%spin) > 0.0_rp)) then
+        call input%warn(diagnostics, 'TOOL', k, 'RADIUS', 'a shoulder of '// &
+                        len_text(2.0_rp*radius)// &
+                        ' across is wider than the bodies, '// &
+                        len_text(maxval(upper(:2) - lower(:2))))
+      end if
+    case ('sphere')
+      if (radius > 100.0_rp*grid) call input%warn(diagnostics, 'TOOL', k, 'RADIUS', &
+                                                  'is far larger than the grid of '// &
+                                                  len_text(grid)//': lengths are in m')
+    case ('box')
+      if (maxval(tool(k)%half) > 10.0_rp*grid) call input%warn(diagnostics, 'TOOL', k, 'SIZE', &
+        'is far larger than the grid of '//len_text(grid)//': lengths are in m')
+    case default
+    end select
+  end subroutine check_size
+
+  !> What the survey of a tool says. One that is outside the grid may be put away; many sides of the
+  !> grid away it is a place in another unit.
+  subroutine judge(input, scene, tool, solids, k, survey, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(solids_t), intent(in) :: solids(:)
+    integer, intent(in) :: k
+    type(tool_survey_t), intent(in) :: survey
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: lower(3), upper(3)
+    integer :: i, phase
+
+    call plate_of(scene, solids, lower, upper)
+    if (.not. survey%is_in_grid) then
+      associate (sides => scene%grid%upper() - scene%grid%lower)
+        call input%report(diagnostics, 'TOOL', k, 'POSITION', &
+                          'the tool is outside the grid throughout the run', &
+                            is_warning=norm2(tool(k)%start - scene%grid%lower) &
+                            < 10.0_rp*norm2(sides))
+      end associate
+      return
+    end if
+    if (survey%touch >= none .and. .not. metal_moves(input, scene)) then
+      call input%warn(diagnostics, 'TOOL', k, &
+        'POSITION', 'the tool never touches a body')
+    end if
+    if (survey%through < none) then
+      phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
+      associate (text => 'the tool comes out below the bottom of the plate of '// &
+                 len_text(upper(3) - lower(3))// &
+                         ' at t = '//str(survey%through)//' s', one => survey%phase(phase))
+        if (survey%through <= 0.0_rp .or. one%motion == 0) then
+          call input%report(diagnostics, 'TOOL', k, 'POSITION', text, &
+                            .not. has_floor(scene, lower(3)))
+        else
+          call input%report(diagnostics, 'MOTION', one%motion, 'VELOCITY', text, &
+                            .not. has_floor(scene, lower(3)))
+        end if
+      end associate
+    end if
+    do i = 1, size(survey%phase)
+      associate (one => survey%phase(i))
+        if (one%motion == 0 .or. one%off <= 0.0_rp .or. one%off &
+            <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
+        call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'the tool travels '// &
+                        len_text(one%way)// &
+                        ' and is off the plate of '//len_text(upper(1) - lower(1))//' x '// &
+                        len_text(upper(2) - lower(2))// &
+                        ' from t = '//str(one%off_from)//' s on')
+      end associate
+    end do
+  end subroutine judge
+
+  !> A rigid body takes its particles along: none may leave the grid.
+  subroutine judge_rigid(input, scene, k, survey, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: k
+    type(tool_survey_t), intent(in) :: survey
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: b, i
+
+    b = findloc(scene%body%tool, k, dim=1)
+    if (survey%touch >= none .and. .not. metal_moves(input, scene)) then
+      call input%warn(diagnostics, 'BODY', b, 'NAME', &
+        'the rigid body never touches another')
+    end if
+    do i = 1, size(survey%phase)
+      associate (one => survey%phase(i))
+        if (one%motion == 0 .or. one%side >= 0.0_rp .or. any(scene%grid%period > 0)) cycle
+        call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'takes the rigid body '// &
+                        len_text(-one%side)// &
+                        ' beyond a side of the grid or a wall')
+      end associate
+    end do
+  end subroutine judge_rigid
+
+  !> Whether a wall stands under the plate.
+  pure logical function has_floor(scene, bottom)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: bottom                 !! [m]
+    integer :: i
+
+    has_floor = .false.
+    do i = 1, size(scene%constraint)
+      associate (wall => scene%constraint(i))
+        if (wall%name(:9) == 'wall_zmin') has_floor = has_floor .or. wall%upper(3) >= bottom &
+            - scene%grid%h
+      end associate
+    end do
+  end function has_floor
+
+  !> Whether bodies may move to a tool that does not come to them.
+  logical function metal_moves(input, scene)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer :: b
+
+    metal_moves = any(abs(scene%method%gravity) > 0.0_rp) .or. input%count('LOAD') &
+      + input%count('TRACTION') &
+                  + input%count('FIELD') > 0
+    do b = 1, input%count('BODY')
+      metal_moves = metal_moves .or. any(abs([input%reals('BODY', b, 'VELOCITY', 3), &
+        input%reals('BODY', b, 'ANGULAR_VELOCITY', 3), &
+        input%reals('BODY', b, 'VELOCITY_GRADIENT', 9)]) > 0.0_rp)
+    end do
+    do b = 1, size(scene%constraint)
+      metal_moves = metal_moves .or. any(abs(scene%constraint(b)%velocity) > 0.0_rp)
+    end do
+  end function metal_moves
+
+  !> The table of `--check`.
+  subroutine report_process(input, scene, tool)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(solids_t), allocatable :: solids(:)
+    type(tool_survey_t) :: survey
+    real(rp) :: lower(3), upper(3)
+    character(:), allocatable :: text
+    character(120) :: row
+    integer :: i, k
+
+    if (size(tool) == 0) return
+    call all_solids(input, solids)
+    call plate_of(scene, solids, lower, upper)
+    call say('plate        '//str(mm*(upper(1) - lower(1)))//' x '// &
+             str(mm*(upper(2) - lower(2)))// &
+      ' x '//str(mm*(upper(3) - lower(3)))//' mm, top at z = '//str(mm*upper(3))//' mm')
+    do k = 1, size(tool)
+      call survey_tool(input, scene, solids, k, tool(k), survey)
+      text = ', never touches where bodies are now'
+      if (survey%touch < none) text = ', touches at t = '//str(survey%touch)//' s'
+      call say('tool         '//trim(tool(k)%name)//text)
+      call say('phase            from[s]       to[s]     way[mm]'// &
+        ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
+      do i = 1, size(survey%phase)
+        associate (p => survey%phase(i))
+          write (row, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), cell(mm*p%way), &
+            cell(mm*p%speed), &
+            cell(p%spin*30.0_rp/pi), cell_mm(p%depth), cell_mm(p%bottom), cell_mm(p%edge), &
+            cell_mm(p%side)
+          call say(row)
+        end associate
+      end do
+    end do
+    call say('             depth: lowest point of the tool below the top of the plate; bottom: '// &
+      'metal left below it; edge: its rim to the edge of the plate; side: to a wall or the '// &
+      'side of the grid')
+  end subroutine report_process
+
+  function cell(x) result(text)
+    real(rp), intent(in) :: x
+    character(12) :: text
+
+    if (abs(x) < 1.0e5_rp .and. (abs(x) >= 1.0e-2_rp .or. abs(x) <= 0.0_rp)) then
+      write (text, '(f12.3)') x
+    else
+      write (text, '(es12.3)') x
+    end if
+  end function cell
+
+  !> A length in mm, `-` if it is not defined.
+  function cell_mm(x) result(text)
+    real(rp), intent(in) :: x
+    character(12) :: text
+
+    text = '           -'
+    if (x < none) text = cell(mm*x)
+  end function cell_mm
+
+  pure function len_text(x) result(text)
+    real(rp), intent(in) :: x                      !! [m]
+    character(:), allocatable :: text
+
+    text = str(mm*x)//' mm'
+  end function len_text
+
+end module checks_process_check

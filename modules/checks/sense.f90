@@ -1,0 +1,346 @@
+! SPDX-License-Identifier: MIT
+!> Checks of a scene that can be built: things that are there twice, bodies in each other's place,
+!> probes in the air and sources of heat that never touch.
+module checks_sense
+  use base_kinds, only: pi, rp
+  use base_text, only: str
+  use bodies_solids, only: bounds, is_inside
+  use heat_setup_cut_cells, only: all_solids, holder_of, solids_t
+  use heat_setup_scene, only: is_held
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: to_real
+  use state_scene, only: constraint_t, scene_t
+  implicit none (type, external)
+  private
+
+  public :: check_sense, extent_of
+
+  real(rp), parameter :: least_overlap = 0.05_rp   !! of two bodies, in every direction [cells];
+                                                   !! contact bears that
+
+contains
+
+  !> Complaints about a scene that has no others.
+  subroutine check_sense(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(solids_t), allocatable :: solids(:)
+
+    call all_solids(input, solids)
+    call check_tables(input, scene, diagnostics)
+    call find_twins(input, diagnostics)
+    call compare_walls(input, scene, diagnostics)
+    call compare_clamps(input, scene, diagnostics)
+    call compare_surfaces(input, diagnostics)
+    call compare_bodies(input, scene, solids, diagnostics)
+    call check_probes(input, scene, solids, diagnostics)
+    call check_sources(input, scene, solids, diagnostics)
+  end subroutine check_sense
+
+  !> Properties that only heat alone knows.
+  subroutine check_tables(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(20), parameter :: tables(4) = [character(20) :: 'SPECIFIC_HEAT_TABLE', &
+                                             'CONDUCTIVITY_TABLE', &
+                                             'YIELD_TABLE', 'YIELD_LOGISTIC']
+    integer :: i, k
+    logical :: is_given
+
+    if (.not. scene%method%has_mechanics) return
+    do i = 1, input%count('MATERIAL')
+      do k = 1, size(tables)
+        is_given = input%given('MATERIAL', i, trim(tables(k)))
+        if (.not. is_given) cycle
+        call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
+                          'has no effect beside mechanics, only with '// &
+                            'MECHANICS = F', is_warning=input%line('METHOD', 1, 'MECHANICS') < 0)
+      end do
+    end do
+  end subroutine check_tables
+
+  !> Groups that say the same as another; those whose effects add up may be meant so.
+  subroutine find_twins(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(8), parameter :: groups(5) = [character(8) :: 'LOAD', 'TRACTION', 'SOURCE', &
+                                            'FIELD', 'PROBE']
+    integer, parameter :: n_sums = 3                 !! of the groups, from the first
+    character(1024), allocatable :: said(:)
+    integer :: g, i, j
+
+    do g = 1, size(groups)
+      said = [character(1024) :: (all_that(input, trim(groups(g)), i), i=1, &
+                                  input%count(trim(groups(g))))]
+      do i = 2, size(said)
+        j = findloc(said(:i - 1), said(i), dim=1)
+        if (j > 0) call input%report(diagnostics, trim(groups(g)), i, '', &
+                                     'is there twice, first '// &
+          place_of(input, trim(groups(g)), j)//trim(merge('; both act', '          ', g &
+          <= n_sums)), is_warning=g <= n_sums)
+      end do
+    end do
+  end subroutine find_twins
+
+  !> What a group says, defaults included.
+  function all_that(input, group, i) result(text)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    character(:), allocatable :: text, item
+    real(rp) :: x
+    integer :: g, k, n
+    logical :: ok
+
+    text = ''
+    g = input%table%find_group(group)
+    do k = input%table%groups(g)%first, input%table%groups(g)%last
+      associate (row => input%table%keys(k))
+        do n = 1, abs(row%n)
+          item = input%item(group, i, trim(row%name), trim(row%kind), n)
+          if (row%kind == 'real') then
+            call to_real(item, x, ok)
+            if (ok) item = str(x)
+          end if
+          text = text//item//' '
+        end do
+      end associate
+    end do
+  end function all_that
+
+  !> Two walls of one side.
+  subroutine compare_walls(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i, j
+
+    do i = 2, input%count('WALL')
+      do j = 1, i - 1
+        if (input%text('WALL', i, 'SIDE') /= input%text('WALL', j, 'SIDE')) cycle
+        if (same_box(scene%constraint(i), scene%constraint(j), 1.0e-6_rp*scene%grid%h)) then
+          call input%report(diagnostics, 'WALL', i, 'SIDE', 'there is a wall in this place, '// &
+                              place_of(input, 'WALL', j))
+        else
+          call input%warn(diagnostics, 'WALL', i, 'SIDE', 'there is another wall of this side, '// &
+                          place_of(input, 'WALL', j))
+        end if
+        exit
+      end do
+    end do
+  end subroutine compare_walls
+
+  !> Clamps that hold the same nodes.
+  subroutine compare_clamps(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i, j, n
+
+    n = input%count('WALL')
+    do i = 2, input%count('CLAMP')
+      do j = 1, i - 1
+        associate (one => scene%constraint(n + i), other => scene%constraint(n + j))
+          if (.not. any(one%component .and. other%component)) cycle
+          if (same_box(one, other, 1.0e-6_rp*scene%grid%h)) then
+            call input%report(diagnostics, 'CLAMP', i, '', 'holds the nodes of another, '// &
+                                place_of(input, 'CLAMP', j))
+          else if (all(min(one%upper, other%upper) > max(one%lower, other%lower)) .and. &
+                   any(one%component .and. other%component .and. &
+                       abs(one%velocity - other%velocity) > 0.0_rp)) then
+            call input%warn(diagnostics, 'CLAMP', i, '', &
+                            'overlaps another that moves differently, '// &
+                            place_of(input, 'CLAMP', j))
+          end if
+        end associate
+      end do
+    end do
+  end subroutine compare_clamps
+
+  pure logical function same_box(one, other, slack)
+    type(constraint_t), intent(in) :: one, other
+    real(rp), intent(in) :: slack                    !! [m]
+
+    same_box = all(one%lower <= other%lower + slack .and. other%lower <= one%lower + slack .and. &
+                   one%upper <= other%upper + slack .and. other%upper <= one%upper + slack)
+  end function same_box
+
+  !> A later &SURFACE of the same face takes the place of an earlier one: of one face after all it
+  !> is meant.
+  subroutine compare_surfaces(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: face
+    integer :: i, j
+
+    do i = 2, input%count('SURFACE')
+      face = input%text('SURFACE', i, 'FACE')
+      do j = 1, i - 1
+        if (input%text('SURFACE', i, 'BODY') /= input%text('SURFACE', j, 'BODY')) cycle
+        if (face /= 'all' .and. face /= input%text('SURFACE', j, 'FACE')) cycle
+        call input%report(diagnostics, 'SURFACE', i, 'FACE', 'takes the place of another, '// &
+                            place_of(input, 'SURFACE', j))
+        exit
+      end do
+    end do
+  end subroutine compare_surfaces
+
+  !> Bodies whose shapes overlap: metal twice in one place.
+  subroutine compare_bodies(input, scene, solids, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer, parameter :: n = 24                     !! samples along each axis
+    real(rp) :: lower(3, 2), upper(3, 2), low(3), size_of(3), volume
+    integer :: a, b, held, i, j, k
+
+    do b = 2, size(solids)
+      call extent_of(solids(b), lower(:, 1), upper(:, 1))
+      do a = 1, b - 1
+        if (scene%body(a)%is_rigid() .and. scene%body(b)%is_rigid()) cycle
+        call extent_of(solids(a), lower(:, 2), upper(:, 2))
+        low = maxval(lower, 2)
+        size_of = minval(upper, 2) - low
+        if (any(size_of <= least_overlap*scene%grid%h)) cycle
+        held = 0
+        do i = 1, n
+          do j = 1, n
+            do k = 1, n
+              associate (x => low + size_of*([i, j, k] - 0.5_rp)/n)
+                if (.not. is_inside(solids(a)%solid, x)) cycle
+                if (is_inside(solids(b)%solid, x)) held = held + 1
+              end associate
+            end do
+          end do
+        end do
+        volume = product(size_of)*held/n**3
+        if (volume <= (least_overlap*scene%grid%h)**3) cycle
+        call input%report(diagnostics, 'BODY', b, 'NAME', 'overlaps the body '// &
+                          trim(scene%body(a)%name)//' by '// &
+                            str(1.0e9_rp*volume)// &
+                            " mm3 (cut one away with OPERATION = 'subtract')")
+      end do
+    end do
+  end subroutine compare_bodies
+
+  !> Box around what is added to a body [m].
+  pure subroutine extent_of(body, lower, upper)
+    type(solids_t), intent(in) :: body
+    real(rp), intent(out) :: lower(3), upper(3)
+    real(rp) :: low(3), high(3)
+    integer :: i
+
+    lower = huge(1.0_rp)
+    upper = -huge(1.0_rp)
+    do i = 1, size(body%solid)
+      if (.not. body%solid(i)%adds) cycle
+      call bounds(body%solid(i), low, high)
+      lower = min(lower, low)
+      upper = max(upper, high)
+    end do
+  end subroutine extent_of
+
+  !> Probes ride in the metal.
+  subroutine check_probes(input, scene, solids, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i
+
+    do i = 1, input%count('PROBE')
+      if (.not. is_held(solids, input%reals('PROBE', i, 'POSITION', 3), scene%grid%h)) then
+        call input%report(diagnostics, 'PROBE', i, 'POSITION', 'lies outside the bodies')
+      end if
+    end do
+  end subroutine check_probes
+
+  !> Sources that cover nothing at any time of the run.
+  subroutine check_sources(input, scene, solids, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer, parameter :: times = 64
+    real(rp) :: begin, end, t
+    integer :: i, k
+    logical :: touches
+
+    do i = 1, input%count('SOURCE')
+      begin = input%real('SOURCE', i, 'BEGIN')
+      end = scene%end_time
+      if (input%real('SOURCE', i, 'END') > 0.0_rp) end = min(end, input%real('SOURCE', i, 'END'))
+      if (begin >= scene%end_time .and. scene%end_time > 0.0_rp) then
+        call input%warn(diagnostics, 'SOURCE', i, 'BEGIN', &
+                        'is after the end of the run: it gives no heat')
+        cycle
+      end if
+      touches = .false.
+      do k = 0, times
+        t = begin + (end - begin)*k/times
+        touches = touches .or. covers(input, scene, solids, i, &
+                                      input%reals('SOURCE', i, 'POSITION', 3) &
+                                      + t*input%reals('SOURCE', i, 'VELOCITY', 3))
+        if (touches) exit
+      end do
+      if (.not. touches) call input%report(diagnostics, 'SOURCE', i, 'POSITION', &
+                                             'the source never touches a body')
+    end do
+  end subroutine check_sources
+
+  !> Whether a ball at `x` holds metal, or a disc there a surface: one that looks up within half a
+  !> cell of its height, beside mechanics any within a cell.
+  logical function covers(input, scene, solids, i, x)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    integer, intent(in) :: i
+    real(rp), intent(in) :: x(3)                     !! [m]
+    integer, parameter :: rings = 6, rays = 24, levels = 9
+    real(rp) :: r, reach, y(3), z
+    integer :: a, j, k
+    logical :: is_ball, now, was
+
+    covers = .false.
+    is_ball = input%text('SOURCE', i, 'KIND') == 'ball'
+    r = input%real('SOURCE', i, 'RADIUS')
+    reach = r
+    if (.not. is_ball) then
+      reach = merge(1.0_rp, 0.5_rp, scene%method%has_mechanics)*scene%grid%h*(1.0_rp + 1.0e-6_rp)
+    end if
+    do j = 0, rings
+      do a = 0, merge(rays - 1, 0, j > 0)
+        y = x + r*j/rings*[cos(2.0_rp*pi*a/rays), sin(2.0_rp*pi*a/rays), 0.0_rp]
+        was = .false.
+        do k = 0, levels
+          z = x(3) + reach*(2.0_rp*k/levels - 1.0_rp)
+          now = holder_of(solids, [y(1), y(2), z]) > 0
+          if (is_ball) then
+            covers = now .and. norm2([y(1), y(2), z] - x) <= r
+          else
+            covers = k > 0 .and. (was .and. .not. now .or. scene%method%has_mechanics .and. now &
+                                  .and. .not. was)
+          end if
+          if (covers) return
+          was = now
+        end do
+      end do
+    end do
+  end function covers
+
+  !> `on line 7`, or how else it was given.
+  function place_of(input, group, i) result(text)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+
+    text = '&'//group//' number '//str(i)
+    if (input%line(group, i) > 0) text = 'on line '//str(input%line(group, i))
+  end function place_of
+
+end module checks_sense

@@ -1,0 +1,231 @@
+! SPDX-License-Identifier: MIT
+!> The volume that shapes ask for against that of the particles which fill them.
+module checks_volumes
+  use base_kinds, only: rp
+  use base_log, only: say
+  use base_text, only: str
+  use bodies_lattice, only: lattice_of, lattice_t
+  use bodies_solids, only: bounds, holds, is_inside, solid_t
+  use checks_sense, only: extent_of
+  use comm_world, only: world_t
+  use heat_setup_cut_cells, only: all_solids, solids_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: volumes_t, measure_volumes, check_volumes, report_volumes
+
+  !> What each shape of a body adds to it, or takes from it below 0.
+  type :: volumes_t
+    integer, allocatable :: shape(:)                        !! numbers of the &SHAPE groups
+    real(rp), allocatable :: asked(:), filled(:)            !! [m3]
+  end type volumes_t
+
+  real(rp), parameter :: allowed = 0.02_rp                  !! filled over asked, less 1
+  integer, parameter :: roots = 16, halvings = 3            !! cells along each axis of a shape, and
+                                                            !! of those it cuts
+  real(rp), parameter :: inset = 1.0e-6_rp
+
+contains
+
+  !> Collective.
+  subroutine measure_volumes(world, input, scene, volumes)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(volumes_t), allocatable, intent(out) :: volumes(:)
+    type(solids_t), allocatable :: solids(:)
+    integer :: b, i, s
+
+    call all_solids(input, solids)
+    allocate (volumes(size(solids)))
+    do b = 1, size(solids)
+      associate (v => volumes(b), solid => solids(b)%solid)
+        v%shape = pack([(i, i=1, input%count('SHAPE'))], &
+                       [(input%text('SHAPE', i, 'BODY') == input%text('BODY', b, 'NAME'), i=1, &
+                         input%count('SHAPE'))])
+        allocate (v%asked(size(solid)), v%filled(size(solid)), source=0.0_rp)
+        do i = 1 + world%rank, size(solid), world%size
+          v%asked(i) = asked_by(pack(solid(:i), [(meet(solid(s), solid(i)), s=1, i)]))
+        end do
+        call fill(world, scene, b, solid, v%filled)
+        call world%sum(v%asked)
+        call world%sum(v%filled)
+      end associate
+    end do
+  end subroutine measure_volumes
+
+  !> What the last of some solids changes [m3].
+  pure real(rp) function asked_by(solid) result(volume)
+    type(solid_t), intent(in) :: solid(:)
+    real(rp) :: edge(3), lower(3), upper(3), around(3, 2)
+    integer :: i, j, k
+
+    call bounds(solid(size(solid)), lower, upper)
+    call extent_of(solids_t(solid), around(:, 1), around(:, 2))
+    lower = max(lower, around(:, 1))
+    upper = min(upper, around(:, 2))
+    volume = 0.0_rp
+    if (any(upper <= lower)) return
+    edge = (upper - lower)/roots
+    do k = 0, roots - 1
+      do j = 0, roots - 1
+        do i = 0, roots - 1
+          volume = volume + product(edge)*change_in(solid, lower + edge*[i, j, k], edge, halvings)
+        end do
+      end do
+    end do
+  end function asked_by
+
+  !> The same in a cell, as a part of the cell.
+  pure recursive real(rp) function change_in(solid, corner, edge, left) result(part)
+    type(solid_t), intent(in) :: solid(:)
+    real(rp), intent(in) :: corner(3), edge(3)              !! [m]
+    integer, intent(in) :: left                             !! halvings
+    real(rp) :: at(3)
+    integer :: c, first, now
+
+    first = change_at(solid, corner + 0.5_rp*edge)
+    part = first
+    do c = 0, 7
+      at = merge(inset, 1.0_rp - inset, [btest(c, 0), btest(c, 1), btest(c, 2)])
+      now = change_at(solid, corner + at*edge)
+      if (now /= first) exit
+    end do
+    if (now == first) return
+    part = 0.0_rp
+    do c = 0, 7
+      at = merge(0.0_rp, 0.5_rp, [btest(c, 0), btest(c, 1), btest(c, 2)])
+      if (left > 0) then
+        part = part + 0.125_rp*change_in(solid, corner + at*edge, 0.5_rp*edge, left - 1)
+      else
+        part = part + 0.125_rp*change_at(solid, corner + (at + 0.25_rp)*edge)
+      end if
+    end do
+  end function change_in
+
+  !> 1 where the last solid adds metal, -1 where it takes some, 0 where it changes nothing.
+  pure integer function change_at(solid, x)
+    type(solid_t), intent(in) :: solid(:)
+    real(rp), intent(in) :: x(3)
+
+    change_at = 0
+    associate (last => solid(size(solid)))
+      if (.not. holds(last, x)) return
+      if (is_inside(solid(:size(solid) - 1), x) .neqv. last%adds) then
+        change_at = merge(1, -1, last%adds)
+      end if
+    end associate
+  end function change_at
+
+  !> Whether the boxes around two solids have points in common.
+  pure logical function meet(one, other)
+    type(solid_t), intent(in) :: one, other
+    real(rp), dimension(3) :: lower, upper, lower_other, upper_other
+
+    call bounds(one, lower, upper)
+    call bounds(other, lower_other, upper_other)
+    meet = all(lower <= upper_other .and. lower_other <= upper)
+  end function meet
+
+  !> Volumes of the particles that each solid adds or takes, this rank's planes of the lattice.
+  subroutine fill(world, scene, body, solid, filled)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
+    type(solid_t), intent(in) :: solid(:)
+    real(rp), intent(inout) :: filled(:)                    !! [m3]
+    type(lattice_t) :: lattice
+    real(rp) :: volume, x(3)
+    integer :: i, j, k, s
+    logical :: is_in, was_in
+
+    lattice = lattice_of(scene, scene%body(body), solid)
+    do i = world%rank, lattice%n(1) - 1, world%size
+      do j = 0, lattice%on_ring(i) - 1
+        volume = product(scene%body(body)%spacing)*lattice%share(i, j)
+        do k = 0, lattice%n(3) - 1
+          x = lattice%point(i, j, k)
+          is_in = .false.
+          do s = 1, size(solid)
+            was_in = is_in
+            if (is_in .neqv. solid(s)%adds) then
+              if (holds(solid(s), x)) is_in = solid(s)%adds
+            end if
+            if (is_in .neqv. was_in) filled(s) = filled(s) + merge(volume, -volume, is_in)
+          end do
+        end do
+      end do
+    end do
+  end subroutine fill
+
+  !> Shapes that change nothing, and those whose particles have another volume.
+  subroutine check_volumes(input, volumes, diagnostics)
+    type(input_t), intent(in) :: input
+    type(volumes_t), intent(in) :: volumes(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: b, i
+
+    do b = 1, size(volumes)
+      do i = 1, size(volumes(b)%shape)
+        associate (asked => volumes(b)%asked(i), filled => volumes(b)%filled(i), &
+                   s => volumes(b)%shape(i))
+          if (abs(asked) <= 0.0_rp) then
+            call input%warn(diagnostics, 'SHAPE', s, '', 'changes nothing of its body')
+          else if (abs(filled - asked) > allowed*abs(asked)) then
+            call input%warn(diagnostics, 'SHAPE', s, '', &
+                            trim(merge('adds', 'cuts', asked > 0.0_rp))//' '// &
+                            in_mm3(abs(filled))//' instead of '//in_mm3(abs(asked))//' ('// &
+                            deviation(filled, asked)// &
+                            '), as the particles lie')
+          end if
+        end associate
+      end do
+    end do
+  end subroutine check_volumes
+
+  !> The lines of `--check`.
+  subroutine report_volumes(scene, volumes)
+    type(scene_t), intent(in) :: scene
+    type(volumes_t), intent(in) :: volumes(:)
+    integer :: b, i
+
+    do b = 1, size(volumes)
+      associate (v => volumes(b), body => scene%body(b))
+        call say('volume       '//trim(body%name)//': '//in_mm3(sum(v%filled))//' for '// &
+          in_mm3(sum(v%asked))//' asked ('//deviation(sum(v%filled), sum(v%asked))//'), '// &
+          str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg')
+        do i = 1, merge(size(v%shape), 0, size(v%shape) > 1)
+          call say('             &SHAPE '//str(v%shape(i))//': '//in_mm3(v%filled(i))// &
+            ' for '//in_mm3(v%asked(i))//' ('//deviation(v%filled(i), v%asked(i))//')')
+        end do
+      end associate
+    end do
+  end subroutine report_volumes
+
+  pure function in_mm3(volume) result(text)
+    real(rp), intent(in) :: volume                          !! [m3]
+    character(:), allocatable :: text
+
+    text = str(1.0e9_rp*volume)//' mm3'
+  end function in_mm3
+
+  !> `+12.1 %`.
+  function deviation(filled, asked) result(text)
+    real(rp), intent(in) :: filled, asked
+    character(:), allocatable :: text
+    character(12) :: digits
+
+    if (abs(asked) <= 0.0_rp) then
+      text = '-'
+      return
+    end if
+    write (digits, '(sp,f9.2)') 100.0_rp*(filled/asked - 1.0_rp)
+    text = trim(adjustl(digits))
+    if (text == '-0.00') text = '+0.00'
+    text = text//' %'
+  end function deviation
+
+end module checks_volumes

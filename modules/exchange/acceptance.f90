@@ -1,0 +1,159 @@
+! SPDX-License-Identifier: MIT
+!> The check in the middle of a step, before any particle has changed: the one reduction of a step,
+!> and a smaller step where a node would move too far. Ranks may work while it is on its way
+!> (exchange_speculation).
+module exchange_acceptance
+  use base_kinds, only: rp
+  use base_system, only: stop_signal
+  use base_timers, only: wall_time
+  use boundary_held, only: boundary_t
+  use comm_world, only: world_t
+  use contact_tool, only: tool_t
+  use exchange_ranks, only: exchange_t
+  use mapping_nodes, only: full_mass, nodes_t
+  use state_blocks, only: blocks_t, skin
+  use state_books, only: books_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  use state_step, only: step_t
+  implicit none (type, external)
+  private
+
+  public :: finish_acceptance, post_acceptance
+
+  real(rp), parameter :: too_stiff = 1.0e30_rp    !! squared wave speed of a lost state [m2/s2]
+  real(rp), parameter :: most_cells = 0.5_rp             !! a node may move in a step [cells]
+  real(rp), parameter :: smallest = 1.0e-4_rp     !! part of a refused step that is still tried
+  !> Part of a full cell's mass from which a node carries material: the velocity of a node with
+  !> less says nothing, since it is hardly felt by any particle.
+  real(rp), parameter :: material_fraction = 1.0e-2_rp
+
+contains
+
+  !> Collective. Begin to share what all ranks must know about the last and this step; whether it
+  !> stands as far as this rank can see.
+  subroutine post_acceptance(world, scene, clock, step, tool, blocks, nodes, boundary, exchange, &
+                             books, dt, g, stands)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(inout) :: step
+    type(tool_t), intent(in) :: tool(:)
+    type(blocks_t), intent(in) :: blocks
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(exchange_t), intent(inout) :: exchange
+    type(books_t), intent(in) :: books
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn, nodes%n_groups)   !! [s]
+    logical, intent(out) :: stands
+    real(rp) :: own(2)
+
+    own = [step%last%stiffness, max(step%last%speed2, fastest_node(scene, clock, step, nodes, &
+      boundary, g))]
+    stands = is_sound(own) .and. dt*sqrt(own(2)) <= longest_displacement(scene, clock)
+    call exchange%acceptance%start(world, &
+                                   [own, real(stop_signal(), rp), real(books%failed_returns, rp), &
+                                   since_checkpoint(scene, step), &
+                                   merge(1.0_rp, 0.0_rp, step%lost_row), &
+                                   near_tools(scene, tool, blocks)])
+  end subroutine post_acceptance
+
+  !> Collective. If a node moves farther than half a cell, or a particle might have moved more than
+  !> a cell since the last sort, the step is refused and is to be tried again with the smaller `dt`.
+  !> `sim%step%is_broken` says that no step is small enough, or that the state is not a number.
+  subroutine finish_acceptance(scene, clock, step, exchange, dt, is_refused)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(inout) :: clock
+    type(step_t), intent(inout) :: step
+    type(exchange_t), intent(inout) :: exchange
+    real(rp), intent(inout) :: dt               !! [s]
+    logical, intent(out) :: is_refused
+
+    exchange%balance%waited = exchange%balance%waited - wall_time()
+    call exchange%acceptance%finish()
+    exchange%balance%waited = exchange%balance%waited + wall_time()
+    associate (most => exchange%acceptance%value)
+      clock%stiffness = most(1)
+      clock%max_speed = sqrt(most(2))
+      step%signal = nint(most(3))
+      step%worst_returns = nint(most(4))
+      step%output_is_lost = most(6) > 0.0_rp
+      step%is_near = most(7:) > 0.0_rp
+      step%safety_is_due = most(5) >= scene%output%safety_interval
+      step%is_broken = .not. is_sound(most(1:2))
+    end associate
+    is_refused = .not. step%is_broken .and. dt*clock%max_speed > longest_displacement(scene, clock)
+    if (.not. is_refused) return
+    dt = 0.5_rp*longest_displacement(scene, clock)/clock%max_speed
+    step%is_broken = dt < smallest*step%asked_dt
+    step%last%speed2 = 0.0_rp                    ! the particles' own speed has had its say
+  end subroutine finish_acceptance
+
+  !> Whether squared wave speed and squared speed are those of a state to go on from; false for NaN.
+  pure logical function is_sound(squares)
+    real(rp), intent(in) :: squares(2)          !! [m2/s2]
+
+    is_sound = all(squares < too_stiff)
+  end function is_sound
+
+  !> What a node may move in this step [m].
+  pure real(rp) function longest_displacement(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+
+    longest_displacement = min(most_cells*scene%grid%h, scene%grid%h - clock%displacement)
+  end function longest_displacement
+
+  !> 1 for each tool that a particle of this rank may touch, else 0.
+  pure function near_tools(scene, tool, blocks) result(near)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(blocks_t), intent(in) :: blocks
+    real(rp) :: near(size(tool))
+    integer :: k
+
+    near = 0.0_rp
+    do k = 1, size(tool)
+      if (any(blocks%clearance(k, :) <= skin*scene%grid%h + tool(k)%displacement())) then
+        near(k) = 1.0_rp
+      end if
+    end do
+  end function near_tools
+
+  !> Wall-clock seconds since the last checkpoint; negative if none is wanted.
+  real(rp) function since_checkpoint(scene, step)
+    type(scene_t), intent(in) :: scene
+    type(step_t), intent(in) :: step
+
+    since_checkpoint = -1.0_rp
+    if (scene%output%safety_interval > 0.0_rp) since_checkpoint = wall_time() - step%secured
+  end function since_checkpoint
+
+  !> Largest squared speed of the nodes that carry material, and where [m2/s2].
+  real(rp) function fastest_node(scene, clock, step, nodes, boundary, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(inout) :: step
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp) :: least, s
+    integer :: i, k, r
+
+    fastest_node = 0.0_rp
+    least = material_fraction*full_mass(scene, clock)
+    do k = 1, nodes%n_groups
+      do r = 1, nodes%n_ranges
+        do i = nodes%range(1, r), nodes%range(2, r)
+          if (g(8, i, k) < least .or. boundary%is_held(i)) cycle
+          s = g(1, i, k)**2 + g(2, i, k)**2 + g(3, i, k)**2
+          if (s <= fastest_node) cycle           ! goes on for NaN
+          fastest_node = merge(s, huge(1.0_rp), s <= huge(1.0_rp))
+          step%fastest_node = i
+          step%fastest_speed = sqrt(fastest_node)
+        end do
+      end do
+    end do
+  end function fastest_node
+
+end module exchange_acceptance

@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: MIT
+!> `stirpoint --check` of a scene of heat alone.
+module front_heat_report
+  use base_kinds, only: i8, rp
+  use base_log, only: say
+  use base_text, only: str
+  use base_timers, only: wall_time
+  use comm_world, only: world_t
+  use front_estimate, only: cost_t, estimate_heat
+  use heat_alone_state, only: heat_run_t
+  use heat_setup_scene, only: build_heat_scene
+  use heat_solvers_method, only: euler, method_names, rkl2, solver_names
+  use input_values, only: input_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: report_heat_scene
+
+contains
+
+  !> Collective; evaluates the rates and marches on to measure the cost, writes no file; the state
+  !> is of no use afterwards.
+  subroutine report_heat_scene(world, input, scene, run)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(heat_run_t) :: coarse
+    type(cost_t) :: cost
+    real(rp) :: volume(1), t, best
+    integer(i8) :: odd
+    integer :: i
+
+    associate (heat => run%heat, mesh => run%heat%mesh)
+      volume = mesh%volume
+      odd = size(mesh%odd)
+      call world%sum(volume)
+      call world%sum(odd)
+      call heat%aim(0.0_rp, 0.0_rp)
+      best = huge(1.0_rp)
+      block
+        real(rp), allocatable :: rate(:)
+        real(rp) :: power(2)
+
+        allocate (rate, mold=heat%theta)
+        do i = 1, 5
+          t = wall_time()
+          call heat%rate(heat%theta, 0.0_rp, rate, power)
+          best = min(best, wall_time() - t)
+        end do
+      end block
+      call build_coarse(world, input, scene, run, coarse)
+      call estimate_heat(world, scene, run, coarse, cost)
+      if (.not. world%is_root()) return
+      call line('scene', scene%output%name//'  '//scene%title)
+      call line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
+                ' cells of about '//str(1.0e3_rp*scene%grid%h)//' mm, '//str(run%cells)// &
+                ' in the solid, '//str(odd)//' with rates of their own')
+      call line('volume', str(1.0e9_rp*volume(1))//' mm3')
+      call line('ranks', str(world%size))
+      call line('time step', trim(method_names(run%march%method))//', error of a step at most '// &
+                str(run%march%tolerance)//' K; an explicit step is stable below '// &
+                str(2.0_rp/heat%fastest)//' s')
+      if (run%march%method /= euler .and. run%march%method /= rkl2) then
+        call line('solver', trim(solver_names(run%march%implicit%solver)))
+      end if
+      call line('speed', str(real(run%cells, rp)/best*1.0e-6_rp)//' M cells/s in one evaluation')
+      call line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s, about')
+      call line('run time', str(cost%seconds)//' s of processor time = '// &
+                str(cost%seconds/world%size/3600.0_rp)// &
+                ' h on '//str(world%size)//' free core(s), measured in '//str(cost%looked)// &
+                ' steps')
+      call line('skipped', 'mechanics, contact, particles (MECHANICS = F)')
+    end associate
+  end subroutine report_heat_scene
+
+  !> The same scene in so large cells that a march through all of it is a matter of tenths of a
+  !> second.
+  subroutine build_coarse(world, input, scene, run, coarse)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    type(heat_run_t), intent(out) :: coarse
+    real(rp), parameter :: few = 4000.0_rp    !! cells
+    type(scene_t) :: coarser
+
+    coarser = scene
+    coarser%grid%h = scene%grid%h*max(1.0_rp, (real(run%cells, rp)/few)**(1.0_rp/3.0_rp))
+    call build_heat_scene(world, input, coarser, coarse)
+    call coarse%march%start(coarse%heat)
+    coarse%time = run%time
+  end subroutine build_coarse
+
+  subroutine line(name, text)
+    character(*), intent(in) :: name, text
+    character(12) :: label
+
+    label = name
+    call say(label//' '//trim(text))
+  end subroutine line
+
+end module front_heat_report

@@ -1,0 +1,381 @@
+! SPDX-License-Identifier: MIT
+!> `stirpoint --material INPUT`: flow laws along paths of a material point, one CSV file a &PATH.
+module front_material_driver
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use base_errors, only: error_t
+  use base_kinds, only: i8, nlane, rp
+  use base_log, only: say
+  use base_system, only: make_directory
+  use base_text, only: str
+  use comm_world, only: world_t
+  use front_command_line, only: command_t
+  use front_point_watch, only: point_watch_t
+  use input_csv, only: read_columns
+  use input_diagnostics, only: diagnostics_t
+  use input_reading, only: read_input
+  use input_values, only: input_t
+  use io_histories, only: table_t
+  use io_row, only: row_t
+  use keys_names, only: find, known
+  use materials_needed, only: need_property
+  use materials_properties, only: read_materials
+  use physics_flow_law, only: law_output, law_unit, n_outputs
+  use physics_material, only: material_t
+  use physics_point, only: point_t
+  use physics_stress, only: stress_block, stress_sums_t
+  implicit none (type, external)
+  private
+
+  public :: drive_material
+
+  character(*), parameter :: group = 'PATH'
+  real(rp), parameter :: largest_warming = 2.0_rp   !! within an increment of a history [K]
+  real(rp), parameter :: least_part = 1.0e-6_rp     !! of the rate of a path: the yield test of
+                                                    !! shear
+  integer, parameter :: least_parts = 8             !! of a line of a history with annealing
+
+  !> What simple shear shows beside the point.
+  type :: sheared_t
+    real(rp) :: strain, stress               !! of von Mises; shear [Pa]
+    real(rp) :: det_error                    !! of bbar, whose determinant is 1
+  end type sheared_t
+
+contains
+
+  !> Collective. `status` 2: bad input, nothing written; `io_status`: a file cannot be written.
+  subroutine drive_material(world, command, io_status, status)
+    type(world_t), intent(in) :: world
+    type(command_t), intent(in) :: command
+    integer, intent(in) :: io_status
+    integer, intent(inout) :: status
+    type(input_t) :: input
+    type(diagnostics_t) :: diagnostics
+    type(material_t), allocatable :: material(:)
+    type(error_t) :: error
+    character(:), allocatable :: directory
+    integer :: i, m
+    logical :: ok
+
+    call read_input(command%input, command%sets, input, diagnostics, point=.true.)
+    if (input%count('MATERIAL') > 0) call read_materials(input, material, diagnostics)
+    if (diagnostics%count() == 0) call check_paths(input, material, command%input, diagnostics)
+    if (diagnostics%count() > 0) then
+      status = 2
+      if (world%is_root()) call diagnostics%print()
+      return
+    end if
+    directory = input%text('RUN', 1, 'NAME')//'.out'
+    if (command%directory /= '') directory = command%directory
+    call make_directory(directory, ok)
+    if (.not. world%all_true(ok)) call error%raise('cannot make directory '//directory)
+    do i = 1, input%count(group)
+      if (error%is_set()) exit
+      m = find(material%name, input%text(group, i, 'MATERIAL'))
+      call follow(world, input, i, material(m), command%input, directory, error)
+    end do
+    if (error%is_set()) then
+      status = io_status
+      if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
+    else if (world%is_root() .and. .not. command%is_quiet) then
+      call say('curves in '//directory)
+    end if
+  end subroutine drive_material
+
+  subroutine check_paths(input, material, file, diagnostics)
+    type(input_t), intent(in) :: input
+    type(material_t), intent(in) :: material(:)
+    character(*), intent(in) :: file
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp), allocatable :: rows(:, :)
+    character(64) :: name(input%count(group))
+    integer :: i, m
+
+    do i = 1, input%count(group)
+      m = find(material%name, input%text(group, i, 'MATERIAL'))
+      if (m == 0) then
+        call input%report(diagnostics, group, i, 'MATERIAL', &
+                            'there is no &MATERIAL of this name; '//known(material%name))
+      else if (.not. allocated(material(m)%flow)) then
+        call input%report(diagnostics, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
+      else
+        if (input%logical(group, i, 'ADIABATIC')) then
+          call need_property(input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', diagnostics)
+          call need_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
+        end if
+        if (input%text('MATERIAL', m, 'LAW') == 'johnson-cook') then
+          call need_property(input, m, 'T_MELT', &
+          "LAW = 'johnson-cook' softens towards it", diagnostics)
+        end if
+      end if
+      name(i) = input%text(group, i, 'NAME')
+      if (find(name(:i - 1), name(i)) > 0) then
+        call input%report(diagnostics, group, i, 'NAME', 'another path has this name')
+      end if
+      if (input%text(group, i, 'KIND') /= 'history') cycle
+      call read_history(input, i, file, rows, diagnostics)
+    end do
+  end subroutine check_paths
+
+  !> One path: its curve goes to directory/NAME.csv.
+  subroutine follow(world, input, i, material, file, directory, error)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(in) :: material
+    character(*), intent(in) :: file, directory
+    type(error_t), intent(inout) :: error
+    type(table_t) :: curve
+    type(point_t) :: point
+    type(point_watch_t) :: watch
+    type(row_t) :: row
+
+    call point%init(material, material%t_ref, 1.0_rp)
+    row = point_row(material, 0.0_rp, point)
+    if (input%text(group, i, 'KIND') == 'shear') then
+      row = point_row(material, 0.0_rp, point, sheared_t(0.0_rp, 0.0_rp, 0.0_rp))
+    end if
+    call curve%open(world, directory//'/'//input%text(group, i, 'NAME')//'.csv', &
+                    input%text('RUN', 1, 'TITLE'), row%headings(), -1_i8, 0.0_rp, error)
+    if (error%is_set()) return
+    select case (input%text(group, i, 'KIND'))
+    case ('shear')
+      call follow_shear(input, i, material, curve, watch)
+    case ('history')
+      call follow_history(input, i, material, file, curve, watch)
+    case default
+      call follow_strain(input, i, material, curve, watch)
+    end select
+    call curve%close(error)
+    if (world%is_root()) call watch%tell(input%text(group, i, 'NAME'))
+  end subroutine follow
+
+  !> Write the present point.
+  subroutine write_point(curve, material, time, point, sheared)
+    type(table_t), intent(inout) :: curve
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: time
+    type(point_t), intent(in) :: point
+    type(sheared_t), intent(in), optional :: sheared
+    type(row_t) :: row
+
+    row = point_row(material, time, point, sheared)
+    call curve%row(row%values())
+  end subroutine write_point
+
+  !> A row of a curve.
+  type(row_t) function point_row(material, time, point, sheared) result(row)
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: time                          !! [s]
+    type(point_t), intent(in) :: point
+    type(sheared_t), intent(in), optional :: sheared
+    real(rp) :: values(n_outputs)
+    integer :: k
+
+    call row%add('time', 's', time)
+    call row%add('plastic_strain', '1', point%alpha)
+    call row%add('strain_rate', '1/s', point%rate)
+    call row%add('temperature', 'K', point%temp)
+    call row%add('stress', 'Pa', point%sigma)
+    if (material%flow%n_state > 0) then
+      values = point%outputs(material)
+      do k = 1, n_outputs
+        call row%add(law_output(k), law_unit(k), values(k))
+      end do
+    end if
+    if (.not. present(sheared)) return
+    call row%add('strain', '1', sheared%strain)
+    call row%add('shear_stress', 'Pa', sheared%stress)
+    call row%add('det_error', '1', sheared%det_error)
+  end function point_row
+
+  !> Rows of equal strain, each of as many increments as STEP asks for.
+  subroutine divide(input, i, strain, rows, parts, x)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: strain
+    integer, intent(out) :: rows, parts
+    real(rp), intent(out) :: x               !! the increment
+
+    rows = input%integer(group, i, 'ROWS')
+    parts = max(1, ceiling(strain/(rows*input%real(group, i, 'STEP'))*(1.0_rp - 1.0e-12_rp)))
+    x = strain/(real(rows, rp)*parts)
+  end subroutine divide
+
+  subroutine follow_strain(input, i, material, curve, watch)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(in) :: material
+    type(table_t), intent(inout) :: curve
+    type(point_watch_t), intent(inout) :: watch
+    type(point_t) :: point
+    real(rp) :: rate, x
+    integer :: k, part, parts, rows
+    logical :: is_adiabatic
+
+    rate = input%real(group, i, 'RATE')
+    is_adiabatic = input%logical(group, i, 'ADIABATIC')
+    call divide(input, i, input%real(group, i, 'STRAIN'), rows, parts, x)
+    call point%init(material, input%real(group, i, 'TEMPERATURE'), rate)
+    call write_point(curve, material, 0.0_rp, point)
+    do k = 1, rows
+      do part = 1, parts
+        if (is_adiabatic) then
+          call point%strain_adiabatic(material, x, rate)
+        else
+          call point%strain_to(material, x, rate, point%temp)
+        end if
+        call point%anneal(material, x/rate)
+        call watch%look(material, ((k - 1)*parts + part)*x/rate, point)
+      end do
+      call write_point(curve, material, k*parts*x/rate, point)
+    end do
+  end subroutine follow_strain
+
+  !> Simple shear xy through elasticity and return, in steps of at most STEP of von Mises strain.
+  subroutine follow_shear(input, i, material, curve, watch)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(in) :: material
+    type(table_t), intent(inout) :: curve
+    type(point_watch_t), intent(inout) :: watch
+    type(material_t) :: mat
+    type(stress_sums_t) :: sums
+    type(point_t) :: point
+    real(rp), dimension(nlane) :: j, alpha, temp, rate, flow, mass
+    real(rp) :: l(nlane, 9), b(nlane, 6), tau(nlane, 6), state(nlane, material%flow%n_state)
+    real(rp) :: x, dt
+    integer :: k, part, parts, rows
+
+    mat = material
+    if (.not. input%logical(group, i, 'ADIABATIC')) mat%plastic_heat = 0.0_rp
+    call divide(input, i, input%real(group, i, 'STRAIN'), rows, parts, x)
+    dt = x/input%real(group, i, 'RATE')
+    call point%init(mat, input%real(group, i, 'TEMPERATURE'), input%real(group, i, 'RATE'))
+    mat%t_ref = point%temp
+    mat%flow%slowest = min(mat%flow%slowest, least_part*input%real(group, i, 'RATE'))
+    mass = 1.0_rp
+    b = 0.0_rp
+    b(:, 1:3) = 1.0_rp
+    j = 1.0_rp
+    l = 0.0_rp
+    l(:, 2) = sqrt(3.0_rp)*input%real(group, i, 'RATE')
+    tau = 0.0_rp
+    alpha = 0.0_rp
+    rate = 0.0_rp
+    flow = 0.0_rp
+    temp = point%temp
+    state = spread(point%state, 1, nlane)
+    do k = 1, rows
+      do part = 1, parts
+        call stress_block(mat, nlane, dt, l, temp, mass, b, j, alpha, temp, tau, rate, flow, &
+                          mat%flow%n_state, state, sums)
+        call mat%flow%anneal(dt, temp, rate, state)
+        point = point_t(alpha(1), temp(1), rate(1), flow(1), state(1, :))
+        call watch%look(mat, ((k - 1)*parts + part)*dt, point, sums%failed)
+        sums%failed = 0
+      end do
+      call write_point(curve, mat, k*parts*dt, point, &
+                       sheared_t(k*parts*x, tau(1, 4)/j(1), determinant(b(1, :)) - 1.0_rp))
+    end do
+  end subroutine follow_shear
+
+  !> Of a symmetric tensor.
+  pure real(rp) function determinant(b)
+    real(rp), intent(in) :: b(6)
+
+    determinant = b(1)*(b(2)*b(3) - b(5)**2) - b(4)*(b(4)*b(3) - b(5)*b(6)) &
+                  + b(6)*(b(4)*b(5) - b(2)*b(6))
+  end function determinant
+
+  !> Rows (time, temperature, plastic strain) of the file of a history.
+  subroutine read_history(input, i, file, rows, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: file
+    real(rp), allocatable, intent(out) :: rows(:, :)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(20), parameter :: names(4) = [character(20) :: 'time[s]', 'temperature[K]', &
+                                            'plastic_strain[1]', 'strain_rate[1/s]']
+    character(:), allocatable :: path
+    integer, allocatable :: lines(:)
+    logical :: found(4), opened
+    integer :: before, k
+
+    path = file(:index(file, '/', back=.true.))//input%text(group, i, 'FILE')
+    before = diagnostics%count()
+    call read_columns(path, names, rows, lines, found, opened, diagnostics)
+    if (.not. opened) call input%report(diagnostics, group, i, 'FILE', path//' cannot be read')
+    if (diagnostics%count() > before) return
+    if (.not. all(found(1:2)) .or. .not. any(found(3:4))) then
+      call diagnostics%add(path, 0, &
+                           'needs columns time[s], temperature[K] and plastic_strain[1] '// &
+                          'or strain_rate[1/s], with commas between them')
+      return
+    end if
+    if (size(rows, 1) < 2) then
+      call diagnostics%add(path, 0, 'has fewer than two rows')
+      return
+    end if
+    call report_once(rows(:, 2) <= 0.0_rp, 'temperature is not above 0 K')
+    call report_once([.false., rows(2:, 1) <= rows(:size(rows, 1) - 1, 1)], 'time does not rise')
+    if (found(3)) then
+      call report_once(rows(:, 3) < 0.0_rp, 'plastic strain is below 0')
+      call report_once([.false., rows(2:, 3) < rows(:size(rows, 1) - 1, 3)], 'plastic strain falls')
+      return
+    end if
+    call report_once(rows(:, 4) < 0.0_rp, 'strain rate is below 0')
+    rows(1, 3) = 0.0_rp
+    do k = 2, size(rows, 1)          ! the rate is linear between rows
+      rows(k, 3) = rows(k - 1, 3) &
+                   + 0.5_rp*(rows(k, 4) + rows(k - 1, 4))*(rows(k, 1) - rows(k - 1, 1))
+    end do
+  contains
+    !> About the first row that is wrong, with the number of all.
+    subroutine report_once(is_wrong, message)
+      logical, intent(in) :: is_wrong(:)
+      character(*), intent(in) :: message
+      integer :: n
+
+      n = count(is_wrong)
+      if (n == 1) call diagnostics%add(path, lines(findloc(is_wrong, .true., dim=1)), message)
+      if (n > 1) call diagnostics%add(path, lines(findloc(is_wrong, .true., dim=1)), message// &
+                                     ', as in '//str(n - 1)//' more rows')
+    end subroutine report_once
+  end subroutine read_history
+
+  !> From row to row with constant rate of strain and of temperature.
+  subroutine follow_history(input, i, material, file, curve, watch)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(in) :: material
+    character(*), intent(in) :: file
+    type(table_t), intent(inout) :: curve
+    type(point_watch_t), intent(inout) :: watch
+    type(point_t) :: point
+    type(diagnostics_t) :: diagnostics
+    real(rp), allocatable :: rows(:, :)
+    real(rp) :: dt, temp, warming, x
+    integer :: k, n, part
+
+    call read_history(input, i, file, rows, diagnostics)   ! has been read without complaints
+    call point%init(material, rows(1, 2), 1.0_rp)
+    point%alpha = rows(1, 3)
+    point%rate = 0.0_rp
+    call write_point(curve, material, rows(1, 1), point)
+    do k = 2, size(rows, 1)
+      x = rows(k, 3) - rows(k - 1, 3)
+      warming = rows(k, 2) - rows(k - 1, 2)
+      n = max(1, ceiling(x/input%real(group, i, 'STEP')), ceiling(abs(warming)/largest_warming), &
+              merge(least_parts, 1, material%flow%anneals))
+      dt = (rows(k, 1) - rows(k - 1, 1))/n
+      do part = 1, n
+        temp = rows(k - 1, 2) + part*warming/n
+        call point%strain_to(material, x/n, x/(n*dt), temp)
+        call point%anneal(material, dt)
+        call watch%look(material, rows(k - 1, 1) + part*dt, point)
+      end do
+      call write_point(curve, material, rows(k, 1), point)
+    end do
+  end subroutine follow_history
+
+end module front_material_driver

@@ -1,0 +1,160 @@
+! SPDX-License-Identifier: MIT
+!> Makes a simulation ready to run: from an input file, or from a checkpoint.
+module front_prepare
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use base_errors, only: error_t
+  use base_kinds, only: i8
+  use bodies_fields, only: add_noise
+  use bodies_filling, only: count_particles, fill_bodies, load_bodies, warm_probes
+  use bodies_stretch, only: stretch_bodies
+  use checks_memory, only: check_memory
+  use checks_process_check, only: check_process
+  use checks_same_scene, only: compare_scenes
+  use checks_sense, only: check_sense
+  use checks_volumes, only: check_volumes, measure_volumes, volumes_t
+  use comm_world, only: world_t
+  use front_command_line, only: command_t
+  use input_diagnostics, only: diagnostics_t
+  use input_reading, only: read_input, read_input_text
+  use input_values, only: input_t
+  use io_checkpoint, only: notes_t, read_checkpoint_notes
+  use particles_migrate, only: find_outside
+  use run_balance, only: first_partition
+  use run_loop, only: begin
+  use run_regrid, only: regrid
+  use run_restart, only: resume
+  use setup_scene, only: build_scene
+  use step_simulation, only: simulation_t
+  use update_prescribed, only: start_fields
+  implicit none (type, external)
+  private
+
+  public :: read_scene, place_particles
+
+contains
+
+  !> Read and check the input; every complaint is printed and `is_good` is false if there is any.
+  subroutine read_scene(world, command, sim, input, counts, volumes, is_good)
+    type(world_t), intent(in) :: world
+    type(command_t), intent(in) :: command
+    type(simulation_t), intent(inout) :: sim
+    type(input_t), intent(out) :: input
+    integer(i8), allocatable, intent(out) :: counts(:)   !! particles of each body
+    type(volumes_t), allocatable, intent(out) :: volumes(:)   !! of each body
+    logical, intent(out) :: is_good
+    type(diagnostics_t) :: diagnostics, strange   ! the latter of the scene of the checkpoint
+    type(error_t) :: error
+    type(notes_t) :: notes
+    type(input_t) :: old
+    character(1) :: no_sets(0)
+
+    if (command%restart /= '') call read_checkpoint_notes(world, command%restart, notes, error)
+    if (error%is_set()) then
+      call diagnostics%add('stirpoint', 0, error%message)
+    else if (command%restart /= '') then
+      call read_input_text(command%restart, notes%scene, no_sets, old, strange, resumed=.true.)
+    end if
+    if (error%is_set()) then
+      continue
+    else if (command%input /= '') then
+      call read_input(command%input, command%sets, input, diagnostics)
+    else
+      call read_input_text(command%restart, notes%input, command%sets, input, diagnostics, &
+                           resumed=.true.)
+      call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
+    end if
+    if (.not. error%is_set()) then
+      if (input%is_whole() .and. (diagnostics%count() == 0 .or. input%is_short())) then
+        call build_scene(input, sim%scene, sim%tool, sim%source, sim%probes, diagnostics)
+        sim%clock%mass_scaling = sim%scene%method%mass_scaling
+      end if
+    end if
+    if (diagnostics%count() == 0 .and. command%restart /= '') then
+      call compare_scenes(old, input, notes%time, diagnostics)
+      if (strange%count() > 0) call diagnostics%add(command%restart, 0, 'its scene is that of '// &
+        'another version of the program: '//strange%text(1))
+    end if
+    if (diagnostics%count() == 0) call check_memory(world, input, sim%scene, diagnostics)
+    if (diagnostics%count() == 0) then
+      call check_sense(input, sim%scene, diagnostics)
+      if (sim%scene%method%has_mechanics) call check_process(input, sim%scene, sim%tool, &
+          diagnostics)
+      if (sim%scene%method%has_mechanics) then
+        allocate (counts(size(sim%scene%body)))
+        call count_particles(world, input, sim%scene, counts)
+        call require_particles(input, counts, diagnostics)
+        call measure_volumes(world, input, sim%scene, volumes)
+        if (all(counts > 0)) call check_volumes(input, volumes, diagnostics)
+      end if
+    end if
+    is_good = diagnostics%count() == 0
+    if (.not. is_good) then
+      if (world%is_root()) call diagnostics%print()
+      call world%barrier()
+      return
+    end if
+    if (world%is_root() .and. command%restart == '') call diagnostics%print(warnings=.true.)
+    if (sim%scene%method%has_mechanics) then
+      call stretch_bodies(input, sim%scene)
+      call load_bodies(input, counts, sim%scene)
+      call warm_probes(input, sim%scene, sim%probes)
+    end if
+    sim%scene%output%input_text = input%text_of_file()
+    sim%scene%output%scene_text = input%text_of_scene()
+    sim%scene%output%run = notes%run
+    sim%scene%output%is_quiet = command%is_quiet
+    sim%scene%output%directory = sim%scene%output%name//'.out'
+    if (command%input == '') sim%scene%output%directory = folder_of(command%restart)
+    if (command%directory /= '') sim%scene%output%directory = command%directory
+  end subroutine read_scene
+
+  !> Without an input file a resumed run goes on where its checkpoint lies.
+  pure function folder_of(checkpoint) result(folder)
+    character(*), intent(in) :: checkpoint
+    character(:), allocatable :: folder
+    integer :: slash
+
+    slash = index(checkpoint, '/', back=.true.)
+    folder = '.'
+    if (slash > 0) folder = checkpoint(:max(1, slash - 1))
+  end function folder_of
+
+  subroutine require_particles(input, counts, diagnostics)
+    type(input_t), intent(in) :: input
+    integer(i8), intent(in) :: counts(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: b
+
+    do b = 1, size(counts)
+      if (counts(b) == 0) call input%report(diagnostics, 'BODY', b, 'NAME', &
+        'holds no particle: its shapes are smaller than the particle spacing or cancel out')
+    end do
+  end subroutine require_particles
+
+  !> Particles, partition and books; from the checkpoint if the command names one.
+  subroutine place_particles(world, command, input, sim, error)
+    type(world_t), intent(in) :: world
+    type(command_t), intent(in) :: command
+    type(input_t), intent(in) :: input
+    type(simulation_t), intent(inout) :: sim
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: outside
+
+    call sim%prepare_scratch()
+    if (command%restart /= '') then
+      call resume(world, sim, command%restart, error)
+      return
+    end if
+    call fill_bodies(world, input, sim%scene, sim%particles)
+    call add_noise(input, sim%scene, sim%particles)
+    call start_fields(sim%scene, sim%particles)
+    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, &
+                                          sim%particles), outside)
+    if (outside /= '') call error%raise(outside//' (at the start)')
+    if (error%is_set()) return
+    call first_partition(world, sim)
+    call regrid(world, sim)
+    call begin(world, sim)
+  end subroutine place_particles
+
+end module front_prepare

@@ -1,0 +1,203 @@
+! SPDX-License-Identifier: MIT
+!> `stirpoint --check`: the scene in numbers, its cost, and what it does not need.
+module front_report
+  use base_kinds, only: i8, rp
+  use base_log, only: say
+  use base_text, only: str
+  use checks_process_check, only: report_process
+  use checks_volumes, only: report_volumes, volumes_t
+  use comm_world, only: world_t
+  use front_estimate, only: cost_t, estimate_run
+  use grid_geometry, only: grid_t
+  use heat_conduction, only: conduction_step
+  use heat_solvers_method, only: solver_names
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use mapping_stability, only: stable_step, wave_speed
+  use particles_store, only: f_pos
+  use state_scene, only: scheme_usl
+  use step_simulation, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: report_scene, warn_of_overlap
+
+contains
+
+  !> Collective; takes steps to measure the cost, writes no file; the simulation is of no use
+  !> afterwards.
+  subroutine report_scene(world, input, sim, counts, volumes)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(simulation_t), intent(inout) :: sim
+    integer(i8), intent(in) :: counts(:)     !! particles of each body
+    type(volumes_t), intent(in) :: volumes(:)
+    type(cost_t) :: cost
+    character(:), allocatable :: limited_by, what_is_skipped
+    real(rp) :: dt, memory(1)
+    integer :: b, cells(3)
+
+    dt = stable_step(sim%scene, sim%clock)
+    limited_by = limit(sim)
+    what_is_skipped = skipped(sim)
+    memory = real(sim%particles%bytes(), rp) + 64.0_rp*sim%nodes%patch%nn*merge(2, 1, &
+      associated(sim%nodes%g2))
+    call world%sum(memory)
+    call estimate_run(world, sim, dt, cost)
+    if (.not. world%is_root()) return
+    call line('scene', sim%scene%output%name//'  '//sim%scene%title)
+    associate (grid => sim%scene%grid)
+      cells = grid%cells()
+      call line('grid', str(cells(1))//' x '//str(cells(2))//' x '//str(cells(3))// &
+                ' cells of '//str(1.0e3_rp*grid%h)//' mm'//periodic_axes(grid))
+    end associate
+    do b = 1, size(counts)
+      associate (body => sim%scene%body(b))
+        call line('body', trim(body%name)//': '//str(counts(b))//' particles '// &
+                  str(1.0e3_rp*body%mean_spacing())//' mm apart, '// &
+                  trim(sim%scene%material(body%material)%name))
+      end associate
+    end do
+    call line('particles', str(sum(counts)))
+    call report_volumes(sim%scene, volumes)
+    call line('ranks', str(world%size)//', up to '// &
+              str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
+    call line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
+              str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
+    call line('method', method(sim))
+    call line('time step', str(dt)//' s, limited by '//limited_by)
+    call line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
+    call line('speed', str(real(sum(counts), rp)*cost%steps/max(cost%seconds, &
+        tiny(1.0_rp))*1.0e-6_rp)// &
+              ' M particle-steps/s of processor time here, '//str(nint(100.0_rp*cost%awake))// &
+              ' % of the particles awake')
+    call line('run time', str(cost%seconds)//' s of processor time = '// &
+              str(cost%seconds/world%size/3600.0_rp)// &
+              ' h on '//str(world%size)//' free core(s), measured in '//str(cost%looked)// &
+              ' steps; output comes on top')
+    call report_process(input, sim%scene, sim%tool)
+    call line('skipped', what_is_skipped)
+  end subroutine report_scene
+
+  !> Collective: a tool that starts inside a body hits it like a hammer; say so.
+  subroutine warn_of_overlap(world, input, sets, sim)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: sets(:)      !! the overrides, to name them
+    type(simulation_t), intent(in) :: sim
+    type(diagnostics_t) :: warnings
+    real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, room
+    integer :: b, k, p
+
+    deepest = 0.0_rp
+    do b = 1, sim%particles%nblk
+      reach = 0.5_rp*minval(sim%scene%body(sim%particles%body(b))%spacing)
+      do k = 1, size(sim%tool)
+        do p = 1, sim%particles%count(b)
+          call sim%tool(k)%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, room)
+          deepest(k) = max(deepest(k), reach - d)
+        end do
+      end do
+    end do
+    call world%max(deepest)
+    if (.not. world%is_root()) return
+    call warnings%note_overrides(sets)
+    do k = 1, input%count('TOOL')
+      if (deepest(k) > 1.0e-3_rp*sim%scene%grid%h) call input%warn(warnings, 'TOOL', k, &
+          'POSITION', &
+        'the tool starts '//str(1.0e3_rp*deepest(k))// &
+        ' mm inside the material and will hit it hard: let it start '// &
+        'outside and plunge (&MOTION)')
+    end do
+    call warnings%print(warnings=.true.)
+  end subroutine warn_of_overlap
+
+  !> `, periodic along xy`.
+  pure function periodic_axes(grid) result(text)
+    type(grid_t), intent(in) :: grid
+    character(:), allocatable :: text
+    integer :: a
+
+    text = ''
+    if (any(grid%period > 0)) text = ', periodic along '
+    do a = 1, 3
+      if (grid%period(a) > 0) text = text//'xyz'(a:a)
+    end do
+  end function periodic_axes
+
+  subroutine line(name, text)
+    character(*), intent(in) :: name, text
+    character(12) :: label
+
+    label = name
+    call say(label//' '//trim(text))
+  end subroutine line
+
+  !> Shape functions, transfer and scheme, as given or chosen.
+  function method(sim) result(text)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
+    character(5), parameter :: transfer(4) = ['FLIP ', 'APIC ', 'XPIC ', 'FMPM ']
+    character(5), parameter :: scheme(3) = ['USL  ', 'MUSL ', 'USAVG']
+
+    text = 'uGIMP'
+    if (sim%scene%layout%half > 0) text = 'cpGIMP'
+    if (sim%scene%method%is_bspline) text = 'quadratic B-splines'
+    text = text//', '//trim(transfer(sim%scene%method%transfer))//', '// &
+           trim(scheme(sim%scene%method%scheme))
+    if (sim%scene%method%sleep%is_on) text = text//', still material sleeps'
+  end function method
+
+  function limit(sim) result(text)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
+
+    if (sim%scene%method%fixed_dt > 0.0_rp) then
+      text = '&TIME DT'
+      return
+    end if
+    text = 'CFL '//str(sim%scene%method%cfl)//': pressure waves of '//str(wave_speed(sim%clock))// &
+      ' m/s'
+    if (sim%clock%mass_scaling > 1.0_rp) then
+      text = text//' (mass scaling '//str(sim%clock%mass_scaling)//')'
+    end if
+    if (sim%scene%method%scales_light_nodes) text = text// &
+        ', more inertia for light nodes (SELECTIVE_SCALING)'
+    if (sim%scene%method%conducts) then
+      if (sim%scene%method%heat_every > 0) then
+        text = text//'; conduction every '//str(sim%scene%method%heat_every)//' step(s)'
+      else
+        text = text//'; conduction steps of '//str(conduction_step(sim%scene, sim%clock))//' s'
+      end if
+      if (sim%scene%method%implicit_heat) text = text//' (backward Euler, '// &
+        trim(solver_names(sim%scene%method%heat_solver))//')'
+    end if
+  end function limit
+
+  !> Components that this scene does without.
+  function skipped(sim) result(text)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
+    logical :: any_flow
+    integer :: m
+
+    text = ''
+    if (size(sim%tool) == 0) text = text//', contact (no &TOOL)'
+    if (.not. sim%scene%method%conducts) text = text//', conduction (no &HEAT)'
+    any_flow = .false.
+    do m = 1, size(sim%scene%material)
+      any_flow = any_flow .or. allocated(sim%scene%material(m)%flow)
+    end do
+    if (.not. any_flow) text = text//', plasticity (elastic materials)'
+    if (.not. sim%scene%method%fbar) text = text//', volume averaging (FBAR = F)'
+    if (all(abs(sim%scene%material%expansion) <= 0.0_rp)) text = text//', thermal expansion'
+    if (size(sim%scene%constraint) == 0) text = text//', walls'
+    if (sim%probes%n == 0) text = text//', probes'
+    if (sim%scene%method%sleep%is_on) text = text//', mechanics of material at rest (SLEEPING)'
+    if (sim%nodes%halo%n == 0) text = text//', node exchange (one rank)'
+    if (sim%scene%method%scheme == scheme_usl) text = text//', second stress pass (USL)'
+    text = text//', nodes without material; contact in blocks far from the tool'
+    text = text(3:)
+  end function skipped
+
+end module front_report

@@ -1,0 +1,161 @@
+! SPDX-License-Identifier: MIT
+!> Moving sources of heat. The power is exact whatever the lattice: the heat of a conduction step is
+!> shared over all particles that the source covers. A particle at the rim counts by the part of
+!> its width that is covered, so that the shares are continuous while the source moves.
+module heat_sources
+  use base_kinds, only: i8, rp
+  use base_log, only: say
+  use base_text, only: str
+  use comm_world, only: world_t
+  use particles_store, only: f_heat, f_mass, f_pos, particles_t, tag_faces
+  use state_blocks, only: blocks_t, skin
+  use state_books, only: books_t, e_source
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: give_source_heat, source_t
+
+  integer, parameter, public :: source_disc = 1, source_ball = 2
+
+  !> A moving source of heat, and what it does in the present conduction step.
+  type :: source_t
+    integer :: kind = source_disc
+    real(rp) :: power = 0.0_rp               !! [W]
+    real(rp) :: position(3) = 0.0_rp         !! of the centre at t = 0 [m]
+    real(rp) :: velocity(3) = 0.0_rp         !! [m/s]
+    real(rp) :: radius = 0.0_rp              !! [m]
+    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! [s]
+    real(rp) :: duration = 0.0_rp            !! how long it gives heat in this step [s]
+    real(rp) :: centre(3) = 0.0_rp           !! in the middle of that time [m]
+    real(rp) :: share = 0.0_rp               !! heat per covered area or mass [J/m2, J/kg]
+    logical :: has_warned = .false.          !! that it touches nothing
+  end type source_t
+
+contains
+
+  !> Collective: add what the sources gave in the `dt` since the last conduction step to the heat
+  !> that waits in the particles, and book it.
+  subroutine give_source_heat(world, scene, clock, source, particles, blocks, books, dt)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(source_t), intent(inout) :: source(:)
+    type(particles_t), intent(inout) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: dt                       !! [s]
+    real(rp) :: begin, end, heat, all(size(source))
+    integer :: i
+
+    if (size(source) == 0) return
+    do i = 1, size(source)
+      associate (s => source(i))
+        begin = max(s%begin, clock%heat_time)
+        end = max(begin, min(s%end, clock%heat_time + dt))
+        s%duration = end - begin
+        s%centre = s%position + 0.5_rp*(begin + end)*s%velocity
+        all(i) = covered_here(scene, particles, blocks, s)
+      end associate
+    end do
+    call world%sum(all)
+    do i = 1, size(source)
+      heat = source(i)%power*source(i)%duration
+      if (all(i) > 0.0_rp) then
+        source(i)%share = heat/all(i)
+        if (world%is_root()) books%sums(e_source) = books%sums(e_source) + heat
+        call heat_particles(scene, particles, blocks, source(i))
+      else if (abs(heat) > 0.0_rp .and. .not. source(i)%has_warned) then
+        source(i)%has_warned = .true.
+        if (world%is_root()) call say('warning: at t = '// &
+          str(clock%heat_time + dt)//' s &SOURCE '//str(i)// &
+          ' touches no particle: its power is lost')
+      end if
+    end do
+  end subroutine give_source_heat
+
+  !> Sum of `covered` over this rank's particles.
+  real(rp) function covered_here(scene, particles, blocks, source)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(source_t), intent(in) :: source
+    integer :: b, p
+
+    covered_here = 0.0_rp
+    if (source%duration <= 0.0_rp) return
+    do b = 1, particles%nblk
+      if (is_far(scene, blocks, source, b)) cycle
+      do p = 1, particles%count(b)
+        covered_here = covered_here + covered(scene, particles, source, b, p)
+      end do
+    end do
+  end function covered_here
+
+  !> Add the heat of a source to what waits in the particles.
+  subroutine heat_particles(scene, particles, blocks, source)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(source_t), intent(in) :: source
+    integer :: b, p
+
+    do b = 1, particles%nblk
+      if (is_far(scene, blocks, source, b)) cycle
+      do p = 1, particles%count(b)
+        particles%ps(p, f_heat, b) = particles%ps(p, f_heat, b) &
+          + source%share*covered(scene, particles, source, b, p)
+      end do
+    end do
+  end subroutine heat_particles
+
+  !> True if no particle of block `b` can be covered.
+  pure logical function is_far(scene, blocks, source, b)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: b
+
+    is_far = norm2(blocks%ball(1:3, b) - source%centre) &
+             > blocks%ball(4, b) + source%radius + (2.0_rp + skin)*scene%grid%h
+  end function is_far
+
+  !> Area (disc) or mass (ball) of a particle that a source covers [m2, kg].
+  pure real(rp) function covered(scene, particles, source, b, p)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: b, p
+    real(rp) :: d(3), width
+
+    d = particles%ps(p, f_pos:f_pos + 2, b) - source%centre
+    associate (spacing => scene%body(particles%body(b))%spacing)
+      if (source%kind == source_disc) then
+        covered = 0.0_rp
+        if (lies_at_height(particles%tag(p, b), d(3), spacing(3), scene%grid%h)) then
+          covered = spacing(1)*spacing(2)
+        end if
+        d(3) = 0.0_rp
+        width = sqrt(spacing(1)*spacing(2))
+      else
+        covered = particles%ps(p, f_mass, b)
+        width = product(spacing)**(1.0_rp/3.0_rp)
+      end if
+    end associate
+    covered = covered*max(0.0_rp, min(1.0_rp, (source%radius - norm2(d))/width + 0.5_rp))
+  end function covered
+
+  !> True if a particle `d` above the centre of a disc has an open face across z within a cell of
+  !> that height.
+  pure logical function lies_at_height(tag, d, spacing, h)
+    integer(i8), intent(in) :: tag
+    real(rp), intent(in) :: d, spacing, h          !! [m]
+    integer :: faces
+
+    faces = tag_faces(tag)
+    lies_at_height = (btest(faces, 4) .and. abs(d - 0.5_rp*spacing) < h) .or. &
+                     (btest(faces, 5) .and. abs(d + 0.5_rp*spacing) < h)
+  end function lies_at_height
+
+end module heat_sources

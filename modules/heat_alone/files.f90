@@ -1,0 +1,393 @@
+! SPDX-License-Identifier: MIT
+!> What a run of heat alone writes: frames, history, probes, checkpoints, progress, summary.
+module heat_alone_files
+  use base_errors, only: error_t
+  use base_files, only: write_whole
+  use base_kinds, only: i8, rp, sp
+  use base_log, only: say
+  use base_system, only: peak_memory
+  use base_text, only: str
+  use base_timers, only: cpu_seconds, wall_time
+  use comm_world, only: world_t
+  use heat_alone_melting, only: watch_cells
+  use heat_alone_probes, only: read_probes
+  use heat_alone_state, only: heat_run_t
+  use heat_mesh_rates, only: b_film, b_source, n_books
+  use heat_solvers_integrator, only: n_kept
+  use heat_solvers_method, only: by_cg, method_names, rkl2, euler, solver_names
+  use io_checkpoint, only: notes_t
+  use io_frames, only: frame_name, write_heat_frame, write_series
+  use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
+  use io_histories, only: table_t
+  use io_row, only: row_t
+  use output_checkpoint, only: note_run
+  use output_melting, only: melting_t
+  use output_writer, only: next_time, percent, span
+  use state_scene, only: output_t, scene_t
+  implicit none (type, external)
+  private
+
+  public :: heat_writer_t, heat_checkpoint_path, resume_heat, save_heat
+
+  integer, parameter :: n_global = 13
+  character(*), parameter :: nl = new_line('a')
+
+  type :: heat_writer_t
+    type(table_t) :: history, probes
+    character(32), allocatable :: probe(:)    !! names
+    real(rp) :: started = 0.0_rp, cpu_started = 0.0_rp, spoke = 0.0_rp   !! [s]
+    real(rp) :: first_time = 0.0_rp, next_row = 0.0_rp, next_frame = 0.0_rp
+    real(rp) :: next_checkpoint = 0.0_rp, secured = 0.0_rp
+    integer(i8) :: first_step = 0
+    integer(i8) :: saved_step = -1            !! of the last checkpoint
+    type(melting_t) :: melting
+  contains
+    procedure :: init
+    procedure :: due
+    procedure :: next_event
+    procedure :: progress
+    procedure :: summary
+    procedure :: sync
+    procedure :: close => close_files
+  end type heat_writer_t
+
+contains
+
+  pure function heat_checkpoint_path(output) result(path)
+    type(output_t), intent(in) :: output
+    character(:), allocatable :: path
+
+    path = output%directory//'/'//output%name//'_checkpoint.h5'
+  end function heat_checkpoint_path
+
+  !> Open the tables; a resumed run goes on in those it has.
+  subroutine init(self, world, scene, names, run, is_resumed, error)
+    class(heat_writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: names(:)      !! of the probes
+    type(heat_run_t), intent(inout) :: run
+    logical, intent(in) :: is_resumed
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: stem
+    type(row_t) :: columns
+    integer(i8) :: rows
+
+    self%started = wall_time()
+    self%cpu_started = cpu_seconds()
+    self%spoke = self%started
+    self%secured = self%started
+    self%first_time = run%time
+    self%first_step = run%march%steps
+    rows = merge(run%rows, -1_i8, is_resumed)
+    stem = scene%output%directory//'/'//scene%output%name
+    allocate (self%probe, source=names)
+    columns = history_row(run, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp)
+    call self%history%open(world, stem//'_history.csv', scene%title, columns%headings(), rows, &
+                           run%row_time, error)
+    if (size(names) > 0) then
+      columns = probe_row(run, names, spread(0.0_rp, 1, size(names)))
+      call self%probes%open(world, stem//'_probes.csv', scene%title, columns%headings(), rows, &
+                            run%row_time, error)
+    end if
+    if (.not. is_resumed) return
+    call write_series(world, scene%output%directory, scene%output%name, run%frame_times, error)
+    self%saved_step = run%march%steps
+    call set_times(self, scene%output, run%time)
+  end subroutine init
+
+  subroutine set_times(self, output, time)
+    class(heat_writer_t), intent(inout) :: self
+    type(output_t), intent(in) :: output
+    real(rp), intent(in) :: time
+
+    self%next_row = next_time(output%history_interval, time)
+    self%next_frame = next_time(output%frame_interval, time)
+    self%next_checkpoint = next_time(output%checkpoint_interval, time)
+  end subroutine set_times
+
+  !> Time at which a step has to end [s]; a checkpoint waits for the end of one, and so changes
+  !> nothing.
+  pure real(rp) function next_event(self)
+    class(heat_writer_t), intent(in) :: self
+
+    next_event = min(self%next_row, self%next_frame)
+  end function next_event
+
+  !> Write what is due at the present time, rows before a checkpoint, which counts them. What is
+  !> `last` leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they
+  !> were not due.
+  subroutine due(self, world, scene, run, last, is_safety_due, error)
+    class(heat_writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    logical, intent(in) :: last, is_safety_due
+    type(error_t), intent(inout) :: error
+    real(rp) :: now
+    logical :: wanted
+
+    now = run%time*(1.0_rp + 1.0e-12_rp)
+    if (now >= self%next_row .and. run%row_time < run%time) call row(self, world, scene, run)
+    if (now >= self%next_frame) call frame(world, scene, run, error)
+    wanted = (last .or. is_safety_due .or. now >= self%next_checkpoint) .and. &
+             self%saved_step < run%march%steps
+    if (wanted) then
+      self%saved_step = run%march%steps
+      call self%sync()
+      if (world%all_true(.not. run%lost_row)) call save_heat(world, scene, run, error)
+      self%secured = wall_time()
+    end if
+    call set_times(self, scene%output, run%time)
+    if (.not. last) return
+    if (run%row_time < run%time) call row(self, world, scene, run)
+    call frame(world, scene, run, error)
+  end subroutine due
+
+  !> One row of the history and of the probes.
+  subroutine row(self, world, scene, run)
+    class(heat_writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(row_t) :: columns
+    real(rp) :: sums(3), most(1), error, in, out
+    real(rp), allocatable :: t(:), probes(:)
+    integer :: n
+
+    n = run%heat%size()
+    allocate (t(n), probes(size(run%probe_cell, 2)))
+    associate (heat => run%heat, capacity => run%heat%mesh%capacity)
+      call heat%temperatures(heat%theta, t)
+      sums = [heat%content(heat%theta, 0.0_rp), sum(capacity*t), sum(capacity)]
+      most = maxval([0.0_rp, pack(t, capacity > 0.0_rp)])
+    end associate
+    call world%sum(sums)
+    call world%max(most)
+    in = run%march%books(b_source)
+    out = run%march%books(b_film)
+    error = sums(1) - run%content0 - in + out
+    error = 100.0_rp*error/max(abs(in) + abs(out), 1.0e-6_rp*abs(run%content0), tiny(1.0_rp))
+    columns = history_row(run, sums(1), error, most(1), sums(2)/sums(3))
+    call self%history%row(columns%values())
+    if (size(probes) > 0) then
+      call read_probes(world, run, probes)
+      columns = probe_row(run, self%probe, probes)
+      call self%probes%row(columns%values())
+    end if
+    call watch_cells(self%melting, world, scene, run)
+    run%row_time = run%time
+    run%row_books = run%march%books
+    run%rows = run%rows + 1
+    run%lost_row = self%history%is_lost() .or. self%probes%is_lost()
+  end subroutine row
+
+  !> A row of NAME_history.csv.
+  type(row_t) function history_row(run, content, balance_error, hottest, mean) result(row)
+    type(heat_run_t), intent(in) :: run
+    real(rp), intent(in) :: content, balance_error   !! [J], [%]
+    real(rp), intent(in) :: hottest, mean            !! temperature [K]
+    real(rp) :: power(n_books)
+
+    power = 0.0_rp
+    if (run%time > run%row_time) power = (run%march%books - run%row_books)/(run%time - run%row_time)
+    call row%add('time', 's', run%time)
+    call row%add('step', '', real(run%march%steps, rp))
+    call row%add('dt', 's', run%march%last)
+    call row%add('heat_content', 'J', content)
+    call row%add('source_heat', 'J', run%march%books(b_source))
+    call row%add('film_loss', 'J', run%march%books(b_film))
+    call row%add('balance_error', '%', balance_error)
+    call row%add('temperature_max', 'K', hottest)
+    call row%add('temperature_mean', 'K', mean)
+    call row%add('source_power', 'W', power(b_source))
+    call row%add('film_power', 'W', power(b_film))
+  end function history_row
+
+  !> A row of NAME_probes.csv.
+  type(row_t) function probe_row(run, names, temperatures) result(row)
+    type(heat_run_t), intent(in) :: run
+    character(*), intent(in) :: names(:)
+    real(rp), intent(in) :: temperatures(:)          !! [K]
+    integer :: n
+
+    call row%add('time', 's', run%time)
+    do n = 1, size(names)
+      call row%add(names(n), 'K', temperatures(n))
+    end do
+  end function probe_row
+
+  !> The cells of the solid as points with a temperature.
+  subroutine frame(world, scene, run, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    integer, allocatable :: cells(:)
+    real(sp), allocatable :: x(:, :), t(:)
+    integer :: c, n
+
+    if (size(run%frame_times) > 0) then
+      if (run%frame_times(size(run%frame_times)) >= run%time) return   ! has it already
+    end if
+    associate (mesh => run%heat%mesh, heat => run%heat, output => scene%output)
+      cells = pack([(c, c=1, heat%size())], mesh%capacity > 0.0_rp)
+      n = size(cells)
+      allocate (x(3, n), t(n))
+      do c = 1, n
+        x(:, c) = real(mesh%centre(cells(c)), sp)
+        t(c) = real(heat%property%temperature_at(heat%theta(cells(c))), sp)
+      end do
+      call write_heat_frame(world, output%directory//'/'//frame_name(output%name, &
+                            size(run%frame_times)), run%time, int(run%march%steps), &
+                            scene%grid%h, scene%body%name, x, t, mesh%body(cells), &
+                            output%input_text, error)
+      if (error%is_set()) return
+      run%frame_times = [run%frame_times, run%time]
+      call write_series(world, output%directory, output%name, run%frame_times, error)
+    end associate
+  end subroutine frame
+
+  !> Write the state between two steps.
+  subroutine save_heat(world, scene, run, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    type(notes_t) :: notes
+
+    integer :: n
+    real(rp), allocatable :: memory(:, :), numbers(:)
+
+    call note_run(scene%output, run%time, notes)
+    n = run%heat%size()
+    allocate (memory(n, n_kept))
+    call run%march%pack_memory(run%heat, memory, numbers)
+    call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
+      by_planes(run, reshape([run%heat%theta(1:n), memory], [n, 1 + n_kept])), &
+      [run%time, run%march%next, real(run%march%steps, rp), real(run%march%refused, rp), &
+       run%march%books, run%content0, run%row_time, run%march%last, run%row_books, &
+       real(run%rows, rp), real(size(run%frame_times), rp), run%frame_times, numbers], &
+      notes, error)
+  end subroutine save_heat
+
+  !> Fields (cells, n) as columns of planes, each with its part of every field.
+  pure function by_planes(run, fields) result(planes)
+    type(heat_run_t), intent(in) :: run
+    real(rp), intent(in) :: fields(:, :)
+    real(rp), allocatable :: planes(:, :)
+
+    associate (np => run%heat%mesh%np, nx => run%heat%mesh%nx, n => size(fields, 2))
+      planes = reshape(reshape(fields, [np, n, nx], order=[1, 3, 2]), [np*n, nx])
+    end associate
+  end function by_planes
+
+  !> Fill a run, whose scene stands, with the state of a checkpoint.
+  subroutine resume_heat(world, path, run, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    real(rp), allocatable :: planes(:, :), global(:), fields(:, :)
+    integer :: frames
+
+    associate (mesh => run%heat%mesh, n => run%heat%size())
+      allocate (planes(mesh%np*(1 + n_kept), mesh%nx), source=0.0_rp)
+      call read_heat_checkpoint(world, path, mesh%lo - 1, planes, global, error)
+      if (error%is_set()) return
+      frames = -1
+      if (size(global) > n_global) frames = nint(global(n_global))
+      if (frames < 0 .or. n_global + frames + 3 > size(global)) then
+        call error%raise(path//' is damaged')
+        return
+      end if
+      fields = reshape(reshape(planes, [mesh%np, mesh%nx, 1 + n_kept], order=[1, 3, 2]), &
+                       [n, 1 + n_kept])
+      run%heat%theta(1:n) = fields(:, 1)
+    end associate
+    run%time = global(1)
+    run%march%next = global(2)
+    run%march%steps = nint(global(3), i8)
+    run%march%refused = nint(global(4), i8)
+    run%march%books = global(5:6)
+    run%content0 = global(7)
+    run%row_time = global(8)
+    run%march%last = global(9)
+    run%row_books = global(10:11)
+    run%rows = nint(global(12), i8)
+    run%frame_times = global(n_global + 1:n_global + frames)
+    call run%march%start(run%heat)
+    call run%march%unpack_memory(run%heat, fields(:, 2:), global(n_global + frames + 1:))
+  end subroutine resume_heat
+
+  !> A line with percent, time and time left, every PROGRESS_INTERVAL seconds.
+  subroutine progress(self, world, scene, run)
+    class(heat_writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    real(rp) :: now, share
+
+    if (.not. world%is_root() .or. scene%output%is_quiet) return
+    now = wall_time()
+    if (now - self%spoke < scene%output%progress_interval) return
+    self%spoke = now
+    share = (run%time - self%first_time)/max(scene%end_time - self%first_time, tiny(1.0_rp))
+    call say(percent(run%time/scene%end_time)//' %  step '// &
+      str(run%march%steps)//'  t = '//str(run%time)//' s  dt = '//str(run%march%last)// &
+      ' s  left '//span((now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)))
+  end subroutine progress
+
+  !> Cost of the run: a line, and NAME_summary.json.
+  subroutine summary(self, world, scene, run, error)
+    class(heat_writer_t), intent(in) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    type(error_t), intent(inout) :: error
+    real(rp) :: cost(2), wall
+    character(:), allocatable :: solver
+
+    wall = max(wall_time() - self%started, 1.0e-9_rp)
+    cost = [cpu_seconds() - self%cpu_started, peak_memory()]
+    call world%sum(cost)
+    if (.not. world%is_root()) return
+    solver = 'none'
+    if (run%march%method /= rkl2 .and. run%march%method /= euler) then
+      solver = trim(solver_names(max(by_cg, run%march%implicit%solver)))
+    end if
+    call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', &
+      '{'//nl//'  "cells": '//str(run%cells)//','//nl// &
+      '  "steps": '//str(run%march%steps - self%first_step)//','//nl// &
+      self%melting%json()//nl//'  "refused_steps": '//str(run%march%refused)//','//nl// &
+      '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
+      '  "integrator": "'//trim(method_names(run%march%method))//'",'//nl// &
+      '  "solver": "'//solver//'",'//nl// &
+      '  "linear_solves": '//str(run%march%implicit%linear%solves)//','//nl// &
+      '  "linear_iterations": '//str(run%march%implicit%linear%iterations)//','//nl// &
+      '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
+      '  "cpu_seconds": '//str(cost(1))//','//nl// &
+      '  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
+    if (.not. scene%output%is_quiet) call say( &
+      str(run%march%steps - self%first_step)//' steps ('//trim(method_names(run%march%method))// &
+      ', '//str(run%heat%evaluations)//' evaluations) of '//str(run%cells)//' cells in '// &
+      str(wall)//' s on '//str(world%size)//' rank(s)')
+  end subroutine summary
+
+  !> Bring the rows to the disk: a checkpoint counts on them.
+  subroutine sync(self)
+    class(heat_writer_t), intent(inout) :: self
+
+    call self%history%sync()
+    call self%probes%sync()
+  end subroutine sync
+
+  subroutine close_files(self, error)
+    class(heat_writer_t), intent(inout) :: self
+    type(error_t), intent(inout) :: error
+
+    call self%history%close(error)
+    call self%probes%close(error)
+  end subroutine close_files
+
+end module heat_alone_files

@@ -1,0 +1,188 @@
+! SPDX-License-Identifier: MIT
+!> The loop of a run of heat alone: steps that end where output is due or a source begins or ends.
+module heat_alone_loop
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp
+  use base_log, only: say
+  use base_system, only: stop_signal
+  use base_text, only: str
+  use base_timers, only: wall_time
+  use comm_world, only: world_t
+  use heat_alone_files, only: heat_checkpoint_path, heat_writer_t, resume_heat, save_heat
+  use heat_alone_probes, only: place_probes
+  use heat_alone_state, only: heat_run_t
+  use mapping_probes, only: probes_t
+  use run_loop, only: ended_broken, ended_by_signal, ended_io, ended_well
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: begin_heat, next_switch, run_heat
+
+contains
+
+  !> Collective: probes, books and state at the start, or those of the checkpoint `restart`.
+  subroutine begin_heat(world, probes, run, restart, error)
+    type(world_t), intent(in) :: world
+    type(probes_t), intent(in) :: probes
+    type(heat_run_t), intent(inout) :: run
+    character(*), intent(in) :: restart          !! '' for none
+    type(error_t), intent(inout) :: error
+    real(rp) :: content(1)
+
+    run%cells = count(run%heat%mesh%capacity > 0.0_rp, kind=i8)
+    call world%sum(run%cells)
+    call place_probes(world, probes%x, run)
+    allocate (run%frame_times(0))
+    content = run%heat%content(run%heat%theta, 0.0_rp)
+    call world%sum(content)
+    run%content0 = content(1)
+    if (restart == '') then
+      call run%march%start(run%heat)
+    else
+      call resume_heat(world, restart, run, error)
+    end if
+  end subroutine begin_heat
+
+  !> Run to the end, or until a signal or a state that is not finite stops it.
+  subroutine run_heat(world, scene, probes, run, is_resumed, status, message)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(probes_t), intent(in) :: probes
+    type(heat_run_t), intent(inout) :: run
+    logical, intent(in) :: is_resumed
+    integer, intent(out) :: status
+    character(:), allocatable, intent(out) :: message
+    type(heat_writer_t) :: writer
+    type(error_t) :: error
+    logical :: is_safety_due, is_lost
+
+    status = ended_well
+    message = ''
+    is_lost = .false.
+    call writer%init(world, scene, probes%name, run, is_resumed, error)
+    if (.not. is_resumed) call writer%due(world, scene, run, .false., .false., error)
+    do while (.not. is_finished(scene, run) .and. .not. error%is_set())
+      call run%march%advance(run%heat, run%time, min(scene%end_time, writer%next_event(), &
+                                                     next_switch(run)))
+      call look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
+      if (status == ended_broken .or. is_lost) exit
+      call writer%due(world, scene, run, is_finished(scene, run), is_safety_due, error)
+      call writer%progress(world, scene, run)
+      if (status /= ended_well) exit
+    end do
+    if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
+      call writer%due(world, scene, run, .true., .false., error)
+      call warn_of_idle_sources(world, run)
+    else if ((status == ended_by_signal .or. run%march%is_stuck) .and. .not. is_lost) then
+      call writer%sync()
+      call save_heat(world, scene, run, error)
+      message = message//'; checkpoint '//heat_checkpoint_path(scene%output)
+    end if
+    call writer%summary(world, scene, run, error)
+    call writer%close(error)
+    if (error%is_set()) then
+      status = ended_io
+      message = error%message
+    end if
+  end subroutine run_heat
+
+  pure logical function is_finished(scene, run)
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+
+    is_finished = run%time >= scene%end_time*(1.0_rp - 1.0e-12_rp)
+    if (scene%max_steps > 0) is_finished = is_finished .or. run%march%steps >= scene%max_steps
+  end function is_finished
+
+  !> When the next source begins or ends [s].
+  pure real(rp) function next_switch(run)
+    type(heat_run_t), intent(in) :: run
+    integer :: i
+
+    next_switch = huge(1.0_rp)
+    do i = 1, size(run%heat%source)
+      associate (s => run%heat%source(i))
+        if (s%begin > run%time*(1.0_rp + 1.0e-12_rp)) next_switch = min(next_switch, s%begin)
+        if (s%end > run%time*(1.0_rp + 1.0e-12_rp)) next_switch = min(next_switch, s%end)
+      end associate
+    end do
+  end function next_switch
+
+  !> Collective: did a signal arrive, is a checkpoint due by the clock, is the state finite, was a
+  !> row lost?
+  subroutine look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    type(heat_writer_t), intent(in) :: writer
+    logical, intent(out) :: is_safety_due, is_lost
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+    character(:), allocatable :: mine
+    real(rp) :: seen(4)
+    logical :: is_finite
+
+    seen = [real(stop_signal(), rp), 0.0_rp, 0.0_rp, merge(1.0_rp, 0.0_rp, run%lost_row)]
+    if (scene%output%safety_interval > 0.0_rp) seen(2) = merge(1.0_rp, 0.0_rp, &
+      wall_time() - writer%secured > scene%output%safety_interval)
+    is_finite = ieee_is_finite(sum(run%heat%theta(1:run%heat%size())))
+    if (.not. is_finite) seen(3) = 1.0_rp
+    call world%max(seen)
+    is_safety_due = seen(2) > 0.0_rp
+    is_lost = seen(4) > 0.0_rp
+    if (run%march%is_stuck .and. .not. seen(3) > 0.0_rp) then
+      status = ended_broken
+      message = 'conduction: a step of '//str(run%march%last)// &
+        ' s was not solved for: shorten &HEAT STEP'
+      if (.not. run%march%fixed > 0.0_rp) then
+        message = 'conduction: no step is as exact as &HEAT TOLERANCE, not even one of '// &
+        str(run%march%last)//' s'
+      end if
+      message = message//' (step '//str(run%march%steps)//', t = '//str(run%time)//' s)'
+    else if (seen(3) > 0.0_rp) then
+      status = ended_broken
+      mine = ''
+      if (.not. is_finite) mine = not_a_number(scene, run)
+      call world%share_message(mine, message)
+      message = message//' (step '//str(run%march%steps)//', t = '//str(run%time)//' s)'
+    else if (seen(1) > 0.0_rp) then
+      status = ended_by_signal
+      message = 'signal '//str(nint(seen(1)))//' stopped the run at step '//str(run%march%steps)// &
+                ', t = '//str(run%time)//' s'
+    end if
+  end subroutine look_around
+
+  !> The first cell of this rank whose temperature is not a finite number.
+  function not_a_number(scene, run) result(text)
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    character(:), allocatable :: text
+    real(rp) :: x(3)
+    integer :: c
+
+    do c = 1, run%heat%size()
+      if (ieee_is_finite(run%heat%theta(c))) cycle
+      x = run%heat%mesh%centre(c)
+      text = 'the temperature is not a finite number at ('//str(x(1))//', '//str(x(2))//', '// &
+             str(x(3))//') m'
+      if (run%heat%mesh%body(c) > 0) then
+        text = text//' in body '//trim(scene%body(run%heat%mesh%body(c))%name)
+      end if
+      return
+    end do
+    text = 'the temperatures are so large that their sum is not finite'
+  end function not_a_number
+
+  !> Collective: a source that ended up with no heat given has touched nothing.
+  subroutine warn_of_idle_sources(world, run)
+    type(world_t), intent(in) :: world
+    type(heat_run_t), intent(in) :: run
+
+    if (size(run%heat%source) == 0 .or. .not. world%is_root()) return
+    if (all(abs(run%march%books) <= 0.0_rp)) call say( &
+      'warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
+  end subroutine warn_of_idle_sources
+
+end module heat_alone_loop

@@ -1,0 +1,49 @@
+! SPDX-License-Identifier: MIT
+!> Heat alone above the melting temperature of a metal.
+module heat_alone_melting
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use heat_alone_state, only: heat_run_t
+  use output_melting, only: melting_t, seen_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: watch_cells
+
+contains
+
+  !> Collective, at a row of the history: the cells of heat alone.
+  subroutine watch_cells(melting, world, scene, run)
+    type(melting_t), intent(inout) :: melting
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    type(seen_t) :: seen
+    real(rp) :: mass, temp
+    integer :: c
+
+    if (all(scene%material%t_melt >= huge(1.0_rp))) return
+    associate (heat => run%heat, mesh => run%heat%mesh)
+      do c = 1, heat%size()
+        if (mesh%capacity(c) <= 0.0_rp) cycle
+        associate (material => scene%material(scene%body(mesh%body(c))%material))
+          mass = mesh%capacity(c)/material%c_p
+          if (scene%body(mesh%body(c))%material == scene%body(1)%material) then
+            mass = mesh%capacity(c)/heat%property%c_ref      ! tables may have replaced c_p
+          end if
+          temp = heat%property%temperature_at(heat%theta(c))
+          seen%mass = seen%mass + mass
+          if (temp > material%t_melt) seen%melted = seen%melted + mass
+          if (temp - material%t_melt <= seen%over) cycle
+          seen%over = temp - material%t_melt
+        end associate
+        seen%temp = temp
+        seen%x = mesh%centre(c)
+        seen%body = mesh%body(c)
+      end do
+    end associate
+    call melting%judge(world, scene, seen, run%time)
+  end subroutine watch_cells
+
+end module heat_alone_melting

@@ -1,0 +1,27 @@
+! SPDX-License-Identifier: MIT
+!> The state of a run of heat alone.
+module heat_alone_state
+  use base_kinds, only: i8, rp
+  use heat_mesh_rates, only: heat_t, n_books
+  use heat_solvers_integrator, only: march_t
+  implicit none (type, external)
+  private
+
+  public :: heat_run_t
+
+  type :: heat_run_t
+    type(heat_t) :: heat
+    type(march_t) :: march
+    real(rp) :: time = 0.0_rp                !! [s]
+    real(rp) :: content0 = 0.0_rp            !! heat at t = 0 [J]
+    real(rp) :: row_time = -1.0_rp           !! of the last history row [s]
+    real(rp) :: row_books(n_books) = 0.0_rp  !! heat in and out until then [J]
+    integer(i8) :: rows = 0                  !! of the history so far
+    logical :: lost_row = .false.            !! one could not be written: rank 0 knows
+    real(rp), allocatable :: frame_times(:)  !! of the frames written so far [s]
+    integer(i8) :: cells = 0                 !! in the solid, of all ranks
+    integer, allocatable :: probe_cell(:, :)       !! (27, probes) own cells, 0: another rank's
+    real(rp), allocatable :: probe_weight(:, :)    !! (27, probes)
+  end type heat_run_t
+
+end module heat_alone_state

@@ -1,0 +1,371 @@
+! SPDX-License-Identifier: MIT
+!> Rates of heating on a mesh: C dT/dt = sum k A (phi_j - phi_i)/d - sum A (T - T_amb)/(1/h + d/k)
+!> + sources. The state is theta (heat_mesh_curve), whose sum with the capacities is the heat.
+module heat_mesh_rates
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use heat_mesh_curve, only: property_t
+  use heat_mesh_mesh, only: mesh_t
+  use heat_mesh_sources, only: heat_source_t, kind_stir
+  implicit none (type, external)
+  private
+
+  public :: heat_t, b_source, b_film, n_books
+
+  integer, parameter :: b_source = 1, b_film = 2, n_books = 2   !! powers in and out [W], and heats
+
+  !> Walls that lose heat.
+  type :: film_t
+    integer :: n = 0
+    integer, allocatable :: cell(:)
+    real(rp), allocatable :: area(:), coefficient(:), depth(:), ambient(:)   !! [m2] [W/(m2 K)] ..
+    real(rp), allocatable :: conductance(:)       !! A/(1/h + d/k) with the reference k [W/K]
+    real(rp), allocatable :: per_capacity(:)      !! that over the capacity of the cell [1/s]
+  end type film_t
+
+  !> Everything that says how a field of temperature changes.
+  type :: heat_t
+    type(world_t) :: world
+    type(mesh_t) :: mesh
+    type(property_t) :: property
+    real(rp), allocatable :: conductivity(:)      !! of each body, where properties are constant
+    type(film_t) :: film
+    type(heat_source_t), allocatable :: source(:)
+    real(rp), allocatable :: total(:, :)          !! (2, sources) moments of all ranks
+    logical, allocatable :: is_on(:)              !! sources in the present step
+    real(rp), allocatable :: theta(:)             !! (1-np:np(nx+1)) state [K]
+    real(rp) :: fastest = 0.0_rp                  !! bound of the rates of decay [1/s]
+    integer :: evaluations = 0                    !! of the rates so far
+    real(rp), allocatable, private :: phi(:), temperature(:)   !! of variable properties
+  contains
+    procedure :: prepare
+    procedure :: add_films
+    procedure :: aim
+    procedure :: fill
+    procedure :: rate
+    procedure :: stage
+    procedure :: slope
+    procedure :: conduct
+    procedure :: temperatures
+    procedure :: content
+    procedure :: size => field_size
+  end type heat_t
+
+contains
+
+  !> Own cells.
+  pure integer function field_size(self)
+    class(heat_t), intent(in) :: self
+
+    field_size = self%mesh%np*self%mesh%nx
+  end function field_size
+
+  !> Fields and bounds; the mesh, properties and films stand.
+  subroutine prepare(self, world)
+    class(heat_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    real(rp), allocatable :: rate(:, :)
+    real(rp) :: most(1), loss(self%size())
+    integer :: c, i, n
+
+    self%world = world
+    n = self%size()
+    allocate (self%theta(1 - self%mesh%np:n + self%mesh%np), source=298.0_rp)
+    if (.not. self%property%is_constant) then
+      allocate (self%phi(1 - self%mesh%np:n + self%mesh%np), source=298.0_rp)
+      allocate (self%temperature(n), source=298.0_rp)
+    end if
+    allocate (rate(6, n))
+    call self%mesh%all_rates(rate)
+    loss = 0.0_rp
+    do i = 1, self%film%n
+      c = self%film%cell(i)
+      loss(c) = loss(c) + self%film%conductance(i)/self%mesh%capacity(c)
+    end do
+    most = 0.0_rp
+    if (n > 0) most = maxval(2.0_rp*sum(rate, dim=1)*stiffening(self%property) + loss)
+    call world%max(most)
+    self%fastest = most(1)
+    allocate (self%total(2, size(self%source)), source=0.0_rp)
+    allocate (self%is_on(size(self%source)), source=.false.)
+    do i = 1, size(self%source)
+      call self%source(i)%find_walls(self%mesh)
+    end do
+  end subroutine prepare
+
+  !> Largest diffusivity over the reference one.
+  pure real(rp) function stiffening(property)
+    type(property_t), intent(in) :: property
+
+    stiffening = 1.0_rp
+    if (.not. property%is_constant) stiffening = &
+      maxval(1.0_rp/(property%resistivity%value*property%k_ref*property%capacity%value))
+  end function stiffening
+
+  !> Give walls film coefficients and ambient temperatures by body and face.
+  subroutine add_films(self, coefficient, ambient)
+    class(heat_t), intent(inout) :: self
+    real(rp), intent(in) :: coefficient(:, :), ambient(:, :)   !! (6, bodies) [W/(m2 K)], [K]
+    integer :: i, n
+
+    n = size(self%mesh%wall)
+    allocate (self%film%cell(n), self%film%area(n), self%film%coefficient(n), &
+              self%film%depth(n), self%film%ambient(n), self%film%conductance(n), &
+              self%film%per_capacity(n))
+    n = 0
+    do i = 1, size(self%mesh%wall)
+      associate (w => self%mesh%wall(i), f => self%film)
+        if (coefficient(w%face, w%body) <= 0.0_rp) cycle
+        n = n + 1
+        f%cell(n) = w%cell
+        f%area(n) = w%area
+        f%coefficient(n) = coefficient(w%face, w%body)
+        f%depth(n) = w%depth
+        f%ambient(n) = ambient(w%face, w%body)
+        f%conductance(n) = w%area/(1.0_rp/f%coefficient(n) + w%depth/self%conductivity(w%body))
+        f%per_capacity(n) = f%conductance(n)/self%mesh%capacity(w%cell)
+      end associate
+    end do
+    self%film%n = n
+  end subroutine add_films
+
+  !> Collective: what the sources cover in a step. Sources must not begin or end within it.
+  subroutine aim(self, t, t_end)
+    class(heat_t), intent(inout) :: self
+    real(rp), intent(in) :: t, t_end              !! [s]
+    integer :: i
+
+    do i = 1, size(self%source)
+      self%is_on(i) = self%source(i)%is_on(t)
+      self%total(:, i) = 0.0_rp
+      if (.not. self%is_on(i)) cycle
+      call self%source(i)%move(self%mesh, t, t_end)
+      if (self%source(i)%kind == kind_stir) cycle
+      self%total(:, i) = sum(self%source(i)%moment(1:3:2, :self%source(i)%n), dim=2)
+      call self%world%sum(self%total(:, i))
+    end do
+  end subroutine aim
+
+  !> Temperatures of own cells from a state.
+  subroutine temperatures(self, y, t)
+    class(heat_t), intent(in) :: self
+    real(rp), intent(in) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
+    real(rp), intent(out) :: t(self%mesh%np*self%mesh%nx)
+
+    t = y(1:size(t))
+    if (self%property%is_constant) return
+    call self%property%temperature%map(size(t), y(1:size(t)), t)
+  end subroutine temperatures
+
+  !> Heat above `datum` [K] of this rank [J].
+  pure real(rp) function content(self, y, datum)
+    class(heat_t), intent(in) :: self
+    real(rp), intent(in) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)), datum
+
+    content = sum(self%mesh%capacity*(y(1:self%mesh%np*self%mesh%nx) - datum))
+  end function content
+
+  !> dtheta/dt of state `y` at a part `blend` of the step, and the powers of this rank.
+  subroutine rate(self, y, blend, dydt, power)
+    class(heat_t), intent(inout) :: self
+    real(rp), intent(inout) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
+    real(rp), intent(in) :: blend
+    real(rp), intent(out) :: dydt(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
+    real(rp), intent(out) :: power(n_books)       !! [W]
+
+    dydt = 0.0_rp
+    call self%fill(y)
+    call self%stage([0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp], y, dydt, y, y, blend, power)
+    dydt(self%mesh%void) = 0.0_rp
+  end subroutine rate
+
+  !> Bring the neighbours' planes of a state before it is given to `stage`.
+  subroutine fill(self, y)
+    class(heat_t), intent(in) :: self
+    real(rp), intent(inout) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
+
+    if (self%property%is_constant) call self%mesh%swap(self%world, y)
+  end subroutine fill
+
+  !> out = a1 y + a2 out + a3 y0 + a4 dtheta/dt(y) + a5 m0, and the powers at y.
+  subroutine stage(self, a, y, out, y0, m0, blend, power)
+    class(heat_t), intent(inout) :: self
+    real(rp), intent(in) :: a(5)
+    real(rp), intent(in), dimension(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)) :: y, y0, m0
+    real(rp), intent(inout) :: out(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
+    real(rp), intent(in) :: blend
+    real(rp), intent(out) :: power(n_books)
+    integer :: n
+
+    n = self%size()
+    self%evaluations = self%evaluations + 1
+    if (self%property%is_constant) then
+      call sweep_all(self%mesh, a, y, y, out, y0, m0)
+      call add_walls(self, n, a(4), y(1:n), out(1:n), blend, power)
+    else
+      call self%property%potential%map(n, y(1:n), self%phi(1:n))
+      call self%property%temperature%map(n, y(1:n), self%temperature)
+      call self%mesh%swap(self%world, self%phi)
+      call sweep_all(self%mesh, a, self%phi, y, out, y0, m0)
+      call add_walls(self, n, a(4), self%temperature, out(1:n), blend, power)
+    end if
+  end subroutine stage
+
+  !> Conduction alone: out = dtheta/dt of a potential whose halo is filled here; out is finite.
+  subroutine conduct(self, phi, out)
+    class(heat_t), intent(in) :: self
+    real(rp), intent(inout), dimension(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)) :: phi, out
+
+    call self%mesh%swap(self%world, phi)
+    call sweep_all(self%mesh, [0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp], phi, phi, out, phi, phi)
+  end subroutine conduct
+
+  !> Conduction: whole cells line by line, then those that differ again.
+  subroutine sweep_all(mesh, a, phi, y, out, y0, m0)
+    type(mesh_t), intent(in) :: mesh
+    real(rp), intent(in) :: a(5)
+    real(rp), intent(in), dimension(1 - mesh%np:mesh%np*(mesh%nx + 1)) :: phi, y, y0, m0
+    real(rp), intent(inout) :: out(1 - mesh%np:mesh%np*(mesh%nx + 1))
+    real(rp) :: kept(size(mesh%odd)), r
+    integer :: c, i
+
+    if (mesh%nx == 0) return
+    kept = out(mesh%odd)
+    call sweep(mesh%np, mesh%n(3), mesh%nx, mesh%xm, mesh%xp, mesh%ym, mesh%yp, mesh%zm, mesh%zp, &
+               a, phi, y, out, y0, m0)
+    do i = 1, size(mesh%odd)
+      c = mesh%odd(i)
+      associate (q => mesh%odd_rate(:, i))
+        r = q(1)*(phi(c - mesh%np) - phi(c)) + q(2)*(phi(c + mesh%np) - phi(c)) &
+            + q(3)*(phi(c - mesh%n(3)) - phi(c)) + q(4)*(phi(c + mesh%n(3)) - phi(c)) &
+            + q(5)*(phi(c - 1) - phi(c)) + q(6)*(phi(c + 1) - phi(c))
+      end associate
+      out(c) = a(1)*y(c) + a(2)*kept(i) + a(3)*y0(c) + a(4)*r + a(5)*m0(c)
+    end do
+  end subroutine sweep_all
+
+  !> All cells by the rates of the lines. A rate of 0 lets an end read the line before or behind.
+  subroutine sweep(np, nz, nx, xm, xp, ym, yp, zm, zp, a, phi, y, out, y0, m0)
+    integer, intent(in) :: np, nz, nx
+    real(rp), intent(in) :: xm(nx), xp(nx), a(5)
+    real(rp), intent(in), dimension(np) :: ym, yp, zm, zp
+    real(rp), intent(in), dimension(1 - np:np*(nx + 1)) :: phi, y, y0, m0
+    real(rp), intent(inout) :: out(1 - np:np*(nx + 1))
+    real(rp) :: f, r
+    integer :: c, i, o
+
+    do i = 1, nx
+      o = (i - 1)*np
+      !$omp simd private(f, r)
+      do c = 1, np
+        f = phi(o + c)
+        r = xm(i)*(phi(o + c - np) - f) + xp(i)*(phi(o + c + np) - f) &
+            + ym(c)*(phi(o + c - nz) - f) + yp(c)*(phi(o + c + nz) - f) &
+            + zm(c)*(phi(o + c - 1) - f) + zp(c)*(phi(o + c + 1) - f)
+        out(o + c) = a(1)*y(o + c) + a(2)*out(o + c) + a(3)*y0(o + c) + a(4)*r + a(5)*m0(o + c)
+      end do
+    end do
+  end subroutine sweep
+
+  !> Films and sources: `factor` times their rates to `out`.
+  subroutine add_walls(self, n, factor, t, out, blend, power)
+    class(heat_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: factor, t(n), blend
+    real(rp), intent(inout) :: out(n)
+    real(rp), intent(out) :: power(n_books)
+    real(rp) :: heat, slope
+    integer :: c, i, s
+
+    power = 0.0_rp
+    if (self%property%is_constant) then
+      call add_films_here(n, self%film%n, self%film%cell, self%film%conductance, &
+                          self%film%per_capacity, self%film%ambient, factor, t, out, power(b_film))
+    else
+      do i = 1, self%film%n
+        c = self%film%cell(i)
+        heat = film_conductance(self, i, t(c))*(t(c) - self%film%ambient(i))
+        out(c) = out(c) - factor*heat/self%mesh%capacity(c)
+        power(b_film) = power(b_film) + heat
+      end do
+    end if
+    do s = 1, size(self%source)
+      if (.not. self%is_on(s)) cycle
+      do i = 1, self%source(s)%n
+        c = self%source(s)%cell(i)
+        call self%source(s)%heat_of(i, blend, self%total(:, s), t(c), &
+                                    resistivity(self, c, t(c)), heat, slope)
+        out(c) = out(c) + factor*heat/self%mesh%capacity(c)
+        power(b_source) = power(b_source) + heat
+      end do
+    end do
+  end subroutine add_walls
+
+  !> Films of constant conductance.
+  pure subroutine add_films_here(n, n_films, cell, conductance, per_capacity, ambient, factor, t, &
+                                 out, power)
+    integer, intent(in) :: n, n_films, cell(n_films)
+    real(rp), intent(in), dimension(n_films) :: conductance, per_capacity, ambient
+    real(rp), intent(in) :: factor, t(n)
+    real(rp), intent(inout) :: out(n), power
+    real(rp) :: over
+    integer :: c, i
+
+    do i = 1, n_films
+      c = cell(i)
+      over = t(c) - ambient(i)
+      out(c) = out(c) - factor*per_capacity(i)*over
+      power = power + conductance(i)*over
+    end do
+  end subroutine add_films_here
+
+  pure real(rp) function film_conductance(self, i, t)
+    class(heat_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: t
+
+    film_conductance = self%film%conductance(i)
+    if (.not. self%property%is_constant) film_conductance = &
+      self%film%area(i)/(1.0_rp/self%film%coefficient(i) + self%film%depth(i) &
+                         *self%property%resistivity%at(t))
+  end function film_conductance
+
+  !> 1/k of a cell at a temperature [m K/W].
+  pure real(rp) function resistivity(self, c, t)
+    class(heat_t), intent(in) :: self
+    integer, intent(in) :: c
+    real(rp), intent(in) :: t
+
+    if (self%property%is_constant) then
+      resistivity = 1.0_rp/self%conductivity(self%mesh%body(c))
+    else
+      resistivity = self%property%resistivity%at(t)
+    end if
+  end function resistivity
+
+  !> Derivative by its own temperature of what walls give to each cell [W/K], at most 0.
+  subroutine slope(self, y, blend, d)
+    class(heat_t), intent(in) :: self
+    real(rp), intent(in) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)), blend
+    real(rp), intent(out) :: d(self%mesh%np*self%mesh%nx)
+    real(rp) :: heat, t, one
+    integer :: c, i, s
+
+    d = 0.0_rp
+    do i = 1, self%film%n
+      c = self%film%cell(i)
+      d(c) = d(c) - film_conductance(self, i, self%property%temperature_at(y(c)))
+    end do
+    do s = 1, size(self%source)
+      if (.not. self%is_on(s)) cycle
+      do i = 1, self%source(s)%n
+        c = self%source(s)%cell(i)
+        t = self%property%temperature_at(y(c))
+        call self%source(s)%heat_of(i, blend, self%total(:, s), t, &
+                                    resistivity(self, c, t), heat, one)
+        d(c) = d(c) + one
+      end do
+    end do
+  end subroutine slope
+
+end module heat_mesh_rates

@@ -1,0 +1,231 @@
+! SPDX-License-Identifier: MIT
+!> Moving sources of heat on a mesh. A disc lies on walls that look up: with a given power, or as a
+!> tool that shears the surface (thesis eqs. 4.1-4.15): q = share omega r tau(T_s), where T_s is the
+!> temperature of the surface, half a cell above the centre: T_s = T_c + q d/k with the mean q over
+!> the face, also where the disc covers a part of it.
+module heat_mesh_sources
+  use base_kinds, only: rp
+  use heat_mesh_curve, only: curve_t
+  use heat_mesh_mesh, only: mesh_t
+  implicit none (type, external)
+  private
+
+  public :: heat_source_t, disc_moments
+
+  integer, parameter, public :: kind_disc = 1, kind_ball = 2, kind_stir = 3
+
+  !> A source, and the pieces of the mesh under it in the present step.
+  type :: heat_source_t
+    integer :: kind = kind_disc
+    real(rp) :: power = 0.0_rp                       !! disc, ball [W]
+    real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp   !! at t = 0 [m], [m/s]
+    real(rp) :: radius = 0.0_rp                      !! [m]
+    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! [s]
+    real(rp) :: spin = 0.0_rp                        !! stir: share of the heat times omega [rad/s]
+    type(curve_t) :: shear                           !! stir: tau of T [Pa]
+    real(rp), private :: strongest = 0.0_rp          !! largest tau [Pa]
+    integer, allocatable, private :: wall(:)         !! walls at its height
+    integer :: n = 0                                 !! pieces it covers before or after the step
+    integer, allocatable :: cell(:)
+    real(rp), allocatable :: insulance(:)            !! depth of the centre over area of the face
+                                                     !! [1/m]
+    real(rp), allocatable :: moment(:, :)            !! (4, n) m0, m1 before and after the step
+  contains
+    procedure :: find_walls
+    procedure :: move
+    procedure :: is_on
+    procedure :: heat_of
+  end type heat_source_t
+
+contains
+
+  !> True in the step from `t`.
+  elemental logical function is_on(self, t)
+    class(heat_source_t), intent(in) :: self
+    real(rp), intent(in) :: t
+
+    is_on = t >= self%begin*(1.0_rp - 1.0e-12_rp) .and. t < self%end*(1.0_rp - 1.0e-12_rp)
+  end function is_on
+
+  !> Keep the walls on which a disc can lie: those that look up within half a cell of its height.
+  subroutine find_walls(self, mesh)
+    class(heat_source_t), intent(inout) :: self
+    type(mesh_t), intent(in) :: mesh
+    integer :: i
+    logical :: is_level(size(mesh%wall))
+
+    is_level = .false.
+    do i = 1, size(mesh%wall)
+      if (mesh%wall(i)%face /= 6 .or. mesh%wall(i)%at(1) == 0) cycle
+      associate (k => mesh%wall(i)%at(3))
+        is_level(i) = abs(mesh%z(k) - self%position(3)) <= 0.5_rp*(mesh%z(k) - mesh%z(k - 1))
+      end associate
+    end do
+    self%wall = pack([(i, i=1, size(mesh%wall))], is_level)
+    self%n = 0
+    if (self%kind == kind_stir) self%strongest = maxval(self%shear%value)
+    allocate (self%cell(0), self%insulance(0), self%moment(4, 0))
+  end subroutine find_walls
+
+  !> What it covers at the ends of a step.
+  subroutine move(self, mesh, t0, t1)
+    class(heat_source_t), intent(inout) :: self
+    type(mesh_t), intent(in) :: mesh
+    real(rp), intent(in) :: t0, t1                   !! [s]
+    real(rp) :: c0(3), c1(3), m(4), b(3, 2), part
+    integer :: i, n
+
+    c0 = self%position + t0*self%velocity
+    c1 = self%position + t1*self%velocity
+    n = 0
+    if (self%kind == kind_ball) then
+      call cover_ball(self, mesh, c0, c1)
+      return
+    end if
+    if (size(self%cell) < size(self%wall)) then
+      deallocate (self%cell, self%insulance, self%moment)
+      allocate (self%cell(size(self%wall)), self%insulance(size(self%wall)), &
+                self%moment(4, size(self%wall)))
+    end if
+    do i = 1, size(self%wall)
+      associate (w => mesh%wall(self%wall(i)))
+        b(1:2, 1) = [mesh%x(w%at(1) - 1), mesh%y(w%at(2) - 1)]
+        b(1:2, 2) = [mesh%x(w%at(1)), mesh%y(w%at(2))]
+        if (any(b(1:2, 1) - max(c0(1:2), c1(1:2)) > self%radius) .or. &
+            any(min(c0(1:2), c1(1:2)) - b(1:2, 2) > self%radius)) cycle
+        call disc_moments(b(1:2, 1) - c0(1:2), b(1:2, 2) - c0(1:2), self%radius, m(1:2))
+        call disc_moments(b(1:2, 1) - c1(1:2), b(1:2, 2) - c1(1:2), self%radius, m(3:4))
+        if (maxval(m) <= 0.0_rp) cycle
+        part = w%area/((b(1, 2) - b(1, 1))*(b(2, 2) - b(2, 1)))
+        n = n + 1
+        self%cell(n) = w%cell
+        self%insulance(n) = w%depth/w%area
+        self%moment(:, n) = part*m
+      end associate
+    end do
+    self%n = n
+  end subroutine move
+
+  !> Capacities inside a ball; a cell at the rim counts by the covered part of its width.
+  subroutine cover_ball(self, mesh, c0, c1)
+    class(heat_source_t), intent(inout) :: self
+    type(mesh_t), intent(in) :: mesh
+    real(rp), intent(in) :: c0(3), c1(3)
+    real(rp) :: width, x(3), m(2)
+    integer :: c, pass, n
+
+    do pass = 1, 2
+      n = 0
+      do c = 1, size(mesh%capacity)
+        if (mesh%capacity(c) <= 0.0_rp) cycle
+        x = mesh%centre(c)
+        width = mesh%x(1) - mesh%x(0)
+        m = [(self%radius - norm2(x - c0))/width + 0.5_rp, &
+             (self%radius - norm2(x - c1))/width + 0.5_rp]
+        if (all(m <= 0.0_rp)) cycle
+        n = n + 1
+        if (pass == 1) cycle
+        m = max(0.0_rp, min(1.0_rp, m))*mesh%capacity(c)
+        self%cell(n) = c
+        self%insulance(n) = 0.0_rp
+        self%moment(:, n) = [m(1), 0.0_rp, m(2), 0.0_rp]
+      end do
+      if (pass == 1 .and. n > size(self%cell)) then
+        deallocate (self%cell, self%insulance, self%moment)
+        allocate (self%cell(n), self%insulance(n), self%moment(4, n))
+      end if
+    end do
+    self%n = n
+  end subroutine cover_ball
+
+  !> Area m(1) and integral of r m(2) of the part of a rectangle inside a disc about the origin, by
+  !> Gauss quadrature of chords [m2, m3].
+  pure subroutine disc_moments(lower, upper, radius, m)
+    real(rp), intent(in) :: lower(2), upper(2), radius
+    real(rp), intent(out) :: m(2)
+    real(rp), parameter :: g3(3) = [-0.774596669241483377_rp, 0.0_rp, 0.774596669241483377_rp]
+    real(rp), parameter :: w3(3) = [5.0_rp, 8.0_rp, 5.0_rp]/18.0_rp
+    real(rp) :: near(2), a, b, y, y0, y1, chord, width
+    integer :: i, j, s, strips
+
+    m = 0.0_rp
+    near = max(lower, min(0.0_rp, upper))
+    if (sum(near**2) >= radius**2) return
+    ! only the rows that the disc reaches, so that chords are smooth
+    y0 = max(lower(2), -radius)
+    y1 = min(upper(2), radius)
+    strips = merge(1, 3, sum(max(abs(lower), abs(upper))**2) <= radius**2)
+    width = (y1 - y0)/strips
+    do s = 0, strips - 1
+      do i = 1, 3
+        y = y0 + width*(s + 0.5_rp*(1.0_rp + g3(i)))
+        chord = sqrt(max(0.0_rp, radius**2 - y**2))
+        a = max(lower(1), -chord)
+        b = min(upper(1), chord)
+        if (b <= a) cycle
+        m(1) = m(1) + w3(i)*width*(b - a)
+        do j = 1, 3
+          m(2) = m(2) + w3(i)*width*w3(j)*(b - a) &
+                 *sqrt((0.5_rp*(a + b + (b - a)*g3(j)))**2 + y**2)
+        end do
+      end do
+    end do
+  end subroutine disc_moments
+
+  !> Power into the cell of piece `i`, and its slope by temperature [W, W/K], at a part `blend` of
+  !> the step; the cell has temperature `t` and `resistivity`. With a power, `total` is the sum of
+  !> the moments of all ranks before and after.
+  pure subroutine heat_of(self, i, blend, total, t, resistivity, power, slope)
+    class(heat_source_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: blend, total(2), t, resistivity   !! -, -, [K], [m K/W]
+    real(rp), intent(out) :: power, slope
+    integer, parameter :: most = 40
+    real(rp) :: a, f, high, low, m1, tau, d, x
+    integer :: n
+
+    power = 0.0_rp
+    slope = 0.0_rp
+    if (self%kind /= kind_stir) then
+      if (total(1) > 0.0_rp) power = (1.0_rp - blend)*self%power*self%moment(1, i)/total(1)
+      if (total(2) > 0.0_rp) power = power + blend*self%power*self%moment(3, i)/total(2)
+      return
+    end if
+    m1 = (1.0_rp - blend)*self%moment(2, i) + blend*self%moment(4, i)
+    if (m1 <= 0.0_rp) return
+    ! T_s - t - a tau(T_s) = 0 by Newton steps within a bracket
+    a = self%spin*m1*self%insulance(i)*resistivity
+    low = t
+    high = t + a*self%strongest
+    x = t
+    do n = 1, most
+      call value_and_slope(self%shear, x, tau, d)
+      f = x - t - a*tau
+      if (abs(f) <= 1.0e-9_rp .or. high - low <= 1.0e-9_rp) exit
+      if (f > 0.0_rp) then
+        high = x
+      else
+        low = x
+      end if
+      x = x - f/(1.0_rp - a*d)
+      if (.not. (x > low .and. x < high)) x = 0.5_rp*(low + high)
+    end do
+    power = self%spin*m1*tau
+    slope = self%spin*m1*min(d, 0.0_rp)/(1.0_rp - a*min(d, 0.0_rp))
+  end subroutine heat_of
+
+  pure subroutine value_and_slope(curve, x, value, slope)
+    type(curve_t), intent(in) :: curve
+    real(rp), intent(in) :: x
+    real(rp), intent(out) :: value, slope
+    real(rp) :: s
+    integer :: i
+
+    s = (x - curve%first)/curve%step
+    i = int(max(0.0_rp, min(s, real(size(curve%value) - 2, rp))))
+    slope = curve%value(i + 2) - curve%value(i + 1)
+    value = curve%value(i + 1) + (s - real(i, rp))*slope
+    slope = slope/curve%step
+  end subroutine value_and_slope
+
+end module heat_mesh_sources

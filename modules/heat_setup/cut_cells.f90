@@ -1,0 +1,190 @@
+! SPDX-License-Identifier: MIT
+!> A mesh for conduction from the solids of the bodies: lines on their plane faces, and the parts of
+!> the cells that other faces cut, from sample points.
+module heat_setup_cut_cells
+  use base_kinds, only: rp
+  use bodies_filling, only: body_solids
+  use bodies_solids, only: bounds, is_inside, solid_t
+  use comm_world, only: world_t
+  use heat_mesh_cut_mesh, only: cuts_t, reach
+  use heat_mesh_mesh, only: lay_lines, mesh_t
+  use input_values, only: input_t
+  implicit none (type, external)
+  private
+
+  public :: solids_t, all_solids, holder_of, mesh_of, cut_cells
+
+  integer, parameter :: fine = 12              !! samples along each edge of a cut cell
+  real(rp), parameter :: inside = 1.0e-6_rp    !! relative distance of samples from faces
+
+  !> The solids of one body.
+  type :: solids_t
+    type(solid_t), allocatable :: solid(:)
+  end type solids_t
+
+contains
+
+  !> The solids of all bodies.
+  subroutine all_solids(input, list)
+    type(input_t), intent(in) :: input
+    type(solids_t), allocatable, intent(out) :: list(:)
+    integer :: b
+
+    allocate (list(input%count('BODY')))
+    do b = 1, size(list)
+      call body_solids(input, b, list(b)%solid)
+    end do
+  end subroutine all_solids
+
+  !> The first body that holds `x`; 0 for none.
+  pure integer function holder_of(list, x)
+    type(solids_t), intent(in) :: list(:)
+    real(rp), intent(in) :: x(3)
+
+    do holder_of = 1, size(list)
+      if (is_inside(list(holder_of)%solid, x)) return
+    end do
+    holder_of = 0
+  end function holder_of
+
+  !> The mesh of cells about `h` large around all that is added.
+  subroutine mesh_of(world, h, list, mesh)
+    type(world_t), intent(in) :: world
+    real(rp), intent(in) :: h                  !! [m]
+    type(solids_t), intent(in) :: list(:)
+    type(mesh_t), intent(out) :: mesh
+    real(rp), allocatable :: x(:), y(:), z(:)
+
+    call lay_lines(h, planes_of(list, 1), x)
+    call lay_lines(h, planes_of(list, 2), y)
+    call lay_lines(h, planes_of(list, 3), z)
+    call mesh%init(world, x, y, z)
+  end subroutine mesh_of
+
+  !> Places of faces across `axis`, the ends first: of solids that add, then of those that cut.
+  pure function planes_of(list, axis) result(planes)
+    type(solids_t), intent(in) :: list(:)
+    integer, intent(in) :: axis
+    real(rp), allocatable :: planes(:)
+    real(rp) :: lower(3), upper(3), ends(2)
+    integer :: b, i, pass
+
+    ends = [huge(1.0_rp), -huge(1.0_rp)]
+    allocate (planes(0))
+    do pass = 1, 2
+      do b = 1, size(list)
+        do i = 1, size(list(b)%solid)
+          associate (s => list(b)%solid(i))
+            if (s%adds .neqv. pass == 1) cycle
+            call bounds(s, lower, upper)
+            if (s%adds) ends = [min(ends(1), lower(axis)), max(ends(2), upper(axis))]
+            if (is_flat(s, axis)) planes = [planes, lower(axis), upper(axis)]
+          end associate
+        end do
+      end do
+    end do
+    planes = [ends, planes]
+  end function planes_of
+
+  !> True if a solid has plane faces across `axis`.
+  pure logical function is_flat(s, axis)
+    type(solid_t), intent(in) :: s
+    integer, intent(in) :: axis
+
+    select case (s%kind)
+    case ('box')
+      is_flat = .true.
+    case ('trapezoid')
+      is_flat = axis /= s%across
+    case ('cylinder')
+      is_flat = axis == s%axis
+    case default
+      is_flat = .false.
+    end select
+  end function is_flat
+
+  !> Parts of the cells of this rank's planes and `reach` more.
+  subroutine cut_cells(list, mesh, cuts)
+    type(solids_t), intent(in) :: list(:)
+    type(mesh_t), intent(in) :: mesh
+    type(cuts_t), intent(out) :: cuts
+    integer :: first, i, j, k, last, p
+
+    first = max(1, mesh%lo - reach)
+    last = min(mesh%n(1), mesh%hi + reach)
+    if (mesh%nx == 0) last = first - 1
+    p = last - first + 1
+    allocate (cuts%volume(mesh%n(3), mesh%n(2), p), cuts%face(6, mesh%n(3), mesh%n(2), p), &
+              cuts%body(mesh%n(3), mesh%n(2), p))
+    do i = first, last
+      p = i - first + 1
+      do j = 1, mesh%n(2)
+        do k = 1, mesh%n(3)
+          call cut_cell(list, mesh%box(i, j, k), cuts%volume(k, j, p), cuts%face(:, k, j, p), &
+                        cuts%body(k, j, p))
+        end do
+      end do
+    end do
+  end subroutine cut_cells
+
+  !> A cell whose corners, quarter points and centre agree is whole or empty.
+  pure subroutine cut_cell(list, box, volume, face, body)
+    type(solids_t), intent(in) :: list(:)
+    real(rp), intent(in) :: box(3, 2)          !! [m]
+    real(rp), intent(out) :: volume, face(6)
+    integer, intent(out) :: body
+    real(rp), parameter :: at(4) = [inside, 0.25_rp, 0.75_rp, 1.0_rp - inside]
+    real(rp) :: s(3)
+    integer :: c, held, holder, n
+
+    body = holder_of(list, place([0.5_rp, 0.5_rp, 0.5_rp]))
+    held = merge(1, 0, body > 0)
+    n = 1
+    do c = 0, 15
+      s = merge(at(2), at(3), [btest(c, 0), btest(c, 1), btest(c, 2)])
+      if (c > 7) s = merge(at(1), at(4), [btest(c, 0), btest(c, 1), btest(c, 2)])
+      holder = holder_of(list, place(s))
+      if (body == 0) body = holder
+      n = n + 1
+      if (holder > 0) held = held + 1
+      if (held > 0 .and. held < n) exit
+    end do
+    volume = merge(1.0_rp, 0.0_rp, held > 0)
+    face = volume
+    if (held > 0 .and. held < n) call sample(volume, face)
+  contains
+    pure function place(part) result(x)
+      real(rp), intent(in) :: part(3)
+      real(rp) :: x(3)
+
+      x = box(:, 1) + part*(box(:, 2) - box(:, 1))
+    end function place
+
+    pure subroutine sample(volume, face)
+      real(rp), intent(out) :: volume, face(6)
+      real(rp) :: s(3)
+      integer :: a, i, j, k
+
+      volume = 0.0_rp
+      face = 0.0_rp
+      do i = 1, fine
+        do j = 1, fine
+          s = [real(i, rp), real(j, rp), 0.0_rp] - 0.5_rp
+          s = s/real(fine, rp)
+          do k = 1, fine
+            s(3) = (real(k, rp) - 0.5_rp)/real(fine, rp)
+            if (holder_of(list, place(s)) > 0) volume = volume + 1.0_rp/real(fine, rp)**3
+          end do
+          do a = 1, 3
+            s(3) = inside
+            if (holder_of(list, place(cshift(s, -a))) > 0) face(2*a - 1) = face(2*a - 1) + 1.0_rp
+            s(3) = 1.0_rp - inside
+            if (holder_of(list, place(cshift(s, -a))) > 0) face(2*a) = face(2*a) + 1.0_rp
+          end do
+        end do
+      end do
+      face = face/real(fine, rp)**2
+    end subroutine sample
+  end subroutine cut_cell
+
+end module heat_setup_cut_cells

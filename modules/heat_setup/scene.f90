@@ -1,0 +1,391 @@
+! SPDX-License-Identifier: MIT
+!> A scene of heat alone from the checked input: mesh, properties, films, sources and method.
+module heat_setup_scene
+  use base_kinds, only: i8, pi, rp
+  use comm_world, only: world_t
+  use heat_alone_state, only: heat_run_t
+  use heat_mesh_curve, only: curve_t, make_property, table_value
+  use heat_mesh_cut_mesh, only: cut_mesh, cuts_t
+  use heat_mesh_rates, only: heat_t
+  use heat_mesh_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
+  use heat_setup_cut_cells, only: all_solids, cut_cells, holder_of, mesh_of, solids_t
+  use heat_solvers_fft, only: has_fft
+  use heat_solvers_integrator, only: march_t
+  use heat_solvers_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
+  use heat_solvers_petsc, only: petsc_trouble
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use materials_flow_laws, only: softening_from
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: check_heat_scene, build_heat_scene, is_held
+
+contains
+
+  !> Complaints about what a scene of heat alone does not have, or cannot do in this build.
+  subroutine check_heat_scene(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(8), parameter :: idle(8) = [character(8) :: 'TOOL', 'MOTION', 'WALL', 'CLAMP', &
+                                          'LOAD', 'TRACTION', 'CONTACT', 'FIELD']
+    integer :: g, i
+
+    if (scene%method%has_mechanics) then
+      do i = 1, input%count('SOURCE')
+        if (input%text('SOURCE', i, 'KIND') == 'stir') call input%report(diagnostics, 'SOURCE', &
+          i, 'KIND', 'needs &METHOD MECHANICS = F')
+      end do
+      if (.not. scene%method%conducts) return
+      select case (input%text('HEAT', 1, 'INTEGRATOR'))
+      case ('rkl2', 'tr-bdf2')
+        call input%report(diagnostics, 'HEAT', 1, 'INTEGRATOR', 'needs &METHOD MECHANICS = F')
+      case default
+      end select
+      if (input%integer('HEAT', 1, 'EVERY') > 0) then
+        if (.not. scene%method%implicit_heat) call input%report(diagnostics, 'HEAT', 1, 'EVERY', &
+          "needs INTEGRATOR = 'backward-euler'")
+        if (scene%method%heat_step > 0.0_rp) call input%report(diagnostics, 'HEAT', 1, 'EVERY', &
+          'does not go with STEP')
+      end if
+      if (input%text('HEAT', 1, 'SOLVER') == 'fftw') call input%report(diagnostics, 'HEAT', 1, &
+        'SOLVER', 'needs &METHOD MECHANICS = F: beside mechanics it is cg or petsc')
+      if (input%text('HEAT', 1, 'SOLVER') /= 'auto' .and. .not. scene%method%implicit_heat) then
+        call input%report(diagnostics, 'HEAT', 1, 'SOLVER', 'needs an implicit INTEGRATOR')
+      end if
+      call check_solver(input, diagnostics)
+      return
+    end if
+    if (scene%method%heat_every > 0) call input%report(diagnostics, 'HEAT', 1, 'EVERY', &
+      'has no effect with MECHANICS = F')
+    do g = 1, size(idle)
+      do i = 1, input%count(trim(idle(g)))
+        call input%report(diagnostics, trim(idle(g)), i, '', 'has no effect with MECHANICS = F')
+      end do
+    end do
+    if (.not. scene%method%conducts) call input%report(diagnostics, 'METHOD', 1, 'MECHANICS', &
+      'needs a &HEAT group')
+    if (any(scene%grid%period > 0)) call input%report(diagnostics, 'GRID', 1, 'PERIODIC', &
+      'does not go with MECHANICS = F')
+    call check_materials(input, scene, diagnostics)
+    if (scene%method%conducts) call check_solver(input, diagnostics)
+    call check_tables(input, diagnostics)
+    if (diagnostics%count() > 0) return
+    do i = 1, input%count('SOURCE')
+      if (input%text('SOURCE', i, 'KIND') /= 'stir') cycle
+      if (input%text('SOURCE', i, 'CONTACT') == 'sliding') cycle
+      associate (m => scene%body(1)%material)
+        if (n_values(input, m, 'YIELD_TABLE') + n_values(input, m, 'YIELD_LOGISTIC') == 0) then
+          call input%report(diagnostics, 'SOURCE', i, 'KIND', &
+                              'needs YIELD_TABLE or YIELD_LOGISTIC of the &MATERIAL')
+        end if
+      end associate
+    end do
+  end subroutine check_heat_scene
+
+  !> Bodies of several materials have constant properties, and conduct.
+  subroutine check_materials(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i, m
+
+    if (all(scene%body%material == scene%body(1)%material)) return
+    do i = 1, size(scene%body)
+      m = scene%body(i)%material
+      if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0 .or. &
+          n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) then
+        call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
+          'with MECHANICS = F tables need all bodies to be of one material')
+      end if
+      if (input%real('MATERIAL', m, 'CONDUCTIVITY') <= 0.0_rp) call input%report(diagnostics, &
+        'BODY', i, 'MATERIAL', 'must have a CONDUCTIVITY above 0 with MECHANICS = F')
+    end do
+  end subroutine check_materials
+
+  !> True if a place lies in a body or on its surface.
+  pure logical function is_held(solids, x, h)
+    type(solids_t), intent(in) :: solids(:)
+    real(rp), intent(in) :: x(3), h             !! [m]
+    integer :: c
+
+    is_held = .false.
+    do c = 0, 7
+      is_held = is_held .or. holder_of(solids, x + 1.0e-6_rp*h*merge(1.0_rp, -1.0_rp, &
+                [btest(c, 0), btest(c, 1), btest(c, 2)])) > 0
+    end do
+  end function is_held
+
+  !> A solver that this build does not have is missed by name.
+  subroutine check_solver(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: trouble
+
+    select case (input%text('HEAT', 1, 'SOLVER'))
+    case ('petsc')
+      trouble = petsc_trouble()
+      if (trouble /= '') call input%report(diagnostics, 'HEAT', 1, 'SOLVER', trouble)
+    case ('fftw')
+      if (.not. has_fft) call input%report(diagnostics, 'HEAT', 1, 'SOLVER', &
+        'this program was built without FFTW (Debian: libfftw3-dev; -DSTIRPOINT_FFTW=ON)')
+    case default
+    end select
+  end subroutine check_solver
+
+  !> Tables are whole pairs in rising temperature; pieces have five values.
+  subroutine check_tables(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(20), parameter :: tables(3) = [character(20) :: 'SPECIFIC_HEAT_TABLE', &
+                                             'CONDUCTIVITY_TABLE', 'YIELD_TABLE']
+    real(rp), allocatable :: t(:), v(:)
+    integer :: i, k, n
+
+    do i = 1, input%count('MATERIAL')
+      do k = 1, 3
+        n = n_values(input, i, trim(tables(k)))
+        if (n == 0) cycle
+        call pairs(input, i, trim(tables(k)), t, v)
+        if (mod(n, 2) == 1 .or. any(t(2:) <= t(:size(t) - 1))) then
+          call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
+                              'must be pairs in rising temperature')
+        else if (k < 3 .and. any(v <= 0.0_rp)) then
+          call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), 'must be above 0')
+        end if
+      end do
+      if (mod(n_values(input, i, 'YIELD_LOGISTIC'), 5) /= 0) call input%report(diagnostics, &
+        'MATERIAL', i, 'YIELD_LOGISTIC', 'must be pieces of five values')
+    end do
+  end subroutine check_tables
+
+  !> How many values of a list were given: up to the last that is not 0.
+  integer function n_values(input, i, key)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key
+    real(rp) :: x(64)
+    integer :: most
+
+    n_values = 0
+    if (.not. input%given('MATERIAL', i, key)) return
+    most = merge(25, 64, key == 'YIELD_LOGISTIC')
+    x = 0.0_rp
+    x(:most) = input%reals('MATERIAL', i, key, most)
+    n_values = findloc(abs(x) > 0.0_rp, .true., dim=1, back=.true.)
+    if (key == 'YIELD_TABLE') n_values = n_values + mod(n_values, 2)   ! it may end with 0 Pa
+  end function n_values
+
+  !> Temperatures and values of a table.
+  subroutine pairs(input, i, key, t, v)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key
+    real(rp), allocatable, intent(out) :: t(:), v(:)
+    real(rp) :: x(64)
+    integer :: n
+
+    x = input%reals('MATERIAL', i, key, 64)
+    n = n_values(input, i, key)
+    t = x(1:n:2)
+    v = x(2:n:2)
+  end subroutine pairs
+
+  !> Everything but the state; the scene has no complaints.
+  subroutine build_heat_scene(world, input, scene, run)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(solids_t), allocatable :: solids(:)
+    type(cuts_t) :: cuts
+    real(rp), allocatable :: t_c(:), c(:), t_k(:), k(:), capacity(:)
+    integer :: b, m
+
+    m = scene%body(1)%material
+    allocate (c, source=[input%real('MATERIAL', m, 'SPECIFIC_HEAT')])
+    k = [input%real('MATERIAL', m, 'CONDUCTIVITY')]
+    t_c = [298.0_rp]
+    t_k = t_c
+    if (n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) then
+      call pairs(input, m, 'SPECIFIC_HEAT_TABLE', t_c, c)
+    end if
+    if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0) then
+      call pairs(input, m, 'CONDUCTIVITY_TABLE', t_k, k)
+    end if
+    associate (heat => run%heat)
+      heat%property = make_property(scene%material(m)%rho, t_c, c, t_k, k)
+      call all_solids(input, solids)
+      call mesh_of(world, scene%grid%h, solids, heat%mesh)
+      call cut_cells(solids, heat%mesh, cuts)
+      heat%conductivity = [(input%real('MATERIAL', scene%body(b)%material, 'CONDUCTIVITY'), &
+                            b=1, size(solids))]
+      if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0) heat%conductivity = heat%property%k_ref
+      capacity = [(scene%material(scene%body(b)%material)%rho &
+                   *input%real('MATERIAL', scene%body(b)%material, 'SPECIFIC_HEAT'), &
+                   b=1, size(solids))]
+      if (n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) then
+        capacity = heat%property%rho*heat%property%c_ref
+      end if
+      call cut_mesh(heat%mesh, cuts, heat%property, heat%conductivity, capacity)
+      call heat%add_films(reshape([(scene%body(b)%film, b=1, size(solids))], [6, size(solids)]), &
+                          reshape([(scene%body(b)%ambient, b=1, size(solids))], [6, size(solids)]))
+      call read_heat_sources(input, m, heat%property%k_ref, heat%property%rho*heat%property%c_ref, &
+                             heat%source)
+      call heat%prepare(world)
+      heat%theta(1:heat%size()) = heat%property%state_at( &
+        [(input%real('BODY', heat%mesh%body(b), 'TEMPERATURE'), b=1, heat%size())])
+    end associate
+    call choose_method(world, input, run%heat, run%march)
+  end subroutine build_heat_scene
+
+  subroutine choose_method(world, input, heat, march)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(heat_t), intent(in) :: heat
+    type(march_t), intent(inout) :: march
+    integer :: i
+
+    march%method = rkl2
+    do i = 1, size(method_names)
+      if (method_names(i) == input%text('HEAT', 1, 'INTEGRATOR')) march%method = i
+    end do
+    march%tolerance = input%real('HEAT', 1, 'TOLERANCE')
+    march%fixed = input%real('HEAT', 1, 'STEP')
+    select case (input%text('HEAT', 1, 'SOLVER'))
+    case ('cg')
+      march%implicit%solver = by_cg
+    case ('fftw')
+      march%implicit%solver = by_fft
+    case ('petsc')
+      march%implicit%solver = by_petsc
+    case default
+      march%implicit%solver = fastest_solver(world, heat)
+    end select
+    march%implicit%tolerance = 0.1_rp*march%tolerance
+  end subroutine choose_method
+
+  !> Collective: what was measured to be the fastest (docs/heat.md). In a box of constant properties
+  !> FFTW solves directly; in another solid of one material it preconditions faster than the
+  !> diagonal where there are many cells.
+  integer function fastest_solver(world, heat)
+    type(world_t), intent(in) :: world
+    type(heat_t), intent(in) :: heat
+    integer(i8), parameter :: many = 50000_i8
+    integer(i8) :: cells(3)
+
+    cells = [count(heat%mesh%capacity > 0.0_rp, kind=i8), size(heat%mesh%void, kind=i8), &
+             size(heat%mesh%odd, kind=i8)]
+    call world%sum(cells)
+    fastest_solver = by_cg
+    if (.not. has_fft) return
+    if (heat%property%is_constant .and. sum(cells(2:)) == 0) fastest_solver = by_fft
+    if (cells(1) > many .and. all(abs(heat%conductivity - heat%conductivity(1)) <= 0.0_rp)) then
+      fastest_solver = by_fft
+    end if
+  end function fastest_solver
+
+  subroutine read_heat_sources(input, m, conductivity, capacity, source)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: m                       !! the material
+    real(rp), intent(in) :: conductivity, capacity  !! [W/(m K)], [J/(m3 K)]
+    type(heat_source_t), allocatable, intent(out) :: source(:)
+    real(rp) :: effusivity(2), share
+    integer :: i
+
+    allocate (source(input%count('SOURCE')))
+    do i = 1, size(source)
+      associate (s => source(i))
+        s%position = input%reals('SOURCE', i, 'POSITION', 3)
+        s%velocity = input%reals('SOURCE', i, 'VELOCITY', 3)
+        s%radius = input%real('SOURCE', i, 'RADIUS')
+        s%begin = input%real('SOURCE', i, 'BEGIN')
+        if (input%real('SOURCE', i, 'END') > 0.0_rp) s%end = input%real('SOURCE', i, 'END')
+        select case (input%text('SOURCE', i, 'KIND'))
+        case ('disc', 'ball')
+          s%kind = merge(kind_disc, kind_ball, input%text('SOURCE', i, 'KIND') == 'disc')
+          s%power = input%real('SOURCE', i, 'POWER')
+        case default
+          s%kind = kind_stir
+          effusivity = sqrt([conductivity*capacity, input%real('SOURCE', i, 'TOOL_CONDUCTIVITY') &
+                             *input%real('SOURCE', i, 'TOOL_DENSITY') &
+                             *input%real('SOURCE', i, 'TOOL_SPECIFIC_HEAT')])
+          share = effusivity(1)/sum(effusivity)
+          if (input%given('SOURCE', i, 'SHARE')) share = input%real('SOURCE', i, 'SHARE')
+          s%spin = share*abs(input%real('SOURCE', i, 'SPIN_RPM'))*2.0_rp*pi/60.0_rp
+          s%shear = shear_curve(input, i, m)
+        end select
+      end associate
+    end do
+  end subroutine read_heat_sources
+
+  !> Shear stress of a stirring source over temperature.
+  function shear_curve(input, i, m) result(curve)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i, m
+    type(curve_t) :: curve
+    real(rp), parameter :: step = 0.25_rp, most = 4000.0_rp
+    real(rp), allocatable :: t(:), v(:), sticking(:)
+    real(rp) :: piece(25), sliding, last
+    integer :: k, n
+
+    n = nint(most/step)
+    allocate (sticking(0:n), source=0.0_rp)
+    if (n_values(input, m, 'YIELD_LOGISTIC') > 0) then
+      piece = input%reals('MATERIAL', m, 'YIELD_LOGISTIC', 25)
+      sticking = [(logistic(piece, step*real(k, rp)), k=0, n)]
+    else if (n_values(input, m, 'YIELD_TABLE') > 0) then
+      call pairs(input, m, 'YIELD_TABLE', t, v)
+      sticking = [(table_value(step*real(k, rp), t, v), k=0, n)]
+    end if
+    last = 0.0_rp
+    if (allocated(t)) last = t(size(t))
+    call soften(input%real('MATERIAL', m, 'T_MELT'), last, step, sticking)
+    sticking = sticking/sqrt(3.0_rp)
+    sliding = input%real('SOURCE', i, 'FRICTION')*input%real('SOURCE', i, 'PRESSURE')
+    curve = curve_t(0.0_rp, step, sticking)
+    select case (input%text('SOURCE', i, 'CONTACT'))
+    case ('sliding')
+      curve%value = sliding
+    case ('limited')
+      curve%value = min(sliding, sticking)
+    case ('mixed')
+      associate (slip => input%real('SOURCE', i, 'SLIP'))
+        curve%value = slip*sliding + (1.0_rp - slip)*sticking
+      end associate
+    case default
+    end select
+  end function shear_curve
+
+  !> The yield stress falls to 0 at melting, over its last twentieth or above the last temperature
+  !> that is given.
+  pure subroutine soften(t_melt, last, step, yield)
+    real(rp), intent(in) :: t_melt, last, step    !! [K]
+    real(rp), intent(inout) :: yield(0:)
+    real(rp) :: from
+    integer :: k
+
+    from = softening_from(t_melt, last)
+    do k = 0, ubound(yield, 1)
+      yield(k) = yield(k)*max(0.0_rp, min(1.0_rp, (t_melt - step*k)/(t_melt - from)))
+    end do
+  end subroutine soften
+
+  !> Yield stress of the first piece that reaches `t`; 0 above the last [Pa].
+  pure real(rp) function logistic(piece, t)
+    real(rp), intent(in) :: piece(25), t
+    integer :: p
+
+    logistic = 0.0_rp
+    do p = 0, 20, 5
+      if (piece(p + 3) <= 0.0_rp) return
+      if (t > piece(p + 5)) cycle
+      logistic = max(0.0_rp, piece(p + 1) + (piece(p + 2) - piece(p + 1)) &
+                     /(1.0_rp + (t/piece(p + 3))**piece(p + 4)))
+      return
+    end do
+  end function logistic
+
+end module heat_setup_scene

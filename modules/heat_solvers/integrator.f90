@@ -1,0 +1,294 @@
+! SPDX-License-Identifier: MIT
+!> Time integration of a temperature field behind one interface, `advance`: by explicit Euler steps,
+!> by the super-time-stepping scheme RKL2 (Meyer, Balsara & Aslam 2014, J. Comput. Phys. 257, 594),
+!> or implicitly (heat_solvers_implicit). Step sizes follow from an estimate of the error of a step.
+!> Heats in and out are integrated by the same scheme as the field, so that the balance is exact.
+module heat_solvers_integrator
+  use base_kinds, only: i8, rp
+  use heat_mesh_rates, only: heat_t, n_books
+  use heat_solvers_implicit, only: implicit_t, order_of
+  use heat_solvers_method, only: backward_euler, euler, rkl2, tr_bdf2
+  implicit none (type, external)
+  private
+
+  public :: march_t, n_kept
+
+  integer, parameter :: n_kept = 3                 !! fields besides the state: rate, pace,
+                                                   !! preconditioner
+
+  real(rp), parameter :: safety = 0.8_rp, most_growth = 2.0_rp, least_growth = 0.2_rp
+  integer, parameter :: most_refused = 50          !! in one step
+  real(rp), parameter :: of_limit = 0.95_rp        !! part of the stability limit that is used
+
+  type :: march_t
+    integer :: method = rkl2
+    real(rp) :: tolerance = 2.0_rp                 !! of the error of a step in any cell [K]
+    real(rp) :: fixed = 0.0_rp                     !! fixed step [s]; 0: by the estimate
+    real(rp) :: next = 0.0_rp                      !! step to try next [s]
+    real(rp) :: last = 0.0_rp                      !! last step made [s]
+    integer(i8) :: steps = 0, refused = 0
+    logical :: is_stuck = .false.                  !! a step could not be made: the state is that
+                                                   !! before it
+    real(rp) :: books(n_books) = 0.0_rp            !! heat in and out so far, of all ranks [J]
+    type(implicit_t) :: implicit
+    logical, private :: has_rate = .false.         !! `m0`, `p0` are those of the present state
+    logical, allocatable, private :: was_on(:)
+    real(rp), private :: p0(n_books) = 0.0_rp
+    real(rp), allocatable, private, dimension(:) :: y0, y1, m0, m1
+  contains
+    procedure :: start
+    procedure :: advance
+    procedure :: pack_memory
+    procedure :: unpack_memory
+  end type march_t
+
+contains
+
+  !> Fields of the size of the problem.
+  subroutine start(self, heat)
+    class(march_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    integer :: lo, hi
+
+    lo = lbound(heat%theta, 1)
+    hi = ubound(heat%theta, 1)
+    allocate (self%y0(lo:hi), self%y1(lo:hi), self%m0(lo:hi), self%m1(lo:hi), source=0.0_rp)
+    allocate (self%was_on(size(heat%source)), source=.false.)
+    if (self%next <= 0.0_rp) self%next = 10.0_rp/max(heat%fastest, 1.0e-3_rp)
+    if (self%fixed > 0.0_rp) self%next = self%fixed       ! also if a restart changes it
+    if (is_implicit(self)) call self%implicit%start(heat, self%method)
+  end subroutine start
+
+  pure logical function is_implicit(self)
+    class(march_t), intent(in) :: self
+
+    is_implicit = self%method == backward_euler .or. self%method == tr_bdf2
+  end function is_implicit
+
+  !> Collective: what a run that goes on needs besides the state: fields of own cells and numbers.
+  subroutine pack_memory(self, heat, fields, numbers)
+    class(march_t), intent(in) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(out) :: fields(:, :)                  !! (cells, n_kept)
+    real(rp), allocatable, intent(out) :: numbers(:)       !! the same on all ranks
+    real(rp) :: of_solver(2), power(n_books*heat%world%size)
+
+    power = 0.0_rp
+    power(n_books*heat%world%rank + 1:n_books*(heat%world%rank + 1)) = self%p0
+    call heat%world%sum(power)
+    fields(:, 1) = self%m0(1:heat%size())
+    call self%implicit%pack_memory(fields(:, 2:), of_solver)
+    numbers = [of_solver, real(size(self%was_on), rp), merge(1.0_rp, 0.0_rp, self%was_on), &
+               merge(1.0_rp, 0.0_rp, self%has_rate), power]
+  end subroutine pack_memory
+
+  !> Take up, after `start`, what `pack_memory` gave; with other sources the rates are found anew.
+  subroutine unpack_memory(self, heat, fields, numbers)
+    class(march_t), intent(inout) :: self
+    type(heat_t), intent(in) :: heat
+    real(rp), intent(in) :: fields(:, :), numbers(:)
+    integer :: n
+
+    if (is_implicit(self)) call self%implicit%unpack_memory(fields(:, 2:), numbers(:2))
+    n = size(self%was_on)
+    if (nint(numbers(3)) /= n) return
+    self%was_on = numbers(4:3 + n) > 0.0_rp
+    self%has_rate = numbers(4 + n) > 0.0_rp
+    self%m0(1:heat%size()) = fields(:, 1)
+    associate (power => reshape(numbers(5 + n:), [n_books, (size(numbers) - 4 - n)/n_books]))
+      if (size(power, 2) == heat%world%size) then
+        self%p0 = power(:, heat%world%rank + 1)
+      else                               ! another number of ranks
+        self%p0 = merge(sum(power, dim=2), 0.0_rp, heat%world%is_root())
+      end if
+    end associate
+  end subroutine unpack_memory
+
+  !> Collective: one step from `t`, at most to `t_most`; `t` becomes its end. A step that cannot be
+  !> solved, or not to the tolerance however short, leaves all as it was and `is_stuck`, on all
+  !> ranks.
+  subroutine advance(self, heat, t, t_most)
+    class(march_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(inout) :: t                   !! [s]
+    real(rp), intent(in) :: t_most
+    real(rp) :: dt, error(1), gain(n_books), p1(n_books), t_end, wish
+    integer(i8) :: before
+
+    before = self%refused
+    do
+      wish = min(self%next, longest(self, heat))
+      dt = fitted(wish, t_most - t)
+      t_end = t + dt
+      if (abs(t_end - t_most) <= 1.0e-12_rp*abs(t_most)) t_end = t_most
+      call aim_at(self, heat, t, t_end)
+      self%y0 = heat%theta
+      select case (self%method)
+      case (euler)
+        call euler_step(self, heat, dt, gain)
+      case (rkl2)
+        call rkl2_step(self, heat, dt, gain)
+      case default
+        call self%implicit%step(heat, dt, self%y0, self%m0, self%p0, gain)
+      end select
+      call heat%rate(heat%theta, 1.0_rp, self%m1, p1)
+      error = 0.0_rp
+      if (self%fixed > 0.0_rp .or. self%method == euler) then
+        self%is_stuck = self%implicit%has_failed
+        exit
+      end if
+      call estimate(self, heat, dt, error(1))
+      call heat%world%max(error)
+      self%next = dt*max(least_growth, min(most_growth, &
+        safety*(self%tolerance/max(error(1), tiny(1.0_rp)))**(1.0_rp/(1.0_rp + order(self)))))
+      if (.not. error(1) > self%tolerance) exit   ! also if it is not a number: the loop will say so
+      heat%theta = self%y0
+      self%refused = self%refused + 1
+      self%is_stuck = self%refused - before == most_refused
+      if (self%is_stuck) exit
+    end do
+    if (self%is_stuck) then
+      heat%theta = self%y0
+      self%last = dt
+      return
+    end if
+    ! a step cut short by an output must not make the next ones short
+    if (error(1) <= 0.25_rp*self%tolerance .and. dt < wish) self%next = max(self%next, wish)
+    if (is_implicit(self)) call self%implicit%keep(heat, dt, self%y0)
+    call heat%world%sum(gain)
+    self%books = self%books + gain
+    call exchange(self%m0, self%m1)
+    self%p0 = p1
+    self%has_rate = .true.
+    self%steps = self%steps + 1
+    self%last = dt
+    t = t_end
+  end subroutine advance
+
+  pure real(rp) function order(self)
+    class(march_t), intent(in) :: self
+
+    order = 2.0_rp
+    if (is_implicit(self)) order = order_of(self%method)
+  end function order
+
+  !> `wish` or less, so that equal steps fill `left`.
+  pure real(rp) function fitted(wish, left)
+    real(rp), intent(in) :: wish, left
+
+    fitted = left
+    if (wish < left) fitted = left/real(ceiling(min(left/wish, 1.0e9_rp)), rp)
+  end function fitted
+
+  !> Longest step that the method can make [s]: an explicit one must be stable.
+  pure real(rp) function longest(self, heat)
+    class(march_t), intent(in) :: self
+    type(heat_t), intent(in) :: heat
+
+    longest = huge(1.0_rp)
+    if (self%method == euler .and. heat%fastest > 0.0_rp) longest = of_limit/heat%fastest
+  end function longest
+
+  !> Sources for the step, and the rates at its start if they are not known.
+  subroutine aim_at(self, heat, t, t_end)
+    class(march_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: t, t_end
+
+    call heat%aim(t, t_end)
+    if (any(heat%is_on .neqv. self%was_on)) self%has_rate = .false.
+    self%was_on = heat%is_on
+    if (.not. self%has_rate) call heat%rate(heat%theta, 0.0_rp, self%m0, self%p0)
+    self%has_rate = .true.
+  end subroutine aim_at
+
+  !> y1 = y0 + dt f(y0).
+  subroutine euler_step(self, heat, dt, gain)
+    class(march_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: dt
+    real(rp), intent(out) :: gain(n_books)
+
+    heat%theta = heat%theta + dt*self%m0
+    gain = dt*self%p0
+  end subroutine euler_step
+
+  !> RKL2 with as many stages as stability needs.
+  subroutine rkl2_step(self, heat, dt, gain)
+    class(march_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: dt
+    real(rp), intent(out) :: gain(n_books)
+    real(rp) :: a(5), b(-1:1), g(n_books), g1(n_books), gamma, mu, nu, p(n_books), w1, factor
+    integer :: j, s
+
+    s = max(3, ceiling(0.5_rp*(sqrt(9.0_rp + 8.0_rp*dt*heat%fastest/of_limit) - 1.0_rp)))
+    w1 = 4.0_rp/real(s*s + s - 2, rp)
+    ! stages live in heat%theta (j-1) and y1 (j-2, becomes j), which are then exchanged
+    self%y1 = self%y0
+    g = 0.0_rp
+    heat%theta = self%y0 + dt*w1/3.0_rp*self%m0
+    g1 = dt*w1/3.0_rp*self%p0
+    do j = 2, s
+      b = [b_of(j - 2), b_of(j - 1), b_of(j)]
+      mu = real(2*j - 1, rp)/real(j, rp)*b(1)/b(0)
+      nu = -real(j - 1, rp)/real(j, rp)*b(1)/b(-1)
+      factor = mu*w1*dt
+      gamma = -(1.0_rp - b(0))*factor
+      a = [mu, nu, 1.0_rp - mu - nu, factor, gamma]
+      call heat%fill(heat%theta)
+      call heat%stage(a, heat%theta, self%y1, self%y0, self%m0, part_of_step(j - 1, s), p)
+      p = mu*g1 + nu*g + factor*p + gamma*self%p0
+      g = g1
+      g1 = p
+      call exchange(heat%theta, self%y1)
+    end do
+    gain = g1
+  end subroutine rkl2_step
+
+  pure real(rp) function b_of(j)
+    integer, intent(in) :: j
+
+    b_of = 1.0_rp/3.0_rp
+    if (j > 2) b_of = real(j*j + j - 2, rp)/real(2*j*(j + 1), rp)
+  end function b_of
+
+  !> Time of stage `j` of `s` within the step.
+  pure real(rp) function part_of_step(j, s)
+    integer, intent(in) :: j, s
+
+    part_of_step = real(j*j + j - 2, rp)/real(s*s + s - 2, rp)
+    if (j == 1) part_of_step = 4.0_rp/(3.0_rp*real(s*s + s - 2, rp))
+  end function part_of_step
+
+  subroutine exchange(a, b)
+    real(rp), allocatable, intent(inout) :: a(:), b(:)
+    real(rp), allocatable :: c(:)
+
+    call move_alloc(a, c)
+    call move_alloc(b, a)
+    call move_alloc(c, b)
+  end subroutine exchange
+
+  !> Largest error of this rank's cells [K]: for RKL2 that of Sommeijer, Shampine & Verwer (1998,
+  !> J. Comput. Appl. Math. 88, 315), 0.8 (y0 - y1) + 0.4 dt (f0 + f1).
+  subroutine estimate(self, heat, dt, error)
+    class(march_t), intent(inout) :: self
+    type(heat_t), intent(inout) :: heat
+    real(rp), intent(in) :: dt
+    real(rp), intent(out) :: error
+    integer :: c
+
+    error = 0.0_rp
+    if (is_implicit(self)) then
+      call self%implicit%estimate(heat, dt, self%m0, self%m1, error)
+      return
+    end if
+    !$omp simd reduction(max: error)
+    do c = 1, heat%size()
+      error = max(error, abs(0.8_rp*(self%y0(c) - heat%theta(c)) &
+                             + 0.4_rp*dt*(self%m0(c) + self%m1(c))))
+    end do
+  end subroutine estimate
+
+end module heat_solvers_integrator

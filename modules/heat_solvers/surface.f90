@@ -1,0 +1,122 @@
+! SPDX-License-Identifier: MIT
+!> The highest plane of cells of a box in an implicit step, where heat that depends on temperature
+!> enters: u + G (s u) = t, with t what the box makes of the step without it, s >= 0 the answer of
+!> the source to its temperature and G what the plane feels of heat given to it, diagonal in
+!> cosines. Every rank solves the whole plane.
+module heat_solvers_surface
+  use base_kinds, only: rp
+  use heat_solvers_cosine, only: cosine_t
+  implicit none (type, external)
+  private
+
+  public :: top_plane_t
+
+  real(rp), parameter :: relative = 1.0e-8_rp    !! residual at the end, of that at the start
+  integer, parameter :: most_iterations = 500
+
+  type :: top_plane_t
+    integer, private :: nx = 0, ny = 0
+    type(cosine_t), private :: along_x, along_y
+  contains
+    procedure :: init
+    procedure :: answer
+    procedure :: spectrum
+    procedure :: field
+  end type top_plane_t
+
+contains
+
+  subroutine init(self, nx, ny)
+    class(top_plane_t), intent(inout) :: self
+    integer, intent(in) :: nx, ny
+
+    self%nx = nx
+    self%ny = ny
+    call self%along_x%init(nx, (ny + 1)/2)
+    call self%along_y%init(ny, (nx + 1)/2)
+  end subroutine init
+
+  !> Cosine transform of a plane.
+  subroutine spectrum(self, u, v)
+    class(top_plane_t), intent(in) :: self
+    real(rp), intent(in) :: u(self%ny, self%nx)
+    real(rp), intent(out) :: v(self%nx, self%ny)
+    real(rp) :: w(self%ny, self%nx)
+
+    w = u
+    call along(self%along_x, self%ny, self%nx, .true., w)
+    v = transpose(w)
+    call along(self%along_y, self%nx, self%ny, .true., v)
+  end subroutine spectrum
+
+  !> Plane of which `v` is the transform.
+  subroutine field(self, v, u)
+    class(top_plane_t), intent(in) :: self
+    real(rp), intent(in) :: v(self%nx, self%ny)
+    real(rp), intent(out) :: u(self%ny, self%nx)
+    real(rp) :: w(self%nx, self%ny)
+
+    w = v
+    call along(self%along_y, self%nx, self%ny, .false., w)
+    u = transpose(w)
+    call along(self%along_x, self%ny, self%nx, .false., u)
+    u = u*(0.25_rp/(real(self%nx, rp)*real(self%ny, rp)))
+  end subroutine field
+
+  !> Transform of w(rows, n) along its second dimension.
+  subroutine along(cosine, rows, n, is_forth, w)
+    type(cosine_t), intent(in) :: cosine
+    integer, intent(in) :: rows, n
+    logical, intent(in) :: is_forth
+    real(rp), intent(inout) :: w(rows, n)
+    complex(rp) :: x((rows + 1)/2, n), y((rows + 1)/2, n)
+    integer :: m
+
+    m = rows/2
+    x(:m, :) = cmplx(w(1:2*m:2, :), w(2:2*m:2, :), rp)
+    if (2*m < rows) x(m + 1, :) = cmplx(w(rows, :), 0.0_rp, rp)
+    if (is_forth) then
+      call cosine%forth(size(x, 1), x, y)
+    else
+      call cosine%back(size(x, 1), x, y)
+    end if
+    w(1:2*m:2, :) = y(:m, :)%re
+    w(2:2*m:2, :) = y(:m, :)%im
+    if (2*m < rows) w(rows, :) = y(m + 1, :)%re
+  end subroutine along
+
+  !> Transform of s u, from transforms of t and of G, by conjugate gradients on
+  !> (1 + sqrt(s) G sqrt(s)) v = sqrt(s) t.
+  subroutine answer(self, s, t, g, su)
+    class(top_plane_t), intent(in) :: self
+    real(rp), intent(in) :: s(self%ny, self%nx), t(self%nx, self%ny), g(self%nx, self%ny)
+    real(rp), intent(out) :: su(self%nx, self%ny)
+    real(rp), dimension(self%ny, self%nx) :: root, p, q, r, v
+    real(rp) :: rr, before, first, alpha
+    integer :: i
+
+    root = sqrt(s)
+    call self%field(t, r)
+    r = root*r
+    v = 0.0_rp
+    p = 0.0_rp
+    first = sum(r**2)
+    before = 1.0_rp
+    rr = first
+    do i = 1, most_iterations
+      if (rr <= relative**2*first) exit
+      p = r + (rr/before)*p
+      before = rr
+      call self%spectrum(root*p, su)
+      su = g*su
+      call self%field(su, q)
+      q = p + root*q
+      alpha = rr/sum(p*q)
+      v = v + alpha*p
+      r = r - alpha*q
+      rr = sum(r**2)
+    end do
+    call self%spectrum(root*v, su)
+  end subroutine answer
+
+end module heat_solvers_surface

@@ -1,0 +1,105 @@
+! SPDX-License-Identifier: MIT
+!> Tridiagonal systems along z of an implicit step in a box, one for each pair of cosines:
+!> (1 + a (lambda + zm + zp + loss)) x_k - a zm x_k-1 - a zp x_k+1 = b_k. Two cells in z are the
+!> parts of a complex number.
+module heat_solvers_tridiagonal
+  use base_kinds, only: rp
+  implicit none (type, external)
+  private
+
+  public :: uprights_t
+
+  integer, parameter :: lanes = 8        !! systems that are solved at once
+
+  type :: uprights_t
+    integer :: nx = 0, nz = 0
+    real(rp), allocatable :: lambda_x(:)             !! (nx) decay rates of cosines [1/s]
+    real(rp), allocatable, dimension(:) :: zm, zp, loss   !! (nz) [1/s]
+  contains
+    procedure :: solve
+    procedure :: answer
+  end type uprights_t
+
+contains
+
+  !> Tridiagonal systems along z, `lanes` of them at once.
+  pure subroutine solve(self, a, lambda_y, is_up, is_down, work)
+    class(uprights_t), intent(in) :: self
+    real(rp), intent(in) :: a, lambda_y           !! [s], [1/s]
+    logical, intent(in) :: is_up, is_down
+    complex(rp), intent(inout) :: work((self%nz + 1)/2, self%nx)
+    real(rp) :: lambda(lanes), x(lanes, self%nz + 1), up(lanes, self%nz), pivot(lanes), &
+                y(lanes, self%nz + 1)
+    integer :: i, k, m
+
+    x = 0.0_rp
+    lambda = 0.0_rp
+    do i = 1, self%nx, lanes
+      m = min(lanes, self%nx - i + 1)
+      lambda(:m) = lambda_y + self%lambda_x(i:i + m - 1)
+      do k = 1, (self%nz + 1)/2
+        x(:m, 2*k - 1) = work(k, i:i + m - 1)%re
+        x(:m, 2*k) = work(k, i:i + m - 1)%im
+      end do
+      y = x
+      call go_up(self%nz, a, lambda, self%zm, self%zp, self%loss, y, up, pivot)
+      if (is_up) x = y
+      if (is_down) call go_down(self%nz, up, x)
+      do k = 1, (self%nz + 1)/2
+        work(k, i:i + m - 1) = cmplx(x(:m, 2*k - 1), x(:m, 2*k), rp)
+      end do
+    end do
+  end subroutine solve
+
+  !> x in the highest plane for heat of 1 there alone.
+  pure subroutine answer(self, a, lambda_y, g)
+    class(uprights_t), intent(in) :: self
+    real(rp), intent(in) :: a, lambda_y           !! [s], [1/s]
+    real(rp), intent(out) :: g(self%nx)
+    real(rp) :: lambda(lanes), x(lanes, self%nz), up(lanes, self%nz), pivot(lanes)
+    integer :: i, m
+
+    x = 0.0_rp
+    lambda = 0.0_rp
+    do i = 1, self%nx, lanes
+      m = min(lanes, self%nx - i + 1)
+      lambda(:m) = lambda_y + self%lambda_x(i:i + m - 1)
+      call go_up(self%nz, a, lambda, self%zm, self%zp, self%loss, x, up, pivot)
+      g(i:i + m - 1) = pivot(:m)
+      x = 0.0_rp
+    end do
+  end subroutine answer
+
+  !> Elimination from below; `pivot` is the inverse of the last one.
+  pure subroutine go_up(nz, a, lambda, zm, zp, loss, x, up, pivot)
+    integer, intent(in) :: nz
+    real(rp), intent(in) :: a, lambda(lanes), zm(nz), zp(nz), loss(nz)
+    real(rp), intent(inout) :: x(lanes, nz)
+    real(rp), intent(out) :: up(lanes, nz), pivot(lanes)
+    real(rp) :: d(lanes), up_before(lanes), before(lanes)
+    integer :: k
+
+    up_before = 0.0_rp
+    before = 0.0_rp
+    do k = 1, nz
+      d = 1.0_rp/(1.0_rp + a*(lambda + zm(k) + zp(k) + loss(k)) - a*zm(k)*up_before)
+      before = (x(:, k) + a*zm(k)*before)*d
+      up_before = a*zp(k)*d
+      up(:, k) = up_before
+      x(:, k) = before
+    end do
+    pivot = d
+  end subroutine go_up
+
+  pure subroutine go_down(nz, up, x)
+    integer, intent(in) :: nz
+    real(rp), intent(in) :: up(lanes, nz)
+    real(rp), intent(inout) :: x(lanes, nz)
+    integer :: k
+
+    do k = nz - 1, 1, -1
+      x(:, k) = x(:, k) + up(:, k)*x(:, k + 1)
+    end do
+  end subroutine go_down
+
+end module heat_solvers_tridiagonal

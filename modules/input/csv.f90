@@ -1,0 +1,153 @@
+! SPDX-License-Identifier: MIT
+!> Columns of numbers from a CSV file with a line of names; lines that begin with # do not count.
+module input_csv
+  use base_kinds, only: rp
+  use base_text, only: str
+  use input_diagnostics, only: diagnostics_t, excerpt
+  use keys_table, only: to_real
+  implicit none (type, external)
+  private
+
+  public :: read_columns
+
+  integer, parameter :: line_length = 4096, most_diagnostics = 20
+  real(rp), parameter :: beyond = 1.0e9_rp    !! no time, temperature or strain
+
+contains
+
+  !> The column of each name that the file has, `values(:, k)`; `found(k)` is false if it has none.
+  !> `lines` are those of the rows. Complains of values that are no finite numbers.
+  subroutine read_columns(path, names, values, lines, found, opened, diagnostics)
+    character(*), intent(in) :: path, names(:)
+    real(rp), allocatable, intent(out) :: values(:, :)
+    integer, allocatable, intent(out) :: lines(:)
+    logical, intent(out) :: found(:), opened      !! `opened`: the file can be read
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(line_length) :: line
+    integer :: columns, place(size(names)), n, number, status, unit, wrong
+    logical :: has_header
+
+    found = .false.
+    wrong = 0
+    allocate (values(64, size(names)), lines(64))
+    open (newunit=unit, file=path, action='read', status='old', iostat=status)
+    opened = status == 0
+    if (.not. opened) return
+    n = 0
+    number = 0
+    has_header = .false.
+    do while (wrong < most_diagnostics)
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      number = number + 1
+      call clean(line, number)
+      if (line == '' .or. line(1:1) == '#') cycle
+      if (line(line_length:) /= '') call report('is longer than '//str(line_length)//' characters')
+      if (.not. has_header) then
+        has_header = .true.
+        call find_columns(line, names, place)
+        found = place > 0
+        columns = items(line)
+        cycle
+      end if
+      call make_room(n + 1, values, lines)
+      n = n + 1
+      lines(n) = number
+      call read_row()
+    end do
+    close (unit)
+    values = values(:n, :)
+    lines = lines(:n)
+  contains
+    !> The values of this line.
+    subroutine read_row()
+      character(:), allocatable :: item
+      integer :: k
+      logical :: ok
+
+      values(n, :) = 0.0_rp
+      if (items(line) /= columns) then
+        call report('has '//str(items(line))//' values, the table '//str(columns)//' columns')
+        return
+      end if
+      do k = 1, size(names)
+        if (.not. found(k)) cycle
+        item = item_of(line, place(k))
+        call to_real(item, values(n, k), ok)
+        ok = ok .and. abs(values(n, k)) < beyond
+        if (.not. ok) call report("'"//excerpt(item)//"' is no number for "//trim(names(k))// &
+                                  ' (below 1e9)')
+      end do
+    end subroutine read_row
+
+    subroutine report(message)
+      character(*), intent(in) :: message
+
+      wrong = wrong + 1
+      if (wrong <= most_diagnostics) call diagnostics%add(path, number, message)
+    end subroutine report
+  end subroutine read_columns
+
+  !> Without the byte order mark of the first line, tabs and carriage returns.
+  pure subroutine clean(line, number)
+    character(*), intent(inout) :: line
+    integer, intent(in) :: number
+    character(3), parameter :: mark = char(239)//char(187)//char(191)
+    integer :: i
+
+    if (number == 1 .and. line(1:3) == mark) line = line(4:)
+    do i = 1, len_trim(line)
+      if (line(i:i) == achar(9) .or. line(i:i) == achar(13)) line(i:i) = ' '
+    end do
+  end subroutine clean
+
+  pure subroutine make_room(n, values, lines)
+    integer, intent(in) :: n
+    real(rp), allocatable, intent(inout) :: values(:, :)
+    integer, allocatable, intent(inout) :: lines(:)
+    real(rp), allocatable :: longer(:, :)
+
+    if (n <= size(lines)) return
+    allocate (longer(2*n, size(values, 2)))
+    longer(:n - 1, :) = values
+    call move_alloc(longer, values)
+    lines = [lines, lines, 0, 0]
+  end subroutine make_room
+
+  !> Number of the column of each name, 0 if there is none.
+  pure subroutine find_columns(line, names, place)
+    character(*), intent(in) :: line, names(:)
+    integer, intent(out) :: place(size(names))
+    integer :: i
+
+    place = 0
+    do i = items(line), 1, -1
+      where (names == item_of(line, i)) place = i
+    end do
+  end subroutine find_columns
+
+  !> How many items a line has.
+  pure integer function items(line)
+    character(*), intent(in) :: line
+    integer :: k
+
+    items = 1 + count([(line(k:k) == ',', k=1, len_trim(line))])
+  end function items
+
+  !> The `k`-th item of a line, '' if there is none.
+  pure function item_of(line, k) result(item)
+    character(*), intent(in) :: line
+    integer, intent(in) :: k
+    character(:), allocatable :: item
+    integer :: first, i, width
+
+    first = 1
+    do i = 1, k
+      width = index(line(first:), ',') - 1
+      if (width < 0) width = len(line) - first + 1
+      item = trim(adjustl(line(first:first + width - 1)))
+      first = min(first + width + 1, len(line) + 1)
+    end do
+  end function item_of
+
+end module input_csv

@@ -1,0 +1,172 @@
+! SPDX-License-Identifier: MIT
+!> Print-outs of the table of all groups and keys of the input file.
+module input_keys
+  use input_diagnostics, only: describe_allowed
+  use keys_rows, only: key_table
+  use keys_table, only: group_row_t, key_row_t, key_table_t, quoted, split_words
+  implicit none (type, external)
+  private
+
+  public :: default_item, print_keys, print_keys_markdown
+
+contains
+
+  !> The `k`-th default value as it would be written in the input; empty if there is none.
+  pure function default_item(row, k) result(r)
+    type(key_row_t), intent(in) :: row
+    integer, intent(in) :: k
+    character(:), allocatable :: r
+    character(48), allocatable :: list(:)
+
+    r = ''
+    if (row%kind == 'text' .or. row%kind == 'choice') then
+      r = quoted(trim(row%default))
+    else
+      call split_words(row%default, list)
+      if (k <= size(list)) r = trim(list(k))
+    end if
+  end function default_item
+
+  !> The table as text, for `stirpoint --keys`.
+  subroutine print_keys(unit)
+    integer, intent(in) :: unit
+    type(key_table_t) :: t
+    character(:), allocatable :: about
+    integer :: g, k
+
+    t = key_table()
+    do g = 1, size(t%groups)
+      write (unit, '(6a)') '&', trim(t%groups(g)%name), ' (', occurrence(t%groups(g)), ')  ', &
+        trim(t%groups(g)%about)
+      do k = t%groups(g)%first, t%groups(g)%last
+        about = trim(t%keys(k)%about)
+        if (t%keys(k)%condition /= '') about = about//'; '//trim(merge('required', 'only    ', &
+          t%keys(k)%is_required))//' if '//trim(t%keys(k)%condition)
+        about = trim(about)
+        if (t%keys(k)%allowed /= '') about = about//' ('//describe_allowed(t%keys(k))//')'
+        write (unit, '(2x,a20,a21,2a)') t%keys(k)%name, kind_of(t%keys(k), with_unit=.true.), &
+          padded(default_of(t%keys(k), with_condition=.false.), 8), about
+      end do
+      write (unit, '()')
+    end do
+    write (unit, '(a)') 'A restart may change '//changeable(t)//'.'
+  end subroutine print_keys
+
+  !> What a restart may change, in words.
+  function changeable(t) result(text)
+    type(key_table_t), intent(in) :: t
+    character(:), allocatable :: text
+    integer :: g, k
+
+    text = ''
+    do g = 1, size(t%groups)
+      associate (keys => t%keys(t%groups(g)%first:t%groups(g)%last))
+        if (.not. any(keys%may_change)) cycle
+        text = text//'&'//trim(t%groups(g)%name)
+        if (.not. all(keys%may_change)) then
+          do k = 1, size(keys)
+            if (keys(k)%may_change) text = text//' '//trim(keys(k)%name)
+          end do
+        end if
+        text = text//'; '
+      end associate
+    end do
+    text = text//'&MOTION from the time of the checkpoint on; &SOURCE END if it is later than that'
+  end function changeable
+
+  !> The reference page docs/input.md, for `stirpoint --keys=markdown`.
+  subroutine print_keys_markdown(unit)
+    integer, intent(in) :: unit
+    type(key_table_t) :: t
+    integer :: g, k
+
+    t = key_table()
+    call print_introduction(unit)
+    write (unit, '(a)') &
+      '- A restart may change these keys, all else is refused ([restart.md](restart.md)):', &
+      '  '//changeable(t)//'.'
+    do g = 1, size(t%groups)
+      write (unit, '(/,2a,/)') '## &', trim(t%groups(g)%name)
+      write (unit, '(4a,/)') trim(t%groups(g)%about), ' (', occurrence(t%groups(g)), ')'
+      write (unit, '(a)') '| key | type | unit | default | allowed | meaning |'
+      write (unit, '(a)') '|---|---|---|---|---|---|'
+      do k = t%groups(g)%first, t%groups(g)%last
+        write (unit, '(13a)') '| `', trim(t%keys(k)%name), '` | ', &
+          trim(kind_of(t%keys(k), with_unit=.false.)), ' | ', trim(t%keys(k)%unit), ' | ', &
+          default_of(t%keys(k), with_condition=.true.), ' | ', describe_allowed(t%keys(k)), ' | ', &
+          trim(t%keys(k)%about), ' |'
+      end do
+    end do
+  end subroutine print_keys_markdown
+
+  !> How an input file is written.
+  subroutine print_introduction(unit)
+    integer, intent(in) :: unit
+    character(*), parameter :: fence = repeat('`', 3)
+
+    write (unit, '(a)') '# Input reference', '', &
+      'Printed by `stirpoint --keys=markdown`; its source is modules/keys/rows.f90.', &
+      '', &
+      'An input file is a list of Fortran namelist groups. Units are SI; a name says where not.', &
+      '', fence, '! a comment', "&BODY NAME = 'plate', MATERIAL = 'copper',", &
+      '      VELOCITY = 0.1, 0, 0 /', fence, '', &
+      '- Values are divided by commas or blanks and may go over several lines;', &
+      '  `3*0.0` is `0.0 0.0 0.0`; `KEY(2) = 1.5` gives the second value alone.', &
+      '- Text stands in `''` or `"`; a doubled quote within is one quote.', &
+      '- Groups, keys and choices may be in capitals or small letters; names are literal.', &
+      '- Logical values are `.true.`, `true`, `T` or `.false.`, `false`, `F`.', &
+      '- A value is replaced for one run by `--set GROUP.KEY=VALUE` (all groups of this name),', &
+      '  `--set "GROUP(2).KEY=VALUE"` (the second) or `--set "GROUP(name).KEY=VALUE"` (the one', &
+      '  with this `NAME`). Text needs no quotes there.', &
+      '- Everything that is wrong is reported at once, with line numbers, before the run begins.'
+  end subroutine print_introduction
+
+  !> `once`, `once, required`, `any number`, `at least one`.
+  pure function occurrence(row) result(r)
+    type(group_row_t), intent(in) :: row
+    character(:), allocatable :: r
+
+    if (row%repeats) then
+      r = trim(merge('at least one', 'any number  ', row%is_required))
+    else
+      r = trim(merge('once, required', 'once          ', row%is_required))
+    end if
+  end function occurrence
+
+  !> `3 real [m/s]`.
+  pure function kind_of(row, with_unit) result(r)
+    type(key_row_t), intent(in) :: row
+    logical, intent(in) :: with_unit
+    character(20) :: r
+
+    r = row%kind
+    if (row%n > 1) write (r, '(i0,1x,a)') row%n, trim(row%kind)
+    if (row%n < 0) write (r, '(a,i0,1x,a)') 'up to ', -row%n, trim(row%kind)
+    if (with_unit .and. row%unit /= '') r = trim(r)//' ['//trim(row%unit)//']'
+  end function kind_of
+
+  !> `text` at least `width` wide, and two blanks.
+  pure function padded(text, width) result(r)
+    character(*), intent(in) :: text
+    integer, intent(in) :: width
+    character(:), allocatable :: r
+
+    r = text//repeat(' ', max(2, width + 2 - len(text)))
+  end function padded
+
+  !> The default, `required`, or `-` if there is neither; and when the key is of use.
+  pure function default_of(row, with_condition) result(r)
+    type(key_row_t), intent(in) :: row
+    logical, intent(in) :: with_condition
+    character(:), allocatable :: r
+
+    r = trim(row%default)
+    if (row%is_required) r = 'required'
+    if (row%is_required .and. row%condition /= '' .and. .not. with_condition) r = '-'   ! stands
+                                                                                        ! behind the
+                                                                                        ! meaning
+    if (r == '') r = '-'
+    if (with_condition .and. row%condition /= '') r = r//' if '//trim(row%condition)
+  end function default_of
+
+end module input_keys

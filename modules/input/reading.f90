@@ -1,0 +1,284 @@
+! SPDX-License-Identifier: MIT
+!> Reads the input of a run: namelist groups and `--set` overrides, checked against the table of
+!> keys.
+module input_reading
+  use base_text, only: str
+  use input_diagnostics, only: can_name_results, check_value, diagnostics_t, excerpt, &
+                               unknown_group, unknown_key
+  use input_scan, only: assignment_t, read_file, scan_text
+  use input_values, only: input_t
+  use keys_rows, only: key_table
+  use keys_table, only: key_row_t, quoted, split_override, split_words
+  implicit none (type, external)
+  private
+
+  public :: read_input, read_input_text
+
+contains
+
+  !> Read and check a file; every rank may do so, nothing is printed.
+  subroutine read_input(file, sets, input, diagnostics, point)
+    character(*), intent(in) :: file
+    character(*), intent(in) :: sets(:)   !! GROUP.KEY=VALUE, GROUP(2).KEY=.., GROUP(name).KEY=..
+    type(input_t), intent(out) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical, intent(in), optional :: point   !! true: only of a material point, not of a run
+    character(:), allocatable :: text, problem
+
+    call read_file(file, text, problem)
+    if (problem == '') then
+      call read_input_text(file, text, sets, input, diagnostics, point)
+    else
+      input%file = file
+      input%table = key_table()
+      call scan_text(file, '', input%written, diagnostics)
+      call diagnostics%add(file, 0, problem)
+    end if
+  end subroutine read_input
+
+  !> The same for a text at hand, such as the input kept in a checkpoint.
+  subroutine read_input_text(file, text, sets, input, diagnostics, point, resumed)
+    character(*), intent(in) :: file      !! name for the messages; its stem is the default RUN NAME
+    character(*), intent(in) :: text, sets(:)
+    type(input_t), intent(out) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical, intent(in), optional :: point
+    logical, intent(in), optional :: resumed   !! true: of a run that once began; its idle keys are
+                                               !! let be
+    character(:), allocatable :: stem
+    integer :: k
+
+    input%file = file
+    input%table = key_table()
+    if (present(point)) then
+      input%table%groups%is_required = input%table%groups%name == 'MATERIAL' &
+                                       .or. input%table%groups%name == 'PATH'
+    end if
+    stem = file(index(file, '/', back=.true.) + 1:)
+    if (index(stem, '.', back=.true.) > 1) stem = stem(:index(stem, '.', back=.true.) - 1)
+    input%table%keys(input%table%find_key(input%table%find_group('RUN'), 'NAME'))%default = stem
+    call diagnostics%note_overrides(sets)
+    call scan_text(file, text, input%written, diagnostics)
+    do k = 1, size(sets)
+      call apply_override(input, sets(k), k, diagnostics)
+    end do
+    if (.not. input%given('RUN', 1, 'NAME') .and. .not. can_name_results(stem)) then
+      call diagnostics%add(file, 0, &
+      'the name of this file cannot be that of the results: give &RUN NAME')
+    end if
+    call check_groups(input, diagnostics)
+    call check_assignments(input, diagnostics)
+    call check_presence(input, diagnostics, present(resumed))
+  end subroutine read_input_text
+
+  !> Put the `k`-th override in the place of what the file says.
+  subroutine apply_override(input, set, k, diagnostics)
+    type(input_t), intent(inout) :: input
+    character(*), intent(in) :: set
+    integer, intent(in) :: k
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(assignment_t) :: new
+    character(:), allocatable :: group, which, value
+    integer :: g, i, row
+    logical :: ok
+
+    call split_override(trim(set), group, which, new%key, new%index, value, ok)
+    row = 0
+    g = merge(input%table%find_group(group), 0, ok)
+    if (g > 0) row = input%table%find_key(g, new%key)
+    if (.not. ok) then
+      call diagnostics%add(input%file, -k, 'expected GROUP.KEY=VALUE')
+    else if (g == 0) then
+      call diagnostics%add(input%file, -k, unknown_group(input%table, group))
+    else if (row == 0) then
+      call diagnostics%add(input%file, -k, unknown_key(input%table, g, new%key))
+    end if
+    if (row == 0) return
+
+    if (any(input%table%keys(row)%kind == [character(8) :: 'text', 'choice']) .and. &
+        scan(value(1:1), '''"') == 0) value = quoted(value)
+    new%line = -k
+    if (input%count(group) == 0 .and. .not. input%table%groups(g)%repeats) then
+      call input%written%add_group(group, -k)
+    end if
+    ok = .false.
+    do i = 1, input%count(group)
+      if (.not. is_meant(input, group, i, which)) cycle
+      ok = .true.
+      new%group = input%written%find(group, i)
+      call input%written%replace(new, value)
+    end do
+    if (.not. ok) call diagnostics%add(input%file, -k, 'the input has no such &'//group)
+  end subroutine apply_override
+
+  !> True if an override of `GROUP`, `GROUP(2)` or `GROUP(name)` means the `i`-th group.
+  logical function is_meant(input, group, i, which)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    character(*), intent(in) :: which     !! number, NAME, or empty for all
+
+    is_meant = which == '' .or. which == str(i)
+    if (is_meant .or. input%table%find_key(input%table%find_group(group), 'NAME') == 0) return
+    is_meant = input%text(group, i, 'NAME') == which
+  end function is_meant
+
+  !> Unknown groups, groups given twice, missing groups.
+  subroutine check_groups(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: g, i, first
+
+    do i = 1, size(input%written%groups)
+      associate (group => input%written%groups(i))
+        g = input%table%find_group(group%name)
+        first = input%written%find(group%name, 1)
+        if (g == 0) then
+          call diagnostics%add(input%file, group%line, unknown_group(input%table, group%name))
+        else if (first < i .and. .not. input%table%groups(g)%repeats) then
+          call diagnostics%add(input%file, group%line, '&'//trim(group%name)// &
+            ' may be given only once (first on line '//str(input%written%groups(first)%line)//')')
+        end if
+      end associate
+    end do
+    do g = 1, size(input%table%groups)
+      if (input%table%groups(g)%is_required .and. &
+          input%count(input%table%groups(g)%name) == 0) call diagnostics%add(input%file, 0, &
+        'there is no &'//trim(input%table%groups(g)%name)//' (required)')
+    end do
+  end subroutine check_groups
+
+  !> Unknown keys, keys given twice, bad values.
+  subroutine check_assignments(input, diagnostics)
+    type(input_t), intent(inout) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: label, message, value
+    integer :: g, i, row, twin
+
+    do i = 1, size(input%written%assignments)
+      associate (one => input%written%assignments(i))
+        g = input%table%find_group(input%written%groups(one%group)%name)
+        if (g == 0 .or. one%key == '') cycle
+        row = input%table%find_key(g, one%key)
+        if (row == 0) then
+          call diagnostics%add(input%file, one%line, unknown_key(input%table, g, one%key))
+          cycle
+        end if
+        label = '&'//trim(input%table%groups(g)%name)//' '//trim(one%key)
+        twin = twin_of(input%written%assignments, input%written%groups(one%group)%first, i)
+        if (twin > 0) call diagnostics%add(input%file, one%line, label// &
+          ' is given twice (first on line '//str(input%written%assignments(twin)%line)//')')
+        if (one%is_broken) cycle
+        value = input%written%value(i)
+        message = check_value(input%table%keys(row), one%index, value)
+        one%is_broken = message /= ''
+        if (one%index > 0) label = label//'('//str(one%index)//')'
+        if (one%is_broken) call diagnostics%add(input%file, one%line, &
+          label//' = '//excerpt(value)//': '//message)
+      end associate
+    end do
+  end subroutine check_assignments
+
+  !> The assignment from number `first` on, those of its group, that gave the same as number `i` of
+  !> the file before; 0 if there is none.
+  pure integer function twin_of(list, first, i)
+    type(assignment_t), intent(in) :: list(:)
+    integer, intent(in) :: first, i
+
+    if (list(i)%line > 0) then
+      do twin_of = first, i - 1
+        if (list(twin_of)%key == list(i)%key .and. (list(twin_of)%index == list(i)%index &
+            .or. list(twin_of)%index*list(i)%index == 0)) return
+      end do
+    end if
+    twin_of = 0
+  end function twin_of
+
+  !> Keys that are missing or of no use, and vectors of which only some components are written.
+  subroutine check_presence(input, diagnostics, is_resumed)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical, intent(in) :: is_resumed
+    character(:), allocatable :: group
+    integer :: g, i, k
+
+    do g = 1, size(input%table%groups)
+      group = trim(input%table%groups(g)%name)
+      do i = 1, input%count(group)
+        if (input%written%groups(input%written%find(group, i))%is_broken) cycle
+        do k = input%table%groups(g)%first, input%table%groups(g)%last
+          associate (row => input%table%keys(k))
+            if (input%given(group, i, row%name)) then
+              if (is_partial(input, group, i, row)) call input%report(diagnostics, group, i, &
+                row%name, 'not all of its '//str(row%n)//' values are given')
+              if (.not. is_resumed) call check_use(input, group, i, row, diagnostics)
+            else if (row%is_required) then
+              if (holds(input, group, i, row%condition)) call input%report(diagnostics, group, i, &
+                  '', &
+                'has no '//trim(row%name)//' ('//when(row)//')')
+            end if
+          end associate
+        end do
+      end do
+    end do
+  end subroutine check_presence
+
+  !> `required`, `required if KIND = box or trapezoid`.
+  pure function when(row) result(r)
+    type(key_row_t), intent(in) :: row
+    character(:), allocatable :: r
+
+    r = 'required'
+    if (row%condition /= '') r = r//' if '//trim(row%condition)
+  end function when
+
+  !> True if `KEY = one or other` is so in this group; always if it is empty.
+  logical function holds(input, group, i, condition)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group, condition
+    integer, intent(in) :: i
+    character(48), allocatable :: w(:)
+
+    call split_words(condition, w)
+    holds = size(w) == 0
+    if (.not. holds) holds = any(w(3:) == input%text(group, i, w(1)))
+  end function holds
+
+  !> A key that was given has an effect; one of the file that an override makes idle is only noted.
+  subroutine check_use(input, group, i, row, diagnostics)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    type(key_row_t), intent(in) :: row
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(48), allocatable :: w(:)
+    character(:), allocatable :: choice
+
+    if (holds(input, group, i, row%condition)) return
+    call split_words(row%condition, w)
+    choice = input%text(group, i, w(1))
+    if (choice == '') return                       ! has its complaint
+    call input%report(diagnostics, group, i, row%name, 'has no effect with '//trim(w(1))//' = '// &
+                      choice// &
+                        ', only with '//trim(row%condition), &
+                        is_warning=input%line(group, i, w(1)) < 0 &
+                        .and. input%line(group, i, row%name) > 0)
+  end subroutine check_use
+
+  !> True if a key of several values was written without some that have no default.
+  logical function is_partial(input, group, i, row)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    type(key_row_t), intent(in) :: row
+    integer :: a, k
+
+    is_partial = .false.
+    a = input%written%last_of(input%written%find(group, i), row%name)
+    if (input%written%assignments(a)%is_broken) return
+    do k = 1, merge(row%n, 0, row%n > 1)
+      if (input%item(group, i, row%name, row%kind, k) == '') is_partial = .true.
+    end do
+  end function is_partial
+
+end module input_reading

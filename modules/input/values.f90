@@ -1,0 +1,367 @@
+! SPDX-License-Identifier: MIT
+!> The checked input of a run, and look-ups in it.
+module input_values
+  use base_errors, only: fatal
+  use base_kinds, only: rp
+  use base_text, only: lower, str
+  use input_diagnostics, only: diagnostics_t, excerpt
+  use input_keys, only: default_item
+  use input_scan, only: scan_t
+  use keys_table, only: key_table_t, to_integer, to_logical, to_real, to_text
+  implicit none (type, external)
+  private
+
+  public :: input_t
+
+  !> A checked input. Look-ups name a group, which of its instances (from 1), and a key.
+  type :: input_t
+    character(:), allocatable :: file                  !! name of the input file
+    type(scan_t) :: written                            !! what it says (input_reading fills both)
+    type(key_table_t) :: table
+  contains
+    procedure :: count => count_groups
+    procedure :: is_whole
+    procedure :: is_short
+    procedure :: given => is_given
+    procedure :: real => one_real
+    procedure :: reals => some_reals
+    procedure :: list => all_reals
+    procedure :: integers => some_integers
+    procedure :: integer => one_integer
+    procedure :: logical => one_logical
+    procedure :: text => one_text
+    procedure :: line => line_of
+    procedure :: report
+    procedure :: warn
+    procedure :: switches_on
+    procedure :: text_of_file
+    procedure :: echo
+    procedure :: item
+    procedure :: set_default
+    procedure :: values
+    procedure :: text_of_scene
+    procedure, private :: row_number
+  end type input_t
+
+contains
+
+  !> File `&GROUP KEY = value: message`, or `&GROUP message` if the key is empty, where it belongs.
+  subroutine report(self, diagnostics, group, i, key, message, is_warning)
+    class(input_t), intent(in) :: self
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(*), intent(in) :: group, key, message
+    integer, intent(in) :: i
+    logical, intent(in), optional :: is_warning
+    character(:), allocatable :: label
+    integer :: a
+
+    label = '&'//trim(group)//' '//trim(key)
+    a = self%written%last_of(self%written%find(group, i), key)
+    if (a > 0) then
+      if (self%written%assignments(a)%is_broken) return   ! has its complaint
+      label = label//' = '//excerpt(self%written%value(a))
+    end if
+    if (key /= '') label = label//': '
+    call diagnostics%add(self%file, self%line(group, i, key), label//message, is_warning)
+  end subroutine report
+
+  !> The same of what may be meant: the run goes on.
+  subroutine warn(self, diagnostics, group, i, key, message)
+    class(input_t), intent(in) :: self
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(*), intent(in) :: group, key, message
+    integer, intent(in) :: i
+
+    call self%report(diagnostics, group, i, key, message, is_warning=.true.)
+  end subroutine warn
+
+  !> Whether an 'off auto on' key asks for something in this scene: 'auto' if that `makes_sense`.
+  !> What `forbids` it ('' if nothing) is complained of if it is 'on', else obeyed.
+  logical function switches_on(self, diagnostics, group, key, forbids, makes_sense)
+    class(input_t), intent(in) :: self
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(*), intent(in) :: group, key, forbids
+    logical, intent(in) :: makes_sense
+    character(:), allocatable :: choice
+
+    choice = self%text(group, 1, key)
+    switches_on = choice == 'on' .or. choice == 'auto' .and. makes_sense
+    if (forbids == '') return
+    switches_on = .false.
+    if (choice == 'on') call self%report(diagnostics, group, 1, key, 'cannot be on with '//forbids)
+  end function switches_on
+
+  !> Line of the key, or else of the group; 0 if neither was written, -k: the k-th override.
+  pure integer function line_of(self, group, i, key)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group
+    integer, intent(in) :: i
+    character(*), intent(in), optional :: key
+    integer :: g, a
+
+    line_of = 0
+    g = self%written%find(group, i)
+    if (g > 0) line_of = self%written%groups(g)%line
+    if (.not. present(key)) return
+    a = self%written%last_of(g, key)
+    if (a > 0) line_of = self%written%assignments(a)%line
+  end function line_of
+
+  !> Number of groups of this name.
+  pure integer function count_groups(self, group)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group
+
+    count_groups = self%written%count(group)
+  end function count_groups
+
+  !> Whether there is one of each group that must be there.
+  logical function is_whole(self)
+    class(input_t), intent(in) :: self
+    integer :: g
+
+    is_whole = .true.
+    do g = 1, size(self%table%groups)
+      if (self%table%groups(g)%is_required) is_whole = is_whole &
+          .and. self%count(self%table%groups(g)%name) > 0
+    end do
+  end function is_whole
+
+  !> Whether there are so few groups that a scene of them is soon built, to see what else is wrong.
+  pure logical function is_short(self)
+    class(input_t), intent(in) :: self
+
+    is_short = size(self%written%groups) <= 500
+  end function is_short
+
+  !> True if the key was written in the file or set by an override.
+  logical function is_given(self, group, i, key)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+
+    is_given = self%row_number(group, i, key, 'real integer logical text choice') > 0 &
+      .and. self%written%last_of(self%written%find(group, i), key) > 0
+  end function is_given
+
+  !> Row of a key in the table; asking for what cannot be there is a programming error.
+  integer function row_number(self, group, i, key, kind)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    character(*), intent(in) :: kind       !! types that the caller expects
+    integer :: g
+
+    row_number = 0
+    g = self%table%find_group(group)
+    if (g > 0) row_number = self%table%find_key(g, key)
+    if (row_number == 0) call fatal('look-up of &'//group//' '//key// &
+      ', which the table of keys does not have')
+    if (index(kind, trim(self%table%keys(row_number)%kind)) == 0) call fatal('look-up of &'// &
+      group//' '//key//' with the wrong type')
+    if (i < 1 .or. (i > self%count(group) .and. (i > 1 .or. self%table%groups(g)%repeats))) then
+      call fatal('look-up of &'//group//' number '//str(i)//', which the input does not have')
+    end if
+  end function row_number
+
+  !> The `k`-th value as text: what was written, else the default, else empty.
+  function item(self, group, i, key, kind, k) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key, kind
+    integer, intent(in) :: i, k
+    character(:), allocatable :: r
+    integer, allocatable :: first(:), last(:)
+    integer :: a
+
+    associate (row => self%table%keys(self%row_number(group, i, key, kind)))
+      allocate (first(max(k, abs(row%n))), last(max(k, abs(row%n))))
+      call self%written%gather(self%written%find(group, i), key, first, last)
+      a = self%written%last_of(self%written%find(group, i), key)
+      r = ''
+      if (first(k) > 0) then
+        r = self%written%text(first(k):last(k))
+      else if (a > 0) then
+        if (self%written%assignments(a)%is_broken) return
+      end if
+      if (r == '') r = default_item(row, k)
+      if (row%kind == 'choice') r = lower(r)
+    end associate
+  end function item
+
+  !> The first `n` values of a key of real numbers, in its unit; 0 where there is neither value nor
+  !> default.
+  function some_reals(self, group, i, key, n) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i, n
+    real(rp) :: r(n)
+    real(rp), allocatable :: all(:)
+
+    allocate (all, source=self%list(group, i, key))
+    r = 0.0_rp
+    r(:min(n, size(all))) = all(:min(n, size(all)))
+  end function some_reals
+
+  !> All values of a key of real numbers up to the first that was not written and has no default.
+  function all_reals(self, group, i, key) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    real(rp), allocatable :: r(:)
+    integer, allocatable :: first(:), last(:)
+    character(:), allocatable :: text
+    logical :: ok
+    integer :: a, k, most
+
+    associate (row => self%table%keys(self%row_number(group, i, key, 'real')))
+      most = abs(row%n)
+      allocate (first(most), last(most), r(most))
+      call self%written%gather(self%written%find(group, i), key, first, last)
+      a = self%written%last_of(self%written%find(group, i), key)
+      if (a > 0) then
+        if (self%written%assignments(a)%is_broken) a = -1
+      end if
+      do k = 1, most
+        if (first(k) > 0) then
+          text = self%written%text(first(k):last(k))
+        else if (a >= 0) then
+          text = default_item(row, k)
+        else
+          text = ''
+        end if
+        if (text == '') exit
+        call to_real(text, r(k), ok)
+      end do
+    end associate
+    r = r(:k - 1)
+  end function all_reals
+
+  real(rp) function one_real(self, group, i, key)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    logical :: ok
+
+    call to_real(self%item(group, i, key, 'real', 1), one_real, ok)
+  end function one_real
+
+  integer function one_integer(self, group, i, key)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    logical :: ok
+
+    call to_integer(self%item(group, i, key, 'integer', 1), one_integer, ok)
+  end function one_integer
+
+  !> The first `n` values of a key of whole numbers; 0 for those that neither file nor default has.
+  function some_integers(self, group, i, key, n) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i, n
+    integer :: r(n), k
+    character(:), allocatable :: text
+    logical :: ok
+
+    r = 0
+    do k = 1, n
+      text = self%item(group, i, key, 'integer', k)
+      if (text /= '') call to_integer(text, r(k), ok)
+    end do
+  end function some_integers
+
+  logical function one_logical(self, group, i, key)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    logical :: ok
+
+    call to_logical(self%item(group, i, key, 'logical', 1), one_logical, ok)
+  end function one_logical
+
+  !> A text, or a choice in small letters; without trailing blanks.
+  function one_text(self, group, i, key) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    character(:), allocatable :: r
+    logical :: ok
+
+    call to_text(self%item(group, i, key, 'text or choice', 1), r, ok)
+  end function one_text
+
+  !> The input with overrides applied, as namelist text: for outputs and checkpoints.
+  function text_of_file(self) result(r)
+    class(input_t), intent(in) :: self
+    character(:), allocatable :: r
+
+    r = self%written%text_of_groups(self%table)
+  end function text_of_file
+
+  !> Another default for a key.
+  subroutine set_default(self, group, key, value)
+    class(input_t), intent(inout) :: self
+    character(*), intent(in) :: group, key, value
+
+    self%table%keys(self%row_number(group, 1, key, &
+                                    'real integer logical text choice'))%default = value
+  end subroutine set_default
+
+  !> All values of a key as text with commas between: what was written, else the default, else
+  !> nothing.
+  function values(self, group, i, key) result(r)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    character(:), allocatable :: r
+    character(:), allocatable :: one
+    integer, allocatable :: first(:), last(:)
+    integer :: k
+
+    r = ''
+    associate (row => self%table%keys(self%row_number(group, i, key, &
+                                                      'real integer logical text choice')))
+      allocate (first(abs(row%n)), last(abs(row%n)))
+      call self%written%gather(self%written%find(group, i), key, first, last)
+      do k = 1, size(first)
+        one = default_item(row, k)
+        if (first(k) > 0) one = self%written%text(first(k):last(k))
+        if (one == '' .or. one == "''") exit
+        if (k > 1) r = r//', '
+        r = r//one
+      end do
+    end associate
+  end function values
+
+  !> The same as `text_of_file`, with all defaults: what the state of a run belongs to.
+  function text_of_scene(self) result(r)
+    class(input_t), intent(in) :: self
+    character(:), allocatable :: r
+    character(:), allocatable :: all, group, one
+    integer :: g, i, k, n
+
+    r = ''
+    do g = 1, size(self%table%groups)
+      group = trim(self%table%groups(g)%name)
+      n = self%count(group)
+      if (.not. self%table%groups(g)%repeats .and. group /= 'HEAT') n = 1   ! &HEAT means something
+      do i = 1, n
+        one = '&'//group//new_line('a')
+        do k = self%table%groups(g)%first, self%table%groups(g)%last
+          all = self%values(group, i, trim(self%table%keys(k)%name))
+          if (all /= '') one = one//'  '//trim(self%table%keys(k)%name)//' = '//all//new_line('a')
+        end do
+        r = r//one//'/'//new_line('a')
+      end do
+    end do
+  end function text_of_scene
+
+  !> Write this text.
+  subroutine echo(self, unit)
+    class(input_t), intent(in) :: self
+    integer, intent(in) :: unit
+
+    write (unit, '(a)') self%text_of_file()
+  end subroutine echo
+
+end module input_values

@@ -1,0 +1,136 @@
+! SPDX-License-Identifier: MIT
+!> What a step does with one block of particles, between the transfers: plain arrays, no branches.
+module mapping_blocks
+  use base_kinds, only: nlane, rp
+  use base_system, only: to_records
+  use transfer_gather, only: gather_block, lanes_t
+  implicit none (type, external)
+  private
+
+  public :: momentum_records, force_records, gather_velocity, advance_particles
+  public :: kinetic_energy, body_work, stretch_domains
+
+  ! Half length of a domain [cells]: within the reach of the stencil, and not a point.
+  real(rp), parameter, public :: longest_half = 0.5_rp, shortest_half = 0.05_rp
+
+contains
+
+  !> Records of mass, momentum, internal and outer force, temperature (times inertial mass).
+  pure subroutine force_records(inertia, volume, acceleration, mass, v, tau, temp, rec)
+    real(rp), intent(in) :: inertia              !! mass scaling
+    real(rp), intent(in) :: volume               !! initial volume over mass [m3/kg]
+    real(rp), intent(in) :: acceleration(3)      !! gravity and body load [m/s2]
+    real(rp), intent(in) :: mass(nlane), v(nlane, 3), tau(nlane, 6), temp(nlane)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    real(rp) :: value(nlane, 8), slope(nlane, 9), m, vol
+    integer :: p
+
+    !$omp simd private(m, vol)
+    do p = 1, nlane
+      m = inertia*mass(p)
+      vol = -volume*mass(p)
+      value(p, 1) = m
+      value(p, 2) = m*v(p, 1); value(p, 3) = m*v(p, 2); value(p, 4) = m*v(p, 3)
+      value(p, 5) = mass(p)*acceleration(1)
+      value(p, 6) = mass(p)*acceleration(2)
+      value(p, 7) = mass(p)*acceleration(3)
+      value(p, 8) = m*temp(p)
+      slope(p, 1) = vol*tau(p, 1); slope(p, 2) = vol*tau(p, 4); slope(p, 3) = vol*tau(p, 6)
+      slope(p, 4) = slope(p, 2); slope(p, 5) = vol*tau(p, 2); slope(p, 6) = vol*tau(p, 5)
+      slope(p, 7) = slope(p, 3); slope(p, 8) = slope(p, 6); slope(p, 9) = vol*tau(p, 3)
+    end do
+    call to_records(nlane, value, slope, rec)
+  end subroutine force_records
+
+  !> Records of mass, momentum and temperature alone.
+  pure subroutine momentum_records(inertia, mass, v, temp, rec)
+    real(rp), intent(in) :: inertia, mass(nlane), v(nlane, 3), temp(nlane)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    real(rp) :: m
+    integer :: p
+
+    do p = 1, nlane
+      m = inertia*mass(p)
+      rec(1, 1, p) = m
+      rec(2, 1, p) = m*v(p, 1); rec(3, 1, p) = m*v(p, 2); rec(4, 1, p) = m*v(p, 3)
+      rec(5:7, 1, p) = 0.0_rp
+      rec(8, 1, p) = m*temp(p)
+      rec(:, 2:4, p) = 0.0_rp
+    end do
+  end subroutine momentum_records
+
+  !> Velocity, its change and its gradient (row by row) at `n` particles; lanes beyond rest.
+  subroutine gather_velocity(n, w, first, stride, nn, g, rec, v, dv, l)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18)
+    real(rp), intent(in) :: g(8, nn)              !! velocity 1:3, its change 5:7
+    real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
+    real(rp), intent(out) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9)
+    type(lanes_t), parameter :: velocity = lanes_t(steep=1, n_steep=3, plain=5, n_plain=3)
+
+    call gather_block(velocity, n, w, first, stride, nn, g, rec, v, l, dv)
+    v(n + 1:, :) = 0.0_rp
+    dv(n + 1:, :) = 0.0_rp
+    l(n + 1:, :) = 0.0_rp
+  end subroutine gather_velocity
+
+  !> Velocity by FLIP with a PIC fraction, position by the grid velocity; largest squared speed.
+  pure subroutine advance_particles(n, dt, pic, vg, dv, x, v, fastest)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: dt, pic
+    real(rp), intent(in) :: vg(nlane, 3), dv(nlane, 3)   !! [m/s]
+    real(rp), intent(inout) :: x(nlane, 3), v(nlane, 3)
+    real(rp), intent(inout) :: fastest                   !! running maximum [m2/s2]
+    real(rp) :: s(nlane)
+    integer :: a, p
+
+    do a = 1, 3
+      !$omp simd
+      do p = 1, nlane
+        v(p, a) = (1.0_rp - pic)*(v(p, a) + dv(p, a)) + pic*vg(p, a)
+        x(p, a) = x(p, a) + dt*vg(p, a)
+      end do
+    end do
+    s = vg(:, 1)**2 + vg(:, 2)**2 + vg(:, 3)**2
+    !$omp simd reduction(max: fastest)
+    do p = 1, n
+      fastest = max(fastest, merge(s(p), huge(1.0_rp), s(p) <= huge(1.0_rp)))   ! NaN counts as huge
+    end do
+  end subroutine advance_particles
+
+  !> Domains of cpGIMP follow the stretch along the axes: l' = l exp(dt L_aa), within limits.
+  pure subroutine stretch_domains(dt, l, half)
+    real(rp), intent(in) :: dt, l(nlane, 9)      !! [s], velocity gradient [1/s]
+    real(rp), intent(inout) :: half(nlane, 3)    !! half lengths [cells]
+    integer :: a, p
+
+    do a = 1, 3
+      !$omp simd
+      do p = 1, nlane
+        half(p, a) = max(shortest_half, min(longest_half, half(p, a)*exp(dt*l(p, 4*a - 3))))
+      end do
+    end do
+  end subroutine stretch_domains
+
+  !> Kinetic energy of a block, without mass scaling [J].
+  pure real(rp) function kinetic_energy(mass, v)
+    real(rp), intent(in) :: mass(nlane), v(nlane, 3)
+    real(rp) :: s(nlane)
+
+    s = 0.5_rp*mass*(v(:, 1)**2 + v(:, 2)**2 + v(:, 3)**2)
+    kinetic_energy = sum(s)
+  end function kinetic_energy
+
+  !> Work of `acceleration` on a block in a step [J].
+  pure real(rp) function body_work(n, dt, acceleration, mass, vg, dv)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: dt, acceleration(3), mass(nlane), vg(nlane, 3), dv(nlane, 3)
+    integer :: p
+
+    body_work = 0.0_rp
+    do p = 1, n
+      body_work = body_work + dt*mass(p)*dot_product(acceleration, vg(p, :) - 0.5_rp*dv(p, :))
+    end do
+  end function body_work
+
+end module mapping_blocks

@@ -1,0 +1,141 @@
+! SPDX-License-Identifier: MIT
+!> Faces of particles that lie on a face of their body, and the nodes of what acts on them.
+!> A face has the particle's initial area. Along its plane it has the weights of its particle,
+!> across it those of `face_weights`: only nodes to which the particle itself gives mass, so that
+!> each rank adds the faces of its own particles before the sum over ranks.
+module mapping_faces
+  use base_kinds, only: nlane, rp
+  use mapping_nodes, only: nodes_t
+  use particles_store, only: f_pos
+  use state_scene, only: scene_t
+  use transfer_points, only: face_weights
+  implicit none (type, external)
+  private
+
+  public :: face_t, face_of, face_area, surface_weights, add_to_nodes, mean_velocity
+
+  !> Nodes of a face.
+  type :: face_t
+    integer :: first = 0            !! first of 27 nodes
+    real(rp) :: w(3, 3) = 0.0_rp    !! weights of three nodes on each axis
+  end type face_t
+
+contains
+
+  !> Face `k` (xmin, xmax, ymin, ymax, zmin, zmax) of particle `p` of a block, whose weights are
+  !> `w` and `first`.
+  pure type(face_t) function face_of(scene, nodes, body, k, p, nf, ps, w, first)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: body, k, p, nf, first(nlane)
+    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
+    integer :: a
+
+    a = (k + 1)/2
+    face_of%first = first(p)
+    face_of%w(:, 1) = w(p, 1:3)
+    face_of%w(:, 2) = w(p, 4:6)
+    face_of%w(:, 3) = w(p, 7:9)
+    face_of%w(:, a) = weights_across(scene, nodes, body, a, 2*mod(k + 1, 2) - 1, p, nf, ps, &
+                                     first(p))
+  end function face_of
+
+  !> Weights of three nodes on axis `a` of the face on the `side` (-1, 1) of particle `p`.
+  pure function weights_across(scene, nodes, body, a, side, p, nf, ps, first) result(w)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: body, a, side, p, nf, first   !! first of 27 nodes
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp) :: w(3), d, half(3), reach, spacing
+    integer :: i, layers
+
+    i = first - 1                                ! storage: z fastest, then y
+    if (a > 1) i = mod(i, nodes%patch%stride(1))
+    if (a > 2) i = mod(i, nodes%patch%stride(2))
+    i = i/nodes%patch%stride(a)
+    d = (ps(p, f_pos + a - 1) - nodes%patch%origin(a))/nodes%patch%h - (i + 1)
+    half = scene%domain(body)
+    spacing = scene%body(body)%spacing(a)/nodes%patch%h
+    layers = 1
+    reach = half(a)
+    if (scene%method%is_bspline) layers = nint(1.0_rp/spacing)
+    if (scene%layout%half > 0) then
+      half(a) = ps(p, scene%layout%half + a - 1)
+      reach = half(a)
+    end if
+    w = face_weights(d, side, half(a), reach, layers, spacing)
+  end function weights_across
+
+  !> Weights of three nodes on each axis at the point where the surface of particle `p` is touched,
+  !> the part `surface_offset` of half its spacing against the `normal`: between those of its centre
+  !> and of its faces.
+  pure function surface_weights(scene, nodes, body, normal, surface_offset, p, nf, ps, w, first) &
+    result(at)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: body, p, nf, first(nlane)
+    real(rp), intent(in) :: normal(3)           !! of length 1, out of what touches
+    real(rp), intent(in) :: surface_offset
+    real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
+    real(rp) :: at(3, 3), part
+    integer :: a, side
+
+    associate (spacing => scene%body(body)%spacing)
+      do a = 1, 3
+        at(:, a) = w(p, 3*a - 2:3*a)
+        part = surface_offset*min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
+        if (part <= 0.0_rp) cycle
+        side = merge(-1, 1, normal(a) > 0.0_rp)
+        at(:, a) = at(:, a) + part*(weights_across(scene, nodes, body, a, side, p, nf, ps, &
+                                                   first(p)) - at(:, a))
+      end do
+    end associate
+  end function surface_weights
+
+  !> Initial area of face `k` of a particle of `body` [m2].
+  pure real(rp) function face_area(scene, body, k)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body, k
+
+    face_area = product(scene%body(body)%spacing)/scene%body(body)%spacing((k + 1)/2)
+  end function face_area
+
+  !> Add the weighted `value` to the lanes from `lane` on of the nodes of a face.
+  pure subroutine add_to_nodes(face, value, lane, stride, nn, g)
+    type(face_t), intent(in) :: face
+    real(rp), intent(in) :: value(:)
+    integer, intent(in) :: lane, stride(3), nn
+    real(rp), intent(inout) :: g(8, nn)
+    integer :: i, j, k, last, q
+
+    last = lane + size(value) - 1
+    do i = 1, 3
+      do j = 1, 3
+        do k = 1, 3
+          q = face%first + sum(([i, j, k] - 1)*stride)
+          g(lane:last, q) = g(lane:last, q) + face%w(i, 1)*face%w(j, 2)*face%w(k, 3)*value
+        end do
+      end do
+    end do
+  end subroutine add_to_nodes
+
+  !> Velocity of a face in the middle of a step [m/s]; nodes hold the new one and its change.
+  pure function mean_velocity(face, stride, nn, g) result(v)
+    type(face_t), intent(in) :: face
+    integer, intent(in) :: stride(3), nn
+    real(rp), intent(in) :: g(8, nn)
+    real(rp) :: v(3)
+    integer :: i, j, k, q
+
+    v = 0.0_rp
+    do i = 1, 3
+      do j = 1, 3
+        do k = 1, 3
+          q = face%first + sum(([i, j, k] - 1)*stride)
+          v = v + face%w(i, 1)*face%w(j, 2)*face%w(k, 3)*(g(1:3, q) - 0.5_rp*g(5:7, q))
+        end do
+      end do
+    end do
+  end function mean_velocity
+
+end module mapping_faces

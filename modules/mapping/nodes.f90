@@ -1,0 +1,190 @@
+! SPDX-License-Identifier: MIT
+!> Work on the nodes in use: clear them, turn momentum and force into velocities.
+!> A record comes in as mass, momentum (3), force (3), mass times temperature and goes out as
+!> velocity (3), temperature, velocity change (3), mass.
+module mapping_nodes
+  use base_kinds, only: i8, nlane, rp
+  use base_system, only: allocate_aligned, free_aligned
+  use grid_geometry, only: patch_t
+  use grid_halo, only: halo_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t, scheme_usl
+  implicit none (type, external)
+  private
+
+  !> The nodes of this rank's patch. Records are of 8, for each group of bodies with a velocity
+  !> field of its own.
+  type :: nodes_t
+    type(patch_t) :: patch
+    type(halo_t) :: halo                     !! of the nodes of steps
+    type(halo_t) :: resting_halo             !! of the nodes of all particles, while some sleep
+    integer :: n_groups = 1
+    real(rp), pointer, contiguous :: g(:, :, :) => null()    !! (8, nn, n_groups)
+    real(rp), pointer, contiguous :: g2(:, :, :) => null()   !! second grid: two passes, conduction
+    real(rp), pointer, contiguous :: increment(:, :, :) => null()   !! third grid: XPIC, FMPM
+    real(rp), pointer, contiguous, dimension(:), private :: memory => null(), memory2 => null(), &
+      memory3 => null(), &
+                                                            rec_memory => null()
+    real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
+    integer :: n_ranges = 0                  !! of consecutive nodes that are in use
+    integer, allocatable :: range(:, :)      !! (3, n) first node, last node, 1 if owned
+    integer :: n_resting_ranges = 0          !! the same for all particles, while some sleep: of
+    integer, allocatable :: resting_range(:, :)   !! the steps while the other list conducts, and
+                                                  !! back
+    real(rp), pointer, contiguous :: rec(:, :, :) => null()   !! (8, 4, nlane) scratch of the block
+                                                              !! kernels
+  contains
+    procedure :: allocate_grids
+    procedure :: allocate_scratch
+    procedure :: free
+  end type nodes_t
+
+  public :: nodes_t
+  public :: append, clear_nodes, full_mass, least_inertia, update_nodes
+
+  real(rp), parameter, public :: least_mass = 1.0e-30_rp   !! below this a node is empty [kg]
+  !> Part of a full cell's mass that a node has at least against forces, where masses are scaled.
+  !> The largest eigenvalues of K against M belong to light nodes at free surfaces.
+  real(rp), parameter :: least_fraction = 0.25_rp
+
+contains
+
+  !> Storage for the nodes of the current patch: grids and volumes as the method of the scene needs
+  !> them.
+  subroutine allocate_grids(self, scene)
+    class(nodes_t), intent(inout) :: self
+    type(scene_t), intent(in) :: scene
+
+    call allocate_grid(self, self%memory, self%g)
+    if (scene%method%scheme /= scheme_usl .or. scene%method%conducts .or. scene%method%filters()) &
+        then
+      call allocate_grid(self, self%memory2, self%g2)
+    end if
+    if (scene%method%filters()) call allocate_grid(self, self%memory3, self%increment)
+    if (allocated(self%volume)) deallocate (self%volume)
+    if (scene%method%fbar) allocate (self%volume(2*size(scene%body), self%patch%nn), source=0.0_rp)
+  end subroutine allocate_grids
+
+  subroutine allocate_grid(self, memory, g)
+    class(nodes_t), intent(in) :: self
+    real(rp), pointer, contiguous, intent(inout) :: memory(:), g(:, :, :)
+
+    call free_aligned(memory)
+    call allocate_aligned(8_i8*self%patch%nn*self%n_groups, memory)
+    g(1:8, 1:self%patch%nn, 1:self%n_groups) => memory
+  end subroutine allocate_grid
+
+  subroutine allocate_scratch(self)
+    class(nodes_t), intent(inout) :: self
+
+    if (associated(self%rec)) return
+    call allocate_aligned(32_i8*nlane, self%rec_memory)
+    self%rec(1:8, 1:4, 1:nlane) => self%rec_memory
+  end subroutine allocate_scratch
+
+  subroutine free(self)
+    class(nodes_t), intent(inout) :: self
+
+    call free_aligned(self%memory)
+    call free_aligned(self%memory2)
+    call free_aligned(self%memory3)
+    call free_aligned(self%rec_memory)
+  end subroutine free
+
+  !> Add `entry` behind the `n` entries of a growing list of nodes.
+  pure subroutine append(list, n, entry)
+    integer, allocatable, intent(inout) :: list(:, :)
+    integer, intent(inout) :: n
+    integer, intent(in) :: entry(3)
+    integer, allocatable :: longer(:, :)
+
+    if (n == size(list, 2)) then
+      allocate (longer(3, 2*n))
+      longer(:, 1:n) = list
+      call move_alloc(longer, list)
+    end if
+    n = n + 1
+    list(:, n) = entry
+  end subroutine append
+
+  !> Zero the records of all nodes in use.
+  subroutine clear_nodes(nodes, g)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    integer :: k, r
+
+    do k = 1, nodes%n_groups
+      do r = 1, nodes%n_ranges
+        g(:, nodes%range(1, r):nodes%range(2, r), k) = 0.0_rp
+      end do
+    end do
+  end subroutine clear_nodes
+
+  !> Mass of a node amid the lightest material, scaled [kg].
+  pure real(rp) function full_mass(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+
+    full_mass = clock%mass_scaling*scene%grid%h**3*minval(scene%material%rho)
+  end function full_mass
+
+  !> Inertia against forces that a node has at least (selective mass scaling) [kg]. What is in
+  !> equilibrium stays so.
+  pure real(rp) function least_inertia(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+
+    least_inertia = 0.0_rp
+    if (scene%method%scales_light_nodes) least_inertia = least_fraction*full_mass(scene, clock)
+  end function least_inertia
+
+  !> New velocities of the nodes in use (USL: v = p/m + dt f/m).
+  subroutine update_nodes(scene, clock, nodes, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: dt              !! [s]
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp) :: least
+    integer :: k, r
+
+    least = least_inertia(scene, clock)
+    do k = 1, nodes%n_groups
+      do r = 1, nodes%n_ranges
+        call update_run(nodes%range(2, r) - nodes%range(1, r) + 1, dt, least, &
+                        g(1, nodes%range(1, r), k))
+      end do
+    end do
+  end subroutine update_nodes
+
+  pure subroutine update_run(n, dt, least, g)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: dt, least
+    real(rp), intent(inout) :: g(8, n)
+    real(rp) :: m, most, inv, step, d1, d2, d3, v1, v2, v3
+    integer :: i
+
+    most = 1.0_rp/max(least, least_mass)
+    do i = 1, n
+      m = g(1, i)
+      inv = 0.0_rp
+      if (m > least_mass) inv = 1.0_rp/m
+      step = dt*min(inv, most)
+      d1 = step*g(5, i)
+      d2 = step*g(6, i)
+      d3 = step*g(7, i)
+      v1 = g(2, i)*inv + d1
+      v2 = g(3, i)*inv + d2
+      v3 = g(4, i)*inv + d3
+      g(1, i) = v1
+      g(2, i) = v2
+      g(3, i) = v3
+      g(4, i) = g(8, i)*inv
+      g(5, i) = d1
+      g(6, i) = d2
+      g(7, i) = d3
+      g(8, i) = m
+    end do
+  end subroutine update_run
+
+end module mapping_nodes

@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: MIT
+!> Thermocouples: massless points that ride in the material and read its nodal temperature.
+!> A probe that leaves through a periodic side keeps counting its way; it reads the nodes' images.
+module mapping_probes
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use grid_geometry, only: grid_t, nearest_node, patch_t, wrap
+  use transfer_points, only: point_nodes
+  implicit none (type, external)
+  private
+
+  public :: probes_t
+  public :: warm_probes, move_probes, share_probes, claim_probes
+
+  !> Thermocouples that ride in the material.
+  type :: probes_t
+    integer :: n = 0
+    integer, allocatable :: group(:)          !! of the body that each is in
+    character(32), allocatable :: name(:)
+    real(rp), allocatable :: x(:, :)          !! (3, n) [m]
+    real(rp), allocatable :: temperature(:)   !! [K]
+    logical, allocatable :: is_mine(:)        !! moved by this rank
+  end type probes_t
+
+contains
+
+  !> Carry this rank's probes by the grid velocity and read the temperature there (linear weights).
+  subroutine move_probes(dt, patch, n_groups, g, probes)
+    real(rp), intent(in) :: dt                  !! [s]
+    type(patch_t), intent(in) :: patch
+    integer, intent(in) :: n_groups
+    real(rp), intent(in) :: g(8, patch%nn, n_groups)   !! velocity, temperature, -, mass of nodes
+    type(probes_t), intent(inout) :: probes
+    real(rp) :: record(8), s(3), weight(0:7)
+    integer :: n, q(0:7)
+
+    do n = 1, probes%n
+      if (.not. probes%is_mine(n)) cycle
+      s = (probes%x(:, n) - patch%origin)/patch%h
+      where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
+      associate (nodes => g(:, :, probes%group(n)))
+        call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
+        if (sum(weight) <= 0.0_rp) cycle           ! empty nodes say nothing
+        record = matmul(nodes(:, q), weight)
+      end associate
+      probes%x(:, n) = probes%x(:, n) + dt*record(1:3)
+      probes%temperature(n) = record(4)
+    end do
+  end subroutine move_probes
+
+  !> Temperatures of the probes from `g`: capacity (lane 1) and new temperature (lane 6) of nodes.
+  subroutine warm_probes(patch, g, probes)
+    type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: g(8, patch%nn)
+    type(probes_t), intent(inout) :: probes
+    real(rp) :: weight(0:7)
+    integer :: n, q(0:7)
+
+    do n = 1, probes%n
+      if (.not. probes%is_mine(n)) cycle
+      call point_nodes((probes%x(:, n) - patch%origin)/patch%h, patch%stride, 1, 0.0_rp, patch%nn, &
+                       g, q, weight)
+      if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q))
+    end do
+  end subroutine warm_probes
+
+  !> Give all ranks the places and temperatures that their movers know.
+  subroutine share_probes(world, probes)
+    type(world_t), intent(in) :: world
+    type(probes_t), intent(inout) :: probes
+    real(rp), allocatable :: known(:)
+    integer :: i, n
+
+    n = probes%n
+    if (n == 0) return
+    allocate (known(5*n), source=0.0_rp)
+    do i = 1, n
+      if (.not. probes%is_mine(i)) cycle
+      known(5*i - 4:5*i) = [probes%x(:, i), probes%temperature(i), 1.0_rp]
+    end do
+    call world%sum(known)
+    do i = 1, n
+      if (known(5*i) < 0.5_rp) cycle
+      probes%x(:, i) = known(5*i - 4:5*i - 2)
+      probes%temperature(i) = known(5*i - 1)
+    end do
+  end subroutine share_probes
+
+  !> A probe is moved by the rank that owns its nearest node.
+  subroutine claim_probes(grid, patch, probes)
+    type(grid_t), intent(in) :: grid
+    type(patch_t), intent(in) :: patch
+    type(probes_t), intent(inout) :: probes
+    real(rp) :: x(3)
+    integer :: n
+
+    do n = 1, probes%n
+      x = probes%x(:, n)
+      call wrap(grid, x)
+      probes%is_mine(n) = patch%own%has(nearest_node(grid, x))
+    end do
+  end subroutine claim_probes
+
+end module mapping_probes

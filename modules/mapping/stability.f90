@@ -1,0 +1,71 @@
+! SPDX-License-Identifier: MIT
+!> Largest stable mechanical step of each method.
+!>
+!> In units of h/c (c: pressure waves) the limit of a free elastic block in three dimensions with
+!> two particles per cell and direction, at the worst offset from the grid, was found by runs of
+!> 3,000 steps (Poisson's ratio 0.33, docs/accuracy.md): FLIP with uGIMP 0.473, with quadratic
+!> B-splines 0.632. The limits in closed form are those of a frozen lattice,
+!> W = (omega dt)^2 <= 4/(2 - lambda) for FLIP and 2 (1 + lambda_k) lambda/lambda_k for FMPM(k),
+!> lambda_k = 1 - (1 - lambda)^k, with lambda the eigenvalue of S+ S; free surfaces lower them.
+module mapping_stability
+  use base_kinds, only: rp
+  use state_clock, only: clock_t
+  use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
+  implicit none (type, external)
+  private
+
+  public :: default_cfl, stable_step, wave_speed
+
+  real(rp), parameter :: margin = 0.9_rp           !! lighter nodes than those measured may come
+  real(rp), parameter :: margin_selective = 0.95_rp   !! no node is lighter than it is
+  real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.632_rp
+  !> B-splines with more inertia for light nodes (mapping_nodes). With uGIMP and 0.62 a stirred
+  !> plate gained energy.
+  real(rp), parameter :: limit_selective = 0.842_rp
+  real(rp), parameter :: apic_gain = 1.12_rp       !! measured: 0.531 with uGIMP
+  real(rp), parameter :: filter_power = -0.37_rp   !! measured: 0.376 and 0.531 at order 2, 0.282
+                                                   !! and 0.398 at order 4
+  !> Contact of bodies makes energy in proportion to the step, which only USL loses again.
+  real(rp), parameter :: contact_factor = 0.5_rp
+
+contains
+
+  !> Time step as a part of the time in which a wave crosses a cell, for this method.
+  pure real(rp) function default_cfl(method, has_contact)
+    type(method_t), intent(in) :: method
+    logical, intent(in) :: has_contact             !! between bodies
+
+    default_cfl = limit_ugimp
+    if (method%is_bspline) default_cfl = limit_bspline
+    if (method%scales_light_nodes) default_cfl = limit_selective
+    select case (method%transfer)
+    case (transfer_apic)
+      default_cfl = apic_gain*default_cfl
+    case (transfer_fmpm, transfer_xpic)
+      default_cfl = default_cfl*real(max(1, method%order), rp)**filter_power
+    case default                               ! FLIP: the limit of the shape functions
+    end select
+    default_cfl = merge(margin_selective, margin, method%scales_light_nodes)*default_cfl
+    if (has_contact .and. method%scheme /= scheme_usl) default_cfl = contact_factor*default_cfl
+  end function default_cfl
+
+  !> Stable mechanical step: CFL h over the fastest wave (scaled) and particle; [s].
+  pure real(rp) function stable_step(scene, clock)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+
+    associate (method => scene%method)
+      stable_step = method%fixed_dt
+      if (stable_step > 0.0_rp) return
+      stable_step = method%cfl*scene%grid%h /(wave_speed(clock) + clock%max_speed)
+    end associate
+  end function stable_step
+
+  !> Speed of pressure waves in the stiffest particle, inertia scaled [m/s].
+  pure real(rp) function wave_speed(clock)
+    type(clock_t), intent(in) :: clock
+
+    wave_speed = sqrt(clock%stiffness/clock%mass_scaling)
+  end function wave_speed
+
+end module mapping_stability

@@ -1,0 +1,71 @@
+! SPDX-License-Identifier: MIT
+!> Thermal properties that a scene needs of its materials: none has a default.
+module materials_needed
+  use base_kinds, only: rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  implicit none (type, external)
+  private
+
+  public :: check_properties, need_property
+
+  character(*), parameter :: group = 'MATERIAL'
+
+contains
+
+  !> Complaints about properties of materials that the scene needs and does not give, with the
+  !> reason, and about those that nothing heeds.
+  subroutine check_properties(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: heated, law
+    logical :: alone, conducts, is_heated
+    integer :: i
+
+    conducts = input%count('HEAT') > 0
+    alone = .not. input%logical('METHOD', 1, 'MECHANICS')
+    do i = 1, input%count(group)
+      law = input%text(group, i, 'LAW')
+      heated = ''
+      is_heated = input%real(group, i, 'PLASTIC_HEAT') > 0.0_rp
+      if (law /= 'elastic' .and. .not. alone .and. is_heated) then
+        heated = 'plastic work heats it (PLASTIC_HEAT)'
+      end if
+      if (conducts) heated = 'the scene conducts heat (&HEAT)'
+      if (heated /= '' .and. .not. (alone .and. input%given(group, i, 'SPECIFIC_HEAT_TABLE'))) then
+        call need_property(input, i, 'SPECIFIC_HEAT', heated, diagnostics)
+      end if
+      if (conducts .and. .not. (alone .and. input%given(group, i, 'CONDUCTIVITY_TABLE'))) then
+        call need_property(input, i, 'CONDUCTIVITY', heated, diagnostics)
+      end if
+      if (law == 'johnson-cook' .and. .not. alone) then
+        call need_property(input, i, 'T_MELT', "LAW = 'johnson-cook' softens towards it", &
+                           diagnostics)
+      else if (law /= 'elastic' .and. .not. alone .and. heated /= '') then
+        call need_property(input, i, 'T_MELT', heated//', and molten it has no strength', &
+                           diagnostics)
+      else if (input%count('SOURCE') > 0) then
+        call need_property(input, i, 'T_MELT', 'a &SOURCE may melt it', diagnostics)
+      end if
+      if (input%given(group, i, 'T_ROOM') .and. law /= 'johnson-cook' &
+          .and. abs(input%real(group, i, 'EXPANSION')) <= 0.0_rp) call input%report(diagnostics, &
+        group, i, 'T_ROOM', "has no effect: LAW is not 'johnson-cook', and EXPANSION is 0")
+    end do
+  end subroutine check_properties
+
+  !> Complaint if &MATERIAL `i` does not give `key`, which it needs because of `reason`.
+  subroutine need_property(input, i, key, reason, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key, reason
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: is_given
+
+    is_given = input%given(group, i, key)
+    if (is_given) return
+    call input%report(diagnostics, group, i, '', "'"//input%text(group, i, 'NAME')//"' has no "// &
+                      key// &
+                        ', which it needs: '//reason)
+  end subroutine need_property
+
+end module materials_needed

@@ -1,0 +1,62 @@
+! SPDX-License-Identifier: MIT
+!> Materials from the input: elasticity, heat, and the flow law that LAW names.
+module materials_properties
+  use base_kinds, only: rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_names, only: find
+  use materials_flow_laws, only: read_flow_law
+  use physics_material, only: material_t
+  implicit none (type, external)
+  private
+
+  public :: read_materials
+
+contains
+
+  !> All materials in the order of the file.
+  subroutine read_materials(input, material, diagnostics)
+    type(input_t), intent(in) :: input
+    type(material_t), allocatable, intent(out) :: material(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: is_given
+    integer :: i
+
+    allocate (material(input%count('MATERIAL')))
+    do i = 1, size(material)
+      associate (m => material(i))
+        m%name = input%text('MATERIAL', i, 'NAME')
+        m%rho = input%real('MATERIAL', i, 'DENSITY')
+        m%knows_heat = input%given('MATERIAL', i, 'SPECIFIC_HEAT')
+        if (m%knows_heat) m%c_p = input%real('MATERIAL', i, 'SPECIFIC_HEAT')
+        is_given = input%given('MATERIAL', i, 'T_MELT')
+        if (is_given) m%t_melt = input%real('MATERIAL', i, 'T_MELT')
+        m%conductivity = input%real('MATERIAL', i, 'CONDUCTIVITY')
+        m%plastic_heat = input%real('MATERIAL', i, 'PLASTIC_HEAT')
+        call read_elasticity(input, i, m, diagnostics)
+        call read_flow_law(input, i, m, diagnostics)
+        if (find(material(:i - 1)%name, m%name) > 0) call input%report(diagnostics, 'MATERIAL', i, &
+          'NAME', 'another material has this name')
+      end associate
+    end do
+  end subroutine read_materials
+
+  subroutine read_elasticity(input, i, material, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(material_t), intent(inout) :: material
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    call material%set_elastic(input%real('MATERIAL', i, 'YOUNGS_MODULUS'), &
+                              input%real('MATERIAL', i, 'POISSON_RATIO'))
+    material%expansion = input%real('MATERIAL', i, 'EXPANSION')
+    material%t_ref = input%real('MATERIAL', i, 'T_ROOM')
+    material%is_coupled = input%text('MATERIAL', i, 'ENERGY') == 'coupled'
+    if (.not. material%is_coupled) return
+    if (input%text('MATERIAL', i, 'LAW') /= 'elastic') call input%report(diagnostics, &
+      'MATERIAL', i, 'ENERGY', "goes only with LAW = 'elastic'")
+    if (abs(material%expansion) > 0.0_rp) call input%report(diagnostics, 'MATERIAL', i, &
+      'EXPANSION', "must be 0 with ENERGY = 'coupled'")
+  end subroutine read_elasticity
+
+end module materials_properties

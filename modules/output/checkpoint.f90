@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: MIT
+!> Checkpoints of a simulation.
+module output_checkpoint
+  use base_errors, only: error_t
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use contact_tool, only: tool_t
+  use exchange_ranks, only: exchange_t
+  use io_checkpoint, only: notes_t, write_checkpoint
+  use mapping_probes, only: probes_t, share_probes
+  use output_audit, only: history_t
+  use particles_store, only: particles_t
+  use state_books, only: books_t
+  use state_clock, only: clock_t
+  use state_scene, only: output_t, scene_t
+  use state_step, only: step_t
+  implicit none (type, external)
+  private
+
+  public :: save_checkpoint, checkpoint_path, broken_path, note_run
+
+  integer, parameter, public :: n_clock = 21   !! numbers of a checkpoint that every scene has
+
+contains
+
+  !> Where a run keeps its latest checkpoint.
+  pure function checkpoint_path(scene) result(path)
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: path
+
+    path = scene%output%directory//'/'//scene%output%name//'_checkpoint.h5'
+  end function checkpoint_path
+
+  !> Where a state goes from which no run can go on.
+  pure function broken_path(scene) result(path)
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: path
+
+    path = scene%output%directory//'/'//scene%output%name//'_broken.h5'
+  end function broken_path
+
+  !> What a checkpoint of this time [s] knows of its run.
+  pure subroutine note_run(output, time, notes)
+    type(output_t), intent(in) :: output
+    real(rp), intent(in) :: time
+    type(notes_t), intent(out) :: notes
+
+    notes%input = output%input_text
+    notes%scene = output%scene_text
+    notes%run = output%run
+    notes%time = time
+  end subroutine note_run
+
+  !> Write the state between two steps, to `path` or the usual place. It changes nothing in the run.
+  subroutine save_checkpoint(world, scene, clock, step, tool, probes, particles, exchange, books, &
+                             history, error, &
+                             path)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(in) :: step
+    type(tool_t), intent(in) :: tool(:)
+    type(probes_t), intent(inout) :: probes
+    type(particles_t), intent(in) :: particles
+    type(exchange_t), intent(in) :: exchange
+    type(books_t), intent(in) :: books
+    type(history_t), intent(in) :: history
+    type(error_t), intent(inout) :: error
+    character(*), intent(in), optional :: path
+    type(notes_t) :: notes
+    character(:), allocatable :: file
+    real(rp), allocatable :: global(:), local(:)
+    real(rp) :: last(2)
+    integer :: k
+
+    call share_probes(world, probes)
+    last = [step%last%stiffness, step%last%speed2]
+    call world%max(last)
+    associate (c => clock)
+      global = [real(c%step, rp), c%time, c%dt, c%displacement, real(c%sorted_at, rp), &
+                c%heat_time, &
+                c%max_speed, c%stiffness, history%kinetic0, history%elastic0, history%audit_scale, &
+                history%row_time, real(probes%n, rp), real(size(history%frame_times), rp), &
+                last, real(c%refused, rp), clock%mass_scaling, c%inertial_peak, &
+                c%heat_step, real(history%rows, rp)]
+    end associate
+    if (probes%n > 0) global = [global, reshape(probes%x, [3*probes%n]), &
+                                    probes%temperature]
+    global = [global, history%frame_times]
+    global = [global, reshape(history%row_impulse, [size(history%row_impulse)])]
+    global = [global, reshape(history%row_sums, [size(history%row_sums)])]
+    local = [books%sums, real(books%failed_returns, rp), books%validity_warnings, &
+             reshape(books%impulse, [size(books%impulse)])]
+    do k = 1, size(tool)
+      local = [local, tool(k)%sums]
+    end do
+    call note_run(scene%output, clock%time, notes)
+    file = checkpoint_path(scene)
+    if (present(path)) file = path
+    call write_checkpoint(world, file, particles, exchange%boxes, global, local, &
+                          notes, error)
+  end subroutine save_checkpoint
+
+end module output_checkpoint

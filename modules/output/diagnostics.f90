@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: MIT
+!> Which particle is to blame when no step is possible any more, or a state is not a number.
+module output_diagnostics
+  use base_kinds, only: rp
+  use base_text, only: str
+  use comm_world, only: world_t
+  use mapping_nodes, only: nodes_t
+  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, &
+                             f_tau, f_temp, f_vel, layout_t, n_fields, particles_t, tag_id
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  use state_step, only: step_t
+  implicit none (type, external)
+  private
+
+  public :: describe_failure, is_finite
+
+contains
+
+  !> Collective: name a particle that is not a number, or the one at the fastest node and `why`.
+  subroutine describe_failure(world, scene, clock, step, particles, nodes, message, why)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(in) :: step
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    character(:), allocatable, intent(inout) :: message
+    character(*), intent(in) :: why                  !! '' if the speed says it all
+    character(:), allocatable :: mine
+
+    mine = not_a_number(scene, particles)
+    if (world%all_true(mine == '')) then
+      mine = near_fastest_node(world, step, particles, nodes)
+      if (mine /= '' .and. why /= '') mine = mine//': '//why
+    end if
+    call world%share_message(mine, message)
+    message = message//' (step '//str(clock%step)//', t = '//str(clock%time)//' s)'
+  end subroutine describe_failure
+
+  !> True if every field of every particle of this rank, asleep or not, is a finite number.
+  pure logical function is_finite(particles)
+    type(particles_t), intent(in) :: particles
+    integer :: b, f, n
+
+    is_finite = .false.
+    do b = 1, particles%nblk
+      n = particles%count(b)
+      do f = 1, particles%nf
+        if (count(abs(particles%ps(1:n, f, b)) <= huge(1.0_rp)) < n) return
+      end do
+    end do
+    is_finite = .true.
+  end function is_finite
+
+  !> First particle of this rank with a field that is not a finite number; '' if none.
+  function not_a_number(scene, particles) result(text)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    character(:), allocatable :: text
+    integer :: b, f, p
+
+    text = ''
+    if (is_finite(particles)) return
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        do f = 1, particles%nf
+          if (abs(particles%ps(p, f, b)) <= huge(1.0_rp)) cycle
+          text = named(particles, p, b, 'has a '//field_name(scene%layout, f)// &
+                       ' that is not a finite number')
+          return
+        end do
+      end do
+    end do
+  end function not_a_number
+
+  !> What field `f` of the particles is.
+  pure function field_name(layout, f) result(name)
+    type(layout_t), intent(in) :: layout
+    integer, intent(in) :: f
+    character(:), allocatable :: name
+    character(18), parameter :: common(11) = [character(18) :: 'position', 'mass', 'temperature', &
+      'waiting heat', 'volume ratio', 'velocity', 'stress', 'elastic strain', 'plastic strain', &
+      'strain rate', 'flow stress']
+    integer, parameter :: first(11) = [f_pos, f_mass, f_temp, f_heat, f_jac, f_vel, f_tau, f_bbar, &
+                                       f_plastic, f_rate, f_flow]
+    integer :: place(6)
+    character(30), parameter :: more(6) = [character(30) :: 'half length of its domain', &
+      'velocity gradient', 'position at the start', 'state of its flow law', &
+      'temperature at falling asleep', 'distance to the surface']
+
+    name = trim(common(count(first <= f)))
+    if (f <= n_fields) return
+    place = [layout%half, layout%affine, layout%origin, layout%law, layout%rest, &
+             layout%surface_offset]
+    if (layout%n_law == 0) place(4) = 0
+    place = merge(place, 0, place <= f)
+    name = trim(more(maxloc(place, dim=1)))
+  end function field_name
+
+  !> The particle nearest to the fastest node of all ranks.
+  function near_fastest_node(world, step, particles, nodes) result(text)
+    type(world_t), intent(in) :: world
+    type(step_t), intent(in) :: step
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    character(:), allocatable :: text
+    real(rp) :: most(1), mine, x(3), d, least
+    integer :: b, p, q
+
+    text = ''
+    mine = 0.0_rp
+    if (step%fastest_node > 0) mine = step%fastest_speed
+    most = mine
+    call world%max(most)
+    if (step%fastest_node == 0 .or. mine < most(1)) return
+    q = step%fastest_node - 1
+    x = nodes%patch%origin + nodes%patch%h*real([q/nodes%patch%stride(1), &
+        mod(q, nodes%patch%stride(1))/nodes%patch%stride(2), mod(q, nodes%patch%stride(2))], rp)
+    least = huge(1.0_rp)
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        d = norm2(particles%ps(p, f_pos:f_pos + 2, b) - x)
+        if (d >= least) cycle
+        least = d
+        text = named(particles, p, b, 'runs away')//'; the node beside it moves at '// &
+          str(most(1))// ' m/s'
+      end do
+    end do
+  end function near_fastest_node
+
+  !> Number of a particle, what happened to it, its place and velocity.
+  function named(particles, p, b, what) result(text)
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: p, b
+    character(*), intent(in) :: what
+    character(:), allocatable :: text
+    real(rp) :: x(3), v(3)
+
+    x = particles%ps(p, f_pos:f_pos + 2, b)
+    v = particles%ps(p, f_vel:f_vel + 2, b)
+    text = 'particle '//str(tag_id(particles%tag(p, b)))//' '//what//': at ('//str(x(1))// &
+           ', '//str(x(2))//', '//str(x(3))//') m with velocity ('//str(v(1))//', '// &
+           str(v(2))//', '//str(v(3))//') m/s'
+  end function named
+
+end module output_diagnostics

@@ -1,0 +1,167 @@
+! SPDX-License-Identifier: MIT
+!> Rows of NAME_history.csv: energies and their audit, temperatures, what each tool feels, forces of
+!> walls and clamps, microstructure. A new column is one line here.
+module output_history
+  use base_kinds, only: rp
+  use comm_world, only: world_t
+  use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_heat, s_press, s_slide, &
+                          s_torque, s_work, tool_t
+  use io_row, only: row_t
+  use output_audit, only: history_t
+  use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means
+  use output_totals, only: no_totals, sum_totals, totals_t
+  use particles_store, only: particles_t
+  use state_books, only: books_t, e_body, e_film, e_plastic, e_scaling, e_source, e_wall, &
+                         e_wall_heat
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  use state_step, only: step_t
+  implicit none (type, external)
+  private
+
+  public :: history_headings, history_row
+
+contains
+
+  !> Names and units of the columns.
+  function history_headings(scene, clock, tool, history) result(headings)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
+    type(history_t), intent(in) :: history
+    character(:), allocatable :: headings(:)
+    type(micro_means_t) :: nothing
+    type(row_t) :: row
+
+    call add_columns(scene, clock, tool, history, no_totals(scene, size(tool)), nothing, row)
+    headings = row%headings()
+  end function history_headings
+
+  !> Collective: one row of the history; the next one starts from here.
+  subroutine history_row(world, scene, clock, step, tool, particles, books, history, row)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(inout) :: step
+    type(tool_t), intent(in) :: tool(:)
+    type(particles_t), intent(in) :: particles
+    type(books_t), intent(in) :: books
+    type(history_t), intent(inout) :: history
+    type(row_t), intent(out) :: row
+    type(micro_means_t) :: micro
+    type(totals_t) :: totals
+
+    call sum_totals(world, scene, clock, tool, particles, books, history, totals)
+    call microstructure_means(world, scene, particles, micro)
+    step%is_broken = step%is_broken .or. .not. totals%is_sound
+    call add_columns(scene, clock, tool, history, totals, micro, row)
+    history%row_sums = totals%tool
+    history%row_impulse = totals%impulse
+    history%row_time = clock%time
+  end subroutine history_row
+
+  !> All columns, in their order.
+  subroutine add_columns(scene, clock, tool, history, totals, micro, row)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
+    type(history_t), intent(in) :: history
+    type(totals_t), intent(in) :: totals
+    type(micro_means_t), intent(in) :: micro
+    type(row_t), intent(inout) :: row
+    real(rp) :: per_second
+    integer :: k
+
+    per_second = 0.0_rp                        ! in the first row
+    if (clock%time > history%row_time) per_second = 1.0_rp/(clock%time - history%row_time)
+    call add_common(scene, clock, totals, row)
+    do k = 1, size(tool)
+      call add_tool(tool(k), totals%tool(:, k) - history%row_sums(:, k), per_second, row)
+    end do
+    do k = 1, size(scene%constraint)
+      call add_force(scene%constraint(k)%name, &
+                     (totals%impulse(:, k) - history%row_impulse(:, k))*per_second, row)
+    end do
+    call add_micro_columns(scene, micro, row)
+    if (.not. scene%method%adapts_mass) return
+    call row%add('mass_scaling', '', clock%mass_scaling)
+    call row%add('scaling_work', 'J', totals%books(e_scaling))
+  end subroutine add_columns
+
+  !> Time, energies and extremes. The heat content is written only where the specific heat of every
+  !> material was given.
+  subroutine add_common(scene, clock, totals, row)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(totals_t), intent(in) :: totals
+    type(row_t), intent(inout) :: row
+
+    associate (t => totals, now => totals%now, books => totals%books)
+      call row%add('time', 's', clock%time)
+      call row%add('step', '', real(clock%step, rp))
+      call row%add('dt', 's', clock%dt)
+      call row%add('kinetic', 'J', now%kinetic)
+      call row%add('elastic', 'J', now%elastic)
+      call row%add('plastic_work', 'J', books(e_plastic))
+      call row%add('tool_work', 'J', t%work)
+      call row%add('body_work', 'J', books(e_body))
+      call row%add('wall_work', 'J', books(e_wall))
+      call row%add('friction_heat', 'J', t%friction)
+      call row%add('contact_loss', 'J', t%contact)
+      call row%add('numerical_loss', 'J', t%loss)
+      call row%add('audit_error', '%', t%audit_error)
+      call row%add('film_loss', 'J', books(e_film))
+      call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, all(scene%material%knows_heat)))
+      call row%add('temperature_max', 'K', now%hottest)
+      call row%add('strain_rate_max', '1/s', now%fastest)
+      call row%add('kinetic_over_internal', '%', t%over_internal)
+      call row%add('inertial_stress_over_flow', '%', 100.0_rp*now%inertial)
+      call row%add('friction_heat_to_bodies', 'J', t%to_bodies)
+      call row%add('wall_heat', 'J', books(e_wall_heat))
+      call row%add('source_heat', 'J', books(e_source))
+      call row%add('conduction_error', '%', t%conduction_error)
+    end associate
+  end subroutine add_common
+
+  !> Means of a tool's force, torque, powers and speeds since the last row, the share of its
+  !> friction in all heat of friction and plastic work since then (0 where there is none), and its
+  !> pose now.
+  subroutine add_tool(tool, d, per_second, row)
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: d(n_tool_sums)       !! its books since the last row
+    real(rp), intent(in) :: per_second           !! over the time since then [1/s]
+    type(row_t), intent(inout) :: row
+    character(:), allocatable :: name
+    real(rp) :: per_press, share
+
+    name = trim(tool%name)
+    per_press = 0.0_rp
+    if (d(s_press) > 0.0_rp) per_press = 1.0_rp/d(s_press)
+    share = 0.0_rp
+    if (d(s_heat) > 0.0_rp) share = 100.0_rp*d(s_friction)/d(s_heat)
+    call row%add(name//'_torque', 'Nm', d(s_torque)*per_second)
+    call add_force(name, d(s_force:s_force + 2)*per_second, row)
+    call row%add(name//'_power', 'W', d(s_work)*per_second)
+    call row%add(name//'_friction_power', 'W', d(s_friction)*per_second)
+    call row%add(name//'_interface_velocity', 'm/s', d(s_creep)*per_press)
+    call row%add(name//'_tool_velocity', 'm/s', d(s_slide)*per_press)
+    call row%add(name//'_friction_share', '%', share)
+    call row%add(name//'_x', 'm', tool%position(1))
+    call row%add(name//'_y', 'm', tool%position(2))
+    call row%add(name//'_z', 'm', tool%position(3))
+    call row%add(name//'_angle', 'rad', tool%angle)
+    call row%add(name//'_tilt', 'rad', tool%tilt())
+  end subroutine add_tool
+
+  !> Mean force since the last row: on a tool, or of a wall or clamp on the bodies.
+  subroutine add_force(name, force, row)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: force(3)             !! [N]
+    type(row_t), intent(inout) :: row
+
+    call row%add(trim(name)//'_force_x', 'N', force(1))
+    call row%add(trim(name)//'_force_y', 'N', force(2))
+    call row%add(trim(name)//'_force_z', 'N', force(3))
+  end subroutine add_force
+
+end module output_history

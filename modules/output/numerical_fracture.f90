@@ -1,0 +1,58 @@
+! SPDX-License-Identifier: MIT
+!> Numerical fracture: neighbours that are stretched so far apart that they need not share a node
+!> break a body that should hold. The distance is the spacing at the start times the elastic
+!> stretch since then; that of plastic flow is not known.
+module output_numerical_fracture
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use particles_store, only: f_bbar, f_jac, particles_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: stretched_apart
+
+contains
+
+  !> Collective. Largest distance of neighbours over that up to which they are sure to share a node.
+  real(rp) function stretched_apart(world, scene, particles)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    real(rp) :: most(1)
+    integer :: b
+
+    most = 0.0_rp
+    do b = 1, particles%nblk
+      if (scene%body(particles%body(b))%is_rigid()) cycle
+      most(1) = max(most(1), apart_in_block(scene, particles%body(b), particles%count(b), &
+                                            particles%nf, &
+           particles%ps(:, :, b)))
+    end do
+    call world%max(most)
+    stretched_apart = most(1)
+  end function stretched_apart
+
+  !> Along each axis of the grid, where two particles share a node for sure up to h + a domain.
+  pure real(rp) function apart_in_block(scene, body, n, nf, ps)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp) :: half(3), distance(3), start(3)
+    integer :: p
+
+    apart_in_block = 0.0_rp
+    half = scene%domain(body)
+    associate (s => scene%body(body)%start)
+      start = sqrt(s%bbar(1:3))*s%jac**(1.0_rp/3.0_rp)
+    end associate
+    do p = 1, n
+      if (scene%layout%half > 0) half = ps(p, scene%layout%half:scene%layout%half + 2)
+      distance = scene%body(body)%spacing*sqrt(ps(p, f_bbar:f_bbar + 2)) &
+                 *ps(p, f_jac)**(1.0_rp/3.0_rp)/start
+      apart_in_block = max(apart_in_block, &
+                           maxval(distance/(scene%grid%h*(1.0_rp + 2.0_rp*half))))
+    end do
+  end function apart_in_block
+
+end module output_numerical_fracture

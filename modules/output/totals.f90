@@ -1,0 +1,183 @@
+! SPDX-License-Identifier: MIT
+!> Energies, temperatures and books of all ranks together, and how well they balance.
+module output_totals
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use contact_tool, only: n_tool_sums, s_friction, s_heat, s_normal, s_to_plate, s_work, tool_t
+  use mapping_blocks, only: kinetic_energy
+  use output_audit, only: history_t
+  use output_diagnostics, only: is_finite
+  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel, &
+                             particles_t
+  use physics_material, only: material_t
+  use state_books, only: books_t, e_body, e_conduction, e_contact, e_film, e_friction, e_plastic, &
+                         e_scaling, e_source, e_stress, e_wall, e_wall_heat, n_sums
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: energies, energies_t, inertial_stress_ratio, no_totals, sum_totals, totals_t
+
+  real(rp), parameter :: least_strength = 1.0e-4_rp   !! flow stress over shear modulus: some
+                                                      !! hundredths of a cold metal's
+
+  !> What the particles hold now.
+  type :: energies_t
+    real(rp) :: kinetic = 0.0_rp             !! with mass scaling [J]
+    real(rp) :: elastic = 0.0_rp             !! [J]
+    real(rp) :: heat = 0.0_rp                !! [J]
+    real(rp) :: hottest = 0.0_rp             !! temperature of the hottest [K]
+    real(rp) :: fastest = 0.0_rp             !! largest strain rate [1/s]
+    real(rp) :: inertial = 0.0_rp            !! largest inertial over flow stress where metal flows
+  end type energies_t
+
+  type :: totals_t
+    type(energies_t) :: now
+    real(rp) :: books(n_sums) = 0.0_rp       !! by the names of state_books [J]
+    real(rp), allocatable :: tool(:, :)      !! books of each tool (n_tool_sums, tools)
+    real(rp), allocatable :: impulse(:, :)   !! of walls and clamps (3, n) [N s]
+    real(rp) :: work = 0.0_rp                !! of all tools [J]
+    real(rp) :: friction = 0.0_rp            !! heat of it [J]
+    real(rp) :: to_bodies = 0.0_rp           !! the part of it that bodies get [J]
+    real(rp) :: contact = 0.0_rp             !! lost across surfaces in contact [J]
+    real(rp) :: loss = 0.0_rp                !! between particles and grid [J]
+    real(rp) :: audit_error = 0.0_rp         !! of the energy turned over [%]
+    real(rp) :: conduction_error = 0.0_rp    !! of the heat turned over [%]
+    real(rp) :: over_internal = 0.0_rp       !! kinetic over internal energy [%]
+    logical :: is_sound = .true.             !! all is finite, and no body has run away
+  end type totals_t
+
+contains
+
+  !> Energies and extremes of this rank's particles.
+  type(energies_t) function energies(scene, clock, particles) result(now)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    integer :: b, n
+
+    do b = 1, particles%nblk
+      n = particles%count(b)
+      associate (ps => particles%ps(:, :, b), &
+                 mat => scene%material(scene%body(particles%body(b))%material))
+        now%heat = now%heat + mat%c_p*sum(ps(1:n, f_mass)*ps(1:n, f_temp)) + sum(ps(1:n, f_heat))
+        now%hottest = max(now%hottest, maxval(ps(1:n, f_temp)))
+        if (scene%body(particles%body(b))%is_rigid()) cycle
+        now%kinetic = now%kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
+        now%elastic = now%elastic &
+          + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
+                               ps(:, f_bbar:f_bbar + 5))
+        now%fastest = max(now%fastest, maxval(ps(1:n, f_rate)))
+        now%inertial = max(now%inertial, &
+          inertial_stress_ratio(n, mat, clock%mass_scaling, ps(:, f_vel:f_vel + 2), &
+                                ps(:, f_flow), ps(:, f_rate) > 0.0_rp))
+      end associate
+    end do
+    now%kinetic = clock%mass_scaling*now%kinetic
+  end function energies
+
+  !> Largest chi rho v^2 over flow stress of the particles that count and have strength: is the mass
+  !> scaling too large? What is molten carries nothing, whatever its speed.
+  pure real(rp) function inertial_stress_ratio(n, material, chi, v, flow, counts)
+    integer, intent(in) :: n
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: chi, v(nlane, 3), flow(nlane)
+    logical, intent(in) :: counts(nlane)
+    integer :: p
+
+    inertial_stress_ratio = 0.0_rp
+    do p = 1, n
+      if (.not. counts(p) .or. flow(p) <= least_strength*material%g) cycle
+      inertial_stress_ratio = max(inertial_stress_ratio, chi*material%rho*sum(v(p, :)**2)/flow(p))
+    end do
+  end function inertial_stress_ratio
+
+  !> Totals of nothing, of the shape of a scene with so many tools.
+  type(totals_t) function no_totals(scene, n_tools) result(totals)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: n_tools
+
+    allocate (totals%tool(n_tool_sums, n_tools), totals%impulse(3, size(scene%constraint)), &
+              source=0.0_rp)
+  end function no_totals
+
+  !> Collective. Totals of the present state.
+  subroutine sum_totals(world, scene, clock, tool, particles, books, history, totals)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
+    type(particles_t), intent(in) :: particles
+    type(books_t), intent(in) :: books
+    type(history_t), intent(inout) :: history
+    type(totals_t), intent(out) :: totals
+    real(rp), allocatable :: all(:)
+    real(rp) :: most(4)
+    integer :: k, last
+
+    totals = no_totals(scene, size(tool))
+    totals%now = energies(scene, clock, particles)
+    associate (now => totals%now)
+      most = [now%hottest, now%fastest, now%inertial, &
+              merge(0.0_rp, 1.0_rp, is_finite(particles))]
+      all = [books%sums, now%kinetic, now%elastic, now%heat, (tool(k)%sums, k=1, size(tool)), &
+             reshape(books%impulse, [size(books%impulse)])]
+      call world%sum(all)
+      call world%max(most)
+      totals%books = all(1:n_sums)
+      now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
+                       most(1), most(2), most(3))
+    end associate
+    last = n_sums + 3 + size(totals%tool)
+    totals%tool = reshape(all(n_sums + 4:last), shape(totals%tool))
+    totals%impulse = reshape(all(last + 1:), shape(totals%impulse))
+    call balance(scene, history, totals)
+    totals%is_sound = most(4) <= 0.0_rp .and. .not. comes_from_nothing(scene, history, totals%now)
+  end subroutine sum_totals
+
+  !> What was given to the bodies against what became of it.
+  subroutine balance(scene, history, totals)
+    type(scene_t), intent(in) :: scene
+    type(history_t), intent(inout) :: history
+    type(totals_t), intent(inout) :: totals
+    real(rp) :: given, inner, taken, turned
+
+    associate (t => totals, now => totals%now, books => totals%books, tool => totals%tool)
+      t%work = sum(tool(s_work, :))
+      t%friction = sum(tool(s_friction, :)) + books(e_friction)
+      t%contact = sum(tool(s_normal, :)) + books(e_contact)
+      tool(s_heat, :) = t%friction + books(e_plastic)
+      given = t%work + books(e_body) + books(e_wall) + books(e_scaling)
+      t%loss = given - t%friction - t%contact - (now%kinetic - history%kinetic0) - books(e_stress)
+      taken = t%friction + t%contact + books(e_plastic) + now%elastic - history%elastic0 &
+              + now%kinetic - history%kinetic0 + t%loss
+      history%audit_scale = max(history%audit_scale, &
+                                abs(t%work) + abs(books(e_body)) + abs(books(e_wall)), &
+                                abs(books(e_scaling)), history%kinetic0 + history%elastic0, &
+                                tiny(1.0_rp))
+      t%audit_error = 100.0_rp*(given - taken)/history%audit_scale
+      t%to_bodies = sum(tool(s_to_plate, :))
+      if (scene%method%conducts) t%to_bodies = t%to_bodies + books(e_friction)
+      inner = now%elastic + books(e_plastic) + t%friction
+      t%over_internal = inner
+      if (inner > 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/inner
+      turned = max(t%to_bodies + books(e_plastic) + abs(books(e_film)) + abs(books(e_wall_heat)) &
+                   + abs(books(e_source)), 1.0e-6_rp*abs(now%heat), tiny(1.0_rp))
+      t%conduction_error = 100.0_rp*books(e_conduction)/turned
+    end associate
+  end subroutine balance
+
+  !> True if there is more kinetic energy than twice what all bodies had and were ever given: a run
+  !> away. Expansion makes energy from heat; below 1e-9 of the heat content it may be rounding.
+  pure logical function comes_from_nothing(scene, history, now)
+    type(scene_t), intent(in) :: scene
+    type(history_t), intent(in) :: history
+    type(energies_t), intent(in) :: now
+
+    comes_from_nothing = &
+      .not. now%kinetic <= 2.0_rp*history%audit_scale + 1.0e-9_rp*abs(now%heat) &
+      .and. all(abs(scene%material%expansion) <= 0.0_rp)
+  end function comes_from_nothing
+
+end module output_totals

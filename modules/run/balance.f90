@@ -1,0 +1,122 @@
+! SPDX-License-Identifier: MIT
+!> Balance of the ranks: boxes by the cost of their particles, divided anew when the coming steps
+!> would load a rank too much, and a record of how even the load was.
+module run_balance
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use grid_geometry, only: box_t, make_patch, nearest_node, storage_nodes
+  use grid_partition, only: bisect, imbalance, owner_of
+  use particles_migrate, only: wrap_positions
+  use particles_store, only: f_pos
+  use run_particle_cost, only: particle_costs
+  use step_simulation, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: first_partition, rebalance, note_balance
+
+contains
+
+  !> Cut the grid for the first time, by where the particles are.
+  subroutine first_partition(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+
+    if (.not. allocated(sim%exchange%boxes)) allocate (sim%exchange%boxes(0:world%size - 1), &
+                                                       source=box_t())
+    call wrap_positions(sim%scene%grid, sim%particles)
+    call partition(world, sim)
+  end subroutine first_partition
+
+  !> Collective, before particles migrate: new boxes if a rank would have too much with the old
+  !> ones; all blocks may have to move then. The imbalance of the steps until the next sort is
+  !> noted.
+  subroutine rebalance(world, sim, n_moving)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(inout) :: n_moving       !! blocks whose particles may have to go elsewhere
+    integer :: cuts
+
+    if (world%size == 1) return
+    call note_balance(world, sim, n_moving)
+    if (sim%exchange%balance%now <= sim%scene%method%rebalance) return
+    cuts = sim%exchange%balance%cuts
+    call partition(world, sim)
+    if (sim%exchange%balance%cuts == cuts) return     ! no better boxes
+    n_moving = sim%particles%nblk
+    call note_balance(world, sim, n_moving)
+  end subroutine rebalance
+
+  !> Collective: the imbalance of the coming steps, once each particle of the first `n_moving`
+  !> blocks is with its owner.
+  subroutine note_balance(world, sim, n_moving)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: n_moving
+    real(rp) :: load(0:world%size - 1)
+
+    call coming_costs(world, sim, n_moving, load)
+    sim%exchange%balance%now = imbalance(load)
+  end subroutine note_balance
+
+  !> Cost of a step on every rank, in awake particles, once each particle is with its owner.
+  subroutine coming_costs(world, sim, n_moving, load)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n_moving
+    real(rp), intent(out) :: load(0:world%size - 1)
+    integer :: b, node(nlane), p, r
+    logical :: is_own(nlane)
+    real(rp) :: cost(nlane)
+
+    load = 0.0_rp
+    do b = n_moving + 1, sim%particles%nblk
+      load(world%rank) = load(world%rank) + sum(particle_costs(sim, b))
+    end do
+    do b = 1, n_moving
+      cost = particle_costs(sim, b)
+      call storage_nodes(sim%scene%grid, sim%nodes%patch, nlane, &
+                         sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
+      do p = 1, sim%particles%count(b)
+        r = world%rank
+        if (.not. is_own(p)) r = owner_of(sim%exchange%boxes, &
+                                          nearest_node(sim%scene%grid, &
+                                                       sim%particles%ps(p, f_pos:f_pos + 2, b)))
+        load(r) = load(r) + cost(p)
+      end do
+    end do
+    call world%sum(load)
+  end subroutine coming_costs
+
+  !> New boxes for all ranks by the cost of their particles.
+  subroutine partition(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    type(box_t) :: boxes(0:world%size - 1)
+    integer, allocatable :: nodes(:, :)
+    real(rp), allocatable :: weight(:)
+    real(rp) :: cost(nlane)
+    integer :: b, c, p, n, r
+
+    n = sim%particles%total()
+    allocate (nodes(3, n), weight(n))
+    c = 0
+    do b = 1, sim%particles%nblk
+      cost = particle_costs(sim, b)
+      do p = 1, sim%particles%count(b)
+        c = c + 1
+        weight(c) = cost(p)
+        nodes(:, c) = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b))
+      end do
+    end do
+    call bisect(world, sim%scene%grid, nodes, weight, boxes)
+    if (all([(all(boxes(r)%lo == sim%exchange%boxes(r)%lo) &
+              .and. all(boxes(r)%hi == sim%exchange%boxes(r)%hi), &
+              r=0, world%size - 1)]) .and. associated(sim%nodes%g)) return   ! no better cut
+    sim%exchange%balance%cuts = sim%exchange%balance%cuts + 1
+    sim%exchange%boxes = boxes
+    sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(world%rank))
+    call sim%nodes%allocate_grids(sim%scene)
+  end subroutine partition
+
+end module run_balance

@@ -1,0 +1,258 @@
+! SPDX-License-Identifier: MIT
+!> The time loop: step, conduct, sort, write, and stop in good order.
+module run_loop
+  use base_errors, only: error_t
+  use base_kinds, only: rp
+  use base_text, only: str
+  use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting, wall_time
+  use comm_world, only: world_t
+  use heat_conduction, only: conduct, conduction_is_due, conduction_step
+  use mapping_rigid, only: start_rigid
+  use mapping_stability, only: stable_step
+  use output_checkpoint, only: broken_path, checkpoint_path, save_checkpoint
+  use output_diagnostics, only: is_finite, describe_failure
+  use output_totals, only: energies, energies_t
+  use output_writer, only: writer_t
+  use particles_migrate, only: find_outside
+  use particles_store, only: f_vel
+  use run_regrid, only: may_stray, regrid
+  use step_advance, only: take_step
+  use step_simulation, only: simulation_t
+  use update_prescribed, only: stagger_velocities
+  implicit none (type, external)
+  private
+
+  public :: run, begin, advance
+
+  ! Why a run ended; the program's exit status.
+  integer, parameter, public :: ended_well = 0, ended_broken = 3, ended_by_signal = 75, ended_io = 4
+
+contains
+
+  !> Books and clock of a fresh run, whose particles stand and are sorted.
+  subroutine begin(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    type(energies_t) :: now
+    real(rp) :: energy(2), most(2)
+    integer :: b, k, m
+
+    call start_rigid(sim%scene, sim%tool, sim%particles)
+    most = 0.0_rp
+    do b = 1, sim%particles%nblk
+      associate (ps => sim%particles%ps(1:sim%particles%count(b), :, b))
+        most(2) = max(most(2), maxval(ps(:, f_vel)**2 + ps(:, f_vel + 1)**2 + ps(:, f_vel + 2)**2))
+      end associate
+    end do
+    do m = 1, size(sim%scene%material)
+      most(1) = max(most(1), sim%scene%material(m)%wave_speed()**2)
+    end do
+    do b = 1, size(sim%scene%body)
+      most(1) = max(most(1), sim%scene%body(b)%start%wave2)
+    end do
+    call world%max(most)
+    sim%clock%stiffness = most(1)
+    sim%clock%max_speed = sqrt(most(2))
+    sim%step%last%stiffness = most(1)
+    sim%step%last%speed2 = most(2)
+    call stagger_velocities(sim%scene, sim%clock, sim%particles, stable_step(sim%scene, sim%clock))
+    now = energies(sim%scene, sim%clock, sim%particles)
+    energy = [now%kinetic, now%elastic]
+    call world%sum(energy)
+    sim%history%kinetic0 = energy(1)
+    sim%history%elastic0 = energy(2)
+    do k = 1, size(sim%tool)
+      call sim%tool(k)%move_to(0.0_rp)
+    end do
+  end subroutine begin
+
+  !> Run to the end, or until a signal or a lost particle stops it.
+  subroutine run(world, sim, is_resumed, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_resumed
+    integer, intent(out) :: status
+    character(:), allocatable, intent(out) :: message
+    type(writer_t) :: writer
+    type(error_t) :: error
+
+    status = ended_well
+    message = ''
+    call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
+                     sim%history, &
+                     is_resumed, error)
+    if (.not. is_resumed) call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, &
+                                          sim%probes, &
+        sim%particles, sim%exchange, sim%books, sim%history, .false., error)
+    call sim%timer%start()
+    do while (.not. is_finished(sim) .and. .not. error%is_set())
+      call advance(world, sim, status, message)
+      if (status == ended_broken) exit
+      if (sim%step%output_is_lost) exit
+      call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
+                      sim%exchange, &
+                      sim%books, sim%history, is_finished(sim), error)
+      call check_state(world, sim, status, message)
+      call writer%progress(world, sim%scene, sim%clock)
+      call sim%timer%lap(ph_output)
+      if (status /= ended_well) exit
+    end do
+    if (status == ended_well .and. .not. (sim%step%output_is_lost .or. error%is_set())) then
+      call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
+                      sim%exchange, &
+                      sim%books, sim%history, .true., error)
+      call check_state(world, sim, status, message)
+    end if
+    if (status /= ended_well .and. .not. sim%step%output_is_lost) then
+      call writer%sync()
+      call save_last_state(world, sim, status == ended_by_signal, error, message)
+    end if
+    call writer%summary(world, sim%scene, sim%clock, sim%blocks, sim%nodes, sim%exchange, &
+                        sim%timer, error)
+    call writer%close(error)
+    if (error%is_set()) then
+      status = ended_io
+      message = error%message
+    end if
+  end subroutine run
+
+  !> A row of the history that was just written may say that energy came from nothing, or that a
+  !> state is not a number; so may a checkpoint that was therefore refused.
+  subroutine check_state(world, sim, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+
+    if (.not. sim%step%is_broken) return
+    status = ended_broken
+    call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
+                          message, &
+                      'more kinetic energy than was ever given')
+  end subroutine check_state
+
+  !> The state at a stop: a checkpoint to go on from; but if the run broke down, an earlier one is
+  !> kept, and a state that is not a number, or not a solution, is no checkpoint.
+  subroutine save_last_state(world, sim, is_sound, error, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_sound
+    type(error_t), intent(inout) :: error
+    character(:), allocatable, intent(inout) :: message
+    logical :: is_there, is_good
+
+    inquire (file=checkpoint_path(sim%scene), exist=is_there)
+    is_there = .not. world%all_true(.not. is_there)
+    is_good = world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
+    if (is_good .and. (is_sound .or. .not. is_there)) then
+      call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
+                           sim%particles, &
+                           sim%exchange, sim%books, sim%history, error)
+      message = message//'; checkpoint '//checkpoint_path(sim%scene)
+      return
+    end if
+    call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
+                         sim%particles, sim%exchange, &
+                         sim%books, sim%history, error, broken_path(sim%scene))
+    message = message//'; this state is in '//broken_path(sim%scene)
+    if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim%scene)
+  end subroutine save_last_state
+
+  pure logical function is_finished(sim)
+    type(simulation_t), intent(in) :: sim
+
+    is_finished = sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)
+    if (sim%scene%max_steps > 0) then
+      is_finished = is_finished .or. sim%clock%step >= sim%scene%max_steps
+    end if
+  end function is_finished
+
+  !> Collective. One turn of the loop: sort if due, step, conduct if due, one reduction.
+  subroutine advance(world, sim, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+    real(rp) :: dt
+
+    if (sort_is_due(sim)) then
+      call check_inside(world, sim, status, message)
+      if (status /= ended_well) return
+      call regrid(world, sim)
+      call sim%timer%lap(ph_sorting)
+    end if
+    dt = min(stable_step(sim%scene, sim%clock), sim%scene%end_time - sim%clock%time)
+    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim%scene, sim%clock))
+    call take_step(world, sim, dt)
+    if (sim%step%is_broken) then
+      status = ended_broken
+      call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
+                            message, '')
+      return
+    end if
+    sim%clock%dt = dt
+    sim%clock%time = sim%clock%time + dt
+    sim%clock%step = sim%clock%step + 1
+    sim%blocks%awake_steps = sim%blocks%awake_steps + sum(sim%particles%count(:sim%blocks%n_awake))
+    sim%exchange%balance%sum = sim%exchange%balance%sum + sim%exchange%balance%now
+    sim%exchange%balance%worst = max(sim%exchange%balance%worst, sim%exchange%balance%now)
+    if (sim%scene%method%conducts) then
+      if (conduction_is_due(sim%scene, sim%clock, dt)) then
+        call conduct(world, sim%scene, sim%clock, sim%step, sim%source, sim%probes, &
+                     sim%particles, sim%blocks, &
+                     sim%nodes, sim%boundary, sim%books, sim%clock%time - sim%clock%heat_time)
+        if (sim%step%is_unsolved) then
+          status = ended_broken
+          message = 'conduction: a step of '//str(sim%clock%time - sim%clock%heat_time)// &
+            ' s was not solved for: '// &
+                    'shorten &HEAT STEP or EVERY (step '//str(sim%clock%step)//', t = '// &
+                    str(sim%clock%time)//' s)'
+        end if
+        sim%clock%heat_time = sim%clock%time
+        sim%sleepers%layer%is_stale = .true.
+        call sim%timer%lap(ph_conduction)
+      end if
+    end if
+    sim%clock%displacement = sim%clock%displacement + dt*sim%clock%max_speed
+    if (dt < sim%step%asked_dt) sim%clock%refused = sim%clock%refused + 1
+    if (sim%step%signal > 0 .and. status == ended_well) then
+      status = ended_by_signal
+      message = 'signal '//str(sim%step%signal)//' stopped the run at step '// &
+        str(sim%clock%step)// &
+                ', t = '//str(sim%clock%time)//' s'
+    end if
+  end subroutine advance
+
+  !> Every so many steps, or before a particle can be a cell from where it was.
+  pure logical function sort_is_due(sim)
+    type(simulation_t), intent(in) :: sim
+
+    sort_is_due = sim%clock%step - sim%clock%sorted_at >= sim%scene%method%sort_interval &
+      .or. may_stray(sim)
+  end function sort_is_due
+
+  !> A particle outside the grid ends the run on all ranks. Here those wait that were faster since
+  !> the last exchange: that is no part of sorting.
+  subroutine check_inside(world, sim, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+    character(:), allocatable :: mine
+    logical :: all_inside
+
+    mine = find_outside(sim%scene%grid, sim%blocks%n_awake, sim%particles)
+    if (sim%blocks%n_awake < 0) mine = find_outside(sim%scene%grid, sim%particles%nblk, &
+                                                    sim%particles)
+    call sim%timer%lap(ph_sorting)
+    sim%exchange%balance%waited = sim%exchange%balance%waited - wall_time()
+    all_inside = world%all_true(mine == '')
+    sim%exchange%balance%waited = sim%exchange%balance%waited + wall_time()
+    call sim%timer%lap(ph_exchange)
+    if (all_inside) return
+    status = ended_broken
+    call world%share_message(mine, message)
+    message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
+  end subroutine check_inside
+
+end module run_loop

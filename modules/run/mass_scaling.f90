@@ -1,0 +1,84 @@
+! SPDX-License-Identifier: MIT
+!> Mass scaling that follows the scene: at sorts the factor chi is set to what keeps the inertial
+!> stress chi rho v^2 at a given part of the flow stress. Velocities are kept; the kinetic energy
+!> that a new factor gives or takes is booked.
+module run_mass_scaling
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use mapping_blocks, only: kinetic_energy
+  use output_totals, only: inertial_stress_ratio
+  use particles_store, only: f_flow, f_mass, f_vel
+  use state_books, only: e_scaling
+  use step_simulation, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: adapt_mass
+
+  real(rp), parameter :: memory = 0.95_rp    !! of the largest ratio, from one sort to the next
+  real(rp), parameter :: growth = 1.25_rp    !! of the factor at a sort, and the least worth it
+  real(rp), parameter :: fall = 0.1_rp       !! least part of the factor that is left by a sort
+  real(rp), parameter :: aim = 0.9_rp        !! of the allowed ratio, which may rise further before
+                                             !! the next sort
+
+contains
+
+  !> Collective, between two steps, before a sort.
+  subroutine adapt_mass(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: now(1), wanted
+
+    if (.not. sim%scene%method%adapts_mass .or. sim%clock%step == 0) return
+    now(1) = largest_ratio(sim)
+    call world%max(now)
+    associate (m => sim%scene%method, peak => sim%clock%inertial_peak)
+      peak = max(now(1), memory*peak)
+      if (peak <= 0.0_rp) return               ! nothing has moved yet
+      wanted = max(m%scaling_range(1), min(m%scaling_range(2), aim*m%inertial_fraction/peak))
+      if (wanted >= growth*sim%clock%mass_scaling .or. wanted >= m%scaling_range(2)) then
+        wanted = min(wanted, growth*sim%clock%mass_scaling)
+      else if (wanted < sim%clock%mass_scaling) then
+        wanted = max(wanted, fall*sim%clock%mass_scaling)
+      else
+        return
+      end if
+      call set_factor(sim, wanted)
+    end associate
+  end subroutine adapt_mass
+
+  !> Largest rho v^2 over flow stress of this rank's particles, whether they flow or not.
+  pure real(rp) function largest_ratio(sim) result(ratio)
+    type(simulation_t), intent(in) :: sim
+    integer :: b
+
+    ratio = 0.0_rp
+    do b = 1, sim%particles%nblk
+      associate (ps => sim%particles%ps(:, :, b), body => sim%scene%body(sim%particles%body(b)))
+        if (body%is_rigid()) cycle
+        ratio = max(ratio, inertial_stress_ratio(sim%particles%count(b), &
+                                                 sim%scene%material(body%material), 1.0_rp, &
+                                                 ps(:, f_vel:f_vel + 2), ps(:, f_flow), &
+                                                 spread(.true., 1, nlane)))
+      end associate
+    end do
+  end function largest_ratio
+
+  !> A new factor, and what it does to the kinetic energy.
+  subroutine set_factor(sim, factor)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: factor
+    real(rp) :: energy
+    integer :: b
+
+    energy = 0.0_rp
+    do b = 1, sim%particles%nblk
+      if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
+      energy = energy + kinetic_energy(sim%particles%ps(:, f_mass, b), &
+                                       sim%particles%ps(:, f_vel:f_vel + 2, b))
+    end do
+    sim%books%sums(e_scaling) = sim%books%sums(e_scaling) + (factor - sim%clock%mass_scaling)*energy
+    sim%clock%mass_scaling = factor
+  end subroutine set_factor
+
+end module run_mass_scaling

@@ -1,0 +1,323 @@
+! SPDX-License-Identifier: MIT
+!> Every few dozen steps: balance the ranks, migrate and sort particles, list the nodes in use.
+module run_regrid
+  use base_kinds, only: i8, nlane, rp
+  use boundary_clamp_list, only: list_clamps
+  use boundary_symmetry, only: list_mirrors, narrow_mirrors
+  use comm_world, only: world_t
+  use exchange_order, only: list_turns, mark_border
+  use exchange_speculation, only: list_order
+  use grid_geometry, only: box_t, dilate, halo, nearest_node, storage_nodes
+  use mapping_nodes, only: append, clear_nodes
+  use mapping_probes, only: claim_probes, share_probes
+  use particles_migrate, only: redistribute, wrap_positions
+  use particles_sort, only: keep_none
+  use particles_store, only: awake, f_pos, rim
+  use run_balance, only: note_balance, rebalance
+  use run_mass_scaling, only: adapt_mass
+  use sleep_criteria, only: count_awake, update_sleep
+  use sleep_held_force, only: find_borne
+  use step_simulation, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: may_stray, regrid, relist
+
+contains
+
+  !> Balance if needed, migrate, sort where that is due, and list nodes in use; nothing of this if
+  !> sleep alone asks for it and can wait.
+  subroutine regrid(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer :: n_moving                      ! blocks whose particles may have to go elsewhere
+    integer :: keep
+    logical :: can_wait, is_new, others_sleep, sleepers_stay
+
+    is_new = sim%blocks%n_awake < 0
+    call adapt_mass(world, sim)
+    call update_sleep(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
+                      sim%sleepers, others_sleep, &
+                      can_wait)
+    if (can_wait .and. .not. may_stray(sim)) then
+      sim%clock%sorted_at = sim%clock%step
+      return
+    end if
+    call share_probes(world, sim%probes)
+    call wrap_positions(sim%scene%grid, sim%particles)
+    n_moving = merge(sim%particles%nblk, sim%blocks%n_awake, is_new)
+    call rebalance(world, sim, n_moving)
+    keep = oldest_order(sim)
+    if (is_new) keep = keep_none
+    call redistribute(world, sim%scene%grid, sim%nodes%patch, sim%exchange%boxes, &
+                      size(sim%scene%body), &
+                      n_moving, keep, others_sleep, sim%particles, sleepers_stay)
+    sim%clock%displacement = 0.0_rp
+    sim%clock%sorted_at = sim%clock%step
+    call relist(world, sim, .true., sleepers_stay)
+  end subroutine regrid
+
+  !> Whether a particle can be a cell from where it was: steps like the last one and half a cell's
+  !> way in one are allowed for.
+  pure logical function may_stray(sim)
+    type(simulation_t), intent(in) :: sim
+
+    may_stray = sim%clock%displacement + 2.0_rp*sim%clock%dt*sim%clock%max_speed > sim%scene%grid%h
+  end function may_stray
+
+  !> Rest from which particles keep their places, whose order is for speed alone: the awake ones are
+  !> put in order when those with the same nodes are no longer together, sleepers after many sorts.
+  pure integer function oldest_order(sim) result(keep)
+    type(simulation_t), intent(in) :: sim
+    integer, parameter :: rarely = 100      ! [SORT_INTERVAL]
+
+    keep = awake
+    if (is_disordered(sim)) keep = rim
+    associate (interval => rarely*sim%scene%method%sort_interval)
+      if (sim%clock%step/interval > max(0_i8, sim%clock%sorted_at)/interval) keep = keep_none
+    end associate
+  end function oldest_order
+
+  !> Whether the awake particles of this rank are in a fifth more runs of the same nearest node than
+  !> there are such nodes.
+  pure logical function is_disordered(sim)
+    type(simulation_t), intent(in) :: sim
+    real(rp), parameter :: more = 1.2_rp
+    logical :: is_there(sim%nodes%patch%nn), is_own(nlane)
+    integer :: b, last, node(nlane), p, runs
+
+    is_there = .false.
+    last = 0
+    runs = 0
+    do b = 1, sim%blocks%n_awake
+      call storage_nodes(sim%scene%grid, sim%nodes%patch, nlane, &
+                         sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
+      do p = 1, sim%particles%count(b)
+        if (node(p) == last .or. .not. is_own(p)) cycle
+        last = node(p)
+        runs = runs + 1
+        is_there(last) = .true.
+      end do
+    end do
+    is_disordered = runs > more*count(is_there)
+  end function is_disordered
+
+  !> List what depends on where particles are: shared nodes, nodes in use, wall nodes, balls.
+  subroutine relist(world, sim, is_sorted_anew, sleepers_stay)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_sorted_anew    !! not resumed
+    logical, intent(in) :: sleepers_stay     !! as they were before
+    logical, allocatable :: near(:, :, :)    !! nodes in reach of awake particles
+    type(box_t) :: active(2)
+    logical :: some_rest
+
+    some_rest = sim%scene%method%sleep%is_on
+    call count_awake(sim%particles, sim%blocks, sim%sleepers)
+    if (.not. sleepers_stay) call note_sleepers(sim)
+    active = boxes_in_use(world, sim)
+    call sim%nodes%halo%init(world, sim%nodes%patch, sim%exchange%boxes, active(2))
+    if (some_rest) call sim%nodes%resting_halo%init(world, sim%nodes%patch, sim%exchange%boxes, &
+                                                    active(1))
+    call mark_reach(sim, 1, sim%blocks%n_awake, near)
+    call list_runs(sim, near .or. sim%sleepers%near_any, some_rest, .false.)
+    call list_mirrors(sim%scene, sim%nodes, sim%boundary)
+    call list_clamps(world, sim%scene, sim%nodes, sim%boundary)
+    call find_borne(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
+                    sim%boundary, &
+                       sim%sleepers, sim%books, sleepers_stay)
+    call mark_border(sim%scene, sim%particles, sim%blocks, sim%nodes, sim%boundary, is_sorted_anew)
+    call list_turns(sim%particles, sim%blocks)
+    if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
+    call measure_clearances(sim)
+    call list_order(sim%scene, sim%particles, sim%blocks, sim%exchange, is_sorted_anew)
+    if (.not. is_sorted_anew) call note_balance(world, sim, 0)
+    if (some_rest) then                      ! steps use only the nodes of the other particles
+      call clear_nodes(sim%nodes, sim%nodes%g)
+      if (allocated(sim%nodes%resting_range)) deallocate (sim%nodes%resting_range)
+      call move_alloc(sim%nodes%range, sim%nodes%resting_range)
+      sim%nodes%n_resting_ranges = sim%nodes%n_ranges
+      call list_runs(sim, near .or. sim%sleepers%near_layer, .false., sim%blocks%n_mapped &
+                     < sim%particles%nblk)
+      call narrow_mirrors(sim%nodes, sim%boundary)
+    end if
+    call claim_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
+  end subroutine relist
+
+  !> Where the sleepers are.
+  subroutine note_sleepers(sim)
+    type(simulation_t), intent(inout) :: sim
+    integer :: last
+
+    last = sim%particles%nblk
+    call mark_reach(sim, sim%blocks%n_awake + 1, sim%blocks%n_mapped, sim%sleepers%near_layer)
+    call mark_reach(sim, sim%blocks%n_mapped + 1, last, sim%sleepers%near_any)
+    sim%sleepers%near_any = sim%sleepers%near_any .or. sim%sleepers%near_layer
+    sim%sleepers%extent_layer = sim%particles%extent(sim%blocks%n_awake + 1, sim%blocks%n_mapped)
+    sim%sleepers%extent_any = sim%particles%extent(sim%blocks%n_awake + 1, last)
+  end subroutine note_sleepers
+
+  !> Nodes, as (z, y, x), that the particles of blocks `low` to `high` may touch until the next
+  !> sort.
+  subroutine mark_reach(sim, low, high, near)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: low, high
+    logical, allocatable, intent(out) :: near(:, :, :)
+    integer :: b, n(3)
+
+    n = 0
+    if (sim%nodes%patch%nn > 0) n = sim%nodes%patch%all%hi - sim%nodes%patch%all%lo + 1
+    allocate (near(n(3), n(2), n(1)), source=.false.)
+    if (high < low) return
+    do b = low, high
+      call mark_block(sim, sim%particles%count(b), sim%particles%ps(:, f_pos:f_pos + 2, b), &
+                      size(near), near)
+    end do
+    call dilate(near, halo)
+  end subroutine mark_reach
+
+  !> Nodes nearest to the `n` particles of a block.
+  pure subroutine mark_block(sim, n, x, nn, near)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: n, nn
+    real(rp), intent(in) :: x(nlane, 3)
+    logical, intent(inout) :: near(nn)
+    integer :: node(nlane)
+    logical :: is_own(nlane)
+
+    call storage_nodes(sim%scene%grid, sim%nodes%patch, nlane, x, node, is_own)
+    near(node(:n)) = .true.
+  end subroutine mark_block
+
+  !> Boxes of the nodes that any particle of any rank may touch until the next sort, and that any of
+  !> those may that take part in steps.
+  function boxes_in_use(world, sim) result(boxes)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    type(box_t) :: boxes(2)
+    real(rp) :: extent(6, 2), flat(12)
+    integer :: i
+
+    extent = spread(sim%particles%extent(1, sim%blocks%n_awake), 2, 2)
+    extent(:, 1) = max(extent(:, 1), sim%sleepers%extent_any)
+    extent(:, 2) = max(extent(:, 2), sim%sleepers%extent_layer)
+    flat = reshape(extent, [12])
+    call world%max(flat)
+    extent = reshape(flat, [6, 2])
+    boxes = box_t()
+    do i = 1, 2
+      if (extent(1, i) < -extent(4, i)) cycle
+      boxes(i)%lo = nearest_node(sim%scene%grid, -extent(4:6, i)) - halo
+      boxes(i)%hi = nearest_node(sim%scene%grid, extent(1:3, i)) + halo
+    end do
+  end function boxes_in_use
+
+  !> Runs of consecutive nodes in use: those marked in `near` (z, y, x), shared ones, and
+  !> (`with_partners`) those that walls join with them. A run is wholly owned or wholly another
+  !> rank's.
+  subroutine list_runs(sim, near, with_sleepers, with_partners)
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: near(:, :, :), with_sleepers, with_partners
+    logical, allocatable :: used(:, :, :)
+    integer, allocatable :: list(:, :)
+    integer :: i, j, k, n(3), start, owned
+    logical :: row_owned
+
+    n = shape(near)
+    n = n([3, 2, 1])
+    allocate (used, source=near)
+    if (with_sleepers) then
+      call sim%nodes%resting_halo%mark_used(size(used), used)
+    else
+      call sim%nodes%halo%mark_used(size(used), used)
+    end if
+    if (with_partners) then
+      call mark_partners(sim%boundary%mirrors%n_pairs, sim%boundary%mirrors%pair, size(used), used)
+    end if
+    allocate (list(3, 64))
+    sim%nodes%n_ranges = 0
+    do i = 1, n(1)
+      do j = 1, n(2)
+        row_owned = all([i, j] - 1 + sim%nodes%patch%all%lo(1:2) >= sim%nodes%patch%own%lo(1:2)) &
+                    .and. all([i, j] - 1 + sim%nodes%patch%all%lo(1:2) &
+                              <= sim%nodes%patch%own%hi(1:2))
+        k = 1
+        do while (k <= n(3))
+          if (.not. used(k, j, i)) then
+            k = k + 1
+            cycle
+          end if
+          start = k
+          owned = ownership(k)
+          do while (k <= n(3))
+            if (.not. used(k, j, i)) exit
+            if (ownership(k) /= owned) exit
+            k = k + 1
+          end do
+          call append(list, sim%nodes%n_ranges, [start, k - 1, 0] &
+                      + [1, 1, 0]*(n(3)*(j - 1 + n(2)*(i - 1))) + [0, 0, owned])
+        end do
+      end do
+    end do
+    call move_alloc(list, sim%nodes%range)
+  contains
+    pure integer function ownership(k)
+      integer, intent(in) :: k
+
+      ownership = merge(1, 0, row_owned .and. k - 1 + sim%nodes%patch%all%lo(3) &
+                        >= sim%nodes%patch%own%lo(3) &
+                        .and. k - 1 + sim%nodes%patch%all%lo(3) <= sim%nodes%patch%own%hi(3))
+    end function ownership
+  end subroutine list_runs
+
+  !> A node in front of a wall and the one behind it are used together: what one step leaves in one
+  !> must be cleared before the next.
+  pure subroutine mark_partners(n, pair, nn, used)
+    integer, intent(in) :: n, pair(:, :), nn
+    logical, intent(inout) :: used(nn)
+    integer :: i
+
+    do i = 1, n
+      if (any(used(pair(1:2, i)))) used(pair(1:2, i)) = .true.
+    end do
+  end subroutine mark_partners
+
+  !> Ball around the particles of each block as they are now.
+  subroutine enclose_blocks(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: low(3), high(3)
+    integer :: a, b, n
+
+    if (allocated(sim%blocks%ball)) deallocate (sim%blocks%ball)
+    allocate (sim%blocks%ball(4, sim%particles%nblk))
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
+      do a = 1, 3
+        low(a) = minval(sim%particles%ps(1:n, f_pos + a - 1, b))
+        high(a) = maxval(sim%particles%ps(1:n, f_pos + a - 1, b))
+      end do
+      sim%blocks%ball(1:3, b) = 0.5_rp*(low + high)
+      sim%blocks%ball(4, b) = 0.5_rp*norm2(high - low)
+    end do
+  end subroutine enclose_blocks
+
+  !> Distances of the awake blocks from the tools as they are now.
+  subroutine measure_clearances(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: d(nlane)
+    integer :: b, k
+
+    if (allocated(sim%blocks%clearance)) deallocate (sim%blocks%clearance)
+    allocate (sim%blocks%clearance(size(sim%tool), sim%blocks%n_awake))
+    do k = 1, size(sim%tool)
+      call sim%tool(k)%note_place()
+      do b = 1, sim%blocks%n_awake
+        associate (n => sim%particles%count(b))
+          call sim%tool(k)%clearances(n, sim%particles%ps(:, f_pos:f_pos + 2, b), d)
+          sim%blocks%clearance(k, b) = minval(d(:n))
+        end associate
+      end do
+    end do
+  end subroutine measure_clearances
+
+end module run_regrid

@@ -1,0 +1,138 @@
+! SPDX-License-Identifier: MIT
+!> Going on from a checkpoint.
+module run_restart
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use contact_tool, only: n_tool_sums
+  use grid_geometry, only: box_t, make_patch
+  use io_checkpoint, only: read_checkpoint
+  use output_checkpoint, only: n_clock
+  use particles_migrate, only: find_outside
+  use particles_store, only: awake, particles_t, set_rest, tag_rest
+  use physics_flow_law, only: n_validity_warnings
+  use run_balance, only: first_partition
+  use run_regrid, only: regrid, relist
+  use state_books, only: n_sums
+  use step_simulation, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: resume
+
+  character(*), parameter :: other_scene = &
+    ': the checkpoint belongs to another scene (tools, walls, clamps or probes differ)'
+
+contains
+
+  !> Fill a simulation, whose scene stands, with the state of a checkpoint.
+  subroutine resume(world, sim, path, error)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    character(*), intent(in) :: path
+    type(error_t), intent(inout) :: error
+    type(box_t), allocatable :: boxes(:)
+    real(rp), allocatable :: global(:), local(:)
+    character(:), allocatable :: outside
+    logical :: fits, same_ranks
+    integer :: k, n, plain
+
+    call read_checkpoint(world, path, sim%particles, boxes, global, local, same_ranks, error)
+    if (error%is_set()) return
+    n = n_sums + 1 + n_validity_warnings + size(sim%books%impulse)
+    associate (layout => sim%scene%layout)   ! sleeping may change, and with it the last field
+      plain = layout%n - merge(1, 0, layout%rest > 0)
+      fits = sim%particles%nf == plain .or. sim%particles%nf == plain + 1
+      if (fits) call sim%particles%change_fields(layout%n)
+    end associate
+    if (.not. fits .or. size(global) < n_clock .or. size(local) /= n &
+        + n_tool_sums*size(sim%tool)) then
+      call error%raise(path//other_scene)
+      return
+    end if
+    call unpack_global(sim, global, path, error)
+    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, &
+                                          sim%particles), outside)
+    if (outside /= '') call error%raise(path//': '//outside)
+    if (error%is_set()) return
+    sim%books%sums = local(1:n_sums)
+    sim%books%failed_returns = nint(local(n_sums + 1))
+    sim%books%validity_warnings = local(n_sums + 2:n_sums + 1 + n_validity_warnings)
+    sim%books%impulse = reshape(local(n_sums + 2 + n_validity_warnings:n), shape(sim%books%impulse))
+    do k = 1, size(sim%tool)
+      sim%tool(k)%sums = local(n + 1 + n_tool_sums*(k - 1):n + n_tool_sums*k)
+      call sim%tool(k)%move_to(sim%clock%time)
+    end do
+    if (.not. sim%scene%method%sleep%is_on) call wake_all(world, sim%particles, same_ranks)
+    if (same_ranks) then
+      call move_alloc(boxes, sim%exchange%boxes)
+      sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(world%rank))
+      call sim%nodes%allocate_grids(sim%scene)
+      call relist(world, sim, .false., .false.)
+    else
+      call first_partition(world, sim)
+      call regrid(world, sim)
+    end if
+  end subroutine resume
+
+  !> Collective, in a run without sleepers. The particles are `in_order` no longer if some slept.
+  subroutine wake_all(world, particles, in_order)
+    type(world_t), intent(in) :: world
+    type(particles_t), intent(inout) :: particles
+    logical, intent(inout) :: in_order
+    logical :: were_awake
+
+    associate (tag => particles%tag(:, :particles%nblk))
+      were_awake = world%all_true(all(tag_rest(tag) == awake))
+      in_order = in_order .and. were_awake
+      tag = set_rest(tag, awake)
+    end associate
+  end subroutine wake_all
+
+  subroutine unpack_global(sim, global, path, error)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: global(:)
+    character(*), intent(in) :: path
+    type(error_t), intent(inout) :: error
+    integer :: frames, last, n
+
+    associate (c => sim%clock)
+      c%step = nint(global(1), i8)
+      c%time = global(2)
+      c%dt = global(3)
+      c%displacement = global(4)
+      c%sorted_at = nint(global(5), i8)
+      c%heat_time = global(6)
+      c%max_speed = global(7)
+      c%stiffness = global(8)
+    end associate
+    sim%history%kinetic0 = global(9)
+    sim%history%elastic0 = global(10)
+    sim%history%audit_scale = global(11)
+    sim%history%row_time = global(12)
+    sim%step%last%stiffness = global(15)
+    sim%step%last%speed2 = global(16)
+    sim%clock%refused = nint(global(17), i8)
+    associate (m => sim%scene%method)
+      if (m%adapts_mass) sim%clock%mass_scaling = max(m%scaling_range(1), &
+                                                      min(m%scaling_range(2), global(18)))
+    end associate
+    sim%clock%inertial_peak = global(19)
+    sim%clock%heat_step = global(20)
+    sim%history%rows = nint(global(21), i8)
+    n = nint(global(13))
+    frames = nint(global(14))
+    last = n_clock + 4*n + frames + size(sim%history%row_impulse)
+    if (n /= sim%probes%n .or. size(global) - last /= size(sim%history%row_sums)) then
+      call error%raise(path//other_scene)
+      return
+    end if
+    sim%probes%x = reshape(global(n_clock + 1:n_clock + 3*n), [3, n])
+    sim%probes%temperature = global(n_clock + 3*n + 1:n_clock + 4*n)
+    sim%history%frame_times = global(n_clock + 4*n + 1:n_clock + 4*n + frames)
+    sim%history%row_impulse = reshape(global(n_clock + 4*n + frames + 1:last), &
+                                      shape(sim%history%row_impulse))
+    sim%history%row_sums = reshape(global(last + 1:), shape(sim%history%row_sums))
+  end subroutine unpack_global
+
+end module run_restart

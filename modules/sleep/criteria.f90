@@ -1,0 +1,298 @@
+! SPDX-License-Identifier: MIT
+!> Sleeping: material that is still stops its mechanics but keeps conducting. The grid is divided
+!> into cubes of a few cells. A cube is awake near a tool; where its particles together move, or one
+!> of them flows, or sleepers have changed their temperature; and next to such a cube, by a face or
+!> an edge. What particles have of their own, not shared with their neighbours, is noise that no
+!> node feels and wakes nobody.
+!> Sleepers that share nodes with awake particles are the rim (sleep_absorbing_layer).
+module sleep_criteria
+  use base_kinds, only: i8, nlane, rp
+  use boundary_held, only: boundary_t, mirrors_t
+  use comm_world, only: world_t
+  use contact_tool, only: tool_t
+  use grid_geometry, only: box_t, dilate, grid_t, nearest_node, nearest_nodes
+  use mapping_nodes, only: nodes_t
+  use mapping_stability, only: wave_speed
+  use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_temp, f_vel, particles_t, &
+                             rests, rim, set_rest, tag_rest
+  use sleep_sleepers, only: sleepers_t
+  use state_blocks, only: blocks_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: update_sleep, count_awake, swap_lists
+
+  ! What the particles of a cube say.
+  integer, parameter :: a_calls = 1, &    !! how many call
+                        a_mass = 2, &     !! of the awake ones [kg]
+                        a_momentum = 3    !! of these [kg m/s], 3
+  integer, parameter :: n_asked = 5
+
+  integer, parameter :: edge = 2          !! of a cube [cells]
+  integer, parameter :: patience = 200    !! steps from one falling asleep to the next
+  real(rp), parameter :: few = 0.05_rp    !! sleepers that call, over the awake, for whom it is not
+                                          !! worth a sort
+
+contains
+
+  !> Collective, before a sort: who sleeps until the next one. `has_changed`: on this rank other
+  !> particles than before. `can_wait`: nobody yet, since nobody may fall asleep now and only a few
+  !> would wake.
+  subroutine update_sleep(world, scene, clock, tool, particles, blocks, sleepers, has_changed, &
+                          can_wait)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
+    type(particles_t), intent(inout) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(sleepers_t), intent(inout) :: sleepers
+    logical, intent(out) :: has_changed, can_wait
+    logical :: may_sleep
+    logical, allocatable :: is_awake(:, :, :), near(:, :, :)
+    integer, allocatable :: rest(:, :, :)
+    type(box_t) :: box
+    integer :: b, last
+
+    has_changed = .false.
+    can_wait = .false.
+    if (.not. scene%method%sleep%is_on) return
+    may_sleep = clock%step/patience > max(0_i8, clock%sorted_at)/patience
+    box = cubes_in_use(world, scene, particles, blocks, sleepers)
+    call find_awake(world, scene, clock, tool, particles, may_sleep, box, is_awake)
+    if (blocks%n_awake >= 0 .and. .not. may_sleep) then
+      can_wait = few_would_wake(world, scene, particles, blocks, box, is_awake)
+      if (can_wait) return
+    end if
+    near = is_awake
+    call dilate(near, 1)                         ! nodes of particles two cells apart are shared
+    rest = merge(awake, merge(rim, asleep, near), is_awake)
+    last = particles%nblk
+    if (all(box%lo == sleepers%cubes%lo) .and. all(box%hi == sleepers%cubes%hi)) then
+      if (all(rest == sleepers%rest)) last = blocks%n_awake   ! sleepers do not move
+    end if
+    do b = 1, last
+      call put_to_rest(scene, particles, box, rest, b, has_changed)
+    end do
+    call move_alloc(rest, sleepers%rest)
+    sleepers%cubes = box
+  end subroutine update_sleep
+
+  !> Collective: box of the cubes that any particle of any rank is in.
+  type(box_t) function cubes_in_use(world, scene, particles, blocks, sleepers) result(box)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(sleepers_t), intent(in) :: sleepers
+    real(rp) :: extent(6)
+
+    extent = particles%extent(1, merge(blocks%n_awake, particles%nblk, blocks%n_awake >= 0))
+    extent = max(extent, sleepers%extent_any)
+    call world%max(extent)
+    box%lo = nearest_node(scene%grid, -extent(4:6))/edge
+    box%hi = nearest_node(scene%grid, extent(1:3))/edge
+  end function cubes_in_use
+
+  !> Whether those that sleep in the cubes marked in `is_awake` are few against those that are
+  !> awake.
+  logical function few_would_wake(world, scene, particles, blocks, box, is_awake)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(box_t), intent(in) :: box
+    logical, intent(in) :: is_awake(box%count())     !! by cube
+    integer :: b, c(nlane), counts(2)
+
+    counts = [sum(particles%count(:blocks%n_awake)), 0]
+    do b = blocks%n_awake + 1, particles%nblk
+      c = cubes(scene%grid, box, particles%ps(:, f_pos:f_pos + 2, b))
+      counts(2) = counts(2) + count(is_awake(c(:particles%count(b))))
+    end do
+    call world%sum(counts)
+    few_would_wake = counts(2) <= few*counts(1)
+  end function few_would_wake
+
+  !> Who sleeps in block `b`.
+  subroutine put_to_rest(scene, particles, box, rest, b, has_changed)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(box_t), intent(in) :: box
+    integer, intent(in) :: rest(box%count()), b      !! rest by cube
+    logical, intent(inout) :: has_changed
+    integer :: c(nlane), p, was(nlane)
+
+    c = cubes(scene%grid, box, particles%ps(:, f_pos:f_pos + 2, b))
+    was = rests(nlane, particles%tag(:, b))
+    associate (ps => particles%ps(:, :, b), tag => particles%tag(:, b))
+      do p = 1, particles%count(b)
+        if (rest(c(p)) == was(p)) cycle
+        has_changed = .true.
+        if (was(p) == awake) then
+          ps(p, f_vel:f_vel + 2) = 0.0_rp
+          ps(p, scene%layout%rest) = ps(p, f_temp)
+        end if
+        tag(p) = set_rest(tag(p), rest(c(p)))
+      end do
+    end associate
+  end subroutine put_to_rest
+
+  !> The cubes that are awake: also those that were, unless they may fall asleep now.
+  subroutine find_awake(world, scene, clock, tool, particles, may_sleep, box, is_awake)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
+    type(particles_t), intent(in) :: particles
+    logical, intent(in) :: may_sleep
+    type(box_t), intent(in) :: box
+    logical, allocatable, intent(out) :: is_awake(:, :, :)
+    real(rp), allocatable :: sums(:, :, :, :), flat(:)
+    integer :: n(3)
+
+    n = box%hi - box%lo + 1
+    allocate (sums(n_asked, n(1), n(2), n(3)), source=0.0_rp)
+    call ask_particles(scene, particles, box, sums)
+    flat = reshape(sums, [size(sums)])
+    call world%sum(flat)
+    sums = reshape(flat, shape(sums))
+    associate (fastest => scene%method%sleep%strain*wave_speed(clock))
+      is_awake = sums(a_calls, :, :, :) > 0.0_rp &
+                 .or. norm2(sums(a_momentum:, :, :, :), 1) > fastest*sums(a_mass, :, :, :)
+    end associate
+    call add_neighbours(is_awake)
+    call ask_tools(scene, tool, box, is_awake)
+    if (.not. may_sleep) is_awake = is_awake .or. sums(a_mass, :, :, :) > 0.0_rp
+  end subroutine find_awake
+
+  !> What this rank's particles say in each cube.
+  subroutine ask_particles(scene, particles, box, sums)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(box_t), intent(in) :: box
+    real(rp), intent(inout) :: sums(n_asked, box%count())
+    integer :: b, c(nlane), p
+    logical :: wants_wake(nlane), is_awake(nlane)
+
+    associate (limits => scene%method%sleep, rest => scene%layout%rest)
+      do b = 1, particles%nblk
+        associate (ps => particles%ps(:, :, b))
+          is_awake = rests(nlane, particles%tag(:, b)) == awake
+          where (is_awake)
+            wants_wake = ps(:, f_rate) > limits%rate
+          else where
+            wants_wake = abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
+          end where
+          if (.not. any(wants_wake .or. is_awake)) cycle
+          c = cubes(scene%grid, box, ps(:, f_pos:f_pos + 2))
+          do p = 1, particles%count(b)
+            associate (at => sums(:, c(p)))
+              if (wants_wake(p)) at(a_calls) = at(a_calls) + 1.0_rp
+              if (.not. is_awake(p)) cycle
+              at(a_mass) = at(a_mass) + ps(p, f_mass)
+              at(a_momentum:) = at(a_momentum:) + ps(p, f_mass)*ps(p, f_vel:f_vel + 2)
+            end associate
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine ask_particles
+
+  !> Marks the cubes that a tool is near.
+  subroutine ask_tools(scene, tool, box, is_active)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(box_t), intent(in) :: box
+    logical, intent(inout) :: is_active(:, :, :)
+    real(rp) :: lower(3), reach, size_of, upper(3), x(3)
+    integer :: first(3), i, j, k, last(3), t
+
+    size_of = edge*scene%grid%h
+    reach = scene%method%sleep%distance + sqrt(0.75_rp)*size_of
+    do t = 1, size(tool)
+      call tool(t)%bounds(lower, upper)
+      lower = (lower - reach - scene%grid%lower)/size_of - box%lo
+      upper = (upper + reach - scene%grid%lower)/size_of - box%lo + 2.0_rp
+      first = int(min(max(lower, 1.0_rp), real(shape(is_active), rp)))
+      last = int(max(min(upper, real(shape(is_active), rp)), 1.0_rp))
+      do k = first(3), last(3)
+        do j = first(2), last(2)
+          do i = first(1), last(1)
+            x = scene%grid%lower + scene%grid%h*(edge*(box%lo + [i, j, k] - 0.5_rp) - 0.5_rp)
+            if (tool(t)%clearance(x) < reach) is_active(i, j, k) = .true.
+          end do
+        end do
+      end do
+    end do
+  end subroutine ask_tools
+
+  !> Mark the cubes that share a face or an edge with a marked one.
+  pure subroutine add_neighbours(marked)
+    logical, intent(inout) :: marked(:, :, :)
+    logical, allocatable :: before(:, :, :), row(:, :, :)
+    integer :: a, next
+
+    allocate (before, source=marked)
+    do a = 1, 3
+      row = before .or. eoshift(before, 1, .false., a) .or. eoshift(before, -1, .false., a)
+      next = mod(a, 3) + 1
+      marked = marked .or. row .or. eoshift(row, 1, .false., next) &
+        .or. eoshift(row, -1, .false., next)
+    end do
+  end subroutine add_neighbours
+
+  !> Numbers of the cubes of `box` that the places of a block are in.
+  pure function cubes(grid, box, x) result(c)
+    type(grid_t), intent(in) :: grid
+    type(box_t), intent(in) :: box
+    real(rp), intent(in) :: x(nlane, 3)
+    integer :: c(nlane), ijk(nlane, 3), n(3)
+
+    n = box%hi - box%lo + 1
+    call nearest_nodes(grid, nlane, x, ijk)
+    ijk = ijk/edge
+    c = 1 + (ijk(:, 1) - box%lo(1)) + n(1)*(ijk(:, 2) - box%lo(2) + n(2)*(ijk(:, 3) - box%lo(3)))
+  end function cubes
+
+  !> After a sort: the awake blocks come first, then those of the rim.
+  subroutine count_awake(particles, blocks, sleepers)
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(inout) :: blocks
+    type(sleepers_t), intent(inout) :: sleepers
+    integer :: b
+
+    sleepers%layer%is_stale = .true.
+    blocks%n_awake = 0
+    blocks%n_mapped = 0
+    do b = 1, particles%nblk
+      if (tag_rest(particles%tag(1, b)) == awake) blocks%n_awake = b
+      if (tag_rest(particles%tag(1, b)) /= asleep) blocks%n_mapped = b
+    end do
+  end subroutine count_awake
+
+  !> Conduction works on the nodes of all particles, steps on those of awake particles and the rim;
+  !> the other nodes must be 0 then.
+  subroutine swap_lists(scene, nodes, boundary)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    type(mirrors_t) :: mirrors
+    integer, allocatable :: list(:, :)
+    integer :: n
+
+    if (.not. scene%method%sleep%is_on) return
+    mirrors = boundary%mirrors
+    boundary%mirrors = boundary%resting_mirrors
+    boundary%resting_mirrors = mirrors
+    n = nodes%n_ranges
+    nodes%n_ranges = nodes%n_resting_ranges
+    nodes%n_resting_ranges = n
+    call move_alloc(nodes%range, list)
+    call move_alloc(nodes%resting_range, nodes%range)
+    call move_alloc(list, nodes%resting_range)
+  end subroutine swap_lists
+
+end module sleep_criteria

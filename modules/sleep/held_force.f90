@@ -1,0 +1,167 @@
+! SPDX-License-Identifier: MIT
+!> What walls and clamps bear of the sleepers beyond the rim. Steps book what they bear of awake
+!> particles and of the rim; the stress of the others is frozen, and so is its part of their force,
+!> which is found when the sleepers change: that on all sleepers less that on the rim.
+module sleep_held_force
+  use base_kinds, only: nlane, rp
+  use boundary_clamps, only: hold_walls
+  use boundary_held, only: boundary_t
+  use boundary_symmetry, only: reflect, r_momentum
+  use comm_world, only: world_t
+  use grid_geometry, only: dilate, halo, storage_nodes
+  use mapping_blocks, only: force_records
+  use mapping_nodes, only: clear_nodes, nodes_t, update_nodes
+  use mapping_weights, only: weights_of
+  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
+  use sleep_absorbing_layer, only: layer_inertia
+  use sleep_sleepers, only: sleepers_t
+  use state_blocks, only: blocks_t
+  use state_books, only: books_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  use state_step, only: step_t
+  use transfer_scatter, only: p2g_block
+  use update_constitutive, only: outer_acceleration
+  implicit none (type, external)
+  private
+
+  public :: find_borne, book_sleepers
+
+contains
+
+  !> Collective, while the nodes, mirrors and clamps of all particles are listed, the mirrors in the
+  !> order of the nodes: the sum must not depend on who is awake, or a resumed run would differ by
+  !> rounding.
+  subroutine find_borne(world, scene, clock, step, particles, blocks, nodes, boundary, sleepers, &
+                        books, &
+                           sleepers_stay)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(in) :: step
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(sleepers_t), intent(inout) :: sleepers
+    type(books_t), intent(inout) :: books
+    logical, intent(in) :: sleepers_stay         !! on this rank as they were before
+    real(rp) :: of_layer(3, size(scene%constraint))
+    logical, allocatable :: near(:, :, :)
+    logical :: is_known
+
+    if (.not. scene%method%sleep%is_on .or. size(scene%constraint) == 0) return
+    if (.not. allocated(sleepers%borne)) allocate (sleepers%borne(3, size(of_layer, 2)), &
+                                                   source=0.0_rp)
+    is_known = sleepers_stay
+    if (blocks%n_mapped == particles%nblk) then
+      if (.not. is_known) sleepers%borne = 0.0_rp
+      is_known = .true.
+    end if
+    if (world%all_true(is_known)) return
+    call mark_held(nodes, boundary, near)
+    call force_on_walls(world, scene, clock, step, particles, blocks, nodes, boundary, books, &
+                        blocks%n_mapped, &
+                        near, of_layer)
+    call force_on_walls(world, scene, clock, step, particles, blocks, nodes, boundary, books, &
+                        particles%nblk, near, &
+                        sleepers%borne)
+    sleepers%borne = sleepers%borne - of_layer
+  end subroutine find_borne
+
+  !> Impulse of the walls and clamps in a step on the sleepers beyond the rim.
+  subroutine book_sleepers(sleepers, books, dt)
+    type(sleepers_t), intent(in) :: sleepers
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: dt                   !! [s]
+
+    if (allocated(sleepers%borne)) books%impulse = books%impulse + dt*sleepers%borne
+  end subroutine book_sleepers
+
+  !> Nodes, as (z, y, x), next to which a particle touches nodes that walls or clamps hold.
+  subroutine mark_held(nodes, boundary, near)
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    logical, allocatable, intent(out) :: near(:, :, :)
+    logical :: is_held(0:nodes%patch%nn)
+    integer :: i, k, n(3)
+
+    n = 0
+    if (nodes%patch%nn > 0) n = nodes%patch%all%hi - nodes%patch%all%lo + 1
+    is_held = .false.
+    is_held(boundary%mirrors%pair(1, :)) = .true.
+    is_held(boundary%mirrors%plane(1, :)) = .true.
+    is_held(boundary%fixed(1, :boundary%n_fixed)) = .true.
+    do i = 1, boundary%n_columns
+      do k = 1, 3
+        is_held(boundary%column(i)%node(k)) = .true.
+      end do
+    end do
+    near = reshape(is_held(1:), n([3, 2, 1]))
+    call dilate(near, halo)
+  end subroutine mark_held
+
+  !> Force of each wall and clamp on the sleepers up to block `last`, of this rank's nodes [N].
+  subroutine force_on_walls(world, scene, clock, step, particles, blocks, nodes, boundary, books, &
+                            last, near, force)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(in) :: step
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(books_t), intent(inout) :: books
+    integer, intent(in) :: last
+    logical, intent(in) :: near(nodes%patch%nn)
+    real(rp), intent(out) :: force(3, size(scene%constraint))
+    type(books_t) :: before
+    real(rp) :: lost(8, size(scene%constraint))
+    integer :: b
+
+    before = books
+    call clear_nodes(nodes, nodes%g)
+    do b = blocks%n_awake + 1, last
+      call give_force(scene, clock, step, nodes, particles%body(b), particles%count(b), &
+                      particles%nf, near, &
+                      particles%ps(:, :, b), nodes%g(:, :, 1))
+    end do
+    lost = 0.0_rp
+    call reflect(scene, nodes, boundary, r_momentum, nodes%g(:, :, 1), lost)
+    call nodes%resting_halo%sum(world, 8, nodes%patch%nn, nodes%g(:, :, 1))
+    books%impulse = 0.0_rp
+    call update_nodes(scene, clock, nodes, 1.0_rp, nodes%g)      ! impulses of a second
+    ! no step: resting material needs no impulse to rest
+    call hold_walls(world, scene, clock, nodes, boundary, books, 0.0_rp, nodes%g)
+    force = books%impulse + lost(5:7, :)
+    books = before
+    call clear_nodes(nodes, nodes%g)
+  end subroutine force_on_walls
+
+  !> Mass and force of a block to the nodes, if one of its particles is near a held one.
+  subroutine give_force(scene, clock, step, nodes, body, n, nf, near, ps, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(in) :: step
+    type(nodes_t), intent(inout) :: nodes
+    integer, intent(in) :: body, n, nf
+    logical, intent(in) :: near(nodes%patch%nn)
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    integer :: first(nlane), node(nlane)
+    logical :: is_own(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call storage_nodes(scene%grid, nodes%patch, nlane, ps(1, f_pos), node, is_own)
+    if (.not. any(near(node(:n)))) return
+    call weights_of(scene, nodes, body, nf, ps, w, first)
+    call force_records(layer_inertia(scene, clock), &
+                       1.0_rp/scene%material(scene%body(body)%material)%rho, &
+                       outer_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
+                       ps(1, f_tau), ps(1, &
+                       f_temp), nodes%rec)
+    call p2g_block(n, w, first, nodes%rec, nodes%patch%stride, nodes%patch%nn, g)
+  end subroutine give_force
+
+end module sleep_held_force

@@ -1,0 +1,38 @@
+! SPDX-License-Identifier: MIT
+!> What a rank books since t = 0; tools keep their own books.
+module state_books
+  use base_kinds, only: rp
+  use physics_flow_law, only: n_validity_warnings
+  implicit none (type, external)
+  private
+
+  public :: books_t
+
+  ! Energies [J].
+  integer, parameter, public :: &
+    e_plastic = 1, &    !! plastic work
+    e_body = 2, &       !! work of gravity, body loads and tractions
+    e_wall = 3, &       !! work of walls and prescribed velocities
+    e_stress = 4, &     !! work of the stresses on the material, and of the averaging of volume
+    e_film = 5, &       !! heat lost through the faces
+    e_wall_heat = 6, &  !! heat given by walls
+    e_source = 7, &     !! heat of the sources
+    e_friction = 8, &   !! friction heat between deformable bodies
+    e_contact = 9, &    !! energy lost in normal contact between deformable bodies
+    e_scaling = 10, &    !! kinetic energy given by changes of the mass scaling
+    e_conduction = 11   !! heat that conduction steps have made: rounding
+  integer, parameter, public :: n_sums = 11
+
+  !> All that a step adds to: what is refused is given back by one assignment
+  !> (exchange_speculation).
+  type :: books_t
+    real(rp) :: sums(n_sums) = 0.0_rp        !! energies, by the names above [J]
+    real(rp), allocatable :: impulse(:, :)   !! (3, constraints) on this rank's particles [N s]
+    integer :: failed_returns = 0            !! particle-steps whose return mapping did not converge
+    real(rp) :: validity_warnings(n_validity_warnings) = 0.0_rp    !! particle-steps outside the
+                                                                   !! validity of a flow law
+    real(rp) :: warning_place(5, n_validity_warnings) = 0.0_rp   !! time, temperature and place of
+                                                                 !! the first
+  end type books_t
+
+end module state_books

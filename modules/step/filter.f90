@@ -1,0 +1,137 @@
+! SPDX-License-Identifier: MIT
+!> Velocities without the noise that no node sees: v(k) = (1 + A + .. + A^(k-1)) v, A = 1 - S+ S,
+!> with S from nodes to particles and S+ back (FMPM: Nairn 2021, CMES 126:1243; of the velocity
+!> before the step XPIC: Hammerquist & Nairn 2017, CMAME 318:724).
+module step_filter
+  use base_kinds, only: nlane, rp
+  use body_contact_pairs, only: join_increments
+  use boundary_clamps, only: release_held
+  use boundary_symmetry, only: reflect, r_filter, restore
+  use comm_world, only: world_t
+  use mapping_nodes, only: clear_nodes
+  use mapping_weights, only: weights_of
+  use particles_store, only: f_mass
+  use state_scene, only: transfer_xpic
+  use step_simulation, only: simulation_t
+  use transfer_kernels, only: g2p_values_block
+  use transfer_scatter, only: p2g_values_block
+  implicit none (type, external)
+  private
+
+  public :: filter_velocity
+
+contains
+
+  !> Replace the nodes' velocities by v(k); walls keep theirs, since every increment is zero there.
+  subroutine filter_velocity(world, sim, g, mapped, increment)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g
+    real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: mapped, &
+      increment
+    real(rp) :: old, lost(8, size(sim%scene%constraint))
+    integer :: k, power
+
+    old = merge(1.0_rp, 0.0_rp, sim%scene%method%transfer == transfer_xpic)
+    call first_increment(sim, old, g, increment)
+    lost = 0.0_rp                                ! nobody asks for it
+    do power = 2, sim%scene%method%order
+      call clear_nodes(sim%nodes, mapped)
+      call there_and_back(sim, increment, mapped)
+      do k = 1, sim%nodes%n_groups
+        call reflect(sim%scene, sim%nodes, sim%boundary, r_filter, mapped(:, :, k), lost)
+        call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, mapped(:, :, k))
+      end do
+      call next_increment(sim, g, mapped, increment)
+      call release_held(sim%scene, sim%nodes, sim%boundary, g, increment)
+      if (sim%nodes%n_groups > 1) call join_increments(sim%scene, sim%nodes, sim%pairs, g, &
+                                                       increment)
+      do k = 1, sim%nodes%n_groups
+        call restore(sim%scene, sim%nodes, sim%boundary, r_filter, increment(:, :, k))
+      end do
+      call add_increment(sim, increment, g)
+    end do
+  end subroutine filter_velocity
+
+  !> The velocities to begin with, in lanes 5:7: the new ones, or (`old` = 1) those before the step.
+  subroutine first_increment(sim, old, g, increment)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: old, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(inout) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: i, k, r
+
+    do k = 1, sim%nodes%n_groups
+      do r = 1, sim%nodes%n_ranges
+        do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+          increment(5:7, i, k) = g(1:3, i, k) - old*g(5:7, i, k)
+          increment(8, i, k) = 0.0_rp
+        end do
+      end do
+    end do
+  end subroutine first_increment
+
+  !> Momentum of the particles that move with the increment.
+  subroutine there_and_back(sim, increment, mapped)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(inout) :: mapped(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: b, k
+
+    do b = 1, sim%particles%nblk
+      k = sim%scene%body(sim%particles%body(b))%group
+      call map_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                     sim%particles%ps(:, :, &
+                     b), increment(:, :, k), sim%nodes%rec, mapped(:, :, k))
+    end do
+  end subroutine there_and_back
+
+  subroutine map_block(sim, body, n, nf, ps, increment, rec, mapped)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf), increment(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), mapped(8, sim%nodes%patch%nn)
+    integer :: first(nlane), p
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call g2p_values_block(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, increment, rec)
+    do p = 1, n
+      rec(1:3, 1, p) = sim%clock%mass_scaling*ps(p, f_mass)*rec(5:7, 1, p)
+      rec(4, 1, p) = 0.0_rp
+    end do
+    call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, mapped)
+  end subroutine map_block
+
+  !> d' = (1 - S+ S) d.
+  subroutine next_increment(sim, g, mapped, increment)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g, mapped
+    real(rp), intent(inout) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: i, k, r
+
+    do k = 1, sim%nodes%n_groups
+      do r = 1, sim%nodes%n_ranges
+        do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+          if (g(8, i, k) <= 0.0_rp) cycle
+          increment(5:7, i, k) = increment(5:7, i, k) - mapped(1:3, i, k)/g(8, i, k)
+        end do
+      end do
+    end do
+  end subroutine next_increment
+
+  subroutine add_increment(sim, increment, g)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: i, k, r
+
+    do k = 1, sim%nodes%n_groups
+      do r = 1, sim%nodes%n_ranges
+        do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+          g(1:3, i, k) = g(1:3, i, k) + increment(5:7, i, k)
+        end do
+      end do
+    end do
+  end subroutine add_increment
+
+end module step_filter

@@ -1,0 +1,82 @@
+! SPDX-License-Identifier: MIT
+!> Work while waiting: blocks that no tool reaches may come back from the grid between the start of
+!> an exchange and its end: while all ranks say whether the step stands, and while sums of contact
+!> are on their way. They are the first to come back in any case (exchange_speculation), so that the
+!> books are added up in the same order whoever waits.
+module step_schedule
+  use base_kinds, only: rp
+  use base_timers, only: ph_nodes, ph_to_particles
+  use comm_world, only: world_t
+  use exchange_acceptance, only: finish_acceptance
+  use exchange_speculation, only: keep_block, roll_back
+  use state_step, only: outcome_t
+  use step_simulation, only: simulation_t
+  use update_sweeps, only: blocks_to_particles
+  implicit none (type, external)
+  private
+
+  public :: accept_step, sum_meanwhile
+
+contains
+
+  !> Collective. Learn whether the step stands as it is; if not, `dt` comes back smaller, and what
+  !> was done since `note_state` is undone.
+  subroutine accept_step(sim, dt, g, outcome, is_refused)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: dt                 !! [s]
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    type(outcome_t), intent(inout) :: outcome
+    logical, intent(out) :: is_refused
+
+    if (sim%exchange%speculative%is_possible) then
+      call sim%timer%lap(ph_nodes)
+      do while (.not. sim%exchange%acceptance%is_done())
+        if (.not. keep_block(sim%particles, sim%blocks, sim%exchange)) exit
+        call advance_next(sim, dt, g(:, :, 1), outcome)
+      end do
+      call sim%timer%lap(ph_to_particles)
+    end if
+    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, dt, is_refused)
+    if (is_refused .or. sim%step%is_broken) call roll_back(sim%particles, sim%blocks, &
+        sim%exchange, sim%books, &
+        outcome)
+  end subroutine accept_step
+
+  !> Collective. Sums over the ranks of `values` kept for `n` nodes; `first` is the entry of each
+  !> node.
+  subroutine sum_meanwhile(world, sim, dt, g, outcome, first, n, node, width, values)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+    type(outcome_t), intent(inout) :: outcome
+    integer, intent(in) :: first(sim%nodes%patch%nn), n, node(n), width
+    real(rp), intent(inout) :: values(width, n)
+
+    call sim%nodes%halo%post_entries(world, .false., sim%nodes%patch%nn, first, n, node, width, &
+                                     values)
+    if (sim%exchange%speculative%is_possible) then
+      call sim%timer%lap(ph_nodes)
+      do while (sim%exchange%speculative%done < sim%blocks%n_far)
+        if (sim%nodes%halo%poke_entries()) exit
+        call advance_next(sim, dt, g, outcome)
+      end do
+      call sim%timer%lap(ph_to_particles)
+    end if
+    call sim%nodes%halo%finish_entries(world, .false., n, width, values)
+  end subroutine sum_meanwhile
+
+  !> The next block, of a scene with one group of bodies and USL.
+  subroutine advance_next(sim, dt, g, outcome)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
+    type(outcome_t), intent(inout) :: outcome
+
+    associate (next => sim%exchange%speculative%done)
+      next = next + 1
+      call blocks_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
+                               sim%blocks, sim%nodes, &
+                               sim%books, next, next, dt, g, g, dt, outcome)
+    end associate
+  end subroutine advance_next
+
+end module step_schedule

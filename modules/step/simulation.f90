@@ -1,0 +1,76 @@
+! SPDX-License-Identifier: MIT
+!> Everything a running simulation holds: scene, this rank's part of it, clock and books.
+module step_simulation
+  use base_kinds, only: rp
+  use base_timers, only: phase_timer_t
+  use body_contact_node_pairs, only: node_pairs_t
+  use boundary_held, only: boundary_t
+  use contact_tool, only: n_tool_sums, tool_t
+  use exchange_ranks, only: exchange_t
+  use heat_sources, only: source_t
+  use mapping_nodes, only: nodes_t
+  use mapping_probes, only: probes_t
+  use output_audit, only: history_t
+  use particles_store, only: particles_t
+  use sleep_sleepers, only: sleepers_t
+  use state_blocks, only: blocks_t
+  use state_books, only: books_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  use state_step, only: step_t
+  use tool_contact_lists, only: tool_contact_t
+  implicit none (type, external)
+  private
+
+  public :: simulation_t
+  public :: free_simulation
+
+  !> Each part is owned by the library that knows its type; procedures below this library take the
+  !> parts they use.
+  type :: simulation_t
+    type(scene_t) :: scene                   !! does not change
+    type(clock_t) :: clock
+    type(step_t) :: step
+    type(tool_t), allocatable :: tool(:)
+    type(source_t), allocatable :: source(:)  !! of heat
+    type(probes_t) :: probes
+    type(particles_t) :: particles
+    type(blocks_t) :: blocks                 !! of particles
+    type(nodes_t) :: nodes
+    type(boundary_t) :: boundary
+    type(sleepers_t) :: sleepers
+    type(exchange_t) :: exchange             !! with the other ranks
+    type(node_pairs_t) :: pairs              !! nodes where bodies meet
+    type(tool_contact_t) :: contact          !! particles and nodes in contact with a tool
+    type(books_t) :: books
+    type(history_t) :: history
+    type(phase_timer_t) :: timer
+  contains
+    procedure :: prepare_scratch
+  end type simulation_t
+
+contains
+
+  !> Scratch and books of the size of the scene.
+  subroutine prepare_scratch(self)
+    class(simulation_t), intent(inout) :: self
+    integer :: n
+
+    if (allocated(self%books%impulse)) return
+    allocate (self%step%is_near(size(self%tool)), source=.false.)
+    if (allocated(self%scene%tool_of)) self%nodes%n_groups = size(self%scene%tool_of)
+    n = size(self%scene%constraint)
+    allocate (self%books%impulse(3, n), self%history%row_impulse(3, n), &
+              self%history%row_sums(n_tool_sums, size(self%tool)), &
+              self%boundary%mirrors%lost(8, n), source=0.0_rp)
+    call self%nodes%allocate_scratch()
+  end subroutine prepare_scratch
+
+  subroutine free_simulation(sim)
+    type(simulation_t), intent(inout) :: sim
+
+    call sim%particles%free()
+    call sim%nodes%free()
+  end subroutine free_simulation
+
+end module step_simulation

@@ -1,0 +1,101 @@
+! SPDX-License-Identifier: MIT
+!> Particles to grid, with the fold at symmetry planes and the sum over the ranks. Blocks that may
+!> touch shared nodes, the border, give first; what they gave is on its way to the other ranks while
+!> the other blocks follow.
+module step_to_grid
+  use base_kinds, only: rp
+  use base_timers, only: ph_exchange, ph_to_grid
+  use boundary_symmetry, only: early, reflect, late, r_momentum
+  use comm_world, only: world_t
+  use mapping_fbar, only: clear_volume, sum_volume
+  use mapping_nodes, only: clear_nodes
+  use sleep_absorbing_layer, only: add_layer
+  use state_scene, only: scheme_usl
+  use step_simulation, only: simulation_t
+  use update_sweeps, only: blocks_to_grid
+  use update_tractions, only: tractions_to_grid
+  implicit none (type, external)
+  private
+
+  public :: particles_to_grid, sum_nodes
+
+  integer, parameter :: stretch = 32       !! blocks from one look at the messages to the next
+
+contains
+
+  !> Collective. Mass, momentum, force and temperature of all nodes in use.
+  subroutine particles_to_grid(world, sim, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+
+    call clear_nodes(sim%nodes, g)
+    call clear_volume(sim%scene, sim%nodes)
+    if (sim%nodes%n_groups == 1 .and. sim%scene%method%scheme == scheme_usl) then
+      call map_and_sum(world, sim, g)
+      return
+    end if
+    call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, 1, &
+                        sim%blocks%n_awake, g)
+    call others_to_grid(sim, g)
+    call sim%timer%lap(ph_to_grid)
+    call sum_nodes(world, sim, g)
+    if (sim%scene%method%scheme == scheme_usl) call sum_volume(world, sim%scene, sim%nodes)
+    call sim%timer%lap(ph_exchange)
+  end subroutine particles_to_grid
+
+  !> The same in a scene with one velocity field, with overlap of work and messages.
+  subroutine map_and_sum(world, sim, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: b
+
+    associate (lost => sim%boundary%mirrors%lost, own => sim%boundary%mirrors%own(:, 1))
+      lost = 0.0_rp
+      call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, 1, &
+                          sim%blocks%n_border, g)
+      call others_to_grid(sim, g)
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, early)
+      call sim%timer%lap(ph_to_grid)
+      call sim%nodes%halo%post(world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
+      call sim%timer%lap(ph_exchange)
+      do b = sim%blocks%n_border + 1, sim%blocks%n_awake, stretch
+        call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
+                            b, &
+                            min(b + stretch - 1, sim%blocks%n_awake), g)
+        call sim%nodes%halo%poke()
+      end do
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, late)
+      call sim%timer%lap(ph_to_grid)
+      call sim%nodes%halo%finish(world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
+      call sim%timer%lap(ph_exchange)
+    end associate
+  end subroutine map_and_sum
+
+  !> What does not come from the stress of awake particles.
+  subroutine others_to_grid(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+
+    call add_layer(sim%nodes, sim%sleepers, g(:, :, 1))
+    call tractions_to_grid(sim%scene, sim%step, sim%particles, sim%nodes, g)
+  end subroutine others_to_grid
+
+  !> Collective. Fold the records at symmetry planes, sum those of shared nodes over the ranks.
+  subroutine sum_nodes(world, sim, g)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    integer :: k
+
+    sim%boundary%mirrors%lost = 0.0_rp
+    do k = 1, sim%nodes%n_groups
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), &
+                   sim%boundary%mirrors%lost, &
+                sim%boundary%mirrors%own(:, k))
+      call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, g(:, :, k))
+    end do
+  end subroutine sum_nodes
+
+end module step_to_grid

@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: MIT
+!> What limits the impulses of particles that touch a tool: the strength of the material and
+!> Coulomb's law.
+module tool_contact_limits
+  use base_kinds, only: nlane, pi, rp
+  use contact_friction_table, only: friction_table_t, of_nothing
+  use contact_tool, only: tool_t
+  use particles_store, only: f_jac, f_plastic, f_tau, f_temp
+  use physics_stress, only: flow_strength
+  use state_scene, only: scene_t
+  use tool_contact_candidates, only: candidates_t
+  use tool_contact_lists, only: contact_particle_t
+  implicit none (type, external)
+  private
+
+  public :: limit_impulses
+
+  real(rp), parameter :: unlimited = 1.0e30_rp     !! of what cannot flow [N s]
+  real(rp), parameter :: edge_pressure = 2.0_rp + pi   !! of flowing metal at an edge, over its
+                                                       !! shear strength
+
+contains
+
+  !> What limits the impulses of the touching particles, which have their `place` among the
+  !> candidates: the shear strength along the surface; at an edge, across the part of the face that
+  !> is pushed, the pressure under the edge of a punch (Prandtl 1920, plane; Shield 1955, round);
+  !> and a coefficient of friction that depends on the state.
+  subroutine limit_impulses(scene, tool, dt, near, n, place, particle)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: dt
+    type(candidates_t), intent(in) :: near
+    integer, intent(in) :: n, place(n)
+    type(contact_particle_t), intent(inout) :: particle(n)
+
+    if (n == 0) return
+    particle%shear = unlimited
+    particle%most = unlimited
+    if (particle(1)%can_flow) call limit_by_strength(scene, tool%shear_limit, dt, near, n, place, &
+                                                     particle)
+    if (tool%friction_table%of /= of_nothing) then
+      call look_up_friction(tool%friction_table, near%n, scene%layout%n, near%ps, n, place, &
+                            particle)
+    end if
+  end subroutine limit_impulses
+
+  !> What the strength of the material lets each touching particle take: along the surface the
+  !> impulse at which it shears, if that is wanted (when molten, Coulomb's law alone), and at edges
+  !> across it.
+  subroutine limit_by_strength(scene, shear_limit, dt, near, n, place, particle)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: shear_limit
+    real(rp), intent(in) :: dt
+    type(candidates_t), intent(in) :: near
+    integer, intent(in) :: n, place(n)
+    type(contact_particle_t), intent(inout) :: particle(n)
+    real(rp) :: face, rate(nlane), shear, strength(nlane)
+    integer :: i
+
+    associate (body => scene%body(near%body), layout => scene%layout)
+      rate = 1.0_rp
+      do i = 1, n
+        rate(place(i)) = norm2(particle(i)%slip)/(sqrt(3.0_rp)*body%mean_spacing())
+      end do
+      call flow_strength(scene%material(body%material), near%ps(:, f_plastic), &
+                         near%ps(:, f_temp), rate, &
+                         layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), &
+                         strength)
+      do i = 1, n
+        face = product(body%spacing)/norm2(particle(i)%normal*body%spacing)
+        shear = dt*face*max(0.0_rp, strength(place(i)))/sqrt(3.0_rp)
+        if (particle(i)%pushed < 1.0_rp) particle(i)%most = particle(i)%pushed*edge_pressure*shear
+        if (shear_limit .and. shear > 0.0_rp) particle(i)%shear = shear
+      end do
+    end associate
+  end subroutine limit_by_strength
+
+  !> Coefficients of friction of the touching ones of `n` candidates, from their temperature, the
+  !> pressure on the tool's surface in the body, or the speed of sliding.
+  pure subroutine look_up_friction(table, n, nf, ps, n_particles, place, particle)
+    type(friction_table_t), intent(in) :: table
+    integer, intent(in) :: n, nf, n_particles, place(n_particles)
+    real(rp), intent(in) :: ps(nlane, nf)
+    type(contact_particle_t), intent(inout) :: particle(n_particles)
+    real(rp), dimension(nlane) :: mu, pressure, slip
+    integer :: i, p
+
+    pressure = 0.0_rp
+    slip = 0.0_rp
+    do i = 1, n_particles
+      p = place(i)
+      associate (a => particle(i)%normal, tau => ps(p, f_tau:f_tau + 5))
+        pressure(p) = max(0.0_rp, -(sum(a**2*tau(1:3)) + 2.0_rp*(a(1)*a(2)*tau(4) &
+                          + a(2)*a(3)*tau(5) + a(1)*a(3)*tau(6)))/ps(p, f_jac))
+        slip(p) = norm2(particle(i)%slip)
+      end associate
+    end do
+    call table%coefficients(n, ps(1, f_temp), pressure, slip, mu)
+    particle%friction = mu(place)
+  end subroutine look_up_friction
+
+end module tool_contact_limits

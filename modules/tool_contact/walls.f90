@@ -1,0 +1,152 @@
+! SPDX-License-Identifier: MIT
+!> Walls and clamps in contact with tools: what the listed nodes behind walls hold is folded onto
+!> those in front (as boundary_symmetry does with records), and held directions do not give way.
+module tool_contact_walls
+  use base_kinds, only: rp
+  use boundary_held, only: boundary_t
+  use mapping_nodes, only: nodes_t
+  use state_books, only: books_t, e_wall
+  use state_scene, only: scene_t
+  use tool_contact_lists, only: tool_contact_t, n_values, v_hold, v_push
+  implicit none (type, external)
+  private
+
+  public :: note_held, reflect_entries, restore_entries, book_walls
+
+contains
+
+  !> Directions in which a wall or clamp holds the listed nodes.
+  subroutine note_held(scene, boundary, contact)
+    type(scene_t), intent(in) :: scene
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(inout) :: contact
+    integer :: e, i
+
+    associate (contact => contact, rules => scene%constraint, m => boundary%mirrors)
+      contact%reaches_mirrors = any(contact%entry_of(m%pair(1, :m%n_pairs)) > 0) &
+                               .or. any(contact%entry_of(m%plane(1, :m%n_planes)) > 0)
+      do i = 1, boundary%n_fixed
+        e = contact%entry_of(boundary%fixed(1, i))
+        if (e == 0) cycle
+        where (rules(boundary%fixed(2, i))%component) contact%free(:, e) = 0.0_rp
+      end do
+      if (.not. contact%reaches_mirrors) return
+      do i = 1, m%n_planes
+        e = contact%entry_of(m%plane(1, i))
+        if (e == 0) cycle
+        where (rules(m%plane(2, i))%component) contact%free(:, e) = 0.0_rp
+      end do
+    end associate
+  end subroutine note_held
+
+  !> Odd components at wall `c` of the values of an entry: -1, others 1.
+  pure function wall_signs(scene, c, width) result(sign)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: c, width
+    real(rp) :: sign(width), v(3)
+
+    sign = 1.0_rp
+    if (width < n_values) return
+    v = merge(-1.0_rp, 1.0_rp, scene%constraint(c)%component)
+    sign(v_push:v_push + 2) = v
+    sign(v_hold:v_hold + 2) = v
+  end function wall_signs
+
+  !> Fold the entries of nodes behind walls onto those in front, as `reflect` does with records.
+  subroutine reflect_entries(scene, boundary, contact, width, values)
+    type(scene_t), intent(in) :: scene
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(in) :: contact
+    integer, intent(in) :: width
+    real(rp), intent(inout) :: values(width, contact%n_nodes)
+    real(rp) :: sign(width)
+    integer :: a, b, i
+
+    if (.not. contact%reaches_mirrors) return
+    associate (m => boundary%mirrors, place => contact%entry_of)
+      do i = 1, m%n_pairs
+        b = place(m%pair(1, i))
+        a = place(m%pair(2, i))
+        if (a == 0 .or. b == 0) cycle
+        sign = wall_signs(scene, m%pair(3, i), width)
+        values(:, a) = values(:, a) + sign*values(:, b)
+        values(:, b) = 0.0_rp
+      end do
+      do i = 1, m%n_planes
+        a = place(m%plane(1, i))
+        if (a == 0) cycle
+        values(:, a) = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), width))*values(:, a)
+      end do
+    end associate
+  end subroutine reflect_entries
+
+  !> Give the entries of nodes behind walls what those in front have (even values).
+  subroutine restore_entries(boundary, contact, width, values)
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(in) :: contact
+    integer, intent(in) :: width
+    real(rp), intent(inout) :: values(width, contact%n_nodes)
+    integer :: a, b, i
+
+    if (.not. contact%reaches_mirrors) return
+    associate (m => boundary%mirrors, place => contact%entry_of)
+      do i = m%n_pairs, 1, -1
+        b = place(m%pair(1, i))
+        a = place(m%pair(2, i))
+        if (a > 0 .and. b > 0) values(:, b) = values(:, a)
+      end do
+    end associate
+  end subroutine restore_entries
+
+  !> Impulse that held nodes and mirrors take from the tool.
+  subroutine book_walls(scene, nodes, boundary, contact, books, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(in) :: contact
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    real(rp) :: impulse(3), sign(n_values)
+    integer :: a, c, e, i
+
+    associate (t => contact, m => boundary%mirrors)
+      do i = 1, boundary%n_fixed
+        e = t%entry_of(boundary%fixed(1, i))
+        if (e == 0 .or. boundary%fixed(3, i) == 0) cycle
+        c = boundary%fixed(2, i)
+        impulse = t%values(v_push:v_push + 2, e) + t%part(e)*t%values(v_hold:v_hold + 2, e)
+        do a = 1, 3
+          if (.not. scene%constraint(c)%component(a)) cycle
+          books%impulse(a, c) = books%impulse(a, c) - impulse(a)
+          associate (record => g(:, t%node(e)))
+            books%sums(e_wall) = books%sums(e_wall) - impulse(a)*(record(a) - 0.5_rp*record(4 + a))
+          end associate
+        end do
+      end do
+      if (.not. t%reaches_mirrors) return
+      do i = 1, m%n_pairs
+        e = t%entry_of(m%pair(1, i))
+        if (e == 0) cycle
+        sign = wall_signs(scene, m%pair(3, i), n_values) - 1.0_rp
+        call add_own(m%pair(3, i), e, sign)
+      end do
+      do i = 1, m%n_planes
+        e = t%entry_of(m%plane(1, i))
+        if (e == 0) cycle
+        sign = 0.5_rp*(wall_signs(scene, m%plane(2, i), n_values) - 1.0_rp)
+        call add_own(m%plane(2, i), e, sign)
+      end do
+    end associate
+  contains
+    subroutine add_own(wall, e, sign)
+      integer, intent(in) :: wall, e
+      real(rp), intent(in) :: sign(n_values)
+
+      associate (t => contact)
+        books%impulse(:, wall) = books%impulse(:, wall) + sign(v_push:v_push + 2) &
+          *(t%own(v_push:v_push + 2, e) + t%part(e)*t%own(v_hold:v_hold + 2, e))
+      end associate
+    end subroutine add_own
+  end subroutine book_walls
+
+end module tool_contact_walls

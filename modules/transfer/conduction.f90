@@ -1,0 +1,140 @@
+! SPDX-License-Identifier: MIT
+!> Explicit heat conduction on the grid, from and to the particles:
+!> C_i dT_i = -dt sum_p V_p k gradT_p . gradS_ip + waiting heat + film losses of the faces,
+!> C_i = sum_p m_p c_p S_ip; particles take the increment (thesis eqs. 3.71-3.80 with the
+!> capacity as weight).
+module transfer_conduction
+  use base_kinds, only: nlane, rp
+  use transfer_gather, only: gather_block, lanes_t
+  use transfer_points, only: point_nodes
+  use transfer_scatter, only: p2g_block, p2g_values_block
+  implicit none (type, external)
+  private
+
+  public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
+  public :: heat_particles, film_to_grid
+
+  real(rp), parameter, public :: smooth_fraction = 0.1_rp   !! of unseen differences, taken back a
+                                                            !! step
+  real(rp), parameter, public :: least_capacity = 1.0e-30_rp   !! of a node that is not empty [J/K]
+
+contains
+
+  !> Add capacity (lane 1), capacity times temperature (2) and waiting heat (3) of a block.
+  subroutine capacity_to_grid(n, w, first, stride, nn, c_p, mass, temp, heat, rec, g)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), c_p
+    real(rp), intent(in) :: mass(nlane), temp(nlane), heat(nlane)   !! [kg], [K], [J]
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
+    integer :: p
+
+    do p = 1, n
+      rec(1, 1, p) = mass(p)*c_p
+      rec(2, 1, p) = mass(p)*c_p*temp(p)
+      rec(3, 1, p) = heat(p)
+      rec(4, 1, p) = 0.0_rp
+    end do
+    call p2g_values_block(n, w, first, rec, stride, nn, g)
+  end subroutine capacity_to_grid
+
+  !> Temperature of a run of nodes, (2)/(1), to lane 4, that which conducts, and to lane 5; 0 where
+  !> a node is empty.
+  subroutine nodal_temperature(n, g)
+    integer, intent(in) :: n
+    real(rp), intent(inout) :: g(8, n)
+    integer :: i
+
+    do i = 1, n
+      g(4, i) = 0.0_rp
+      if (g(1, i) > least_capacity) g(4, i) = g(2, i)/g(1, i)
+      g(5, i) = g(4, i)
+    end do
+  end subroutine nodal_temperature
+
+  !> Heat conducted in `dt` by a block, to lane 5 of `flux`, at the temperature in lane 4 of `g`; to
+  !> lane 8 capacity times what particles differ by from the temperature of the nodes in lane 5 of
+  !> `g`.
+  subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, c_p, j, mass, temp, &
+                          g, &
+                          rec, flux)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), dt, conductivity   !! [s], [W/(m K)]
+    real(rp), intent(in) :: volume, c_p                      !! initial volume over mass [m3/kg]
+    real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
+    type(lanes_t), parameter :: wanted = lanes_t(steep=4, n_steep=1, plain=5, n_plain=1)
+    real(rp) :: slope(nlane, 3), conducting(nlane, 1), mean(nlane, 1)
+    integer :: p
+
+    call gather_block(wanted, n, w, first, stride, nn, g, rec, conducting, slope, mean)
+    do p = 1, n
+      rec(:, :, p) = 0.0_rp
+      rec(8, 1, p) = mass(p)*c_p*(temp(p) - mean(p, 1))
+      rec(5, 2:4, p) = -dt*conductivity*j(p)*mass(p)*volume*slope(p, :)
+    end do
+    call p2g_block(n, w, first, rec, stride, nn, flux)
+  end subroutine flux_to_grid
+
+  !> Film loss in `dt` of a face at `s`, with linear weights on the nodes: lane 5 of `flux`.
+  subroutine film_to_grid(dt, film, area, ambient, s, stride, nn, g, flux, lost)
+    real(rp), intent(in) :: dt, film, area, ambient   !! [s], [W/(m2 K)], [m2], [K]
+    real(rp), intent(in) :: s(3)                      !! from the first node [cells]
+    integer, intent(in) :: stride(3), nn
+    real(rp), intent(in) :: g(8, nn)
+    real(rp), intent(inout) :: flux(8, nn)
+    real(rp), intent(inout) :: lost                   !! running sum [J]
+    real(rp) :: weight(0:7), heat
+    integer :: c, q(0:7)
+
+    call point_nodes(s, stride, 1, least_capacity, nn, g, q, weight)
+    heat = -dt*film*area*(sum(weight*g(4, q)) - sum(weight)*ambient)   ! 0 without a node
+    do c = 0, 7
+      flux(5, q(c)) = flux(5, q(c)) + heat*weight(c)
+    end do
+    lost = lost - heat
+  end subroutine film_to_grid
+
+  !> From the temperature before in lane 5: lane 8 keeps it, lane 5 becomes the increment, from
+  !> conducted heat (lane 5 of `flux`) and waiting heat, lane 6 the new temperature, lane 7 the mean
+  !> of what particles differ by from lane 8.
+  subroutine temperature_increment(n, flux, g)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: flux(8, n)
+    real(rp), intent(inout) :: g(8, n)
+    integer :: i
+
+    do i = 1, n
+      g(8, i) = g(5, i)
+      g(5, i) = 0.0_rp
+      g(7, i) = 0.0_rp
+      if (g(1, i) > least_capacity) then
+        g(5, i) = (flux(5, i) + g(3, i))/g(1, i)
+        g(7, i) = flux(8, i)/g(1, i)
+      end if
+      g(6, i) = g(8, i) + g(5, i)
+    end do
+  end subroutine temperature_increment
+
+  !> Particles take the increment in lane 5 and spend their waiting heat. They give back a share of
+  !> what they differ by from the nodes (lane 8) and no node can see: what is left after its own
+  !> nodal mean (lane 7) is subtracted. Increments alone would keep a jump between neighbouring
+  !> particles for ever. The heat is the same to rounding; a smooth field changes by (k h)^4 only.
+  subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, rec, temp, heat, gained)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane)
+    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
+    real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
+    type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=5, n_plain=4)
+    real(rp) :: change, no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 4)
+    integer :: p
+
+    call gather_block(wanted, n, w, first, stride, nn, g, rec, no_value, no_slope, at)
+    do p = 1, n
+      change = at(p, 1) - smooth_fraction*(temp(p) - at(p, 4) - at(p, 3))
+      gained = gained + (mass(p)*c_p*change - heat(p))
+      temp(p) = temp(p) + change
+      heat(p) = 0.0_rp
+    end do
+  end subroutine heat_particles
+
+end module transfer_conduction

@@ -1,0 +1,291 @@
+! SPDX-License-Identifier: MIT
+!> Contact of a plate with a plane: the impulses of even loads and of friction.
+program test_tool_contact
+  use base_kinds, only: rp
+  use check, only: begin_tests, end_tests, expect, expect_close
+  use comm_world, only: start_world, world_t
+  use contact_tool, only: s_creep, s_force, s_press, s_slide, tool_t
+  use node_samples, only: balance_of, balance_t, map_particles, set_velocity
+  use particles_store, only: f_mass, f_pos
+  use step_boundary, only: apply_boundary
+  use step_samples, only: add_plane_of_symmetry, add_tool, fill, h, make_flow, noise, plane_tool, &
+                          settle, start_scene
+  use step_simulation, only: free_simulation, simulation_t
+  use tool_contact_surface, only: velocity_at
+  use tool_samples, only: touch, touch_dt
+  implicit none (type, external)
+
+  real(rp), parameter :: dt = touch_dt, zero(3) = 0.0_rp, at_rest(3, 3) = 0.0_rp
+  type(world_t) :: world
+
+  !> A plate that meets a plane.
+  type :: meeting_t
+    integer :: axis = 3, side = 1          !! the plane's normal is `side` along `axis`
+    real(rp) :: gap = 0.0_rp               !! before the step [m]
+    real(rp) :: v(3) = 0.0_rp, w(3) = 0.0_rp   !! velocities of plate and plane [m/s]
+    real(rp) :: friction = 0.0_rp
+    real(rp) :: strength = 0.0_rp          !! 0: elastic [Pa]
+    real(rp) :: mass_scaling = 1.0_rp
+    logical :: between_mirrors = .false.   !! else the plate has no end
+    logical :: limits_shear = .true.
+  end type meeting_t
+
+  call start_world(world)
+  call begin_tests()
+  call random_init(.true., .false.)
+  call test_even_load()
+  call test_stick()
+  call test_slide()
+  call test_shear_limit()
+  call end_tests()
+
+contains
+
+  !> A random meeting: `speed` is that of the approach.
+  type(meeting_t) function draw(i, speed) result(m)
+    integer, intent(in) :: i
+    real(rp), intent(in) :: speed
+    real(rp) :: u(8)
+
+    call random_number(u)
+    m%axis = 1 + mod(i, 3)
+    m%side = merge(1, -1, mod(i, 2) == 0)
+    m%v = 2.0_rp*speed*(u(1:3) - 0.5_rp)
+    m%w = 2.0_rp*speed*(u(4:6) - 0.5_rp)
+    m%gap = 0.04_rp*h*u(7)
+    m%w(m%axis) = m%v(m%axis) + m%side*(m%gap/dt + speed*u(8))
+  end function draw
+
+  pure function normal_of(m) result(n)
+    type(meeting_t), intent(in) :: m
+    real(rp) :: n(3)
+
+    n = 0.0_rp
+    n(m%axis) = m%side
+  end function normal_of
+
+  !> The plate, its lower face anywhere in a cell, before the step; columns of particles across it
+  !> have random masses, if light nodes do not get more inertia.
+  subroutine prepare(m, sim)
+    type(meeting_t), intent(in) :: m
+    type(simulation_t), intent(inout) :: sim
+    type(tool_t) :: tool
+    real(rp) :: place(3), u(3)
+    integer :: a, b, p, ijk(3)
+    logical :: across(3)
+
+    call random_number(u)
+    across = [(a /= m%axis, a=1, 3)]
+    call start_scene(sim, [3, 3, 3], 3, 1, across .and. .not. m%between_mirrors)
+    if (m%between_mirrors) then
+      do a = 1, 3
+        if (.not. across(a)) cycle
+        call add_plane_of_symmetry(sim, a, 0, .true.)
+        call add_plane_of_symmetry(sim, a, 3, .false.)
+      end do
+    end if
+    if (m%strength > 0.0_rp) call make_flow(sim, m%strength)
+    sim%clock%mass_scaling = m%mass_scaling
+    sim%scene%method%scales_light_nodes = m%mass_scaling > 1.0_rp
+    tool = plane_tool(normal_of(m))
+    tool%friction = m%friction
+    tool%shear_limit = m%limits_shear
+    place = h*u - m%gap*normal_of(m)
+    if (m%side < 0) place = place + 2.0_rp*h
+    call add_tool(sim, tool, place, m%w, 0.0_rp)
+    where (across) u = merge(0.2_rp - 0.4_rp*u, 0.0_rp, m%between_mirrors)   ! some reach behind
+    call fill(world, sim, 1, u, u + merge(3.0_rp, 2.0_rp, across), 2)
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        ijk = floor(2.0_rp*(sim%particles%ps(p, f_pos:f_pos + 2, b)/h - u))
+        ijk(m%axis) = 0
+        associate (mass => sim%particles%ps(p, f_mass, b))
+          if (m%mass_scaling <= 1.0_rp) mass = mass*(0.5_rp + noise(sum(ijk*[1, 7, 49]), 1))
+        end associate
+      end do
+    end do
+    call settle(world, sim)
+    call map_particles(world, sim, 0.0_rp, sim%nodes%g)
+    call set_velocity(sim%nodes, m%v, at_rest, sim%nodes%g(:, :, 1))
+  end subroutine prepare
+
+  !> What contact is to take from the approach, from its description in docs/method.md: the last
+  !> fiftieth of a cell closes in the time in which waves cross 60 cells, 30 in metal that flows;
+  !> with scaled masses a penetration is taken back at 0.003 of the wave speed at least.
+  real(rp) function closing_of(m, sim) result(e)
+    type(meeting_t), intent(in) :: m
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: back, speed, time, wave
+
+    wave = sqrt(sim%clock%stiffness/m%mass_scaling)
+    time = max(dt, merge(30.0_rp, 60.0_rp, m%strength > 0.0_rp)*h/wave)
+    speed = dot_product(m%v - m%w, normal_of(m))
+    if (m%gap >= 0.0_rp) then
+      e = -speed - min(m%gap, 0.02_rp*h)/time - max(0.0_rp, m%gap - 0.02_rp*h)/dt
+    else
+      back = -m%gap/dt
+      if (m%mass_scaling > 1.0_rp) back = min(back, max(3.0e-3_rp*wave, -speed))
+      e = -speed + back + (-m%gap - dt*back)/time
+    end if
+  end function closing_of
+
+  !> Sum over the ranks of the books of the tool.
+  function books_of(sim) result(sums)
+    type(simulation_t), intent(in) :: sim
+    real(rp), allocatable :: sums(:)
+
+    sums = sim%tool(1)%sums
+    call world%sum(sums)
+  end function books_of
+
+  !> Largest difference of the velocities of the surfaces in contact from `v` [m/s].
+  real(rp) function off_surface(sim, v) result(off)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: v(3)
+    integer :: p
+
+    off = 0.0_rp
+    do p = 1, sim%contact%n
+      associate (t => sim%contact%particle(p))
+        off = max(off, maxval(abs(velocity_at(sim%nodes, t%first, t%w, sim%nodes%g) - v)))
+      end associate
+    end do
+  end function off_surface
+
+  !> All ranks together: how many particles touch.
+  integer function count_contacts(sim) result(n)
+    type(simulation_t), intent(in) :: sim
+    integer :: sums(1)
+
+    sums = sim%contact%n
+    call world%sum(sums)
+    n = sums(1)
+  end function count_contacts
+
+  !> Without friction: every surface that touches loses seven tenths of the closing velocity in one
+  !> pass, wherever it lies in a cell, along any axis, with scaled masses, in a penetration and
+  !> between mirrors; the tool feels the momentum that the plate got.
+  subroutine test_even_load()
+    type(meeting_t) :: m
+    type(simulation_t) :: sim
+    type(balance_t) :: after, before
+    real(rp), allocatable :: sums(:)
+    real(rp) :: e, n(3), v(3)
+    integer :: i
+
+    do i = 1, 9
+      m = draw(i, 20.0_rp)
+      if (i == 4 .or. i == 5) m%mass_scaling = 25.0_rp
+      if (i == 2 .or. i == 5) m%gap = -m%gap
+      if (i == 5) m%v = m%w - normal_of(m)
+      if (i == 4 .or. i == 7) m%strength = 1.0e9_rp
+      m%between_mirrors = i >= 6
+      n = normal_of(m)
+      if (m%between_mirrors) m%v = dot_product(m%v, n)*n
+      call prepare(m, sim)
+      e = closing_of(m, sim)
+      before = balance_of(world, sim, zero, sim%nodes%g)
+      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call touch(world, sim, norm2(m%v))
+      after = balance_of(world, sim, zero, sim%nodes%g)
+      call expect('even load: the outermost layer touches', count_contacts(sim) == 36)
+      v = m%v + 0.7_rp*e*n
+      call expect_close('even load is carried in one pass', off_surface(sim, v), 0.0_rp, &
+                        atol=1.0e-10_rp*norm2(m%v))
+      sums = books_of(sim)
+      if (.not. m%between_mirrors) then
+        call expect_close('the tool feels the momentum', &
+                          norm2(sums(s_force:s_force + 2) + after%momentum - before%momentum), &
+                          0.0_rp, atol=1.0e-11_rp*sums(s_press))
+        call expect_close('normal impulse', sums(s_press), &
+                          dot_product(after%momentum - before%momentum, n), rtol=1.0e-11_rp)
+      end if
+      call expect_close('slide: impulse times speed of the tool', sums(s_slide), &
+                        sums(s_press)*norm2(m%w - dot_product(m%w, n)*n), rtol=1.0e-11_rp)
+      call expect_close('creep: impulse times speed of the plate', sums(s_creep), &
+                        sums(s_press)*norm2(m%v - dot_product(m%v, n)*n), rtol=1.0e-11_rp, &
+                        atol=1.0e-12_rp*sums(s_press))
+      call free_simulation(sim)
+    end do
+  end subroutine test_even_load
+
+  !> Much friction: along the surface the plate gets all of the tool's velocity.
+  subroutine test_stick()
+    type(meeting_t) :: m
+    type(simulation_t) :: sim
+    real(rp) :: n(3), v(3)
+    integer :: i
+
+    do i = 1, 3
+      m = draw(i, 20.0_rp)
+      m%friction = 1.0e4_rp
+      n = normal_of(m)
+      call prepare(m, sim)
+      v = m%w + dot_product(m%v - m%w, n)*n + 0.7_rp*closing_of(m, sim)*n
+      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call touch(world, sim, norm2(m%v))
+      call expect_close('what sticks has the velocity of the tool', off_surface(sim, v), 0.0_rp, &
+                        atol=1.0e-10_rp*norm2(m%v))
+      call free_simulation(sim)
+    end do
+  end subroutine test_stick
+
+  !> Little friction: the force on the tool is the coefficient times the normal one, against its
+  !> sliding.
+  subroutine test_slide()
+    type(meeting_t) :: m
+    type(simulation_t) :: sim
+    real(rp), allocatable :: sums(:)
+    real(rp) :: force(3), n(3), slip(3)
+    integer :: i
+
+    do i = 1, 3
+      m = draw(i, 20.0_rp)
+      m%friction = 0.01_rp*i
+      n = normal_of(m)
+      call prepare(m, sim)
+      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call touch(world, sim, norm2(m%v))
+      sums = books_of(sim)
+      force = sums(s_force:s_force + 2)
+      slip = (m%w - m%v) - dot_product(m%w - m%v, n)*n
+      call expect_close('normal force', -dot_product(force, n), sums(s_press), rtol=1.0e-11_rp)
+      call expect_close('Coulomb friction against the sliding', &
+                        norm2(force + sums(s_press)*(n + m%friction*slip/norm2(slip))), 0.0_rp, &
+                        atol=1.0e-11_rp*sums(s_press))
+      call free_simulation(sim)
+    end do
+  end subroutine test_slide
+
+  !> Friction of soft metal: the shear strength of its face, strength/sqrt(3), unless the tool's
+  !> limit is off.
+  subroutine test_shear_limit()
+    type(meeting_t) :: m
+    type(simulation_t) :: sim
+    real(rp), allocatable :: sums(:)
+    real(rp) :: along(3), limit, n(3), slip(3)
+    integer :: i
+
+    do i = 1, 4
+      m = draw(i, 20.0_rp)
+      m%friction = 0.5_rp
+      m%strength = 1.0e6_rp*i
+      m%limits_shear = i < 4
+      n = normal_of(m)
+      call prepare(m, sim)
+      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call touch(world, sim, norm2(m%v))
+      sums = books_of(sim)
+      along = sums(s_force:s_force + 2) - dot_product(sums(s_force:s_force + 2), n)*n
+      slip = (m%w - m%v) - dot_product(m%w - m%v, n)*n
+      limit = (3.0_rp*h)**2*m%strength/sqrt(3.0_rp)*dt
+      if (i == 4) limit = 0.5_rp*sums(s_press)
+      call expect('the strength is below what friction could give', &
+                  limit <= 0.5_rp*sums(s_press))
+      call expect_close('shear limit', norm2(along + limit*slip/norm2(slip)), 0.0_rp, &
+                        atol=1.0e-10_rp*limit)
+      call free_simulation(sim)
+    end do
+  end subroutine test_shear_limit
+
+end program test_tool_contact

@@ -1,0 +1,298 @@
+! SPDX-License-Identifier: MIT
+!> Particles in contact with tools: which ones, where their surfaces lie, and what limits their
+!> impulses at edges and by the state of the material.
+program test_tool_particles
+  use base_kinds, only: nlane, pi, rp
+  use check, only: begin_tests, end_tests, expect, expect_close
+  use comm_world, only: start_world, world_t
+  use contact_friction_table, only: of_pressure, of_slip, of_temperature
+  use contact_gap_law, only: normal_velocity
+  use contact_tool, only: rigid_t, s_press
+  use node_samples, only: all_of, map_particles, set_velocity
+  use particles_store, only: f_jac, f_pos, f_tau, f_temp
+  use state_scene, only: scheme_musl, scheme_usl
+  use step_boundary, only: apply_boundary
+  use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
+                          room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene
+  use step_simulation, only: free_simulation, simulation_t
+  use tool_contact_surface, only: flatten
+  use tool_samples, only: middle, settle_plate, start_plate, touch, touch_dt
+  implicit none (type, external)
+
+  real(rp), parameter :: dt = touch_dt, up(3) = [0.0_rp, 0.0_rp, 1.0_rp]
+  type(world_t) :: world
+
+  call start_world(world)
+  call begin_tests()
+  call random_init(.true., .false.)
+  call test_who_touches()
+  call test_flatten()
+  call test_edges()
+  call test_narrow_tool()
+  call test_friction_by_state()
+  call end_tests()
+
+contains
+
+  !> Tools of all shapes against a plate in a random linear motion: those particles touch whose
+  !> surface would be inside at the end of the step, each with the law's closing velocity. The plate
+  !> has come nearer since particles were sorted, and half of the tools.
+  subroutine test_who_touches()
+    type(simulation_t) :: sim
+    real(rp), parameter :: shift(3) = 0.5_rp*h*[0.0_rp, 0.0_rp, 1.0_rp]
+    real(rp) :: fastest(1), l(3, 3), later, v(3), w(3)
+    integer :: a, b, i, n(2)
+
+    do i = 1, 10
+      call random_number(l)
+      call random_number(v)
+      call random_number(w)
+      later = merge(2.0e-5_rp, 0.0_rp, mod(i, 2) == 0)
+      w = 40.0_rp*(w - [0.5_rp, 0.5_rp, 1.5_rp])
+      call start_scene(sim, [5, 5, 2], 3, 1)
+      if (mod(i, 3) == 0) call make_flow(sim, 1.0e8_rp)
+      sim%scene%method%scheme = merge(scheme_musl, scheme_usl, i > 5)
+      select case (mod(i, 5))
+      case (0)
+        call add_tool(sim, plane_tool([0.0_rp, -0.6_rp, -0.8_rp]), h*[2.5_rp, 2.5_rp, 1.8_rp] &
+                      - later*w, w, 0.0_rp)
+      case (1)
+        call add_tool(sim, sphere_tool(3.0_rp*h), h*[2.2_rp, 2.6_rp, 4.9_rp] - later*w, w, &
+                      1.0e4_rp)
+      case (2)
+        call add_tool(sim, box_tool(h*[1.3_rp, 1.0_rp, 0.9_rp], [0.6_rp, 0.0_rp, 0.8_rp]), &
+                      h*[2.2_rp, 2.6_rp, 3.0_rp] - later*w, w, -1.0e4_rp)
+      case default
+        call add_tool(sim, shoulder_tool(2.0_rp*h, [0.0_rp, 0.1_rp, sqrt(0.99_rp)]), &
+                      h*[2.2_rp, 2.6_rp, 2.0_rp + 0.01_rp*i] - later*w, w, 2.0e4_rp)
+      end select
+      call fill(world, sim, 1, [0.1_rp, 0.3_rp, -0.3_rp], [5.1_rp, 5.3_rp, 1.7_rp], 2)
+      call shake(sim, 0.0_rp, 0.4_rp)
+      call settle(world, sim)
+      sim%clock%time = later
+      sim%clock%displacement = norm2(shift)
+      do b = 1, sim%particles%nblk
+        do a = 1, 3
+          associate (x => sim%particles%ps(:, f_pos + a - 1, b))
+            x = x + shift(a)
+          end associate
+        end do
+      end do
+      call map_particles(world, sim, 0.0_rp, sim%nodes%g)
+      v = 20.0_rp*v - 10.0_rp
+      l = 4.0e3_rp*l - 2.0e3_rp
+      call set_velocity(sim%nodes, v, l, sim%nodes%g(:, :, 1))
+      fastest = maxval(norm2(sim%nodes%g(1:3, :, 1), 1))
+      call world%max(fastest)
+      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call touch(world, sim, fastest(1))
+      n = 0
+      call compare(sim, v, l, n)
+      call world%sum(n)
+      call expect('some touch, some do not', all(n >= 15))
+      call free_simulation(sim)
+    end do
+  end subroutine test_who_touches
+
+  !> The list of contacts against all particles, in the motion v + L x; how many touch, how many
+  !> do not.
+  subroutine compare(sim, v, l, n)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: v(3), l(3, 3)
+    integer, intent(inout) :: n(2)
+    type(rigid_t) :: rigid
+    real(rp) :: closing, gap, half, normal(3), off, room, slip(3), u(3), x(3), zone
+    logical :: at_surface, can_flow, is_equal, is_listed, is_whole, touches
+    integer :: b, c, p
+
+    rigid = sim%tool(1)%mean_motion(sim%clock%time, dt)
+    can_flow = allocated(sim%scene%material(1)%flow)
+    at_surface = can_flow .or. sim%scene%method%scheme == scheme_usl
+    zone = merge(0.02_rp*h, 0.0_rp, at_surface)
+    half = 0.25_rp*h
+    is_equal = .true.
+    is_whole = .true.
+    off = 0.0_rp
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        x = sim%particles%ps(p, f_pos:f_pos + 2, b)
+        call sim%tool(1)%distance(x, gap, normal, room)
+        u = v + matmul(l, x - merge(half, 0.0_rp, at_surface)*normal)
+        call sim%tool(1)%distance(x + dt*u, gap, normal, room)
+        gap = gap - half
+        call normal_velocity(dt, dt, zone, merge(30.0_rp, 60.0_rp, can_flow)*h &
+                             /sqrt(sim%clock%stiffness), huge(1.0_rp), gap, normal, &
+                             u - rigid%velocity_at(x - half*normal + 0.5_rp*dt*u), closing, slip)
+        touches = gap < zone .and. closing > 0.0_rp
+        n = n + merge([1, 0], [0, 1], touches)
+        is_listed = .false.
+        do c = 1, sim%contact%n
+          associate (t => sim%contact%particle(c))
+            if (t%block /= b .or. t%lane /= p) cycle
+            is_listed = .true.
+            is_whole = is_whole .and. all(t%entry > 0 .or. t%weight <= 0.0_rp)
+            off = max(off, norm2(t%normal - normal), norm2(t%slip - slip)/100.0_rp)
+            if (t%pushed > 0.0_rp) off = max(off, abs(t%closing - closing)/100.0_rp)
+          end associate
+        end do
+        is_equal = is_equal .and. (is_listed .eqv. touches)
+      end do
+    end do
+    call expect('those touch whose surface would be inside', is_equal)
+    call expect('all their nodes are listed', is_whole)
+    call expect_close('their normals and velocities', off, 0.0_rp, atol=1.0e-9_rp)
+  end subroutine compare
+
+  !> Metal between centre and surface becomes thinner at the rate of the strain along the normal,
+  !> between a tenth and the whole of half a spacing; elastic material does not.
+  subroutine test_flatten()
+    type(simulation_t) :: sim
+    real(rp), allocatable :: kept(:, :), want(:, :)
+    real(rp) :: d, l(3, 3), n(3), room
+    integer :: b, c, i, k, p
+
+    do i = 1, 4
+      call start_plate(sim, 1 + mod(i, 2), merge(0.0_rp, 1.0e8_rp, i == 4))
+      call settle_plate(world, sim)
+      k = sim%scene%layout%surface_offset
+      allocate (kept(nlane, sim%particles%nblk), source=0.0_rp)
+      do b = 1, sim%particles%nblk
+        do p = 1, sim%particles%count(b)
+          kept(p, b) = 0.15_rp + 0.8_rp*noise(number_of(sim%particles%tag(p, b)), i)
+        end do
+        sim%particles%ps(:, k, b) = kept(:, b)
+      end do
+      call touch(world, sim, 40.0_rp)
+      call random_number(l)
+      l = 3.0e6_rp*(l - 0.5_rp)
+      call set_velocity(sim%nodes, 10.0_rp*up, l, sim%nodes%g(:, :, 1))
+      want = kept
+      do c = 1, sim%contact%n
+        if (i == 4) exit
+        associate (t => sim%contact%particle(c))
+          call sim%tool(1)%distance(sim%particles%ps(t%lane, f_pos:f_pos + 2, t%block), d, n, room)
+          want(t%lane, t%block) = max(0.1_rp, min(1.0_rp, kept(t%lane, t%block) &
+                                      *(1.0_rp + dt*dot_product(t%normal, matmul(l, n)))))
+        end associate
+      end do
+      sim%particles%ps(:, k, :sim%particles%nblk) = kept
+      call flatten(sim%scene, sim%particles, sim%nodes, sim%contact, dt, sim%nodes%g)
+      call expect_close('surfaces come nearer', &
+                        maxval(abs(sim%particles%ps(:, k, :sim%particles%nblk) - want)), 0.0_rp, &
+                        atol=1.0e-9_rp)
+      deallocate (kept, want)
+      call free_simulation(sim)
+    end do
+  end subroutine test_flatten
+
+  !> Metal that flows is pushed in part over three quarters of a cell about a line 0.4 cells inside
+  !> an edge, and bears 2 + pi times its shear strength there; elastic material is pushed up to it.
+  !> What would hold it counts all that touches, whatever part is pushed.
+  subroutine test_edges()
+    type(simulation_t) :: sim
+    real(rp), parameter :: v(3) = [3.0_rp, -2.0_rp, 5.0_rp]
+    real(rp) :: d, n(3), off, part, room, shear, x(3)
+    integer :: c, i, kinds(3)
+
+    kinds = 0
+    do i = 1, 4
+      call start_plate(sim, 3, merge(1.0e8_rp, 0.0_rp, i > 1))
+      call settle_plate(world, sim)
+      call set_velocity(sim%nodes, v, spread(0.0_rp*up, 2, 3), sim%nodes%g(:, :, 1))
+      call touch(world, sim, 40.0_rp)
+      off = 0.0_rp
+      do c = 1, sim%contact%n
+        associate (t => sim%contact%particle(c), spacing => sim%scene%body(1)%spacing(1))
+          x = sim%particles%ps(t%lane, f_pos:f_pos + 2, t%block)
+          call sim%tool(1)%distance(x + dt*v, d, n, room)
+          part = max(0.0_rp, min(1.0_rp, 0.5_rp + (room/h - 0.4_rp)/0.75_rp))
+          if (i == 1) part = 1.0_rp
+          shear = dt*spacing**2*1.0e8_rp/sqrt(3.0_rp)
+          off = max(off, abs(t%pushed - part), norm2(t%hold*sum(t%weight &
+                    *sim%contact%mass(1, t%entry), t%entry > 0)/t%mass + t%slip)/norm2(t%slip))
+          kinds = kinds + merge(1, 0, [part <= 0.0_rp, part > 0.0_rp .and. part < 1.0_rp, &
+                                       part >= 1.0_rp])
+          if (part <= 0.0_rp) off = max(off, abs(t%closing))
+          if (part < 1.0_rp) off = max(off, abs(t%most/(part*(2.0_rp + pi)*shear + 1.0e-30_rp) &
+                                               - merge(1.0_rp, 0.0_rp, part > 0.0_rp)))
+        end associate
+      end do
+      call expect_close('part of the face that is pushed', off, 0.0_rp, atol=1.0e-9_rp)
+      call free_simulation(sim)
+    end do
+    call world%sum(kinds)
+    call expect('parts of all sizes', all(kinds > 0))
+  end subroutine test_edges
+
+  !> Under a box of one cell, wholly near its edges, soft metal bears no more than that.
+  subroutine test_narrow_tool()
+    type(simulation_t) :: sim
+    real(rp) :: most(1)
+    real(rp), allocatable :: sums(:)
+    real(rp), parameter :: strength = 1.0e5_rp
+
+    call start_scene(sim, [4, 4, 2], 3, 1)
+    call make_flow(sim, strength)
+    call add_tool(sim, box_tool(h*[0.5_rp, 0.5_rp, 1.0_rp], up), [middle, 3.0_rp*h], &
+                  -20.0_rp*up, 0.0_rp)
+    call fill(world, sim, 1, [0.1_rp, 0.2_rp, 0.0_rp], [4.1_rp, 4.2_rp, 2.0_rp], 2)
+    call settle(world, sim)
+    call map_particles(world, sim, 0.0_rp, sim%nodes%g)
+    call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+    call touch(world, sim, 40.0_rp)
+    ! rooms of the four particles on the tool: 0.5 less the farther of (0.15 or 0.35, 0.05 or 0.45)
+    most = dt*(0.5_rp*h)**2*strength/sqrt(3.0_rp)*(2.0_rp + pi) &
+           *sum(0.5_rp + ([0.35_rp, 0.15_rp, 0.05_rp, 0.05_rp] - 0.4_rp)/0.75_rp)
+    sums = all_of(world, sim%tool(1)%sums)
+    call expect_close('pressure under an edge', sums(s_press), most(1), rtol=1.0e-10_rp)
+    call free_simulation(sim)
+  end subroutine test_narrow_tool
+
+  !> A coefficient of friction from a table: of temperature, of the pressure on the surface in the
+  !> body, of the speed of sliding.
+  subroutine test_friction_by_state()
+    type(simulation_t) :: sim
+    integer, parameter :: kind(3) = [of_temperature, of_pressure, of_slip]
+    real(rp) :: n(3), off, tau(6), want
+    integer :: b, c, i
+
+    do i = 1, 6
+      call start_plate(sim, 1 + mod(i, 2), 0.0_rp)
+      associate (table => sim%tool(1)%friction_table)
+        table%of = kind(1 + mod(i, 3))
+        table%at = [0.0_rp, 1.0e3_rp]
+        if (table%of == of_pressure) table%at = [0.0_rp, 1.0e9_rp]
+        table%mu = [0.1_rp, 1.1_rp]
+      end associate
+      call settle_plate(world, sim)
+      call random_number(tau)
+      tau = 4.0e8_rp*(tau - 0.5_rp) - 2.0e8_rp*[1, 1, 1, 0, 0, 0]
+      if (i == 6) tau = -tau
+      do b = 1, sim%particles%nblk
+        sim%particles%ps(:, f_tau:f_tau + 5, b) = spread(tau, 1, nlane)
+        sim%particles%ps(:, f_jac, b) = 1.1_rp
+        sim%particles%ps(:, f_temp, b) = room_temperature + 1.0e5_rp*sim%particles%ps(:, f_pos, b)
+      end do
+      call touch(world, sim, 40.0_rp)
+      off = 0.0_rp
+      do c = 1, sim%contact%n
+        associate (t => sim%contact%particle(c))
+          n = t%normal
+          select case (sim%tool(1)%friction_table%of)
+          case (of_temperature)
+            want = 1.0e-3_rp*sim%particles%ps(t%lane, f_temp, t%block)
+          case (of_pressure)
+            want = -dot_product(n, matmul(reshape(tau([1, 4, 6, 4, 2, 5, 6, 5, 3]), [3, 3]), n)) &
+                   /1.1_rp/1.0e9_rp
+          case default
+            want = 1.0e-3_rp*norm2(t%slip)
+          end select
+          off = max(off, abs(t%friction - 0.1_rp - max(0.0_rp, want)))
+        end associate
+      end do
+      call expect_close('friction by the state', off, 0.0_rp, atol=1.0e-10_rp)
+      call free_simulation(sim)
+    end do
+  end subroutine test_friction_by_state
+
+end program test_tool_particles

@@ -1,0 +1,82 @@
+! SPDX-License-Identifier: MIT
+!> The law by which gaps close at a tool, and the limit of friction, for random numbers.
+program test_gap_law
+  use base_kinds, only: rp
+  use check, only: begin_tests, end_tests, expect_close
+  use contact_gap_law, only: normal_velocity, stick_fraction
+  implicit none (type, external)
+
+  integer, parameter :: n_draws = 5000
+
+  call begin_tests()
+  call random_init(.true., .false.)
+  call test_gaps()
+  call test_stick()
+  call end_tests()
+
+contains
+
+  !> Random lengths or times over four decades.
+  real(rp) function any_size()
+    real(rp) :: u
+
+    call random_number(u)
+    any_size = 10.0_rp**(4.0_rp*u - 2.0_rp)
+  end function any_size
+
+  !> What is left of a gap or a depth at the end of a step, whatever the times: `slop` closes in the
+  !> relaxation time; a depth is taken back within a regular step, but no faster than it comes or
+  !> recovers, and the rest in the relaxation time. The slip lies in the surface.
+  subroutine test_gaps()
+    real(rp) :: before, closing, depth, dt, gap, n(3), off(3), recovery, regular, relaxation
+    real(rp) :: slip(3), slop, taken, u(5), v(3), want
+    integer :: i
+
+    off = 0.0_rp
+    do i = 1, n_draws
+      dt = any_size()
+      regular = any_size()
+      relaxation = any_size()
+      recovery = any_size()
+      slop = any_size()
+      call random_number(u)
+      n = u(1:3) - 0.5_rp
+      n = n/norm2(n)
+      call random_number(v)
+      v = any_size()*(v - 0.5_rp)
+      before = any_size()*sign(1.0_rp, u(4) - 0.5_rp)
+      gap = before + dt*dot_product(v, n)
+      call normal_velocity(dt, regular, slop, relaxation, recovery, gap, n, v, closing, slip)
+      if (before >= 0.0_rp) then
+        want = min(before, slop)*(1.0_rp - min(1.0_rp, dt/relaxation))
+      else
+        depth = -before
+        taken = min(depth*min(1.0_rp, dt/regular), dt*max(recovery, -dot_product(v, n)))
+        want = -(depth - taken)*(1.0_rp - min(1.0_rp, dt/relaxation))
+      end if
+      off(1) = max(off(1), abs(gap + dt*closing - want)/(abs(before) + dt*norm2(v)))
+      off(2) = max(off(2), abs(dot_product(slip, n))/norm2(v))
+      off(3) = max(off(3), norm2(slip + dot_product(v, n)*n - v)/norm2(v))
+    end do
+    call expect_close('gap at the end of the step', off(1), 0.0_rp, atol=1.0e-12_rp)
+    call expect_close('slip in the surface', maxval(off(2:)), 0.0_rp, atol=1.0e-12_rp)
+  end subroutine test_gaps
+
+  !> Friction gives the least of what is wanted, Coulomb's law and the shear strength.
+  subroutine test_stick()
+    real(rp) :: coulomb, hold(3), off, shear
+    integer :: i
+
+    off = 0.0_rp
+    do i = 1, n_draws
+      call random_number(hold)
+      hold = any_size()*(hold - 0.5_rp)
+      coulomb = any_size()
+      shear = any_size()
+      off = max(off, abs(stick_fraction(hold, coulomb, shear)*norm2(hold) &
+                         - min(norm2(hold), coulomb, shear))/norm2(hold))
+    end do
+    call expect_close('limit of friction', off, 0.0_rp, atol=1.0e-14_rp)
+  end subroutine test_stick
+
+end program test_gap_law
