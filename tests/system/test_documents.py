@@ -11,7 +11,7 @@ import pytest
 
 import driver
 
-DOCUMENTS = [driver.ROOT / "README.md", *sorted((driver.ROOT / "docs").glob("*.md")),
+DOCUMENTS = [driver.ROOT / "README.md", driver.ROOT / "CONTRIBUTING.md", *sorted((driver.ROOT / "docs").glob("*.md")),
              *sorted((driver.ROOT / "tests").rglob("*.md"))]
 FOLDERS = ("tests/", "benchmarks/", "postproc/", "jobscripts/", "input/", "docs/", "cmake/", "modules/", "src/", ".ci/")
 FIRST = ("bash", "cmake", "ctest", "mpirun", "python3", "stirpoint", "sbatch", "build/venv/bin/python", "build/release/stirpoint")
@@ -119,6 +119,13 @@ def check_cmake(words):
     assert all(name in lists for name in given)
 
 
+def check_ctest(words):
+    presets = json.loads((driver.ROOT / "CMakePresets.json").read_text(encoding="utf-8"))["testPresets"]
+    assert words[words.index("--preset") + 1] in [p["name"] for p in presets]
+    labels = {path.name for path in (driver.ROOT / "tests").iterdir()} | {"layers"}
+    assert {words[k + 1] for k, word in enumerate(words) if word in ("-L", "-LE")} <= labels
+
+
 @pytest.mark.parametrize("document, command", COMMANDS, ids=[command for _, command in COMMANDS])
 def test_command(document, command, tmp_path):
     """Each printed command is one that works, as far as can be told in a second."""
@@ -132,6 +139,10 @@ def test_command(document, command, tmp_path):
         check_program(words[1:], tmp_path)
     elif words[0] == "cmake":
         check_cmake(words[1:])
+    elif words[0] == "ctest":
+        check_ctest(words[1:])
+    elif words[1:3] == ["-m", "pytest"]:
+        assert all((driver.ROOT / word).exists() for word in words[3:])
     elif words[0] == "python3":
         check_script(words[1], words[2:], python="python3")
     elif words[0] in ("bash", "sbatch", "build/venv/bin/python"):
