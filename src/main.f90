@@ -15,6 +15,7 @@ program stirpoint
   use front_material_driver, only: drive_material
   use front_prepare, only: place_particles, read_scene
   use front_report, only: report_scene, warn_of_overlap
+  use groups_table, only: key_table
   use heat_alone_loop, only: begin_heat, run_heat
   use heat_alone_state, only: heat_run_t
   use heat_setup_scene, only: build_heat_scene
@@ -47,9 +48,9 @@ program stirpoint
     case ('version')
       if (world%is_root()) write (output_unit, '(a)') version_text(mpi_text())
     case ('keys')
-      if (world%is_root()) call print_keys(output_unit)
+      if (world%is_root()) call print_keys(key_table(), output_unit)
     case ('keys=markdown')
-      if (world%is_root()) call print_keys_markdown(output_unit)
+      if (world%is_root()) call print_keys_markdown(key_table(), output_unit)
     case ('material')
       call drive_material(world, command, ended_io, status)
     case default

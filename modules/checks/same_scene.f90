@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Does a checkpoint belong to the scene that is to go on from it? Every key is compared, defaults
-!> included, but for those that a restart may change (keys_rows).
+!> included, but for those that a restart may change (groups_table).
 module checks_same_scene
   use base_kinds, only: rp
   use base_text, only: lower, str

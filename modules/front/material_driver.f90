@@ -10,6 +10,7 @@ module front_material_driver
   use comm_world, only: world_t
   use front_command_line, only: command_t
   use front_point_watch, only: point_watch_t
+  use groups_table, only: key_table
   use input_csv, only: read_columns
   use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input
@@ -56,7 +57,7 @@ contains
     integer :: i, m
     logical :: ok
 
-    call read_input(command%input, command%sets, input, diagnostics, point=.true.)
+    call read_input(key_table(), command%input, command%sets, input, diagnostics, point=.true.)
     if (input%count('MATERIAL') > 0) call read_materials(input, material, diagnostics)
     if (diagnostics%count() == 0) call check_paths(input, material, command%input, diagnostics)
     if (diagnostics%count() > 0) then

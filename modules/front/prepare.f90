@@ -14,6 +14,7 @@ module front_prepare
   use checks_volumes, only: check_volumes, measure_volumes, volumes_t
   use comm_world, only: world_t
   use front_command_line, only: command_t
+  use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input, read_input_text
   use input_values, only: input_t
@@ -52,15 +53,16 @@ contains
     if (error%is_set()) then
       call diagnostics%add('stirpoint', 0, error%message)
     else if (command%restart /= '') then
-      call read_input_text(command%restart, notes%scene, no_sets, old, strange, resumed=.true.)
+      call read_input_text(key_table(), command%restart, notes%scene, no_sets, old, strange, &
+                           resumed=.true.)
     end if
     if (error%is_set()) then
       continue
     else if (command%input /= '') then
-      call read_input(command%input, command%sets, input, diagnostics)
+      call read_input(key_table(), command%input, command%sets, input, diagnostics)
     else
-      call read_input_text(command%restart, notes%input, command%sets, input, diagnostics, &
-                           resumed=.true.)
+      call read_input_text(key_table(), command%restart, notes%input, command%sets, input, &
+                           diagnostics, resumed=.true.)
       call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
     end if
     if (.not. error%is_set()) then

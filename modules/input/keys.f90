@@ -2,7 +2,6 @@
 !> Print-outs of the table of all groups and keys of the input file.
 module input_keys
   use input_diagnostics, only: describe_allowed
-  use keys_rows, only: key_table
   use keys_table, only: group_row_t, key_row_t, key_table_t, quoted, split_words
   implicit none (type, external)
   private
@@ -28,13 +27,12 @@ contains
   end function default_item
 
   !> The table as text, for `stirpoint --keys`.
-  subroutine print_keys(unit)
+  subroutine print_keys(t, unit)
+    type(key_table_t), intent(in) :: t
     integer, intent(in) :: unit
-    type(key_table_t) :: t
     character(:), allocatable :: about
     integer :: g, k
 
-    t = key_table()
     do g = 1, size(t%groups)
       write (unit, '(6a)') '&', trim(t%groups(g)%name), ' (', occurrence(t%groups(g)), ')  ', &
         trim(t%groups(g)%about)
@@ -75,12 +73,11 @@ contains
   end function changeable
 
   !> The reference page docs/input.md, for `stirpoint --keys=markdown`.
-  subroutine print_keys_markdown(unit)
+  subroutine print_keys_markdown(t, unit)
+    type(key_table_t), intent(in) :: t
     integer, intent(in) :: unit
-    type(key_table_t) :: t
     integer :: g, k
 
-    t = key_table()
     call print_introduction(unit)
     write (unit, '(a)') &
       '- A restart may change these keys, all else is refused ([restart.md](restart.md)):', &
@@ -105,7 +102,7 @@ contains
     character(*), parameter :: fence = repeat('`', 3)
 
     write (unit, '(a)') '# Input reference', '', &
-      'Printed by `stirpoint --keys=markdown`; its source is modules/keys/rows.f90.', &
+      'Printed by `stirpoint --keys=markdown`; its source are the files of modules/groups.', &
       '', &
       'An input file is a list of Fortran namelist groups. Units are SI; a name says where not.', &
       '', fence, '! a comment', "&BODY NAME = 'plate', MATERIAL = 'copper',", &

@@ -7,8 +7,7 @@ module input_reading
                                unknown_group, unknown_key
   use input_scan, only: assignment_t, read_file, scan_text
   use input_values, only: input_t
-  use keys_rows, only: key_table
-  use keys_table, only: key_row_t, quoted, split_override, split_words
+  use keys_table, only: key_row_t, key_table_t, quoted, split_override, split_words
   implicit none (type, external)
   private
 
@@ -17,7 +16,8 @@ module input_reading
 contains
 
   !> Read and check a file; every rank may do so, nothing is printed.
-  subroutine read_input(file, sets, input, diagnostics, point)
+  subroutine read_input(table, file, sets, input, diagnostics, point)
+    type(key_table_t), intent(in) :: table   !! of the keys there are
     character(*), intent(in) :: file
     character(*), intent(in) :: sets(:)   !! GROUP.KEY=VALUE, GROUP(2).KEY=.., GROUP(name).KEY=..
     type(input_t), intent(out) :: input
@@ -27,17 +27,18 @@ contains
 
     call read_file(file, text, problem)
     if (problem == '') then
-      call read_input_text(file, text, sets, input, diagnostics, point)
+      call read_input_text(table, file, text, sets, input, diagnostics, point)
     else
       input%file = file
-      input%table = key_table()
+      input%table = table
       call scan_text(file, '', input%written, diagnostics)
       call diagnostics%add(file, 0, problem)
     end if
   end subroutine read_input
 
   !> The same for a text at hand, such as the input kept in a checkpoint.
-  subroutine read_input_text(file, text, sets, input, diagnostics, point, resumed)
+  subroutine read_input_text(table, file, text, sets, input, diagnostics, point, resumed)
+    type(key_table_t), intent(in) :: table
     character(*), intent(in) :: file      !! name for the messages; its stem is the default RUN NAME
     character(*), intent(in) :: text, sets(:)
     type(input_t), intent(out) :: input
@@ -49,7 +50,7 @@ contains
     integer :: k
 
     input%file = file
-    input%table = key_table()
+    input%table = table
     if (present(point)) then
       input%table%groups%is_required = input%table%groups%name == 'MATERIAL' &
                                        .or. input%table%groups%name == 'PATH'

@@ -4,12 +4,12 @@ program test_input
   use base_kinds, only: rp
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close, expect_equal, this_rank
+  use groups_table, only: key_table
   use input_diagnostics, only: check_value, diagnostics_t
   use input_keys, only: default_item, print_keys, print_keys_markdown
   use input_reading, only: read_input, read_input_text
   use input_scan, only: read_file
   use input_values, only: input_t
-  use keys_rows, only: key_table
   use keys_table, only: key_table_t
   implicit none (type, external)
 
@@ -49,9 +49,9 @@ contains
     type(diagnostics_t) :: diagnostics
 
     if (present(sets)) then
-      call read_input_text('t.nml', text, sets, input, diagnostics)
+      call read_input_text(key_table(), 't.nml', text, sets, input, diagnostics)
     else
-      call read_input_text('t.nml', text, no_sets, input, diagnostics)
+      call read_input_text(key_table(), 't.nml', text, no_sets, input, diagnostics)
     end if
     if (diagnostics%count() > 0) call diagnostics%print(6)
     call expect('no complaint about '//text(:min(30, len(text))), diagnostics%count() == 0)
@@ -65,9 +65,9 @@ contains
     type(diagnostics_t) :: diagnostics
 
     if (present(set)) then
-      call read_input_text('t.nml', text, [set], input, diagnostics)
+      call read_input_text(key_table(), 't.nml', text, [set], input, diagnostics)
     else
-      call read_input_text('t.nml', text, no_sets, input, diagnostics)
+      call read_input_text(key_table(), 't.nml', text, no_sets, input, diagnostics)
     end if
     call expect('one complaint: '//want, diagnostics%count() == 1)
     if (diagnostics%count() /= 1) call diagnostics%print(6)
@@ -114,8 +114,8 @@ contains
     end do
     call expect('the table is not empty', size(table%keys) > 90)
     open (newunit=unit, status='scratch', action='readwrite')
-    call print_keys(unit)
-    call print_keys_markdown(unit)
+    call print_keys(table, unit)
+    call print_keys_markdown(table, unit)
     close (unit)
   end subroutine test_table
 
@@ -402,7 +402,7 @@ contains
           action='write')
     write (unit) base
     close (unit)
-    call read_input('./'//file, no_sets, input, diagnostics)
+    call read_input(key_table(), './'//file, no_sets, input, diagnostics)
     call expect('a good file', diagnostics%count() == 0)
     call expect_equal('stem', input%text('RUN', 1, 'NAME'), file(:len(file) - 4))
     open (newunit=unit, file=file, action='readwrite')
@@ -412,14 +412,14 @@ contains
     call expect_equal('echo', text, input%text_of_file()//nl)
     open (newunit=unit, file=file, action='readwrite')
     close (unit, status='delete')
-    call read_input(file, no_sets, input, diagnostics)
+    call read_input(key_table(), file, no_sets, input, diagnostics)
     call expect('no file', diagnostics%count() == 1)
     call expect('no file: message', &
                 index(diagnostics%text(1), file//': error: cannot be read: ') == 1)
     call expect('no file: empty input', input%count('BODY') == 0)
-    call read_input('.', no_sets, input, diagnostics)
+    call read_input(key_table(), '.', no_sets, input, diagnostics)
     call expect('a directory', diagnostics%count() == 2)
-    call read_input_text('t.nml', '', no_sets, input, diagnostics)
+    call read_input_text(key_table(), 't.nml', '', no_sets, input, diagnostics)
     call expect('empty text: five groups are missing', diagnostics%count() == 7)
   end subroutine test_files
 
@@ -430,8 +430,8 @@ contains
     character(200) :: line
     integer :: unit
 
-    call read_input_text('t.nml', "&BODY NAME='b'"//nl//"MATERIAL='cu' /"//nl//'&TIM/'//nl// &
-      'x'//nl//grid//material//shape, ['BODY(b).MATERIAL=al'], input, diagnostics)
+    call read_input_text(key_table(), 't.nml', "&BODY NAME='b'"//nl//"MATERIAL='cu' /"//nl// &
+      '&TIM/'//nl//'x'//nl//grid//material//shape, ['BODY(b).MATERIAL=al'], input, diagnostics)
     call diagnostics%add('t.nml', 2, 'late')
     call input%report(diagnostics, 'BODY', 1, 'NAME', 'no such name')
     call input%report(diagnostics, 'BODY', 1, 'MATERIAL', 'no such material')

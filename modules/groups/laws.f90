@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Rows of the table of input keys that belong to flow laws and to paths of a material point.
-module keys_law_rows
+module groups_laws
   use keys_table, only: key_table_t
   implicit none (type, external)
   private
@@ -167,6 +167,8 @@ contains
     call t%key('FILE', 'text', 1, '', 'required if KIND = history', '', &
       'CSV with columns time[s], temperature[K] and plastic_strain[1] or strain_rate[1/s], '// &
       'beside the input')
+
+    call t%may_change('PATH', '*')
   end subroutine add_paths
 
-end module keys_law_rows
+end module groups_laws

@@ -1,0 +1,70 @@
+! SPDX-License-Identifier: MIT
+!> Keys of &WALL, &CLAMP, &LOAD, &TRACTION and &CONTACT.
+module groups_boundary
+  use keys_table, only: key_table_t
+  implicit none (type, external)
+  private
+
+  public :: add_boundary
+
+contains
+
+  !> Add the rows of &WALL, &CLAMP, &LOAD, &TRACTION and &CONTACT to the table.
+  subroutine add_boundary(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('WALL', 'repeat', 'A flat rigid wall.')
+    call t%key('SIDE', 'choice', 1, '', 'required', 'xmin xmax ymin ymax zmin zmax', &
+      'side of the grid on which it stands')
+    call t%key('KIND', 'choice', 1, '', 'sliding', 'fixed sliding', &
+      'holds everything, or only the normal')
+    call t%key('POSITION', 'real', 1, 'm', '', '', &
+      'coordinate of the wall; not given: at the side of the grid')
+    call t%key('TEMPERATURE', 'real', 1, 'K', '', '(0,inf)', &
+      'temperature of the wall; not given: it lets no heat through')
+
+    call t%group('CLAMP', 'repeat', 'Nodes of the grid in a box, moved at a given velocity.')
+    call t%key('LOWER', 'real', 3, 'm', 'required', '', 'lower corner of the box')
+    call t%key('UPPER', 'real', 3, 'm', 'required', '', 'upper corner of the box')
+    call t%key('COMPONENTS', 'text', 1, '', 'xyz', 'xyz', &
+      'components of the velocity that are held')
+    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the nodes')
+
+    call t%group('LOAD', 'repeat', &
+      'A force on a body, shared by its particles in proportion to mass.')
+    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
+    call t%key('FORCE', 'real', 3, 'N', 'required', '', 'total force')
+    call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
+      'time in which the force rises linearly from 0')
+
+    call t%group('TRACTION', 'repeat', 'A force per area on the surface of a body.')
+    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
+    call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
+      'faces of the body by the direction they look to')
+    call t%key('LOWER', 'real', 3, 'm', '', '', &
+      'only faces whose particles start above this corner; not given: no limit')
+    call t%key('UPPER', 'real', 3, 'm', '', '', &
+      'only faces whose particles start below this corner; not given: no limit')
+    call t%key('PRESSURE', 'real', 1, 'Pa', '0', '', 'normal to the face, positive inwards')
+    call t%key('VECTOR', 'real', 3, 'Pa', '0 0 0', '', 'force per initial area')
+    call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
+      'time in which the traction rises linearly from 0')
+
+    call t%group('CONTACT', 'repeat', &
+      'Contact of two bodies; bodies without it that meet stick together.')
+    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of one &BODY')
+    call t%key('OTHER', 'text', 1, '', 'required', '', 'NAME of the other &BODY')
+    call t%key('LAW', 'choice', 1, '', 'coulomb', 'coulomb stick frictionless', &
+      'what happens along the surface')
+    call t%key('FRICTION', 'real', 1, '', '0.2 if LAW = coulomb', '[0,inf)', &
+      'Coulomb coefficient of friction')
+    call t%key('NORMAL', 'choice', 1, '', 'regression', 'gradient regression', &
+      'direction of the surface: from gradients of volume, or from a plane between the '// &
+      'particles; that of either body instead where it separates them better')
+
+    call t%may_change('CLAMP', 'VELOCITY')
+    call t%may_change('LOAD', 'FORCE')
+    call t%may_change('TRACTION', 'PRESSURE VECTOR')
+  end subroutine add_boundary
+
+end module groups_boundary

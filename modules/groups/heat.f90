@@ -1,0 +1,83 @@
+! SPDX-License-Identifier: MIT
+!> Keys of &HEAT, &SURFACE and &SOURCE.
+module groups_heat
+  use keys_table, only: key_table_t
+  implicit none (type, external)
+  private
+
+  public :: add_heat
+
+contains
+
+  !> Add the rows of &HEAT, &SURFACE and &SOURCE to the table.
+  subroutine add_heat(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('HEAT', 'once', 'Heat conduction; the presence of this group switches it on.')
+    call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', &
+      'temperature of the surroundings, where a &SURFACE gives none')
+    call t%key('FOURIER', 'real', 1, '', '0.25', '(0,0.5]', &
+      'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
+    call t%key('INTEGRATOR', 'choice', 1, '', 'auto', &
+      'auto explicit rkl2 backward-euler tr-bdf2', &
+      'time integration; rkl2: explicit, long steps of many stages; tr-bdf2: implicit, '// &
+      'order 2; auto: rkl2 for heat alone; beside mechanics explicit or backward-euler, auto: '// &
+      'explicit')
+    call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
+      'of implicit steps; auto: fftw for heat alone in a box of constant properties, and where '// &
+      'there are more than 50000 cells of one material, else cg; beside mechanics cg or petsc')
+    call t%key('TOLERANCE', 'real', 1, 'K', '2', '[1e-6,1e4]', &
+      'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
+      'node; at the rim of a moving source it is some hundred times that of the temperatures')
+    call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: by TOLERANCE')
+    call t%key('EVERY', 'integer', 1, '', '0', '[0,inf)', &
+      'backward-euler beside mechanics: a step every so many mechanical ones; 0: by STEP or '// &
+      'TOLERANCE')
+
+    call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
+    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
+    call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
+      'faces of the body by the direction they look to')
+    call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'required', '[0,inf)', &
+      'heat transfer coefficient')
+    call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
+      'temperature on the other side; not given: that of &HEAT')
+
+    call t%group('SOURCE', 'repeat', 'A moving source of heat.')
+    call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball stir', &
+      'disc: on the surface within RADIUS of its axis (z); ball: in the volume; stir: heat '// &
+      'alone, a disc that spins on the surface and shears it: SHARE times shear stress, spin '// &
+      'and radius')
+    call t%key('POWER', 'real', 1, 'W', 'required if KIND = disc or ball', '', &
+      'total power, all of it on what the source covers')
+    call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
+    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'of the centre')
+    call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', 'extent of the source')
+    call t%key('BEGIN', 'real', 1, 's', '0', '[0,inf)', 'time of the start')
+    call t%key('END', 'real', 1, 's', '0', '[0,inf)', 'time of the end; 0: never')
+    call t%key('SPIN_RPM', 'real', 1, '1/min', '0 if KIND = stir', '', 'stir: spin')
+    call t%key('CONTACT', 'choice', 1, '', 'sticking if KIND = stir', &
+      'sticking sliding limited mixed', &
+      'stir: the shear stress: yield stress over sqrt(3); FRICTION PRESSURE; the lesser; '// &
+      'SLIP sliding and the rest sticking')
+    call t%key('FRICTION', 'real', 1, '', '0 if CONTACT = sliding or limited or mixed', '[0,inf)', &
+      'stir: coefficient of friction')
+    call t%key('PRESSURE', 'real', 1, 'Pa', '0 if CONTACT = sliding or limited or mixed', &
+               '[0,inf)', &
+      'stir: pressure under the tool')
+    call t%key('SLIP', 'real', 1, '', '0 if CONTACT = mixed', '[0,1]', &
+      'stir: part that slides if CONTACT = mixed')
+    call t%key('SHARE', 'real', 1, '', 'if KIND = stir', '[0,1]', &
+      'stir: part of the heat that enters the body; not given: e/(e + e_tool) with e = '// &
+      'sqrt(conductivity density specific heat)')
+    call t%key('TOOL_DENSITY', 'real', 1, 'kg/m3', '7800 if KIND = stir', '(0,inf)', &
+      'stir: for the SHARE')
+    call t%key('TOOL_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '460 if KIND = stir', '(0,inf)', &
+      'stir: for the SHARE')
+    call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4 if KIND = stir', '[0,inf)', &
+      'stir: for the SHARE')
+
+    call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
+  end subroutine add_heat
+
+end module groups_heat
