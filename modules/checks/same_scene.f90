@@ -7,7 +7,8 @@ module checks_same_scene
   use contact_motion, only: motion_t
   use input_diagnostics, only: diagnostics_t, excerpt
   use input_values, only: input_t
-  use keys_table, only: items_t, key_row_t, split_values, to_logical, to_real, to_text
+  use keys_table, only: key_row_t
+  use keys_written, only: items_t, split_values, to_logical, to_real, to_text
   use setup_tools, only: motion_of
   implicit none (type, external)
   private

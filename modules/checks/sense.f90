@@ -9,7 +9,7 @@ module checks_sense
   use heat_setup_scene, only: is_held
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use keys_table, only: to_real
+  use keys_written, only: to_real
   use state_scene, only: constraint_t, scene_t
   implicit none (type, external)
   private

@@ -22,7 +22,8 @@ module heat_alone_files
   use io_row, only: row_t
   use output_checkpoint, only: note_run
   use output_melting, only: melting_t
-  use output_writer, only: next_time, percent, span
+  use output_progress, only: percent, span
+  use output_writer, only: next_time
   use state_scene, only: output_t, scene_t
   implicit none (type, external)
   private

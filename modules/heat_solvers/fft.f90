@@ -8,9 +8,9 @@ module heat_solvers_fft
   use base_kinds, only: rp, pi
   use heat_mesh_rates, only: heat_t
   use heat_solvers_cosine, only: cosine_t
-  use heat_solvers_surface, only: top_plane_t
-  use heat_solvers_tridiagonal, only: uprights_t
-  use mpi_f08, only: mpi_alltoallv, mpi_double_complex, mpi_allgather, mpi_integer
+  use heat_solvers_redistribution, only: redistribution_t
+  use heat_solvers_surface, only: surface_t
+  use heat_solvers_tridiagonal, only: tridiagonal_t
   implicit none (type, external)
   private
 
@@ -20,16 +20,13 @@ module heat_solvers_fft
 
   type :: fft_t
     integer, private :: n(3) = 0
-    integer, private :: j0 = 0, nj = 0               !! own rows of y in the columns along x
-    integer, allocatable, private :: send(:), receive(:)
-    integer, allocatable, private :: j_of(:), nj_of(:), nx_of(:)
-    integer, private :: pairs = 0                    !! complex rows that hold a row of cells in z
+    type(redistribution_t), private :: share         !! planes and columns of the ranks
     type(cosine_t), private :: along_x, along_y
-    type(top_plane_t), private :: top
+    type(surface_t), private :: surface
     logical :: is_exact = .false.                    !! the solid is a box that `solve` can do
-    type(uprights_t), private :: uprights
+    type(tridiagonal_t), private :: along_z
     real(rp), allocatable, private :: lambda_y(:)    !! [1/s]
-    complex(rp), allocatable, private :: planes(:), packed(:), work(:)
+    complex(rp), allocatable, private :: planes(:), work(:)
   contains
     procedure :: start
     procedure :: apply
@@ -42,36 +39,23 @@ contains
   subroutine start(self, heat)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
-    integer :: r, ranks, i
+    integer :: i
 
     associate (mesh => heat%mesh)
       self%n = mesh%n
-      ranks = heat%world%size
-      allocate (self%j_of(0:ranks - 1), self%nj_of(0:ranks - 1))
-      allocate (self%nx_of(0:ranks - 1))
-      do r = 0, ranks - 1
-        self%j_of(r) = (self%n(2)*r)/ranks
-        self%nj_of(r) = (self%n(2)*(r + 1))/ranks - self%j_of(r)
-      end do
-      self%j0 = self%j_of(heat%world%rank)
-      self%nj = self%nj_of(heat%world%rank)
-      call mpi_allgather(mesh%nx, 1, mpi_integer, self%nx_of, 1, mpi_integer, heat%world%comm)
-      self%pairs = (self%n(3) + 1)/2
-      self%send = self%pairs*self%nj_of*mesh%nx
-      self%receive = self%pairs*self%nj*self%nx_of
-      allocate (self%planes(self%pairs*self%n(2)*mesh%nx))
-      allocate (self%work(self%pairs*maxval(self%n(1:2))))
-      if (ranks > 1) allocate (self%packed(size(self%planes)))
-      self%uprights%nx = self%n(1)
-      self%uprights%nz = self%n(3)
-      self%uprights%lambda_x = [(eigenvalue(i, self%n(1), mesh%x, heat), i=0, self%n(1) - 1)]
+      call self%share%init(heat%world, self%n, mesh%nx)
+      allocate (self%planes(self%share%pairs*self%n(2)*mesh%nx))
+      allocate (self%work(self%share%pairs*maxval(self%n(1:2))))
+      self%along_z%nx = self%n(1)
+      self%along_z%nz = self%n(3)
+      self%along_z%lambda_x = [(eigenvalue(i, self%n(1), mesh%x, heat), i=0, self%n(1) - 1)]
       self%lambda_y = [(eigenvalue(i, self%n(2), mesh%y, heat), i=0, self%n(2) - 1)]
-      self%uprights%zm = mesh%zm(1:self%n(3))
-      self%uprights%zp = mesh%zp(1:self%n(3))
+      self%along_z%zm = mesh%zm(1:self%n(3))
+      self%along_z%zp = mesh%zp(1:self%n(3))
       call mean_losses(self, heat)
-      call self%along_x%init(self%n(1), self%pairs)
-      call self%along_y%init(self%n(2), self%pairs)
-      call self%top%init(self%n(1), self%n(2))
+      call self%along_x%init(self%n(1), self%share%pairs)
+      call self%along_y%init(self%n(2), self%share%pairs)
+      call self%surface%init(self%n(1), self%n(2))
       call look_for_box(self, heat)
     end associate
   end subroutine start
@@ -102,7 +86,7 @@ contains
     end do
     call heat%world%sum(sums)
     associate (mesh => heat%mesh, p => heat%property)
-      self%uprights%loss = sums/(p%rho*p%c_ref*(mesh%x(self%n(1)) - mesh%x(0))*(mesh%y(self%n(2)) &
+      self%along_z%loss = sums/(p%rho*p%c_ref*(mesh%x(self%n(1)) - mesh%x(0))*(mesh%y(self%n(2)) &
                         - mesh%y(0))*(mesh%z(1:) - mesh%z(:self%n(3) - 1)))
     end associate
   end subroutine mean_losses
@@ -123,8 +107,8 @@ contains
       worst = unevenness(mesh%x) + unevenness(mesh%y)
       do c = 1, heat%size()
         k = 1 + mod(c - 1, self%n(3))
-        worst = max(worst, abs(d(c) - self%uprights%loss(k)) &
-                    /max(self%uprights%loss(k), tiny(1.0_rp)))
+        worst = max(worst, abs(d(c) - self%along_z%loss(k)) &
+                    /max(self%along_z%loss(k), tiny(1.0_rp)))
       end do
       if (size(mesh%odd) + size(mesh%void) > 0 .or. .not. heat%property%is_constant) worst = 1.0_rp
     end associate
@@ -151,7 +135,7 @@ contains
     complex(rp), allocatable :: columns(:)
 
     call forth_to_columns(self, heat, r, columns)
-    call solve_columns(self, a, self%nj, .true., .true., columns)
+    call solve_columns(self, a, self%share%nj, .true., .true., columns)
     call back_from_columns(self, heat, columns, z)
   end subroutine apply
 
@@ -176,15 +160,15 @@ contains
       return
     end if
     call forth_to_columns(self, heat, r, columns)
-    call solve_columns(self, a, self%nj, .true., .false., columns)
+    call solve_columns(self, a, self%share%nj, .true., .false., columns)
     allocate (t(n), g(n), source=0.0_rp)
-    call read_top(self, a, self%nj, columns, t, g)
+    call read_top(self, a, self%share%nj, columns, t, g)
     call heat%world%sum(t)
     call heat%world%sum(g)
     allocate (su(n))
-    call self%top%answer(s, t, g, su)
-    call lower_top(self, self%nj, g*su, columns)
-    call solve_columns(self, a, self%nj, .false., .true., columns)
+    call self%surface%answer(s, t, g, su)
+    call lower_top(self, self%share%nj, g*su, columns)
+    call solve_columns(self, a, self%share%nj, .false., .true., columns)
     call back_from_columns(self, heat, columns, z)
   end subroutine solve
 
@@ -197,18 +181,18 @@ contains
     integer :: i, m, np, o
 
     np = heat%mesh%np
-    m = self%pairs*self%n(2)
+    m = self%share%pairs*self%n(2)
     do i = 1, heat%mesh%nx
       o = (i - 1)*np
-      call take(self%n(3), self%pairs, self%n(2), heat%mesh%capacity(o + 1:o + np), &
+      call take(self%n(3), self%share%pairs, self%n(2), heat%mesh%capacity(o + 1:o + np), &
                 r(o + 1:o + np), self%planes((i - 1)*m + 1))
-      call self%along_y%forth(self%pairs, self%planes((i - 1)*m + 1), self%work)
+      call self%along_y%forth(self%share%pairs, self%planes((i - 1)*m + 1), self%work)
       self%planes((i - 1)*m + 1:i*m) = self%work(:m)
     end do
     if (heat%world%size == 1) then               ! planes are columns
       call move_alloc(self%planes, columns)
     else
-      call to_columns(self, heat, columns)
+      call self%share%to_columns(heat%world, self%planes, columns)
     end if
   end subroutine forth_to_columns
 
@@ -223,15 +207,15 @@ contains
     if (heat%world%size == 1) then
       call move_alloc(columns, self%planes)
     else
-      call to_planes(self, heat, columns)
+      call self%share%to_planes(heat%world, columns, self%planes)
     end if
     np = heat%mesh%np
-    m = self%pairs*self%n(2)
+    m = self%share%pairs*self%n(2)
     do i = 1, heat%mesh%nx
       o = (i - 1)*np
       self%work(:m) = self%planes((i - 1)*m + 1:i*m)
-      call self%along_y%back(self%pairs, self%work, self%planes((i - 1)*m + 1))
-      call give(self%n(3), self%pairs, self%n(2), heat%mesh%capacity(o + 1:o + np), &
+      call self%along_y%back(self%share%pairs, self%work, self%planes((i - 1)*m + 1))
+      call give(self%n(3), self%share%pairs, self%n(2), heat%mesh%capacity(o + 1:o + np), &
                 self%planes((i - 1)*m + 1), 0.25_rp/real(self%n(1)*self%n(2), rp), &
                 z(o + 1:o + np))
     end do
@@ -248,10 +232,10 @@ contains
     do i = 1, heat%mesh%nx
       do j = 1, self%n(2)
         c = (i - 1)*heat%mesh%np + j*self%n(3)
-        s(j, heat%mesh%lo + i - 1) = -a*(d(c)/heat%mesh%capacity(c) + self%uprights%loss(self%n(3)))
+        s(j, heat%mesh%lo + i - 1) = -a*(d(c)/heat%mesh%capacity(c) + self%along_z%loss(self%n(3)))
       end do
     end do
-    where (s <= 1.0e-9_rp*a*self%uprights%loss(self%n(3))) s = 0.0_rp   ! films alone, to rounding
+    where (s <= 1.0e-9_rp*a*self%along_z%loss(self%n(3))) s = 0.0_rp   ! films alone, to rounding
   end subroutine slopes_on_top
 
   !> What the highest plane has after the way up, and its answer to itself: own rows alone.
@@ -259,14 +243,15 @@ contains
     class(fft_t), intent(in) :: self
     real(rp), intent(in) :: a                     !! [s]
     integer, intent(in) :: nj
-    complex(rp), intent(in) :: columns(self%pairs, nj, self%n(1))
+    complex(rp), intent(in) :: columns(self%share%pairs, nj, self%n(1))
     real(rp), intent(inout), dimension(self%n(1), self%n(2)) :: t, g
     integer :: j
 
     do j = 1, nj
-      call self%uprights%answer(a, self%lambda_y(self%j0 + j), g(:, self%j0 + j))
-      t(:, self%j0 + j) = merge(columns(self%pairs, j, :)%re, columns(self%pairs, j, :)%im, &
-                                mod(self%n(3), 2) == 1)
+      call self%along_z%answer(a, self%lambda_y(self%share%j0 + j), g(:, self%share%j0 + j))
+      associate (top => columns(self%share%pairs, j, :))
+        t(:, self%share%j0 + j) = merge(top%re, top%im, mod(self%n(3), 2) == 1)
+      end associate
     end do
   end subroutine read_top
 
@@ -275,13 +260,15 @@ contains
     class(fft_t), intent(in) :: self
     integer, intent(in) :: nj
     real(rp), intent(in) :: less(self%n(1), self%n(2))
-    complex(rp), intent(inout) :: columns(self%pairs, nj, self%n(1))
+    complex(rp), intent(inout) :: columns(self%share%pairs, nj, self%n(1))
     integer :: i, j
 
     do i = 1, self%n(1)
       do j = 1, nj
-        columns(self%pairs, j, i) = columns(self%pairs, j, i) - less(i, self%j0 + j) &
-          *merge((1.0_rp, 0.0_rp), (0.0_rp, 1.0_rp), mod(self%n(3), 2) == 1)
+        associate (top => columns(self%share%pairs, j, i))
+          top = top - less(i, self%share%j0 + j) &
+                *merge((1.0_rp, 0.0_rp), (0.0_rp, 1.0_rp), mod(self%n(3), 2) == 1)
+        end associate
       end do
     end do
   end subroutine lower_top
@@ -319,58 +306,6 @@ contains
     end do
   end subroutine give
 
-  !> Planes (z, y, own x) to columns (z, own y, x).
-  subroutine to_columns(self, heat, columns)
-    class(fft_t), intent(inout) :: self
-    type(heat_t), intent(in) :: heat
-    complex(rp), allocatable, intent(out) :: columns(:)
-    integer :: at, i, m, np, o, r
-
-    np = self%pairs*self%n(2)
-    at = 0
-    do r = 0, heat%world%size - 1
-      m = self%pairs*self%nj_of(r)
-      do i = 1, heat%mesh%nx
-        o = (i - 1)*np + self%pairs*self%j_of(r)
-        self%packed(at + 1:at + m) = self%planes(o + 1:o + m)
-        at = at + m
-      end do
-    end do
-    allocate (columns(self%pairs*self%nj*self%n(1)))
-    call mpi_alltoallv(self%packed, self%send, offsets(self%send), mpi_double_complex, &
-                       columns, self%receive, offsets(self%receive), mpi_double_complex, &
-                       heat%world%comm)
-  end subroutine to_columns
-
-  subroutine to_planes(self, heat, columns)
-    class(fft_t), intent(inout) :: self
-    type(heat_t), intent(in) :: heat
-    complex(rp), intent(in) :: columns(:)
-    integer :: at, i, m, np, o, r
-
-    np = self%pairs*self%n(2)
-    call mpi_alltoallv(columns, self%receive, offsets(self%receive), mpi_double_complex, &
-                       self%packed, self%send, offsets(self%send), mpi_double_complex, &
-                       heat%world%comm)
-    at = 0
-    do r = 0, heat%world%size - 1
-      m = self%pairs*self%nj_of(r)
-      do i = 1, heat%mesh%nx
-        o = (i - 1)*np + self%pairs*self%j_of(r)
-        self%planes(o + 1:o + m) = self%packed(at + 1:at + m)
-        at = at + m
-      end do
-    end do
-  end subroutine to_planes
-
-  !> Where each rank's part begins, from 0.
-  pure function offsets(counts)
-    integer, intent(in) :: counts(:)
-    integer :: offsets(size(counts)), r
-
-    offsets = [(sum(counts(:r - 1)), r=1, size(counts))]
-  end function offsets
-
   !> Along x for each row of y in turn: transform and the way up of tridiagonal systems along z for
   !> every pair of cosines (`is_up`), the way down and transform back (`is_down`).
   subroutine solve_columns(self, a, nj, is_up, is_down, columns)
@@ -378,20 +313,20 @@ contains
     real(rp), intent(in) :: a                     !! [s]
     integer, intent(in) :: nj
     logical, intent(in) :: is_up, is_down
-    complex(rp), intent(inout) :: columns(self%pairs, nj, self%n(1))
+    complex(rp), intent(inout) :: columns(self%share%pairs, nj, self%n(1))
     complex(rp), allocatable :: work(:, :)
     integer :: j
 
-    allocate (work(self%pairs, self%n(1)))
+    allocate (work(self%share%pairs, self%n(1)))
     do j = 1, nj
       if (is_up) then
-        call self%along_x%forth(self%pairs*nj, columns(1, j, 1), work)
+        call self%along_x%forth(self%share%pairs*nj, columns(1, j, 1), work)
       else
         work = columns(:, j, :)
       end if
-      call self%uprights%solve(a, self%lambda_y(self%j0 + j), is_up, is_down, work)
+      call self%along_z%solve(a, self%lambda_y(self%share%j0 + j), is_up, is_down, work)
       if (is_down) then
-        call self%along_x%back(self%pairs*nj, work, columns(1, j, 1))
+        call self%along_x%back(self%share%pairs*nj, work, columns(1, j, 1))
       else
         columns(:, j, :) = work
       end if

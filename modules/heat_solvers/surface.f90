@@ -9,12 +9,12 @@ module heat_solvers_surface
   implicit none (type, external)
   private
 
-  public :: top_plane_t
+  public :: surface_t
 
   real(rp), parameter :: relative = 1.0e-8_rp    !! residual at the end, of that at the start
   integer, parameter :: most_iterations = 500
 
-  type :: top_plane_t
+  type :: surface_t
     integer, private :: nx = 0, ny = 0
     type(cosine_t), private :: along_x, along_y
   contains
@@ -22,12 +22,12 @@ module heat_solvers_surface
     procedure :: answer
     procedure :: spectrum
     procedure :: field
-  end type top_plane_t
+  end type surface_t
 
 contains
 
   subroutine init(self, nx, ny)
-    class(top_plane_t), intent(inout) :: self
+    class(surface_t), intent(inout) :: self
     integer, intent(in) :: nx, ny
 
     self%nx = nx
@@ -38,7 +38,7 @@ contains
 
   !> Cosine transform of a plane.
   subroutine spectrum(self, u, v)
-    class(top_plane_t), intent(in) :: self
+    class(surface_t), intent(in) :: self
     real(rp), intent(in) :: u(self%ny, self%nx)
     real(rp), intent(out) :: v(self%nx, self%ny)
     real(rp) :: w(self%ny, self%nx)
@@ -51,7 +51,7 @@ contains
 
   !> Plane of which `v` is the transform.
   subroutine field(self, v, u)
-    class(top_plane_t), intent(in) :: self
+    class(surface_t), intent(in) :: self
     real(rp), intent(in) :: v(self%nx, self%ny)
     real(rp), intent(out) :: u(self%ny, self%nx)
     real(rp) :: w(self%nx, self%ny)
@@ -88,7 +88,7 @@ contains
   !> Transform of s u, from transforms of t and of G, by conjugate gradients on
   !> (1 + sqrt(s) G sqrt(s)) v = sqrt(s) t.
   subroutine answer(self, s, t, g, su)
-    class(top_plane_t), intent(in) :: self
+    class(surface_t), intent(in) :: self
     real(rp), intent(in) :: s(self%ny, self%nx), t(self%nx, self%ny), g(self%nx, self%ny)
     real(rp), intent(out) :: su(self%nx, self%ny)
     real(rp), dimension(self%ny, self%nx) :: root, p, q, r, v

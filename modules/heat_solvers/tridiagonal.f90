@@ -7,24 +7,24 @@ module heat_solvers_tridiagonal
   implicit none (type, external)
   private
 
-  public :: uprights_t
+  public :: tridiagonal_t
 
   integer, parameter :: lanes = 8        !! systems that are solved at once
 
-  type :: uprights_t
+  type :: tridiagonal_t
     integer :: nx = 0, nz = 0
     real(rp), allocatable :: lambda_x(:)             !! (nx) decay rates of cosines [1/s]
     real(rp), allocatable, dimension(:) :: zm, zp, loss   !! (nz) [1/s]
   contains
     procedure :: solve
     procedure :: answer
-  end type uprights_t
+  end type tridiagonal_t
 
 contains
 
   !> Tridiagonal systems along z, `lanes` of them at once.
   pure subroutine solve(self, a, lambda_y, is_up, is_down, work)
-    class(uprights_t), intent(in) :: self
+    class(tridiagonal_t), intent(in) :: self
     real(rp), intent(in) :: a, lambda_y           !! [s], [1/s]
     logical, intent(in) :: is_up, is_down
     complex(rp), intent(inout) :: work((self%nz + 1)/2, self%nx)
@@ -53,7 +53,7 @@ contains
 
   !> x in the highest plane for heat of 1 there alone.
   pure subroutine answer(self, a, lambda_y, g)
-    class(uprights_t), intent(in) :: self
+    class(tridiagonal_t), intent(in) :: self
     real(rp), intent(in) :: a, lambda_y           !! [s], [1/s]
     real(rp), intent(out) :: g(self%nx)
     real(rp) :: lambda(lanes), x(lanes, self%nz), up(lanes, self%nz), pivot(lanes)

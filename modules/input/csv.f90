@@ -4,7 +4,7 @@ module input_csv
   use base_kinds, only: rp
   use base_text, only: str
   use input_diagnostics, only: diagnostics_t, excerpt
-  use keys_table, only: to_real
+  use keys_written, only: to_real
   implicit none (type, external)
   private
 

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Print-outs of the table of all groups and keys of the input file.
 module input_keys
-  use input_diagnostics, only: describe_allowed
-  use keys_table, only: group_row_t, key_row_t, key_table_t, quoted, split_words
+  use input_wording, only: describe_allowed
+  use keys_table, only: group_row_t, key_row_t, key_table_t
+  use keys_written, only: quoted, split_words
   implicit none (type, external)
   private
 

@@ -3,11 +3,13 @@
 !> keys.
 module input_reading
   use base_text, only: str
-  use input_diagnostics, only: can_name_results, check_value, diagnostics_t, excerpt, &
-                               unknown_group, unknown_key
-  use input_scan, only: assignment_t, read_file, scan_text
+  use input_assignments, only: assignment_t
+  use input_diagnostics, only: diagnostics_t, excerpt
+  use input_scan, only: read_file, scan_text
   use input_values, only: input_t
-  use keys_table, only: key_row_t, key_table_t, quoted, split_override, split_words
+  use input_wording, only: can_name_results, check_value, unknown_group, unknown_key
+  use keys_table, only: key_row_t, key_table_t
+  use keys_written, only: quoted, split_override, split_words
   implicit none (type, external)
   private
 

@@ -3,12 +3,12 @@
 module input_scan
   use base_kinds, only: i8
   use base_text, only: str, upper
+  use input_assignments, only: assignment_t, group_t, scan_t
   use input_diagnostics, only: diagnostics_t, excerpt
-  use keys_table, only: is_name, items_t, key_table_t, letters, name_len, split_values, take_key
+  use keys_written, only: is_name, letters, take_key
   implicit none (type, external)
   private
 
-  public :: assignment_t, group_t, scan_t
   public :: read_file, scan_text
 
   character, parameter :: newline = achar(10)
@@ -19,51 +19,8 @@ module input_scan
   !> What a character of the file is, decided in the first pass.
   character, parameter :: plain = '.', quoted = 'q', unclosed = 'u', skipped = ' '
 
-  !> One `&NAME ... /`.
-  type :: group_t
-    character(name_len) :: name = ''   !! upper case
-    integer :: line = 0                !! where it opens; -k: made by the k-th override
-    logical :: is_broken = .false.     !! it could not be read to its end
-    integer :: first = 1, last = 0     !! its assignments, but those of overrides
-  end type group_t
-
-  !> One `KEY(index) = value`.
-  type :: assignment_t
-    integer :: group = 0               !! number of the group in the file
-    character(name_len) :: key = ''    !! upper case; blank: replaced by an override
-    integer :: index = 0               !! 0: no index was written
-    integer :: first = 1, last = 0     !! the value is text(first:last)
-    integer :: line = 0                !! line of the key; -k: the k-th override
-    logical :: is_broken = .false.     !! not to be used: a complaint was filed
-  end type assignment_t
-
-  !> Where the groups of one name are: at(:n).
-  type :: places_t
-    character(name_len) :: name = ''
-    integer, allocatable :: at(:)
-    integer :: n = 0
-  end type places_t
-
   !> More are no input that somebody wrote; what follows takes time that grows with their square.
   integer, parameter :: most_groups = 5000, most_in_group = 10000, most_bytes = 32*1024**2
-
-  !> A scanned file.
-  type :: scan_t
-    character(:), allocatable :: text              !! the file without comments
-    type(group_t), allocatable :: groups(:)
-    type(assignment_t), allocatable :: assignments(:)
-    integer, private :: n_groups = 0, n_read = 0   !! of the file; overrides stand behind them
-    type(places_t), allocatable, private :: places(:)
-  contains
-    procedure :: count => count_groups
-    procedure :: add_group
-    procedure :: find
-    procedure :: last_of
-    procedure :: value
-    procedure :: replace
-    procedure :: gather
-    procedure :: text_of_groups
-  end type scan_t
 
   !> The file between the two passes.
   type :: source_t
@@ -137,7 +94,7 @@ contains
     scanned%text = source%clean
     scanned%groups = scanned%groups(:scanned%n_groups)
     scanned%assignments = scanned%assignments(:scanned%n_read)
-    call find_places(scanned)
+    call scanned%find_places()
   end subroutine scan_text
 
   !> First pass: blank comments, mark quotes, number the lines.
@@ -323,179 +280,5 @@ contains
                           excerpt(source%clean(i:current%last))//'"')
     end if
   end subroutine finish_assignment
-
-  !> Sort the groups by their names.
-  subroutine find_places(scanned)
-    type(scan_t), intent(inout) :: scanned
-    integer :: i, k
-
-    if (allocated(scanned%places)) deallocate (scanned%places)
-    allocate (scanned%places(0))
-    do i = 1, size(scanned%groups)
-      k = place_of(scanned, scanned%groups(i)%name)
-      if (k == 0) then
-        scanned%places = [scanned%places, places_t(name=scanned%groups(i)%name, at=[0, 0])]
-        k = size(scanned%places)
-      end if
-      associate (p => scanned%places(k))
-        p%n = p%n + 1
-        if (p%n > size(p%at)) p%at = [p%at, p%at]
-        p%at(p%n) = i
-      end associate
-    end do
-  end subroutine find_places
-
-  !> Number of a name in the list of places, 0 if no group has it.
-  pure integer function place_of(scanned, name)
-    class(scan_t), intent(in) :: scanned
-    character(*), intent(in) :: name
-
-    do place_of = size(scanned%places), 1, -1
-      if (scanned%places(place_of)%name == name) exit
-    end do
-  end function place_of
-
-  !> Add a group that the file does not have.
-  subroutine add_group(self, name, line)
-    class(scan_t), intent(inout) :: self
-    character(*), intent(in) :: name
-    integer, intent(in) :: line             !! -k: made by the k-th override
-
-    self%groups = [self%groups, group_t(name, line)]
-    call find_places(self)
-  end subroutine add_group
-
-  !> Number of groups called `name`.
-  pure integer function count_groups(self, name)
-    class(scan_t), intent(in) :: self
-    character(*), intent(in) :: name
-    integer :: k
-
-    count_groups = 0
-    k = place_of(self, name)
-    if (k > 0) count_groups = self%places(k)%n
-  end function count_groups
-
-  !> Number of the `i`-th group called `name`, 0 if there is none.
-  pure integer function find(self, name, i)
-    class(scan_t), intent(in) :: self
-    character(*), intent(in) :: name
-    integer, intent(in) :: i
-    integer :: k
-
-    find = 0
-    k = place_of(self, name)
-    if (k == 0 .or. i < 1) return
-    if (i <= self%places(k)%n) find = self%places(k)%at(i)
-  end function find
-
-  !> Number of the assignment of a key that counts, 0 if there is none.
-  pure integer function last_of(self, group, key)
-    class(scan_t), intent(in) :: self
-    integer, intent(in) :: group            !! number of the group
-    character(*), intent(in) :: key
-
-    last_of = 0
-    if (key == '' .or. group == 0) return
-    do last_of = size(self%assignments), self%n_read + 1, -1
-      if (self%assignments(last_of)%group == group .and. self%assignments(last_of)%key == key) then
-        return
-      end if
-    end do
-    do last_of = self%groups(group)%last, self%groups(group)%first, -1
-      if (self%assignments(last_of)%key == key) return
-    end do
-    last_of = 0
-  end function last_of
-
-  !> The value text of assignment number `i`.
-  pure function value(self, i) result(r)
-    class(scan_t), intent(in) :: self
-    integer, intent(in) :: i
-    character(:), allocatable :: r
-
-    r = self%text(self%assignments(i)%first:self%assignments(i)%last)
-  end function value
-
-  !> Let `new` stand for what its group has for the key; its value is appended to the text.
-  subroutine replace(self, new, text)
-    class(scan_t), intent(inout) :: self
-    type(assignment_t), intent(inout) :: new
-    character(*), intent(in) :: text
-
-    new%first = len(self%text) + 1
-    new%last = len(self%text) + len(text)
-    self%text = self%text//text
-    where (self%assignments%group == new%group .and. self%assignments%key == new%key &
-           .and. new%index == 0) self%assignments%key = ''
-    self%assignments = [self%assignments, new]
-  end subroutine replace
-
-  !> Where the values of a key stand: the k-th is text(first(k):last(k)), first(k) = 0 if unwritten.
-  pure subroutine gather(self, group, key, first, last)
-    class(scan_t), intent(in) :: self
-    integer, intent(in) :: group            !! number of the group
-    character(*), intent(in) :: key
-    integer, intent(out) :: first(:), last(:)
-    type(items_t) :: items
-    integer :: i, j, k, n
-
-    first = 0
-    last = 0
-    if (group == 0) return
-    do n = self%groups(group)%first, self%groups(group)%last + size(self%assignments) - self%n_read
-      i = n                                   ! those of the file, then all overrides
-      if (n > self%groups(group)%last) i = self%n_read + n - self%groups(group)%last
-      associate (one => self%assignments(i))
-        if (one%group /= group .or. one%key /= key .or. one%is_broken) cycle
-        call split_values(self%text(one%first:one%last), items)
-        k = max(1, one%index)
-        do j = 1, size(items%first)
-          first(k:min(size(first), k + items%repeat(j) - 1)) = one%first + items%first(j) - 1
-          last(k:min(size(last), k + items%repeat(j) - 1)) = one%first + items%last(j) - 1
-          k = min(size(first) + 1, k + items%repeat(j))
-        end do
-      end associate
-    end do
-  end subroutine gather
-
-  !> All groups as namelist text, one key a line, overrides in place; no newline at the end.
-  pure function text_of_groups(self, table) result(r)
-    class(scan_t), intent(in) :: self
-    type(key_table_t), intent(in) :: table
-    character(:), allocatable :: r
-    character(:), allocatable :: one
-    integer, allocatable :: first(:), last(:)
-    integer :: g, i, j, k, n
-    logical :: is_whole
-
-    r = ''
-    do i = 1, size(self%groups)
-      g = table%find_group(self%groups(i)%name)
-      if (g == 0) cycle
-      if (r /= '') r = r//newline
-      one = '&'//trim(self%groups(i)%name)//newline
-      do k = table%groups(g)%first, table%groups(g)%last
-        allocate (first(abs(table%keys(k)%n)), last(abs(table%keys(k)%n)))
-        call self%gather(i, table%keys(k)%name, first, last)
-        n = findloc(first > 0, .true., dim=1, back=.true.)
-        is_whole = all(first(:n) > 0) .and. n >= table%keys(k)%n
-        do j = 1, n
-          if (first(j) == 0) cycle
-          if (j > 1 .and. is_whole) then
-            one = one//', '
-          else
-            one = one//'  '//trim(table%keys(k)%name)
-            if (.not. is_whole) one = one//'('//str(j)//')'
-            one = one//' = '
-          end if
-          one = one//self%text(first(j):last(j))
-          if (j == n .or. .not. is_whole) one = one//newline
-        end do
-        deallocate (first, last)
-      end do
-      r = r//one//'/'
-    end do
-  end function text_of_groups
 
 end module input_scan

@@ -4,10 +4,11 @@ module input_values
   use base_errors, only: fatal
   use base_kinds, only: rp
   use base_text, only: lower, str
+  use input_assignments, only: scan_t
   use input_diagnostics, only: diagnostics_t, excerpt
   use input_keys, only: default_item
-  use input_scan, only: scan_t
-  use keys_table, only: key_table_t, to_integer, to_logical, to_real, to_text
+  use keys_table, only: key_table_t
+  use keys_written, only: to_integer, to_logical, to_real, to_text
   implicit none (type, external)
   private
 

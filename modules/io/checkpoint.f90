@@ -3,19 +3,19 @@
 !>
 !> With as many ranks as before every rank gets back its own blocks, padding included; with another
 !> number the blocks are dealt out evenly and the caller has to distribute the particles anew. The
-!> file has a seal, a checksum over everything (io_seal).
+!> file has a seal, a checksum over everything (h5_seal).
 module io_checkpoint
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
   use base_errors, only: error_t
   use base_kinds, only: i8, nlane, rp
   use base_text, only: str
+  use comm_agree, only: agree
   use comm_world, only: world_t
   use grid_geometry, only: box_t
-  use io_agree, only: agree
-  use io_hdf5, only: h5file_t
-  use io_hdf5_arrays, only: read_array, write_array
-  use io_hdf5_notes, only: read_attribute, read_text, write_attribute, write_text
-  use io_seal, only: check_seal, previous_of
+  use h5_arrays, only: read_array, write_array
+  use h5_file, only: h5file_t
+  use h5_notes, only: read_attribute, read_text, write_attribute, write_text
+  use h5_seal, only: check_seal, previous_of
   use particles_store, only: particles_t
   implicit none (type, external)
   private

@@ -12,9 +12,9 @@ module io_folder
   use base_kinds, only: rp
   use base_system, only: make_directory, remove_file, rename_file
   use base_text, only: str
+  use comm_agree, only: agree
   use comm_world, only: world_t
-  use io_agree, only: agree
-  use io_seal, only: previous_of, seal_bytes
+  use h5_seal, only: previous_of, seal_bytes
   implicit none (type, external)
   private
 

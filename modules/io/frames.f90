@@ -9,11 +9,11 @@ module io_frames
   use base_files, only: write_whole
   use base_kinds, only: i8, rp, sp
   use base_system, only: remove_file
+  use comm_agree, only: agree
   use comm_world, only: world_t
-  use io_agree, only: agree
-  use io_hdf5, only: h5file_t
-  use io_hdf5_arrays, only: write_array
-  use io_hdf5_notes, only: write_attribute, write_text
+  use h5_arrays, only: write_array
+  use h5_file, only: h5file_t
+  use h5_notes, only: write_attribute, write_text
   use particles_store, only: f_flow, f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp, f_vel, &
                              particles_t, tag_id
   implicit none (type, external)

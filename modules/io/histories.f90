@@ -7,8 +7,8 @@ module io_histories
   use base_log, only: say
   use base_system, only: rename_file
   use base_text, only: str
+  use comm_agree, only: agree
   use comm_world, only: world_t
-  use io_agree, only: agree
   implicit none (type, external)
   private
 

@@ -93,7 +93,7 @@ contains
                       sim%exchange, &
                       sim%books, sim%history, is_finished(sim), error)
       call check_state(world, sim, status, message)
-      call writer%progress(world, sim%scene, sim%clock)
+      call writer%progress%line(world, sim%scene, sim%clock)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> One verdict for all ranks: an error of any rank becomes the error of every rank.
-module io_agree
+module comm_agree
   use base_errors, only: error_t, fatal
   use base_kinds, only: rp
   use base_timers, only: wall_time
@@ -60,4 +60,4 @@ contains
     end do
   end subroutine wait_for_others
 
-end module io_agree
+end module comm_agree

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Typed arrays of parallel HDF5 files; arrays may have any number of dimensions.
-module io_hdf5_arrays
+module h5_arrays
   use, intrinsic :: iso_c_binding, only: c_loc
   use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
   use base_kinds, only: i8, rp, sp
-  use io_hdf5, only: h5file_t
-  use io_hdf5_calls, only: kind_f32, kind_f64, kind_i32, kind_i64, kind_u8
+  use h5_file, only: h5file_t
+  use h5_types, only: kind_f32, kind_f64, kind_i32, kind_i64, kind_u8
   implicit none (type, external)
   private
 
@@ -127,4 +127,4 @@ contains
     extents = max(0_i8, dims)
   end function extents
 
-end module io_hdf5_arrays
+end module h5_arrays

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Texts and attributes of parallel HDF5 files.
-module io_hdf5_notes
+module h5_notes
   use, intrinsic :: iso_c_binding, only: c_loc, c_null_char, c_ptr
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_text, only: str
-  use io_hdf5, only: h5file_t
-  use io_hdf5_calls, only: attribute_shape, close_dataset, get_attribute, handle_t, kind_f64, &
-                           kind_i32, kind_text, make_attribute, make_dataset, move_columns, &
-                           open_dataset, text_length
+  use h5_attributes, only: attribute_shape, get_attribute, make_attribute
+  use h5_calls, only: close_dataset, make_dataset, move_columns, open_dataset, text_length
+  use h5_file, only: h5file_t
+  use h5_types, only: handle_t, kind_f64, kind_i32, kind_text
   use mpi_f08, only: mpi_bcast, mpi_integer8
   implicit none (type, external)
   private
@@ -236,4 +236,4 @@ contains
     end do
   end function from_bytes
 
-end module io_hdf5_notes
+end module h5_notes

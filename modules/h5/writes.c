@@ -3,7 +3,7 @@
  *
  * HDF5 does not survive a write that fails: it crashes when the file is closed, or its ranks wait
  * for each other for ever. So it is told that all went well; the program asks for the first failure
- * after each call (io_hdf5), closes the file in good order, and removes it. */
+ * after each call (h5_file), closes the file in good order, and removes it. */
 #include <errno.h>
 #include <mpi.h>
 

@@ -4,8 +4,8 @@
 !> Every procedure is collective. An array is distributed by its last dimension: the file holds the
 !> columns of rank 0, then those of rank 1, and so on; a rank may have none. A call made with
 !> `error` set does nothing (but `close` closes), so a sequence of calls needs one test, at its end.
-!> Typed arrays are in io_hdf5_arrays, texts and attributes in io_hdf5_notes.
-module io_hdf5
+!> Typed arrays are in h5_arrays, texts and attributes in h5_notes.
+module h5_file
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
   use base_disk, only: file_bytes, keep_file, sync_file
@@ -13,12 +13,12 @@ module io_hdf5
   use base_files, only: reason_of
   use base_kinds, only: i8, rp
   use base_system, only: remove_file, rename_file
+  use comm_agree, only: agree
   use comm_world, only: world_t
-  use io_agree, only: agree
-  use io_hdf5_calls, only: close_dataset, close_parallel, dataset_shape, flush_parallel, &
-                           handle_t, kind_u8, make_dataset, make_group, move_columns, &
-                           open_dataset, open_parallel
-  use io_seal, only: previous_of, seal, seal_bytes
+  use h5_calls, only: close_dataset, close_parallel, dataset_shape, flush_parallel, make_dataset, &
+                      make_group, move_columns, open_dataset, open_parallel
+  use h5_seal, only: previous_of, seal, seal_bytes
+  use h5_types, only: handle_t, kind_u8
   use mpi_f08, only: mpi_allreduce, mpi_exscan, mpi_in_place, mpi_integer8, mpi_max, mpi_sum
   implicit none (type, external)
   private
@@ -49,7 +49,7 @@ module io_hdf5
   end type h5file_t
 
   interface
-    !> Writes of a new file begin: none has failed (modules/io/writes.c).
+    !> Writes of a new file begin: none has failed (modules/h5/writes.c).
     subroutine begin_writes() bind(c, name='stirpoint_begin_writes')
       implicit none (type, external)
     end subroutine begin_writes
@@ -66,7 +66,7 @@ contains
 
   !> New file, `packed` if its larger arrays shall be compressed. One that is `sealed` gets a
   !> checksum over everything, is on the disk when it gets its name, and the one before it is kept
-  !> (io_seal).
+  !> (h5_seal).
   subroutine create(self, world, path, packed, error, sealed)
     class(h5file_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -306,4 +306,4 @@ contains
     end do
   end subroutine move_rounds
 
-end module io_hdf5
+end module h5_file

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> The seal of a checkpoint: its first 512 bytes say in a few lines how long it is and what the
 !> checksum of all the rest is. Nothing of a file is read before its seal was found right.
-module io_seal
+module h5_seal
   use base_disk, only: file_bytes, file_sum, read_head, sum_words, write_head
   use base_errors, only: error_t
   use base_kinds, only: i8
   use base_text, only: str
+  use comm_agree, only: agree
   use comm_world, only: world_t
-  use io_agree, only: agree
   use mpi_f08, only: mpi_allreduce, mpi_bcast, mpi_character, mpi_in_place, mpi_integer8, mpi_sum
   implicit none (type, external)
   private
@@ -126,4 +126,4 @@ contains
     total = sum_words(bytes, sums, size(sums, kind=i8))
   end subroutine sum_of_file
 
-end module io_seal
+end module h5_seal

@@ -1,53 +1,28 @@
 ! SPDX-License-Identifier: MIT
-!> The only module that calls HDF5: files, datasets and attributes by identifiers and addresses.
-!>
-!> A procedure lowers `worst` below zero if anything fails. Types in memory and in the file are
-!> always equal: a conversion inside HDF5 would break collective transfers.
-module io_hdf5_calls
+!> HDF5's files, groups and datasets by identifiers and addresses (h5_types).
+module h5_calls
   use, intrinsic :: iso_c_binding, only: c_ptr
-  use, intrinsic :: iso_fortran_env, only: int64
   use base_kinds, only: i8
-  use hdf5, only: h5_integer_kind, h5aclose_f, h5acreate_by_name_f, h5aexists_by_name_f, &
-                  h5aget_space_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5awrite_f, &
-                  h5d_fill_time_never_f, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dget_type_f, &
+  use h5_types, only: bytes_of, handle_t, kind_text, make_space, make_type, space_shape
+  use hdf5, only: h5d_fill_time_never_f, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dget_type_f, &
                   h5dopen_f, h5dread_f, h5dwrite_f, h5eset_auto_f, h5f_acc_rdonly_f, &
                   h5f_acc_trunc_f, h5f_close_strong_f, h5f_scope_global_f, h5fclose_f, &
                   h5fcreate_f, h5fd_mpio_collective_f, h5fflush_f, h5fopen_f, h5gclose_f, &
-                  h5gcreate_f, h5kind_to_type, h5open_f, h5p_dataset_create_f, &
-                  h5p_dataset_xfer_f, h5p_default_f, h5p_file_access_f, h5p_file_create_f, &
-                  h5pclose_f, h5pcreate_f, h5pset_chunk_f, h5pset_deflate_f, h5pset_dxpl_mpio_f, &
-                  h5pset_fapl_mpio_f, h5pset_fclose_degree_f, h5pset_fill_time_f, &
-                  h5pset_shuffle_f, h5pset_userblock_f, h5s_scalar_f, h5s_select_set_f, &
-                  h5sclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_dims_f, &
-                  h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
-                  h5sselect_hyperslab_f, h5sselect_none_f, h5t_c_s1, h5t_native_double, &
-                  h5t_native_integer, h5t_native_real, h5t_std_u8le, h5t_str_nullpad_f, &
-                  h5tclose_f, h5tcopy_f, h5tget_size_f, h5tset_size_f, h5tset_strpad_f, hid_t, &
-                  hsize_t, size_t
+                  h5gcreate_f, h5open_f, h5p_dataset_create_f, h5p_dataset_xfer_f, h5p_default_f, &
+                  h5p_file_access_f, h5p_file_create_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, &
+                  h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
+                  h5pset_fclose_degree_f, h5pset_fill_time_f, h5pset_shuffle_f, &
+                  h5pset_userblock_f, h5s_select_set_f, h5sclose_f, h5sselect_hyperslab_f, &
+                  h5sselect_none_f, h5tclose_f, h5tget_size_f, hid_t, hsize_t, size_t
   use mpi_f08, only: mpi_comm, mpi_info_null
   implicit none (type, external)
   private
 
-  public :: handle_t, open_parallel, flush_parallel, close_parallel, make_group
+  public :: open_parallel, flush_parallel, close_parallel, make_group
   public :: make_dataset, open_dataset, close_dataset, dataset_shape, text_length, move_columns
-  public :: make_attribute, get_attribute, attribute_shape
-
-  ! Kinds of data in files.
-  integer, parameter, public :: kind_f64 = 1, kind_f32 = 2, kind_i64 = 3, kind_i32 = 4, &
-                                kind_u8 = 5, kind_text = 6
-  integer, parameter :: bytes_of(5) = [8, 4, 8, 4, 1]
 
   integer(i8), parameter :: chunk_values = 131072_i8   !! values per compressed chunk
   integer, parameter :: deflate_level = 1              !! more costs time and gains little
-
-  !> An open file or dataset.
-  type :: handle_t
-    integer(hid_t) :: id = -1_hid_t
-    integer(hid_t) :: extra = -1_hid_t   !! transfer properties of a file, type of a dataset
-    integer :: bytes = 1                 !! of an element of a dataset
-    logical :: packed = .false.          !! a new dataset is compressed
-    logical :: is_new = .false.          !! to be written, not read
-  end type handle_t
 
 contains
 
@@ -122,64 +97,6 @@ contains
     worst = min(worst, ierr)
     if (ierr >= 0) call h5gclose_f(id, ierr)
   end subroutine make_group
-
-  !> Own copy of the HDF5 type of `kind`; `length` is that of texts.
-  subroutine make_type(kind, length, id, worst)
-    integer, intent(in) :: kind
-    integer(i8), intent(in) :: length
-    integer(hid_t), intent(out) :: id
-    integer, intent(inout) :: worst
-    integer(hid_t) :: predefined
-    integer :: ierr
-
-    select case (kind)
-    case (kind_f64); predefined = h5t_native_double
-    case (kind_f32); predefined = h5t_native_real
-    case (kind_i64); predefined = h5kind_to_type(int64, h5_integer_kind)
-    case (kind_i32); predefined = h5t_native_integer
-    case (kind_u8); predefined = h5t_std_u8le
-    case default; predefined = h5t_c_s1
-    end select
-    call h5tcopy_f(predefined, id, ierr)
-    worst = min(worst, ierr)
-    if (kind /= kind_text) return
-    call h5tset_size_f(id, int(max(1_i8, length), size_t), ierr)
-    worst = min(worst, ierr)
-    call h5tset_strpad_f(id, h5t_str_nullpad_f, ierr)
-    worst = min(worst, ierr)
-  end subroutine make_type
-
-  !> Dataspace of shape `dims`; no dimensions make a scalar.
-  subroutine make_space(dims, id, worst)
-    integer(hsize_t), intent(in) :: dims(:)
-    integer(hid_t), intent(out) :: id
-    integer, intent(inout) :: worst
-    integer :: ierr
-
-    if (size(dims) == 0) then
-      call h5screate_f(h5s_scalar_f, id, ierr)
-    else
-      call h5screate_simple_f(size(dims), dims, id, ierr)
-    end if
-    worst = min(worst, ierr)
-  end subroutine make_space
-
-  !> Shape of a dataspace; `dims` has no entries for a scalar.
-  subroutine space_shape(space, dims, worst)
-    integer(hid_t), intent(in) :: space
-    integer(hsize_t), allocatable, intent(out) :: dims(:)
-    integer, intent(inout) :: worst
-    integer(hsize_t), allocatable :: most(:)
-    integer :: n, ierr
-
-    call h5sget_simple_extent_ndims_f(space, n, ierr)
-    worst = min(worst, ierr)
-    if (ierr < 0) n = 0
-    allocate (dims(n), most(n), source=0_hsize_t)
-    if (n == 0) return
-    call h5sget_simple_extent_dims_f(space, dims, most, ierr)
-    worst = min(worst, ierr)
-  end subroutine space_shape
 
   !> New dataset; `length` is that of texts, `packed` compresses.
   subroutine make_dataset(file, name, kind, length, dims, packed, dataset, worst)
@@ -329,83 +246,4 @@ contains
     call h5sclose_f(space, ierr)
   end subroutine move_columns
 
-  !> Attribute `name` of the object at `place`; the same data on all ranks.
-  subroutine make_attribute(file, place, name, kind, length, dims, data, worst)
-    type(handle_t), intent(in) :: file
-    character(*), intent(in) :: place, name
-    integer, intent(in) :: kind
-    integer(i8), intent(in) :: length, dims(:)
-    type(c_ptr), intent(in) :: data
-    integer, intent(inout) :: worst
-    integer(hid_t) :: type, space, id
-    integer :: ierr
-
-    call make_type(kind, length, type, worst)
-    call make_space(int(dims, hsize_t), space, worst)
-    call h5acreate_by_name_f(file%id, place, name, type, space, id, ierr)
-    worst = min(worst, ierr)
-    if (ierr >= 0) then
-      call h5awrite_f(id, type, data, ierr)
-      worst = min(worst, ierr)
-      call h5aclose_f(id, ierr)
-    end if
-    call h5sclose_f(space, ierr)
-    call h5tclose_f(type, ierr)
-  end subroutine make_attribute
-
-  !> Number of values of an attribute, -1 if there is none, and the bytes of each.
-  subroutine attribute_shape(file, place, name, n, bytes, worst)
-    type(handle_t), intent(in) :: file
-    character(*), intent(in) :: place, name
-    integer(i8), intent(out) :: n, bytes
-    integer, intent(inout) :: worst
-    integer(hid_t) :: id, type, space
-    integer(size_t) :: width
-    integer(hsize_t) :: points
-    logical :: exists
-    integer :: ierr, status(4)
-
-    n = -1
-    bytes = 0
-    call h5aexists_by_name_f(file%id, place, name, exists, ierr)
-    worst = min(worst, ierr)
-    if (ierr < 0 .or. .not. exists) return
-    call h5aopen_by_name_f(file%id, place, name, id, ierr)
-    worst = min(worst, ierr)
-    if (ierr < 0) return
-    call h5aget_space_f(id, space, status(1))
-    call h5sget_simple_extent_npoints_f(space, points, status(2))
-    call h5aget_type_f(id, type, status(3))
-    call h5tget_size_f(type, width, status(4))
-    worst = min(worst, minval(status))
-    n = int(points, i8)
-    bytes = int(width, i8)
-    call h5tclose_f(type, ierr)
-    call h5sclose_f(space, ierr)
-    call h5aclose_f(id, ierr)
-  end subroutine attribute_shape
-
-  !> Values of an attribute as `kind` (texts: of `length` bytes each).
-  subroutine get_attribute(file, place, name, kind, length, data, worst)
-    type(handle_t), intent(in) :: file
-    character(*), intent(in) :: place, name
-    integer, intent(in) :: kind
-    integer(i8), intent(in) :: length
-    type(c_ptr), intent(in) :: data
-    integer, intent(inout) :: worst
-    type(c_ptr) :: address
-    integer(hid_t) :: id, type
-    integer :: ierr
-
-    address = data
-    call h5aopen_by_name_f(file%id, place, name, id, ierr)
-    worst = min(worst, ierr)
-    if (ierr < 0) return
-    call make_type(kind, length, type, worst)
-    call h5aread_f(id, type, address, ierr)
-    worst = min(worst, ierr)
-    call h5tclose_f(type, ierr)
-    call h5aclose_f(id, ierr)
-  end subroutine get_attribute
-
-end module io_hdf5_calls
+end module h5_calls

@@ -1,0 +1,291 @@
+! SPDX-License-Identifier: MIT
+!> What is wrong with a value, a key or a group of an input, in words; what is allowed instead.
+module input_wording
+  use base_kinds, only: i8, rp
+  use base_text, only: edit_distance, lower, str
+  use input_diagnostics, only: has_controls
+  use keys_table, only: key_row_t, key_table_t
+  use keys_written, only: is_within, items_t, letters, split_values, split_words, to_integer, &
+                          to_logical, to_real, to_text
+  implicit none (type, external)
+  private
+
+  public :: can_name_results, check_value, describe_allowed, unknown_group, unknown_key
+
+  integer, parameter :: longest_name = 32, longest_file_name = 128, longest_text = 4000
+  character(*), parameter :: never_in_names = ',;/\"'''
+
+contains
+
+  !> `did you mean X?` if at most two letters of a name differ from `word`; else empty.
+  pure function suggestion(word, names) result(r)
+    character(*), intent(in) :: word, names(:)
+    character(:), allocatable :: r
+    integer :: best, distance, k
+
+    r = ''
+    best = min(3, len_trim(word))
+    if (len_trim(word) > longest_name) return
+    do k = 1, size(names)
+      distance = edit_distance(trim(word), trim(names(k)))
+      if (distance >= best) cycle
+      best = distance
+      r = 'did you mean '//trim(names(k))//'?'
+    end do
+  end function suggestion
+
+  !> What a value of this key is: `3 real numbers [m]`.
+  pure function expected(row) result(r)
+    type(key_row_t), intent(in) :: row
+    character(:), allocatable :: r
+    character(:), allocatable :: one, many
+
+    select case (row%kind)
+    case ('real')
+      one = 'a real number'
+      many = ' real numbers'
+    case ('integer')
+      one = 'an integer'
+      many = ' integers'
+    case ('logical')
+      one = '.true. or .false.'
+      many = ' of .true. or .false.'
+    case default
+      one = 'a text in quotes'
+      many = ' texts in quotes'
+    end select
+    r = one
+    if (row%n > 1) r = str(row%n)//many
+    if (row%n < 0) r = 'up to '//str(-row%n)//many
+    if (row%unit /= '') r = r//' ['//trim(row%unit)//']'
+  end function expected
+
+  !> The allowed values in words: `> 0 and <= 1`, `box, sphere`.
+  pure function describe_allowed(row) result(r)
+    type(key_row_t), intent(in) :: row
+    character(:), allocatable :: r
+    character(48), allocatable :: list(:)
+    character(:), allocatable :: low, high
+    integer :: comma, k
+
+    r = ''
+    select case (row%kind)
+    case ('choice')
+      call split_words(row%allowed, list)
+      do k = 1, size(list)
+        r = r//merge('  ', ', ', k == 1)//trim(list(k))
+      end do
+      r = trim(adjustl(r))
+    case ('text')
+      select case (row%allowed)
+      case ('')
+      case ('name')
+        r = 'at most '//str(longest_name)//' characters, none of '//never_in_names
+      case ('file name')
+        r = 'at most '//str(longest_file_name)//' letters, digits, - _ and ., not first a . or -'
+      case default
+        r = 'only the characters '//trim(row%allowed)
+      end select
+    case ('real', 'integer')
+      if (row%allowed == '') return
+      comma = index(row%allowed, ',')
+      low = row%allowed(2:comma - 1)
+      high = row%allowed(comma + 1:len_trim(row%allowed) - 1)
+      if (low /= '-inf') r = trim(merge('>= ', '>  ', row%allowed(1:1) == '['))//' '//low
+      if (low /= '-inf' .and. high /= 'inf') r = r//' and '
+      if (high /= 'inf') then
+        r = r//trim(merge('<= ', '<  ', index(row%allowed, ']') > 0))//' '//high
+      end if
+    case default   ! any logical value will do
+    end select
+  end function describe_allowed
+
+  !> What is wrong with the value of a key; empty if nothing is.
+  pure function check_value(row, first, text) result(r)
+    type(key_row_t), intent(in) :: row
+    integer, intent(in) :: first         !! written index of the first value, 0 if none
+    character(*), intent(in) :: text
+    character(:), allocatable :: r
+    type(items_t) :: items
+    integer :: k
+    integer(i8) :: n
+
+    call split_values(text, items)
+    r = trim(items%problem)
+    if (r /= '') return
+    n = sum(int(items%repeat, i8))
+    if (first > 0 .and. n + first - 1 > abs(row%n)) then
+      r = 'the key has only '//str(abs(row%n))//trim(merge(' value ', ' values', abs(row%n) == 1))
+    else if (n > abs(row%n) .or. (first == 0 .and. n < row%n)) then
+      r = 'expected '//expected(row)//', found '//str(n)
+      if (row%n == 1 .and. row%kind == 'real') r = r//' values (a decimal comma is not possible)'
+    end if
+    do k = 1, size(items%first)
+      if (r == '') r = check_item(row, text(items%first(k):items%last(k)))
+    end do
+  end function check_value
+
+  !> What is wrong with one item of the value of a key; empty if nothing is.
+  pure function check_item(row, item) result(r)
+    type(key_row_t), intent(in) :: row
+    character(*), intent(in) :: item
+    character(:), allocatable :: r
+    character(:), allocatable :: text
+    integer :: i
+    real(rp) :: x
+    logical :: flag, ok
+
+    r = ''
+    ok = .true.
+    select case (row%kind)
+    case ('real')
+      call to_real(item, x, ok)
+      if (ok) ok = abs(x) <= huge(x)   ! the range below is judged for finite numbers only
+    case ('integer')
+      call to_integer(item, i, ok)
+      x = real(i, rp)
+    case ('logical')
+      call to_logical(item, flag, ok)
+    case default
+      call to_text(item, text, ok)
+      if (ok) r = check_text(row, text)
+      if (.not. ok .and. verify(item(1:1), '''"') > 0) then
+        r = 'text must be in quotes'
+        return
+      end if
+    end select
+    if (.not. ok) then
+      r = 'expected '//expected(row)
+    else if (row%kind == 'real' .or. row%kind == 'integer') then
+      if (.not. is_within(x, row%allowed)) then
+        r = 'must be '//describe_allowed(row)
+        if (row%unit /= '') r = r//' ['//trim(row%unit)//']'
+      else if (row%kind == 'real') then
+        r = check_size(row, x)
+      end if
+    end if
+  end function check_item
+
+  !> What is wrong with a text or a choice.
+  pure function check_text(row, text) result(r)
+    type(key_row_t), intent(in) :: row
+    character(*), intent(in) :: text
+    character(:), allocatable :: r
+    character(48), allocatable :: list(:)
+    character(:), allocatable :: near
+
+    r = ''
+    if (row%kind == 'choice') then
+      call split_words(row%allowed, list)
+      if (any(list == lower(text))) return
+      r = 'must be one of '//describe_allowed(row)
+      near = suggestion(lower(text), list)
+      if (near /= '') r = r//'; '//near
+    else if (text == '' .and. row%is_required .and. row%condition == '') then
+      r = 'must not be empty'
+    else if (has_controls(text)) then
+      r = 'has a character that cannot be printed'
+    else if (row%allowed == 'name') then
+      if (len(text) > longest_name .or. scan(text, never_in_names) > 0) r = 'must be '// &
+          describe_allowed(row)
+    else if (row%allowed == 'file name') then
+      if (.not. is_file_name(text)) r = 'must be '//describe_allowed(row)
+    else if (len(text) > longest_text) then
+      r = 'has '//str(len(text))//' characters; at most '//str(longest_text)//' are possible'
+    else if (row%allowed /= '' .and. verify(text, trim(row%allowed)) > 0) then
+      r = describe_allowed(row)//' may be used'
+    end if
+  end function check_text
+
+  !> Whether a text can be the beginning of the names of files.
+  pure logical function is_file_name(text)
+    character(*), intent(in) :: text
+
+    is_file_name = len(text) > 0 .and. len(text) <= longest_file_name
+    if (is_file_name) is_file_name = verify(text, letters//'0123456789._-') == 0 &
+        .and. scan(text(1:1), '.-') == 0
+  end function is_file_name
+
+  !> Whether the name of an input file can be that of its results: files, and columns of tables.
+  pure logical function can_name_results(stem)
+    character(*), intent(in) :: stem
+
+    can_name_results = len(stem) > 0 .and. len(stem) <= longest_file_name &
+      .and. .not. has_controls(stem) &
+                       .and. scan(stem, never_in_names) == 0 .and. index(stem, '.') /= 1
+  end function can_name_results
+
+  !> What is wrong with a number that no scene has, though its key sets no limit; empty if nothing
+  !> is.
+  pure function check_size(row, x) result(r)
+    type(key_row_t), intent(in) :: row
+    real(rp), intent(in) :: x
+    character(:), allocatable :: r
+    real(rp) :: least, most
+
+    r = ''
+    least = 1.0e-30_rp
+    select case (row%unit)
+    case ('m')
+      most = 1.0e4_rp
+      least = 1.0e-12_rp
+    case ('m/s')
+      most = 1.0e5_rp
+    case ('K')
+      most = 1.0e5_rp
+      least = 1.0e-6_rp
+    case ('kg/m3')
+      most = 1.0e6_rp
+      least = 1.0e-6_rp
+    case ('s', 'm/s2', 'rad/s', 'J/mol')
+      most = 1.0e9_rp
+    case ('1/min')
+      most = 1.0e7_rp
+    case ('Pa', 'N', 'W', '1/s', 'W/(m2 K)')
+      most = 1.0e15_rp
+    case default
+      most = 1.0e30_rp
+    end select
+    if (abs(x) > most) then
+      r = 'is beyond all measure: at most '//str(most)
+    else if (row%allowed(1:2) == '(0' .and. x < least) then
+      r = 'is beyond all measure: at least '//str(least)
+    end if
+    if (r /= '' .and. row%unit /= '') r = r//' ['//trim(row%unit)//']'
+  end function check_size
+
+  !> Wording for a group that is not in the table.
+  pure function unknown_group(table, name) result(r)
+    type(key_table_t), intent(in) :: table
+    character(*), intent(in) :: name
+    character(:), allocatable :: r
+
+    r = 'unknown group &'//trim(name)//hint(name, (table%groups%name))
+  end function unknown_group
+
+  !> Wording for a key that the group does not have.
+  pure function unknown_key(table, g, name) result(r)
+    type(key_table_t), intent(in) :: table
+    integer, intent(in) :: g              !! number of the group
+    character(*), intent(in) :: name
+    character(:), allocatable :: r
+
+    r = '&'//trim(table%groups(g)%name)//' has no key '//trim(name)// &
+      hint(name, (table%keys(table%groups(g)%first:table%groups(g)%last)%name))
+  end function unknown_key
+
+  !> The known name that was meant, or all of them.
+  pure function hint(name, known) result(r)
+    character(*), intent(in) :: name, known(:)
+    character(:), allocatable :: r
+    integer :: k
+
+    r = '; '//suggestion(name, known)
+    if (r /= '; ') return
+    r = '; known are'
+    do k = 1, size(known)
+      r = r//' '//trim(known(k))
+    end do
+  end function hint
+
+end module input_wording

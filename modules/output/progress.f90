@@ -1,0 +1,178 @@
+! SPDX-License-Identifier: MIT
+!> How far and how fast a run is: lines of progress, and the summary at its end.
+module output_progress
+  use base_errors, only: error_t
+  use base_files, only: write_whole
+  use base_kinds, only: i8, rp
+  use base_log, only: say
+  use base_system, only: peak_memory
+  use base_text, only: str
+  use base_timers, only: cpu_seconds, n_phases, phase_name, phase_timer_t, wall_time
+  use comm_world, only: world_t
+  use exchange_ranks, only: exchange_t
+  use mapping_nodes, only: nodes_t
+  use particles_store, only: particles_t
+  use state_blocks, only: blocks_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: progress_t, percent, span
+
+  character(*), parameter :: nl = new_line('a')
+
+  !> Where this part of a run began.
+  type :: progress_t
+    real(rp) :: started = 0.0_rp        !! wall-clock time at the start [s]
+    real(rp), private :: cpu_started = 0.0_rp   !! processor time of this rank then [s]
+    real(rp), private :: last_line = 0.0_rp     !! wall-clock time of the last one [s]
+    integer(i8), private :: first_step = 0
+    real(rp), private :: first_time = 0.0_rp    !! [s]
+    integer(i8), private :: particles = 0       !! on all ranks
+  contains
+    procedure :: init
+    procedure :: line
+    procedure :: summary
+  end type progress_t
+
+contains
+
+  !> Collective. The run, or its part that begins now, starts here.
+  subroutine init(self, world, clock, particles)
+    class(progress_t), intent(out) :: self
+    type(world_t), intent(in) :: world
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+
+    self%started = wall_time()
+    self%cpu_started = cpu_seconds()
+    self%last_line = self%started
+    self%first_step = clock%step
+    self%first_time = clock%time
+    self%particles = particles%total()
+    call world%sum(self%particles)
+  end subroutine init
+
+  !> A line with percent, time, speed and time left, every PROGRESS_INTERVAL seconds.
+  subroutine line(self, world, scene, clock)
+    class(progress_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    real(rp) :: now, speed, left, share, done
+
+    if (.not. world%is_root() .or. scene%output%is_quiet) return
+    now = wall_time()
+    if (now - self%last_line < scene%output%progress_interval) return
+    self%last_line = now
+    speed = real(self%particles, rp)*real(clock%step - self%first_step, rp)/(now - self%started)
+    share = (clock%time - self%first_time) &
+            /max(scene%end_time - self%first_time, tiny(1.0_rp))
+    done = clock%time/max(scene%end_time, tiny(1.0_rp))
+    if (scene%max_steps > 0) then
+      share = max(share, real(clock%step - self%first_step, rp) &
+                         /max(1.0_rp, real(scene%max_steps - self%first_step, rp)))
+      done = max(done, real(clock%step, rp)/real(scene%max_steps, rp))
+    end if
+    left = (now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)
+    call say(percent(done)//' %  step '//str(clock%step)//'  t = '//str(clock%time)// &
+             ' s  dt = '//str(clock%dt)//' s  '//str(speed*1.0e-6_rp)// &
+             ' M particle-steps/s  left '//span(left))
+  end subroutine line
+
+  !> Collective. Speed, memory, the shares of the phases and of waiting for other ranks in them
+  !> (mean over ranks): a line, and NAME_summary.json with the entries `others` of it.
+  subroutine summary(self, world, scene, clock, blocks, nodes, exchange, timer, others, error)
+    class(progress_t), intent(in) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(blocks_t), intent(in) :: blocks
+    type(nodes_t), intent(in) :: nodes
+    type(exchange_t), intent(in) :: exchange
+    type(phase_timer_t), intent(in) :: timer
+    character(*), intent(in) :: others
+    type(error_t), intent(inout) :: error
+    real(rp) :: all(n_phases + 6), wall, steps
+
+    wall = max(wall_time() - self%started, 1.0e-9_rp)
+    all = [timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
+           real(blocks%awake_steps, rp), &
+           real(nodes%halo%messages + nodes%resting_halo%messages, rp), &
+           real(nodes%halo%bytes + nodes%resting_halo%bytes, rp), &
+           exchange%balance%waited + nodes%halo%waited + nodes%resting_halo%waited]
+    call world%sum(all)
+    if (.not. world%is_root()) return
+    steps = real(self%particles, rp)*real(clock%step - self%first_step, rp)
+    call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', &
+                     json(self, world, clock, exchange, wall, steps, all, others), error)
+    if (.not. scene%output%is_quiet) call say( &
+      str(clock%step - self%first_step)//' steps of '//str(self%particles)//' particles in '// &
+      span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '// &
+      str(world%size)//' rank(s)')
+  end subroutine summary
+
+  !> Text of NAME_summary.json.
+  function json(self, world, clock, exchange, wall, steps, all, others) result(text)
+    type(progress_t), intent(in) :: self
+    type(world_t), intent(in) :: world
+    type(clock_t), intent(in) :: clock
+    type(exchange_t), intent(in) :: exchange
+    real(rp), intent(in) :: wall                  !! [s]
+    real(rp), intent(in) :: steps                 !! of particles
+    real(rp), intent(in) :: all(n_phases + 6)     !! sums over the ranks, in the order of `summary`
+    character(*), intent(in) :: others
+    character(:), allocatable :: text
+    real(rp) :: share(n_phases + 1)
+    integer :: k
+
+    share = 100.0_rp*all([(k, k=1, n_phases), n_phases + 6])/max(sum(all(1:n_phases)), tiny(1.0_rp))
+    text = '{'//nl//'  "particles": '//str(self%particles)//','//nl// &
+      '  "steps": '//str(clock%step - self%first_step)//','//nl// &
+      '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
+      '  "cpu_seconds": '//str(all(n_phases + 1))//','//nl// &
+      '  "particle_steps_per_wall_second": '//str(steps/wall)//','//nl// &
+      '  "particle_steps_per_cpu_second": '// &
+      str(steps/max(all(n_phases + 1), 1.0e-9_rp))//','//nl//others//nl// &
+      '  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//','//nl// &
+      '  "imbalance_mean": '// &
+      str(exchange%balance%sum/max(1.0_rp, real(clock%step - self%first_step, rp)))//','//nl// &
+      '  "imbalance_worst": '//str(exchange%balance%worst)//','//nl// &
+      '  "partitions": '//str(exchange%balance%cuts)//','//nl// &
+      '  "messages": '//str(nint(all(n_phases + 4), i8))//','//nl// &
+      '  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//','//nl// &
+      '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//','//nl// &
+      '  "waiting_percent": '//str(share(n_phases + 1))//','//nl//'  "phase_percent": {'
+    do k = 1, n_phases
+      text = text//nl//'    "'//trim(phase_name(k))//'": '//str(share(k))// &
+             trim(merge(' ', ',', k == n_phases))
+    end do
+    text = text//nl//'  }'//nl//'}'//nl
+  end function json
+
+  !> A share in percent, six characters wide.
+  pure function percent(share) result(text)
+    real(rp), intent(in) :: share
+    character(6) :: text
+
+    write (text, '(f6.1)') 100.0_rp*share
+  end function percent
+
+  !> Seconds in a unit that makes them short to read.
+  function span(seconds) result(text)
+    real(rp), intent(in) :: seconds
+    character(:), allocatable :: text
+    integer :: s
+
+    s = nint(min(seconds, 1.0e9_rp))
+    if (s < 120) then
+      text = str(s)//' s'
+    else if (s < 7200) then
+      text = str(s/60)//' min'
+    else
+      text = str(s/3600)//' h '//str(mod(s, 3600)/60)//' min'
+    end if
+  end function span
+
+end module output_progress
