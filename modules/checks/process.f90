@@ -2,10 +2,10 @@
 !> The motion of tools against the plate as it is drawn, before anything deforms: how deep, how far,
 !> how near to what.
 module checks_process
-  use base_kinds, only: pi, rp
+  use base_kinds, only: rp
   use bodies_solids, only: is_inside
   use checks_sense, only: extent_of
-  use contact_tool, only: kind_box, kind_particles, kind_plane, kind_revolved, kind_sphere, tool_t
+  use contact_tool, only: tool_t
   use heat_setup_cut_cells, only: holder_of, solids_t
   use input_values, only: input_t
   use state_scene, only: constraint_t, scene_t
@@ -163,54 +163,21 @@ contains
     x = reshape(pack(all, spread(is_in, 1, 3)), [3, count(is_in)])
   end function points_in
 
-  !> Points of a tool's surface in its own axes; of a rigid body those in it; none of a plane [m].
+  !> Points of a tool's surface in its own axes; of a rigid body those in it; none of a tool without
+  !> ends [m].
   subroutine draw_outline(scene, solids, k, tool, x)
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
     integer, intent(in) :: k
     type(tool_t), intent(in) :: tool
     real(rp), allocatable, intent(out) :: x(:, :)
-    integer, parameter :: turns = 24, parts = 6
-    real(rp) :: a, s
-    integer :: c, i, j, p
 
-    select case (tool%kind)
-    case (kind_revolved)
-      allocate (x(3, turns*parts*(tool%profile%n - 1)))
-      p = 0
-      do i = 1, tool%profile%n - 1
-        do j = 1, parts
-          s = real(j, rp)/parts
-          do c = 1, turns
-            p = p + 1
-            a = 2.0_rp*pi*c/turns
-            associate (r => (1.0_rp - s)*tool%profile%r(i) + s*tool%profile%r(i + 1), &
-                       z => (1.0_rp - s)*tool%profile%z(i) + s*tool%profile%z(i + 1))
-              x(:, p) = [r*cos(a), r*sin(a), z]
-            end associate
-          end do
-        end do
-      end do
-    case (kind_sphere)
-      allocate (x(3, turns*(parts*2 + 1)))
-      do p = 1, size(x, 2)
-        a = 2.0_rp*pi*mod(p, turns)/turns
-        s = pi*((p - 1)/turns)/(2*parts)
-        x(:, p) = tool%radius*[sin(s)*cos(a), sin(s)*sin(a), cos(s)]
-      end do
-    case (kind_box)
-      allocate (x(3, (parts + 1)**3))
-      do p = 0, size(x, 2) - 1
-        x(:, p + 1) = tool%half*(2.0_rp*[mod(p, parts + 1), mod(p/(parts + 1), parts + 1), &
-                                         p/(parts + 1)**2]/parts - 1.0_rp)
-      end do
-    case (kind_particles)
-      i = findloc(scene%body%tool, k, dim=1)
-      x = points_in(solids(i))
+    if (tool%has_shape()) then
+      call tool%shape%outline(x)
+    else
+      x = points_in(solids(findloc(scene%body%tool, k, dim=1)))
       x = matmul(transpose(tool%frame), x - spread(tool%start, 2, size(x, 2)))
-    case default
-      allocate (x(3, 0))
-    end select
+    end if
   end subroutine draw_outline
 
   !> The phases as they are written, up to the end of the run, and the rest after them.
@@ -268,7 +235,7 @@ contains
       if (survey%touch >= none) then
         if (touches(around, now, x)) survey%touch = first_touch(around, now, outline, before, t)
         call now%move_to(t)
-      else if (is_beside(around, now, x)) then
+      else if (is_beside(around, x)) then
         phase%off = phase%off + norm2(now%position - last)
         phase%off_from = min(phase%off_from, t)
       end if
@@ -288,7 +255,7 @@ contains
     real(rp) :: deepest, lower(3), upper(3)
     integer :: p
 
-    if (now%kind == kind_plane) then
+    if (size(x, 2) == 0) then                     ! it has no ends
       survey%is_in_grid = survey%is_in_grid .or. cuts_grid(around, now)
       deepest = -huge(1.0_rp)
       do p = 1, size(around%metal, 2)
@@ -303,7 +270,7 @@ contains
                                                    > around%grid_lower)
     phase%side = min(phase%side, minval(lower - around%side_lower), &
                      minval(around%side_upper(:2) - upper(:2)))
-    if (is_beside(around, now, x)) return
+    if (is_beside(around, x)) return
     phase%edge = min(phase%edge, minval(lower(:2) - around%lower(:2)), &
                      minval(around%upper(:2) - upper(:2)))
     do p = 1, size(x, 2)
@@ -321,7 +288,7 @@ contains
     if (a < none) larger = max(a, b)
   end function larger
 
-  !> Whether a plane has corners of the grid behind it.
+  !> Whether a tool without ends has corners of the grid in it.
   pure logical function cuts_grid(around, now)
     type(around_t), intent(in) :: around
     type(tool_t), intent(in) :: now
@@ -336,12 +303,11 @@ contains
   end function cuts_grid
 
   !> Whether nothing of the tool is above, in or below the plate.
-  pure logical function is_beside(around, now, x)
+  pure logical function is_beside(around, x)
     type(around_t), intent(in) :: around
-    type(tool_t), intent(in) :: now
     real(rp), intent(in) :: x(:, :)
 
-    is_beside = now%kind /= kind_plane
+    is_beside = size(x, 2) > 0
     if (is_beside) is_beside = any(maxval(x(:2, :), 2) < around%lower(:2) &
                                    .or. minval(x(:2, :), 2) > around%upper(:2))
   end function is_beside
@@ -357,7 +323,7 @@ contains
     touches = .true.
     do p = 1, size(x, 2)
       if (holder_of(around%solids, x(:, p)) > 0) return
-      if (now%kind /= kind_particles) cycle
+      if (now%has_shape()) cycle
       do a = 1, 3
         do side = -1, 1, 2
           y = x(:, p)

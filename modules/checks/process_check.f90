@@ -11,6 +11,7 @@ module checks_process_check
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use state_scene, only: scene_t
+  use tool_shapes_shape, only: length_text
   implicit none (type, external)
   private
 
@@ -30,42 +31,19 @@ contains
     type(tool_survey_t) :: survey
     integer :: k, n
 
-    call check_pins(input, diagnostics)
     call check_phases(input, tool, diagnostics)
     call all_solids(input, solids)
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       if (k <= input%count('TOOL')) then
         n = diagnostics%count()
-        call check_size(input, scene, tool, solids, k, diagnostics)
+        call check_size(input, scene, tool(k), solids, k, diagnostics)
         if (diagnostics%count() == n) call judge(input, scene, tool, solids, k, survey, diagnostics)
       else
         call judge_rigid(input, scene, k, survey, diagnostics)
       end if
     end do
   end subroutine check_process
-
-  !> Half a description of a pin describes none.
-  subroutine check_pins(input, diagnostics)
-    type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: pin(3)
-    integer :: i
-
-    do i = 1, input%count('TOOL')
-      pin = [input%real('TOOL', i, 'PIN_RADIUS'), input%real('TOOL', i, 'PIN_TIP_RADIUS'), &
-             input%real('TOOL', i, 'PIN_LENGTH')]
-      if (pin(1) > 0.0_rp .and. pin(3) <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
-          'PIN_RADIUS', &
-        'makes no pin without PIN_LENGTH')
-      if (pin(1) <= 0.0_rp .and. pin(2) > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
-          'PIN_TIP_RADIUS', &
-        'makes no pin without PIN_RADIUS')
-      if (pin(1) <= 0.0_rp .and. pin(3) > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
-          'PIN_LENGTH', &
-        'makes no pin without PIN_RADIUS')
-    end do
-  end subroutine check_pins
 
   !> Phases that never come, and ramps that are cut off.
   subroutine check_phases(input, tool, diagnostics)
@@ -93,41 +71,20 @@ contains
     end do
   end subroutine check_phases
 
-  !> Sizes that look like another unit.
+  !> Sizes that do not go with the grid and the bodies.
   subroutine check_size(input, scene, tool, solids, k, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(tool_t), intent(in) :: tool(:)
+    type(tool_t), intent(in) :: tool
     type(solids_t), intent(in) :: solids(:)
     integer, intent(in) :: k
     type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: grid, lower(3), upper(3), radius
+    real(rp) :: lower(3), upper(3)
 
-    grid = maxval(scene%grid%upper() - scene%grid%lower)
     call plate_of(scene, solids, lower, upper)
-    radius = input%real('TOOL', k, 'RADIUS')
-    select case (input%text('TOOL', k, 'KIND'))
-    case ('shoulder')
-      if (radius > 2.0_rp*grid) then
-        call input%report(diagnostics, 'TOOL', k, 'RADIUS', 'is far larger than the grid of '// &
-                          len_text(grid)// &
-                            ': lengths are in m')
-      else if (2.0_rp*radius > maxval(upper(:2) - lower(:2)) &
-               .and. any(abs(tool(k)%motion%phase%spin) > 0.0_rp)) then
-        call input%warn(diagnostics, 'TOOL', k, 'RADIUS', 'a shoulder of '// &
-                        len_text(2.0_rp*radius)// &
-                        ' across is wider than the bodies, '// &
-                        len_text(maxval(upper(:2) - lower(:2))))
-      end if
-    case ('sphere')
-      if (radius > 100.0_rp*grid) call input%warn(diagnostics, 'TOOL', k, 'RADIUS', &
-                                                  'is far larger than the grid of '// &
-                                                  len_text(grid)//': lengths are in m')
-    case ('box')
-      if (maxval(tool(k)%half) > 10.0_rp*grid) call input%warn(diagnostics, 'TOOL', k, 'SIZE', &
-        'is far larger than the grid of '//len_text(grid)//': lengths are in m')
-    case default
-    end select
+    call tool%shape%check_size(input, k, maxval(scene%grid%upper() - scene%grid%lower), &
+                               maxval(upper(:2) - lower(:2)), &
+                               any(abs(tool%motion%phase%spin) > 0.0_rp), diagnostics)
   end subroutine check_size
 
   !> What the survey of a tool says. One that is outside the grid may be put away; many sides of the
@@ -160,7 +117,7 @@ contains
     if (survey%through < none) then
       phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
       associate (text => 'the tool comes out below the bottom of the plate of '// &
-                 len_text(upper(3) - lower(3))// &
+                 length_text(upper(3) - lower(3))// &
                          ' at t = '//str(survey%through)//' s', one => survey%phase(phase))
         if (survey%through <= 0.0_rp .or. one%motion == 0) then
           call input%report(diagnostics, 'TOOL', k, 'POSITION', text, &
@@ -176,9 +133,9 @@ contains
         if (one%motion == 0 .or. one%off <= 0.0_rp .or. one%off &
             <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
         call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'the tool travels '// &
-                        len_text(one%way)// &
-                        ' and is off the plate of '//len_text(upper(1) - lower(1))//' x '// &
-                        len_text(upper(2) - lower(2))// &
+                        length_text(one%way)// &
+                        ' and is off the plate of '//length_text(upper(1) - lower(1))//' x '// &
+                        length_text(upper(2) - lower(2))// &
                         ' from t = '//str(one%off_from)//' s on')
       end associate
     end do
@@ -202,7 +159,7 @@ contains
       associate (one => survey%phase(i))
         if (one%motion == 0 .or. one%side >= 0.0_rp .or. any(scene%grid%period > 0)) cycle
         call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'takes the rigid body '// &
-                        len_text(-one%side)// &
+                        length_text(-one%side)// &
                         ' beyond a side of the grid or a wall')
       end associate
     end do
@@ -301,12 +258,5 @@ contains
     text = '           -'
     if (x < none) text = cell(mm*x)
   end function cell_mm
-
-  pure function len_text(x) result(text)
-    real(rp), intent(in) :: x                      !! [m]
-    character(:), allocatable :: text
-
-    text = str(mm*x)//' mm'
-  end function len_text
 
 end module checks_process_check

@@ -1,17 +1,16 @@
 ! SPDX-License-Identifier: MIT
-!> Rigid analytic tools: signed distance, motion, and what contact sums up (tool_contact_impulses).
+!> Rigid tools: motion, signed distance from their shape, and what contact sums up
+!> (tool_contact_impulses). A tool without a shape is a rigid body of particles, which touches
+!> nodes.
 module contact_tool
   use base_kinds, only: nlane, rp
   use contact_friction_table, only: friction_table_t
   use contact_motion, only: motion_t
-  use contact_shapes, only: box_distance, profile_t, revolved_distance, revolved_distances
+  use tool_shapes_shape, only: shape_t
   implicit none (type, external)
   private
 
   public :: tool_t, rigid_t
-
-  integer, parameter, public :: kind_revolved = 1, kind_plane = 2, kind_sphere = 3, &
-                                kind_box = 4, kind_particles = 5
 
   ! What a tool sums up between two reports.
   integer, parameter, public :: &
@@ -38,10 +37,7 @@ module contact_tool
 
   type :: tool_t
     character(32) :: name = 'tool'
-    integer :: kind = kind_revolved
-    type(profile_t) :: profile             !! revolved
-    real(rp) :: radius = 0.0_rp            !! sphere, bounding radius of the others [m]
-    real(rp) :: half(3) = 0.0_rp           !! box: half edges [m]
+    class(shape_t), allocatable :: shape   !! unallocated: of a rigid body
     real(rp) :: start(3) = 0.0_rp          !! position at t = 0 [m]
     real(rp) :: frame(3, 3) = 0.0_rp       !! columns: local axes at t = 0
     real(rp) :: friction = 0.0_rp
@@ -58,6 +54,8 @@ module contact_tool
     real(rp) :: angle = 0.0_rp             !! turned since t = 0 [rad]
     real(rp) :: sums(n_tool_sums) = 0.0_rp
   contains
+    procedure :: has_shape
+    procedure :: stirring_radius
     procedure :: move_to
     procedure :: mean_motion
     procedure :: tilt
@@ -136,6 +134,21 @@ contains
     y = self%position + matmul(self%axes, matmul(x - self%last_position, self%last_axes))
   end function carry
 
+  !> False for a rigid body of particles.
+  elemental logical function has_shape(self)
+    class(tool_t), intent(in) :: self
+
+    has_shape = allocated(self%shape)
+  end function has_shape
+
+  !> Radius of what stirs, 0 if there is none [m].
+  elemental real(rp) function stirring_radius(self)
+    class(tool_t), intent(in) :: self
+
+    stirring_radius = 0.0_rp
+    if (self%has_shape()) stirring_radius = self%shape%radius
+  end function stirring_radius
+
   !> Signed distance of `x` from the tool, its gradient (out of the tool), and the room along the
   !> surface to the nearest edge that stands out.
   pure subroutine distance(self, x, d, n, room)
@@ -144,24 +157,12 @@ contains
     real(rp), intent(out) :: d, n(3), room      !! [m], [-], [m]
     real(rp) :: y(3), m(3)
 
-    y = matmul(x - self%position, self%axes)
+    d = huge(1.0_rp)
+    n = 0.0_rp
     room = huge(1.0_rp)
-    select case (self%kind)
-    case (kind_revolved)
-      call revolved_distance(self%profile, y, d, m, room)
-    case (kind_sphere)
-      d = norm2(y)
-      m = y/max(d, tiny(1.0_rp))
-      d = d - self%radius
-    case (kind_box)
-      call box_distance(self%half, y, d, m, room)
-    case (kind_particles)      ! it touches nodes, not points
-      d = huge(1.0_rp)
-      m = 0.0_rp
-    case default
-      d = y(3)
-      m = [0.0_rp, 0.0_rp, 1.0_rp]
-    end select
+    if (.not. self%has_shape()) return
+    y = matmul(x - self%position, self%axes)
+    call self%shape%distance(y, d, m, room)
     n = matmul(self%axes, m)
   end subroutine distance
 
@@ -180,31 +181,17 @@ contains
     integer, intent(in) :: n
     real(rp), intent(in) :: x(nlane, 3)
     real(rp), intent(out) :: d(n)               !! [m]
-    real(rp) :: y(n, 3), r(n)
-    integer :: a, p
+    real(rp) :: y(n, 3)
+    integer :: a
 
-    if (self%kind == kind_box) then
-      do p = 1, n
-        d(p) = self%clearance(x(p, :))
-      end do
-      return
-    end if
+    d = huge(1.0_rp)
+    if (.not. self%has_shape()) return
     do a = 1, 3
       y(:, a) = (x(:n, 1) - self%position(1))*self%axes(1, a) &
                 + (x(:n, 2) - self%position(2))*self%axes(2, a) &
                 + (x(:n, 3) - self%position(3))*self%axes(3, a)
     end do
-    select case (self%kind)
-    case (kind_revolved)
-      r = sqrt(y(:, 1)**2 + y(:, 2)**2)
-      call revolved_distances(self%profile, n, r, y(:, 3), d)
-    case (kind_sphere)
-      d = sqrt(y(:, 1)**2 + y(:, 2)**2 + y(:, 3)**2) - self%radius
-    case (kind_particles)
-      d = huge(1.0_rp)
-    case default
-      d = y(:, 3)
-    end select
+    call self%shape%distances(n, y, d)
   end subroutine clearances
 
   !> Remember where the tool is.
@@ -215,14 +202,12 @@ contains
     self%noted_axes = self%axes
   end subroutine note_place
 
-  !> How far, at most, its surface has come nearer to anything since then [m]; spin about its own
-  !> axis brings only a box nearer.
+  !> How far, at most, its surface has come nearer to anything since then [m].
   pure real(rp) function displacement(self)
     class(tool_t), intent(in) :: self
 
     displacement = norm2(self%position - self%noted_position)
-    if (self%kind == kind_box) displacement = displacement &
-        + norm2(self%axes - self%noted_axes)*norm2(self%half)
+    if (self%has_shape()) displacement = displacement + self%shape%sweep(self%noted_axes, self%axes)
   end function displacement
 
   !> Corners of a box that the tool lies in [m].
@@ -231,24 +216,11 @@ contains
     real(rp), intent(out) :: lower(3), upper(3)
     real(rp) :: half(3), middle(3)
 
-    middle = self%position
-    select case (self%kind)
-    case (kind_revolved)
-      associate (r => self%profile%r(1:self%profile%n), z => self%profile%z(1:self%profile%n), &
-                 axis => self%axes(:, 3))
-        middle = middle + 0.5_rp*(maxval(z) + minval(z))*axis
-        half = 0.5_rp*(maxval(z) - minval(z))*abs(axis) &
-               + maxval(r)*sqrt(max(0.0_rp, 1.0_rp - axis**2))
-      end associate
-    case (kind_sphere)
-      half = self%radius
-    case (kind_box)
-      half = matmul(abs(self%axes), self%half)
-    case default
-      half = huge(1.0_rp)
-    end select
-    lower = middle - half
-    upper = middle + half
+    middle = 0.0_rp
+    half = huge(1.0_rp)
+    if (self%has_shape()) call self%shape%bounds(self%axes, middle, half)
+    lower = self%position + middle - half
+    upper = self%position + middle + half
   end subroutine bounds
 
   !> Velocity of the rigid tool at `x` [m/s].

@@ -65,7 +65,8 @@ contains
     self%groups = [self%groups, row]
   end subroutine add_group
 
-  !> Add a key to the group opened last.
+  !> Add a key to the group opened last. A row that is there with another condition on the same key
+  !> gets the new one beside it.
   subroutine add_key(self, name, kind, n, unit, default, allowed, about)
     class(key_table_t), intent(inout) :: self
     character(*), intent(in) :: name, kind
@@ -76,7 +77,7 @@ contains
     character(*), intent(in) :: allowed, about
     type(key_row_t) :: row
     character(:), allocatable :: condition
-    integer :: cut
+    integer :: cut, k
 
     cut = index(' '//default, ' if ')
     if (cut == 0) cut = len(default) + 1
@@ -89,9 +90,33 @@ contains
         .or. cut - 1 > len(row%default) .or. row%condition /= condition) then
       call fatal('table of keys: the row of '//name//' does not fit')
     end if
+    k = self%find_key(size(self%groups), name)
+    if (k > 0) then
+      call share_key(self%keys(k), row)
+      return
+    end if
     self%keys = [self%keys, row]
     self%groups(size(self%groups))%last = size(self%keys)
   end subroutine add_key
+
+  !> Let the condition of `row` be met also by that of `other`, a row that is otherwise the same.
+  subroutine share_key(row, other)
+    type(key_row_t), intent(inout) :: row
+    type(key_row_t), intent(in) :: other
+    character(:), allocatable :: both
+    integer :: equals
+
+    equals = index(row%condition, '=')
+    both = trim(row%condition)//' or'//trim(other%condition(equals + 1:))
+    if (equals == 0 .or. row%condition(:equals) /= other%condition(:equals) &
+        .or. row%kind /= other%kind .or. row%n /= other%n .or. row%unit /= other%unit &
+        .or. row%default /= other%default .or. (row%is_required .neqv. other%is_required) &
+        .or. row%allowed /= other%allowed .or. row%about /= other%about &
+        .or. len(both) > len(row%condition)) then
+      call fatal('table of keys: two rows of '//trim(row%name)//' differ')
+    end if
+    row%condition = both
+  end subroutine share_key
 
   !> Let a restart change keys of a group: those whose names are in `names`, or all if that is '*'.
   subroutine let_change(self, group, names)

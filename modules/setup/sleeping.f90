@@ -2,7 +2,7 @@
 !> Whether material may sleep in this scene, and when.
 module setup_sleeping
   use base_kinds, only: rp
-  use contact_tool, only: kind_particles, tool_t
+  use contact_tool, only: tool_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use state_scene, only: scene_t, scheme_usl, transfer_flip
@@ -26,7 +26,7 @@ contains
                                       is_quasi_static(scene))
       if (.not. sleep%is_on) return
       sleep%distance = input%real('METHOD', 1, 'SLEEP_DISTANCE')
-      if (sleep%distance <= 0.0_rp) sleep%distance = 0.5_rp*maxval(tool%radius)
+      if (sleep%distance <= 0.0_rp) sleep%distance = 0.5_rp*maxval(tool%stirring_radius())
       sleep%strain = input%real('METHOD', 1, 'SLEEP_STRAIN')
       sleep%rate = input%real('METHOD', 1, 'SLEEP_RATE')
       sleep%heat = input%real('METHOD', 1, 'SLEEP_HEAT')
@@ -51,7 +51,7 @@ contains
     text = ''
     if (size(tool) == 0) then
       text = 'no &TOOL'
-    else if (any(tool%kind == kind_particles) .or. size(scene%tool_of) > 1) then
+    else if (.not. all(tool%has_shape()) .or. size(scene%tool_of) > 1) then
       text = 'bodies in contact'
     else if (input%count('LOAD') > 0) then
       text = 'a &LOAD'

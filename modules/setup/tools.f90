@@ -4,12 +4,12 @@ module setup_tools
   use base_kinds, only: pi, rp
   use contact_friction_table, only: friction_table_t, of_nothing
   use contact_motion, only: motion_t, phase_t
-  use contact_shapes, only: shoulder_profile
-  use contact_tool, only: kind_box, kind_particles, kind_plane, kind_revolved, kind_sphere, tool_t
+  use contact_tool, only: tool_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find, known
   use state_scene, only: body_t
+  use tool_shapes_list, only: make_shape
   implicit none (type, external)
   private
 
@@ -37,7 +37,8 @@ contains
       tool(i)%shear_limit = input%logical('TOOL', i, 'SHEAR_LIMIT')
       tool(i)%heat_fraction = input%real('TOOL', i, 'HEAT_SHARE')
       call read_friction_table(input, i, tool(i), diagnostics)
-      call read_tool_shape(input, i, tool(i), diagnostics)
+      call make_shape(input%text('TOOL', i, 'KIND'), tool(i)%shape)
+      if (tool(i)%has_shape()) call tool(i)%shape%read_keys(input, i, tool(i)%frame, diagnostics)
       tool(i)%motion = motion_of(input, tool(i)%name)
       call tool(i)%move_to(0.0_rp)
       if (find(tool(:i - 1)%name, tool(i)%name) > 0) call input%report(diagnostics, 'TOOL', i, &
@@ -69,7 +70,6 @@ contains
       k = k + 1
       body(b)%tool = k
       tool(k)%name = body(b)%name
-      tool(k)%kind = kind_particles
       tool(k)%start = input%reals('BODY', b, 'CENTRE', 3)
       do a = 1, 3
         tool(k)%frame(a, a) = 1.0_rp
@@ -116,55 +116,6 @@ contains
     end if
     tool%friction_table = table
   end subroutine read_friction_table
-
-  !> Kind, size and frame. The tilt turns the shoulder about y: the trailing edge (-x) goes down.
-  subroutine read_tool_shape(input, i, tool, diagnostics)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    type(tool_t), intent(inout) :: tool
-    type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: tilt, pin, tip, normal(3), side(3)
-
-    tool%radius = input%real('TOOL', i, 'RADIUS')
-    tilt = input%real('TOOL', i, 'TILT_DEG')*pi/180.0_rp
-    tool%frame(:, 1) = [cos(tilt), 0.0_rp, sin(tilt)]
-    tool%frame(:, 2) = [0.0_rp, 1.0_rp, 0.0_rp]
-    tool%frame(:, 3) = [-sin(tilt), 0.0_rp, cos(tilt)]
-    select case (input%text('TOOL', i, 'KIND'))
-    case ('shoulder')
-      tool%kind = kind_revolved
-      pin = input%real('TOOL', i, 'PIN_RADIUS')
-      tip = input%real('TOOL', i, 'PIN_TIP_RADIUS')
-      if (tip <= 0.0_rp) tip = pin
-      if (pin >= tool%radius .and. tool%radius > 0.0_rp) then
-        call input%report(diagnostics, 'TOOL', i, 'PIN_RADIUS', 'must be below RADIUS')
-      end if
-      tool%profile = shoulder_profile(tool%radius, input%real('TOOL', i, 'HEIGHT'), &
-                                      input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, &
-                                      tip, input%real('TOOL', i, 'PIN_LENGTH'))
-    case ('plane')
-      tool%kind = kind_plane
-      normal = input%reals('TOOL', i, 'NORMAL', 3)
-      if (norm2(normal) <= 0.0_rp) then
-        call input%report(diagnostics, 'TOOL', i, 'NORMAL', 'must not be zero')
-        normal = [0.0_rp, 0.0_rp, 1.0_rp]
-      end if
-      normal = normal/norm2(normal)
-      side = merge([0.0_rp, 1.0_rp, 0.0_rp], [1.0_rp, 0.0_rp, 0.0_rp], abs(normal(1)) > 0.9_rp)
-      side = side - dot_product(side, normal)*normal
-      side = side/norm2(side)
-      tool%frame(:, 1) = side
-      tool%frame(:, 2) = [normal(2)*side(3) - normal(3)*side(2), &
-                          normal(3)*side(1) - normal(1)*side(3), &
-                          normal(1)*side(2) - normal(2)*side(1)]
-      tool%frame(:, 3) = normal
-    case ('sphere')
-      tool%kind = kind_sphere
-    case default
-      tool%kind = kind_box
-      tool%half = 0.5_rp*input%reals('TOOL', i, 'SIZE', 3)
-    end select
-  end subroutine read_tool_shape
 
   !> The phases of this tool in the order of the file.
   function motion_of(input, name) result(motion)

@@ -6,8 +6,7 @@ module step_samples
   use comm_world, only: world_t
   use contact_motion, only: phase_t
   use contact_pair, only: contact_t, pair_law_t
-  use contact_shapes, only: shoulder_profile
-  use contact_tool, only: kind_box, kind_particles, kind_plane, kind_revolved, kind_sphere, tool_t
+  use contact_tool, only: tool_t
   use grid_geometry, only: make_grid
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, tag_id
   use physics_flow_law, only: flow_law_t, n_work
@@ -15,6 +14,10 @@ module step_samples
   use run_regrid, only: regrid
   use state_scene, only: constraint_t
   use step_simulation, only: simulation_t
+  use tool_shapes_box, only: box_t
+  use tool_shapes_plane, only: plane_t
+  use tool_shapes_shoulder, only: new_shoulder
+  use tool_shapes_sphere, only: sphere_t
   implicit none (type, external)
   private
 
@@ -153,7 +156,7 @@ contains
   type(tool_t) function plane_tool(axis) result(tool)
     real(rp), intent(in) :: axis(3)
 
-    tool%kind = kind_plane
+    allocate (plane_t :: tool%shape)
     tool%frame = frame_of(axis)
   end function plane_tool
 
@@ -161,35 +164,29 @@ contains
   type(tool_t) function sphere_tool(radius) result(tool)
     real(rp), intent(in) :: radius               !! [m]
 
-    tool%kind = kind_sphere
+    allocate (tool%shape, source=sphere_t(radius=radius))
     tool%frame = frame_of([0.0_rp, 0.0_rp, 1.0_rp])
-    tool%radius = radius
   end function sphere_tool
 
   !> A box that spins about `axis`.
   type(tool_t) function box_tool(half, axis) result(tool)
     real(rp), intent(in) :: half(3), axis(3)     !! half edges [m]
 
-    tool%kind = kind_box
+    allocate (tool%shape, source=box_t(half=half))
     tool%frame = frame_of(axis)
-    tool%half = half
-    tool%radius = norm2(half)
   end function box_tool
 
   !> A shoulder with a pin that spins about `axis`.
   type(tool_t) function shoulder_tool(radius, axis) result(tool)
     real(rp), intent(in) :: radius, axis(3)      !! of the shoulder [m]
 
-    tool%kind = kind_revolved
+    allocate (tool%shape, source=new_shoulder(radius, 2.0_rp*radius, 0.05_rp, 0.4_rp*radius, &
+                                              0.3_rp*radius, 0.3_rp*radius))
     tool%frame = frame_of(axis)
-    tool%profile = shoulder_profile(radius, 2.0_rp*radius, 0.05_rp, 0.4_rp*radius, &
-                                    0.3_rp*radius, 0.3_rp*radius)
-    tool%radius = 2.0_rp*radius
   end function shoulder_tool
 
   !> The motion of a rigid body of particles.
   type(tool_t) function particle_tool() result(tool)
-    tool%kind = kind_particles
     tool%frame = frame_of([0.0_rp, 0.0_rp, 1.0_rp])
   end function particle_tool
 

@@ -5,10 +5,11 @@ program test_contact
   use check, only: begin_tests, end_tests, expect, expect_close
   use contact_gap_law, only: stick_fraction, normal_velocity, book_tool_impulse
   use contact_motion, only: phase_t
-  use contact_shapes, only: shoulder_profile
-  use contact_tool, only: kind_box, kind_plane, kind_revolved, rigid_t, s_creep, s_force, &
-                          s_friction, s_normal, s_press, s_slide, s_to_plate, s_torque, s_work, &
-                          tool_t
+  use contact_tool, only: rigid_t, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
+                          s_to_plate, s_torque, s_work, tool_t
+  use tool_shapes_box, only: box_t
+  use tool_shapes_plane, only: plane_t
+  use tool_shapes_shoulder, only: new_shoulder
   implicit none (type, external)
 
   !> Free points, and what contact gave them in the last step.
@@ -32,6 +33,7 @@ program test_contact
   call test_way()
   call test_edges()
   call test_bounds()
+  call test_no_shape()
   call end_tests()
 
 contains
@@ -40,9 +42,8 @@ contains
   type(tool_t) function stirring_tool() result(tool)
     real(rp), parameter :: tilt = 3.0_rp*pi/180.0_rp
 
-    tool%kind = kind_revolved
-    tool%profile = shoulder_profile(0.010_rp, 0.020_rp, 0.1_rp, 0.003_rp, 0.002_rp, 0.004_rp)
-    tool%radius = 0.030_rp
+    allocate (tool%shape, source=new_shoulder(0.010_rp, 0.020_rp, 0.1_rp, 0.003_rp, 0.002_rp, &
+                                              0.004_rp))
     tool%start = [0.01_rp, 0.02_rp, 0.012_rp]
     tool%frame = reshape([cos(tilt), 0.0_rp, sin(tilt), 0.0_rp, 1.0_rp, 0.0_rp, &
                           -sin(tilt), 0.0_rp, cos(tilt)], [3, 3])
@@ -57,7 +58,7 @@ contains
   type(tool_t) function plane_tool(velocity, spin) result(tool)
     real(rp), intent(in) :: velocity(3), spin
 
-    tool%kind = kind_plane
+    allocate (plane_t :: tool%shape)
     tool%frame = unit
     tool%friction = 0.3_rp
     allocate (tool%motion%phase(1))
@@ -350,8 +351,8 @@ contains
     call expect('a plunge brings nothing nearer than by the way', &
                 all(before - after <= tool%displacement()*(1.0_rp + 1.0e-9_rp)))
 
-    tool%kind = kind_box
-    tool%half = [0.008_rp, 0.002_rp, 0.004_rp]
+    deallocate (tool%shape)
+    allocate (tool%shape, source=box_t(half=[0.008_rp, 0.002_rp, 0.004_rp]))
     tool%motion%phase(1)%velocity = 0.0_rp
     call tool%move_to(0.05_rp)
     call tool%note_place()
@@ -370,9 +371,9 @@ contains
     type(tool_t) :: tool
     real(rp) :: d, n(3), room
 
-    tool%kind = kind_revolved
+    allocate (tool%shape, source=new_shoulder(0.010_rp, 0.020_rp, 0.0_rp, 0.003_rp, 0.003_rp, &
+                                              0.004_rp))
     tool%frame = unit
-    tool%profile = shoulder_profile(0.010_rp, 0.020_rp, 0.0_rp, 0.003_rp, 0.003_rp, 0.004_rp)
     allocate (tool%motion%phase(0))
     call tool%move_to(0.0_rp)
     call tool%distance([0.008_rp, 0.0_rp, -0.0005_rp], d, n, room)
@@ -383,40 +384,57 @@ contains
     call expect_close('room to the tip of the pin', room, 0.001_rp, rtol=1.0e-12_rp)
     call tool%distance([0.0002_rp, 0.0_rp, -0.0045_rp], d, n, room)
     call expect_close('the axis is no edge', room, 0.0028_rp, rtol=1.0e-12_rp)
-    tool%kind = kind_box
-    tool%half = [0.01_rp, 0.02_rp, 0.03_rp]
+    deallocate (tool%shape)
+    allocate (tool%shape, source=box_t(half=[0.01_rp, 0.02_rp, 0.03_rp]))
     call tool%distance([0.007_rp, -0.016_rp, 0.031_rp], d, n, room)
     call expect_close('room on the face of a box', room, 0.003_rp, rtol=1.0e-12_rp)
     call tool%distance([0.011_rp, 0.0_rp, 0.031_rp], d, n, room)
     call expect_close('none beside it', room, 0.0_rp)
-    tool%kind = kind_plane
+    deallocate (tool%shape)
+    allocate (plane_t :: tool%shape)
     call tool%distance([0.0_rp, 0.0_rp, 0.0_rp], d, n, room)
     call expect('a plane has no edge', room > 1.0e30_rp)
   end subroutine test_edges
 
-  !> The surface of a tilted tool lies in its bounds, and touches them nearly.
+  !> Bounds of a tilted tool go along with it; its surface lies in them and nearly touches them.
   subroutine test_bounds()
     type(tool_t) :: tool
-    real(rp) :: lower(3), upper(3), least(3), most(3), x(3)
-    integer :: i, k
+    real(rp) :: lower(3), upper(3)
+    real(rp), allocatable :: x(:, :)
+    integer :: p
 
     tool = stirring_tool()
     call tool%move_to(0.05_rp)
     call tool%bounds(lower, upper)
-    least = huge(1.0_rp)
-    most = -huge(1.0_rp)
-    do i = 1, 360
-      do k = 1, tool%profile%n
-        x = [tool%profile%r(k)*cos(i*pi/180.0_rp), tool%profile%r(k)*sin(i*pi/180.0_rp), &
-             tool%profile%z(k)]
-        x = tool%position + matmul(tool%axes, x)
-        least = min(least, x)
-        most = max(most, x)
-      end do
+    call tool%shape%outline(x)
+    do p = 1, size(x, 2)
+      x(:, p) = tool%position + matmul(tool%axes, x(:, p))
     end do
-    call expect('inside the bounds', all(least >= lower - 1.0e-12_rp .and. most <= upper &
-                                         + 1.0e-12_rp))
-    call expect('close bounds', all(least - lower < 2.0e-3_rp .and. upper - most < 2.0e-3_rp))
+    call expect('inside the bounds', all(minval(x, 2) >= lower - 1.0e-12_rp) &
+                                     .and. all(maxval(x, 2) <= upper + 1.0e-12_rp))
+    call expect('close bounds', all(minval(x, 2) - lower < 2.0e-3_rp) &
+                                .and. all(upper - maxval(x, 2) < 2.0e-3_rp))
   end subroutine test_bounds
+
+  !> A rigid body of particles has no shape: nothing is near it, and it has no ends.
+  subroutine test_no_shape()
+    type(tool_t) :: tool
+    real(rp) :: d(nlane), lower(3), n(3), room, upper(3), x(nlane, 3)
+
+    tool%frame = unit
+    allocate (tool%motion%phase(0))
+    call tool%move_to(0.0_rp)
+    call tool%note_place()
+    x = 0.0_rp
+    call expect('no shape', .not. tool%has_shape())
+    call tool%distance([0.0_rp, 0.0_rp, 0.0_rp], d(1), n, room)
+    call expect('a tool without a shape is far', d(1) > 1.0e30_rp)
+    call tool%clearances(nlane, x, d)
+    call expect('from many places', all(d > 1.0e30_rp))
+    call tool%bounds(lower, upper)
+    call expect('and has no ends', all(lower < -1.0e30_rp) .and. all(upper > 1.0e30_rp))
+    call expect_close('nor a radius', tool%stirring_radius(), 0.0_rp)
+    call expect_close('nor a sweep', tool%displacement(), 0.0_rp)
+  end subroutine test_no_shape
 
 end program test_contact

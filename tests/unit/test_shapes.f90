@@ -1,13 +1,21 @@
 ! SPDX-License-Identifier: MIT
-!> Signed distances of the tool's shapes against dense sampling of their outlines.
+!> Shapes of tools: each that the input can name obeys what `shape_t` promises; distances against
+!> dense sampling and known places.
 program test_shapes
   use base_kinds, only: rp
+  use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_shapes, only: box_distance, profile_t, revolved_distance, revolved_distances, &
-                            shoulder_profile
+  use groups_table, only: key_table
+  use input_diagnostics, only: diagnostics_t
+  use input_reading, only: read_input_text
+  use input_values, only: input_t
+  use tool_shapes_box, only: box_t
+  use tool_shapes_list, only: make_shape, shape_names
+  use tool_shapes_shape, only: shape_t
+  use tool_shapes_shoulder, only: new_shoulder, shoulder_t
   implicit none (type, external)
 
-  !> What a revolved tool is made of [m]; see `shoulder_profile`.
+  !> What a revolved tool is made of [m]; see `new_shoulder`.
   type :: made_t
     real(rp) :: radius = 0.0_rp, height = 0.0_rp, concavity = 0.0_rp
     real(rp) :: pin_radius = 0.0_rp, tip_radius = 0.0_rp, pin_length = 0.0_rp
@@ -15,6 +23,8 @@ program test_shapes
 
   real(rp), parameter :: deg = 0.017453292519943295_rp
   integer, parameter :: samples = 20000   !! on each side of an outline
+  real(rp), parameter :: unit(3, 3) = reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, &
+                                               0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
 
   call begin_tests()
   call random_init(.true., .false.)
@@ -27,39 +37,227 @@ program test_shapes
                             tip_radius=0.002_rp, pin_length=0.006_rp))
   call test_revolved('flat with cone', made_t(0.010_rp, 0.020_rp, pin_radius=0.004_rp, &
                                               pin_length=0.005_rp))
-  call test_many_at_once()
+  call test_shapes_of_input()
   call test_known_points()
   call test_box()
   call end_tests()
 
 contains
 
+  !> What all shapes promise, of each that KIND can name.
+  subroutine test_shapes_of_input()
+    class(shape_t), allocatable :: shape
+    character(16), allocatable :: names(:)
+    real(rp) :: frame(3, 3)
+    integer :: k
+
+    allocate (names, source=shape_names())
+    do k = 1, size(names)
+      call make_shape(trim(names(k)), shape)
+      call read_sample(trim(names(k)), shape, frame)
+      call expect_close(trim(names(k))//': axes are of length 1 and upright on each other', &
+                        norm2(matmul(transpose(frame), frame) - unit), 0.0_rp, atol=1.0e-12_rp)
+      call test_distances(trim(names(k)), shape)
+      call test_normals(trim(names(k)), shape)
+      call test_bounds(trim(names(k)), shape)
+      call test_outline(trim(names(k)), shape)
+      call test_sweep(trim(names(k)), shape)
+    end do
+    call make_shape('no such shape', shape)
+    call expect('a name of no shape', .not. allocated(shape))
+  end subroutine test_shapes_of_input
+
+  !> A shape as the input describes it; sizes are some 10 mm. A new shape is a case here.
+  subroutine read_sample(name, shape, frame)
+    character(*), intent(in) :: name
+    class(shape_t), intent(inout) :: shape
+    real(rp), intent(out) :: frame(3, 3)
+    character(40), parameter :: no_sets(0) = ''
+    character(*), parameter :: nl = new_line('a')
+    character(*), parameter :: rest = ' /'//nl//'&GRID CELL=1 LOWER=3*0 UPPER=3*9 /'//nl// &
+      '&TIME END=1 /'//nl//"&MATERIAL NAME='m' DENSITY=1 YOUNGS_MODULUS=1 POISSON_RATIO=0 /"//nl// &
+      "&BODY NAME='b' MATERIAL='m' /"//nl//"&SHAPE BODY='b' LOWER=3*0 UPPER=3*1 /"//nl
+    character(:), allocatable :: keys
+    type(input_t) :: input
+    type(diagnostics_t) :: diagnostics
+
+    select case (name)
+    case ('shoulder')
+      keys = 'RADIUS=10e-3 CONCAVITY_DEG=7 PIN_RADIUS=4e-3 PIN_TIP_RADIUS=3e-3 PIN_LENGTH=5e-3 '// &
+             'TILT_DEG=3'
+    case ('plane')
+      keys = 'NORMAL=0.3,-0.4,1.2'
+    case ('sphere')
+      keys = 'RADIUS=8e-3 TILT_DEG=-2'
+    case ('box')
+      keys = 'SIZE=12e-3,18e-3,8e-3 TILT_DEG=5'
+    case default
+      keys = ''
+    end select
+    call expect('there is a sample of '//name, keys /= '')
+    keys = "&TOOL KIND='"//name//"' POSITION=3*0 "//keys//rest
+    call read_input_text(key_table(), 't.nml', keys, no_sets, input, diagnostics)
+    call shape%read_keys(input, 1, frame, diagnostics)
+    call expect(name//': nothing is wrong with its sample', diagnostics%count() == 0)
+    if (diagnostics%count() > 0) call diagnostics%print(6)
+  end subroutine read_sample
+
+  !> A random place, often near the surface of shapes of some 10 mm.
+  function random_place() result(x)
+    real(rp) :: x(3)
+
+    call random_number(x)
+    x = 0.036_rp*(x - 0.5_rp)
+  end function random_place
+
+  !> Random axes.
+  function random_axes() result(axes)
+    real(rp) :: axes(3, 3), q(4)
+
+    call random_number(q)
+    q = q - 0.5_rp
+    q = q/norm2(q)
+    associate (w => q(1), x => q(2), y => q(3), z => q(4))
+      axes(:, 1) = [1.0_rp - 2.0_rp*(y*y + z*z), 2.0_rp*(x*y + w*z), 2.0_rp*(x*z - w*y)]
+      axes(:, 2) = [2.0_rp*(x*y - w*z), 1.0_rp - 2.0_rp*(x*x + z*z), 2.0_rp*(y*z + w*x)]
+      axes(:, 3) = [2.0_rp*(x*z + w*y), 2.0_rp*(y*z - w*x), 1.0_rp - 2.0_rp*(x*x + y*y)]
+    end associate
+  end function random_axes
+
   !> Exact: distances of many places are those of each, to rounding.
-  subroutine test_many_at_once()
+  subroutine test_distances(name, shape)
+    character(*), intent(in) :: name
+    class(shape_t), intent(in) :: shape
     integer, parameter :: n = 1000
-    type(profile_t) :: profile
-    real(rp) :: r(n), z(n), many(n), one(n), normal(3), room
+    real(rp) :: many(n), normal(3), one(n), room, x(n, 3)
     integer :: p
 
-    profile = shoulder_profile(0.010_rp, 0.015_rp, 10.0_rp*deg, 0.004_rp, 0.002_rp, 0.006_rp)
-    call random_number(r)
-    call random_number(z)
-    r = 0.015_rp*r
-    z = 0.03_rp*z - 0.01_rp
-    call revolved_distances(profile, n, r, z, many)
     do p = 1, n
-      call revolved_distance(profile, [r(p), 0.0_rp, z(p)], one(p), normal, room)
+      x(p, :) = random_place()
+      call shape%distance(x(p, :), one(p), normal, room)
     end do
-    call expect('some inside, some outside', any(one < 0.0_rp) .and. any(one > 0.0_rp))
-    call expect('many distances at once', all(abs(many - one) < 1.0e-15_rp))
-  end subroutine test_many_at_once
+    call shape%distances(n, x, many)
+    call expect(name//': some inside, some outside', count(one < 0.0_rp) > 20 &
+                                                     .and. count(one > 0.0_rp) > 20)
+    call expect(name//': many distances at once', all(abs(many - one) < 1.0e-15_rp))
+  end subroutine test_distances
 
-  pure type(profile_t) function outline_of(made)
+  !> From outside, the way along the normal ends on the surface: the distance there is zero. The
+  !> normal is the gradient of the distance (by differences) but for a few places where two faces
+  !> are equally near. A distance is never less than the way to the surface.
+  subroutine test_normals(name, shape)
+    character(*), intent(in) :: name
+    class(shape_t), intent(in) :: shape
+    real(rp), parameter :: step = 1.0e-8_rp
+    real(rp) :: d, d1, d2, gradient(3), left, length, normal(3), room, unused(3), x(3), y(3)
+    integer :: a, i, n_kinks
+
+    left = 0.0_rp
+    length = 0.0_rp
+    n_kinks = 0
+    do i = 1, 1000
+      x = random_place()
+      call shape%distance(x, d, normal, room)
+      length = max(length, abs(norm2(normal) - 1.0_rp))
+      if (d > 0.0_rp) then
+        call shape%distance(x - d*normal, d1, unused, room)
+        left = max(left, abs(d1))
+      end if
+      do a = 1, 3
+        y = x
+        y(a) = x(a) + step
+        call shape%distance(y, d1, unused, room)
+        y(a) = x(a) - step
+        call shape%distance(y, d2, unused, room)
+        gradient(a) = (d1 - d2)/(2.0_rp*step)
+      end do
+      if (norm2(gradient - normal) > 1.0e-5_rp) n_kinks = n_kinks + 1
+    end do
+    call expect_close(name//': the way to the surface ends there', left, 0.0_rp, atol=1.0e-15_rp)
+    call expect_close(name//': length of the normal', length, 0.0_rp, atol=1.0e-12_rp)
+    call expect(name//': the normal is the gradient', n_kinks < 3)
+  end subroutine test_normals
+
+  !> Places inside lie in the bounds, however the shape is turned, and no less than most of them is
+  !> needed; a shape without ends has none.
+  subroutine test_bounds(name, shape)
+    character(*), intent(in) :: name
+    class(shape_t), intent(in) :: shape
+    real(rp) :: axes(3, 3), d, half(3), middle(3), most, normal(3), room, x(3), y(3)
+    logical :: is_in
+    integer :: i, k
+
+    is_in = .true.
+    most = 0.0_rp
+    do k = 1, 20
+      axes = random_axes()
+      call shape%bounds(axes, middle, half)
+      do i = 1, 2000
+        x = random_place()
+        call shape%distance(x, d, normal, room)
+        if (d >= 0.0_rp) cycle
+        y = matmul(axes, x) - middle
+        is_in = is_in .and. all(abs(y) <= half*(1.0_rp + 1.0e-12_rp))
+        most = max(most, maxval(abs(y)/half))
+      end do
+    end do
+    call expect(name//': bounds contain it', is_in)
+    if (all(half < huge(1.0_rp))) call expect(name//': bounds are close', most > 0.9_rp)
+  end subroutine test_bounds
+
+  !> The outline is on the surface or in the shape, and reaches to its bounds; none without ends.
+  subroutine test_outline(name, shape)
+    character(*), intent(in) :: name
+    class(shape_t), intent(in) :: shape
+    real(rp), allocatable :: x(:, :), d(:)
+    real(rp) :: half(3), middle(3)
+
+    call shape%outline(x)
+    call shape%bounds(unit, middle, half)
+    call expect(name//': an outline if it has ends', size(x, 2) > 0 .eqv. all(half < huge(1.0_rp)))
+    if (size(x, 2) == 0) return
+    allocate (d(size(x, 2)))
+    call shape%distances(size(d), transpose(x), d)
+    call expect(name//': the outline is nowhere outside', maxval(d) < 1.0e-15_rp)
+    call expect(name//': most of it on the surface', count(abs(d) < 1.0e-15_rp) > size(d)/3)
+    call expect_close(name//': it reaches down', minval(x(3, :)), middle(3) - half(3), &
+                      rtol=1.0e-12_rp)
+    call expect_close(name//': it reaches up', maxval(x(3, :)), middle(3) + half(3), &
+                      rtol=1.0e-12_rp)
+  end subroutine test_outline
+
+  !> A turn about the last axis brings the surface no nearer to any place than `sweep` says; what
+  !> is round needs none.
+  subroutine test_sweep(name, shape)
+    character(*), intent(in) :: name
+    class(shape_t), intent(in) :: shape
+    real(rp) :: after(3, 3), angle, before, d, nearer, normal(3), room, sweep, x(3)
+    integer :: i, k
+
+    nearer = -huge(1.0_rp)
+    do k = 1, 10
+      angle = 0.02_rp*k
+      after(:, 1) = [cos(angle), sin(angle), 0.0_rp]
+      after(:, 2) = [-sin(angle), cos(angle), 0.0_rp]
+      after(:, 3) = [0.0_rp, 0.0_rp, 1.0_rp]
+      sweep = shape%sweep(unit, after)
+      do i = 1, 1000
+        x = random_place()
+        call shape%distance(x, before, normal, room)
+        call shape%distance(matmul(x, after), d, normal, room)
+        nearer = max(nearer, before - d - sweep)
+      end do
+    end do
+    call expect(name//': comes no nearer than by its sweep ('//str(nearer)//' m)', &
+                nearer < 1.0e-15_rp)
+  end subroutine test_sweep
+
+  pure type(shoulder_t) function shoulder_of(made)
     type(made_t), intent(in) :: made
 
-    outline_of = shoulder_profile(made%radius, made%height, made%concavity, made%pin_radius, &
-                                  made%tip_radius, made%pin_length)
-  end function outline_of
+    shoulder_of = new_shoulder(made%radius, made%height, made%concavity, made%pin_radius, &
+                               made%tip_radius, made%pin_length)
+  end function shoulder_of
 
   !> Corners (r, z) from the axis round to the axis, written down independently of the profile.
   subroutine corners_of(made, corner, n)
@@ -128,14 +326,14 @@ contains
   subroutine test_revolved(name, made)
     character(*), intent(in) :: name
     type(made_t), intent(in) :: made
-    type(profile_t) :: outline
+    type(shoulder_t) :: shoulder
     real(rp), parameter :: step = 1.0e-8_rp
     real(rp) :: x(3), y(3), normal(3), far(3), d, d1, d2, gradient(3), r, room, want
     real(rp) :: off, off_length, off_gradient, jump
     integer :: a, i, n_inside, n_kinks
     logical :: signs_agree
 
-    outline = outline_of(made)
+    shoulder = shoulder_of(made)
     off = 0.0_rp
     off_length = 0.0_rp
     off_gradient = 0.0_rp
@@ -146,7 +344,7 @@ contains
       call random_number(x)
       x = [-0.012_rp, -0.012_rp, -0.010_rp] + x*[0.024_rp, 0.024_rp, 0.030_rp]
       r = norm2(x(1:2))
-      call revolved_distance(outline, x, d, normal, room)
+      call shoulder%distance(x, d, normal, room)
       want = sampled_distance(made, r, x(3))
       off = max(off, abs(abs(d) - want))
       if (is_in_tool(made, r, x(3))) n_inside = n_inside + 1
@@ -156,10 +354,10 @@ contains
       do a = 1, 3
         y = x
         y(a) = x(a) + step
-        call revolved_distance(outline, y, d1, far, room)
+        call shoulder%distance(y, d1, far, room)
         jump = max(jump, norm2(far - normal))
         y(a) = x(a) - step
-        call revolved_distance(outline, y, d2, far, room)
+        call shoulder%distance(y, d2, far, room)
         jump = max(jump, norm2(far - normal))
         gradient(a) = (d1 - d2)/(2.0_rp*step)
       end do
@@ -179,28 +377,28 @@ contains
 
   !> Places that random points miss: on the axis, on the faces, below the rim.
   subroutine test_known_points()
-    type(profile_t) :: flat, pin
+    type(shoulder_t) :: flat, pin
     real(rp) :: d, normal(3), room
 
-    flat = outline_of(made_t(0.010_rp, 0.020_rp))
-    pin = outline_of(made_t(0.010_rp, 0.020_rp, pin_radius=0.003_rp, tip_radius=0.003_rp, &
-                            pin_length=0.005_rp))
-    call revolved_distance(flat, [0.0_rp, 0.0_rp, -1.0e-3_rp], d, normal, room)
+    flat = shoulder_of(made_t(0.010_rp, 0.020_rp))
+    pin = shoulder_of(made_t(0.010_rp, 0.020_rp, pin_radius=0.003_rp, tip_radius=0.003_rp, &
+                             pin_length=0.005_rp))
+    call flat%distance([0.0_rp, 0.0_rp, -1.0e-3_rp], d, normal, room)
     call expect_close('below the axis', d, 1.0e-3_rp)
     call expect('below the axis, gradient', all(normal == [0.0_rp, 0.0_rp, -1.0_rp]))
-    call revolved_distance(flat, [0.0_rp, 0.0_rp, 2.0e-3_rp], d, normal, room)
+    call flat%distance([0.0_rp, 0.0_rp, 2.0e-3_rp], d, normal, room)
     call expect_close('on the axis inside', d, -2.0e-3_rp)
-    call revolved_distance(flat, [5.0e-3_rp, 0.0_rp, 0.0_rp], d, normal, room)
+    call flat%distance([5.0e-3_rp, 0.0_rp, 0.0_rp], d, normal, room)
     call expect_close('on the face', d, 0.0_rp, atol=1.0e-18_rp)
     call expect_close('on the face, gradient', normal(3), -1.0_rp)
-    call revolved_distance(flat, [0.013_rp, 0.0_rp, -0.004_rp], d, normal, room)
+    call flat%distance([0.013_rp, 0.0_rp, -0.004_rp], d, normal, room)
     call expect_close('off the rim', d, 0.005_rp)
     call expect_close('off the rim, gradient', norm2(normal - [0.6_rp, 0.0_rp, -0.8_rp]), 0.0_rp, &
                       atol=1.0e-12_rp)
-    call revolved_distance(pin, [0.0_rp, 3.5e-3_rp, -2.0e-3_rp], d, normal, room)
+    call pin%distance([0.0_rp, 3.5e-3_rp, -2.0e-3_rp], d, normal, room)
     call expect_close('beside the pin', d, 0.5e-3_rp)
     call expect_close('beside the pin, gradient', normal(2), 1.0_rp)
-    call revolved_distance(pin, [0.0_rp, 0.0_rp, -4.0e-3_rp], d, normal, room)
+    call pin%distance([0.0_rp, 0.0_rp, -4.0e-3_rp], d, normal, room)
     call expect_close('in the pin, near its tip', d, -1.0e-3_rp)
     call expect_close('in the pin, gradient', normal(3), -1.0_rp)
   end subroutine test_known_points
@@ -210,15 +408,17 @@ contains
     real(rp), parameter :: half(3) = [0.3_rp, 0.5_rp, 0.2_rp], step = 1.0e-7_rp
     real(rp) :: x(3), y(3), d, d1, d2, want, normal(3), unused(3), gradient(3), room
     real(rp) :: off, off_gradient
+    type(box_t) :: box
     integer :: a, i, n_inside
 
+    box%half = half
     off = 0.0_rp
     off_gradient = 0.0_rp
     n_inside = 0
     do i = 1, 2000
       call random_number(x)
       x = 1.6_rp*(x - 0.5_rp)
-      call box_distance(half, x, d, normal, room)
+      call box%distance(x, d, normal, room)
       want = norm2(x - max(-half, min(half, x)))
       if (all(abs(x) < half)) then
         n_inside = n_inside + 1
@@ -228,9 +428,9 @@ contains
       do a = 1, 3
         y = x
         y(a) = x(a) + step
-        call box_distance(half, y, d1, unused, room)
+        call box%distance(y, d1, unused, room)
         y(a) = x(a) - step
-        call box_distance(half, y, d2, unused, room)
+        call box%distance(y, d2, unused, room)
         gradient(a) = (d1 - d2)/(2.0_rp*step)
       end do
       if (d < 0.0_rp .and. maxval(abs(gradient)) < 1.0_rp - 1.0e-6_rp) cycle   ! two faces are near

@@ -1,0 +1,128 @@
+! SPDX-License-Identifier: MIT
+!> A box, centred at the tool's position.
+module tool_shapes_box
+  use base_kinds, only: rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
+  use tool_shapes_shape, only: add_tilt, length_text, shape_t, tilted_frame
+  implicit none (type, external)
+  private
+
+  public :: box_t
+
+  type, extends(shape_t) :: box_t
+    real(rp) :: half(3) = 0.0_rp       !! half edges [m]
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
+    procedure :: check_size
+    procedure :: distance
+    procedure :: distances
+    procedure :: bounds
+    procedure :: sweep
+    procedure :: outline
+  end type box_t
+
+contains
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('SIZE', 'real', 3, 'm', 'required if KIND = box', '(0,inf)', &
+      'edge lengths of the box')
+    call add_tilt(t, 'box')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, frame, diagnostics)
+    class(box_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(out) :: frame(3, 3)
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    self%half = 0.5_rp*input%reals('TOOL', i, 'SIZE', 3)
+    frame = tilted_frame(input, i)
+  end subroutine read_keys
+
+  subroutine check_size(self, input, i, grid, width, spins, diagnostics)
+    class(box_t), intent(in) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: grid, width
+    logical, intent(in) :: spins
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    if (maxval(self%half) > 10.0_rp*grid) call input%warn(diagnostics, 'TOOL', i, 'SIZE', &
+      'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+  end subroutine check_size
+
+  pure subroutine distance(self, x, d, normal, room)
+    class(box_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp), intent(out) :: d, normal(3), room
+    real(rp) :: q(3), outside(3)
+    integer :: a
+
+    q = abs(x) - self%half
+    normal = 0.0_rp
+    if (any(q > 0.0_rp)) then
+      outside = max(q, 0.0_rp)
+      d = norm2(outside)
+      normal = sign(outside/d, x)
+    else
+      a = maxloc(q, 1)
+      d = q(a)
+      normal(a) = sign(1.0_rp, x(a))
+    end if
+    a = maxloc(q, 1)
+    q(a) = -huge(1.0_rp)
+    room = max(0.0_rp, -maxval(q))
+  end subroutine distance
+
+  pure subroutine distances(self, n, x, d)
+    class(box_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(out) :: d(n)
+    real(rp) :: q(3)
+    integer :: p
+
+    do p = 1, n
+      q = abs(x(p, :)) - self%half
+      d(p) = norm2(max(q, 0.0_rp)) + min(maxval(q), 0.0_rp)
+    end do
+  end subroutine distances
+
+  pure subroutine bounds(self, axes, middle, half)
+    class(box_t), intent(in) :: self
+    real(rp), intent(in) :: axes(3, 3)
+    real(rp), intent(out) :: middle(3), half(3)
+
+    middle = 0.0_rp
+    half = matmul(abs(axes), self%half)
+  end subroutine bounds
+
+  !> No corner moves farther than its arm times the change of the axes.
+  pure real(rp) function sweep(self, before, after)
+    class(box_t), intent(in) :: self
+    real(rp), intent(in) :: before(3, 3), after(3, 3)
+
+    sweep = norm2(after - before)*norm2(self%half)
+  end function sweep
+
+  !> A lattice of points in it and on its faces.
+  subroutine outline(self, x)
+    class(box_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, parameter :: parts = 6
+    integer :: p
+
+    allocate (x(3, (parts + 1)**3))
+    do p = 0, size(x, 2) - 1
+      x(:, p + 1) = self%half*(2.0_rp*[mod(p, parts + 1), mod(p/(parts + 1), parts + 1), &
+                                       p/(parts + 1)**2]/parts - 1.0_rp)
+    end do
+  end subroutine outline
+
+end module tool_shapes_box

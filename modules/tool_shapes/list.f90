@@ -1,0 +1,92 @@
+! SPDX-License-Identifier: MIT
+!> The shapes that a tool may have: what KIND of a &TOOL names.
+module tool_shapes_list
+  use keys_names, only: find
+  use keys_table, only: key_table_t
+  use tool_shapes_box, only: box_t
+  use tool_shapes_plane, only: plane_t
+  use tool_shapes_shape, only: shape_t
+  use tool_shapes_shoulder, only: shoulder_t
+  use tool_shapes_sphere, only: sphere_t
+  implicit none (type, external)
+  private
+
+  public :: add_shape_keys, make_shape, shape_names
+
+  integer, parameter :: most = 32
+
+  !> A shape that has no size yet.
+  type :: named_shape_t
+    character(16) :: name = ''
+    class(shape_t), allocatable :: shape
+  end type named_shape_t
+
+  type :: shapes_t
+    integer :: n = 0
+    type(named_shape_t) :: one(most)
+  contains
+    procedure :: add
+  end type shapes_t
+
+contains
+
+  !> All shapes, the default first. A new one is a line here.
+  subroutine list_shapes(shapes)
+    type(shapes_t), intent(out) :: shapes
+
+    call shapes%add('shoulder', shoulder_t())
+    call shapes%add('plane', plane_t())
+    call shapes%add('sphere', sphere_t())
+    call shapes%add('box', box_t())
+  end subroutine list_shapes
+
+  subroutine add(self, name, shape)
+    class(shapes_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    class(shape_t), intent(in) :: shape
+
+    self%n = self%n + 1
+    self%one(self%n)%name = name
+    allocate (self%one(self%n)%shape, source=shape)
+  end subroutine add
+
+  !> Their names.
+  function shape_names() result(names)
+    character(16), allocatable :: names(:)
+    type(shapes_t) :: shapes
+
+    call list_shapes(shapes)
+    names = shapes%one(:shapes%n)%name
+  end function shape_names
+
+  !> Add KIND and the keys of all shapes to &TOOL.
+  subroutine add_shape_keys(t)
+    type(key_table_t), intent(inout) :: t
+    type(shapes_t) :: shapes
+    character(:), allocatable :: names
+    integer :: k
+
+    call list_shapes(shapes)
+    names = trim(shapes%one(1)%name)
+    do k = 2, shapes%n
+      names = names//' '//trim(shapes%one(k)%name)
+    end do
+    call t%key('KIND', 'choice', 1, '', trim(shapes%one(1)%name), names, 'geometry')
+    do k = 1, shapes%n
+      call shapes%one(k)%shape%add_keys(t)
+    end do
+  end subroutine add_shape_keys
+
+  !> A shape of this name, without its sizes; unallocated if there is none.
+  subroutine make_shape(name, shape)
+    character(*), intent(in) :: name
+    class(shape_t), allocatable, intent(out) :: shape
+    type(shapes_t) :: shapes
+    integer :: k
+
+    call list_shapes(shapes)
+    k = find(shapes%one%name, name)
+    if (k > 0) call move_alloc(shapes%one(k)%shape, shape)
+  end subroutine make_shape
+
+end module tool_shapes_list

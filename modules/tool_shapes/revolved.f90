@@ -1,0 +1,204 @@
+! SPDX-License-Identifier: MIT
+!> Bodies of revolution about the last axis, with an outline of straight lines. A shape that extends
+!> this type draws its outline and reads its keys, no more.
+module tool_shapes_revolved
+  use base_kinds, only: pi, rp
+  use tool_shapes_shape, only: shape_t
+  implicit none (type, external)
+  private
+
+  public :: profile_t, revolved_t
+
+  integer, parameter, public :: most_corners = 8
+
+  !> Outline of a body of revolution in the (r, z) half plane, from the axis round to the axis
+  !> again, with the body on the right-hand side.
+  type :: profile_t
+    integer :: n = 0
+    real(rp) :: r(most_corners) = 0.0_rp
+    real(rp) :: z(most_corners) = 0.0_rp
+  contains
+    procedure :: corner
+  end type profile_t
+
+  type, abstract, extends(shape_t) :: revolved_t
+    type(profile_t) :: profile
+  contains
+    procedure :: distance
+    procedure :: distances
+    procedure :: bounds
+    procedure :: sweep
+    procedure :: outline
+  end type revolved_t
+
+contains
+
+  !> Go on to the next corner of an outline [m].
+  pure subroutine corner(self, r, z)
+    class(profile_t), intent(inout) :: self
+    real(rp), intent(in) :: r, z
+
+    self%n = self%n + 1
+    self%r(self%n) = r
+    self%z(self%n) = z
+  end subroutine corner
+
+  !> Distance of `x`, its gradient, and the room along the surface to the nearest edge that stands
+  !> out.
+  pure subroutine distance(self, x, d, normal, room)
+    class(revolved_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp), intent(out) :: d, normal(3), room
+    real(rp) :: r, z, ar, az, br, bz, er, ez, t, length, d2, best, nearest, nr, nz
+    logical :: inside
+    integer :: i, side
+
+    r = sqrt(x(1)**2 + x(2)**2)
+    z = x(3)
+    best = huge(best)
+    side = 1
+    nearest = 0.0_rp
+    inside = .false.
+    do i = 1, self%profile%n - 1
+      ar = self%profile%r(i); az = self%profile%z(i)
+      br = self%profile%r(i + 1) - ar; bz = self%profile%z(i + 1) - az
+      if (br*br + bz*bz <= 0.0_rp) cycle
+      ! a ray along +r crosses the outline an odd number of times from inside
+      if ((az > z) .neqv. (az + bz > z)) then
+        if (r < ar + (z - az)/bz*br) inside = .not. inside
+      end if
+      t = min(1.0_rp, max(0.0_rp, ((r - ar)*br + (z - az)*bz)/(br*br + bz*bz)))
+      d2 = (r - ar - t*br)**2 + (z - az - t*bz)**2
+      if (d2 >= best) cycle
+      best = d2
+      side = i
+      nearest = t
+    end do
+    ar = self%profile%r(side); az = self%profile%z(side)
+    br = self%profile%r(side + 1) - ar; bz = self%profile%z(side + 1) - az
+    length = sqrt(br*br + bz*bz)
+    room = min(nearest*length/sharpness(self%profile, side), &
+               (1.0_rp - nearest)*length/sharpness(self%profile, side + 1))
+    d = merge(-sqrt(best), sqrt(best), inside)
+    if (nearest > 0.0_rp .and. nearest < 1.0_rp .or. best <= 0.0_rp) then
+      nr = -bz/length                     ! outward normal of the side: the body is on its right
+      nz = br/length
+    else                                  ! from the corner to the point
+      er = r - ar - nearest*br
+      ez = z - az - nearest*bz
+      nr = er/d
+      nz = ez/d
+    end if
+    if (r > 0.0_rp) then
+      normal = [nr*x(1)/r, nr*x(2)/r, nz]
+    else
+      normal = [nr, 0.0_rp, nz]
+    end if
+  end subroutine distance
+
+  !> Distances of `n` places.
+  pure subroutine distances(self, n, x, d)
+    class(revolved_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(out) :: d(n)
+    real(rp) :: r(n)
+
+    r = sqrt(x(:, 1)**2 + x(:, 2)**2)
+    call distances_at(self%profile, n, r, x(:, 3), d)
+  end subroutine distances
+
+  !> Distances of `n` places at (r, z) from the body of revolution.
+  pure subroutine distances_at(profile, n, r, z, distance)
+    type(profile_t), intent(in) :: profile
+    integer, intent(in) :: n
+    real(rp), intent(in) :: r(n), z(n)
+    real(rp), intent(out) :: distance(n)
+    real(rp) :: ar, az, br, bz, slope, t, side(n)
+    integer :: i, p
+
+    distance = huge(1.0_rp)                     ! squared, until the end
+    side = 1.0_rp
+    do i = 1, profile%n - 1
+      ar = profile%r(i); az = profile%z(i)
+      br = profile%r(i + 1) - ar; bz = profile%z(i + 1) - az
+      if (br*br + bz*bz <= 0.0_rp) cycle
+      slope = 0.0_rp
+      if (abs(bz) > 0.0_rp) slope = br/bz
+      !$omp simd private(t)
+      do p = 1, n
+        t = min(1.0_rp, max(0.0_rp, ((r(p) - ar)*br + (z(p) - az)*bz)/(br*br + bz*bz)))
+        distance(p) = min(distance(p), (r(p) - ar - t*br)**2 + (z(p) - az - t*bz)**2)
+        side(p) = merge(-side(p), side(p), ((az > z(p)) .neqv. (az + bz > z(p))) &
+                                           .and. r(p) < ar + (z(p) - az)*slope)
+      end do
+    end do
+    distance = side*sqrt(distance)
+  end subroutine distances_at
+
+  !> How much a corner stands out: 1 - cos of the angle by which the outline turns, at most 1; tiny
+  !> on the axis and where it turns inwards.
+  pure real(rp) function sharpness(profile, i)
+    type(profile_t), intent(in) :: profile
+    integer, intent(in) :: i
+    real(rp) :: ar, az, br, bz
+
+    sharpness = tiny(1.0_rp)
+    if (i == 1 .or. i == profile%n) return
+    ar = profile%r(i) - profile%r(i - 1)
+    az = profile%z(i) - profile%z(i - 1)
+    br = profile%r(i + 1) - profile%r(i)
+    bz = profile%z(i + 1) - profile%z(i)
+    if (ar*bz - az*br >= 0.0_rp) return         ! the body is on the right
+    sharpness = max(tiny(1.0_rp), min(1.0_rp, &
+      1.0_rp - (ar*br + az*bz)/sqrt((ar*ar + az*az)*(br*br + bz*bz))))
+  end function sharpness
+
+  !> The box around its two ends and its widest corner.
+  pure subroutine bounds(self, axes, middle, half)
+    class(revolved_t), intent(in) :: self
+    real(rp), intent(in) :: axes(3, 3)
+    real(rp), intent(out) :: middle(3), half(3)
+
+    associate (r => self%profile%r(1:self%profile%n), z => self%profile%z(1:self%profile%n), &
+               axis => axes(:, 3))
+      middle = 0.5_rp*(maxval(z) + minval(z))*axis
+      half = 0.5_rp*(maxval(z) - minval(z))*abs(axis) &
+             + maxval(r)*sqrt(max(0.0_rp, 1.0_rp - axis**2))
+    end associate
+  end subroutine bounds
+
+  !> Turning about its axis brings nothing nearer.
+  pure real(rp) function sweep(self, before, after)
+    class(revolved_t), intent(in) :: self
+    real(rp), intent(in) :: before(3, 3), after(3, 3)
+
+    sweep = 0.0_rp
+  end function sweep
+
+  !> Rings of points on each side of the outline.
+  subroutine outline(self, x)
+    class(revolved_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, parameter :: turns = 24, parts = 6
+    real(rp) :: a, s
+    integer :: c, i, j, p
+
+    allocate (x(3, turns*parts*(self%profile%n - 1)))
+    p = 0
+    do i = 1, self%profile%n - 1
+      do j = 1, parts
+        s = real(j, rp)/parts
+        do c = 1, turns
+          p = p + 1
+          a = 2.0_rp*pi*c/turns
+          associate (r => (1.0_rp - s)*self%profile%r(i) + s*self%profile%r(i + 1), &
+                     z => (1.0_rp - s)*self%profile%z(i) + s*self%profile%z(i + 1))
+            x(:, p) = [r*cos(a), r*sin(a), z]
+          end associate
+        end do
+      end do
+    end do
+  end subroutine outline
+
+end module tool_shapes_revolved

@@ -1,0 +1,109 @@
+! SPDX-License-Identifier: MIT
+!> Shoulder disc with a face that is flat or a cone rising to the axis, with an optional pin.
+module tool_shapes_shoulder
+  use base_kinds, only: pi, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
+  use tool_shapes_revolved, only: profile_t, revolved_t
+  use tool_shapes_shape, only: add_tilt, length_text, tilted_frame
+  implicit none (type, external)
+  private
+
+  public :: shoulder_t, new_shoulder
+
+  type, extends(revolved_t) :: shoulder_t
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
+    procedure :: check_size
+  end type shoulder_t
+
+contains
+
+  !> Shoulder of `radius` whose face rises to the axis by `concavity` [rad], with a pin: radius at
+  !> the face (0: no pin), radius at the tip, length. The face's rim is at z = 0, the tool's body
+  !> goes up to `height`. All lengths in m.
+  pure type(shoulder_t) function new_shoulder(radius, height, concavity, pin_radius, tip_radius, &
+                                              pin_length) result(new)
+    real(rp), intent(in) :: radius, height, concavity, pin_radius, tip_radius, pin_length
+
+    new%radius = radius
+    call new%profile%corner(0.0_rp, height)
+    call new%profile%corner(radius, height)
+    call new%profile%corner(radius, 0.0_rp)
+    if (pin_radius > 0.0_rp .and. pin_length > 0.0_rp) then
+      call new%profile%corner(pin_radius, (radius - pin_radius)*tan(concavity))
+      call new%profile%corner(tip_radius, -pin_length)
+      call new%profile%corner(0.0_rp, -pin_length)
+    else
+      call new%profile%corner(0.0_rp, radius*tan(concavity))
+    end if
+  end function new_shoulder
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = shoulder', '(0,inf)', &
+      'radius of the shoulder or sphere')
+    call t%key('HEIGHT', 'real', 1, 'm', '0.02 if KIND = shoulder', '(0,inf)', &
+      'height of the shoulder above its face')
+    call t%key('CONCAVITY_DEG', 'real', 1, 'deg', '0 if KIND = shoulder', '[0,30)', &
+      'angle by which the face of the shoulder rises towards its axis')
+    call t%key('PIN_RADIUS', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
+      'radius of the pin at the face; 0: no pin')
+    call t%key('PIN_TIP_RADIUS', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
+      'radius of the pin at its tip; 0: as at the face (a cylinder)')
+    call t%key('PIN_LENGTH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
+      'length of the pin below the face')
+    call add_tilt(t, 'shoulder')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, frame, diagnostics)
+    class(shoulder_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(out) :: frame(3, 3)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(shoulder_t) :: new
+    real(rp) :: length, pin, radius, tip
+
+    radius = input%real('TOOL', i, 'RADIUS')
+    pin = input%real('TOOL', i, 'PIN_RADIUS')
+    tip = input%real('TOOL', i, 'PIN_TIP_RADIUS')
+    length = input%real('TOOL', i, 'PIN_LENGTH')
+    if (pin >= radius .and. radius > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
+      'PIN_RADIUS', 'must be below RADIUS')
+    if (pin > 0.0_rp .and. length <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
+      'PIN_RADIUS', 'makes no pin without PIN_LENGTH')
+    if (pin <= 0.0_rp .and. tip > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
+      'PIN_TIP_RADIUS', 'makes no pin without PIN_RADIUS')
+    if (pin <= 0.0_rp .and. length > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
+      'PIN_LENGTH', 'makes no pin without PIN_RADIUS')
+    if (tip <= 0.0_rp) tip = pin
+    new = new_shoulder(radius, input%real('TOOL', i, 'HEIGHT'), &
+                       input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, tip, length)
+    self%radius = new%radius
+    self%profile = new%profile
+    frame = tilted_frame(input, i)
+  end subroutine read_keys
+
+  subroutine check_size(self, input, i, grid, width, spins, diagnostics)
+    class(shoulder_t), intent(in) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: grid, width
+    logical, intent(in) :: spins
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    if (self%radius > 2.0_rp*grid) then
+      call input%report(diagnostics, 'TOOL', i, 'RADIUS', 'is far larger than the grid of '// &
+                        length_text(grid)//': lengths are in m')
+    else if (2.0_rp*self%radius > width .and. spins) then
+      call input%warn(diagnostics, 'TOOL', i, 'RADIUS', 'a shoulder of '// &
+                      length_text(2.0_rp*self%radius)//' across is wider than the bodies, '// &
+                      length_text(width))
+    end if
+  end subroutine check_size
+
+end module tool_shapes_shoulder

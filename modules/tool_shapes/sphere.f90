@@ -1,0 +1,112 @@
+! SPDX-License-Identifier: MIT
+!> A ball.
+module tool_shapes_sphere
+  use base_kinds, only: pi, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
+  use tool_shapes_shape, only: add_tilt, length_text, shape_t, tilted_frame
+  implicit none (type, external)
+  private
+
+  public :: sphere_t
+
+  type, extends(shape_t) :: sphere_t
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
+    procedure :: check_size
+    procedure :: distance
+    procedure :: distances
+    procedure :: bounds
+    procedure :: sweep
+    procedure :: outline
+  end type sphere_t
+
+contains
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = sphere', '(0,inf)', &
+      'radius of the shoulder or sphere')
+    call add_tilt(t, 'sphere')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, frame, diagnostics)
+    class(sphere_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(out) :: frame(3, 3)
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    self%radius = input%real('TOOL', i, 'RADIUS')
+    frame = tilted_frame(input, i)
+  end subroutine read_keys
+
+  subroutine check_size(self, input, i, grid, width, spins, diagnostics)
+    class(sphere_t), intent(in) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: grid, width
+    logical, intent(in) :: spins
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    if (self%radius > 100.0_rp*grid) call input%warn(diagnostics, 'TOOL', i, 'RADIUS', &
+      'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+  end subroutine check_size
+
+  !> There is no edge.
+  pure subroutine distance(self, x, d, normal, room)
+    class(sphere_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp), intent(out) :: d, normal(3), room
+
+    d = norm2(x)
+    normal = x/max(d, tiny(1.0_rp))
+    d = d - self%radius
+    room = huge(1.0_rp)
+  end subroutine distance
+
+  pure subroutine distances(self, n, x, d)
+    class(sphere_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(out) :: d(n)
+
+    d = sqrt(x(:, 1)**2 + x(:, 2)**2 + x(:, 3)**2) - self%radius
+  end subroutine distances
+
+  pure subroutine bounds(self, axes, middle, half)
+    class(sphere_t), intent(in) :: self
+    real(rp), intent(in) :: axes(3, 3)
+    real(rp), intent(out) :: middle(3), half(3)
+
+    middle = 0.0_rp
+    half = self%radius
+  end subroutine bounds
+
+  pure real(rp) function sweep(self, before, after)
+    class(sphere_t), intent(in) :: self
+    real(rp), intent(in) :: before(3, 3), after(3, 3)
+
+    sweep = 0.0_rp
+  end function sweep
+
+  !> Rings of points from pole to pole.
+  subroutine outline(self, x)
+    class(sphere_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, parameter :: turns = 24, rings = 12
+    real(rp) :: a, s
+    integer :: p
+
+    allocate (x(3, turns*(rings + 1)))
+    do p = 1, size(x, 2)
+      a = 2.0_rp*pi*mod(p, turns)/turns
+      s = pi*((p - 1)/turns)/rings
+      x(:, p) = self%radius*[sin(s)*cos(a), sin(s)*sin(a), cos(s)]
+    end do
+  end subroutine outline
+
+end module tool_shapes_sphere
