@@ -1,15 +1,55 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The picture of the layers in docs/architecture.md, drawn from the add_layer lists of CMakeLists.txt.
+"""The architecture as the sources have it: draws the layers in docs/architecture.md from the add_layer lists
+of CMakeLists.txt, and says where document or sources leave what is agreed.
 
     docs/architecture.py           writes the picture into docs/architecture.md
-    docs/architecture.py --check   what is out of date; exit status 1 if anything is
+    docs/architecture.py --check   what is out of date or out of bounds; exit status 1 if anything is
+    docs/architecture.py --step    the files that a step with a tool passes, and the way to the kernels
 """
 
 import argparse
 import pathlib
 import re
 import sys
+
+import call_graph
+
+MOST_LINES = 430             # of a file
+MOST_FILES = 16              # of a library
+MOST_LIBRARY_LINES = 2500
+MOST_PASSED = 41             # files that a step with a tool passes, above the services
+MOST_CALLS = 6               # from take_step to a kernel
+WHOLE = {"step", "run", "front"}   # layers whose procedures may take the whole simulation
+
+SERVICES = {"base", "comm", "grid", "particles"}   # memory, messages, numbers of nodes, storage
+STEP_BEGINS = ("step_advance", "take_step")
+KERNELS = {("transfer_scatter", "p2g_block"), ("transfer_gather", "gather_block")}
+# What a step with a tool does not enter: one body of one law, FLIP, USL, nothing asleep.
+NOT_ENTERED = {
+    "step_advance.strain_before": "USAVG",
+    "step_advance.map_again": "MUSL, USAVG",
+    "update_sweeps.accelerate": "MUSL, USAVG",
+    "step_filter": "XPIC, FMPM",
+    "mapping_apic": "APIC",
+    "body_contact_pairs": "contact of bodies",
+    "mapping_rigid": "bodies that follow a tool",
+    "update_prescribed": "known fields",
+    "update_tractions": "tractions",
+    "mapping_probes": "probes",
+    "contact_friction_table": "friction that depends on temperature, pressure or slip",
+    "tool_shapes_box": "another shape",
+    "tool_shapes_plane": "another shape",
+    "tool_shapes_sphere": "another shape",
+    "physics_coupled": "energies that couple volume and shape",
+    "physics_flow_table": "another law",
+    "physics_norton": "another law",
+    "physics_sellars_tegart": "another law",
+    "physics_two_phase": "another law",
+    "physics_zerilli_armstrong": "another law",
+}
+# Blocks come back from the grid while sums of contact are on their way: no way of its own to the kernels.
+WAITING = ("step_schedule", "sum_meanwhile")
 
 PICTURE = re.compile(r"(<!-- layers: .*?-->\n```\n)(.*?)(```\n<!-- end of the layers -->)", re.DOTALL)
 STEP = re.compile(r"<!-- step: .*?-->\n```\n(.*?)```\n<!-- end of the step -->", re.DOTALL)
@@ -69,21 +109,148 @@ def check_text(root, text):
             yield f"docs/architecture.md: {procedure} is not in modules/{file}"
 
 
+def components(graph):
+    """Sets of nodes of a graph that reach each other (Tarjan 1972), of more than one node."""
+    number, low, stack, found = {}, {}, [], []
+
+    def visit(node):
+        number[node] = low[node] = len(number)
+        stack.append(node)
+        for other in sorted(graph.get(node, ())):
+            if other not in number:
+                visit(other)
+            if other in stack:
+                low[node] = min(low[node], low[other])
+        if low[node] == number[node]:
+            group = stack[stack.index(node):]
+            del stack[stack.index(node):]
+            if len(group) > 1:
+                found.append(sorted(group))
+
+    for node in sorted(graph):
+        if node not in number:
+            visit(node)
+    return found
+
+
+def check_sizes(root):
+    for folder in sorted(path for path in (root / "modules").iterdir() if path.is_dir()):
+        lines = {path: path.read_text(encoding="utf-8").count("\n") for path in sorted(folder.iterdir())}
+        for path, number in lines.items():
+            if number > MOST_LINES:
+                yield f"{path.relative_to(root)}: {number} lines, more than {MOST_LINES}"
+        if len(lines) > MOST_FILES:
+            yield f"modules/{folder.name}: {len(lines)} files, more than {MOST_FILES}"
+        if sum(lines.values()) > MOST_LIBRARY_LINES:
+            yield f"modules/{folder.name}: {sum(lines.values())} lines, more than {MOST_LIBRARY_LINES}"
+
+
+def check_uses(sources, layers):
+    """Every `use` goes down, along a USES; no layer reaches itself."""
+    graph = {}
+    for module in sources.modules.values():
+        for name in module.used & set(sources.modules):
+            lower = sources.modules[name].layer
+            if lower == module.layer:
+                continue
+            graph.setdefault(module.layer, set()).add(lower)
+            if lower not in layers.get(module.layer, []):
+                yield f"{module.name}: uses {name}, but {module.layer} has no USES {lower} in CMakeLists.txt"
+    for group in components(graph):
+        yield f"a cycle of layers: {', '.join(group)}"
+
+
+def check_owners(sources):
+    for procedure in sources.procedures():
+        layer = sources.modules[procedure.module].layer
+        if layer not in WHOLE and any(kind == "simulation_t" for kind, _ in procedure.variables.values()):
+            yield f"{procedure.module}: {procedure.name} takes the whole simulation: give it the parts that it uses"
+
+
+def step_graph(sources):
+    """Calls of a step with a tool: procedures -> those they call."""
+    def enters(key):
+        return key[0] not in NOT_ENTERED and ".".join(key) not in NOT_ENTERED
+
+    whole, graph, front = sources.graph(), {}, [STEP_BEGINS]
+    while front:
+        key = front.pop()
+        if key not in graph:
+            graph[key] = {called for called in whole[key] if enters(called)}
+            front += graph[key]
+    return graph
+
+
+def files_passed(sources, graph):
+    """Modules of a step's procedures, without those of the services below it."""
+    return sorted({module for module, _ in graph if sources.modules[module].layer not in SERVICES})
+
+
+def deepest(graph, key, known):
+    """The longest way from a procedure to a kernel, as a list of procedures; empty if there is none."""
+    if key in KERNELS:
+        return [key]
+    if key not in known:
+        known[key] = []                     # of a procedure that calls itself
+        ways = [deepest(graph, called, known) for called in sorted(graph[key]) if called != WAITING]
+        longest = max(ways, key=len, default=[])
+        known[key] = [key, *longest] if longest else []
+    return known[key]
+
+
+def check_step(sources):
+    named = {procedure.module for procedure in sources.procedures()}
+    named |= {".".join(procedure.key) for procedure in sources.procedures()}
+    missing = sorted((set(NOT_ENTERED) | {".".join(key) for key in {*KERNELS, STEP_BEGINS, WAITING}}) - named)
+    if missing:
+        yield f"docs/architecture.py: names what is not there: {', '.join(missing)}"
+        return
+    graph = step_graph(sources)
+    passed = files_passed(sources, graph)
+    if len(passed) > MOST_PASSED:
+        yield f"a step with a tool passes {len(passed)} files, more than {MOST_PASSED} (docs/architecture.py --step)"
+    way = deepest(graph, STEP_BEGINS, {})
+    if not way:
+        yield "a step with a tool reaches no kernel: the call graph is broken"
+    if len(way) - 1 > MOST_CALLS:
+        yield f"{len(way) - 1} calls to a kernel, more than {MOST_CALLS}: {' > '.join(name for _, name in way)}"
+
+
+def problems(root):
+    """All that is out of date or out of bounds in a source tree."""
+    layers, sources = layers_of(root), call_graph.Sources(root)
+    return [*check_text(root, (root / "docs/architecture.md").read_text(encoding="utf-8")), *check_sizes(root),
+            *check_uses(sources, layers), *check_owners(sources), *check_step(sources)]
+
+
+def print_step(root):
+    sources = call_graph.Sources(root)
+    graph = step_graph(sources)
+    for module in files_passed(sources, graph):
+        path = sources.modules[module].path.relative_to(root / "modules")
+        print(f"{str(path):<36}{' '.join(sorted(name for where, name in graph if where == module))}")
+    print(f"{len(files_passed(sources, graph))} files")
+    print("deepest: " + " > ".join(name for _, name in deepest(graph, STEP_BEGINS, {})))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="only say what is out of date")
+    parser.add_argument("--check", action="store_true", help="only say what is out of date or out of bounds")
+    parser.add_argument("--step", action="store_true", help="only say what a step with a tool passes")
     parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[1],
                         help="another source tree")
     given = parser.parse_args()
-    document = given.root / "docs/architecture.md"
-    text = document.read_text(encoding="utf-8")
-    if not given.check:
-        picture = drawn(layers_of(given.root))
+    if given.step:
+        print_step(given.root)
+    elif given.check:
+        found = problems(given.root)
+        print("\n".join(found) if found else "architecture: as documented, within its bounds")
+        return 1 if found else 0
+    else:
+        document = given.root / "docs/architecture.md"
+        text, picture = document.read_text(encoding="utf-8"), drawn(layers_of(given.root))
         document.write_text(PICTURE.sub(lambda m: m.group(1) + picture + m.group(3), text), encoding="utf-8")
-        return 0
-    found = list(check_text(given.root, text))
-    print("\n".join(found) if found else "architecture: as documented")
-    return 1 if found else 0
+    return 0
 
 
 if __name__ == "__main__":

@@ -72,14 +72,12 @@ contains
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
     type(nodes_t), intent(in) :: nodes
-    integer :: b, k
+    integer :: k
 
     may = world%size > 1 .and. scene%method%scheme == scheme_usl .and. nodes%n_groups == 1 &
           .and. .not. scene%method%filters_in(clock%step) &
-          .and. (size(tool) == 0 .or. all(nodes%patch%period == 0))
-    do b = 1, size(scene%body)
-      may = may .and. .not. allocated(scene%body(b)%traction)
-    end do
+          .and. (size(tool) == 0 .or. all(nodes%patch%period == 0)) &
+          .and. .not. scene%has_tractions()
     do k = 1, size(tool)
       may = may .and. clock%displacement + tool(k)%displacement() <= most_displacement*scene%grid%h
     end do

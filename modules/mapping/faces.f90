@@ -8,7 +8,7 @@ module mapping_faces
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_pos
   use state_scene, only: scene_t
-  use transfer_points, only: face_weights
+  use transfer_weights, only: face_weights
   implicit none (type, external)
   private
 

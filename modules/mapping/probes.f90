@@ -5,7 +5,7 @@ module mapping_probes
   use base_kinds, only: rp
   use comm_world, only: world_t
   use grid_geometry, only: grid_t, nearest_node, patch_t, wrap
-  use transfer_points, only: point_nodes
+  use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
 

@@ -54,6 +54,7 @@ module state_scene
     real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]
     class(field_t), allocatable :: field     !! its known motion or temperature
   contains
+    procedure :: is_forced
     procedure :: is_rigid
     procedure :: mean_spacing
   end type body_t
@@ -144,6 +145,7 @@ module state_scene
     integer(i8) :: max_steps = 0
   contains
     procedure :: domain
+    procedure :: has_tractions
     procedure :: is_rigid_group
   end type scene_t
 
@@ -155,6 +157,22 @@ contains
 
     is_rigid = self%tool > 0
   end function is_rigid
+
+  !> True if a body has a known motion that needs a body force.
+  elemental logical function is_forced(self)
+    class(body_t), intent(in) :: self
+
+    is_forced = .false.
+    if (allocated(self%field)) is_forced = self%field%has_force
+  end function is_forced
+
+  !> True if tractions act on any body.
+  pure logical function has_tractions(self)
+    class(scene_t), intent(in) :: self
+    integer :: b
+
+    has_tractions = any([(allocated(self%body(b)%traction), b=1, size(self%body))])
+  end function has_tractions
 
   !> True if the body of a group follows the schedule of a tool.
   elemental logical function is_rigid_group(self, group)

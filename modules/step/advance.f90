@@ -81,7 +81,9 @@ contains
                            sim%exchange, sim%books, dt, moved, field, (1.0_rp - early)*dt, outcome)
     call sim%timer%lap(ph_to_particles)
     sim%step%last = outcome
-    call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, field, sim%probes)
+    if (sim%probes%n > 0) then
+      call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, field, sim%probes)
+    end if
   end subroutine take_step
 
   !> What holds for the whole step.

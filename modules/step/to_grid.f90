@@ -79,7 +79,9 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
     call add_layer(sim%nodes, sim%sleepers, g(:, :, 1))
-    call tractions_to_grid(sim%scene, sim%step, sim%particles, sim%nodes, g)
+    if (sim%scene%has_tractions()) then
+      call tractions_to_grid(sim%scene, sim%step, sim%particles, sim%nodes, g)
+    end if
   end subroutine others_to_grid
 
   !> Collective. Fold the records at symmetry planes, sum those of shared nodes over the ranks.

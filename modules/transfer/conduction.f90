@@ -6,8 +6,8 @@
 module transfer_conduction
   use base_kinds, only: nlane, rp
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_points, only: point_nodes
   use transfer_scatter, only: p2g_block, p2g_values_block
+  use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
 

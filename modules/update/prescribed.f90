@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Bodies with a known field: their start, their body force, its work. Nothing happens to others.
+!> Bodies with a known field: their start, their body force, its work.
 module update_prescribed
   use base_kinds, only: nlane, rp
   use fields_field, only: field_t
@@ -158,7 +158,7 @@ contains
     end if
   end function velocity_time
 
-  !> Add the body force of a block's field to its records.
+  !> Add the body force of a block's field, one that needs it, to its records.
   subroutine add_prescribed_force(scene, step, body, nf, ps, rec)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
@@ -168,7 +168,6 @@ contains
     real(rp) :: b(nlane, 3)
     integer :: p
 
-    if (.not. is_forced(scene, body)) return
     call scene%body(body)%field%force(step%force_time, ps(1, scene%layout%origin), b)
     do p = 1, nlane
       rec(5:7, 1, p) = rec(5:7, 1, p) + ps(p, f_mass)*b(p, :)
@@ -185,20 +184,11 @@ contains
     real(rp) :: b(nlane, 3)
     integer :: p
 
-    if (.not. is_forced(scene, body)) return
     call scene%body(body)%field%force(step%force_time, ps(1, scene%layout%origin), b)
     do p = 1, n
       books%sums(e_body) = books%sums(e_body) &
                          + dt*ps(p, f_mass)*dot_product(b(p, :), v(p, :) - 0.5_rp*dv(p, :))
     end do
   end subroutine prescribed_work
-
-  pure logical function is_forced(scene, body)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: body
-
-    is_forced = allocated(scene%body(body)%field)
-    if (is_forced) is_forced = scene%body(body)%field%has_force
-  end function is_forced
 
 end module update_prescribed

@@ -71,7 +71,7 @@ contains
     call force_records(inertia, 1.0_rp/scene%material(scene%body(body)%material)%rho, &
                        outer_acceleration(scene, &
                        step, body), ps(1, f_mass), ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), rec)
-    call add_prescribed_force(scene, step, body, nf, ps, rec)
+    if (scene%body(body)%is_forced()) call add_prescribed_force(scene, step, body, nf, ps, rec)
     if (scene%method%fbar) call add_volume(n, first, nodes%patch%stride, ps(1, f_mass), &
       ps(1, f_jac), body, size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
     call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
@@ -144,7 +144,9 @@ contains
     real(rp), intent(in), dimension(8, nodes%patch%nn, nodes%n_groups) :: moved, field
     type(outcome_t), intent(inout) :: report
 
-    call book_tractions(scene, step, particles, nodes, books, dt, moved)
+    if (scene%has_tractions()) then
+      call book_tractions(scene, step, particles, nodes, books, dt, moved)
+    end if
     call blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, books, &
                              exchange%speculative%done + 1, blocks%n_awake, dt, moved, field, &
                              dt_stress, report)
@@ -218,7 +220,9 @@ contains
     if (scene%layout%half > 0) call stretch_domains(dt_stress, l, ps(1, scene%layout%half))
     call restore_volume(scene, nodes, books, particles%body(b), n, first, nf, ps)
     call outer_work(scene, step, books, particles%body(b), n, dt, v, dv, ps(1, f_mass))
-    call prescribed_work(scene, step, books, particles%body(b), n, dt, v, dv, nf, ps)
+    if (scene%body(particles%body(b))%is_forced()) then
+      call prescribed_work(scene, step, books, particles%body(b), n, dt, v, dv, nf, ps)
+    end if
     call constitutive(scene, clock, books, particles%body(b), n, dt_stress, l, nf, ps, report)
   end subroutine advance_block
 

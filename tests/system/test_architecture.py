@@ -1,0 +1,117 @@
+"""The architecture is what docs/architecture.md says and stays in its bounds; each bound is felt."""
+
+import shutil
+import sys
+
+import pytest
+
+import driver
+
+sys.path.insert(0, str(driver.ROOT / "docs"))
+import architecture  # noqa: E402
+
+
+@pytest.fixture(name="tree")
+def fixture_tree(tmp_path):
+    """A copy of what the architecture is read from."""
+    for folder in ("modules", "docs"):
+        shutil.copytree(driver.ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("pictures"))
+    shutil.copy(driver.ROOT / "CMakeLists.txt", tmp_path)
+    return tmp_path
+
+
+def test_source_is_in_bounds():
+    assert architecture.problems(driver.ROOT) == []
+
+
+def edit(tree, name, old, new):
+    path = tree / name
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def add_files(tree, layer, number, lines=1):
+    for k in range(number):
+        (tree / f"modules/{layer}/more{k}.c").write_text("\n" * lines, encoding="utf-8")
+
+
+def long_file(tree):
+    add_files(tree, "fields", 1, 1 + architecture.MOST_LINES)
+
+
+def many_files(tree):
+    add_files(tree, "fields", 1 + architecture.MOST_FILES)
+
+
+def large_library(tree):
+    add_files(tree, "fields", 8, 1 + architecture.MOST_LIBRARY_LINES // 8)
+
+
+def use_upwards(tree):
+    edit(tree, "modules/mapping/probes.f90", "  use grid_geometry", "  use io_row, only: row_t\n  use grid_geometry")
+
+
+def cycle(tree):
+    edit(tree, "modules/grid/halo.f90", "  use base_kinds", "  use particles_store, only: particles_t\n  use base_kinds")
+
+
+def whole_simulation(tree):
+    edit(tree, "modules/mapping/probes.f90", "    type(probes_t), intent(inout) :: probes\n",
+         "    type(probes_t), intent(inout) :: probes\n    type(simulation_t), intent(inout) :: sim\n")
+
+
+def deeper(tree):
+    """One more procedure between the sweep over the blocks and the kernel."""
+    path = "modules/update/sweeps.f90"
+    edit(tree, path, "      call p2g_block(", "      call hand_on(")
+    edit(tree, path, "  end subroutine to_grid\n",
+         "  end subroutine to_grid\n\n  subroutine hand_on()\n    call p2g_block()\n  end subroutine hand_on\n")
+
+
+def more_files(tree):
+    """The step calls a procedure of as many new files as there are bounds for all."""
+    uses, calls = "", ""
+    for k in range(architecture.MOST_PASSED):
+        (tree / f"modules/step/more{k}.f90").write_text(
+            f"module step_more{k}\ncontains\n  subroutine more{k}()\n  end subroutine more{k}\nend module step_more{k}\n",
+            encoding="utf-8")
+        uses += f"  use step_more{k}, only: more{k}\n"
+        calls += f"    call more{k}()\n"
+    edit(tree, "modules/step/advance.f90", "  implicit none", uses + "  implicit none")
+    edit(tree, "modules/step/advance.f90", "    call begin_step(", calls + "    call begin_step(")
+
+
+def kernel_renamed(tree):
+    edit(tree, "modules/transfer/scatter.F90", "subroutine p2g_block(", "subroutine p2g_any_block(")
+
+
+def old_picture(tree):
+    edit(tree, "docs/architecture.md", "-> checks", "-> setup, checks")
+
+
+def unknown_procedure(tree):
+    edit(tree, "docs/architecture.md", "accept_step  ", "accept_any   ")
+
+
+def layer_without_a_row(tree):
+    edit(tree, "docs/architecture.md", "| `sleep` |", "| sleep |")
+
+
+@pytest.mark.parametrize("spoil, wanted", [
+    (long_file, f"lines, more than {architecture.MOST_LINES}"),
+    (many_files, f"files, more than {architecture.MOST_FILES}"),
+    (large_library, f"lines, more than {architecture.MOST_LIBRARY_LINES}"),
+    (use_upwards, "mapping has no USES io"),
+    (cycle, "a cycle of layers: grid, particles"),
+    (whole_simulation, "takes the whole simulation"),
+    (deeper, f"calls to a kernel, more than {architecture.MOST_CALLS}"),
+    (more_files, f"files, more than {architecture.MOST_PASSED}"),
+    (kernel_renamed, "names what is not there: transfer_scatter.p2g_block"),
+    (old_picture, "the picture of the layers is out of date"),
+    (unknown_procedure, "accept_any is not in modules/step/schedule.f90"),
+    (layer_without_a_row, "the table of layers lacks sleep")], ids=lambda value: getattr(value, "__name__", None))
+def test_bound(tree, spoil, wanted):
+    spoil(tree)
+    found = architecture.problems(tree)
+    assert any(wanted in problem for problem in found), found
