@@ -81,8 +81,8 @@ contains
     integer, intent(in) :: width
     real(rp), intent(inout) :: values(width, pairs%n)
 
-    call nodes%halo%combine(world, largest, nodes%patch%nn, pairs%first, pairs%n, &
-                          pairs%node, width, values)
+    call nodes%halo%combine(world, largest, nodes%patch%nn, pairs%first, pairs%n, pairs%node, &
+                            width, values)
   end subroutine sum_entries
 
   !> An entry for each pair of groups with mass at a node.
@@ -192,8 +192,7 @@ contains
     do k = 1, pairs%n_near
       b = pairs%near(k)
       call visit_block(scene, nodes, pairs, from, to, particles%body(b), particles%count(b), &
-                       particles%nf, &
-                       particles%ps(:, :, b))
+                       particles%nf, particles%ps(:, :, b))
     end do
   end subroutine visit_blocks
 
@@ -225,8 +224,7 @@ contains
                 if (side > 0 .and. contact%normal /= moves_as_one) then
                   if (from == 0) then
                     call add_particle(scene, nodes, pairs, e, side, weight, slope, body, &
-                                      ps(p, f_mass), ps(p, &
-                                      f_jac), ps(p, f_pos:f_pos + 2))
+                                      ps(p, f_mass), ps(p, f_jac), ps(p, f_pos:f_pos + 2))
                   else if (weight > least_weight) then
                     call reach_out(pairs, from, to, e, side, edges, stretch, ps(p, f_pos:f_pos + 2))
                   end if

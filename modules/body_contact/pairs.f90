@@ -46,8 +46,9 @@ contains
     integer :: e
 
     call hold_rigid(scene, clock, tool, nodes, dt, g)
-    if (.not. pairs%is_known) call find_node_pairs(world, scene, particles, blocks, nodes, &
-                                                   boundary, pairs, g)
+    if (.not. pairs%is_known) then
+      call find_node_pairs(world, scene, particles, blocks, nodes, boundary, pairs, g)
+    end if
     pairs%heat = 0.0_rp
     do e = 1, pairs%n
       associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e))
@@ -78,8 +79,9 @@ contains
     integer :: e, k
 
     call hold_rigid(scene, clock, tool, nodes, dt, g)
-    if (.not. pairs%is_known) call find_node_pairs(world, scene, particles, blocks, nodes, &
-                                                   boundary, pairs, g)
+    if (.not. pairs%is_known) then
+      call find_node_pairs(world, scene, particles, blocks, nodes, boundary, pairs, g)
+    end if
     do e = 1, pairs%n
       associate (contact => scene%contact(pairs%pair(e)), q => pairs%node(e))
         if (contact%normal /= moves_as_one) cycle
@@ -169,8 +171,8 @@ contains
       if (.not. pairs%is_owned(e)) return
       k = findloc(scene%is_rigid_group(groups), .true., 1)
       if (k > 0) then
-        call book_rigid(tool(tools(k)), pairs%x(:, e), pairs%normal(:, e), &
-                          (2*k - 3)*impulse, mean(:, 3 - k), mean(:, k), friction, pressing)
+        call book_rigid(tool(tools(k)), pairs%x(:, e), pairs%normal(:, e), (2*k - 3)*impulse, &
+                        mean(:, 3 - k), mean(:, k), friction, pressing)
         if (scene%method%conducts) then
           associate (s => tool(tools(k))%sums(s_to_plate))
             s = s + friction
@@ -216,8 +218,7 @@ contains
     do k = 1, pairs%n_near
       b = pairs%near(k)
       call heat_block(scene, clock, nodes, pairs, particles%body(b), particles%count(b), &
-                      particles%nf, &
-                      particles%ps(:, :, b))
+                      particles%nf, particles%ps(:, :, b))
     end do
   end subroutine give_heat
 

@@ -95,7 +95,7 @@ contains
       m = find(material%name, input%text(group, i, 'MATERIAL'))
       if (m == 0) then
         call input%report(diagnostics, group, i, 'MATERIAL', &
-                            'there is no &MATERIAL of this name; '//known(material%name))
+                          'there is no &MATERIAL of this name; '//known(material%name))
       else if (.not. allocated(material(m)%flow)) then
         call input%report(diagnostics, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
       else
@@ -104,8 +104,8 @@ contains
           call need_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
         end if
         if (input%text('MATERIAL', m, 'LAW') == 'johnson-cook') then
-          call need_property(input, m, 'T_MELT', &
-          "LAW = 'johnson-cook' softens towards it", diagnostics)
+          call need_property(input, m, 'T_MELT', "LAW = 'johnson-cook' softens towards it", &
+                             diagnostics)
         end if
       end if
       name(i) = input%text(group, i, 'NAME')
@@ -339,8 +339,8 @@ contains
 
       n = count(is_wrong)
       if (n == 1) call diagnostics%add(path, lines(findloc(is_wrong, .true., dim=1)), message)
-      if (n > 1) call diagnostics%add(path, lines(findloc(is_wrong, .true., dim=1)), message// &
-                                     ', as in '//str(n - 1)//' more rows')
+      if (n > 1) call diagnostics%add(path, lines(findloc(is_wrong, .true., dim=1)), &
+                                      message//', as in '//str(n - 1)//' more rows')
     end subroutine report_once
   end subroutine read_history
 

@@ -44,8 +44,10 @@ contains
     lane = 0
     temp = point%temp
     rate = point%rate
-    if (material%flow%n_state > 0) call material%flow%inspect(1, temp, rate, &
-      spread(point%state, 1, nlane), validity_warnings(:n_validity_warnings), lane)
+    if (material%flow%n_state > 0) then
+      call material%flow%inspect(1, temp, rate, spread(point%state, 1, nlane), &
+                                 validity_warnings(:n_validity_warnings), lane)
+    end if
     if (present(failed)) validity_warnings(unsolved) = failed
     if (point%temp > material%t_melt) validity_warnings(molten) = 1
     do k = 1, n_kinds

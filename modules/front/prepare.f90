@@ -79,8 +79,9 @@ contains
     if (diagnostics%count() == 0) call check_memory(world, input, sim%scene, diagnostics)
     if (diagnostics%count() == 0) then
       call check_sense(input, sim%scene, diagnostics)
-      if (sim%scene%method%has_mechanics) call check_process(input, sim%scene, sim%tool, &
-          diagnostics)
+      if (sim%scene%method%has_mechanics) then
+        call check_process(input, sim%scene, sim%tool, diagnostics)
+      end if
       if (sim%scene%method%has_mechanics) then
         allocate (counts(size(sim%scene%body)))
         call count_particles(world, input, sim%scene, counts)
@@ -150,8 +151,8 @@ contains
     call fill_bodies(world, input, sim%scene, sim%particles)
     call add_noise(input, sim%scene, sim%particles)
     call start_fields(sim%scene, sim%particles)
-    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, &
-                                          sim%particles), outside)
+    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, sim%particles), &
+                             outside)
     if (outside /= '') call error%raise(outside//' (at the start)')
     if (error%is_set()) return
     call first_partition(world, sim)

@@ -86,9 +86,9 @@ contains
     left = books%sums(e_film) - books%sums(e_wall_heat)
     call give_source_heat(world, scene, clock, source, particles, blocks, books, dt)
     call gather_temperature(world, scene, particles, nodes, boundary, lost)
-    if (scene%method%implicit_heat) call foresee_temperature(world, scene, clock, step, &
-        particles, nodes, boundary, &
-        books, dt)
+    if (scene%method%implicit_heat) then
+      call foresee_temperature(world, scene, clock, step, particles, nodes, boundary, books, dt)
+    end if
     call gather_flux(world, scene, particles, nodes, boundary, books, dt, lost)
     do r = 1, nodes%n_ranges
       call temperature_increment(nodes%range(2, r) - nodes%range(1, r) + 1, &
@@ -104,8 +104,7 @@ contains
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
       call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
-                      particles%ps(:, :, b), &
-                      nodes%rec, nodes%g(:, :, 1), gained)
+                      particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1), gained)
     end do
     books%sums(e_conduction) = books%sums(e_conduction) + gained &
                              + books%sums(e_film) - books%sums(e_wall_heat) - left

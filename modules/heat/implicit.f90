@@ -142,8 +142,7 @@ contains
     end if
     allocate (rows(count(system%is_own)))
     call solve_by_petsc(system%world, system, pack(system%nodes%g(1, :, 1), system%is_own), &
-                        pack(b, system%is_own), relative, system%nothing, rows, &
-                        iterations)
+                        pack(b, system%is_own), relative, system%nothing, rows, iterations)
     call tell_all(system, rows, x)
   end subroutine solve
 

@@ -48,8 +48,7 @@ contains
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
       call gather_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
-                        particles%ps(:, :, b), &
-                        nodes%rec, nodes%g(:, :, 1))
+                        particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1))
     end do
     call reflect(scene, nodes, boundary, r_heat, nodes%g(:, :, 1), lost, boundary%mirrors%own(:, 1))
     call sum_all_nodes(world, scene, nodes, 8, nodes%g(:, :, 1))
@@ -76,9 +75,8 @@ contains
     call clear_nodes(nodes, nodes%g2)
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
-      call diffuse_block(scene, particles, nodes, books, b, particles%body(b), &
-                         particles%count(b), dt, &
-                         particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1), &
+      call diffuse_block(scene, particles, nodes, books, b, particles%body(b), particles%count(b), &
+                         dt, particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1), &
                          nodes%g2(:, :, 1))
     end do
     call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, 1), lost)
@@ -130,8 +128,7 @@ contains
     associate (mat => scene%material(scene%body(body)%material))
       call flux_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, dt, mat%conductivity, &
                         1.0_rp/mat%rho, mat%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_temp), g, &
-                        rec, &
-                        flux)
+                        rec, flux)
     end associate
     if (any(scene%body(body)%film > 0.0_rp)) then
       call lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
@@ -162,8 +159,7 @@ contains
           area = product(body_now%spacing)/body_now%spacing(axis)
           call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), &
                             (x - nodes%patch%origin)/nodes%patch%h, nodes%patch%stride, &
-                            nodes%patch%nn, &
-                            g, flux, books%sums(e_film))
+                            nodes%patch%nn, g, flux, books%sums(e_film))
         end do
       end do
     end associate

@@ -239,10 +239,10 @@ contains
         x(:, c) = real(mesh%centre(cells(c)), sp)
         t(c) = real(heat%property%temperature_at(heat%theta(cells(c))), sp)
       end do
-      call write_heat_frame(world, output%directory//'/'//frame_name(output%name, &
-                            size(run%frame_times)), run%time, int(run%march%steps), &
-                            scene%grid%h, scene%body%name, x, t, mesh%body(cells), &
-                            output%input_text, error)
+      call write_heat_frame(world, &
+                            output%directory//'/'//frame_name(output%name, size(run%frame_times)), &
+                            run%time, int(run%march%steps), scene%grid%h, scene%body%name, x, t, &
+                            mesh%body(cells), output%input_text, error)
       if (error%is_set()) return
       run%frame_times = [run%frame_times, run%time]
       call write_series(world, output%directory, output%name, run%frame_times, error)

@@ -64,8 +64,8 @@ contains
     call writer%init(world, scene, probes%name, run, is_resumed, error)
     if (.not. is_resumed) call writer%due(world, scene, run, .false., .false., error)
     do while (.not. is_finished(scene, run) .and. .not. error%is_set())
-      call run%march%advance(run%heat, run%time, min(scene%end_time, writer%next_event(), &
-                                                     next_switch(run)))
+      call run%march%advance(run%heat, run%time, &
+                             min(scene%end_time, writer%next_event(), next_switch(run)))
       call look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
       if (status == ended_broken .or. is_lost) exit
       call writer%due(world, scene, run, is_finished(scene, run), is_safety_due, error)
@@ -181,8 +181,9 @@ contains
     type(heat_run_t), intent(in) :: run
 
     if (size(run%heat%source) == 0 .or. .not. world%is_root()) return
-    if (all(abs(run%march%books) <= 0.0_rp)) call say( &
-      'warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
+    if (all(abs(run%march%books) <= 0.0_rp)) then
+      call say('warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
+    end if
   end subroutine warn_of_idle_sources
 
 end module heat_alone_loop

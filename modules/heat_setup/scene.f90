@@ -1,21 +1,21 @@
 ! SPDX-License-Identifier: MIT
-!> A scene of heat alone from the checked input: mesh, properties, films, sources and method.
+!> A scene of heat alone from the checked input: mesh, properties, films and method.
 module heat_setup_scene
-  use base_kinds, only: i8, pi, rp
+  use base_kinds, only: i8, rp
   use comm_world, only: world_t
   use heat_alone_state, only: heat_run_t
-  use heat_mesh_curve, only: curve_t, make_property, table_value
+  use heat_mesh_curve, only: make_property
   use heat_mesh_cut_mesh, only: cut_mesh, cuts_t
   use heat_mesh_rates, only: heat_t
-  use heat_mesh_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
   use heat_setup_cut_cells, only: all_solids, cut_cells, holder_of, mesh_of, solids_t
+  use heat_setup_sources, only: read_heat_sources
+  use heat_setup_tables, only: check_tables, n_values, pairs
   use heat_solvers_fft, only: has_fft
   use heat_solvers_integrator, only: march_t
   use heat_solvers_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
   use heat_solvers_petsc, only: petsc_trouble
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use materials_flow_laws, only: softening_from
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -34,41 +34,23 @@ contains
     integer :: g, i
 
     if (scene%method%has_mechanics) then
-      do i = 1, input%count('SOURCE')
-        if (input%text('SOURCE', i, 'KIND') == 'stir') call input%report(diagnostics, 'SOURCE', &
-          i, 'KIND', 'needs &METHOD MECHANICS = F')
-      end do
-      if (.not. scene%method%conducts) return
-      select case (input%text('HEAT', 1, 'INTEGRATOR'))
-      case ('rkl2', 'tr-bdf2')
-        call input%report(diagnostics, 'HEAT', 1, 'INTEGRATOR', 'needs &METHOD MECHANICS = F')
-      case default
-      end select
-      if (input%integer('HEAT', 1, 'EVERY') > 0) then
-        if (.not. scene%method%implicit_heat) call input%report(diagnostics, 'HEAT', 1, 'EVERY', &
-          "needs INTEGRATOR = 'backward-euler'")
-        if (scene%method%heat_step > 0.0_rp) call input%report(diagnostics, 'HEAT', 1, 'EVERY', &
-          'does not go with STEP')
-      end if
-      if (input%text('HEAT', 1, 'SOLVER') == 'fftw') call input%report(diagnostics, 'HEAT', 1, &
-        'SOLVER', 'needs &METHOD MECHANICS = F: beside mechanics it is cg or petsc')
-      if (input%text('HEAT', 1, 'SOLVER') /= 'auto' .and. .not. scene%method%implicit_heat) then
-        call input%report(diagnostics, 'HEAT', 1, 'SOLVER', 'needs an implicit INTEGRATOR')
-      end if
-      call check_solver(input, diagnostics)
+      call check_heat_beside(input, scene, diagnostics)
       return
     end if
-    if (scene%method%heat_every > 0) call input%report(diagnostics, 'HEAT', 1, 'EVERY', &
-      'has no effect with MECHANICS = F')
+    if (scene%method%heat_every > 0) then
+      call input%report(diagnostics, 'HEAT', 1, 'EVERY', 'has no effect with MECHANICS = F')
+    end if
     do g = 1, size(idle)
       do i = 1, input%count(trim(idle(g)))
         call input%report(diagnostics, trim(idle(g)), i, '', 'has no effect with MECHANICS = F')
       end do
     end do
-    if (.not. scene%method%conducts) call input%report(diagnostics, 'METHOD', 1, 'MECHANICS', &
-      'needs a &HEAT group')
-    if (any(scene%grid%period > 0)) call input%report(diagnostics, 'GRID', 1, 'PERIODIC', &
-      'does not go with MECHANICS = F')
+    if (.not. scene%method%conducts) then
+      call input%report(diagnostics, 'METHOD', 1, 'MECHANICS', 'needs a &HEAT group')
+    end if
+    if (any(scene%grid%period > 0)) then
+      call input%report(diagnostics, 'GRID', 1, 'PERIODIC', 'does not go with MECHANICS = F')
+    end if
     call check_materials(input, scene, diagnostics)
     if (scene%method%conducts) call check_solver(input, diagnostics)
     call check_tables(input, diagnostics)
@@ -79,11 +61,47 @@ contains
       associate (m => scene%body(1)%material)
         if (n_values(input, m, 'YIELD_TABLE') + n_values(input, m, 'YIELD_LOGISTIC') == 0) then
           call input%report(diagnostics, 'SOURCE', i, 'KIND', &
-                              'needs YIELD_TABLE or YIELD_LOGISTIC of the &MATERIAL')
+                            'needs YIELD_TABLE or YIELD_LOGISTIC of the &MATERIAL')
         end if
       end associate
     end do
   end subroutine check_heat_scene
+
+  !> What conduction beside mechanics cannot do.
+  subroutine check_heat_beside(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i
+
+    do i = 1, input%count('SOURCE')
+      if (input%text('SOURCE', i, 'KIND') == 'stir') then
+        call input%report(diagnostics, 'SOURCE', i, 'KIND', 'needs &METHOD MECHANICS = F')
+      end if
+    end do
+    if (.not. scene%method%conducts) return
+    select case (input%text('HEAT', 1, 'INTEGRATOR'))
+    case ('rkl2', 'tr-bdf2')
+      call input%report(diagnostics, 'HEAT', 1, 'INTEGRATOR', 'needs &METHOD MECHANICS = F')
+    case default
+    end select
+    if (input%integer('HEAT', 1, 'EVERY') > 0) then
+      if (.not. scene%method%implicit_heat) then
+        call input%report(diagnostics, 'HEAT', 1, 'EVERY', "needs INTEGRATOR = 'backward-euler'")
+      end if
+      if (scene%method%heat_step > 0.0_rp) then
+        call input%report(diagnostics, 'HEAT', 1, 'EVERY', 'does not go with STEP')
+      end if
+    end if
+    if (input%text('HEAT', 1, 'SOLVER') == 'fftw') then
+      call input%report(diagnostics, 'HEAT', 1, 'SOLVER', &
+                        'needs &METHOD MECHANICS = F: beside mechanics it is cg or petsc')
+    end if
+    if (input%text('HEAT', 1, 'SOLVER') /= 'auto' .and. .not. scene%method%implicit_heat) then
+      call input%report(diagnostics, 'HEAT', 1, 'SOLVER', 'needs an implicit INTEGRATOR')
+    end if
+    call check_solver(input, diagnostics)
+  end subroutine check_heat_beside
 
   !> Bodies of several materials have constant properties, and conduct.
   subroutine check_materials(input, scene, diagnostics)
@@ -98,10 +116,12 @@ contains
       if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0 .or. &
           n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) then
         call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
-          'with MECHANICS = F tables need all bodies to be of one material')
+                          'with MECHANICS = F tables need all bodies to be of one material')
       end if
-      if (input%real('MATERIAL', m, 'CONDUCTIVITY') <= 0.0_rp) call input%report(diagnostics, &
-        'BODY', i, 'MATERIAL', 'must have a CONDUCTIVITY above 0 with MECHANICS = F')
+      if (input%real('MATERIAL', m, 'CONDUCTIVITY') <= 0.0_rp) then
+        call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
+                          'must have a CONDUCTIVITY above 0 with MECHANICS = F')
+      end if
     end do
   end subroutine check_materials
 
@@ -134,64 +154,6 @@ contains
     case default
     end select
   end subroutine check_solver
-
-  !> Tables are whole pairs in rising temperature; pieces have five values.
-  subroutine check_tables(input, diagnostics)
-    type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
-    character(20), parameter :: tables(3) = [character(20) :: 'SPECIFIC_HEAT_TABLE', &
-                                             'CONDUCTIVITY_TABLE', 'YIELD_TABLE']
-    real(rp), allocatable :: t(:), v(:)
-    integer :: i, k, n
-
-    do i = 1, input%count('MATERIAL')
-      do k = 1, 3
-        n = n_values(input, i, trim(tables(k)))
-        if (n == 0) cycle
-        call pairs(input, i, trim(tables(k)), t, v)
-        if (mod(n, 2) == 1 .or. any(t(2:) <= t(:size(t) - 1))) then
-          call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
-                              'must be pairs in rising temperature')
-        else if (k < 3 .and. any(v <= 0.0_rp)) then
-          call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), 'must be above 0')
-        end if
-      end do
-      if (mod(n_values(input, i, 'YIELD_LOGISTIC'), 5) /= 0) call input%report(diagnostics, &
-        'MATERIAL', i, 'YIELD_LOGISTIC', 'must be pieces of five values')
-    end do
-  end subroutine check_tables
-
-  !> How many values of a list were given: up to the last that is not 0.
-  integer function n_values(input, i, key)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    character(*), intent(in) :: key
-    real(rp) :: x(64)
-    integer :: most
-
-    n_values = 0
-    if (.not. input%given('MATERIAL', i, key)) return
-    most = merge(25, 64, key == 'YIELD_LOGISTIC')
-    x = 0.0_rp
-    x(:most) = input%reals('MATERIAL', i, key, most)
-    n_values = findloc(abs(x) > 0.0_rp, .true., dim=1, back=.true.)
-    if (key == 'YIELD_TABLE') n_values = n_values + mod(n_values, 2)   ! it may end with 0 Pa
-  end function n_values
-
-  !> Temperatures and values of a table.
-  subroutine pairs(input, i, key, t, v)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    character(*), intent(in) :: key
-    real(rp), allocatable, intent(out) :: t(:), v(:)
-    real(rp) :: x(64)
-    integer :: n
-
-    x = input%reals('MATERIAL', i, key, 64)
-    n = n_values(input, i, key)
-    t = x(1:n:2)
-    v = x(2:n:2)
-  end subroutine pairs
 
   !> Everything but the state; the scene has no complaints.
   subroutine build_heat_scene(world, input, scene, run)
@@ -241,6 +203,7 @@ contains
     call choose_method(world, input, run%heat, run%march)
   end subroutine build_heat_scene
 
+  !> Integrator and linear solver by their names; what is left open is chosen.
   subroutine choose_method(world, input, heat, march)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -286,106 +249,5 @@ contains
       fastest_solver = by_fft
     end if
   end function fastest_solver
-
-  subroutine read_heat_sources(input, m, conductivity, capacity, source)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: m                       !! the material
-    real(rp), intent(in) :: conductivity, capacity  !! [W/(m K)], [J/(m3 K)]
-    type(heat_source_t), allocatable, intent(out) :: source(:)
-    real(rp) :: effusivity(2), share
-    integer :: i
-
-    allocate (source(input%count('SOURCE')))
-    do i = 1, size(source)
-      associate (s => source(i))
-        s%position = input%reals('SOURCE', i, 'POSITION', 3)
-        s%velocity = input%reals('SOURCE', i, 'VELOCITY', 3)
-        s%radius = input%real('SOURCE', i, 'RADIUS')
-        s%begin = input%real('SOURCE', i, 'BEGIN')
-        if (input%real('SOURCE', i, 'END') > 0.0_rp) s%end = input%real('SOURCE', i, 'END')
-        select case (input%text('SOURCE', i, 'KIND'))
-        case ('disc', 'ball')
-          s%kind = merge(kind_disc, kind_ball, input%text('SOURCE', i, 'KIND') == 'disc')
-          s%power = input%real('SOURCE', i, 'POWER')
-        case default
-          s%kind = kind_stir
-          effusivity = sqrt([conductivity*capacity, input%real('SOURCE', i, 'TOOL_CONDUCTIVITY') &
-                             *input%real('SOURCE', i, 'TOOL_DENSITY') &
-                             *input%real('SOURCE', i, 'TOOL_SPECIFIC_HEAT')])
-          share = effusivity(1)/sum(effusivity)
-          if (input%given('SOURCE', i, 'SHARE')) share = input%real('SOURCE', i, 'SHARE')
-          s%spin = share*abs(input%real('SOURCE', i, 'SPIN_RPM'))*2.0_rp*pi/60.0_rp
-          s%shear = shear_curve(input, i, m)
-        end select
-      end associate
-    end do
-  end subroutine read_heat_sources
-
-  !> Shear stress of a stirring source over temperature.
-  function shear_curve(input, i, m) result(curve)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i, m
-    type(curve_t) :: curve
-    real(rp), parameter :: step = 0.25_rp, most = 4000.0_rp
-    real(rp), allocatable :: t(:), v(:), sticking(:)
-    real(rp) :: piece(25), sliding, last
-    integer :: k, n
-
-    n = nint(most/step)
-    allocate (sticking(0:n), source=0.0_rp)
-    if (n_values(input, m, 'YIELD_LOGISTIC') > 0) then
-      piece = input%reals('MATERIAL', m, 'YIELD_LOGISTIC', 25)
-      sticking = [(logistic(piece, step*real(k, rp)), k=0, n)]
-    else if (n_values(input, m, 'YIELD_TABLE') > 0) then
-      call pairs(input, m, 'YIELD_TABLE', t, v)
-      sticking = [(table_value(step*real(k, rp), t, v), k=0, n)]
-    end if
-    last = 0.0_rp
-    if (allocated(t)) last = t(size(t))
-    call soften(input%real('MATERIAL', m, 'T_MELT'), last, step, sticking)
-    sticking = sticking/sqrt(3.0_rp)
-    sliding = input%real('SOURCE', i, 'FRICTION')*input%real('SOURCE', i, 'PRESSURE')
-    curve = curve_t(0.0_rp, step, sticking)
-    select case (input%text('SOURCE', i, 'CONTACT'))
-    case ('sliding')
-      curve%value = sliding
-    case ('limited')
-      curve%value = min(sliding, sticking)
-    case ('mixed')
-      associate (slip => input%real('SOURCE', i, 'SLIP'))
-        curve%value = slip*sliding + (1.0_rp - slip)*sticking
-      end associate
-    case default
-    end select
-  end function shear_curve
-
-  !> The yield stress falls to 0 at melting, over its last twentieth or above the last temperature
-  !> that is given.
-  pure subroutine soften(t_melt, last, step, yield)
-    real(rp), intent(in) :: t_melt, last, step    !! [K]
-    real(rp), intent(inout) :: yield(0:)
-    real(rp) :: from
-    integer :: k
-
-    from = softening_from(t_melt, last)
-    do k = 0, ubound(yield, 1)
-      yield(k) = yield(k)*max(0.0_rp, min(1.0_rp, (t_melt - step*k)/(t_melt - from)))
-    end do
-  end subroutine soften
-
-  !> Yield stress of the first piece that reaches `t`; 0 above the last [Pa].
-  pure real(rp) function logistic(piece, t)
-    real(rp), intent(in) :: piece(25), t
-    integer :: p
-
-    logistic = 0.0_rp
-    do p = 0, 20, 5
-      if (piece(p + 3) <= 0.0_rp) return
-      if (t > piece(p + 5)) cycle
-      logistic = max(0.0_rp, piece(p + 1) + (piece(p + 2) - piece(p + 1)) &
-                     /(1.0_rp + (t/piece(p + 3))**piece(p + 4)))
-      return
-    end do
-  end function logistic
 
 end module heat_setup_scene

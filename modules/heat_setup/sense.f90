@@ -50,18 +50,22 @@ contains
 
     contact = input%text('SOURCE', i, 'CONTACT')
     if (abs(input%real('SOURCE', i, 'SPIN_RPM')) <= 0.0_rp) then
-      call input%report(diagnostics, 'SOURCE', i, &
-      'SPIN_RPM', 'the source does not turn (0 is the default): it gives no heat')
+      call input%report(diagnostics, 'SOURCE', i, 'SPIN_RPM', &
+                        'the source does not turn (0 is the default): it gives no heat')
     end if
     if (input%given('SOURCE', i, 'SHARE') .and. input%real('SOURCE', i, 'SHARE') <= 0.0_rp) then
       call input%report(diagnostics, 'SOURCE', i, 'SHARE', 'none of the heat enters the body')
     end if
     if (contact == 'sticking') return
     if (contact == 'mixed' .and. input%real('SOURCE', i, 'SLIP') <= 0.0_rp) return
-    if (input%real('SOURCE', i, 'PRESSURE') <= 0.0_rp) call input%report(diagnostics, 'SOURCE', i, &
-      'PRESSURE', "is 0 (the default): CONTACT = '"//contact//"' gives no heat by sliding")
-    if (input%real('SOURCE', i, 'FRICTION') <= 0.0_rp) call input%report(diagnostics, 'SOURCE', i, &
-      'FRICTION', "is 0 (the default): CONTACT = '"//contact//"' gives no heat by sliding")
+    if (input%real('SOURCE', i, 'PRESSURE') <= 0.0_rp) then
+      call input%report(diagnostics, 'SOURCE', i, 'PRESSURE', &
+                        "is 0 (the default): CONTACT = '"//contact//"' gives no heat by sliding")
+    end if
+    if (input%real('SOURCE', i, 'FRICTION') <= 0.0_rp) then
+      call input%report(diagnostics, 'SOURCE', i, 'FRICTION', &
+                        "is 0 (the default): CONTACT = '"//contact//"' gives no heat by sliding")
+    end if
   end subroutine check_stir
 
   !> A warning if no temperature will ever change in a scene of heat alone: no source, and one

@@ -216,8 +216,7 @@ contains
       self%work(:m) = self%planes((i - 1)*m + 1:i*m)
       call self%along_y%back(self%share%pairs, self%work, self%planes((i - 1)*m + 1))
       call give(self%n(3), self%share%pairs, self%n(2), heat%mesh%capacity(o + 1:o + np), &
-                self%planes((i - 1)*m + 1), 0.25_rp/real(self%n(1)*self%n(2), rp), &
-                z(o + 1:o + np))
+                self%planes((i - 1)*m + 1), 0.25_rp/real(self%n(1)*self%n(2), rp), z(o + 1:o + np))
     end do
   end subroutine back_from_columns
 

@@ -130,8 +130,9 @@ contains
 
     self%has_pace = numbers(1) > 0.0_rp
     self%pace = fields(:, 1)
-    if (self%linear%solver == by_petsc) call self%linear%petsc%unpack_memory(fields(:, 2), &
-        numbers(2))
+    if (self%linear%solver == by_petsc) then
+      call self%linear%petsc%unpack_memory(fields(:, 2), numbers(2))
+    end if
   end subroutine unpack_memory
 
   !> y = base + a f(y) at a part `blend` of the step; f and the powers p are those of y. Linear

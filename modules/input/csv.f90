@@ -75,8 +75,9 @@ contains
         item = item_of(line, place(k))
         call to_real(item, values(n, k), ok)
         ok = ok .and. abs(values(n, k)) < beyond
-        if (.not. ok) call report("'"//excerpt(item)//"' is no number for "//trim(names(k))// &
-                                  ' (below 1e9)')
+        if (.not. ok) then
+          call report("'"//excerpt(item)//"' is no number for "//trim(names(k))//' (below 1e9)')
+        end if
       end do
     end subroutine read_row
 

@@ -67,7 +67,7 @@ contains
     end do
     if (.not. input%given('RUN', 1, 'NAME') .and. .not. can_name_results(stem)) then
       call diagnostics%add(file, 0, &
-      'the name of this file cannot be that of the results: give &RUN NAME')
+                           'the name of this file cannot be that of the results: give &RUN NAME')
     end if
     call check_groups(input, diagnostics)
     call check_assignments(input, diagnostics)
@@ -145,9 +145,10 @@ contains
       end associate
     end do
     do g = 1, size(input%table%groups)
-      if (input%table%groups(g)%is_required .and. &
-          input%count(input%table%groups(g)%name) == 0) call diagnostics%add(input%file, 0, &
-        'there is no &'//trim(input%table%groups(g)%name)//' (required)')
+      if (input%table%groups(g)%is_required .and. input%count(input%table%groups(g)%name) == 0) then
+        call diagnostics%add(input%file, 0, &
+                             'there is no &'//trim(input%table%groups(g)%name)//' (required)')
+      end if
     end do
   end subroutine check_groups
 
@@ -177,7 +178,7 @@ contains
         one%is_broken = message /= ''
         if (one%index > 0) label = label//'('//str(one%index)//')'
         if (one%is_broken) call diagnostics%add(input%file, one%line, &
-          label//' = '//excerpt(value)//': '//message)
+                                                label//' = '//excerpt(value)//': '//message)
       end associate
     end do
   end subroutine check_assignments
@@ -212,13 +213,16 @@ contains
         do k = input%table%groups(g)%first, input%table%groups(g)%last
           associate (row => input%table%keys(k))
             if (input%given(group, i, row%name)) then
-              if (is_partial(input, group, i, row)) call input%report(diagnostics, group, i, &
-                row%name, 'not all of its '//str(row%n)//' values are given')
+              if (is_partial(input, group, i, row)) then
+                call input%report(diagnostics, group, i, row%name, &
+                                  'not all of its '//str(row%n)//' values are given')
+              end if
               if (.not. is_resumed) call check_use(input, group, i, row, diagnostics)
             else if (row%is_required) then
-              if (holds(input, group, i, row%condition)) call input%report(diagnostics, group, i, &
-                  '', &
-                'has no '//trim(row%name)//' ('//when(row)//')')
+              if (holds(input, group, i, row%condition)) then
+                call input%report(diagnostics, group, i, '', &
+                                  'has no '//trim(row%name)//' ('//when(row)//')')
+              end if
             end if
           end associate
         end do

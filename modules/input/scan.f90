@@ -218,8 +218,8 @@ contains
     do i = first, last
       if (source%clean(i:i) /= '=' .or. source%mask(i:i) /= plain) cycle
       if (scanned%n_read - scanned%groups(scanned%n_groups)%first + 1 == most_in_group) then
-        call diagnostics%add(source%file, source%line(i), 'more than '//str(most_in_group)// &
-                            ' values in one group')
+        call diagnostics%add(source%file, source%line(i), &
+                             'more than '//str(most_in_group)//' values in one group')
         return
       end if
       call take_key(source%clean(:i - 1), current%first, key_first, key_last, next%index)
@@ -232,7 +232,7 @@ contains
         call diagnostics%add(source%file, next%line, 'there is no key before the =')
       else if (next%index < 0) then
         call diagnostics%add(source%file, next%line, &
-          trim(next%key)//'(...): the index must be a whole number above 0')
+                             trim(next%key)//'(...): the index must be a whole number above 0')
       end if
       next%group = current%group
       next%is_broken = .not. has_key .or. next%index < 0
@@ -276,8 +276,8 @@ contains
       scanned%assignments(scanned%n_read) = current
     else if (current%last >= current%first .and. .not. current%is_broken) then
       i = current%first
-      call diagnostics%add(source%file, source%line(i), 'a value without a key: "'// &
-                          excerpt(source%clean(i:current%last))//'"')
+      call diagnostics%add(source%file, source%line(i), &
+                           'a value without a key: "'//excerpt(source%clean(i:current%last))//'"')
     end if
   end subroutine finish_assignment
 

@@ -156,10 +156,12 @@ contains
     row_number = 0
     g = self%table%find_group(group)
     if (g > 0) row_number = self%table%find_key(g, key)
-    if (row_number == 0) call fatal('look-up of &'//group//' '//key// &
-      ', which the table of keys does not have')
-    if (index(kind, trim(self%table%keys(row_number)%kind)) == 0) call fatal('look-up of &'// &
-      group//' '//key//' with the wrong type')
+    if (row_number == 0) then
+      call fatal('look-up of &'//group//' '//key//', which the table of keys does not have')
+    end if
+    if (index(kind, trim(self%table%keys(row_number)%kind)) == 0) then
+      call fatal('look-up of &'//group//' '//key//' with the wrong type')
+    end if
     if (i < 1 .or. (i > self%count(group) .and. (i > 1 .or. self%table%groups(g)%repeats))) then
       call fatal('look-up of &'//group//' number '//str(i)//', which the input does not have')
     end if

@@ -55,8 +55,7 @@ contains
   !> lane 8 capacity times what particles differ by from the temperature of the nodes in lane 5 of
   !> `g`.
   subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, c_p, j, mass, temp, &
-                          g, &
-                          rec, flux)
+                          g, rec, flux)
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), dt, conductivity   !! [s], [W/(m K)]
     real(rp), intent(in) :: volume, c_p                      !! initial volume over mass [m3/kg]

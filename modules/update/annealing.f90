@@ -23,8 +23,7 @@ contains
     do b = 1, particles%nblk
       associate (material => scene%material(scene%body(particles%body(b))%material))
         if (.not. allocated(material%flow)) cycle
-        call anneal_one(material%flow, dt, scene%layout%law, particles%nf, &
-                        particles%ps(:, :, b))
+        call anneal_one(material%flow, dt, scene%layout%law, particles%nf, particles%ps(:, :, b))
       end associate
     end do
   end subroutine anneal_particles

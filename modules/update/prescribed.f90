@@ -97,8 +97,7 @@ contains
         if (.not. body%field%has_motion) cycle
         clock%dt = dt
         call stagger_block(body%field, velocity_time(scene, clock), dt, scene%layout, &
-                           particles%nf, particles%ps(:, &
-                           :, b))
+                           particles%nf, particles%ps(:, :, b))
       end associate
     end do
   end subroutine stagger_velocities

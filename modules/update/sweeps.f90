@@ -49,8 +49,7 @@ contains
       b = blocks%turn(i)
       call particles%fetch(b + 1, given)   ! mostly the next one
       call force_to_grid(scene, step, nodes, clock%mass_scaling, particles%body(b), &
-                         particles%count(b), &
-                         particles%nf, particles%ps(:, :, b), nodes%rec, &
+                         particles%count(b), particles%nf, particles%ps(:, :, b), nodes%rec, &
                          g(:, :, group_of(scene, particles, b)))
     end do
   end subroutine blocks_to_grid
@@ -69,11 +68,12 @@ contains
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call force_records(inertia, 1.0_rp/scene%material(scene%body(body)%material)%rho, &
-                       outer_acceleration(scene, &
-                       step, body), ps(1, f_mass), ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), rec)
+                       outer_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
+                       ps(1, f_tau), ps(1, f_temp), rec)
     if (scene%body(body)%is_forced()) call add_prescribed_force(scene, step, body, nf, ps, rec)
     if (scene%method%fbar) call add_volume(n, first, nodes%patch%stride, ps(1, f_mass), &
-      ps(1, f_jac), body, size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
+                                           ps(1, f_jac), body, size(nodes%volume, 1), &
+                                           nodes%patch%nn, nodes%volume)
     call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
   end subroutine force_to_grid
 
@@ -88,8 +88,7 @@ contains
 
     do b = 1, particles%nblk
       call map_momentum(scene, clock, nodes, particles%body(b), particles%count(b), particles%nf, &
-                        particles%ps(:, &
-                        :, b), nodes%rec, g(:, :, group_of(scene, particles, b)))
+                        particles%ps(:, :, b), nodes%rec, g(:, :, group_of(scene, particles, b)))
     end do
   end subroutine momentum_to_grid
 
@@ -104,10 +103,10 @@ contains
     real(rp) :: w(nlane, 18)
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    call momentum_records(clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), &
-                          ps(1, f_temp), rec)
+    call momentum_records(clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), ps(1, f_temp), rec)
     if (scene%method%fbar) call add_volume(n, first, nodes%patch%stride, ps(1, f_mass), &
-      ps(1, f_jac), body, size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
+                                           ps(1, f_jac), body, size(nodes%volume, 1), &
+                                           nodes%patch%nn, nodes%volume)
     call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
   end subroutine map_momentum
 
@@ -129,8 +128,7 @@ contains
   !> Grid to particles: move them with `moved`, then stress over `dt_stress` with the
   !> gradient of `field` (the same grid in USL).
   subroutine grid_to_particles(scene, clock, step, tool, particles, blocks, nodes, exchange, &
-                               books, dt, moved, &
-                               field, dt_stress, report)
+                               books, dt, moved, field, dt_stress, report)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
@@ -153,9 +151,8 @@ contains
   end subroutine grid_to_particles
 
   !> The same for the blocks `first` to `last` of `sim%blocks%order`.
-  subroutine blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, books, &
-                                 first, last, dt, moved, &
-                                 field, dt_stress, report)
+  subroutine blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, books, first, &
+                                 last, dt, moved, field, dt_stress, report)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
@@ -174,16 +171,14 @@ contains
       b = blocks%order(i)
       call particles%fetch(blocks%order(min(i + 1, blocks%n_awake)), particles%nf)
       k = group_of(scene, particles, b)
-      call advance_block(scene, clock, step, tool, particles, nodes, books, b, &
-                         particles%count(b), dt, moved(:, :, &
-                         k), field(:, :, k), dt_stress, particles%nf, particles%ps(:, :, b), &
-                         nodes%rec, report)
+      call advance_block(scene, clock, step, tool, particles, nodes, books, b, particles%count(b), &
+                         dt, moved(:, :, k), field(:, :, k), dt_stress, particles%nf, &
+                         particles%ps(:, :, b), nodes%rec, report)
     end do
   end subroutine blocks_to_particles
 
   subroutine advance_block(scene, clock, step, tool, particles, nodes, books, b, n, dt, moved, &
-                           field, dt_stress, &
-                           nf, ps, rec, report)
+                           field, dt_stress, nf, ps, rec, report)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
@@ -252,9 +247,8 @@ contains
 
     do b = 1, particles%nblk
       call strain_block(scene, clock, nodes, books, particles%body(b), particles%count(b), dt, &
-                        g(:, :, &
-                        group_of(scene, particles, b)), particles%nf, particles%ps(:, :, b), &
-                        nodes%rec, report)
+                        g(:, :, group_of(scene, particles, b)), particles%nf, &
+                        particles%ps(:, :, b), nodes%rec, report)
     end do
   end subroutine update_stress
 
@@ -289,8 +283,8 @@ contains
 
     do b = 1, particles%nblk
       call accelerate_block(scene, step, nodes, particles%body(b), particles%count(b), &
-                            moved(:, :, group_of(scene, &
-                            particles, b)), particles%nf, particles%ps(:, :, b), nodes%rec)
+                            moved(:, :, group_of(scene, particles, b)), particles%nf, &
+                            particles%ps(:, :, b), nodes%rec)
     end do
   end subroutine accelerate
 

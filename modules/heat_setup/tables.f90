@@ -1,0 +1,74 @@
+! SPDX-License-Identifier: MIT
+!> Tables over temperature of a &MATERIAL for heat alone: pairs of values, pieces of five.
+module heat_setup_tables
+  use base_kinds, only: rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  implicit none (type, external)
+  private
+
+  public :: check_tables, n_values, pairs
+
+contains
+
+  !> Tables are whole pairs in rising temperature; pieces have five values.
+  subroutine check_tables(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(20), parameter :: tables(3) = [character(20) :: 'SPECIFIC_HEAT_TABLE', &
+                                             'CONDUCTIVITY_TABLE', 'YIELD_TABLE']
+    real(rp), allocatable :: t(:), v(:)
+    integer :: i, k, n
+
+    do i = 1, input%count('MATERIAL')
+      do k = 1, 3
+        n = n_values(input, i, trim(tables(k)))
+        if (n == 0) cycle
+        call pairs(input, i, trim(tables(k)), t, v)
+        if (mod(n, 2) == 1 .or. any(t(2:) <= t(:size(t) - 1))) then
+          call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
+                            'must be pairs in rising temperature')
+        else if (k < 3 .and. any(v <= 0.0_rp)) then
+          call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), 'must be above 0')
+        end if
+      end do
+      if (mod(n_values(input, i, 'YIELD_LOGISTIC'), 5) /= 0) then
+        call input%report(diagnostics, 'MATERIAL', i, 'YIELD_LOGISTIC', &
+                          'must be pieces of five values')
+      end if
+    end do
+  end subroutine check_tables
+
+  !> How many values of a list were given: up to the last that is not 0.
+  integer function n_values(input, i, key)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key
+    real(rp) :: x(64)
+    integer :: most
+
+    n_values = 0
+    if (.not. input%given('MATERIAL', i, key)) return
+    most = merge(25, 64, key == 'YIELD_LOGISTIC')
+    x = 0.0_rp
+    x(:most) = input%reals('MATERIAL', i, key, most)
+    n_values = findloc(abs(x) > 0.0_rp, .true., dim=1, back=.true.)
+    if (key == 'YIELD_TABLE') n_values = n_values + mod(n_values, 2)   ! it may end with 0 Pa
+  end function n_values
+
+  !> Temperatures and values of a table.
+  subroutine pairs(input, i, key, t, v)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key
+    real(rp), allocatable, intent(out) :: t(:), v(:)
+    real(rp) :: x(64)
+    integer :: n
+
+    x = input%reals('MATERIAL', i, key, 64)
+    n = n_values(input, i, key)
+    t = x(1:n:2)
+    v = x(2:n:2)
+  end subroutine pairs
+
+end module heat_setup_tables
