@@ -80,16 +80,15 @@ contains
       'material that is still stops its mechanics; auto: with MASS_SCALING, if the scene allows')
     call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0 if SLEEPING = auto or on', '[0,inf)', &
       'material nearer than this to a tool is awake; 0: half the radius of the largest tool')
-    call t%key('SLEEP_STRAIN', 'real', 1, '', '2e-4 if SLEEPING = auto or on', '(0,1)', &
-      'mean speed of the particles of a cube of two cells over wave speed above which it is awake')
-    call t%key('SLEEP_RATE', 'real', 1, '1/s', '3e-3 if SLEEPING = auto or on', '(0,inf)', &
-      'plastic strain rate above which material is awake')
+    call t%key('SLEEP_STRESS', 'real', 1, '', '1e-2 if SLEEPING = auto or on', '(0,1)', &
+      'change of stress over the largest mean stress of a cube of two cells above which '// &
+      'material is awake')
     call t%key('SLEEP_HEAT', 'real', 1, 'K', '20 if SLEEPING = auto or on', '(0,inf)', &
       'change of temperature by which sleeping material wakes')
 
     call t%may_change('METHOD', &
                       'SELECTIVE_SCALING SORT_INTERVAL REBALANCE SLEEPING SLEEP_DISTANCE '// &
-                      'SLEEP_STRAIN SLEEP_RATE SLEEP_HEAT')
+                      'SLEEP_STRESS SLEEP_HEAT')
   end subroutine add_method
 
 end module groups_run

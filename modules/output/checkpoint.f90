@@ -10,6 +10,7 @@ module output_checkpoint
   use mapping_probes, only: probes_t, share_probes
   use output_audit, only: history_t
   use particles_store, only: particles_t
+  use sleep_sleepers, only: sleepers_t
   use state_books, only: books_t
   use state_clock, only: clock_t
   use state_scene, only: output_t, scene_t
@@ -19,7 +20,7 @@ module output_checkpoint
 
   public :: save_checkpoint, checkpoint_path, broken_path, note_run
 
-  integer, parameter, public :: n_clock = 21   !! numbers of a checkpoint that every scene has
+  integer, parameter, public :: n_clock = 28   !! numbers of a checkpoint that every scene has
 
 contains
 
@@ -52,9 +53,8 @@ contains
   end subroutine note_run
 
   !> Write the state between two steps, to `path` or the usual place. It changes nothing in the run.
-  subroutine save_checkpoint(world, scene, clock, step, tool, probes, particles, exchange, books, &
-                             history, error, &
-                             path)
+  subroutine save_checkpoint(world, scene, clock, step, tool, probes, particles, sleepers, exchange, &
+                             books, history, error, path)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -62,6 +62,7 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(probes_t), intent(inout) :: probes
     type(particles_t), intent(in) :: particles
+    type(sleepers_t), intent(in) :: sleepers
     type(exchange_t), intent(in) :: exchange
     type(books_t), intent(in) :: books
     type(history_t), intent(in) :: history
@@ -82,7 +83,8 @@ contains
                 c%max_speed, c%stiffness, history%kinetic0, history%elastic0, history%audit_scale, &
                 history%row_time, real(probes%n, rp), real(size(history%frame_times), rp), &
                 last, real(c%refused, rp), clock%mass_scaling, c%inertial_peak, &
-                c%heat_step, real(history%rows, rp)]
+                c%heat_step, real(history%rows, rp), real(sleepers%motion%box%lo, rp), &
+                real(sleepers%motion%box%hi, rp), sleepers%motion%time]
     end associate
     if (probes%n > 0) global = [global, reshape(probes%x, [3*probes%n]), &
                                     probes%temperature]
@@ -94,6 +96,8 @@ contains
     do k = 1, size(tool)
       local = [local, tool(k)%sums]
     end do
+    if (allocated(sleepers%motion%sums)) &
+      local = [local, reshape(sleepers%motion%sums, [size(sleepers%motion%sums)])]
     call note_run(scene%output, clock%time, notes)
     file = checkpoint_path(scene)
     if (present(path)) file = path

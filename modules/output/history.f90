@@ -11,7 +11,8 @@ module output_history
   use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means
   use output_totals, only: no_totals, sum_totals, totals_t
   use particles_store, only: particles_t
-  use state_books, only: books_t, e_body, e_film, e_plastic, e_scaling, e_source, e_wall, &
+  use state_books, only: books_t, e_body, e_film, e_plastic, e_scaling, e_sleep, &
+                         e_source, e_wall, &
                          e_wall_heat
   use state_clock, only: clock_t
   use state_scene, only: scene_t
@@ -109,6 +110,7 @@ contains
       call row%add('friction_heat', 'J', t%friction)
       call row%add('contact_loss', 'J', t%contact)
       call row%add('numerical_loss', 'J', t%loss)
+      call row%add('sleep_loss', 'J', books(e_sleep))
       call row%add('audit_error', '%', t%audit_error)
       call row%add('film_loss', 'J', books(e_film))
       call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, all(scene%material%knows_heat)))

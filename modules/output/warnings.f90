@@ -6,6 +6,7 @@ module output_warnings
   use base_text, only: str
   use comm_world, only: world_t
   use io_row, only: row_t
+  use output_audit, only: history_t
   use output_melting, only: melting_t
   use output_microstructure, only: n_micro_outputs, warning_message
   use output_numerical_fracture, only: stretched_apart
@@ -25,7 +26,8 @@ module output_warnings
     type(melting_t) :: melting
     integer(i8), private :: reported_refused = 0     !! refused steps when last reported
     real(rp), private :: inertial = 0.0_rp           !! largest inertial stress over flow stress
-    logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false.
+    logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false., &
+                        has_sleep = .false.
     logical, private :: has_validity(n_validity_warnings) = .false.
   contains
     procedure :: watch
@@ -35,7 +37,7 @@ module output_warnings
 contains
 
   !> Collective. Say what is new to warn of when a row of the history, `columns`, is due.
-  subroutine watch(self, world, scene, clock, step, particles, books, columns)
+  subroutine watch(self, world, scene, clock, step, particles, books, history, columns)
     class(warnings_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -43,12 +45,14 @@ contains
     type(step_t), intent(in) :: step
     type(particles_t), intent(in) :: particles
     type(books_t), intent(in) :: books
+    type(history_t), intent(in) :: history
     type(row_t), intent(in) :: columns
 
     call note_refused(self, world, clock)
     call warn_validity(self, world, scene, clock, books)
     call self%melting%watch_particles(world, scene, clock, particles)
     call warn_inertia(self, world, scene, clock, columns)
+    call warn_sleep(self, world, clock, history, columns)
     call warn_returns(self, world, clock, step)
     call warn_fracture(self, world, scene, clock, particles)
   end subroutine watch
@@ -84,6 +88,24 @@ contains
       if (world%is_root() .and. message /= '') call say(message)
     end do
   end subroutine warn_validity
+
+  !> Warn once if sleeping material took more than a thousandth of the energy turned over.
+  subroutine warn_sleep(self, world, clock, history, columns)
+    type(warnings_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(clock_t), intent(in) :: clock
+    type(history_t), intent(in) :: history
+    type(row_t), intent(in) :: columns           !! of the history
+    real(rp), parameter :: most = 1.0e-3_rp
+    real(rp) :: part
+
+    part = abs(columns%value('sleep_loss'))/max(history%audit_scale, tiny(1.0_rp))
+    if (part <= most .or. self%has_sleep) return
+    self%has_sleep = .true.
+    if (world%is_root()) call say('warning: at t = '//str(clock%time)// &
+      ' s sleeping material has taken '//str(100.0_rp*part)// &
+      ' % of the energy turned over: lower SLEEP_STRESS, or SLEEPING = off')
+  end subroutine warn_sleep
 
   !> Warn once if the inertial stress of a constant mass scaling is not small.
   subroutine warn_inertia(self, world, scene, clock, columns)

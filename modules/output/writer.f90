@@ -22,6 +22,7 @@ module output_writer
   use output_warnings, only: warnings_t
   use particles_store, only: particles_t
   use physics_flow_law, only: law_output, law_unit
+  use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t
   use state_books, only: books_t
   use state_clock, only: clock_t
@@ -116,8 +117,8 @@ contains
   !> Write what is due at the present time, rows before a checkpoint, which counts them. What is
   !> `last` leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they
   !> were not due.
-  subroutine due(self, world, scene, clock, step, tool, probes, particles, exchange, books, &
-                 history, last, error)
+  subroutine due(self, world, scene, clock, step, tool, probes, particles, sleepers, exchange, &
+                 books, history, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -126,6 +127,7 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(probes_t), intent(inout) :: probes
     type(particles_t), intent(in) :: particles
+    type(sleepers_t), intent(in) :: sleepers
     type(exchange_t), intent(in) :: exchange
     type(books_t), intent(in) :: books
     type(history_t), intent(inout) :: history
@@ -153,8 +155,8 @@ contains
         if (.not. world%all_true(is_finite(particles))) then
           step%is_broken = .true.
         else if (world%all_true(.not. step%lost_row)) then
-          call save_checkpoint(world, scene, clock, step, tool, probes, particles, exchange, &
-                               books, history, error)
+          call save_checkpoint(world, scene, clock, step, tool, probes, particles, sleepers, &
+                               exchange, books, history, error)
         end if
         step%secured = wall_time()
       end if
@@ -218,7 +220,7 @@ contains
 
     if (history%row_time >= clock%time .and. history%rows > 0) return   ! has it already
     call history_row(world, scene, clock, step, tool, particles, books, history, columns)
-    call self%warnings%watch(world, scene, clock, step, particles, books, columns)
+    call self%warnings%watch(world, scene, clock, step, particles, books, history, columns)
     call self%history%row(columns%values())
     if (probes%n > 0) then
       call share_probes(world, probes)

@@ -83,15 +83,14 @@ contains
                      is_resumed, error)
     if (.not. is_resumed) call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, &
                                           sim%probes, &
-        sim%particles, sim%exchange, sim%books, sim%history, .false., error)
+        sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
       call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
-                      sim%exchange, &
-                      sim%books, sim%history, is_finished(sim), error)
+                      sim%sleepers, sim%exchange, sim%books, sim%history, is_finished(sim), error)
       call check_state(world, sim, status, message)
       call writer%progress%line(world, sim%scene, sim%clock)
       call sim%timer%lap(ph_output)
@@ -99,8 +98,7 @@ contains
     end do
     if (status == ended_well .and. .not. (sim%step%output_is_lost .or. error%is_set())) then
       call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
-                      sim%exchange, &
-                      sim%books, sim%history, .true., error)
+                      sim%sleepers, sim%exchange, sim%books, sim%history, .true., error)
       call check_state(world, sim, status, message)
     end if
     if (status /= ended_well .and. .not. sim%step%output_is_lost) then
@@ -146,14 +144,14 @@ contains
     is_good = world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
     if (is_good .and. (is_sound .or. .not. is_there)) then
       call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
-                           sim%particles, &
-                           sim%exchange, sim%books, sim%history, error)
+                           sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, &
+                           error)
       message = message//'; checkpoint '//checkpoint_path(sim%scene)
       return
     end if
     call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
-                         sim%particles, sim%exchange, &
-                         sim%books, sim%history, error, broken_path(sim%scene))
+                         sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, &
+                         error, broken_path(sim%scene))
     message = message//'; this state is in '//broken_path(sim%scene)
     if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim%scene)
   end subroutine save_last_state

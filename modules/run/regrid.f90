@@ -37,8 +37,7 @@ contains
     is_new = sim%blocks%n_awake < 0
     call adapt_mass(world, sim)
     call update_sleep(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
-                      sim%sleepers, others_sleep, &
-                      can_wait)
+                      sim%sleepers, sim%books, others_sleep, can_wait)
     if (can_wait .and. .not. may_stray(sim)) then
       sim%clock%sorted_at = sim%clock%step
       return

@@ -13,6 +13,8 @@ module run_restart
   use physics_flow_law, only: n_validity_warnings
   use run_balance, only: first_partition
   use run_regrid, only: regrid, relist
+  use sleep_motion, only: start_tracking
+  use sleep_sleepers, only: n_motion
   use state_books, only: n_sums
   use step_simulation, only: simulation_t
   implicit none (type, external)
@@ -32,6 +34,7 @@ contains
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
     type(box_t), allocatable :: boxes(:)
+    type(box_t) :: cubes
     real(rp), allocatable :: global(:), local(:)
     character(:), allocatable :: outside
     logical :: fits, same_ranks
@@ -45,8 +48,11 @@ contains
       fits = sim%particles%nf == plain .or. sim%particles%nf == plain + 1
       if (fits) call sim%particles%change_fields(layout%n)
     end associate
-    if (.not. fits .or. size(global) < n_clock .or. size(local) /= n &
-        + n_tool_sums*size(sim%tool)) then
+    if (size(global) >= n_clock) then
+      cubes = box_t(nint(global(22:24)), nint(global(25:27)))
+      fits = fits .and. size(local) == n + n_tool_sums*size(sim%tool) + n_motion*cubes%count()
+    end if
+    if (.not. fits .or. size(global) < n_clock) then
       call error%raise(path//other_scene)
       return
     end if
@@ -63,6 +69,12 @@ contains
       sim%tool(k)%sums = local(n + 1 + n_tool_sums*(k - 1):n + n_tool_sums*k)
       call sim%tool(k)%move_to(sim%clock%time)
     end do
+    if (sim%scene%method%sleep%is_on .and. cubes%count() > 0) then
+      call start_tracking(sim%sleepers%motion, cubes)
+      sim%sleepers%motion%time = global(28)
+      sim%sleepers%motion%sums = reshape(local(n + n_tool_sums*size(sim%tool) + 1:), &
+                                         [n_motion, cubes%count()])
+    end if
     if (.not. sim%scene%method%sleep%is_on) call wake_all(world, sim%particles, same_ranks)
     if (same_ranks) then
       call move_alloc(boxes, sim%exchange%boxes)

@@ -27,8 +27,7 @@ contains
       if (.not. sleep%is_on) return
       sleep%distance = input%real('METHOD', 1, 'SLEEP_DISTANCE')
       if (sleep%distance <= 0.0_rp) sleep%distance = 0.5_rp*maxval(tool%stirring_radius())
-      sleep%strain = input%real('METHOD', 1, 'SLEEP_STRAIN')
-      sleep%rate = input%real('METHOD', 1, 'SLEEP_RATE')
+      sleep%stress = input%real('METHOD', 1, 'SLEEP_STRESS')
       sleep%heat = input%real('METHOD', 1, 'SLEEP_HEAT')
     end associate
     call scene%layout%add(1, scene%layout%rest)

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Sleeping: material that is still stops its mechanics but keeps conducting. The grid is divided
-!> into cubes of a few cells. A cube is awake near a tool; where its particles together move, or one
-!> of them flows, or sleepers have changed their temperature; and next to such a cube, by a face or
-!> an edge. What particles have of their own, not shared with their neighbours, is noise that no
-!> node feels and wakes nobody.
-!> Sleepers that share nodes with awake particles are the rim (sleep_absorbing_layer).
+!> Sleeping: material whose stress does not change stops its mechanics but keeps conducting. The
+!> grid is divided into cubes of a few cells. What counts is stress, against SLEEP_STRESS times the
+!> largest mean stress of a cube: a cube wakes if what awake material does to its held nodes is more
+!> than that, and falls asleep only if its stress would not change by as much while it sleeps. A cube
+!> is awake near a tool, too, where sleepers have changed their temperature, and next to such a cube, by a face or an edge. What particles have of their own, not shared with their
+!> neighbours, is noise that no node feels and wakes nobody.
+!> Sleepers that share nodes with awake particles are the held layer (sleep_held_layer).
 module sleep_criteria
   use base_kinds, only: i8, nlane, rp
   use boundary_held, only: boundary_t, mirrors_t
@@ -12,11 +13,12 @@ module sleep_criteria
   use contact_tool, only: tool_t
   use grid_geometry, only: box_t, dilate, grid_t, nearest_node, nearest_nodes
   use mapping_nodes, only: nodes_t
-  use mapping_stability, only: wave_speed
-  use particles_store, only: asleep, awake, f_mass, f_pos, f_rate, f_temp, f_vel, particles_t, &
-                             rests, rim, set_rest, tag_rest
-  use sleep_sleepers, only: sleepers_t
+  use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, &
+                             particles_t, rests, rim, set_rest, tag_rest
+  use sleep_motion, only: mean_traction, mean_velocity, start_tracking
+  use sleep_sleepers, only: edge, m_mass, motion_t, n_motion, sleepers_t
   use state_blocks, only: blocks_t
+  use state_books, only: books_t, e_sleep
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -24,13 +26,12 @@ module sleep_criteria
 
   public :: update_sleep, count_awake, swap_lists
 
-  ! What the particles of a cube say.
+  ! What the particles of a cube say, before what its nodes did (sleep_motion).
   integer, parameter :: a_calls = 1, &    !! how many call
                         a_mass = 2, &     !! of the awake ones [kg]
-                        a_momentum = 3    !! of these [kg m/s], 3
-  integer, parameter :: n_asked = 5
+                        a_stress = 3      !! mass times Kirchhoff stress of these [kg Pa], 6
+  integer, parameter :: n_said = 8, n_asked = n_said + n_motion
 
-  integer, parameter :: edge = 2          !! of a cube [cells]
   integer, parameter :: patience = 200    !! steps from one falling asleep to the next
   real(rp), parameter :: few = 0.05_rp    !! sleepers that call, over the awake, for whom it is not
                                           !! worth a sort
@@ -40,8 +41,8 @@ contains
   !> Collective, before a sort: who sleeps until the next one. `has_changed`: on this rank other
   !> particles than before. `can_wait`: nobody yet, since nobody may fall asleep now and only a few
   !> would wake.
-  subroutine update_sleep(world, scene, clock, tool, particles, blocks, sleepers, has_changed, &
-                          can_wait)
+  subroutine update_sleep(world, scene, clock, tool, particles, blocks, sleepers, books, &
+                          has_changed, can_wait)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -49,6 +50,7 @@ contains
     type(particles_t), intent(inout) :: particles
     type(blocks_t), intent(in) :: blocks
     type(sleepers_t), intent(inout) :: sleepers
+    type(books_t), intent(inout) :: books
     logical, intent(out) :: has_changed, can_wait
     logical :: may_sleep
     logical, allocatable :: is_awake(:, :, :), near(:, :, :)
@@ -61,7 +63,8 @@ contains
     if (.not. scene%method%sleep%is_on) return
     may_sleep = clock%step/patience > max(0_i8, clock%sorted_at)/patience
     box = cubes_in_use(world, scene, particles, blocks, sleepers)
-    call find_awake(world, scene, clock, tool, particles, may_sleep, box, is_awake)
+    call find_awake(world, scene, clock, tool, particles, sleepers%motion, may_sleep, box, is_awake)
+    call start_tracking(sleepers%motion, box)
     if (blocks%n_awake >= 0 .and. .not. may_sleep) then
       can_wait = few_would_wake(world, scene, particles, blocks, box, is_awake)
       if (can_wait) return
@@ -74,7 +77,7 @@ contains
       if (all(rest == sleepers%rest)) last = blocks%n_awake   ! sleepers do not move
     end if
     do b = 1, last
-      call put_to_rest(scene, particles, box, rest, b, has_changed)
+      call put_to_rest(scene, clock, particles, books, box, rest, b, has_changed)
     end do
     call move_alloc(rest, sleepers%rest)
     sleepers%cubes = box
@@ -117,9 +120,11 @@ contains
   end function few_would_wake
 
   !> Who sleeps in block `b`.
-  subroutine put_to_rest(scene, particles, box, rest, b, has_changed)
+  subroutine put_to_rest(scene, clock, particles, books, box, rest, b, has_changed)
     type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     type(particles_t), intent(inout) :: particles
+    type(books_t), intent(inout) :: books
     type(box_t), intent(in) :: box
     integer, intent(in) :: rest(box%count()), b      !! rest by cube
     logical, intent(inout) :: has_changed
@@ -132,6 +137,8 @@ contains
         if (rest(c(p)) == was(p)) cycle
         has_changed = .true.
         if (was(p) == awake) then
+          books%sums(e_sleep) = books%sums(e_sleep) &
+            + 0.5_rp*clock%mass_scaling*ps(p, f_mass)*sum(ps(p, f_vel:f_vel + 2)**2)
           ps(p, f_vel:f_vel + 2) = 0.0_rp
           ps(p, scene%layout%rest) = ps(p, f_temp)
         end if
@@ -140,13 +147,15 @@ contains
     end associate
   end subroutine put_to_rest
 
-  !> The cubes that are awake: also those that were, unless they may fall asleep now.
-  subroutine find_awake(world, scene, clock, tool, particles, may_sleep, box, is_awake)
+  !> The cubes that are awake: also those that were, unless they may fall asleep now. `motion` is
+  !> what nodes did since this was asked last.
+  subroutine find_awake(world, scene, clock, tool, particles, motion, may_sleep, box, is_awake)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(in) :: particles
+    type(motion_t), intent(in) :: motion
     logical, intent(in) :: may_sleep
     type(box_t), intent(in) :: box
     logical, allocatable, intent(out) :: is_awake(:, :, :)
@@ -156,17 +165,126 @@ contains
     n = box%hi - box%lo + 1
     allocate (sums(n_asked, n(1), n(2), n(3)), source=0.0_rp)
     call ask_particles(scene, particles, box, sums)
+    call ask_nodes(motion, box, sums)
     flat = reshape(sums, [size(sums)])
     call world%sum(flat)
     sums = reshape(flat, shape(sums))
-    associate (fastest => scene%method%sleep%strain*wave_speed(clock))
-      is_awake = sums(a_calls, :, :, :) > 0.0_rp &
-                 .or. norm2(sums(a_momentum:, :, :, :), 1) > fastest*sums(a_mass, :, :, :)
-    end associate
+    allocate (is_awake(n(1), n(2), n(3)))
+    call judge_cubes(scene, clock, motion%time, n, sums, is_awake)
     call add_neighbours(is_awake)
     call ask_tools(scene, tool, box, is_awake)
     if (.not. may_sleep) is_awake = is_awake .or. sums(a_mass, :, :, :) > 0.0_rp
   end subroutine find_awake
+
+  !> Which of the cubes of `box` have to be awake by what particles and nodes say.
+  subroutine judge_cubes(scene, clock, time, n, sums, is_active)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    real(rp), intent(in) :: time                 !! of the means [s]
+    integer, intent(in) :: n(3)                  !! cubes
+    real(rp), intent(in) :: sums(n_asked, n(1), n(2), n(3))   !! of all ranks
+    logical, intent(out) :: is_active(n(1), n(2), n(3))
+    real(rp) :: limit, v(3, n(1), n(2), n(3))
+    integer :: i, j, k
+
+    limit = scene%method%sleep%stress*largest_stress(product(n), sums)
+    do k = 1, n(3)
+      do j = 1, n(2)
+        do i = 1, n(1)
+          associate (nodes => sums(n_said + 1:, i, j, k))
+            v(:, i, j, k) = mean_velocity(nodes)
+            is_active(i, j, k) = sums(a_calls, i, j, k) > 0.0_rp &
+              .or. mean_traction(nodes, time, scene%grid%h) > limit
+          end associate
+        end do
+      end do
+    end do
+    is_active = is_active .or. (sums(a_mass, :, :, :) > 0.0_rp &
+      .and. stress_change(scene, clock, n, v, sums(n_said + m_mass, :, :, :) > 0.0_rp) > limit)
+  end subroutine judge_cubes
+
+  !> Largest norm of the mean Kirchhoff stress of a cube's awake particles [Pa].
+  pure real(rp) function largest_stress(n, sums) result(largest)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: sums(n_asked, n)
+    integer :: c
+
+    largest = 0.0_rp
+    do c = 1, n
+      associate (s => sums(a_stress:a_stress + 5, c), mass => sums(a_mass, c))
+        if (mass > 0.0_rp) largest = max(largest, sqrt(sum(s(1:3)**2) + 2.0_rp*sum(s(4:6)**2))/mass)
+      end associate
+    end do
+  end function largest_stress
+
+  !> By how much the stress of a cube would be wrong if it slept from now on [Pa]: by its elastic
+  !> strain until it is asked again, and by the wave that stopping it sends out.
+  pure function stress_change(scene, clock, n, v, is_there) result(change)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    integer, intent(in) :: n(3)
+    real(rp), intent(in) :: v(3, n(1), n(2), n(3))       !! mean velocities [m/s]
+    logical, intent(in) :: is_there(n(1), n(2), n(3))    !! a cube has nodes
+    real(rp) :: change(n(1), n(2), n(3))
+    real(rp) :: gradient(3, 3), lambda, rate(3, 3), shear, time
+    integer :: a, i, j, k, m
+
+    shear = maxval(scene%material%g)
+    lambda = maxval([(scene%material(m)%lambda(), m=1, size(scene%material))])
+    time = scene%method%sort_interval*clock%dt
+    change = maxval(scene%material%rho)*sqrt(clock%mass_scaling*clock%stiffness)*norm2(v, 1)
+    do k = 1, n(3)
+      do j = 1, n(2)
+        do i = 1, n(1)
+          if (.not. is_there(i, j, k)) cycle
+          do a = 1, 3
+            gradient(:, a) = difference(a)/(edge*scene%grid%h)
+          end do
+          rate = shear*(gradient + transpose(gradient))
+          do a = 1, 3
+            rate(a, a) = rate(a, a) + lambda*(gradient(1, 1) + gradient(2, 2) + gradient(3, 3))
+          end do
+          change(i, j, k) = max(change(i, j, k), time*norm2(rate))
+        end do
+      end do
+    end do
+  contains
+    !> Of the velocities of the cubes on both sides along axis `a`, for one cube's edge.
+    pure function difference(a)
+      integer, intent(in) :: a
+      real(rp) :: difference(3)
+      integer :: high(3), low(3)
+
+      low = [i, j, k]
+      high = low
+      if (low(a) > 1) low(a) = low(a) - 1
+      if (.not. is_there(low(1), low(2), low(3))) low(a) = high(a)
+      if (high(a) < n(a)) high(a) = high(a) + 1
+      if (.not. is_there(high(1), high(2), high(3))) high(a) = high(a) - 1
+      difference = (v(:, high(1), high(2), high(3)) - v(:, low(1), low(2), low(3))) &
+                   /max(1, high(a) - low(a))
+    end function difference
+  end function stress_change
+
+  !> Add what this rank's nodes did, in the cubes that are still asked.
+  pure subroutine ask_nodes(motion, box, sums)
+    type(motion_t), intent(in) :: motion
+    type(box_t), intent(in) :: box
+    real(rp), intent(inout) :: sums(n_asked, box%lo(1):box%hi(1), box%lo(2):box%hi(2), &
+                                    box%lo(3):box%hi(3))
+    integer :: c, i, j, k
+
+    if (.not. allocated(motion%sums)) return
+    c = 0
+    do k = motion%box%lo(3), motion%box%hi(3)
+      do j = motion%box%lo(2), motion%box%hi(2)
+        do i = motion%box%lo(1), motion%box%hi(1)
+          c = c + 1
+          if (box%has([i, j, k])) sums(n_said + 1:, i, j, k) = motion%sums(:, c)
+        end do
+      end do
+    end do
+  end subroutine ask_nodes
 
   !> What this rank's particles say in each cube.
   subroutine ask_particles(scene, particles, box, sums)
@@ -181,11 +299,7 @@ contains
       do b = 1, particles%nblk
         associate (ps => particles%ps(:, :, b))
           is_awake = rests(nlane, particles%tag(:, b)) == awake
-          where (is_awake)
-            wants_wake = ps(:, f_rate) > limits%rate
-          else where
-            wants_wake = abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
-          end where
+          wants_wake = .not. is_awake .and. abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
           if (.not. any(wants_wake .or. is_awake)) cycle
           c = cubes(scene%grid, box, ps(:, f_pos:f_pos + 2))
           do p = 1, particles%count(b)
@@ -193,7 +307,8 @@ contains
               if (wants_wake(p)) at(a_calls) = at(a_calls) + 1.0_rp
               if (.not. is_awake(p)) cycle
               at(a_mass) = at(a_mass) + ps(p, f_mass)
-              at(a_momentum:) = at(a_momentum:) + ps(p, f_mass)*ps(p, f_vel:f_vel + 2)
+              at(a_stress:a_stress + 5) = at(a_stress:a_stress + 5) &
+                + ps(p, f_mass)*ps(p, f_tau:f_tau + 5)
             end associate
           end do
         end associate
@@ -257,7 +372,7 @@ contains
     c = 1 + (ijk(:, 1) - box%lo(1)) + n(1)*(ijk(:, 2) - box%lo(2) + n(2)*(ijk(:, 3) - box%lo(3)))
   end function cubes
 
-  !> After a sort: the awake blocks come first, then those of the rim.
+  !> After a sort: the awake blocks come first, then those of the held layer.
   subroutine count_awake(particles, blocks, sleepers)
     type(particles_t), intent(in) :: particles
     type(blocks_t), intent(inout) :: blocks
@@ -273,7 +388,7 @@ contains
     end do
   end subroutine count_awake
 
-  !> Conduction works on the nodes of all particles, steps on those of awake particles and the rim;
+  !> Conduction works on the nodes of all particles, steps on those of awake particles and the held layer;
   !> the other nodes must be 0 then.
   subroutine swap_lists(scene, nodes, boundary)
     type(scene_t), intent(in) :: scene

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> What walls and clamps bear of the sleepers beyond the rim. Steps book what they bear of awake
-!> particles and of the rim; the stress of the others is frozen, and so is its part of their force,
-!> which is found when the sleepers change: that on all sleepers less that on the rim.
+!> What walls and clamps bear of the sleepers beyond the held layer. Steps book what they bear of awake
+!> particles and of the held layer; the stress of the others is frozen, and so is its part of their force,
+!> which is found when the sleepers change: that on all sleepers less that on the held layer.
 module sleep_held_force
   use base_kinds, only: nlane, rp
   use boundary_clamps, only: hold_walls
@@ -13,7 +13,6 @@ module sleep_held_force
   use mapping_nodes, only: clear_nodes, nodes_t, update_nodes
   use mapping_weights, only: weights_of
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
-  use sleep_absorbing_layer, only: layer_inertia
   use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t
   use state_books, only: books_t
@@ -69,7 +68,7 @@ contains
     sleepers%borne = sleepers%borne - of_layer
   end subroutine find_borne
 
-  !> Impulse of the walls and clamps in a step on the sleepers beyond the rim.
+  !> Impulse of the walls and clamps in a step on the sleepers beyond the held layer.
   subroutine book_sleepers(sleepers, books, dt)
     type(sleepers_t), intent(in) :: sleepers
     type(books_t), intent(inout) :: books
@@ -156,7 +155,7 @@ contains
     call storage_nodes(scene%grid, nodes%patch, nlane, ps(1, f_pos), node, is_own)
     if (.not. any(near(node(:n)))) return
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    call force_records(layer_inertia(scene, clock), &
+    call force_records(clock%mass_scaling, &
                        1.0_rp/scene%material(scene%body(body)%material)%rho, &
                        outer_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
                        ps(1, f_tau), ps(1, &

@@ -20,8 +20,9 @@ module state_books
     e_friction = 8, &   !! friction heat between deformable bodies
     e_contact = 9, &    !! energy lost in normal contact between deformable bodies
     e_scaling = 10, &    !! kinetic energy given by changes of the mass scaling
-    e_conduction = 11   !! heat that conduction steps have made: rounding
-  integer, parameter, public :: n_sums = 11
+    e_conduction = 11, &  !! heat that conduction steps have made: rounding
+    e_sleep = 12        !! kinetic energy of what falls asleep, and what holding sleepers takes
+  integer, parameter, public :: n_sums = 12
 
   !> All that a step adds to: what is refused is given back by one assignment
   !> (exchange_speculation).

@@ -76,8 +76,8 @@ module state_scene
   type :: sleep_t
     logical :: is_on = .false.
     real(rp) :: distance = 0.0_rp        !! from the tools below which it is awake [m]
-    real(rp) :: strain = 0.0_rp          !! speed over wave speed above which it is awake
-    real(rp) :: rate = 0.0_rp            !! plastic strain rate above which it is awake [1/s]
+    real(rp) :: stress = 0.0_rp          !! change of stress over the largest stress above which it
+                                         !! is awake
     real(rp) :: heat = 0.0_rp            !! change of temperature that wakes it [K]
   end type sleep_t
 

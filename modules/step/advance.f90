@@ -14,8 +14,9 @@ module step_advance
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes, update_nodes
   use mapping_probes, only: move_probes
-  use sleep_absorbing_layer, only: freeze_layer
   use sleep_held_force, only: book_sleepers
+  use sleep_held_layer, only: freeze_layer
+  use sleep_motion, only: track_motion
   use state_books, only: books_t
   use state_scene, only: scheme_usavg, scheme_usl, transfer_apic
   use state_step, only: outcome_t
@@ -68,6 +69,7 @@ contains
     end do
     call resolve_contact(world, sim, dt, moved, outcome)
     call book_sleepers(sim%sleepers, sim%books, dt)
+    call track_motion(sim%nodes, sim%sleepers, dt, moved(:, :, 1))
     call book_impulse(sim%scene, sim%nodes, sim%boundary, sim%books, dt, moved)
     if (sim%scene%method%scheme /= scheme_usl) then
       call accelerate(sim%scene, sim%step, sim%particles, sim%nodes, moved)

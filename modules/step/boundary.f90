@@ -6,7 +6,7 @@ module step_boundary
   use boundary_symmetry, only: r_velocity, restore
   use comm_world, only: world_t
   use exchange_speculation, only: may_speculate
-  use sleep_absorbing_layer, only: damp_layer
+  use sleep_held_layer, only: hold_layer
   use step_simulation, only: simulation_t
   implicit none (type, external)
   private
@@ -15,7 +15,7 @@ module step_boundary
 
 contains
 
-  !> Collective. Velocities of the nodes as the absorbing layer, walls and clamps allow; with
+  !> Collective. Velocities of the nodes as walls, clamps and sleepers allow; with
   !> several groups of bodies symmetry planes and tools wait until these have met. `stands`: as far
   !> as this rank sees, the step does.
   subroutine apply_boundary(world, sim, dt, g, stands)
@@ -25,8 +25,8 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     logical, intent(in) :: stands
 
-    call damp_layer(sim%nodes, sim%sleepers, g(:, :, 1))
     call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%books, 1.0_rp, g)
+    call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%books, g(:, :, 1))
     if (sim%nodes%n_groups > 1) return
     call mirror_nodes(sim, g)
     call move_tools(sim, dt)

@@ -9,7 +9,7 @@ module step_to_grid
   use comm_world, only: world_t
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes
-  use sleep_absorbing_layer, only: add_layer
+  use sleep_held_layer, only: add_layer
   use state_scene, only: scheme_usl
   use step_simulation, only: simulation_t
   use update_sweeps, only: blocks_to_grid

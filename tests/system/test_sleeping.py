@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Material that sleeps: the same results as always awake, no reflection, ranks, restart."""
+"""Material that sleeps: the same results as always awake, loads that are kept, ranks, restart."""
 
 import driver
 import numpy as np
@@ -18,14 +18,14 @@ def place(tmp_path, name):
 
 def test_sleeping_changes_little(run, tmp_path):
     """The project's own measure, at 2 mm: temperatures within 3 K, torque and force within 2 %, plastic
-    strain in the stir zone within 2 % of the always awake run, half of the particle steps saved."""
+    strain in the stir zone within 2 % of the always awake run, a fifth of the particle steps saved."""
     both = {}
     for mode in ("off", "on"):
         sets = {**LONG, "METHOD.SLEEPING": mode}
         both[mode] = run("stir", "--quiet", sets=sets, directory=place(tmp_path, mode)).results("stir")
     one, two = both["off"], both["on"]
     assert one.summary()["awake_share"] == 1.0
-    assert two.summary()["awake_share"] < 0.7
+    assert two.summary()["awake_share"] < 0.82
     n = min(len(one.history().rows), len(two.history().rows))
     late = one.history()["time[s]"][:n] > 0.05
     for name in ("tool_torque[Nm]", "tool_force_z[N]"):
@@ -59,7 +59,7 @@ FLOORS = {
 def test_floor_bears_sleepers(run, tmp_path, floor):
     """Under 1e4 times its weight a pressed plate of 0.41 kg falls asleep with its load: the floor's force is
     that without sleep to 1 %, and that of tool and weight together to 2 %; without that of sleepers beyond the
-    rim it is 10 % too small. The floor is a mirror, or a clamp whose face lies between nodes."""
+    held layer it is 10 % too small. The floor is a mirror, or a clamp whose face lies between nodes."""
     text = (driver.INPUTS / "stir.nml").read_text()
     assert FLOORS["mirror"] in text
     (tmp_path / "stir.nml").write_text(text.replace(FLOORS["mirror"], FLOORS[floor]))
@@ -75,22 +75,49 @@ def test_floor_bears_sleepers(run, tmp_path, floor):
         share = done.summary()["awake_share"]
     given = history["tool_force_z[N]"][late].mean() + 8960 * 96e-3 * 40e-3 * 12e-3 * 1e5
     print(force, given, share)
-    assert share < 0.7
+    assert share < 0.8
     assert force["on"] == pytest.approx(force["off"], rel=0.01)
     assert force["on"] == pytest.approx(given, rel=0.02)
 
 
-def test_rim_does_not_reflect(run, tmp_path):
-    """Of a pulse that runs into sleeping material, which a strain limit of 0.5 keeps asleep, less than 5 %
-    of its energy comes back (a free or fixed end would send back all of it)."""
+def rod(run, directory, scaling, slowness, young):
+    """rod.nml with its loading `slowness` times slower: awake share, and force over E A delta/L from 0.3 of the time."""
+    factor = np.sqrt(scaling / 100 * 70e9 / young) * slowness
+    ramp, speed = 3.52e-4 * factor, 5e-3 / factor
+    sets = {"TIME.MASS_SCALING": scaling, "TIME.END": 1.76e-3 * factor, "MOTION(1).VELOCITY": f"0,0,{-speed}",
+            "MOTION(1).RAMP": ramp, "OUTPUT.HISTORY_INTERVAL": 1.76e-5 * factor, "MATERIAL.YOUNGS_MODULUS": young}
+    results = run("rod", "--quiet", sets=sets, directory=directory).results("rod")
+    history = results.history()
+    middle = 0.5 * (history["time[s]"][1:] + history["time[s]"][:-1])        # rows hold means since the last
+    exact = young * 4e-6 / 8e-3 * speed * (middle - 0.5 * ramp)
+    late = middle > 0.3 * middle[-1]
+    assert np.abs(history["sleep_loss[J]"]).max() < 1e-3 * history["tool_work[J]"][-1]
+    return results.summary()["awake_share"], history["tool_force_z[N]"][1:][late] / exact[late]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rod_keeps_its_load(run, tmp_path, seed):
+    """A rod that is loaded fast or slowly bears its whole load, within 1 % at every time, also where a part of it
+    sleeps."""
+    draw = np.random.default_rng(seed)
+    scaling, slowness, young = 10 ** draw.uniform(0, 4), 10 ** draw.uniform(1.6, 1.9), 10 ** draw.uniform(10, 11.3)
+    for name, slower in {"fast": 1.0, "slow": slowness}.items():
+        share, ratio = rod(run, place(tmp_path, name), scaling, slower, young)
+        print(scaling, slower, young, share, ratio.min(), ratio.max())
+        assert np.abs(ratio - 1).max() < 0.01
+    assert share < 0.95
+
+
+def test_pulse_wakes_sleepers(run, tmp_path):
+    """A pulse that runs into sleeping material wakes it, runs on and keeps its energy, within a tenth."""
     energy = {}
     for mode in ("off", "on"):
-        sets = {"METHOD.SLEEPING": mode} | ({"METHOD.SLEEP_STRAIN": "0.5"} if mode == "on" else {})
-        history = run("pulse", "--quiet", sets=sets, directory=place(tmp_path, mode)).results("pulse").history()
-        energy[mode] = history["kinetic[J]"] + history["elastic[J]"]
-    print(energy["on"].max() / energy["off"].max(), energy["on"][-1] / energy["off"][-1])
-    assert energy["on"].max() > 0.9 * energy["off"].max()
-    assert energy["on"][-1] < 0.05 * energy["off"][-1]
+        done = run("pulse", "--quiet", sets={"METHOD.SLEEPING": mode}, directory=place(tmp_path, mode)).results("pulse")
+        energy[mode] = done.history()["kinetic[J]"] + done.history()["elastic[J]"]
+        share = done.summary()["awake_share"]
+    print(share, energy["on"].max() / energy["off"].max(), energy["on"][-1] / energy["off"][-1])
+    assert share < 0.6
+    assert energy["on"] == pytest.approx(energy["off"], rel=0.1, abs=1e-3 * energy["off"].max())
 
 
 @pytest.mark.parametrize("ranks", [1, 3])

@@ -1,0 +1,175 @@
+! SPDX-License-Identifier: MIT
+!> The held layer: sleepers that share nodes with awake particles. Their mass, frozen force and heat
+!> do not change until the next sort or conduction step, so they are gathered once and added to the
+!> nodes in every step. The nodes that they share are held at rest. What awake material loads them
+!> with is the impulse that holding takes: it says when the sleepers' stress is no longer right
+!> (sleep_motion), and they wake.
+!>
+!> Held nodes lose no displacement, other than nodes that the sleepers damp: a rod that is pressed
+!> slowly bears its whole load. Waves come back from them, which the awake material then has to lose.
+module sleep_held_layer
+  use base_kinds, only: rp
+  use boundary_held, only: boundary_t
+  use boundary_symmetry, only: reflect, r_momentum
+  use comm_world, only: world_t
+  use mapping_fbar, only: clear_volume
+  use mapping_nodes, only: clear_nodes, least_inertia, nodes_t
+  use particles_store, only: particles_t
+  use sleep_sleepers, only: sleepers_t
+  use state_blocks, only: blocks_t
+  use state_books, only: books_t, e_sleep
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  use state_step, only: step_t
+  use update_sweeps, only: force_to_grid
+  implicit none (type, external)
+  private
+
+  public :: freeze_layer, add_layer, hold_layer
+
+  real(rp), parameter :: negligible = 1.0e-9_rp   !! of a node's mass: no awake particle is there
+
+contains
+
+  !> Collective: gather what the layer gives, if that may have changed.
+  subroutine freeze_layer(world, scene, clock, step, particles, blocks, nodes, boundary, sleepers)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(in) :: step
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    type(sleepers_t), intent(inout) :: sleepers
+    integer :: b
+
+    if (.not. scene%method%sleep%is_on .or. .not. sleepers%layer%is_stale) return
+    sleepers%layer%is_stale = .false.
+    call clear_nodes(nodes, nodes%g)
+    call clear_volume(scene, nodes)
+    do b = blocks%n_awake + 1, blocks%n_mapped
+      call force_to_grid(scene, step, nodes, clock%mass_scaling, particles%body(b), &
+                         particles%count(b), &
+                         particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1))
+    end do
+    call list_given(scene, nodes, sleepers, nodes%g(:, :, 1))
+    call reflect(scene, nodes, boundary, r_momentum, nodes%g(:, :, 1), boundary%mirrors%lost, &
+                 boundary%mirrors%own(:, 1))
+    boundary%mirrors%at_rest = boundary%mirrors%own(:, 1)
+    call nodes%halo%sum(world, 8, nodes%patch%nn, nodes%g(:, :, 1))
+    call list_held(nodes, sleepers, nodes%g(:, :, 1))
+  end subroutine freeze_layer
+
+  !> Keep what this rank's sleepers give: the nodes of `g` that have mass.
+  subroutine list_given(scene, nodes, sleepers, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(sleepers_t), intent(inout) :: sleepers
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    integer :: i
+
+    associate (layer => sleepers%layer)
+      layer%node = nodes_with_mass(nodes, g)
+      layer%record = g(:, layer%node)
+      if (allocated(layer%volume)) deallocate (layer%volume)
+      allocate (layer%volume(2*size(scene%body), size(layer%node)), source=0.0_rp)
+      if (.not. allocated(nodes%volume)) return
+      do i = 1, size(layer%node)
+        layer%volume(:, i) = nodes%volume(:, layer%node(i))
+      end do
+    end associate
+  end subroutine list_given
+
+  !> List the nodes to be held: those to which any rank's sleepers give mass.
+  subroutine list_held(nodes, sleepers, g)
+    type(nodes_t), intent(in) :: nodes
+    type(sleepers_t), intent(inout) :: sleepers
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    integer :: i, r
+
+    associate (layer => sleepers%layer)
+      layer%held = nodes_with_mass(nodes, g)
+      layer%mass = g(1, layer%held)
+      layer%is_own = [(.false., i=1, size(layer%held))]
+      i = 0
+      do r = 1, nodes%n_ranges
+        do while (i < size(layer%held))
+          if (layer%held(i + 1) > nodes%range(2, r)) exit
+          i = i + 1
+          layer%is_own(i) = nodes%range(3, r) == 1
+        end do
+      end do
+      if (allocated(layer%impulse)) deallocate (layer%impulse)
+      allocate (layer%impulse(3, size(layer%held)), source=0.0_rp)
+    end associate
+  end subroutine list_held
+
+  !> Nodes in use whose record has mass, in their order.
+  pure function nodes_with_mass(nodes, g) result(list)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    integer, allocatable :: list(:)
+    integer :: n, pass, q, r
+
+    do pass = 1, 2
+      n = 0
+      do r = 1, nodes%n_ranges
+        do q = nodes%range(1, r), nodes%range(2, r)
+          if (.not. g(1, q) > 0.0_rp) cycle
+          n = n + 1
+          if (pass == 2) list(n) = q
+        end do
+      end do
+      if (pass == 1) allocate (list(n))
+    end do
+  end function nodes_with_mass
+
+  !> Add the records of the layer to those of its nodes.
+  subroutine add_layer(nodes, sleepers, g)
+    type(nodes_t), intent(inout) :: nodes
+    type(sleepers_t), intent(in) :: sleepers
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    integer :: i, q
+
+    if (.not. allocated(sleepers%layer%node)) return
+    do i = 1, size(sleepers%layer%node)
+      q = sleepers%layer%node(i)
+      g(:, q) = g(:, q) + sleepers%layer%record(:, i)
+      if (allocated(nodes%volume)) nodes%volume(:, q) = nodes%volume(:, q) &
+          + sleepers%layer%volume(:, i)
+    end do
+  end subroutine add_layer
+
+  !> Hold the nodes of the layer at rest, after walls and clamps; keep the impulse that this takes
+  !> from each [N s] and book the energy [J]. The velocity change of the nodes counts from the
+  !> velocity of their awake particles.
+  subroutine hold_layer(scene, clock, nodes, sleepers, books, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(sleepers_t), intent(inout) :: sleepers
+    type(books_t), intent(inout) :: books
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)     !! velocity, -, change, mass
+    real(rp) :: awake, before(3), least
+    integer :: i
+
+    if (.not. allocated(sleepers%layer%held)) return
+    least = least_inertia(scene, clock)
+    associate (layer => sleepers%layer)
+      do i = 1, size(layer%held)
+        associate (record => g(:, layer%held(i)))
+          awake = record(8) - layer%mass(i)
+          before = record(1:3) - record(5:7)
+          layer%impulse(:, i) = record(8)*before + max(least, record(8))*record(5:7)
+          before = before*merge(record(8)/awake, 0.0_rp, awake > negligible*record(8))
+          if (layer%is_own(i)) books%sums(e_sleep) = books%sums(e_sleep) &
+              + 0.5_rp*dot_product(layer%impulse(:, i), before)
+          record(1:3) = 0.0_rp
+          record(5:7) = -before
+        end associate
+      end do
+    end associate
+  end subroutine hold_layer
+
+end module sleep_held_layer

@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: MIT
+!> What cubes of nodes did since it was last asked who sleeps: how fast they moved, and with which
+!> impulse held nodes were loaded. Means over many steps: waves that come and go change no lasting
+!> stress.
+module sleep_motion
+  use base_kinds, only: rp
+  use grid_geometry, only: box_t
+  use mapping_nodes, only: nodes_t
+  use sleep_sleepers, only: edge, m_impulse, m_mass, m_momentum, motion_t, n_motion, sleepers_t
+  implicit none (type, external)
+  private
+
+  public :: start_tracking, track_motion, mean_velocity, mean_traction
+
+contains
+
+  !> Forget what was, and go on in the cubes of `box`.
+  pure subroutine start_tracking(motion, box)
+    type(motion_t), intent(inout) :: motion
+    type(box_t), intent(in) :: box
+
+    motion%box = box
+    motion%time = 0.0_rp
+    if (allocated(motion%sums)) deallocate (motion%sums)
+    allocate (motion%sums(n_motion, box%count()), source=0.0_rp)
+  end subroutine start_tracking
+
+  !> After a step of length `dt` [s] with the velocities `g`: add what this rank's own nodes did to
+  !> their cubes. Nodes beyond the cubes of particles belong to the nearest one.
+  subroutine track_motion(nodes, sleepers, dt, g)
+    type(nodes_t), intent(in) :: nodes
+    type(sleepers_t), intent(inout) :: sleepers
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    integer :: c, i, q, r
+
+    if (.not. allocated(sleepers%motion%sums)) return
+    associate (motion => sleepers%motion, layer => sleepers%layer)
+      motion%time = motion%time + dt
+      do r = 1, nodes%n_ranges
+        if (nodes%range(3, r) /= 1) cycle
+        do q = nodes%range(1, r), nodes%range(2, r)
+          c = cube_of(nodes, motion%box, q)
+          associate (sums => motion%sums(:, c))
+            sums(m_mass) = sums(m_mass) + dt*g(8, q)
+            sums(m_momentum:m_momentum + 2) = sums(m_momentum:m_momentum + 2) + dt*g(8, q)*g(1:3, q)
+          end associate
+        end do
+      end do
+      if (.not. allocated(layer%held)) return
+      do i = 1, size(layer%held)
+        if (.not. layer%is_own(i)) cycle
+        c = cube_of(nodes, motion%box, layer%held(i))
+        associate (sums => motion%sums(m_impulse:m_impulse + 2, c))
+          sums = sums + layer%impulse(:, i)
+        end associate
+      end do
+    end associate
+  end subroutine track_motion
+
+  !> Number of the cube of `box` that the node `q` is in or next to.
+  pure integer function cube_of(nodes, box, q) result(c)
+    type(nodes_t), intent(in) :: nodes
+    type(box_t), intent(in) :: box
+    integer, intent(in) :: q
+    integer :: ijk(3), n(3)
+
+    associate (stride => nodes%patch%stride)
+      ijk(1) = (q - 1)/stride(1)
+      ijk(2) = (q - 1 - ijk(1)*stride(1))/stride(2)
+      ijk(3) = q - 1 - ijk(1)*stride(1) - ijk(2)*stride(2)
+    end associate
+    n = box%hi - box%lo + 1
+    ijk = max(0, min(n - 1, (ijk + nodes%patch%all%lo)/edge - box%lo))
+    c = 1 + ijk(1) + n(1)*(ijk(2) + n(2)*ijk(3))
+  end function cube_of
+
+  !> Mean velocity of a cube from its sums over all ranks [m/s]; 0 if nothing is there.
+  pure function mean_velocity(sums) result(v)
+    real(rp), intent(in) :: sums(n_motion)
+    real(rp) :: v(3)
+
+    v = 0.0_rp
+    if (sums(m_mass) > 0.0_rp) v = sums(m_momentum:m_momentum + 2)/sums(m_mass)
+  end function mean_velocity
+
+  !> Mean force on the held nodes of a cube in `time`, over the area of a cube's face [Pa].
+  pure real(rp) function mean_traction(sums, time, h) result(traction)
+    real(rp), intent(in) :: sums(n_motion)
+    real(rp), intent(in) :: time                 !! [s]
+    real(rp), intent(in) :: h                    !! of the cells [m]
+
+    traction = 0.0_rp
+    if (time > 0.0_rp) traction = norm2(sums(m_impulse:m_impulse + 2))/(time*(edge*h)**2)
+  end function mean_traction
+
+end module sleep_motion
