@@ -53,8 +53,8 @@ contains
   end subroutine note_run
 
   !> Write the state between two steps, to `path` or the usual place. It changes nothing in the run.
-  subroutine save_checkpoint(world, scene, clock, step, tool, probes, particles, sleepers, exchange, &
-                             books, history, error, path)
+  subroutine save_checkpoint(world, scene, clock, step, tool, probes, particles, sleepers, &
+                             exchange, books, history, error, path)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -96,8 +96,9 @@ contains
     do k = 1, size(tool)
       local = [local, tool(k)%sums]
     end do
-    if (allocated(sleepers%motion%sums)) &
+    if (allocated(sleepers%motion%sums)) then
       local = [local, reshape(sleepers%motion%sums, [size(sleepers%motion%sums)])]
+    end if
     call note_run(scene%output, clock%time, notes)
     file = checkpoint_path(scene)
     if (present(path)) file = path

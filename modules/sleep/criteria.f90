@@ -2,9 +2,10 @@
 !> Sleeping: material whose stress does not change stops its mechanics but keeps conducting. The
 !> grid is divided into cubes of a few cells. What counts is stress, against SLEEP_STRESS times the
 !> largest mean stress of a cube: a cube wakes if what awake material does to its held nodes is more
-!> than that, and falls asleep only if its stress would not change by as much while it sleeps. A cube
-!> is awake near a tool, too, where sleepers have changed their temperature, and next to such a cube, by a face or an edge. What particles have of their own, not shared with their
-!> neighbours, is noise that no node feels and wakes nobody.
+!> than that, and falls asleep only if its stress would not change by as much while it sleeps
+!> (sleep_stress). A cube is awake near a tool, too, where sleepers have changed their temperature,
+!> and next to such a cube, by a face or an edge. What particles have of their own, not shared with
+!> their neighbours, is noise that no node feels and wakes nobody.
 !> Sleepers that share nodes with awake particles are the held layer (sleep_held_layer).
 module sleep_criteria
   use base_kinds, only: i8, nlane, rp
@@ -15,8 +16,9 @@ module sleep_criteria
   use mapping_nodes, only: nodes_t
   use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, &
                              particles_t, rests, rim, set_rest, tag_rest
-  use sleep_motion, only: mean_traction, mean_velocity, start_tracking
-  use sleep_sleepers, only: edge, m_mass, motion_t, n_motion, sleepers_t
+  use sleep_motion, only: start_tracking
+  use sleep_sleepers, only: edge, motion_t, sleepers_t
+  use sleep_stress, only: a_calls, a_mass, a_stress, judge_cubes, n_asked, n_said
   use state_blocks, only: blocks_t
   use state_books, only: books_t, e_sleep
   use state_clock, only: clock_t
@@ -25,12 +27,6 @@ module sleep_criteria
   private
 
   public :: update_sleep, count_awake, swap_lists
-
-  ! What the particles of a cube say, before what its nodes did (sleep_motion).
-  integer, parameter :: a_calls = 1, &    !! how many call
-                        a_mass = 2, &     !! of the awake ones [kg]
-                        a_stress = 3      !! mass times Kirchhoff stress of these [kg Pa], 6
-  integer, parameter :: n_said = 8, n_asked = n_said + n_motion
 
   integer, parameter :: patience = 200    !! steps from one falling asleep to the next
   real(rp), parameter :: few = 0.05_rp    !! sleepers that call, over the awake, for whom it is not
@@ -63,7 +59,8 @@ contains
     if (.not. scene%method%sleep%is_on) return
     may_sleep = clock%step/patience > max(0_i8, clock%sorted_at)/patience
     box = cubes_in_use(world, scene, particles, blocks, sleepers)
-    call find_awake(world, scene, clock, tool, particles, sleepers%motion, may_sleep, box, is_awake)
+    call find_awake(world, scene, clock, tool, particles, sleepers%motion, may_sleep, box, &
+                    is_awake)
     call start_tracking(sleepers%motion, box)
     if (blocks%n_awake >= 0 .and. .not. may_sleep) then
       can_wait = few_would_wake(world, scene, particles, blocks, box, is_awake)
@@ -175,96 +172,6 @@ contains
     call ask_tools(scene, tool, box, is_awake)
     if (.not. may_sleep) is_awake = is_awake .or. sums(a_mass, :, :, :) > 0.0_rp
   end subroutine find_awake
-
-  !> Which of the cubes of `box` have to be awake by what particles and nodes say.
-  subroutine judge_cubes(scene, clock, time, n, sums, is_active)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    real(rp), intent(in) :: time                 !! of the means [s]
-    integer, intent(in) :: n(3)                  !! cubes
-    real(rp), intent(in) :: sums(n_asked, n(1), n(2), n(3))   !! of all ranks
-    logical, intent(out) :: is_active(n(1), n(2), n(3))
-    real(rp) :: limit, v(3, n(1), n(2), n(3))
-    integer :: i, j, k
-
-    limit = scene%method%sleep%stress*largest_stress(product(n), sums)
-    do k = 1, n(3)
-      do j = 1, n(2)
-        do i = 1, n(1)
-          associate (nodes => sums(n_said + 1:, i, j, k))
-            v(:, i, j, k) = mean_velocity(nodes)
-            is_active(i, j, k) = sums(a_calls, i, j, k) > 0.0_rp &
-              .or. mean_traction(nodes, time, scene%grid%h) > limit
-          end associate
-        end do
-      end do
-    end do
-    is_active = is_active .or. (sums(a_mass, :, :, :) > 0.0_rp &
-      .and. stress_change(scene, clock, n, v, sums(n_said + m_mass, :, :, :) > 0.0_rp) > limit)
-  end subroutine judge_cubes
-
-  !> Largest norm of the mean Kirchhoff stress of a cube's awake particles [Pa].
-  pure real(rp) function largest_stress(n, sums) result(largest)
-    integer, intent(in) :: n
-    real(rp), intent(in) :: sums(n_asked, n)
-    integer :: c
-
-    largest = 0.0_rp
-    do c = 1, n
-      associate (s => sums(a_stress:a_stress + 5, c), mass => sums(a_mass, c))
-        if (mass > 0.0_rp) largest = max(largest, sqrt(sum(s(1:3)**2) + 2.0_rp*sum(s(4:6)**2))/mass)
-      end associate
-    end do
-  end function largest_stress
-
-  !> By how much the stress of a cube would be wrong if it slept from now on [Pa]: by its elastic
-  !> strain until it is asked again, and by the wave that stopping it sends out.
-  pure function stress_change(scene, clock, n, v, is_there) result(change)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    integer, intent(in) :: n(3)
-    real(rp), intent(in) :: v(3, n(1), n(2), n(3))       !! mean velocities [m/s]
-    logical, intent(in) :: is_there(n(1), n(2), n(3))    !! a cube has nodes
-    real(rp) :: change(n(1), n(2), n(3))
-    real(rp) :: gradient(3, 3), lambda, rate(3, 3), shear, time
-    integer :: a, i, j, k, m
-
-    shear = maxval(scene%material%g)
-    lambda = maxval([(scene%material(m)%lambda(), m=1, size(scene%material))])
-    time = scene%method%sort_interval*clock%dt
-    change = maxval(scene%material%rho)*sqrt(clock%mass_scaling*clock%stiffness)*norm2(v, 1)
-    do k = 1, n(3)
-      do j = 1, n(2)
-        do i = 1, n(1)
-          if (.not. is_there(i, j, k)) cycle
-          do a = 1, 3
-            gradient(:, a) = difference(a)/(edge*scene%grid%h)
-          end do
-          rate = shear*(gradient + transpose(gradient))
-          do a = 1, 3
-            rate(a, a) = rate(a, a) + lambda*(gradient(1, 1) + gradient(2, 2) + gradient(3, 3))
-          end do
-          change(i, j, k) = max(change(i, j, k), time*norm2(rate))
-        end do
-      end do
-    end do
-  contains
-    !> Of the velocities of the cubes on both sides along axis `a`, for one cube's edge.
-    pure function difference(a)
-      integer, intent(in) :: a
-      real(rp) :: difference(3)
-      integer :: high(3), low(3)
-
-      low = [i, j, k]
-      high = low
-      if (low(a) > 1) low(a) = low(a) - 1
-      if (.not. is_there(low(1), low(2), low(3))) low(a) = high(a)
-      if (high(a) < n(a)) high(a) = high(a) + 1
-      if (.not. is_there(high(1), high(2), high(3))) high(a) = high(a) - 1
-      difference = (v(:, high(1), high(2), high(3)) - v(:, low(1), low(2), low(3))) &
-                   /max(1, high(a) - low(a))
-    end function difference
-  end function stress_change
 
   !> Add what this rank's nodes did, in the cubes that are still asked.
   pure subroutine ask_nodes(motion, box, sums)
@@ -388,8 +295,8 @@ contains
     end do
   end subroutine count_awake
 
-  !> Conduction works on the nodes of all particles, steps on those of awake particles and the held layer;
-  !> the other nodes must be 0 then.
+  !> Conduction works on the nodes of all particles, steps on those of awake particles and the held
+  !> layer; the other nodes must be 0 then.
   subroutine swap_lists(scene, nodes, boundary)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> What walls and clamps bear of the sleepers beyond the held layer. Steps book what they bear of awake
-!> particles and of the held layer; the stress of the others is frozen, and so is its part of their force,
-!> which is found when the sleepers change: that on all sleepers less that on the held layer.
+!> What walls and clamps bear of the sleepers beyond the held layer. Steps book what they bear of
+!> awake particles and of the layer; the stress of the others is frozen, and so is its part of their
+!> force, which is found when the sleepers change: that on all sleepers less that on the layer.
 module sleep_held_force
   use base_kinds, only: nlane, rp
   use boundary_clamps, only: hold_walls

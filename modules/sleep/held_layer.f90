@@ -6,7 +6,7 @@
 !> (sleep_motion), and they wake.
 !>
 !> Held nodes lose no displacement, other than nodes that the sleepers damp: a rod that is pressed
-!> slowly bears its whole load. Waves come back from them, which the awake material then has to lose.
+!> slowly bears its whole load. Waves come back from them, which the awake material has to lose.
 module sleep_held_layer
   use base_kinds, only: rp
   use boundary_held, only: boundary_t

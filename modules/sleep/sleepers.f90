@@ -12,7 +12,7 @@ module sleep_sleepers
 
   ! Sums of a cube over steps (sleep_motion).
   integer, parameter, public :: m_mass = 1, &     !! mass times time [kg s]
-                                m_momentum = 2, & !! momentum times time [kg m], 3
+                                m_momentum = 2, &  !! momentum times time [kg m], 3
                                 m_impulse = 5     !! on held nodes [N s], 3
   integer, parameter, public :: n_motion = 7
 

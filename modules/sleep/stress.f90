@@ -1,0 +1,114 @@
+! SPDX-License-Identifier: MIT
+!> Whether the stress of a cube would be wrong if it slept. The limit is SLEEP_STRESS times the
+!> largest mean stress of a cube. Held nodes of sleepers measure how far it is wrong already; for
+!> awake cubes it is foreseen.
+module sleep_stress
+  use base_kinds, only: rp
+  use sleep_motion, only: mean_traction, mean_velocity
+  use sleep_sleepers, only: edge, m_mass, n_motion
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: judge_cubes
+
+  ! What the particles of a cube say, before what its nodes did (sleep_motion).
+  integer, parameter, public :: a_calls = 1, &    !! how many call
+                                a_mass = 2, &     !! of the awake ones [kg]
+                                a_stress = 3      !! mass times their Kirchhoff stress [kg Pa], 6
+  integer, parameter, public :: n_said = 8, n_asked = n_said + n_motion
+
+contains
+
+  !> Which cubes have to be awake by what their particles and nodes say.
+  pure subroutine judge_cubes(scene, clock, time, n, sums, is_active)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    real(rp), intent(in) :: time                 !! of the means [s]
+    integer, intent(in) :: n(3)                  !! cubes
+    real(rp), intent(in) :: sums(n_asked, n(1), n(2), n(3))   !! of all ranks
+    logical, intent(out) :: is_active(n(1), n(2), n(3))
+    real(rp) :: limit, v(3, n(1), n(2), n(3))
+    integer :: i, j, k
+
+    limit = scene%method%sleep%stress*largest_stress(product(n), sums)
+    do k = 1, n(3)
+      do j = 1, n(2)
+        do i = 1, n(1)
+          associate (nodes => sums(n_said + 1:, i, j, k))
+            v(:, i, j, k) = mean_velocity(nodes)
+            is_active(i, j, k) = sums(a_calls, i, j, k) > 0.0_rp &
+              .or. mean_traction(nodes, time, scene%grid%h) > limit
+          end associate
+        end do
+      end do
+    end do
+    is_active = is_active .or. (sums(a_mass, :, :, :) > 0.0_rp &
+      .and. stress_change(scene, clock, n, v, sums(n_said + m_mass, :, :, :) > 0.0_rp) > limit)
+  end subroutine judge_cubes
+
+  !> Largest norm of the mean Kirchhoff stress of a cube's awake particles [Pa].
+  pure real(rp) function largest_stress(n, sums) result(largest)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: sums(n_asked, n)
+    integer :: c
+
+    largest = 0.0_rp
+    do c = 1, n
+      associate (s => sums(a_stress:a_stress + 5, c), mass => sums(a_mass, c))
+        if (mass > 0.0_rp) largest = max(largest, sqrt(sum(s(1:3)**2) + 2.0_rp*sum(s(4:6)**2))/mass)
+      end associate
+    end do
+  end function largest_stress
+
+  !> By how much the stress of a cube would be wrong if it slept from now on [Pa]: by its elastic
+  !> strain until it is asked again, and by the wave that stopping it sends out.
+  pure function stress_change(scene, clock, n, v, is_there) result(change)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    integer, intent(in) :: n(3)
+    real(rp), intent(in) :: v(3, n(1), n(2), n(3))       !! mean velocities [m/s]
+    logical, intent(in) :: is_there(n(1), n(2), n(3))    !! a cube has nodes
+    real(rp) :: change(n(1), n(2), n(3))
+    real(rp) :: gradient(3, 3), lambda, rate(3, 3), shear, time
+    integer :: a, i, j, k, m
+
+    shear = maxval(scene%material%g)
+    lambda = maxval([(scene%material(m)%lambda(), m=1, size(scene%material))])
+    time = scene%method%sort_interval*clock%dt
+    change = maxval(scene%material%rho)*sqrt(clock%mass_scaling*clock%stiffness)*norm2(v, 1)
+    do k = 1, n(3)
+      do j = 1, n(2)
+        do i = 1, n(1)
+          if (.not. is_there(i, j, k)) cycle
+          do a = 1, 3
+            gradient(:, a) = difference(a)/(edge*scene%grid%h)
+          end do
+          rate = shear*(gradient + transpose(gradient))
+          do a = 1, 3
+            rate(a, a) = rate(a, a) + lambda*(gradient(1, 1) + gradient(2, 2) + gradient(3, 3))
+          end do
+          change(i, j, k) = max(change(i, j, k), time*norm2(rate))
+        end do
+      end do
+    end do
+  contains
+    !> Of the velocities of the cubes on both sides along axis `a`, for one cube's edge.
+    pure function difference(a)
+      integer, intent(in) :: a
+      real(rp) :: difference(3)
+      integer :: high(3), low(3)
+
+      low = [i, j, k]
+      high = low
+      if (low(a) > 1) low(a) = low(a) - 1
+      if (.not. is_there(low(1), low(2), low(3))) low(a) = high(a)
+      if (high(a) < n(a)) high(a) = high(a) + 1
+      if (.not. is_there(high(1), high(2), high(3))) high(a) = high(a) - 1
+      difference = (v(:, high(1), high(2), high(3)) - v(:, low(1), low(2), low(3))) &
+                   /max(1, high(a) - low(a))
+    end function difference
+  end function stress_change
+
+end module sleep_stress
