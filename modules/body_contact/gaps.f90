@@ -127,11 +127,11 @@ contains
     integer :: i
 
     do i = 1, boundary%n_fixed
-      call note_node(pairs, boundary%fixed(1, i), scene%constraint(boundary%fixed(2, i))%component)
+      call note_node(pairs, boundary%fixed(1, i), scene%clamp(boundary%fixed(2, i))%held)
     end do
     do i = 1, boundary%mirrors%n_planes
       associate (plane => boundary%mirrors%plane(:, i))
-        call note_node(pairs, plane(1), scene%constraint(plane(2))%component)
+        call note_node(pairs, plane(1), scene%symmetry(plane(2))%odd)
       end associate
     end do
   end subroutine note_walls

@@ -7,7 +7,8 @@ module boundary_clamp_list
   use comm_world, only: world_t
   use grid_geometry, only: wrap
   use mapping_nodes, only: append, nodes_t
-  use state_scene, only: constraint_t, scene_t
+  use state_conditions, only: clamp_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 
@@ -35,8 +36,7 @@ contains
     do r = 1, nodes%n_ranges
       do q = nodes%range(1, r), nodes%range(2, r)
         if (boundary%is_held(q)) cycle                 ! behind a mirror
-        do c = 1, size(scene%constraint)
-          if (scene%constraint(c)%axis > 0) cycle
+        do c = 1, size(scene%clamp)
           call list_node(scene, nodes, boundary, c, q)
         end do
       end do
@@ -51,7 +51,7 @@ contains
     boundary%columns_are_cut = .not. world%all_true(is_whole)
   end subroutine list_clamps
 
-  !> What rule `c` does with node `q`.
+  !> What clamp `c` does with node `q`.
   subroutine list_node(scene, nodes, boundary, c, q)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -62,7 +62,7 @@ contains
 
     x = nodes%patch%position(q)
     call wrap(scene%grid, x)
-    if (is_fixed(scene, nodes, x) .and. holds(nodes, scene%constraint(c), x)) then
+    if (is_fixed(scene, nodes, x) .and. holds(nodes, scene%clamp(c), x)) then
       call append(boundary%fixed, boundary%n_fixed, [q, c, merge(1, 0, is_owned(scene, nodes, q))])
     end if
     do a = 1, 3
@@ -83,16 +83,16 @@ contains
     real(rp) :: face, other(3), t, y(3)
     integer :: ijk(3), k, step
 
-    associate (rule => scene%constraint(c), patch => nodes%patch)
-      face = merge(rule%upper(a), rule%lower(a), side > 0)
+    associate (clamp => scene%clamp(c), patch => nodes%patch)
+      face = merge(clamp%upper(a), clamp%lower(a), side > 0)
       if (abs(face) >= 0.5_rp*huge(1.0_rp)) return
       y = image(nodes, x, a, face)
       t = (face - y(a))/patch%h
       if (t <= -0.5_rp .or. t > 0.5_rp) return
       if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! on a row of nodes
       y(a) = face
-      if (.not. holds(nodes, rule, y)) return
-      column%rule = c
+      if (.not. holds(nodes, clamp, y)) return
+      column%clamp = c
       column%weight = weights_at(scene, t)
       column%tail = tails(scene, column%weight)
       ijk = indices(nodes, q)
@@ -148,14 +148,12 @@ contains
 
     n_boxes = 0
     n_faces = 0
-    do c = 1, size(scene%constraint)
-      associate (rule => scene%constraint(c))
-        if (rule%axis > 0) cycle
-        if (.not. holds(nodes, rule, x)) cycle
+    do c = 1, size(scene%clamp)
+      associate (clamp => scene%clamp(c))
+        if (.not. holds(nodes, clamp, x)) cycle
         n_boxes = n_boxes + 1
-        n_faces = n_faces + count(near_face(scene, nodes, rule%upper, x)) &
-          + count(near_face(scene, nodes, &
-                                  rule%lower, x))
+        n_faces = n_faces + count(near_face(scene, nodes, clamp%upper, x)) &
+                  + count(near_face(scene, nodes, clamp%lower, x))
       end associate
     end do
     is_fixed = n_boxes > 0 .and. .not. (n_boxes == 1 .and. n_faces == 1)
@@ -203,16 +201,16 @@ contains
     integer :: c
 
     inside_any = .false.
-    do c = 1, size(scene%constraint)
-      if (c == but .or. scene%constraint(c)%axis > 0) cycle
-      inside_any = inside_any .or. holds(nodes, scene%constraint(c), x)
+    do c = 1, size(scene%clamp)
+      if (c == but) cycle
+      inside_any = inside_any .or. holds(nodes, scene%clamp(c), x)
     end do
   end function inside_any
 
-  !> Whether a rule is for the place `x` or one of its next images.
-  pure logical function holds(nodes, rule, x)
+  !> Whether a clamp is for the place `x` or one of its next images.
+  pure logical function holds(nodes, clamp, x)
     type(nodes_t), intent(in) :: nodes
-    type(constraint_t), intent(in) :: rule
+    type(clamp_t), intent(in) :: clamp
     real(rp), intent(in) :: x(3)             !! [m]
     real(rp) :: y(3)
     logical :: inside(3)
@@ -221,8 +219,8 @@ contains
     inside = .false.
     do turn = -1, 1
       y = x + nodes%patch%h*real(turn*nodes%patch%period, rp)
-      inside = inside .or. (y >= rule%lower - slack*nodes%patch%h &
-                            .and. y <= rule%upper + slack*nodes%patch%h)
+      inside = inside .or. (y >= clamp%lower - slack*nodes%patch%h &
+                            .and. y <= clamp%upper + slack*nodes%patch%h)
     end do
     holds = all(inside)
   end function holds

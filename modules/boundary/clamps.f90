@@ -58,15 +58,14 @@ contains
     least = least_inertia(scene, clock)
     do i = 1, boundary%n_fixed
       q = boundary%fixed(1, i)
-      associate (rule => scene%constraint(boundary%fixed(2, i)))
+      associate (clamp => scene%clamp(boundary%fixed(2, i)))
         do a = 1, 3
-          if (.not. rule%component(a)) cycle
-          value = pace*rule%velocity(a)
+          if (.not. clamp%held(a)) cycle
+          value = pace*clamp%velocity(a)
           before = g(a, q) - g(4 + a, q)
           if (boundary%fixed(3, i) == 1 .and. g(8, q) > least_mass) then
             impulse = max(g(8, q), least)*(value - g(a, q))
-            books%impulse(a, boundary%fixed(2, i)) = books%impulse(a, boundary%fixed(2, i)) &
-              + impulse
+            books%impulse(a, clamp%place) = books%impulse(a, clamp%place) + impulse
             books%sums(e_wall) = books%sums(e_wall) + impulse*0.5_rp*(before + value)
           end if
           g(a, q) = value
@@ -89,11 +88,11 @@ contains
 
     least = least_inertia(scene, clock)
     do i = 1, boundary%n_columns
-      associate (column => boundary%column(i), rule => scene%constraint(boundary%column(i)%rule))
+      associate (column => boundary%column(i), clamp => scene%clamp(boundary%column(i)%clamp))
         if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
         do a = 1, 3
-          if (.not. rule%component(a)) cycle
-          jump = jumps(column, pace*rule%velocity(a), a, least, nodes%patch%nn, g, g)
+          if (.not. clamp%held(a)) cycle
+          jump = jumps(column, pace*clamp%velocity(a), a, least, nodes%patch%nn, g, g)
           do k = 1, 3
             if (column%node(k) == 0) cycle
             q = column%node(k)
@@ -101,7 +100,7 @@ contains
             g(4 + a, q) = g(4 + a, q) + jump(k)
             if (.not. column%is_owned(k)) cycle
             impulse = max(g(8, q), least)*jump(k)
-            books%impulse(a, column%rule) = books%impulse(a, column%rule) + impulse
+            books%impulse(a, clamp%place) = books%impulse(a, clamp%place) + impulse
             books%sums(e_wall) = books%sums(e_wall) + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
           end do
         end do
@@ -190,10 +189,10 @@ contains
 
     do k = 1, nodes%n_groups
       do i = 1, boundary%n_columns
-        associate (column => boundary%column(i), rule => scene%constraint(boundary%column(i)%rule))
+        associate (column => boundary%column(i), clamp => scene%clamp(boundary%column(i)%clamp))
           if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
           do a = 1, 3
-            if (.not. rule%component(a)) cycle
+            if (.not. clamp%held(a)) cycle
             jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, nodes%patch%nn, g(:, :, k), &
                          increment(:, :, k))
             do j = 1, 3
@@ -205,7 +204,7 @@ contains
       end do
       do i = 1, boundary%n_fixed
         associate (v => increment(5:7, boundary%fixed(1, i), k))
-          where (scene%constraint(boundary%fixed(2, i))%component) v = 0.0_rp
+          where (scene%clamp(boundary%fixed(2, i))%held) v = 0.0_rp
         end associate
       end do
     end do

@@ -13,25 +13,25 @@ module boundary_held
     real(rp) :: weight(3) = 0.0_rp           !! of their velocities at the face
     real(rp) :: tail(3) = 0.0_rp             !! mass of a node that only sees a body up to the face
                                              !! over that of one inside
-    integer :: rule = 0                      !! constraint
+    integer :: clamp = 0
     logical :: is_owned(3) = .false.
   end type column_t
 
-  !> Nodes behind walls and their mirrors (boundary_symmetry).
+  !> Nodes behind planes of symmetry and their mirrors (boundary_symmetry).
   type :: mirrors_t
     integer :: n_pairs = 0, n_planes = 0
     integer :: early_pairs = 0, early_planes = 0   !! from the first: those of shared nodes
-    integer, allocatable :: pair(:, :)    !! (3, n_pairs) node behind, node in front, wall
-    integer, allocatable :: plane(:, :)   !! (2, n_planes) node on the wall, wall
+    integer, allocatable :: pair(:, :)    !! (3, n_pairs) node behind, node in front, plane
+    integer, allocatable :: plane(:, :)   !! (2, n_planes) node on a plane, the plane
     real(rp), allocatable :: own(:, :)    !! (n_pairs, n_groups) mass or capacity behind, own part
     real(rp), allocatable :: at_rest(:)   !! (n_pairs) that of particles at rest, if there are any
-    real(rp), allocatable :: lost(:, :)   !! (8, constraints) of the sum of nodes, by folds
+    real(rp), allocatable :: lost(:, :)   !! (8, planes) of the sum of nodes, by folds
   end type mirrors_t
 
   type :: boundary_t
     logical, allocatable :: is_held(:)       !! (nn) node held by a clamp or wall, or behind one
     integer :: n_fixed = 0
-    integer, allocatable :: fixed(:, :)      !! (3, n) node, constraint, 1 if owned
+    integer, allocatable :: fixed(:, :)      !! (3, n) node, clamp, 1 if owned
     integer :: n_columns = 0
     type(column_t), allocatable :: column(:)  !! nodes across the faces of clamps between nodes
     logical :: columns_are_cut = .false.     !! some rank does not store all nodes of a column

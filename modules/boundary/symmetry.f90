@@ -9,11 +9,13 @@ module boundary_symmetry
   use boundary_held, only: boundary_t
   use mapping_nodes, only: nodes_t
   use state_books, only: books_t, e_wall_heat
-  use state_scene, only: constraint_t, scene_t
+  use state_conditions, only: symmetry_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: list_mirrors, split_mirrors, narrow_mirrors, reflect, restore, book_impulse, book_heat
+  public :: list_mirrors, split_mirrors, narrow_mirrors, reflect, restore, add_lost, book_impulse, &
+            book_heat
 
   ! Parts of a fold (exchange_order).
   integer, parameter, public :: early = 1, late = 2
@@ -40,14 +42,14 @@ contains
     integer, allocatable :: pair(:, :), plane(:, :)
     integer :: axis, c, most, n(3), r
 
-    associate (m => boundary%mirrors, rules => scene%constraint)
+    associate (m => boundary%mirrors, planes => scene%symmetry)
       m%n_pairs = 0
       m%n_planes = 0
       most = 0
       if (nodes%patch%nn > 0) then
         n = nodes%patch%all%hi - nodes%patch%all%lo + 1
-        do c = 1, size(rules)
-          if (rules(c)%axis > 0) most = most + nodes%patch%nn/n(rules(c)%axis)
+        do c = 1, size(planes)
+          most = most + nodes%patch%nn/n(planes(c)%axis)
         end do
       end if
       allocate (pair(3, most), plane(2, most))
@@ -57,8 +59,8 @@ contains
           used(nodes%range(1, r):nodes%range(2, r)) = .true.
         end do
         do axis = 1, 3
-          do c = 1, size(rules)
-            if (rules(c)%axis == axis) call add_wall(scene, nodes, boundary, c, used, pair, plane)
+          do c = 1, size(planes)
+            if (planes(c)%axis == axis) call add_plane(scene, nodes, boundary, c, used, pair, plane)
           end do
         end do
       end if
@@ -127,7 +129,7 @@ contains
     list = list(:, order)
   end subroutine put_first
 
-  subroutine add_wall(scene, nodes, boundary, c, used, pair, plane)
+  subroutine add_plane(scene, nodes, boundary, c, used, pair, plane)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(inout) :: boundary
@@ -136,14 +138,14 @@ contains
     integer, intent(inout) :: pair(:, :), plane(:, :)
     integer :: a, across(2), behind(3), front(3), i, j, on(3), reach
 
-    associate (patch => nodes%patch, rule => scene%constraint(c))
-      a = rule%axis
+    associate (patch => nodes%patch, symmetry => scene%symmetry(c))
+      a = symmetry%axis
       across = pack([1, 2, 3], [1, 2, 3] /= a)
-      reach = merge(1, -1, rule%faces_up)
+      reach = merge(1, -1, symmetry%faces_up)
       do i = patch%all%lo(across(1)), patch%all%hi(across(1))
         do j = patch%all%lo(across(2)), patch%all%hi(across(2))
           on(across) = [i, j]
-          on(a) = rule%plane
+          on(a) = symmetry%row
           behind = on
           front = on
           behind(a) = on(a) - reach
@@ -165,40 +167,40 @@ contains
       is_used = nodes%patch%all%has(ijk)
       if (is_used) is_used = used(nodes%patch%node(ijk))
     end function is_used
-  end subroutine add_wall
+  end subroutine add_plane
 
-  !> How a record is mirrored at a wall: signs of its lanes, and what is added to each (times mass
-  !> or capacity for a fold): twice the temperature of the wall.
-  pure subroutine reflection(rule, kind, sign, shift)
-    type(constraint_t), intent(in) :: rule
+  !> How a record is mirrored at a plane: signs of its lanes, and what is added to each (times mass
+  !> or capacity for a fold): twice the temperature of the plane.
+  pure subroutine reflection(plane, kind, sign, shift)
+    type(symmetry_t), intent(in) :: plane
     integer, intent(in) :: kind
     real(rp), intent(out) :: sign(8), shift(8)
     real(rp) :: thermal, v(3)
 
-    v = merge(-1.0_rp, 1.0_rp, rule%component)
-    thermal = merge(-1.0_rp, 1.0_rp, rule%temperature > 0.0_rp)
+    v = merge(-1.0_rp, 1.0_rp, plane%odd)
+    thermal = merge(-1.0_rp, 1.0_rp, plane%temperature > 0.0_rp)
     sign = 1.0_rp
     shift = 0.0_rp
     select case (kind)
     case (r_momentum)
       sign(2:8) = [v, v, thermal]
-      shift(8) = 2.0_rp*rule%temperature
+      shift(8) = 2.0_rp*plane%temperature
     case (r_velocity)
       sign(1:7) = [v, thermal, v]
-      shift(4) = 2.0_rp*rule%temperature
+      shift(4) = 2.0_rp*plane%temperature
     case (r_filter)
       sign(1:7) = [v, 1.0_rp, v]
     case (r_heat)
       sign(2:3) = thermal
-      shift(2) = 2.0_rp*rule%temperature
+      shift(2) = 2.0_rp*plane%temperature
     case (r_temperature)
       sign(4:5) = thermal
-      shift(4:5) = 2.0_rp*rule%temperature
+      shift(4:5) = 2.0_rp*plane%temperature
     case (r_flux)
       sign([5, 8]) = thermal
     case (r_warming)
       sign(4:8) = thermal
-      shift([6, 8]) = 2.0_rp*rule%temperature
+      shift([6, 8]) = 2.0_rp*plane%temperature
     case default
       error stop 'reflection of a record of no kind'
     end select
@@ -207,11 +209,11 @@ contains
   subroutine reflections(scene, kind, sign, shift)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: kind
-    real(rp), intent(out), dimension(8, size(scene%constraint)) :: sign, shift
+    real(rp), intent(out), dimension(8, size(scene%symmetry)) :: sign, shift
     integer :: c
 
-    do c = 1, size(scene%constraint)
-      call reflection(scene%constraint(c), kind, sign(:, c), shift(:, c))
+    do c = 1, size(scene%symmetry)
+      call reflection(scene%symmetry(c), kind, sign(:, c), shift(:, c))
     end do
   end subroutine reflections
 
@@ -223,10 +225,10 @@ contains
     type(boundary_t), intent(in) :: boundary
     integer, intent(in) :: kind
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: lost(8, size(scene%constraint))   !! for each wall
+    real(rp), intent(inout) :: lost(8, size(scene%symmetry))
     real(rp), intent(inout), optional :: own(boundary%mirrors%n_pairs)
     integer, intent(in), optional :: part                 !! not given: all
-    real(rp), dimension(8, size(scene%constraint)) :: sign, shift
+    real(rp), dimension(8, size(scene%symmetry)) :: sign, shift
     real(rp) :: odd(8)
     integer :: a, b, c, i, pairs(2), planes(2)
 
@@ -267,7 +269,7 @@ contains
     type(boundary_t), intent(in) :: boundary
     integer, intent(in) :: kind
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp), dimension(8, size(scene%constraint)) :: sign, shift
+    real(rp), dimension(8, size(scene%symmetry)) :: sign, shift
     integer :: c, i
 
     associate (m => boundary%mirrors)
@@ -279,6 +281,20 @@ contains
       end do
     end associate
   end subroutine restore
+
+  !> Add to the impulses of the conditions what folds have changed of forces that act for `dt` [s].
+  pure subroutine add_lost(scene, dt, lost, impulse)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: dt, lost(8, size(scene%symmetry))
+    real(rp), intent(inout) :: impulse(3, size(scene%condition))
+    integer :: c
+
+    do c = 1, size(scene%symmetry)
+      associate (p => scene%symmetry(c)%place)
+        impulse(:, p) = impulse(:, p) + dt*lost(5:7, c)
+      end associate
+    end do
+  end subroutine add_lost
 
   !> Impulse of the walls on this rank's particles in a step: the change of their momentum by the
   !> nodes' dv less that by their own forces. For s = -1 a pair adds -2 (m_b dv_a + dt f_b) with the
@@ -296,15 +312,16 @@ contains
 
     associate (m => boundary%mirrors)
       if (m%n_pairs + m%n_planes == 0) return
-      books%impulse = books%impulse + dt*m%lost(5:7, :)
+      call add_lost(scene, dt, m%lost, books%impulse)
       do k = 1, nodes%n_groups
         do i = 1, m%n_pairs
           a = m%pair(2, i)
           c = m%pair(3, i)
           mass = m%own(i, k)
           if (allocated(boundary%mirrors%at_rest)) mass = mass - boundary%mirrors%at_rest(i)
-          books%impulse(:, c) = books%impulse(:, c) - merge(2.0_rp, 0.0_rp, &
-            scene%constraint(c)%component)*mass*g(5:7, a, k)
+          associate (impulse => books%impulse(:, scene%symmetry(c)%place))
+            impulse = impulse - merge(2.0_rp, 0.0_rp, scene%symmetry(c)%odd)*mass*g(5:7, a, k)
+          end associate
         end do
       end do
     end associate
@@ -317,7 +334,7 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: part, lost(size(scene%constraint))   !! [-], [J]
+    real(rp), intent(in) :: part, lost(size(scene%symmetry))   !! [-], [J]
     integer, intent(in) :: lane
     real(rp), intent(in) :: g(8, nodes%patch%nn)                       !! [K]
     real(rp) :: heat
@@ -327,7 +344,7 @@ contains
       if (m%n_pairs + m%n_planes == 0) return
       heat = sum(lost)
       do i = 1, m%n_pairs
-        if (scene%constraint(m%pair(3, i))%temperature <= 0.0_rp) cycle
+        if (scene%symmetry(m%pair(3, i))%temperature <= 0.0_rp) cycle
         heat = heat - 2.0_rp*m%own(i, 1)*g(lane, m%pair(2, i))
       end do
       books%sums(e_wall_heat) = books%sums(e_wall_heat) + part*heat

@@ -8,7 +8,8 @@ module checks_process
   use contact_tool, only: tool_t
   use heat_setup_cut_cells, only: holder_of, solids_t
   use input_values, only: input_t
-  use state_scene, only: constraint_t, scene_t
+  use setup_walls, only: wall_of, wall_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 
@@ -71,7 +72,7 @@ contains
     real(rp), allocatable :: outline(:, :)
     integer :: i
 
-    call look_around(scene, solids, k, around)
+    call look_around(input, scene, solids, k, around)
     call draw_outline(scene, solids, k, tool, outline)
     call list_phases(input, scene, tool, survey%phase)
     now = tool
@@ -101,7 +102,8 @@ contains
     end do
   end subroutine plate_of
 
-  subroutine look_around(scene, solids, k, around)
+  subroutine look_around(input, scene, solids, k, around)
+    type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
     integer, intent(in) :: k
@@ -115,8 +117,8 @@ contains
     around%grid_upper = scene%grid%upper()
     around%side_lower = around%grid_lower
     around%side_upper = around%grid_upper
-    do i = 1, size(scene%constraint)
-      call add_wall(scene%constraint(i), around)
+    do i = 1, input%count('WALL')
+      call add_wall(wall_of(input, scene%grid, i), around)
     end do
     allocate (around%metal(3, 0))
     do b = 1, size(around%solids)
@@ -126,18 +128,14 @@ contains
   end subroutine look_around
 
   !> A wall of the grid stands in front of its side.
-  subroutine add_wall(wall, around)
-    type(constraint_t), intent(in) :: wall
+  pure subroutine add_wall(wall, around)
+    type(wall_t), intent(in) :: wall
     type(around_t), intent(inout) :: around
-    integer :: a
 
-    if (wall%name(:4) /= 'wall') return
-    do a = 1, 3
-      if (wall%upper(a) < huge(1.0_rp)) around%side_lower(a) = max(around%side_lower(a), &
-          wall%upper(a))
-      if (wall%lower(a) > -huge(1.0_rp)) around%side_upper(a) = min(around%side_upper(a), &
-          wall%lower(a))
-    end do
+    associate (lower => around%side_lower(wall%axis), upper => around%side_upper(wall%axis))
+      if (wall%faces_up) lower = max(lower, wall%position)
+      if (.not. wall%faces_up) upper = min(upper, wall%position)
+    end associate
   end subroutine add_wall
 
   !> Points that lie in a body, those near its faces among them.

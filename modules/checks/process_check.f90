@@ -10,6 +10,7 @@ module checks_process_check
   use heat_setup_cut_cells, only: all_solids, solids_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
+  use setup_walls, only: wall_of, wall_t
   use state_scene, only: scene_t
   use tool_shapes_shape, only: length_text
   implicit none (type, external)
@@ -121,10 +122,10 @@ contains
                          ' at t = '//str(survey%through)//' s', one => survey%phase(phase))
         if (survey%through <= 0.0_rp .or. one%motion == 0) then
           call input%report(diagnostics, 'TOOL', k, 'POSITION', text, &
-                            .not. has_floor(scene, lower(3)))
+                            .not. has_floor(input, scene, lower(3)))
         else
           call input%report(diagnostics, 'MOTION', one%motion, 'VELOCITY', text, &
-                            .not. has_floor(scene, lower(3)))
+                            .not. has_floor(input, scene, lower(3)))
         end if
       end associate
     end if
@@ -166,17 +167,18 @@ contains
   end subroutine judge_rigid
 
   !> Whether a wall stands under the plate.
-  pure logical function has_floor(scene, bottom)
+  logical function has_floor(input, scene, bottom)
+    type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: bottom                 !! [m]
+    type(wall_t) :: wall
     integer :: i
 
     has_floor = .false.
-    do i = 1, size(scene%constraint)
-      associate (wall => scene%constraint(i))
-        if (wall%name(:9) == 'wall_zmin') has_floor = has_floor .or. wall%upper(3) >= bottom &
-            - scene%grid%h
-      end associate
+    do i = 1, input%count('WALL')
+      wall = wall_of(input, scene%grid, i)
+      if (wall%axis == 3 .and. wall%faces_up) has_floor = has_floor &
+          .or. wall%position >= bottom - scene%grid%h
     end do
   end function has_floor
 
@@ -194,8 +196,8 @@ contains
         input%reals('BODY', b, 'ANGULAR_VELOCITY', 3), &
         input%reals('BODY', b, 'VELOCITY_GRADIENT', 9)]) > 0.0_rp)
     end do
-    do b = 1, size(scene%constraint)
-      metal_moves = metal_moves .or. any(abs(scene%constraint(b)%velocity) > 0.0_rp)
+    do b = 1, size(scene%clamp)
+      metal_moves = metal_moves .or. any(abs(scene%clamp(b)%velocity) > 0.0_rp)
     end do
   end function metal_moves
 

@@ -10,7 +10,9 @@ module checks_sense
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_written, only: to_real
-  use state_scene, only: constraint_t, scene_t
+  use setup_walls, only: wall_of, wall_t
+  use state_conditions, only: clamp_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 
@@ -116,12 +118,15 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
+    type(wall_t) :: one, other
     integer :: i, j
 
     do i = 2, input%count('WALL')
       do j = 1, i - 1
         if (input%text('WALL', i, 'SIDE') /= input%text('WALL', j, 'SIDE')) cycle
-        if (same_box(scene%constraint(i), scene%constraint(j), 1.0e-6_rp*scene%grid%h)) then
+        one = wall_of(input, scene%grid, i)
+        other = wall_of(input, scene%grid, j)
+        if (abs(one%position - other%position) <= 1.0e-6_rp*scene%grid%h) then
           call input%report(diagnostics, 'WALL', i, 'SIDE', 'there is a wall in this place, '// &
                               place_of(input, 'WALL', j))
         else
@@ -140,16 +145,16 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, j, n
 
-    n = input%count('WALL')
+    n = size(scene%clamp) - input%count('CLAMP')   ! of walls
     do i = 2, input%count('CLAMP')
       do j = 1, i - 1
-        associate (one => scene%constraint(n + i), other => scene%constraint(n + j))
-          if (.not. any(one%component .and. other%component)) cycle
+        associate (one => scene%clamp(n + i), other => scene%clamp(n + j))
+          if (.not. any(one%held .and. other%held)) cycle
           if (same_box(one, other, 1.0e-6_rp*scene%grid%h)) then
             call input%report(diagnostics, 'CLAMP', i, '', 'holds the nodes of another, '// &
                                 place_of(input, 'CLAMP', j))
           else if (all(min(one%upper, other%upper) > max(one%lower, other%lower)) .and. &
-                   any(one%component .and. other%component .and. &
+                   any(one%held .and. other%held .and. &
                        abs(one%velocity - other%velocity) > 0.0_rp)) then
             call input%warn(diagnostics, 'CLAMP', i, '', &
                             'overlaps another that moves differently, '// &
@@ -161,7 +166,7 @@ contains
   end subroutine compare_clamps
 
   pure logical function same_box(one, other, slack)
-    type(constraint_t), intent(in) :: one, other
+    type(clamp_t), intent(in) :: one, other
     real(rp), intent(in) :: slack                    !! [m]
 
     same_box = all(one%lower <= other%lower + slack .and. other%lower <= one%lower + slack .and. &

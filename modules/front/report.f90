@@ -191,7 +191,7 @@ contains
     if (.not. any_flow) text = text//', plasticity (elastic materials)'
     if (.not. sim%scene%method%fbar) text = text//', volume averaging (FBAR = F)'
     if (all(abs(sim%scene%material%expansion) <= 0.0_rp)) text = text//', thermal expansion'
-    if (size(sim%scene%constraint) == 0) text = text//', walls'
+    if (size(sim%scene%condition) == 0) text = text//', walls'
     if (sim%probes%n == 0) text = text//', probes'
     if (sim%scene%method%sleep%is_on) text = text//', mechanics of material at rest (SLEEPING)'
     if (sim%nodes%halo%n == 0) text = text//', node exchange (one rank)'

@@ -76,7 +76,7 @@ contains
     type(boundary_t), intent(inout) :: boundary
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp) :: lost(8, size(scene%constraint))   ! what folds at walls change
+    real(rp) :: lost(8, size(scene%symmetry))   ! what folds at walls change
     real(rp) :: gained, left                          ! by particles, through films and walls [J]
     integer :: b, r
 

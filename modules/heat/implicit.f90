@@ -60,7 +60,7 @@ contains
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! residuals at the end
     real(rp), dimension(nodes%patch%nn) :: before, b, error, x
-    real(rp) :: lost(8, size(scene%constraint)), film, worst(1)
+    real(rp) :: lost(8, size(scene%symmetry)), film, worst(1)
     type(nodal_t) :: system
 
     lost = 0.0_rp
@@ -99,7 +99,7 @@ contains
     type(books_t), intent(inout), target :: books
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: least_change = 1.0e-9_rp   ! of temperatures, rms [K]
-    real(rp) :: lost(8, size(scene%constraint)), all(1)
+    real(rp) :: lost(8, size(scene%symmetry)), all(1)
     integer :: r
 
     system%world => world
@@ -184,7 +184,7 @@ contains
     class(nodal_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)                !! [K]
     real(rp), intent(out) :: q(:)               !! [J]
-    real(rp) :: lost(8, size(self%scene%constraint))
+    real(rp) :: lost(8, size(self%scene%symmetry))
 
     lost = 0.0_rp
     associate (g => self%nodes%g)

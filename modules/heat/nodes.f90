@@ -41,7 +41,7 @@ contains
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
-    real(rp), intent(inout) :: lost(8, size(scene%constraint))
+    real(rp), intent(inout) :: lost(8, size(scene%symmetry))
     integer :: b, r
 
     call clear_nodes(nodes, nodes%g)
@@ -69,7 +69,7 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp), intent(inout) :: lost(8, size(scene%constraint))
+    real(rp), intent(inout) :: lost(8, size(scene%symmetry))
     integer :: b
 
     call clear_nodes(nodes, nodes%g2)

@@ -79,8 +79,8 @@ contains
     do k = 1, size(tool)
       call add_tool(tool(k), totals%tool(:, k) - history%row_sums(:, k), per_second, row)
     end do
-    do k = 1, size(scene%constraint)
-      call add_force(scene%constraint(k)%name, &
+    do k = 1, size(scene%condition)
+      call add_force(scene%condition(k), &
                      (totals%impulse(:, k) - history%row_impulse(:, k))*per_second, row)
     end do
     call add_micro_columns(scene, micro, row)

@@ -98,7 +98,7 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: n_tools
 
-    allocate (totals%tool(n_tool_sums, n_tools), totals%impulse(3, size(scene%constraint)), &
+    allocate (totals%tool(n_tool_sums, n_tools), totals%impulse(3, size(scene%condition)), &
               source=0.0_rp)
   end function no_totals
 

@@ -38,7 +38,7 @@ contains
     integer :: b
 
     is_harmless = scene%method%mass_scaling > 1.0_rp .and. size(tool) > 0 &
-                  .and. size(scene%constraint) > 0
+                  .and. size(scene%condition) > 0
     do b = 1, size(scene%body)
       if (.not. is_harmless) return
       is_harmless = has_strength(scene%material(scene%body(b)%material), &

@@ -25,7 +25,7 @@ module setup_scene
   use setup_scaling, only: read_selective_scaling
   use setup_sleeping, only: read_sleeping
   use setup_tools, only: read_tools
-  use setup_walls, only: read_constraints
+  use setup_walls, only: read_conditions
   use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
   implicit none (type, external)
   private
@@ -54,7 +54,7 @@ contains
     call read_tractions(input, scene, diagnostics)
     call read_sources(input, scene, source, diagnostics)
     call check_shapes(input, scene, diagnostics)
-    call read_constraints(input, scene, diagnostics)
+    call read_conditions(input, scene, diagnostics)
     call read_tools(input, scene%body, tool, diagnostics)
     call read_contacts(input, scene, diagnostics)
     call read_selective_scaling(input, scene, tool, diagnostics)

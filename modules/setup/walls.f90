@@ -1,88 +1,131 @@
 ! SPDX-License-Identifier: MIT
 !> From the checked input to walls and clamps. A wall on a plane of nodes with no material behind it
-!> is a mirror; any other holds the nodes at and behind it.
+!> is a plane of symmetry; any other is a clamp that holds the nodes at and behind it.
 module setup_walls
   use base_kinds, only: rp
   use base_text, only: str
   use bodies_solids, only: bounds, read_solid, solid_t
+  use grid_geometry, only: grid_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use state_scene, only: constraint_t, scene_t
+  use state_conditions, only: clamp_t, symmetry_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: read_constraints
+  public :: read_conditions, wall_of, wall_t
+
+  !> A wall as the input gives it.
+  type :: wall_t
+    integer :: axis = 1                   !! normal
+    logical :: faces_up = .true.          !! its front is on its upper side
+    real(rp) :: position = 0.0_rp         !! along the axis [m]
+    logical :: held(3) = .false.          !! components of the velocity
+  end type wall_t
 
 contains
 
-  !> Fill `scene%constraint`: walls first, then clamps, each in the order of the file.
-  subroutine read_constraints(input, scene, diagnostics)
+  !> Fill `scene%symmetry`, `scene%clamp` and their names: walls first, then clamps, each in the
+  !> order of the file.
+  subroutine read_conditions(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, n
 
     n = input%count('WALL')
-    allocate (scene%constraint(n + input%count('CLAMP')))
+    allocate (scene%symmetry(0), scene%clamp(0), scene%condition(n + input%count('CLAMP')))
     do i = 1, n
-      call read_wall(input, i, scene, scene%constraint(i), diagnostics)
-      associate (before => scene%constraint(1:i - 1)%name, name => scene%constraint(i)%name)
+      call read_wall(input, i, scene, diagnostics)
+      associate (before => scene%condition(1:i - 1), name => scene%condition(i))
+        name = 'wall_'//input%text('WALL', i, 'SIDE')
         if (any(before == name)) name = trim(name)//'_'//str(i)
       end associate
     end do
     do i = 1, input%count('CLAMP')
-      call read_clamp(input, i, scene%constraint(n + i), diagnostics)
+      call read_clamp(input, i, n + i, scene, diagnostics)
+      scene%condition(n + i) = 'clamp'//str(i)
     end do
-  end subroutine read_constraints
+  end subroutine read_conditions
 
-  subroutine read_wall(input, i, scene, wall, diagnostics)
+  !> The `i`-th &WALL.
+  type(wall_t) function wall_of(input, grid, i) result(wall)
     type(input_t), intent(in) :: input
+    type(grid_t), intent(in) :: grid
     integer, intent(in) :: i
-    type(scene_t), intent(in) :: scene
-    type(constraint_t), intent(inout) :: wall
-    type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: place, row
-    integer :: axis, side
+    integer :: side
 
     side = index('xminxmaxyminymaxzminzmax', input%text('WALL', i, 'SIDE'))/4
-    axis = side/2 + 1
-    wall%name = 'wall_'//input%text('WALL', i, 'SIDE')
+    wall%axis = side/2 + 1
     wall%faces_up = mod(side, 2) == 0
-    wall%lower = -huge(1.0_rp)
-    wall%upper = huge(1.0_rp)
-    if (scene%grid%period(axis) > 0) call input%report(diagnostics, 'WALL', i, 'SIDE', &
+    wall%position = grid%lower(wall%axis)
+    if (.not. wall%faces_up) then
+      wall%position = wall%position + grid%h*(grid%n(wall%axis) - 1)
+    end if
+    if (input%given('WALL', i, 'POSITION')) wall%position = input%real('WALL', i, 'POSITION')
+    wall%held = input%text('WALL', i, 'KIND') == 'fixed'
+    wall%held(wall%axis) = .true.
+  end function wall_of
+
+  subroutine read_wall(input, i, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(inout) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(wall_t) :: wall
+    type(symmetry_t) :: symmetry
+    type(clamp_t) :: clamp
+    logical :: has_temperature
+
+    wall = wall_of(input, scene%grid, i)
+    if (scene%grid%period(wall%axis) > 0) call input%report(diagnostics, 'WALL', i, 'SIDE', &
       'the grid is periodic along this axis')
-    place = scene%grid%lower(axis)
-    if (.not. wall%faces_up) place = place + scene%grid%h*(scene%grid%n(axis) - 1)
-    if (input%given('WALL', i, 'POSITION')) place = input%real('WALL', i, 'POSITION')
-    if (wall%faces_up) then
-      wall%upper(axis) = place
+    has_temperature = input%given('WALL', i, 'TEMPERATURE')
+    if (has_temperature .and. .not. scene%method%conducts) call input%report(diagnostics, 'WALL', &
+      i, 'TEMPERATURE', 'has no effect without a &HEAT group')
+    if (is_symmetric(input, scene%grid, wall)) then
+      symmetry = symmetry_t(place=i, axis=wall%axis, row=row_of(scene%grid, wall), &
+                            faces_up=wall%faces_up, odd=wall%held)
+      if (has_temperature) symmetry%temperature = input%real('WALL', i, 'TEMPERATURE')
+      scene%symmetry = [scene%symmetry, symmetry]
     else
-      wall%lower(axis) = place
+      clamp = clamp_t(place=i, held=wall%held)
+      if (wall%faces_up) clamp%upper(wall%axis) = wall%position
+      if (.not. wall%faces_up) clamp%lower(wall%axis) = wall%position
+      scene%clamp = [scene%clamp, clamp]
+      if (has_temperature) call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
+        'needs a wall on a plane of nodes with no &SHAPE behind it')
     end if
-    wall%component = input%text('WALL', i, 'KIND') == 'fixed'
-    wall%component(axis) = .true.
-    row = (place - scene%grid%lower(axis))/scene%grid%h
-    if (row >= -0.5_rp .and. row <= scene%grid%n(axis) - 0.5_rp) then
-      wall%plane = nint(row)
-      if (abs(row - wall%plane) <= 1.0e-6_rp) then
-        if (is_bare(input, axis, place, wall%faces_up, 1.0e-6_rp*scene%grid%h)) wall%axis = axis
-      end if
-    end if
-    if (.not. input%given('WALL', i, 'TEMPERATURE')) return
-    wall%temperature = input%real('WALL', i, 'TEMPERATURE')
-    if (.not. scene%method%conducts) call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
-      'has no effect without a &HEAT group')
-    if (wall%axis == 0) call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
-      'needs a wall on a plane of nodes with no &SHAPE behind it')
   end subroutine read_wall
 
-  !> True if no shape reaches behind a wall.
-  logical function is_bare(input, axis, place, faces_up, slack)
+  !> The row of grid nodes that is nearest to a wall, from 0; below 0 if it is outside.
+  pure integer function row_of(grid, wall)
+    type(grid_t), intent(in) :: grid
+    type(wall_t), intent(in) :: wall
+    real(rp) :: row
+
+    row = (wall%position - grid%lower(wall%axis))/grid%h
+    row_of = -1
+    if (row >= -0.5_rp .and. row <= grid%n(wall%axis) - 0.5_rp) row_of = nint(row)
+  end function row_of
+
+  !> True if a wall stands on a row of nodes and no shape reaches behind it.
+  logical function is_symmetric(input, grid, wall)
     type(input_t), intent(in) :: input
-    integer, intent(in) :: axis
-    real(rp), intent(in) :: place, slack   !! [m]
-    logical, intent(in) :: faces_up        !! the wall's front is on its upper side
+    type(grid_t), intent(in) :: grid
+    type(wall_t), intent(in) :: wall
+    real(rp) :: row
+
+    row = (wall%position - grid%lower(wall%axis))/grid%h
+    is_symmetric = row_of(grid, wall) >= 0 .and. abs(row - row_of(grid, wall)) <= 1.0e-6_rp
+    if (is_symmetric) is_symmetric = is_bare(input, wall, 1.0e-6_rp*grid%h)
+  end function is_symmetric
+
+  !> True if no shape reaches behind a wall.
+  logical function is_bare(input, wall, slack)
+    type(input_t), intent(in) :: input
+    type(wall_t), intent(in) :: wall
+    real(rp), intent(in) :: slack           !! [m]
     type(diagnostics_t) :: said             !! elsewhere
     type(solid_t) :: solid
     real(rp) :: lower(3), upper(3)
@@ -93,30 +136,31 @@ contains
       call read_solid(input, i, solid, said)
       if (.not. solid%adds) cycle
       call bounds(solid, lower, upper)
-      if (faces_up) then
-        is_bare = is_bare .and. lower(axis) >= place - slack
+      if (wall%faces_up) then
+        is_bare = is_bare .and. lower(wall%axis) >= wall%position - slack
       else
-        is_bare = is_bare .and. upper(axis) <= place + slack
+        is_bare = is_bare .and. upper(wall%axis) <= wall%position + slack
       end if
     end do
   end function is_bare
 
-  subroutine read_clamp(input, i, clamp, diagnostics)
+  subroutine read_clamp(input, i, place, scene, diagnostics)
     type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    type(constraint_t), intent(inout) :: clamp
+    integer, intent(in) :: i, place              !! number of the &CLAMP, among the conditions
+    type(scene_t), intent(inout) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
+    type(clamp_t) :: clamp
     character(:), allocatable :: letters
     integer :: a
 
-    clamp%name = 'clamp'//str(i)
-    clamp%lower = input%reals('CLAMP', i, 'LOWER', 3)
-    clamp%upper = input%reals('CLAMP', i, 'UPPER', 3)
-    clamp%velocity = input%reals('CLAMP', i, 'VELOCITY', 3)
     letters = input%text('CLAMP', i, 'COMPONENTS')
-    clamp%component = [(index(letters, 'xyz'(a:a)) > 0, a=1, 3)]
+    clamp = clamp_t(place=place, lower=input%reals('CLAMP', i, 'LOWER', 3), &
+                    upper=input%reals('CLAMP', i, 'UPPER', 3), &
+                    held=[(index(letters, 'xyz'(a:a)) > 0, a=1, 3)], &
+                    velocity=input%reals('CLAMP', i, 'VELOCITY', 3))
     if (any(clamp%upper < clamp%lower)) call input%report(diagnostics, 'CLAMP', i, 'UPPER', &
       'must not be below LOWER')
+    scene%clamp = [scene%clamp, clamp]
   end subroutine read_clamp
 
 end module setup_walls

@@ -6,7 +6,7 @@ module sleep_held_force
   use base_kinds, only: nlane, rp
   use boundary_clamps, only: hold_walls
   use boundary_held, only: boundary_t
-  use boundary_symmetry, only: reflect, r_momentum
+  use boundary_symmetry, only: add_lost, reflect, r_momentum
   use comm_world, only: world_t
   use grid_geometry, only: dilate, halo, storage_nodes
   use mapping_blocks, only: force_records
@@ -45,11 +45,11 @@ contains
     type(sleepers_t), intent(inout) :: sleepers
     type(books_t), intent(inout) :: books
     logical, intent(in) :: sleepers_stay         !! on this rank as they were before
-    real(rp) :: of_layer(3, size(scene%constraint))
+    real(rp) :: of_layer(3, size(scene%condition))
     logical, allocatable :: near(:, :, :)
     logical :: is_known
 
-    if (.not. scene%method%sleep%is_on .or. size(scene%constraint) == 0) return
+    if (.not. scene%method%sleep%is_on .or. size(scene%condition) == 0) return
     if (.not. allocated(sleepers%borne)) allocate (sleepers%borne(3, size(of_layer, 2)), &
                                                    source=0.0_rp)
     is_known = sleepers_stay
@@ -114,9 +114,9 @@ contains
     type(books_t), intent(inout) :: books
     integer, intent(in) :: last
     logical, intent(in) :: near(nodes%patch%nn)
-    real(rp), intent(out) :: force(3, size(scene%constraint))
+    real(rp), intent(out) :: force(3, size(scene%condition))
     type(books_t) :: before
-    real(rp) :: lost(8, size(scene%constraint))
+    real(rp) :: lost(8, size(scene%symmetry))
     integer :: b
 
     before = books
@@ -133,7 +133,8 @@ contains
     call update_nodes(scene, clock, nodes, 1.0_rp, nodes%g)      ! impulses of a second
     ! no step: resting material needs no impulse to rest
     call hold_walls(world, scene, clock, nodes, boundary, books, 0.0_rp, nodes%g)
-    force = books%impulse + lost(5:7, :)
+    force = books%impulse
+    call add_lost(scene, 1.0_rp, lost, force)
     books = before
     call clear_nodes(nodes, nodes%g)
   end subroutine force_on_walls

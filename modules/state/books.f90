@@ -28,7 +28,7 @@ module state_books
   !> (exchange_speculation).
   type :: books_t
     real(rp) :: sums(n_sums) = 0.0_rp        !! energies, by the names above [J]
-    real(rp), allocatable :: impulse(:, :)   !! (3, constraints) on this rank's particles [N s]
+    real(rp), allocatable :: impulse(:, :)   !! (3, conditions) on this rank's particles [N s]
     integer :: failed_returns = 0            !! particle-steps whose return mapping did not converge
     real(rp) :: validity_warnings(n_validity_warnings) = 0.0_rp    !! particle-steps outside the
                                                                    !! validity of a flow law

@@ -7,10 +7,11 @@ module state_scene
   use grid_geometry, only: grid_t
   use particles_store, only: layout_t
   use physics_material, only: material_t
+  use state_conditions, only: clamp_t, symmetry_t
   implicit none (type, external)
   private
 
-  public :: body_t, constraint_t, load_t, method_t, output_t, scene_t, start_t, traction_t
+  public :: body_t, load_t, method_t, output_t, scene_t, start_t, traction_t
 
   ! When the stress is updated, and how velocities come back from the grid.
   integer, parameter, public :: scheme_usl = 1, scheme_musl = 2, scheme_usavg = 3
@@ -58,19 +59,6 @@ module state_scene
     procedure :: is_rigid
     procedure :: mean_spacing
   end type body_t
-
-  !> Nodes in a box move with a given velocity (some components), or a wall is a mirror: these
-  !> components are odd there.
-  type :: constraint_t
-    character(32) :: name = ''                         !! in the history
-    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! [m]
-    logical :: component(3) = .true.
-    real(rp) :: velocity(3) = 0.0_rp                   !! [m/s]
-    integer :: axis = 0                                !! normal of a mirror; 0: nodes are held
-    integer :: plane = 0                               !! row of grid nodes on the mirror, from 0
-    logical :: faces_up = .true.                       !! the bodies lie above it
-    real(rp) :: temperature = 0.0_rp                   !! of a mirror [K]; 0: insulated
-  end type constraint_t
 
   !> When material sleeps (sleep_criteria).
   type :: sleep_t
@@ -135,7 +123,9 @@ module state_scene
     type(grid_t) :: grid
     type(material_t), allocatable :: material(:)
     type(body_t), allocatable :: body(:)
-    type(constraint_t), allocatable :: constraint(:)
+    character(32), allocatable :: condition(:)   !! names of walls and clamps, as in the history
+    type(symmetry_t), allocatable :: symmetry(:)
+    type(clamp_t), allocatable :: clamp(:)
     type(contact_t), allocatable :: contact(:)   !! one for every two groups of bodies
     integer, allocatable :: tool_of(:)       !! tool of each group of bodies; 0: not rigid
     type(method_t) :: method

@@ -29,7 +29,7 @@ contains
     real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g
     real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: mapped, &
       increment
-    real(rp) :: old, lost(8, size(sim%scene%constraint))
+    real(rp) :: old, lost(8, size(sim%scene%symmetry))
     integer :: k, power
 
     old = merge(1.0_rp, 0.0_rp, sim%scene%method%transfer == transfer_xpic)

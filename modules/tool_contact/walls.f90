@@ -22,24 +22,24 @@ contains
     type(tool_contact_t), intent(inout) :: contact
     integer :: e, i
 
-    associate (contact => contact, rules => scene%constraint, m => boundary%mirrors)
+    associate (contact => contact, m => boundary%mirrors)
       contact%reaches_mirrors = any(contact%entry_of(m%pair(1, :m%n_pairs)) > 0) &
                                .or. any(contact%entry_of(m%plane(1, :m%n_planes)) > 0)
       do i = 1, boundary%n_fixed
         e = contact%entry_of(boundary%fixed(1, i))
         if (e == 0) cycle
-        where (rules(boundary%fixed(2, i))%component) contact%free(:, e) = 0.0_rp
+        where (scene%clamp(boundary%fixed(2, i))%held) contact%free(:, e) = 0.0_rp
       end do
       if (.not. contact%reaches_mirrors) return
       do i = 1, m%n_planes
         e = contact%entry_of(m%plane(1, i))
         if (e == 0) cycle
-        where (rules(m%plane(2, i))%component) contact%free(:, e) = 0.0_rp
+        where (scene%symmetry(m%plane(2, i))%odd) contact%free(:, e) = 0.0_rp
       end do
     end associate
   end subroutine note_held
 
-  !> Odd components at wall `c` of the values of an entry: -1, others 1.
+  !> Odd components at plane `c` of the values of an entry: -1, others 1.
   pure function wall_signs(scene, c, width) result(sign)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: c, width
@@ -47,7 +47,7 @@ contains
 
     sign = 1.0_rp
     if (width < n_values) return
-    v = merge(-1.0_rp, 1.0_rp, scene%constraint(c)%component)
+    v = merge(-1.0_rp, 1.0_rp, scene%symmetry(c)%odd)
     sign(v_push:v_push + 2) = v
     sign(v_hold:v_hold + 2) = v
   end function wall_signs
@@ -107,17 +107,18 @@ contains
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp) :: impulse(3), sign(n_values)
-    integer :: a, c, e, i
+    integer :: a, c, e, i, place
 
     associate (t => contact, m => boundary%mirrors)
       do i = 1, boundary%n_fixed
         e = t%entry_of(boundary%fixed(1, i))
         if (e == 0 .or. boundary%fixed(3, i) == 0) cycle
         c = boundary%fixed(2, i)
+        place = scene%clamp(c)%place
         impulse = t%values(v_push:v_push + 2, e) + t%part(e)*t%values(v_hold:v_hold + 2, e)
         do a = 1, 3
-          if (.not. scene%constraint(c)%component(a)) cycle
-          books%impulse(a, c) = books%impulse(a, c) - impulse(a)
+          if (.not. scene%clamp(c)%held(a)) cycle
+          books%impulse(a, place) = books%impulse(a, place) - impulse(a)
           associate (record => g(:, t%node(e)))
             books%sums(e_wall) = books%sums(e_wall) - impulse(a)*(record(a) - 0.5_rp*record(4 + a))
           end associate
@@ -138,12 +139,12 @@ contains
       end do
     end associate
   contains
-    subroutine add_own(wall, e, sign)
-      integer, intent(in) :: wall, e
+    subroutine add_own(plane, e, sign)
+      integer, intent(in) :: plane, e
       real(rp), intent(in) :: sign(n_values)
 
-      associate (t => contact)
-        books%impulse(:, wall) = books%impulse(:, wall) + sign(v_push:v_push + 2) &
+      associate (t => contact, impulse => books%impulse(:, scene%symmetry(plane)%place))
+        impulse = impulse + sign(v_push:v_push + 2) &
           *(t%own(v_push:v_push + 2, e) + t%part(e)*t%own(v_hold:v_hold + 2, e))
       end associate
     end subroutine add_own

@@ -12,7 +12,7 @@ module step_samples
   use physics_flow_law, only: flow_law_t, n_work
   use run_balance, only: first_partition
   use run_regrid, only: regrid
-  use state_scene, only: constraint_t
+  use state_conditions, only: clamp_t, symmetry_t
   use step_simulation, only: simulation_t
   use tool_shapes_box, only: box_t
   use tool_shapes_plane, only: plane_t
@@ -53,8 +53,9 @@ contains
     if (present(is_periodic)) periodic = is_periodic
     sim%scene%grid = make_grid(h, merge(0.0_rp, -margin*h, periodic), &
                                h*(cells + merge(0, margin, periodic)), periodic)
-    allocate (sim%scene%material(1), sim%scene%body(n_bodies), sim%scene%constraint(0), &
-              sim%scene%contact(0), sim%tool(0), sim%source(0))
+    allocate (sim%scene%material(1), sim%scene%body(n_bodies), sim%scene%symmetry(0), &
+              sim%scene%clamp(0), sim%scene%condition(0), sim%scene%contact(0), sim%tool(0), &
+              sim%source(0))
     sim%scene%tool_of = [0]
     associate (copper => sim%scene%material(1))
       copper%rho = rho
@@ -88,20 +89,18 @@ contains
     logical, intent(in) :: faces_up
     logical, intent(in), optional :: odd(3)
     real(rp), intent(in), optional :: temperature   !! [K]
-    type(constraint_t) :: rule
+    type(symmetry_t) :: plane
     integer :: a
 
-    rule%axis = axis
-    rule%plane = at - nint(sim%scene%grid%lower(axis)/h)
-    rule%faces_up = faces_up
-    rule%lower = -huge(1.0_rp)
-    rule%upper = huge(1.0_rp)
-    if (faces_up) rule%upper(axis) = at*h
-    if (.not. faces_up) rule%lower(axis) = at*h
-    rule%component = [(a == axis, a=1, 3)]
-    if (present(odd)) rule%component = odd
-    if (present(temperature)) rule%temperature = temperature
-    sim%scene%constraint = [sim%scene%constraint, rule]
+    plane%place = size(sim%scene%condition) + 1
+    plane%axis = axis
+    plane%row = at - nint(sim%scene%grid%lower(axis)/h)
+    plane%faces_up = faces_up
+    plane%odd = [(a == axis, a=1, 3)]
+    if (present(odd)) plane%odd = odd
+    if (present(temperature)) plane%temperature = temperature
+    sim%scene%symmetry = [sim%scene%symmetry, plane]
+    sim%scene%condition = [character(32) :: sim%scene%condition, 'plane of symmetry']
   end subroutine add_plane_of_symmetry
 
   !> A clamp on a box.
@@ -110,13 +109,15 @@ contains
     real(rp), intent(in) :: lower(3), upper(3)   !! [cells]; beyond 1e6: no face
     logical, intent(in) :: held(3)
     real(rp), intent(in) :: velocity(3)          !! [m/s]
-    type(constraint_t) :: rule
+    type(clamp_t) :: clamp
 
-    rule%lower = merge(-huge(1.0_rp), h*lower, lower < -1.0e6_rp)
-    rule%upper = merge(huge(1.0_rp), h*upper, upper > 1.0e6_rp)
-    rule%component = held
-    rule%velocity = velocity
-    sim%scene%constraint = [sim%scene%constraint, rule]
+    clamp%place = size(sim%scene%condition) + 1
+    clamp%lower = merge(-huge(1.0_rp), h*lower, lower < -1.0e6_rp)
+    clamp%upper = merge(huge(1.0_rp), h*upper, upper > 1.0e6_rp)
+    clamp%held = held
+    clamp%velocity = velocity
+    sim%scene%clamp = [sim%scene%clamp, clamp]
+    sim%scene%condition = [character(32) :: sim%scene%condition, 'clamp']
   end subroutine add_clamp
 
   !> Two groups of bodies that meet.

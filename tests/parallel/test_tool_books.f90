@@ -150,7 +150,7 @@ contains
       p1 = momentum(sim)
       given = -all_of(world, sim%tool(1)%sums(s_force:s_force + 2))
       least = norm2(given)
-      do c = 1, size(sim%scene%constraint)
+      do c = 1, size(sim%scene%condition)
         given = given + all_of(world, sim%books%impulse(:, c))
         least = min(least, norm2(all_of(world, sim%books%impulse(:, c))))
       end do
