@@ -132,7 +132,7 @@ contains
     if (.not. ok) call error%raise(path//' cannot be replaced by '//path//'.tmp')
   end subroutine write_whole
 
-  !> What the system says of an errno.
+  !> Text of an errno.
   function reason_of(code) result(text)
     integer, intent(in) :: code
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What a run says on standard output, written at once and without a buffer: a line that is lost is
+!> Lines of a run on standard output, written at once and without a buffer: a line that is lost is
 !> known.
 module base_log
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long
@@ -11,10 +11,10 @@ module base_log
   public :: say, log_is_lost
 
   logical :: is_lost = .false.     !! a line could not be written
-  logical :: is_heard = .true.     !! somebody reads
+  logical :: is_read = .true.      !! the reader is there
 
   interface
-    !> 0, errno, or -1 if nobody reads any more (files.c).
+    !> 0, errno, or -1 if the reader has gone (files.c).
     integer(c_int) function c_say(text, n) bind(c, name='stirpoint_say')
       import :: c_char, c_int, c_long_long
       implicit none (type, external)
@@ -25,15 +25,15 @@ module base_log
 
 contains
 
-  !> A line on standard output. The first that cannot be written is told on standard error; a reader
-  !> that has gone away (`| head`) is not, and hears nothing more.
+  !> A line on standard output. The first that cannot be written is reported on standard error; a
+  !> reader that has gone away (`| head`) is not, and gets nothing more.
   subroutine say(text)
     character(*), intent(in) :: text
     integer :: code
 
-    if (.not. is_heard) return
+    if (.not. is_read) return
     code = c_say(text//new_line('a'), len(text, c_long_long) + 1)
-    is_heard = code >= 0
+    is_read = code >= 0
     if (code <= 0 .or. is_lost) return
     is_lost = .true.
     write (error_unit, '(2a)') 'stirpoint: standard output cannot be written: ', &

@@ -10,7 +10,7 @@ module base_memory
 
 contains
 
-  !> Memory that can be had on this node [bytes]; huge where nobody says.
+  !> Memory that can be had on this node [bytes]; huge where that is unknown.
   real(rp) function available_memory()
     character(4096) :: line
     integer :: colon, status, unit

@@ -143,7 +143,7 @@ contains
     nullify (a)
   end subroutine free_aligned
 
-  !> Replace `to` by `from` atomically; `ok` tells whether it worked.
+  !> Replace `to` by `from` atomically; `ok` if it worked.
   subroutine rename_file(from, to, ok)
     character(*), intent(in) :: from, to
     logical, intent(out) :: ok
@@ -172,7 +172,7 @@ contains
     if (status /= 0) return
   end subroutine remove_file
 
-  !> Open a shared library; `trouble` says why that failed, blank if it worked.
+  !> Open a shared library; `trouble` is why that failed, blank if it worked.
   subroutine open_library(name, trouble)
     character(*), intent(in) :: name
     character(:), allocatable, intent(out) :: trouble

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Where bodies meet: list of the nodes and the gaps there. A gap is that between the particles
+!> Node pairs of bodies in contact and the gaps there. A gap is that between the particles
 !> themselves: a surface is where the foremost of its particles with weight at the node ends.
 module body_contact_gaps
   use base_kinds, only: nlane, rp
@@ -19,7 +19,7 @@ module body_contact_gaps
 
   public :: find_node_pairs
 
-  real(rp), parameter :: least_weight = 1.0e-6_rp   !! of a particle that has a say in the gap
+  real(rp), parameter :: least_weight = 1.0e-6_rp   !! of a particle that counts for the gap
   real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better direction [cells]
 
 contains

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The nodes where two bodies with velocity fields of their own meet, a list made anew in each step.
+!> Node pairs: nodes with mass of two bodies with velocity fields of their own, listed in each step.
 !> A node has an entry for every pair of bodies with mass on it; its entries lie side by side.
 module body_contact_node_pairs
   use base_kinds, only: rp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Direction of the surface at the nodes where bodies meet.
+!> Direction of the surface at the nodes where bodies are in contact.
 !>
 !> Directions are tried at a node: out of the first body, out of the second (turned round), their
 !> mean, and one from both by the sum of volume gradients or by the plane that tells their particles

@@ -129,7 +129,7 @@ contains
       if (contact%normal == moves_as_one) then
         impulse = (v(:, 2) - v(:, 1))/sum(inverse)
       else if (gap > nodes%patch%h .or. all(abs(pairs%normal(:, e)) <= 0.0_rp)) then
-        pairs%state(e) = is_apart            ! too far to meet within a step
+        pairs%state(e) = is_apart            ! too far for contact within a step
       else
         call pair_impulse(contact%law, dt, gap, slack*nodes%patch%h, &
                           pairs%normal(:, e), inverse, v, impulse, pairs%state(e))
@@ -154,7 +154,7 @@ contains
     g(1:7, 2) = mean
   end subroutine unite
 
-  !> Energy lost at entry `e`, and what a rigid body feels.
+  !> Energy lost at entry `e`, and the reaction on a rigid body.
   subroutine book(scene, tool, pairs, books, e, groups, impulse, mean, mass)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool(:)

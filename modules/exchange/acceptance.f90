@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> The check in the middle of a step, before any particle has changed: the one reduction of a step,
-!> and a smaller step where a node would move too far. Ranks may work while it is on its way
+!> and a smaller step where a node would move too far. Ranks may work until it arrives
 !> (exchange_speculation).
 module exchange_acceptance
   use base_kinds, only: rp
@@ -25,7 +25,7 @@ module exchange_acceptance
   real(rp), parameter :: most_cells = 0.5_rp             !! a node may move in a step [cells]
   real(rp), parameter :: smallest = 1.0e-4_rp     !! part of a refused step that is still tried
   !> Part of a full cell's mass from which a node carries material: the velocity of a node with
-  !> less says nothing, since it is hardly felt by any particle.
+  !> less does not count, since particles hardly depend on it.
   real(rp), parameter :: material_fraction = 1.0e-2_rp
 
 contains
@@ -60,7 +60,7 @@ contains
 
   !> Collective. If a node moves farther than half a cell, or a particle might have moved more than
   !> a cell since the last sort, the step is refused and is to be tried again with the smaller `dt`.
-  !> `sim%step%is_broken` says that no step is small enough, or that the state is not a number.
+  !> `step%is_broken`: no step is small enough, or the state is not a number.
   subroutine finish_acceptance(scene, clock, step, exchange, dt, is_refused)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -86,7 +86,7 @@ contains
     if (.not. is_refused) return
     dt = 0.5_rp*longest_displacement(scene, clock)/clock%max_speed
     step%is_broken = dt < smallest*step%asked_dt
-    step%last%speed2 = 0.0_rp                    ! the particles' own speed has had its say
+    step%last%speed2 = 0.0_rp                    ! the particles' own speed is in `dt` already
   end subroutine finish_acceptance
 
   !> Whether squared wave speed and squared speed are those of a state to go on from; false for NaN.
@@ -104,7 +104,7 @@ contains
     longest_displacement = min(most_cells*scene%grid%h, scene%grid%h - clock%displacement)
   end function longest_displacement
 
-  !> 1 for each tool that a particle of this rank may touch, else 0.
+  !> 1 for each tool that a particle of this rank may be in contact with, else 0.
   pure function near_tools(scene, tool, blocks) result(near)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)

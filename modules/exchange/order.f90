@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Exchange while working: blocks that may touch shared nodes, the border, give to the grid first;
-!> what they gave is on its way to the other ranks while the other blocks follow. Which blocks these
-!> are is decided by a sort and kept in the tags, so that a resumed run adds up in the same order.
+!> Order of the blocks in the transfer to the grid: those that may reach shared nodes, the border,
+!> come first, so that their sums are sent while the other blocks follow. Which blocks these are is
+!> decided by a sort and kept in the tags, so that a resumed run adds up in the same order.
 module exchange_order
   use base_kinds, only: nlane, rp
   use boundary_held, only: boundary_t
@@ -18,7 +18,7 @@ module exchange_order
 
 contains
 
-  !> What cannot wait: folds at walls, and after a sort the awake blocks of the border.
+  !> What comes first: reflections at walls, and after a sort the awake blocks of the border.
   subroutine mark_border(scene, particles, blocks, nodes, boundary, is_sorted_anew)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles

@@ -18,7 +18,7 @@ module exchange_ranks
     real(rp) :: waited = 0.0_rp          !! of this rank, for the reductions of the steps [s]
   end type balance_t
 
-  !> Blocks that come back from the grid before all ranks have said that the step stands, and what a
+  !> Blocks that come back from the grid before all ranks have accepted the step, and what a
   !> step that does not stand gives back (exchange_speculation).
   type :: speculation_t
     logical :: is_possible = .false.         !! in this step

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Work while waiting: blocks that no tool reaches in a step may come back from the grid while this
-!> rank waits for others, for the limit of the step (exchange_acceptance) and for sums of contact.
+!> Speculation: blocks that no tool reaches in a step may come back from the grid while this rank
+!> waits for others, for the acceptance of the step (exchange_acceptance) and for sums of contact.
 !> Which blocks these are is decided by a sort and kept in the tags: they are the first to come back
-!> in any case, so that the books are added up in the same order whoever waits. What was done before
-!> the limit is known can be taken back.
+!> in any case, so that the order of sums in the books does not depend on waiting. What was done
+!> before the step is accepted can be taken back.
 module exchange_speculation
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -21,9 +21,8 @@ module exchange_speculation
 
   public :: list_order, note_state, may_speculate, keep_block, roll_back
 
-  real(rp), parameter :: most_displacement = 1.5_rp   !! way of tool and particles together until a
-                                                      !! sort [cells]
-  !> From a tool beyond it: particles may touch up to half a cell and half a spacing away, and
+  real(rp), parameter :: most_displacement = 1.5_rp   !! of tool and particles until a sort [cells]
+  !> Clearance from a tool: particles are in contact up to half a cell and half a spacing away, and
   !> change nodes that particles three cells off on each axis read.
   real(rp), parameter :: beyond = most_displacement + 0.6_rp + 3.0_rp*sqrt(3.0_rp)   !! [cells]
   integer, parameter :: most_kept = 256        !! blocks that can be taken back
@@ -38,13 +37,13 @@ contains
     type(exchange_t), intent(inout) :: exchange
     logical, intent(in) :: is_sorted_anew
     logical :: is_far(blocks%n_awake)
-    real(rp) :: room
+    real(rp) :: least
     integer :: b
 
     do b = 1, blocks%n_awake
-      room = beyond*scene%grid%h + 0.5_rp*norm2(scene%body(particles%body(b))%spacing)
+      least = beyond*scene%grid%h + 0.5_rp*norm2(scene%body(particles%body(b))%spacing)
       associate (tag => particles%tag(1, b))
-        if (is_sorted_anew) tag = set_bit(tag, far_bit, all(blocks%clearance(:, b) > room))
+        if (is_sorted_anew) tag = set_bit(tag, far_bit, all(blocks%clearance(:, b) > least))
         is_far(b) = btest(tag, far_bit)
       end associate
     end do
@@ -64,8 +63,9 @@ contains
     exchange%speculative%books = books
   end subroutine note_state
 
-  !> Whether far blocks may go ahead in a step that seems to stand, whose tools are at their new
-  !> places: nothing but tools, and not through a periodic side, changes nodes any more.
+  !> Whether far blocks may be done speculatively in a step that stands on this rank, with the tools
+  !> at their new places: nothing but tools, and not through a periodic side, changes nodes any
+  !> more.
   logical function may_speculate(world, scene, clock, tool, nodes) result(may)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -84,7 +84,7 @@ contains
   end function may_speculate
 
   !> Keep the particles of the next block, before it comes back in a step that may yet be refused;
-  !> false if there is none, or no room.
+  !> false if there is none, or no storage left.
   logical function keep_block(particles, blocks, exchange) result(is_kept)
     type(particles_t), intent(in) :: particles
     type(blocks_t), intent(in) :: blocks

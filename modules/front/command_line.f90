@@ -8,8 +8,7 @@ module front_command_line
   public :: command_t, read_command, print_help
 
   type :: command_t
-    character(:), allocatable :: action      !! run, check, material, help, version, keys,
-                                             !! keys=markdown
+    character(:), allocatable :: action  !! run, check, material, help, version, keys, keys=markdown
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
     character(:), allocatable :: directory   !! for outputs, '' for the default

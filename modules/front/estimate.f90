@@ -26,10 +26,10 @@ module front_estimate
   end type cost_t
 
   !> Steps of heat alone: their ends, and the processor time of all ranks until then.
-  type :: march_cost_t
+  type :: heat_cost_t
     real(rp), allocatable :: time(:), seconds(:)   !! [s]
     logical :: is_whole = .false.                  !! to the end of the run
-  end type march_cost_t
+  end type heat_cost_t
 
   !> A stretch of the run, and a time in it to look at.
   type :: stretch_t
@@ -42,7 +42,7 @@ module front_estimate
   integer, parameter :: fewest = 20       !! of the measured
   real(rp), parameter :: patience = 4.0_rp   !! processor time of a rank for a stretch, above which
                                              !! it is cut short [s]
-  real(rp), parameter :: enough = 1.0_rp     !! processor time of a march of heat alone that is
+  real(rp), parameter :: enough = 1.0_rp     !! processor time of heat alone that is
                                              !! measured [s]
   real(rp), parameter :: least = 0.04_rp  !! part of the run that is worth a look
   real(rp), parameter :: part(2) = [0.02_rp, 0.1_rp]   !! of the run that a look may cost: without
@@ -189,7 +189,7 @@ contains
     start = spent(4) - first*per_step
   end subroutine look
 
-  !> Collective: the same of heat alone; its state is of no use afterwards. The scene is marched
+  !> Collective: the same of heat alone; its state is of no use afterwards. The scene is computed
   !> through in `coarse` cells, which says how the steps and their cost change with time, and from
   !> the start in its own, which says what they cost.
   subroutine estimate_heat(world, scene, run, coarse, cost)
@@ -197,21 +197,21 @@ contains
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run, coarse
     type(cost_t), intent(out) :: cost
-    type(march_cost_t) :: all, first
+    type(heat_cost_t) :: all, first
     real(rp) :: rest
     integer :: half, k, last, n
 
-    call march_on(world, scene, enough, run, first)
+    call advance_heat(world, scene, enough, run, first)
     n = size(first%time)
     cost%looked = n
     cost%seconds = first%seconds(n)
     cost%steps = real(n, rp)
-    if (.not. (first%is_whole .or. run%march%is_stuck)) then
-      call march_on(world, scene, huge(1.0_rp), coarse, all)
+    if (.not. (first%is_whole .or. run%integrator%is_stuck)) then
+      call advance_heat(world, scene, huge(1.0_rp), coarse, all)
       last = size(all%time)
       half = max(1, count(all%time <= first%time(max(1, n/2))))
       k = min(last, max(half + 1, count(all%time <= first%time(n))))
-      rest = 0.0_rp                                ! coarse steps are few: what was marched is all
+      rest = 0.0_rp                                ! coarse steps are few: what was computed is all
       if (k > half) rest = (all%seconds(last) - all%seconds(k))/max(all%seconds(k) &
           - all%seconds(half), tiny(1.0_rp))
       cost%seconds = cost%seconds + rest*(first%seconds(n) - first%seconds(max(1, n/2)))
@@ -219,20 +219,20 @@ contains
     end if
   end subroutine estimate_heat
 
-  !> Collective: march until the end of the run, or until `most` seconds of processor time of all
+  !> Collective: advance until the end of the run, or until `most` seconds of processor time of all
   !> ranks are spent.
-  subroutine march_on(world, scene, most, run, cost)
+  subroutine advance_heat(world, scene, most, run, cost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: most                   !! [s]
     type(heat_run_t), intent(inout) :: run
-    type(march_cost_t), intent(out) :: cost
+    type(heat_cost_t), intent(out) :: cost
     real(rp) :: begun, spent(1)
 
     allocate (cost%time(0), cost%seconds(0))
     begun = cpu_seconds()
     do while (.not. cost%is_whole)
-      call run%march%advance(run%heat, run%time, min(scene%end_time, next_switch(run), &
+      call run%integrator%advance(run%heat, run%time, min(scene%end_time, next_switch(run), &
         next_time(scene%output%history_interval, run%time), &
         next_time(scene%output%frame_interval, run%time)))
       spent = cpu_seconds() - begun
@@ -241,8 +241,8 @@ contains
       cost%seconds = [cost%seconds, spent]
       cost%is_whole = run%time >= scene%end_time*(1.0_rp - 1.0e-12_rp) &
                       .or. (scene%max_steps > 0 .and. size(cost%time) >= scene%max_steps)
-      if (run%march%is_stuck .or. (spent(1) > most .and. size(cost%time) >= fewest)) exit
+      if (run%integrator%is_stuck .or. (spent(1) > most .and. size(cost%time) >= fewest)) exit
     end do
-  end subroutine march_on
+  end subroutine advance_heat
 
 end module front_estimate

@@ -19,7 +19,7 @@ module front_heat_report
 
 contains
 
-  !> Collective; evaluates the rates and marches on to measure the cost, writes no file; the state
+  !> Collective; evaluates the rates and advances to measure the cost, writes no file; the state
   !> is of no use afterwards.
   subroutine report_heat_scene(world, input, scene, run)
     type(world_t), intent(in) :: world
@@ -59,11 +59,11 @@ contains
                 ' in the solid, '//str(odd)//' with rates of their own')
       call line('volume', str(1.0e9_rp*volume(1))//' mm3')
       call line('ranks', str(world%size))
-      call line('time step', trim(method_names(run%march%method))//', error of a step at most '// &
-                str(run%march%tolerance)//' K; an explicit step is stable below '// &
-                str(2.0_rp/heat%fastest)//' s')
-      if (run%march%method /= euler .and. run%march%method /= rkl2) then
-        call line('solver', trim(solver_names(run%march%implicit%solver)))
+      call line('time step', trim(method_names(run%integrator%method))// &
+                ', error of a step at most '//str(run%integrator%tolerance)// &
+                ' K; an explicit step is stable below '//str(2.0_rp/heat%fastest)//' s')
+      if (run%integrator%method /= euler .and. run%integrator%method /= rkl2) then
+        call line('solver', trim(solver_names(run%integrator%implicit%solver)))
       end if
       call line('speed', str(real(run%cells, rp)/best*1.0e-6_rp)//' M cells/s in one evaluation')
       call line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s, about')
@@ -75,7 +75,7 @@ contains
     end associate
   end subroutine report_heat_scene
 
-  !> The same scene in so large cells that a march through all of it is a matter of tenths of a
+  !> The same scene in so large cells that all of it is computed in tenths of a
   !> second.
   subroutine build_coarse(world, input, scene, run, coarse)
     type(world_t), intent(in) :: world
@@ -89,7 +89,7 @@ contains
     coarser = scene
     coarser%grid%h = scene%grid%h*max(1.0_rp, (real(run%cells, rp)/few)**(1.0_rp/3.0_rp))
     call build_heat_scene(world, input, coarser, coarse)
-    call coarse%march%start(coarse%heat)
+    call coarse%integrator%start(coarse%heat)
     coarse%time = run%time
   end subroutine build_coarse
 

@@ -31,8 +31,7 @@ module front_material_driver
 
   character(*), parameter :: group = 'PATH'
   real(rp), parameter :: largest_warming = 2.0_rp   !! within an increment of a history [K]
-  real(rp), parameter :: least_part = 1.0e-6_rp     !! of the rate of a path: the yield test of
-                                                    !! shear
+  real(rp), parameter :: least_part = 1.0e-6_rp    !! of the rate of a path: the yield test of shear
   integer, parameter :: least_parts = 8             !! of a line of a history with annealing
 
   !> What simple shear shows beside the point.

@@ -27,8 +27,7 @@ module grid_entries
     type(parcel_t), allocatable :: parcel(:)     !! of the neighbours
     type(mpi_request), allocatable :: request(:)
     integer :: messages = 0
-    integer, allocatable :: pair(:, :)           !! (2, n) entry of an image, that of the first
-                                                 !! image
+    integer, allocatable :: pair(:, :)          !! (2, n) entry of an image, that of the first image
   contains
     procedure :: post
     procedure :: poke
@@ -37,7 +36,7 @@ module grid_entries
 
 contains
 
-  !> Begin: this rank's values are on their way to the others.
+  !> Begin to send this rank's values to the others.
   subroutine post(self, neighbour, image, world, largest, nn, first, n, node, width, values)
     class(swap_t), intent(inout) :: self
     type(neighbour_t), intent(in) :: neighbour(:)
@@ -76,7 +75,7 @@ contains
     end do
   end subroutine post
 
-  !> Let messages on their way go on; whether all are there.
+  !> Let messages under way progress; true if all have arrived.
   logical function poke(self)
     class(swap_t), intent(inout) :: self
 
@@ -146,7 +145,7 @@ contains
     pair = all(:, :c)
   end subroutine list_pairs
 
-  !> Entries of the nodes shared with a rank, in an order that both know.
+  !> Entries of the nodes shared with a rank, in an order that is the same on both.
   pure subroutine list_entries(neighbour, nn, first, n, node, entry)
     type(neighbour_t), intent(in) :: neighbour
     integer, intent(in) :: nn, first(nn), n, node(n)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Sums the records of nodes that several ranks touch, or one rank through several images.
+!> Sums the records of nodes that several ranks store, or one rank through several images.
 !>
 !> A rank first adds up the images that it stores of a node in the first of them. Every pair of
 !> ranks then swaps its contributions to the nodes both store; each adds them up in the order of the
@@ -53,8 +53,7 @@ contains
     type(world_t), intent(in) :: world
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: boxes(0:)
-    type(box_t), intent(in) :: active  !! box of all nodes in use on any rank; it does not limit
-                                       !! periodic axes
+    type(box_t), intent(in) :: active  !! box of the nodes in use on any rank, but on periodic axes
     type(line_t) :: line(3)
     type(box_t) :: other
     logical, allocatable :: is_shared(:)
@@ -168,7 +167,7 @@ contains
     end do
   end subroutine post
 
-  !> Let messages on their way go on: not every MPI moves them by itself.
+  !> Let messages under way progress: not every MPI does it by itself.
   subroutine poke(self)
     class(halo_t), intent(inout) :: self
     logical :: done
@@ -277,7 +276,7 @@ contains
     call self%finish_entries(world, largest, n, width, values)
   end subroutine combine
 
-  !> Begin such a sum; `finish_entries` ends it, `poke_entries` says whether that need not wait.
+  !> Begin such a sum; `finish_entries` ends it, `poke_entries` is true if that need not wait.
   subroutine post_entries(self, world, largest, nn, first, n, node, width, values)
     class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world

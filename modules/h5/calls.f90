@@ -213,7 +213,7 @@ contains
     logical, intent(in) :: mine
     type(c_ptr), intent(in) :: data
     integer, intent(inout) :: worst
-    type(c_ptr) :: address   ! HDF5 wants a variable
+    type(c_ptr) :: address   ! HDF5 needs a variable
     integer(hid_t) :: space, memory, how
     integer(hsize_t) :: start(size(dims)), count(size(dims))
     integer :: ierr

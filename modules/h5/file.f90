@@ -164,10 +164,10 @@ contains
   end subroutine give_name
 
   !> Turn a negative `status` or a write that failed on any rank into an error on all.
-  subroutine verify(self, status, complaint, error)
+  subroutine verify(self, status, problem, error)
     class(h5file_t), intent(in) :: self
     integer, intent(in) :: status
-    character(*), intent(in) :: complaint
+    character(*), intent(in) :: problem
     type(error_t), intent(inout) :: error
 
     integer :: lost
@@ -175,7 +175,7 @@ contains
     lost = lost_write()
     if (lost > 0) call error%raise(self%path//' cannot be written: '//reason_of(lost))
     if (lost < 0) call error%raise(self%path//' cannot be written: MPI refuses it')
-    if (status < 0) call error%raise(self%path//' '//complaint)
+    if (status < 0) call error%raise(self%path//' '//problem)
     call agree(self%world, error)
   end subroutine verify
 

@@ -76,7 +76,7 @@ contains
     type(boundary_t), intent(inout) :: boundary
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp) :: lost(8, size(scene%symmetry))   ! what folds at walls change
+    real(rp) :: lost(8, size(scene%symmetry))   ! what reflections at walls change
     real(rp) :: gained, left                          ! by particles, through films and walls [J]
     integer :: b, r
 
@@ -95,7 +95,7 @@ contains
                                  nodes%g2(:, nodes%range(1, r):nodes%range(2, r), 1), &
                                  nodes%g(:, nodes%range(1, r):nodes%range(2, r), 1))
     end do
-    ! mechanical steps tell probes their temperature, but not where the material sleeps
+    ! mechanical steps set the temperature of probes, but not where the material sleeps
     if (scene%method%sleep%is_on) call warm_probes(nodes%patch, nodes%g(:, :, 1), probes)
     call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, 1))
     call book_heat(scene, nodes, boundary, books, 1.0_rp, lost(3, :) + lost(5, :), 5, &

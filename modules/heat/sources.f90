@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Moving sources of heat. The power is exact whatever the lattice: the heat of a conduction step is
-!> shared over all particles that the source covers. A particle at the rim counts by the part of
+!> shared over all particles that the source covers. A particle at the edge counts by the part of
 !> its width that is covered, so that the shares are continuous while the source moves.
 module heat_sources
   use base_kinds, only: i8, rp
@@ -30,7 +30,7 @@ module heat_sources
     real(rp) :: duration = 0.0_rp            !! how long it gives heat in this step [s]
     real(rp) :: centre(3) = 0.0_rp           !! in the middle of that time [m]
     real(rp) :: share = 0.0_rp               !! heat per covered area or mass [J/m2, J/kg]
-    logical :: has_warned = .false.          !! that it touches nothing
+    logical :: has_warned = .false.          !! that it heats nothing
   end type source_t
 
 contains

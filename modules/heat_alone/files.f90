@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What a run of heat alone writes: frames, history, probes, checkpoints, progress, summary.
+!> What a run of heat alone writes: frames, history, probes, progress, summary; and when.
 module heat_alone_files
   use base_errors, only: error_t
   use base_files, only: write_whole
@@ -9,18 +9,15 @@ module heat_alone_files
   use base_text, only: str
   use base_timers, only: cpu_seconds, wall_time
   use comm_world, only: world_t
+  use heat_alone_checkpoint, only: save_heat
   use heat_alone_melting, only: watch_cells
   use heat_alone_probes, only: read_probes
   use heat_alone_state, only: heat_run_t
   use heat_mesh_rates, only: b_film, b_source, n_books
-  use heat_solvers_integrator, only: n_kept
   use heat_solvers_method, only: by_cg, method_names, rkl2, euler, solver_names
-  use io_checkpoint, only: notes_t
   use io_frames, only: frame_name, write_heat_frame, write_series
-  use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
   use io_histories, only: table_t
   use io_row, only: row_t
-  use output_checkpoint, only: note_run
   use output_melting, only: melting_t
   use output_progress, only: percent, span
   use output_writer, only: next_time
@@ -28,9 +25,8 @@ module heat_alone_files
   implicit none (type, external)
   private
 
-  public :: heat_writer_t, heat_checkpoint_path, resume_heat, save_heat
+  public :: heat_writer_t
 
-  integer, parameter :: n_global = 13
   character(*), parameter :: nl = new_line('a')
 
   type :: heat_writer_t
@@ -54,13 +50,6 @@ module heat_alone_files
 
 contains
 
-  pure function heat_checkpoint_path(output) result(path)
-    type(output_t), intent(in) :: output
-    character(:), allocatable :: path
-
-    path = output%directory//'/'//output%name//'_checkpoint.h5'
-  end function heat_checkpoint_path
-
   !> Open the tables; a resumed run goes on in those it has.
   subroutine init(self, world, scene, names, run, is_resumed, error)
     class(heat_writer_t), intent(inout) :: self
@@ -79,7 +68,7 @@ contains
     self%spoke = self%started
     self%secured = self%started
     self%first_time = run%time
-    self%first_step = run%march%steps
+    self%first_step = run%integrator%steps
     rows = merge(run%rows, -1_i8, is_resumed)
     stem = scene%output%directory//'/'//scene%output%name
     allocate (self%probe, source=names)
@@ -93,7 +82,7 @@ contains
     end if
     if (.not. is_resumed) return
     call write_series(world, scene%output%directory, scene%output%name, run%frame_times, error)
-    self%saved_step = run%march%steps
+    self%saved_step = run%integrator%steps
     call set_times(self, scene%output, run%time)
   end subroutine init
 
@@ -132,9 +121,9 @@ contains
     if (now >= self%next_row .and. run%row_time < run%time) call row(self, world, scene, run)
     if (now >= self%next_frame) call frame(world, scene, run, error)
     wanted = (last .or. is_safety_due .or. now >= self%next_checkpoint) .and. &
-             self%saved_step < run%march%steps
+             self%saved_step < run%integrator%steps
     if (wanted) then
-      self%saved_step = run%march%steps
+      self%saved_step = run%integrator%steps
       call self%sync()
       if (world%all_true(.not. run%lost_row)) call save_heat(world, scene, run, error)
       self%secured = wall_time()
@@ -165,8 +154,8 @@ contains
     end associate
     call world%sum(sums)
     call world%max(most)
-    in = run%march%books(b_source)
-    out = run%march%books(b_film)
+    in = run%integrator%books(b_source)
+    out = run%integrator%books(b_film)
     error = sums(1) - run%content0 - in + out
     error = 100.0_rp*error/max(abs(in) + abs(out), 1.0e-6_rp*abs(run%content0), tiny(1.0_rp))
     columns = history_row(run, sums(1), error, most(1), sums(2)/sums(3))
@@ -178,7 +167,7 @@ contains
     end if
     call watch_cells(self%melting, world, scene, run)
     run%row_time = run%time
-    run%row_books = run%march%books
+    run%row_books = run%integrator%books
     run%rows = run%rows + 1
     run%lost_row = self%history%is_lost() .or. self%probes%is_lost()
   end subroutine row
@@ -191,13 +180,15 @@ contains
     real(rp) :: power(n_books)
 
     power = 0.0_rp
-    if (run%time > run%row_time) power = (run%march%books - run%row_books)/(run%time - run%row_time)
+    if (run%time > run%row_time) then
+      power = (run%integrator%books - run%row_books)/(run%time - run%row_time)
+    end if
     call row%add('time', 's', run%time)
-    call row%add('step', '', real(run%march%steps, rp))
-    call row%add('dt', 's', run%march%last)
+    call row%add('step', '', real(run%integrator%steps, rp))
+    call row%add('dt', 's', run%integrator%last)
     call row%add('heat_content', 'J', content)
-    call row%add('source_heat', 'J', run%march%books(b_source))
-    call row%add('film_loss', 'J', run%march%books(b_film))
+    call row%add('source_heat', 'J', run%integrator%books(b_source))
+    call row%add('film_loss', 'J', run%integrator%books(b_film))
     call row%add('balance_error', '%', balance_error)
     call row%add('temperature_max', 'K', hottest)
     call row%add('temperature_mean', 'K', mean)
@@ -241,85 +232,13 @@ contains
       end do
       call write_heat_frame(world, &
                             output%directory//'/'//frame_name(output%name, size(run%frame_times)), &
-                            run%time, int(run%march%steps), scene%grid%h, scene%body%name, x, t, &
-                            mesh%body(cells), output%input_text, error)
+                            run%time, int(run%integrator%steps), scene%grid%h, scene%body%name, x, &
+                            t, mesh%body(cells), output%input_text, error)
       if (error%is_set()) return
       run%frame_times = [run%frame_times, run%time]
       call write_series(world, output%directory, output%name, run%frame_times, error)
     end associate
   end subroutine frame
-
-  !> Write the state between two steps.
-  subroutine save_heat(world, scene, run, error)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(heat_run_t), intent(inout) :: run
-    type(error_t), intent(inout) :: error
-    type(notes_t) :: notes
-
-    integer :: n
-    real(rp), allocatable :: memory(:, :), numbers(:)
-
-    call note_run(scene%output, run%time, notes)
-    n = run%heat%size()
-    allocate (memory(n, n_kept))
-    call run%march%pack_memory(run%heat, memory, numbers)
-    call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
-      by_planes(run, reshape([run%heat%theta(1:n), memory], [n, 1 + n_kept])), &
-      [run%time, run%march%next, real(run%march%steps, rp), real(run%march%refused, rp), &
-       run%march%books, run%content0, run%row_time, run%march%last, run%row_books, &
-       real(run%rows, rp), real(size(run%frame_times), rp), run%frame_times, numbers], &
-      notes, error)
-  end subroutine save_heat
-
-  !> Fields (cells, n) as columns of planes, each with its part of every field.
-  pure function by_planes(run, fields) result(planes)
-    type(heat_run_t), intent(in) :: run
-    real(rp), intent(in) :: fields(:, :)
-    real(rp), allocatable :: planes(:, :)
-
-    associate (np => run%heat%mesh%np, nx => run%heat%mesh%nx, n => size(fields, 2))
-      planes = reshape(reshape(fields, [np, n, nx], order=[1, 3, 2]), [np*n, nx])
-    end associate
-  end function by_planes
-
-  !> Fill a run, whose scene stands, with the state of a checkpoint.
-  subroutine resume_heat(world, path, run, error)
-    type(world_t), intent(in) :: world
-    character(*), intent(in) :: path
-    type(heat_run_t), intent(inout) :: run
-    type(error_t), intent(inout) :: error
-    real(rp), allocatable :: planes(:, :), global(:), fields(:, :)
-    integer :: frames
-
-    associate (mesh => run%heat%mesh, n => run%heat%size())
-      allocate (planes(mesh%np*(1 + n_kept), mesh%nx), source=0.0_rp)
-      call read_heat_checkpoint(world, path, mesh%lo - 1, planes, global, error)
-      if (error%is_set()) return
-      frames = -1
-      if (size(global) > n_global) frames = nint(global(n_global))
-      if (frames < 0 .or. n_global + frames + 3 > size(global)) then
-        call error%raise(path//' is damaged')
-        return
-      end if
-      fields = reshape(reshape(planes, [mesh%np, mesh%nx, 1 + n_kept], order=[1, 3, 2]), &
-                       [n, 1 + n_kept])
-      run%heat%theta(1:n) = fields(:, 1)
-    end associate
-    run%time = global(1)
-    run%march%next = global(2)
-    run%march%steps = nint(global(3), i8)
-    run%march%refused = nint(global(4), i8)
-    run%march%books = global(5:6)
-    run%content0 = global(7)
-    run%row_time = global(8)
-    run%march%last = global(9)
-    run%row_books = global(10:11)
-    run%rows = nint(global(12), i8)
-    run%frame_times = global(n_global + 1:n_global + frames)
-    call run%march%start(run%heat)
-    call run%march%unpack_memory(run%heat, fields(:, 2:), global(n_global + frames + 1:))
-  end subroutine resume_heat
 
   !> A line with percent, time and time left, every PROGRESS_INTERVAL seconds.
   subroutine progress(self, world, scene, run)
@@ -335,7 +254,7 @@ contains
     self%spoke = now
     share = (run%time - self%first_time)/max(scene%end_time - self%first_time, tiny(1.0_rp))
     call say(percent(run%time/scene%end_time)//' %  step '// &
-      str(run%march%steps)//'  t = '//str(run%time)//' s  dt = '//str(run%march%last)// &
+      str(run%integrator%steps)//'  t = '//str(run%time)//' s  dt = '//str(run%integrator%last)// &
       ' s  left '//span((now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)))
   end subroutine progress
 
@@ -354,25 +273,26 @@ contains
     call world%sum(cost)
     if (.not. world%is_root()) return
     solver = 'none'
-    if (run%march%method /= rkl2 .and. run%march%method /= euler) then
-      solver = trim(solver_names(max(by_cg, run%march%implicit%solver)))
+    if (run%integrator%method /= rkl2 .and. run%integrator%method /= euler) then
+      solver = trim(solver_names(max(by_cg, run%integrator%implicit%solver)))
     end if
     call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', &
       '{'//nl//'  "cells": '//str(run%cells)//','//nl// &
-      '  "steps": '//str(run%march%steps - self%first_step)//','//nl// &
-      self%melting%json()//nl//'  "refused_steps": '//str(run%march%refused)//','//nl// &
+      '  "steps": '//str(run%integrator%steps - self%first_step)//','//nl// &
+      self%melting%json()//nl//'  "refused_steps": '//str(run%integrator%refused)//','//nl// &
       '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
-      '  "integrator": "'//trim(method_names(run%march%method))//'",'//nl// &
+      '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
       '  "solver": "'//solver//'",'//nl// &
-      '  "linear_solves": '//str(run%march%implicit%linear%solves)//','//nl// &
-      '  "linear_iterations": '//str(run%march%implicit%linear%iterations)//','//nl// &
+      '  "linear_solves": '//str(run%integrator%implicit%linear%solves)//','//nl// &
+      '  "linear_iterations": '//str(run%integrator%implicit%linear%iterations)//','//nl// &
       '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
       '  "cpu_seconds": '//str(cost(1))//','//nl// &
       '  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
     if (.not. scene%output%is_quiet) call say( &
-      str(run%march%steps - self%first_step)//' steps ('//trim(method_names(run%march%method))// &
-      ', '//str(run%heat%evaluations)//' evaluations) of '//str(run%cells)//' cells in '// &
-      str(wall)//' s on '//str(world%size)//' rank(s)')
+      str(run%integrator%steps - self%first_step)//' steps ('// &
+      trim(method_names(run%integrator%method))//', '//str(run%heat%evaluations)// &
+      ' evaluations) of '//str(run%cells)//' cells in '//str(wall)// &
+      ' s on '//str(world%size)//' rank(s)')
   end subroutine summary
 
   !> Bring the rows to the disk: a checkpoint counts on them.

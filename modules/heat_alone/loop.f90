@@ -9,7 +9,8 @@ module heat_alone_loop
   use base_text, only: str
   use base_timers, only: wall_time
   use comm_world, only: world_t
-  use heat_alone_files, only: heat_checkpoint_path, heat_writer_t, resume_heat, save_heat
+  use heat_alone_checkpoint, only: heat_checkpoint_path, resume_heat, save_heat
+  use heat_alone_files, only: heat_writer_t
   use heat_alone_probes, only: place_probes
   use heat_alone_state, only: heat_run_t
   use mapping_probes, only: probes_t
@@ -39,7 +40,7 @@ contains
     call world%sum(content)
     run%content0 = content(1)
     if (restart == '') then
-      call run%march%start(run%heat)
+      call run%integrator%start(run%heat)
     else
       call resume_heat(world, restart, run, error)
     end if
@@ -64,8 +65,8 @@ contains
     call writer%init(world, scene, probes%name, run, is_resumed, error)
     if (.not. is_resumed) call writer%due(world, scene, run, .false., .false., error)
     do while (.not. is_finished(scene, run) .and. .not. error%is_set())
-      call run%march%advance(run%heat, run%time, &
-                             min(scene%end_time, writer%next_event(), next_switch(run)))
+      call run%integrator%advance(run%heat, run%time, &
+                                  min(scene%end_time, writer%next_event(), next_switch(run)))
       call look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
       if (status == ended_broken .or. is_lost) exit
       call writer%due(world, scene, run, is_finished(scene, run), is_safety_due, error)
@@ -75,7 +76,7 @@ contains
     if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
       call writer%due(world, scene, run, .true., .false., error)
       call warn_of_idle_sources(world, run)
-    else if ((status == ended_by_signal .or. run%march%is_stuck) .and. .not. is_lost) then
+    else if ((status == ended_by_signal .or. run%integrator%is_stuck) .and. .not. is_lost) then
       call writer%sync()
       call save_heat(world, scene, run, error)
       message = message//'; checkpoint '//heat_checkpoint_path(scene%output)
@@ -93,7 +94,7 @@ contains
     type(heat_run_t), intent(in) :: run
 
     is_finished = run%time >= scene%end_time*(1.0_rp - 1.0e-12_rp)
-    if (scene%max_steps > 0) is_finished = is_finished .or. run%march%steps >= scene%max_steps
+    if (scene%max_steps > 0) is_finished = is_finished .or. run%integrator%steps >= scene%max_steps
   end function is_finished
 
   !> When the next source begins or ends [s].
@@ -132,25 +133,25 @@ contains
     call world%max(seen)
     is_safety_due = seen(2) > 0.0_rp
     is_lost = seen(4) > 0.0_rp
-    if (run%march%is_stuck .and. .not. seen(3) > 0.0_rp) then
+    if (run%integrator%is_stuck .and. .not. seen(3) > 0.0_rp) then
       status = ended_broken
-      message = 'conduction: a step of '//str(run%march%last)// &
+      message = 'conduction: a step of '//str(run%integrator%last)// &
         ' s was not solved for: shorten &HEAT STEP'
-      if (.not. run%march%fixed > 0.0_rp) then
+      if (.not. run%integrator%fixed > 0.0_rp) then
         message = 'conduction: no step is as exact as &HEAT TOLERANCE, not even one of '// &
-        str(run%march%last)//' s'
+        str(run%integrator%last)//' s'
       end if
-      message = message//' (step '//str(run%march%steps)//', t = '//str(run%time)//' s)'
+      message = message//' (step '//str(run%integrator%steps)//', t = '//str(run%time)//' s)'
     else if (seen(3) > 0.0_rp) then
       status = ended_broken
       mine = ''
       if (.not. is_finite) mine = not_a_number(scene, run)
       call world%share_message(mine, message)
-      message = message//' (step '//str(run%march%steps)//', t = '//str(run%time)//' s)'
+      message = message//' (step '//str(run%integrator%steps)//', t = '//str(run%time)//' s)'
     else if (seen(1) > 0.0_rp) then
       status = ended_by_signal
-      message = 'signal '//str(nint(seen(1)))//' stopped the run at step '//str(run%march%steps)// &
-                ', t = '//str(run%time)//' s'
+      message = 'signal '//str(nint(seen(1)))//' stopped the run at step '// &
+                str(run%integrator%steps)//', t = '//str(run%time)//' s'
     end if
   end subroutine look_around
 
@@ -175,13 +176,13 @@ contains
     text = 'the temperatures are so large that their sum is not finite'
   end function not_a_number
 
-  !> Collective: a source that ended up with no heat given has touched nothing.
+  !> Collective: a source that has given no heat at the end was outside the metal.
   subroutine warn_of_idle_sources(world, run)
     type(world_t), intent(in) :: world
     type(heat_run_t), intent(in) :: run
 
     if (size(run%heat%source) == 0 .or. .not. world%is_root()) return
-    if (all(abs(run%march%books) <= 0.0_rp)) then
+    if (all(abs(run%integrator%books) <= 0.0_rp)) then
       call say('warning: no &SOURCE has given any heat: do they touch a surface that looks up?')
     end if
   end subroutine warn_of_idle_sources

@@ -3,7 +3,7 @@
 module heat_alone_state
   use base_kinds, only: i8, rp
   use heat_mesh_rates, only: heat_t, n_books
-  use heat_solvers_integrator, only: march_t
+  use heat_solvers_integrator, only: integrator_t
   implicit none (type, external)
   private
 
@@ -11,13 +11,13 @@ module heat_alone_state
 
   type :: heat_run_t
     type(heat_t) :: heat
-    type(march_t) :: march
+    type(integrator_t) :: integrator
     real(rp) :: time = 0.0_rp                !! [s]
     real(rp) :: content0 = 0.0_rp            !! heat at t = 0 [J]
     real(rp) :: row_time = -1.0_rp           !! of the last history row [s]
     real(rp) :: row_books(n_books) = 0.0_rp  !! heat in and out until then [J]
     integer(i8) :: rows = 0                  !! of the history so far
-    logical :: lost_row = .false.            !! one could not be written: rank 0 knows
+    logical :: lost_row = .false.            !! one could not be written, on rank 0
     real(rp), allocatable :: frame_times(:)  !! of the frames written so far [s]
     integer(i8) :: cells = 0                 !! in the solid, of all ranks
     integer, allocatable :: probe_cell(:, :)       !! (27, probes) own cells, 0: another rank's

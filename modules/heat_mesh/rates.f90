@@ -23,7 +23,7 @@ module heat_mesh_rates
     real(rp), allocatable :: per_capacity(:)      !! that over the capacity of the cell [1/s]
   end type film_t
 
-  !> Everything that says how a field of temperature changes.
+  !> All that determines how a field of temperature changes.
   type :: heat_t
     type(world_t) :: world
     type(mesh_t) :: mesh

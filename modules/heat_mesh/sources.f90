@@ -27,8 +27,7 @@ module heat_mesh_sources
     integer, allocatable, private :: wall(:)         !! walls at its height
     integer :: n = 0                                 !! pieces it covers before or after the step
     integer, allocatable :: cell(:)
-    real(rp), allocatable :: insulance(:)            !! depth of the centre over area of the face
-                                                     !! [1/m]
+    real(rp), allocatable :: insulance(:)         !! depth of the centre over area of the face [1/m]
     real(rp), allocatable :: moment(:, :)            !! (4, n) m0, m1 before and after the step
   contains
     procedure :: find_walls
@@ -106,7 +105,7 @@ contains
     self%n = n
   end subroutine move
 
-  !> Capacities inside a ball; a cell at the rim counts by the covered part of its width.
+  !> Capacities inside a ball; a cell at the edge counts by the covered part of its width.
   subroutine cover_ball(self, mesh, c0, c1)
     class(heat_source_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh

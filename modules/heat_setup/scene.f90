@@ -11,7 +11,7 @@ module heat_setup_scene
   use heat_setup_sources, only: read_heat_sources
   use heat_setup_tables, only: check_tables, n_values, pairs
   use heat_solvers_fft, only: has_fft
-  use heat_solvers_integrator, only: march_t
+  use heat_solvers_integrator, only: integrator_t
   use heat_solvers_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
   use heat_solvers_petsc, only: petsc_trouble
   use input_diagnostics, only: diagnostics_t
@@ -24,7 +24,7 @@ module heat_setup_scene
 
 contains
 
-  !> Complaints about what a scene of heat alone does not have, or cannot do in this build.
+  !> What a scene of heat alone lacks, or cannot do in this build.
   subroutine check_heat_scene(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -138,7 +138,7 @@ contains
     end do
   end function is_held
 
-  !> A solver that this build does not have is missed by name.
+  !> A solver that this build does not have.
   subroutine check_solver(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -155,7 +155,7 @@ contains
     end select
   end subroutine check_solver
 
-  !> Everything but the state; the scene has no complaints.
+  !> Everything but the state; the scene has no errors.
   subroutine build_heat_scene(world, input, scene, run)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -200,34 +200,34 @@ contains
       heat%theta(1:heat%size()) = heat%property%state_at( &
         [(input%real('BODY', heat%mesh%body(b), 'TEMPERATURE'), b=1, heat%size())])
     end associate
-    call choose_method(world, input, run%heat, run%march)
+    call choose_method(world, input, run%heat, run%integrator)
   end subroutine build_heat_scene
 
   !> Integrator and linear solver by their names; what is left open is chosen.
-  subroutine choose_method(world, input, heat, march)
+  subroutine choose_method(world, input, heat, integrator)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(heat_t), intent(in) :: heat
-    type(march_t), intent(inout) :: march
+    type(integrator_t), intent(inout) :: integrator
     integer :: i
 
-    march%method = rkl2
+    integrator%method = rkl2
     do i = 1, size(method_names)
-      if (method_names(i) == input%text('HEAT', 1, 'INTEGRATOR')) march%method = i
+      if (method_names(i) == input%text('HEAT', 1, 'INTEGRATOR')) integrator%method = i
     end do
-    march%tolerance = input%real('HEAT', 1, 'TOLERANCE')
-    march%fixed = input%real('HEAT', 1, 'STEP')
+    integrator%tolerance = input%real('HEAT', 1, 'TOLERANCE')
+    integrator%fixed = input%real('HEAT', 1, 'STEP')
     select case (input%text('HEAT', 1, 'SOLVER'))
     case ('cg')
-      march%implicit%solver = by_cg
+      integrator%implicit%solver = by_cg
     case ('fftw')
-      march%implicit%solver = by_fft
+      integrator%implicit%solver = by_fft
     case ('petsc')
-      march%implicit%solver = by_petsc
+      integrator%implicit%solver = by_petsc
     case default
-      march%implicit%solver = fastest_solver(world, heat)
+      integrator%implicit%solver = fastest_solver(world, heat)
     end select
-    march%implicit%tolerance = 0.1_rp*march%tolerance
+    integrator%implicit%tolerance = 0.1_rp*integrator%tolerance
   end subroutine choose_method
 
   !> Collective: what was measured to be the fastest (docs/heat.md). In a box of constant properties

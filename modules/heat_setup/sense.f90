@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Scenes of heat in which nothing heats or nothing conducts, though a group asks for it.
+!> Scenes of heat in which nothing heats or nothing conducts, though a group is there for it.
 module heat_setup_sense
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t

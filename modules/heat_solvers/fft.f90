@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Exact solution of an implicit step in a box of constant properties by FFTW: cosine transforms in
 !> y and x, in between a redistribution from planes across x to columns along x, and tridiagonal
-!> systems with Robin ends in z. What a stirring source answers to the temperature of the surface is
-!> solved for in its plane alone, so that the whole costs little more than one solution of the box.
-!> For other solids it is a preconditioner: the box around them.
+!> systems with Robin ends in z. The response of a stirring source to the temperature of the surface
+!> is solved for in its plane alone, so that the whole costs little more than one solution of the
+!> box. For other solids it is a preconditioner: the box around them.
 module heat_solvers_fft
   use base_kinds, only: rp, pi
   use heat_mesh_rates, only: heat_t
@@ -166,7 +166,7 @@ contains
     call heat%world%sum(t)
     call heat%world%sum(g)
     allocate (su(n))
-    call self%surface%answer(s, t, g, su)
+    call self%surface%respond(s, t, g, su)
     call lower_top(self, self%share%nj, g*su, columns)
     call solve_columns(self, a, self%share%nj, .false., .true., columns)
     call back_from_columns(self, heat, columns, z)
@@ -237,7 +237,7 @@ contains
     where (s <= 1.0e-9_rp*a*self%along_z%loss(self%n(3))) s = 0.0_rp   ! films alone, to rounding
   end subroutine slopes_on_top
 
-  !> What the highest plane has after the way up, and its answer to itself: own rows alone.
+  !> The highest plane after elimination, and its response to itself: own rows alone.
   pure subroutine read_top(self, a, nj, columns, t, g)
     class(fft_t), intent(in) :: self
     real(rp), intent(in) :: a                     !! [s]
@@ -247,7 +247,7 @@ contains
     integer :: j
 
     do j = 1, nj
-      call self%along_z%answer(a, self%lambda_y(self%share%j0 + j), g(:, self%share%j0 + j))
+      call self%along_z%response(a, self%lambda_y(self%share%j0 + j), g(:, self%share%j0 + j))
       associate (top => columns(self%share%pairs, j, :))
         t(:, self%share%j0 + j) = merge(top%re, top%im, mod(self%n(3), 2) == 1)
       end associate
@@ -305,8 +305,8 @@ contains
     end do
   end subroutine give
 
-  !> Along x for each row of y in turn: transform and the way up of tridiagonal systems along z for
-  !> every pair of cosines (`is_up`), the way down and transform back (`is_down`).
+  !> Along x for each row of y in turn: transform and elimination in tridiagonal systems along z for
+  !> every pair of cosines (`is_up`), substitution and transform back (`is_down`).
   subroutine solve_columns(self, a, nj, is_up, is_down, columns)
     class(fft_t), intent(in) :: self
     real(rp), intent(in) :: a                     !! [s]

@@ -28,9 +28,9 @@ module heat_solvers_implicit
     integer :: newtons = 0                        !! Newton steps so far
     logical :: has_failed = .false.               !! the last step has a stage that was not solved
     type(linear_t) :: linear
-    logical, private :: has_pace = .false.
+    logical, private :: has_mean = .false.
     real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y, rhs, x
-    real(rp), allocatable, private :: pace(:)     !! mean rate of the last step [K/s]
+    real(rp), allocatable, private :: mean(:)     !! mean rate of the last step [K/s]
   contains
     procedure :: start
     procedure :: step
@@ -60,7 +60,7 @@ contains
     hi = ubound(heat%theta, 1)
     n = heat%size()
     allocate (self%m2(lo:hi), self%f(lo:hi), self%base(lo:hi), self%y(lo:hi), source=0.0_rp)
-    allocate (self%d(n), self%scale(n), self%rhs(n), self%x(n), self%pace(n), source=0.0_rp)
+    allocate (self%d(n), self%scale(n), self%rhs(n), self%x(n), self%mean(n), source=0.0_rp)
     self%scale = 1.0_rp
     call self%linear%start(heat, self%solver)
   end subroutine start
@@ -81,14 +81,14 @@ contains
     self%y = y0
     if (self%method == backward_euler) then
       self%base = y0
-      if (self%has_pace) self%y(1:n) = y0(1:n) + dt*self%pace
+      if (self%has_mean) self%y(1:n) = y0(1:n) + dt*self%mean
       call solve_stage(self, heat, dt, 1.0_rp, p)
       heat%theta = y0 + dt*self%f
       gain = dt*p
       return
     end if
     self%base = y0 + diagonal*dt*m0
-    if (self%has_pace) self%y(1:n) = y0(1:n) + first_end*dt*self%pace
+    if (self%has_mean) self%y(1:n) = y0(1:n) + first_end*dt*self%mean
     call solve_stage(self, heat, diagonal*dt, first_end, p)
     self%m2 = self%f
     self%base = y0 + weight*dt*(m0 + self%m2)
@@ -99,7 +99,7 @@ contains
     gain = gain + diagonal*dt*p
   end subroutine step
 
-  !> The step from `y0` to the present state is done: its pace foretells the next one.
+  !> The step from `y0` to the present state is done: its mean rate predicts the next one.
   subroutine keep(self, heat, dt, y0)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -108,8 +108,8 @@ contains
     integer :: n
 
     n = heat%size()
-    self%pace = (heat%theta(1:n) - y0(1:n))/dt
-    self%has_pace = .true.
+    self%mean = (heat%theta(1:n) - y0(1:n))/dt
+    self%has_mean = .true.
   end subroutine keep
 
   !> Pace of the last step and what the preconditioner was built from, for a run that goes on.
@@ -118,8 +118,8 @@ contains
     real(rp), intent(out) :: fields(:, :), numbers(2)      !! (cells, 2)
 
     fields = 0.0_rp
-    if (self%has_pace) fields(:, 1) = self%pace
-    numbers(1) = merge(1.0_rp, 0.0_rp, self%has_pace)
+    if (self%has_mean) fields(:, 1) = self%mean
+    numbers(1) = merge(1.0_rp, 0.0_rp, self%has_mean)
     call self%linear%petsc%pack_memory(fields(:, 2), numbers(2))
   end subroutine pack_memory
 
@@ -128,8 +128,8 @@ contains
     class(implicit_t), intent(inout) :: self
     real(rp), intent(in) :: fields(:, :), numbers(2)
 
-    self%has_pace = numbers(1) > 0.0_rp
-    self%pace = fields(:, 1)
+    self%has_mean = numbers(1) > 0.0_rp
+    self%mean = fields(:, 1)
     if (self%linear%solver == by_petsc) then
       call self%linear%petsc%unpack_memory(fields(:, 2), numbers(2))
     end if

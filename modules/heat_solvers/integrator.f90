@@ -11,24 +11,22 @@ module heat_solvers_integrator
   implicit none (type, external)
   private
 
-  public :: march_t, n_kept
+  public :: integrator_t, n_kept
 
-  integer, parameter :: n_kept = 3                 !! fields besides the state: rate, pace,
-                                                   !! preconditioner
+  integer, parameter :: n_kept = 3   !! fields besides the state: rate, mean rate, preconditioner
 
   real(rp), parameter :: safety = 0.8_rp, most_growth = 2.0_rp, least_growth = 0.2_rp
   integer, parameter :: most_refused = 50          !! in one step
   real(rp), parameter :: of_limit = 0.95_rp        !! part of the stability limit that is used
 
-  type :: march_t
+  type :: integrator_t
     integer :: method = rkl2
     real(rp) :: tolerance = 2.0_rp                 !! of the error of a step in any cell [K]
     real(rp) :: fixed = 0.0_rp                     !! fixed step [s]; 0: by the estimate
     real(rp) :: next = 0.0_rp                      !! step to try next [s]
     real(rp) :: last = 0.0_rp                      !! last step made [s]
     integer(i8) :: steps = 0, refused = 0
-    logical :: is_stuck = .false.                  !! a step could not be made: the state is that
-                                                   !! before it
+    logical :: is_stuck = .false.                  !! a step failed: the state is that before it
     real(rp) :: books(n_books) = 0.0_rp            !! heat in and out so far, of all ranks [J]
     type(implicit_t) :: implicit
     logical, private :: has_rate = .false.         !! `m0`, `p0` are those of the present state
@@ -40,13 +38,13 @@ module heat_solvers_integrator
     procedure :: advance
     procedure :: pack_memory
     procedure :: unpack_memory
-  end type march_t
+  end type integrator_t
 
 contains
 
   !> Fields of the size of the problem.
   subroutine start(self, heat)
-    class(march_t), intent(inout) :: self
+    class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     integer :: lo, hi
 
@@ -60,14 +58,14 @@ contains
   end subroutine start
 
   pure logical function is_implicit(self)
-    class(march_t), intent(in) :: self
+    class(integrator_t), intent(in) :: self
 
     is_implicit = self%method == backward_euler .or. self%method == tr_bdf2
   end function is_implicit
 
   !> Collective: what a run that goes on needs besides the state: fields of own cells and numbers.
   subroutine pack_memory(self, heat, fields, numbers)
-    class(march_t), intent(in) :: self
+    class(integrator_t), intent(in) :: self
     type(heat_t), intent(in) :: heat
     real(rp), intent(out) :: fields(:, :)                  !! (cells, n_kept)
     real(rp), allocatable, intent(out) :: numbers(:)       !! the same on all ranks
@@ -84,7 +82,7 @@ contains
 
   !> Take up, after `start`, what `pack_memory` gave; with other sources the rates are found anew.
   subroutine unpack_memory(self, heat, fields, numbers)
-    class(march_t), intent(inout) :: self
+    class(integrator_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
     real(rp), intent(in) :: fields(:, :), numbers(:)
     integer :: n
@@ -108,7 +106,7 @@ contains
   !> solved, or not to the tolerance however short, leaves all as it was and `is_stuck`, on all
   !> ranks.
   subroutine advance(self, heat, t, t_most)
-    class(march_t), intent(inout) :: self
+    class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(inout) :: t                   !! [s]
     real(rp), intent(in) :: t_most
@@ -141,7 +139,7 @@ contains
       call heat%world%max(error)
       self%next = dt*max(least_growth, min(most_growth, &
         safety*(self%tolerance/max(error(1), tiny(1.0_rp)))**(1.0_rp/(1.0_rp + order(self)))))
-      if (.not. error(1) > self%tolerance) exit   ! also if it is not a number: the loop will say so
+      if (.not. error(1) > self%tolerance) exit   ! also NaN, which the loop reports
       heat%theta = self%y0
       self%refused = self%refused + 1
       self%is_stuck = self%refused - before == most_refused
@@ -166,7 +164,7 @@ contains
   end subroutine advance
 
   pure real(rp) function order(self)
-    class(march_t), intent(in) :: self
+    class(integrator_t), intent(in) :: self
 
     order = 2.0_rp
     if (is_implicit(self)) order = order_of(self%method)
@@ -182,7 +180,7 @@ contains
 
   !> Longest step that the method can make [s]: an explicit one must be stable.
   pure real(rp) function longest(self, heat)
-    class(march_t), intent(in) :: self
+    class(integrator_t), intent(in) :: self
     type(heat_t), intent(in) :: heat
 
     longest = huge(1.0_rp)
@@ -191,7 +189,7 @@ contains
 
   !> Sources for the step, and the rates at its start if they are not known.
   subroutine aim_at(self, heat, t, t_end)
-    class(march_t), intent(inout) :: self
+    class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(in) :: t, t_end
 
@@ -204,7 +202,7 @@ contains
 
   !> y1 = y0 + dt f(y0).
   subroutine euler_step(self, heat, dt, gain)
-    class(march_t), intent(inout) :: self
+    class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(in) :: dt
     real(rp), intent(out) :: gain(n_books)
@@ -215,7 +213,7 @@ contains
 
   !> RKL2 with as many stages as stability needs.
   subroutine rkl2_step(self, heat, dt, gain)
-    class(march_t), intent(inout) :: self
+    class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(in) :: dt
     real(rp), intent(out) :: gain(n_books)
@@ -224,7 +222,7 @@ contains
 
     s = max(3, ceiling(0.5_rp*(sqrt(9.0_rp + 8.0_rp*dt*heat%fastest/of_limit) - 1.0_rp)))
     w1 = 4.0_rp/real(s*s + s - 2, rp)
-    ! stages live in heat%theta (j-1) and y1 (j-2, becomes j), which are then exchanged
+    ! stages are in heat%theta (j-1) and y1 (j-2, becomes j), which are then exchanged
     self%y1 = self%y0
     g = 0.0_rp
     heat%theta = self%y0 + dt*w1/3.0_rp*self%m0
@@ -273,7 +271,7 @@ contains
   !> Largest error of this rank's cells [K]: for RKL2 that of Sommeijer, Shampine & Verwer (1998,
   !> J. Comput. Appl. Math. 88, 315), 0.8 (y0 - y1) + 0.4 dt (f0 + f1).
   subroutine estimate(self, heat, dt, error)
-    class(march_t), intent(inout) :: self
+    class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(in) :: dt
     real(rp), intent(out) :: error

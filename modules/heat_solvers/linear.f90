@@ -50,7 +50,7 @@ contains
   end subroutine start
 
   !> Collective: x of own cells for `b`, both 0 outside the solid, until the residual is `relative`
-  !> of b; else `has_failed` says that it did not come to that.
+  !> of b; else `has_failed` is set.
   subroutine solve(self, heat, a, scale, d, b, relative, x)
     class(linear_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The highest plane of cells of a box in an implicit step, where heat that depends on temperature
-!> enters: u + G (s u) = t, with t what the box makes of the step without it, s >= 0 the answer of
-!> the source to its temperature and G what the plane feels of heat given to it, diagonal in
-!> cosines. Every rank solves the whole plane.
+!> enters: u + G (s u) = t, with t what the box makes of the step without it, s >= 0 the response of
+!> the source to its temperature and G that of the plane to heat given to it, diagonal in cosines.
+!> Every rank solves the whole plane.
 module heat_solvers_surface
   use base_kinds, only: rp
   use heat_solvers_cosine, only: cosine_t
@@ -19,7 +19,7 @@ module heat_solvers_surface
     type(cosine_t), private :: along_x, along_y
   contains
     procedure :: init
-    procedure :: answer
+    procedure :: respond
     procedure :: spectrum
     procedure :: field
   end type surface_t
@@ -87,7 +87,7 @@ contains
 
   !> Transform of s u, from transforms of t and of G, by conjugate gradients on
   !> (1 + sqrt(s) G sqrt(s)) v = sqrt(s) t.
-  subroutine answer(self, s, t, g, su)
+  subroutine respond(self, s, t, g, su)
     class(surface_t), intent(in) :: self
     real(rp), intent(in) :: s(self%ny, self%nx), t(self%nx, self%ny), g(self%nx, self%ny)
     real(rp), intent(out) :: su(self%nx, self%ny)
@@ -117,6 +117,6 @@ contains
       rr = sum(r**2)
     end do
     call self%spectrum(root*v, su)
-  end subroutine answer
+  end subroutine respond
 
 end module heat_solvers_surface

@@ -17,7 +17,7 @@ module heat_solvers_tridiagonal
     real(rp), allocatable, dimension(:) :: zm, zp, loss   !! (nz) [1/s]
   contains
     procedure :: solve
-    procedure :: answer
+    procedure :: response
   end type tridiagonal_t
 
 contains
@@ -52,7 +52,7 @@ contains
   end subroutine solve
 
   !> x in the highest plane for heat of 1 there alone.
-  pure subroutine answer(self, a, lambda_y, g)
+  pure subroutine response(self, a, lambda_y, g)
     class(tridiagonal_t), intent(in) :: self
     real(rp), intent(in) :: a, lambda_y           !! [s], [1/s]
     real(rp), intent(out) :: g(self%nx)
@@ -68,7 +68,7 @@ contains
       g(i:i + m - 1) = pivot(:m)
       x = 0.0_rp
     end do
-  end subroutine answer
+  end subroutine response
 
   !> Elimination from below; `pivot` is the inverse of the last one.
   pure subroutine go_up(nz, a, lambda, zm, zp, loss, x, up, pivot)

@@ -27,7 +27,7 @@ module input_assignments
     integer :: index = 0               !! 0: no index was written
     integer :: first = 1, last = 0     !! the value is text(first:last)
     integer :: line = 0                !! line of the key; -k: the k-th override
-    logical :: is_broken = .false.     !! not to be used: a complaint was filed
+    logical :: is_broken = .false.     !! not to be used: it has a diagnostic
   end type assignment_t
 
   !> Where the groups of one name are: at(:n).

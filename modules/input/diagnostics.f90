@@ -10,7 +10,7 @@ module input_diagnostics
   public :: diagnostics_t
   public :: excerpt, has_controls
 
-  !> More complaints are counted, not kept.
+  !> More diagnostics are counted, not kept.
   integer, parameter :: most_diagnostics = 500
 
   type :: diagnostic_t
@@ -20,7 +20,7 @@ module input_diagnostics
     logical :: is_warning = .false.
   end type diagnostic_t
 
-  !> A list kept in the order of the lines; complaints without a line come last. Errors and warnings
+  !> A list kept in the order of the lines; those without a line come last. Errors and warnings
   !> are counted and printed apart.
   type :: diagnostics_t
     private
@@ -46,7 +46,7 @@ contains
     allocate (self%sets, source=sets)
   end subroutine note_overrides
 
-  !> File a complaint; the same words about the same line are kept once.
+  !> Add a diagnostic; the same words about the same line are kept once.
   subroutine add(self, file, line, message, is_warning)
     class(diagnostics_t), intent(inout) :: self
     character(*), intent(in) :: file
@@ -85,10 +85,10 @@ contains
   end subroutine add
 
   !> Place in the sorted list.
-  pure integer function rank_of(complaint)
-    type(diagnostic_t), intent(in) :: complaint
+  pure integer function rank_of(diagnostic)
+    type(diagnostic_t), intent(in) :: diagnostic
 
-    rank_of = merge(complaint%line, huge(1), complaint%line > 0)
+    rank_of = merge(diagnostic%line, huge(1), diagnostic%line > 0)
   end function rank_of
 
   !> Number of errors so far.
@@ -99,7 +99,7 @@ contains
     if (allocated(self%list)) count_diagnostics = count(.not. self%list%is_warning) + self%n_more
   end function count_diagnostics
 
-  !> The `k`-th complaint in the order of the lines: `file:line: error: message`, or `warning:`.
+  !> The `k`-th diagnostic in the order of the lines: `file:line: error: message`, or `warning:`.
   pure function text_of_diagnostic(self, k) result(r)
     class(diagnostics_t), intent(in) :: self
     integer, intent(in) :: k

@@ -46,8 +46,7 @@ contains
     type(input_t), intent(out) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
     logical, intent(in), optional :: point
-    logical, intent(in), optional :: resumed   !! true: of a run that once began; its idle keys are
-                                               !! let be
+    logical, intent(in), optional :: resumed   !! true: of a run that once began; idle keys may stay
     character(:), allocatable :: stem
     integer :: k
 
@@ -74,7 +73,7 @@ contains
     call check_presence(input, diagnostics, present(resumed))
   end subroutine read_input_text
 
-  !> Put the `k`-th override in the place of what the file says.
+  !> Put the `k`-th override in the place of what is in the file.
   subroutine apply_override(input, set, k, diagnostics)
     type(input_t), intent(inout) :: input
     character(*), intent(in) :: set
@@ -264,7 +263,7 @@ contains
     if (holds(input, group, i, row%condition)) return
     call split_words(row%condition, w)
     choice = input%text(group, i, w(1))
-    if (choice == '') return                       ! has its complaint
+    if (choice == '') return                       ! is reported already
     call input%report(diagnostics, group, i, row%name, 'has no effect with '//trim(w(1))//' = '// &
                       choice// &
                         ', only with '//trim(row%condition), &

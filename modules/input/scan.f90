@@ -19,7 +19,7 @@ module input_scan
   !> What a character of the file is, decided in the first pass.
   character, parameter :: plain = '.', quoted = 'q', unclosed = 'u', skipped = ' '
 
-  !> More are no input that somebody wrote; what follows takes time that grows with their square.
+  !> More are no real input; what follows takes time that grows with their square.
   integer, parameter :: most_groups = 5000, most_in_group = 10000, most_bytes = 32*1024**2
 
   !> The file between the two passes.

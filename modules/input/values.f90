@@ -17,7 +17,7 @@ module input_values
   !> A checked input. Look-ups name a group, which of its instances (from 1), and a key.
   type :: input_t
     character(:), allocatable :: file                  !! name of the input file
-    type(scan_t) :: written                            !! what it says (input_reading fills both)
+    type(scan_t) :: written                            !! its groups (input_reading fills both)
     type(key_table_t) :: table
   contains
     procedure :: count => count_groups
@@ -59,7 +59,7 @@ contains
     label = '&'//trim(group)//' '//trim(key)
     a = self%written%last_of(self%written%find(group, i), key)
     if (a > 0) then
-      if (self%written%assignments(a)%is_broken) return   ! has its complaint
+      if (self%written%assignments(a)%is_broken) return   ! is reported already
       label = label//' = '//excerpt(self%written%value(a))
     end if
     if (key /= '') label = label//': '
@@ -76,7 +76,7 @@ contains
     call self%report(diagnostics, group, i, key, message, is_warning=.true.)
   end subroutine warn
 
-  !> Whether an 'off auto on' key asks for something in this scene: 'auto' if that `makes_sense`.
+  !> Whether an 'off auto on' key switches something on in this scene: 'auto' if that `makes_sense`.
   !> What `forbids` it ('' if nothing) is complained of if it is 'on', else obeyed.
   logical function switches_on(self, diagnostics, group, key, forbids, makes_sense)
     class(input_t), intent(in) :: self

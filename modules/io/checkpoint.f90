@@ -23,7 +23,7 @@ module io_checkpoint
   public :: write_checkpoint, read_checkpoint, read_checkpoint_notes
   public :: write_notes, open_checkpoint
 
-  !> What a checkpoint knows of its run. The texts of the scene are those of rank 0, but
+  !> Notes of a checkpoint about its run. The texts of the scene are those of rank 0, but
   !> of all ranks where they were read.
   type, public :: notes_t
     character(:), allocatable :: input   !! as it was written, with overrides
@@ -70,7 +70,7 @@ contains
     call file%close(error)
   end subroutine write_checkpoint
 
-  !> What the checkpoint knows of its run.
+  !> Notes of the checkpoint about its run.
   subroutine write_notes(file, notes, error)
     type(h5file_t), intent(in) :: file
     type(notes_t), intent(in) :: notes
@@ -153,7 +153,7 @@ contains
     call file%close(error)
   end subroutine read_checkpoint
 
-  !> Only what the checkpoint knows of its run.
+  !> The notes of the checkpoint alone.
   subroutine read_checkpoint_notes(world, path, notes, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The folder of the results belongs to one run at a time, and holds the results of one run.
 !>
-!> NAME_run.txt tells which run it is, and is locked while the run goes on; the kernel takes the
+!> NAME_run.txt names the run, and is locked while the run goes on; the kernel takes the
 !> lock away when the process ends, however it ends. Results of another run are put into previous_1,
 !> previous_2, ... before anything is written.
 module io_folder
@@ -73,10 +73,10 @@ contains
     is_taken = .not. world%all_true(status /= locked_elsewhere)
   end subroutine take_folder
 
-  !> Collective: make room for the results of `run` in a folder that was taken. Those of another run
-  !> are moved into a folder previous_N, or deleted if `overwrites`. A run that goes on where it has
-  !> been loses frames from number `frames` (from 0) on, and checkpoints that are not of its past
-  !> are moved away; one that goes on elsewhere becomes a run of its own.
+  !> Collective: clear away for the results of `run` in a folder that was taken. Those of another
+  !> run are moved into a folder previous_N, or deleted if `overwrites`. A run that goes on where it
+  !> has been loses frames from number `frames` (from 0) on, and checkpoints that are not of its
+  !> past are moved away; one that goes on elsewhere becomes a run of its own.
   subroutine clear_folder(world, directory, name, run, restart, frames, overwrites, note, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name

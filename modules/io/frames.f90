@@ -95,7 +95,7 @@ contains
     call file%close(error)
   end subroutine write_heat_frame
 
-  !> A new file with what every frame says of itself.
+  !> A new file with the attributes of every frame.
   subroutine begin_frame(file, world, path, time, step, cell, spacing, names, input_text, error)
     type(h5file_t), intent(out) :: file
     type(world_t), intent(in) :: world
@@ -293,7 +293,7 @@ contains
     end subroutine add
   end subroutine write_series
 
-  !> A time as every double is told apart.
+  !> A time with enough digits to tell every double apart.
   function digits_of(time) result(text)
     real(rp), intent(in) :: time
     character(:), allocatable :: text

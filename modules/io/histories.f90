@@ -54,7 +54,7 @@ contains
       if (len_trim(title) > 0) text = '# '//trim(title)//new_line('a')//text
       call write_whole(self%path, text, error)
       if (.not. error%is_set()) call self%file%append(self%path)
-      if (self%file%code /= 0) call error%raise(complaint(self))
+      if (self%file%code /= 0) call error%raise(reason(self))
     end if
     call agree(world, error)
     if (error%is_set()) call self%file%close()
@@ -227,23 +227,23 @@ contains
     text = kept(:n)
   end function compact
 
-  !> Close; says on all ranks if a row was lost.
+  !> Close; an error on all ranks if a row was lost.
   subroutine close_table(self, error)
     class(table_t), intent(inout) :: self
     type(error_t), intent(inout) :: error
 
     if (.not. allocated(self%path)) return
     call self%file%close()
-    if (self%is_lost()) call error%raise(complaint(self))
+    if (self%is_lost()) call error%raise(reason(self))
     call agree(self%world, error)
     deallocate (self%path)
   end subroutine close_table
 
-  function complaint(self) result(text)
+  function reason(self) result(text)
     class(table_t), intent(in) :: self
     character(:), allocatable :: text
 
     text = self%path//' cannot be written: '//reason_of(self%file%code)
-  end function complaint
+  end function reason
 
 end module io_histories

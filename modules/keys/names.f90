@@ -18,7 +18,7 @@ contains
     find = 0
   end function find
 
-  !> The names there are, for a complaint.
+  !> The names there are, for a diagnostic.
   pure function known(names) result(text)
     character(*), intent(in) :: names(:)
     character(:), allocatable :: text

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The affine transfer: particles carry a velocity gradient C besides their velocity, so that
-!> angular momentum survives the way to the grid and back (APIC: Jiang et al. 2017, JCP 338:137).
+!> angular momentum survives the transfer to the grid and back (APIC: Jiang et al. 2017, JCP
+!> 338:137).
 module mapping_apic
   use base_kinds, only: nlane, rp
   use mapping_nodes, only: nodes_t

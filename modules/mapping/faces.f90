@@ -66,7 +66,7 @@ contains
     w = face_weights(d, side, half(a), reach, layers, spacing)
   end function weights_across
 
-  !> Weights of three nodes on each axis at the point where the surface of particle `p` is touched,
+  !> Weights of three nodes on each axis at the point of contact on the surface of particle `p`,
   !> the part `surface_offset` of half its spacing against the `normal`: between those of its centre
   !> and of its faces.
   pure function surface_weights(scene, nodes, body, normal, surface_offset, p, nf, ps, w, first) &
@@ -74,7 +74,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, p, nf, first(nlane)
-    real(rp), intent(in) :: normal(3)           !! of length 1, out of what touches
+    real(rp), intent(in) :: normal(3)           !! of length 1, out of the other body
     real(rp), intent(in) :: surface_offset
     real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
     real(rp) :: at(3, 3), part

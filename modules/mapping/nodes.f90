@@ -22,17 +22,14 @@ module mapping_nodes
     real(rp), pointer, contiguous :: g(:, :, :) => null()    !! (8, nn, n_groups)
     real(rp), pointer, contiguous :: g2(:, :, :) => null()   !! second grid: two passes, conduction
     real(rp), pointer, contiguous :: increment(:, :, :) => null()   !! third grid: XPIC, FMPM
-    real(rp), pointer, contiguous, dimension(:), private :: memory => null(), memory2 => null(), &
-      memory3 => null(), &
-                                                            rec_memory => null()
+    real(rp), pointer, contiguous, dimension(:), private :: &
+      memory => null(), memory2 => null(), memory3 => null(), rec_memory => null()
     real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
     integer :: n_ranges = 0                  !! of consecutive nodes that are in use
     integer, allocatable :: range(:, :)      !! (3, n) first node, last node, 1 if owned
-    integer :: n_resting_ranges = 0          !! the same for all particles, while some sleep: of
-    integer, allocatable :: resting_range(:, :)   !! the steps while the other list conducts, and
-                                                  !! back
-    real(rp), pointer, contiguous :: rec(:, :, :) => null()   !! (8, 4, nlane) scratch of the block
-                                                              !! kernels
+    integer :: n_resting_ranges = 0          !! the same for all particles, while some sleep; the
+    integer, allocatable :: resting_range(:, :)   !! lists change places for conduction
+    real(rp), pointer, contiguous :: rec(:, :, :) => null()   !! (8, 4, nlane) scratch of kernels
   contains
     procedure :: allocate_grids
     procedure :: allocate_scratch

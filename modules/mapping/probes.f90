@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Thermocouples: massless points that ride in the material and read its nodal temperature.
-!> A probe that leaves through a periodic side keeps counting its way; it reads the nodes' images.
+!> Thermocouples: massless points that ride in the material and read its nodal temperature. A probe
+!> that leaves through a periodic side keeps its unwrapped place; it reads the nodes' images.
 module mapping_probes
   use base_kinds, only: rp
   use comm_world, only: world_t
@@ -40,7 +40,7 @@ contains
       where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
       associate (nodes => g(:, :, probes%group(n)))
         call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
-        if (sum(weight) <= 0.0_rp) cycle           ! empty nodes say nothing
+        if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
         record = matmul(nodes(:, q), weight)
       end associate
       probes%x(:, n) = probes%x(:, n) + dt*record(1:3)
@@ -64,7 +64,7 @@ contains
     end do
   end subroutine warm_probes
 
-  !> Give all ranks the places and temperatures that their movers know.
+  !> Share the places and temperatures of all probes among the ranks.
   subroutine share_probes(world, probes)
     type(world_t), intent(in) :: world
     type(probes_t), intent(inout) :: probes

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Rigid bodies made of particles: their nodes and particles move as the schedule of the tool says
+!> Rigid bodies made of particles: their nodes and particles move by the schedule of the tool
 !> whose shape they are.
 module mapping_rigid
   use base_kinds, only: nlane, rp

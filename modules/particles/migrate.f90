@@ -68,7 +68,7 @@ contains
       if (keep > awake) then
         call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
                     node2, body2, owner)
-      else                                       ! those that wake find room anywhere
+      else                                       ! those that wake go anywhere
         call list_slots(particles, n_moving + 1, particles%nblk, slot2, body2)
         allocate (node2(size(slot2)), source=1)
       end if
@@ -237,13 +237,13 @@ contains
     integer, intent(in) :: n_blocks
     type(particles_t), intent(in) :: particles
     character(:), allocatable :: message
-    real(rp) :: x(3), low(3), top(3), room(3)
+    real(rp) :: x(3), low(3), top(3), margin(3)
     integer :: b, p
 
     message = ''
-    room = merge(halo*grid%h, 0.0_rp, grid%period > 0)
-    low = grid%lower - room
-    top = grid%upper() + room
+    margin = merge(halo*grid%h, 0.0_rp, grid%period > 0)
+    low = grid%lower - margin
+    top = grid%upper() + margin
     do b = 1, n_blocks
       do p = 1, particles%count(b)
         x = particles%ps(p, f_pos:f_pos + 2, b)

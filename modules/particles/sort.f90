@@ -127,8 +127,8 @@ contains
     end do
   end subroutine place_class
 
-  !> Of the consecutive slots `to` those that are in `from` go to who has them, the others to the
-  !> rest in turn.
+  !> Particles whose slots `from` are among the consecutive slots `to` keep them; the others get the
+  !> remaining slots in turn.
   pure subroutine keep_slots(n, from, to)
     integer, intent(in) :: n, from(n)
     integer, intent(inout) :: to(n)

@@ -47,7 +47,7 @@ module particles_store
 
   integer, parameter :: face_shift = 48, rest_shift = 54
   ! Bits of the tag in the first lane of a block, as its last sort decided.
-  integer, parameter, public :: border_bit = 56   !! may touch nodes shared with other ranks
+  integer, parameter, public :: border_bit = 56   !! may reach nodes shared with other ranks
                                                   !! (exchange_order)
   integer, parameter, public :: far_bit = 57      !! no tool reaches it until the next sort
                                                   !! (exchange_speculation)
@@ -105,7 +105,7 @@ contains
     self%capacity = 0
   end subroutine free
 
-  !> Make room for `nblk` blocks, keeping the first `self%nblk`.
+  !> Storage for `nblk` blocks, keeping the first `self%nblk`.
   subroutine reserve(self, nblk)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: nblk

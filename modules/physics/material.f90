@@ -19,8 +19,7 @@ module physics_material
     real(rp) :: expansion = 0.0_rp     !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp       !! temperature without thermal strain [K]
     real(rp) :: c_p = 400.0_rp         !! specific heat [J/(kg K)]
-    logical :: knows_heat = .false.    !! c_p was given; else only a scale for rounding errors sees
-                                       !! it
+    logical :: knows_heat = .false.  !! c_p was given; else only a scale for rounding errors sees it
     real(rp) :: t_melt = huge(1.0_rp)  !! melting temperature; huge: not given [K]
     real(rp) :: conductivity = 0.0_rp  !! [W/(m K)]
     real(rp) :: plastic_heat = 0.9_rp  !! share of plastic work that becomes heat

@@ -68,8 +68,7 @@ module physics_two_phase
   real(rp), parameter :: most_strain = 0.5_rp
   real(rp), parameter :: most_exponent = 80.0_rp       !! of k/k0, far from overflow
   real(rp), parameter :: fast = 1.0_rp                 !! k dgamma of a substep at most
-  real(rp), parameter :: memory = 60.0_rp              !! k gamma after which densities are new:
-                                                       !! exp(-30)
+  real(rp), parameter :: memory = 60.0_rp         !! k gamma after which densities are new: exp(-30)
   real(rp), parameter :: no_strain = 1.0e-11_rp        !! changes no density by 1e-5 of itself
   real(rp), parameter :: least_density = 1.0_rp        !! [1/m2]
   real(rp), parameter :: margin = 0.5_rp               !! of the calibrated temperatures [K]

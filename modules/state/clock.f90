@@ -12,8 +12,8 @@ module state_clock
     integer(i8) :: step = 0
     real(rp) :: time = 0.0_rp
     real(rp) :: dt = 0.0_rp
-    integer(i8) :: sorted_at = -1        !! step that last asked who sleeps, and who moves on
-    real(rp) :: displacement = 0.0_rp          !! way of the fastest particle since then [m]
+    integer(i8) :: sorted_at = -1        !! step of the last listing of particles
+    real(rp) :: displacement = 0.0_rp    !! of the fastest particle since then [m]
     real(rp) :: heat_time = 0.0_rp       !! time of the last conduction step
     real(rp) :: heat_step = 0.0_rp       !! next implicit one [s]; 0: none was made yet
     real(rp) :: next_frame = 0.0_rp, next_history = 0.0_rp, next_checkpoint = 0.0_rp
@@ -21,7 +21,7 @@ module state_clock
     integer(i8) :: refused = 0           !! steps that had to be made shorter
     real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed, unscaled [m2/s2]
     real(rp) :: mass_scaling = 1.0_rp    !! on inertia only
-    real(rp) :: inertial_peak = 0.0_rp   !! largest rho v^2 over flow stress of late
+    real(rp) :: inertial_peak = 0.0_rp   !! recent largest rho v^2 over flow stress
   end type clock_t
 
 end module state_clock

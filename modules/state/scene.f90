@@ -93,8 +93,7 @@ module state_scene
     logical :: conducts = .false.
     logical :: implicit_heat = .false.   !! conduction by backward Euler
     real(rp) :: heat_step = 0.0_rp       !! its step [s]; 0: as its error allows
-    integer :: heat_every = 0            !! its step in mechanical ones; 0: as long as heat_step
-                                         !! says
+    integer :: heat_every = 0           !! its step in mechanical ones; 0: as long as heat_step says
     integer :: heat_solver = 0           !! by_cg or by_petsc (heat_solvers_method)
     real(rp) :: heat_tolerance = 2.0_rp  !! of the error of a step [K]
     logical :: has_mechanics = .true.    !! false: heat alone (heat_alone_loop)

@@ -20,8 +20,7 @@ module state_step
     type(outcome_t) :: last                  !! of the step before
     integer :: fastest_node = 0              !! of this rank
     real(rp) :: fastest_speed = 0.0_rp       !! of that node [m/s]
-    logical :: lost_row = .false.            !! of the history, which could not be written: rank 0
-                                             !! knows
+    logical :: lost_row = .false.        !! of the history, which could not be written: rank 0 knows
     real(rp) :: secured = 0.0_rp             !! wall-clock time of the last checkpoint [s]
     ! set by the check in the middle of a step, equal on all ranks
     logical, allocatable :: is_near(:)       !! tools that particles of any rank may touch

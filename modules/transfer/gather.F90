@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> From the grid to a block of particles. Neighbours in the block mostly have the same 27 nodes,
 !> since particles are sorted by node: then they fill the lanes of vectors and share what is loaded
-!> of a node, and only what is wanted of a record is worked on. That takes a third of the operations
-!> of one particle at a time with a node's record in a vector (transfer_kernels), which is left for
-!> those that have nodes of their own. Sum-factorised; nodes lie z-fastest.
+!> of a node, and only the lanes in use of a record are worked on. That takes a third of the
+!> operations of one particle at a time with a node's record in a vector (transfer_kernels), which
+!> is left for those that have nodes of their own. Sum-factorised; nodes lie z-fastest.
 module transfer_gather
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -17,7 +17,7 @@ module transfer_gather
   integer, parameter :: few = 6    !! lines of memory of the next block, fetched between the lanes
                                    !! of eight particles
 
-  !> Which lanes of the records are wanted: some with slopes, of some the values alone.
+  !> Which lanes of the records are in use: some with slopes, of some the values alone.
   type :: lanes_t
     integer :: steep, n_steep      !! first lane with slopes, and how many
     integer :: plain, n_plain      !! first lane without, and how many
@@ -26,7 +26,7 @@ module transfer_gather
 contains
 
   !> Values at `n` particles, and slopes along x, y, z of those lanes that have them: (s(:, 1:3) of
-  !> the first); what other particles get is not said.
+  !> the first); other particles get undefined values.
   subroutine gather_block(lanes, n, w, first, stride, nn, g, rec, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: n, first(nlane), stride(3), nn

@@ -8,7 +8,7 @@
 !>   to the grid   1:4 mass, momentum (values)          5:8 force (slopes), temperature (value)
 !>   from the grid 1:4 velocity, temperature (+slopes)  5:8 velocity change, spare (values)
 !> Where a vector register holds a whole record, all lanes go with slopes instead: parts that are
-!> not needed are 0 on the way to the grid and not read on the way back.
+!> not needed are 0 in the transfer to the grid and not read in that back.
 module transfer_kernels
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -144,7 +144,7 @@ contains
     call g2p_lanes(.false., 1, n, w, first, stride, nn, g, rec)
   end subroutine g2p_values_block
 
-  !> Values of lanes 5:8, and, unless only those are wanted, values and slopes of lanes 1:4.
+  !> Values of lanes 5:8, and, unless only those are in use, values and slopes of lanes 1:4.
   subroutine g2p_lanes(all_lanes, low, high, w, first, stride, nn, g, rec)
     logical, intent(in) :: all_lanes
     integer, intent(in) :: low, high, nn, stride(3), first(nlane)

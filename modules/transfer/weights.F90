@@ -97,7 +97,7 @@ contains
   pure subroutine point_nodes(s, stride, lane, least, nn, g, q, weight)
     real(rp), intent(in) :: s(3)             !! place, from the first node of the patch [cells]
     integer, intent(in) :: stride(3), nn
-    integer, intent(in) :: lane              !! of the records that says if a node is empty,
+    integer, intent(in) :: lane              !! of the records by which a node is empty,
     real(rp), intent(in) :: least            !! being no larger than this
     real(rp), intent(in) :: g(8, nn)
     integer, intent(out) :: q(0:7)

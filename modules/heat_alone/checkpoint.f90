@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: MIT
+!> Checkpoints of a run of heat alone: what is written of its state, and a run filled from one.
+module heat_alone_checkpoint
+  use base_errors, only: error_t
+  use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use heat_alone_state, only: heat_run_t
+  use heat_solvers_integrator, only: n_kept
+  use io_checkpoint, only: notes_t
+  use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
+  use output_checkpoint, only: note_run
+  use state_scene, only: output_t, scene_t
+  implicit none (type, external)
+  private
+
+  public :: heat_checkpoint_path, resume_heat, save_heat
+
+  integer, parameter :: n_global = 13
+
+contains
+
+  pure function heat_checkpoint_path(output) result(path)
+    type(output_t), intent(in) :: output
+    character(:), allocatable :: path
+
+    path = output%directory//'/'//output%name//'_checkpoint.h5'
+  end function heat_checkpoint_path
+
+  !> Write the state between two steps.
+  subroutine save_heat(world, scene, run, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    type(notes_t) :: notes
+    integer :: n
+    real(rp), allocatable :: memory(:, :), numbers(:)
+
+    call note_run(scene%output, run%time, notes)
+    n = run%heat%size()
+    allocate (memory(n, n_kept))
+    call run%integrator%pack_memory(run%heat, memory, numbers)
+    associate (integrator => run%integrator)
+      call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
+        by_planes(run, reshape([run%heat%theta(1:n), memory], [n, 1 + n_kept])), &
+        [run%time, integrator%next, real(integrator%steps, rp), real(integrator%refused, rp), &
+         integrator%books, run%content0, run%row_time, integrator%last, run%row_books, &
+         real(run%rows, rp), real(size(run%frame_times), rp), run%frame_times, numbers], &
+        notes, error)
+    end associate
+  end subroutine save_heat
+
+  !> Fields (cells, n) as columns of planes, each with its part of every field.
+  pure function by_planes(run, fields) result(planes)
+    type(heat_run_t), intent(in) :: run
+    real(rp), intent(in) :: fields(:, :)
+    real(rp), allocatable :: planes(:, :)
+
+    associate (np => run%heat%mesh%np, nx => run%heat%mesh%nx, n => size(fields, 2))
+      planes = reshape(reshape(fields, [np, n, nx], order=[1, 3, 2]), [np*n, nx])
+    end associate
+  end function by_planes
+
+  !> Fill a run, whose scene is set up, with the state of a checkpoint.
+  subroutine resume_heat(world, path, run, error)
+    type(world_t), intent(in) :: world
+    character(*), intent(in) :: path
+    type(heat_run_t), intent(inout) :: run
+    type(error_t), intent(inout) :: error
+    real(rp), allocatable :: planes(:, :), global(:), fields(:, :)
+    integer :: frames
+
+    associate (mesh => run%heat%mesh, n => run%heat%size())
+      allocate (planes(mesh%np*(1 + n_kept), mesh%nx), source=0.0_rp)
+      call read_heat_checkpoint(world, path, mesh%lo - 1, planes, global, error)
+      if (error%is_set()) return
+      frames = -1
+      if (size(global) > n_global) frames = nint(global(n_global))
+      if (frames < 0 .or. n_global + frames + 3 > size(global)) then
+        call error%raise(path//' is damaged')
+        return
+      end if
+      fields = reshape(reshape(planes, [mesh%np, mesh%nx, 1 + n_kept], order=[1, 3, 2]), &
+                       [n, 1 + n_kept])
+      run%heat%theta(1:n) = fields(:, 1)
+    end associate
+    associate (integrator => run%integrator)
+      run%time = global(1)
+      integrator%next = global(2)
+      integrator%steps = nint(global(3), i8)
+      integrator%refused = nint(global(4), i8)
+      integrator%books = global(5:6)
+      run%content0 = global(7)
+      run%row_time = global(8)
+      integrator%last = global(9)
+      run%row_books = global(10:11)
+      run%rows = nint(global(12), i8)
+      run%frame_times = global(n_global + 1:n_global + frames)
+      call integrator%start(run%heat)
+      call integrator%unpack_memory(run%heat, fields(:, 2:), global(n_global + frames + 1:))
+    end associate
+  end subroutine resume_heat
+
+end module heat_alone_checkpoint
