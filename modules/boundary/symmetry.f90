@@ -14,8 +14,8 @@ module boundary_symmetry
   implicit none (type, external)
   private
 
-  public :: list_mirrors, split_mirrors, narrow_mirrors, reflect, restore, add_lost, book_impulse, &
-            book_heat
+  public :: list_mirrors, split_mirrors, narrow_mirrors, reflect, restore, restore_velocities, &
+            add_lost, book_impulse, book_heat
 
   ! Parts of a fold (exchange_order).
   integer, parameter, public :: early = 1, late = 2
@@ -281,6 +281,19 @@ contains
       end do
     end associate
   end subroutine restore
+
+  !> The same for the velocities of all groups of bodies.
+  subroutine restore_velocities(scene, nodes, boundary, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    integer :: k
+
+    do k = 1, nodes%n_groups
+      call restore(scene, nodes, boundary, r_velocity, g(:, :, k))
+    end do
+  end subroutine restore_velocities
 
   !> Add to the impulses of the conditions what folds have changed of forces that act for `dt` [s].
   pure subroutine add_lost(scene, dt, lost, impulse)

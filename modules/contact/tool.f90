@@ -72,7 +72,7 @@ module contact_tool
 contains
 
   !> Put the tool where its schedule says at time `t`.
-  pure subroutine move_to(self, t)
+  elemental subroutine move_to(self, t)
     class(tool_t), intent(inout) :: self
     real(rp), intent(in) :: t                   !! [s]
     real(rp) :: shift(3), c, s

@@ -79,11 +79,10 @@ contains
     status = ended_well
     message = ''
     call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
-                     sim%history, &
-                     is_resumed, error)
+                     sim%history, is_resumed, error)
     if (.not. is_resumed) call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, &
-                                          sim%probes, &
-        sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, .false., error)
+                                          sim%probes, sim%particles, sim%sleepers, sim%exchange, &
+                                          sim%books, sim%history, .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call advance(world, sim, status, message)
@@ -125,8 +124,7 @@ contains
     if (.not. sim%step%is_broken) return
     status = ended_broken
     call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
-                          message, &
-                      'more kinetic energy than was ever given')
+                          message, 'more kinetic energy than was ever given')
   end subroutine check_state
 
   !> The state at a stop: a checkpoint to go on from; but if the run broke down, an earlier one is
@@ -144,8 +142,7 @@ contains
     is_good = world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
     if (is_good .and. (is_sound .or. .not. is_there)) then
       call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
-                           sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, &
-                           error)
+                           sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, error)
       message = message//'; checkpoint '//checkpoint_path(sim%scene)
       return
     end if

@@ -57,8 +57,8 @@ contains
       return
     end if
     call unpack_global(sim, global, path, error)
-    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, &
-                                          sim%particles), outside)
+    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, sim%particles), &
+                             outside)
     if (outside /= '') call error%raise(path//': '//outside)
     if (error%is_set()) return
     sim%books%sums = local(1:n_sums)

@@ -7,7 +7,7 @@ module step_advance
   use base_timers, only: ph_nodes, ph_to_particles
   use body_contact_pairs, only: join_bodies
   use boundary_clamps, only: hold_walls
-  use boundary_symmetry, only: book_impulse
+  use boundary_symmetry, only: book_impulse, restore_velocities
   use comm_world, only: world_t
   use exchange_acceptance, only: post_acceptance
   use exchange_speculation, only: note_state
@@ -20,8 +20,7 @@ module step_advance
   use state_books, only: books_t
   use state_scene, only: scheme_usavg, scheme_usl, transfer_apic
   use state_step, only: outcome_t
-  use step_boundary, only: apply_boundary, mirror_nodes
-  use step_contact, only: resolve_contact
+  use step_constraints, only: apply_boundary, resolve_contact
   use step_filter, only: filter_velocity
   use step_schedule, only: accept_step
   use step_simulation, only: simulation_t
@@ -43,8 +42,7 @@ contains
     real(rp), intent(inout) :: dt               !! [s]
     real(rp), pointer, contiguous :: moved(:, :, :), field(:, :, :)
     type(outcome_t) :: outcome
-    real(rp) :: early                           ! part of the stress update before the momentum
-                                                ! update
+    real(rp) :: early                           ! part of the stress update that comes first
     logical :: is_refused, stands
 
     call begin_step(sim, dt, early)
@@ -52,24 +50,26 @@ contains
     moved => sim%nodes%g
     if (sim%scene%method%scheme /= scheme_usl) moved => sim%nodes%g2
     if (early > 0.0_rp) call strain_before(world, sim, dt, early, field, outcome)
-    call freeze_layer(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, &
-                      sim%nodes, sim%boundary, &
-                    sim%sleepers)
+    if (sim%scene%method%sleep%is_on) then
+      call freeze_layer(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, &
+                        sim%nodes, sim%boundary, sim%sleepers)
+    end if
     call note_state(sim%exchange, sim%books)
     do
       call particles_to_grid(world, sim, moved)
       call update_nodes(sim%scene, sim%clock, sim%nodes, dt, moved)
-      call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, &
-                           sim%nodes, sim%boundary, &
-                      sim%exchange, sim%books, dt, moved, stands)
+      call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, sim%nodes, &
+                           sim%boundary, sim%exchange, sim%books, dt, moved, stands)
       call apply_boundary(world, sim, dt, moved, stands)
       call accept_step(sim, dt, moved, outcome, is_refused)
       if (sim%step%is_broken) return
       if (.not. is_refused) exit
     end do
     call resolve_contact(world, sim, dt, moved, outcome)
-    call book_sleepers(sim%sleepers, sim%books, dt)
-    call track_motion(sim%nodes, sim%sleepers, dt, moved(:, :, 1))
+    if (sim%scene%method%sleep%is_on) then
+      call book_sleepers(sim%sleepers, sim%books, dt)
+      call track_motion(sim%nodes, sim%sleepers, dt, moved(:, :, 1))
+    end if
     call book_impulse(sim%scene, sim%nodes, sim%boundary, sim%books, dt, moved)
     if (sim%scene%method%scheme /= scheme_usl) then
       call accelerate(sim%scene, sim%step, sim%particles, sim%nodes, moved)
@@ -117,7 +117,7 @@ contains
                        outcome)
   end subroutine strain_before
 
-  !> Velocities of the nodes from the momentum of the particles alone, walls held. Bodies that touch
+  !> Velocities of the nodes from the momentum of the particles alone, walls held. Bodies in contact
   !> keep theirs: the strain is then that of the velocities with which the internal forces do their
   !> work.
   subroutine map_again(world, sim, dt, g)
@@ -135,10 +135,11 @@ contains
     before = sim%books                     ! interpolation does no work and gives no impulse
     call update_nodes(sim%scene, sim%clock, sim%nodes, 0.0_rp, g)
     call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%books, 1.0_rp, g)
-    if (sim%nodes%n_groups > 1) call join_bodies(world, sim%scene, sim%clock, sim%tool, &
-                                                 sim%particles, sim%blocks, &
-        sim%nodes, sim%boundary, sim%pairs, dt, g)
-    call mirror_nodes(sim, g)
+    if (sim%nodes%n_groups > 1) then
+      call join_bodies(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
+                       sim%nodes, sim%boundary, sim%pairs, dt, g)
+    end if
+    call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
     sim%books = before
   end subroutine map_again
 

@@ -44,8 +44,9 @@ contains
       end do
       call next_increment(sim, g, mapped, increment)
       call release_held(sim%scene, sim%nodes, sim%boundary, g, increment)
-      if (sim%nodes%n_groups > 1) call join_increments(sim%scene, sim%nodes, sim%pairs, g, &
-                                                       increment)
+      if (sim%nodes%n_groups > 1) then
+        call join_increments(sim%scene, sim%nodes, sim%pairs, g, increment)
+      end if
       do k = 1, sim%nodes%n_groups
         call restore(sim%scene, sim%nodes, sim%boundary, r_filter, increment(:, :, k))
       end do
@@ -80,8 +81,7 @@ contains
     do b = 1, sim%particles%nblk
       k = sim%scene%body(sim%particles%body(b))%group
       call map_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
-                     sim%particles%ps(:, :, &
-                     b), increment(:, :, k), sim%nodes%rec, mapped(:, :, k))
+                     sim%particles%ps(:, :, b), increment(:, :, k), sim%nodes%rec, mapped(:, :, k))
     end do
   end subroutine there_and_back
 

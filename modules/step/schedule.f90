@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Work while waiting: blocks that no tool reaches may come back from the grid between the start of
-!> an exchange and its end: while all ranks say whether the step stands, and while sums of contact
-!> are on their way. They are the first to come back in any case (exchange_speculation), so that the
-!> books are added up in the same order whoever waits.
+!> an exchange and its end: until the step is accepted by all ranks, and until sums of contact have
+!> arrived. They are the first to come back in any case (exchange_speculation), so that the order of
+!> sums in the books does not depend on waiting.
 module step_schedule
   use base_kinds, only: rp
   use base_timers, only: ph_nodes, ph_to_particles
@@ -37,23 +37,24 @@ contains
       call sim%timer%lap(ph_to_particles)
     end if
     call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, dt, is_refused)
-    if (is_refused .or. sim%step%is_broken) call roll_back(sim%particles, sim%blocks, &
-        sim%exchange, sim%books, &
-        outcome)
+    if (is_refused .or. sim%step%is_broken) then
+      call roll_back(sim%particles, sim%blocks, sim%exchange, sim%books, outcome)
+    end if
   end subroutine accept_step
 
-  !> Collective. Sums over the ranks of `values` kept for `n` nodes; `first` is the entry of each
-  !> node.
-  subroutine sum_meanwhile(world, sim, dt, g, outcome, first, n, node, width, values)
+  !> Collective. Sums over the ranks of `values` of the nodes in contact with a tool.
+  subroutine sum_meanwhile(world, sim, dt, g, outcome, width, values)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(outcome_t), intent(inout) :: outcome
-    integer, intent(in) :: first(sim%nodes%patch%nn), n, node(n), width
-    real(rp), intent(inout) :: values(width, n)
+    integer, intent(in) :: width
+    real(rp), intent(inout) :: values(width, sim%contact%n_nodes)
 
-    call sim%nodes%halo%post_entries(world, .false., sim%nodes%patch%nn, first, n, node, width, &
-                                     values)
+    associate (contact => sim%contact)
+      call sim%nodes%halo%post_entries(world, .false., sim%nodes%patch%nn, contact%entry_of, &
+                                       contact%n_nodes, contact%node, width, values)
+    end associate
     if (sim%exchange%speculative%is_possible) then
       call sim%timer%lap(ph_nodes)
       do while (sim%exchange%speculative%done < sim%blocks%n_far)
@@ -62,7 +63,7 @@ contains
       end do
       call sim%timer%lap(ph_to_particles)
     end if
-    call sim%nodes%halo%finish_entries(world, .false., n, width, values)
+    call sim%nodes%halo%finish_entries(world, .false., sim%contact%n_nodes, width, values)
   end subroutine sum_meanwhile
 
   !> The next block, of a scene with one group of bodies and USL.
@@ -74,8 +75,7 @@ contains
     associate (next => sim%exchange%speculative%done)
       next = next + 1
       call blocks_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
-                               sim%blocks, sim%nodes, &
-                               sim%books, next, next, dt, g, g, dt, outcome)
+                               sim%blocks, sim%nodes, sim%books, next, next, dt, g, g, dt, outcome)
     end associate
   end subroutine advance_next
 

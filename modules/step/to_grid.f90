@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Particles to grid, with the fold at symmetry planes and the sum over the ranks. Blocks that may
-!> touch shared nodes, the border, give first; what they gave is on its way to the other ranks while
-!> the other blocks follow.
+!> Particles to grid, with the reflection at symmetry planes and the sum over the ranks. Blocks that
+!> may reach shared nodes, the border, come first: their sums are sent while the other blocks
+!> follow.
 module step_to_grid
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_to_grid
@@ -62,8 +62,7 @@ contains
       call sim%timer%lap(ph_exchange)
       do b = sim%blocks%n_border + 1, sim%blocks%n_awake, stretch
         call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
-                            b, &
-                            min(b + stretch - 1, sim%blocks%n_awake), g)
+                            b, min(b + stretch - 1, sim%blocks%n_awake), g)
         call sim%nodes%halo%poke()
       end do
       call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, late)
@@ -78,13 +77,13 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
-    call add_layer(sim%nodes, sim%sleepers, g(:, :, 1))
+    if (sim%scene%method%sleep%is_on) call add_layer(sim%nodes, sim%sleepers, g(:, :, 1))
     if (sim%scene%has_tractions()) then
       call tractions_to_grid(sim%scene, sim%step, sim%particles, sim%nodes, g)
     end if
   end subroutine others_to_grid
 
-  !> Collective. Fold the records at symmetry planes, sum those of shared nodes over the ranks.
+  !> Collective. Reflect the records at symmetry planes, sum those of shared nodes over the ranks.
   subroutine sum_nodes(world, sim, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -94,8 +93,7 @@ contains
     sim%boundary%mirrors%lost = 0.0_rp
     do k = 1, sim%nodes%n_groups
       call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), &
-                   sim%boundary%mirrors%lost, &
-                sim%boundary%mirrors%own(:, k))
+                   sim%boundary%mirrors%lost, sim%boundary%mirrors%own(:, k))
       call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, g(:, :, k))
     end do
   end subroutine sum_nodes

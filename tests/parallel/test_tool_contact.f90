@@ -7,7 +7,7 @@ program test_tool_contact
   use contact_tool, only: s_creep, s_force, s_press, s_slide, tool_t
   use node_samples, only: balance_of, balance_t, map_particles, set_velocity
   use particles_store, only: f_mass, f_pos
-  use step_boundary, only: apply_boundary
+  use step_constraints, only: apply_boundary
   use step_samples, only: add_plane_of_symmetry, add_tool, fill, h, make_flow, noise, plane_tool, &
                           settle, start_scene
   use step_simulation, only: free_simulation, simulation_t

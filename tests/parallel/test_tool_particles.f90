@@ -11,7 +11,7 @@ program test_tool_particles
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_jac, f_pos, f_tau, f_temp
   use state_scene, only: scheme_musl, scheme_usl
-  use step_boundary, only: apply_boundary
+  use step_constraints, only: apply_boundary
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene
   use step_simulation, only: free_simulation, simulation_t

@@ -1,0 +1,90 @@
+! SPDX-License-Identifier: MIT
+!> What walls, clamps, sleepers, symmetry planes, tools and other bodies do to the velocities of the
+!> nodes in a step.
+module step_constraints
+  use base_kinds, only: rp
+  use body_contact_pairs, only: resolve_body_contact
+  use boundary_clamps, only: hold_walls
+  use boundary_symmetry, only: restore_velocities
+  use comm_world, only: world_t
+  use exchange_speculation, only: may_speculate
+  use sleep_held_layer, only: hold_layer
+  use state_step, only: outcome_t
+  use step_schedule, only: sum_meanwhile
+  use step_simulation, only: simulation_t
+  use tool_contact_impulses, only: apply_impulses, find_contact, find_impulses
+  use tool_contact_lists, only: n_values
+  implicit none (type, external)
+  private
+
+  public :: apply_boundary, resolve_contact
+
+contains
+
+  !> Collective. Velocities of the nodes as walls, clamps and sleepers allow; with several groups of
+  !> bodies symmetry planes and tools wait until the contact of these is resolved. `stands`: as far
+  !> as this rank can see, the step does.
+  subroutine apply_boundary(world, sim, dt, g, stands)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    logical, intent(in) :: stands
+
+    call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%books, 1.0_rp, g)
+    if (sim%scene%method%sleep%is_on) then
+      call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%books, g(:, :, 1))
+    end if
+    if (sim%nodes%n_groups > 1) return
+    call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
+    call sim%tool%move_to(sim%clock%time + dt)
+    sim%exchange%speculative%is_possible = stands &
+      .and. may_speculate(world, sim%scene, sim%clock, sim%tool, sim%nodes)
+  end subroutine apply_boundary
+
+  !> Collective. Contact of bodies with one another, then of particles with tools: change the
+  !> velocities of the nodes `g` to what contact leaves of them, keep the books of the tools and
+  !> give friction heat to the particles. Blocks far from all tools may come back from the grid
+  !> meanwhile.
+  subroutine resolve_contact(world, sim, dt, g, outcome)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)   !! velocity records
+    type(outcome_t), intent(inout) :: outcome
+    integer :: group, k
+
+    if (sim%nodes%n_groups > 1) then
+      call resolve_body_contact(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
+                                sim%nodes, sim%boundary, sim%pairs, sim%books, dt, g)
+      call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
+      call sim%tool%move_to(sim%clock%time + dt)
+    end if
+    do k = 1, size(sim%tool)
+      if (.not. sim%step%is_near(k)) cycle
+      do group = 1, sim%nodes%n_groups
+        if (sim%scene%is_rigid_group(group)) cycle
+        call resolve_tool_contact(world, sim, k, group, dt, g(:, :, group), outcome)
+      end do
+    end do
+  end subroutine resolve_contact
+
+  !> One group of bodies and one tool.
+  subroutine resolve_tool_contact(world, sim, k, group, dt, g, outcome)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(in) :: k, group
+    real(rp), intent(in) :: dt
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    type(outcome_t), intent(inout) :: outcome
+
+    call find_contact(sim%scene, sim%clock, sim%particles, sim%blocks, sim%nodes, sim%boundary, &
+                      sim%contact, sim%tool(k), k, group, dt, g)
+    call sum_meanwhile(world, sim, dt, g, outcome, 2, sim%contact%mass)
+    call find_impulses(sim%scene, sim%clock, sim%nodes, sim%boundary, sim%contact, g)
+    call sum_meanwhile(world, sim, dt, g, outcome, n_values, sim%contact%values)
+    call apply_impulses(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
+                        sim%contact, sim%books, sim%tool(k), dt, g)
+  end subroutine resolve_tool_contact
+
+end module step_constraints
