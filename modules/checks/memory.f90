@@ -24,7 +24,7 @@ module checks_memory
 
 contains
 
-  !> Collective: complaint if the particles and nodes, or the cells of heat alone, need more memory
+  !> Collective. Complaint if the particles and nodes, or the cells of heat alone, need more memory
   !> than the nodes have on which the ranks run. The scene has no complaints.
   subroutine check_memory(world, input, scene, diagnostics)
     type(world_t), intent(in) :: world

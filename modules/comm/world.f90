@@ -46,7 +46,7 @@ module comm_world
 
 contains
 
-  !> Collective: ranks on the computer that this one runs on.
+  !> Collective. Ranks on the computer that this one runs on.
   integer function ranks_here(self)
     class(world_t), intent(in) :: self
     type(mpi_comm) :: here

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Speculation: blocks that no tool reaches in a step may come back from the grid while this rank
+!> Speculation. Blocks that no tool reaches in a step may come back from the grid while this rank
 !> waits for others, for the acceptance of the step (exchange_acceptance) and for sums of contact.
 !> Which blocks these are is decided by a sort and kept in the tags: they are the first to come back
 !> in any case, so that the order of sums in the books does not depend on waiting. What was done

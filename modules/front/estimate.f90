@@ -134,7 +134,7 @@ contains
     end do
   end function halves
 
-  !> Collective: move the tools to the middle of a stretch and step on; processor time of all ranks
+  !> Collective. Move the tools to the middle of a stretch and step on; processor time of all ranks
   !> a step and the share of awake particles, over the last steps.
   subroutine look(world, sim, stretch, n, looked, per_step, awake, start, ok)
     type(world_t), intent(in) :: world
@@ -189,7 +189,7 @@ contains
     start = spent(4) - first*per_step
   end subroutine look
 
-  !> Collective: the same of heat alone; its state is of no use afterwards. The scene is computed
+  !> Collective. The same of heat alone; its state is of no use afterwards. The scene is computed
   !> through in `coarse` cells, which says how the steps and their cost change with time, and from
   !> the start in its own, which says what they cost.
   subroutine estimate_heat(world, scene, run, coarse, cost)
@@ -219,7 +219,7 @@ contains
     end if
   end subroutine estimate_heat
 
-  !> Collective: advance until the end of the run, or until `most` seconds of processor time of all
+  !> Collective. Advance until the end of the run, or until `most` seconds of processor time of all
   !> ranks are spent.
   subroutine advance_heat(world, scene, most, run, cost)
     type(world_t), intent(in) :: world

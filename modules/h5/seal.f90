@@ -32,7 +32,7 @@ contains
     previous = path(:stem)//'_previous'//trim(path(stem + 1:))
   end function previous_of
 
-  !> Collective: seal the complete file.
+  !> Collective. Seal the complete file.
   subroutine seal(world, path, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -48,7 +48,7 @@ contains
     call agree(world, error)
   end subroutine seal
 
-  !> Collective: is this a checkpoint, of this version, and as it was written?
+  !> Collective. Is this a checkpoint, of this version, and as it was written?
   subroutine check_seal(world, path, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path

@@ -43,7 +43,7 @@ module heat_implicit
 
 contains
 
-  !> Collective: lane 4 becomes the temperature at the end of a step of backward Euler: its change x
+  !> Collective. Lane 4 becomes the temperature at the end of a step of backward Euler: its change x
   !> solves C x - (F(x) - F(0)) = F(T) + waiting heat. The fluxes at the result are what the nodes
   !> get, so that heat is exact whatever the tolerance. The next step follows from dt^2/2 d2T/dt2,
   !> freed of its stiff part by another solve. What is not solved for is `step%is_unsolved`, on all
@@ -127,7 +127,7 @@ contains
     system%nothing = least_change*sqrt(all(1))
   end subroutine start
 
-  !> Collective: x for b on free nodes, the same on all ranks that store one, until the residual
+  !> Collective. X for b on free nodes, the same on all ranks that store one, until the residual
   !> weighted by 1/C is `relative` of that of b, or rounding.
   subroutine solve(system, relative, b, x)
     type(nodal_t), intent(inout) :: system
@@ -179,7 +179,7 @@ contains
     if (rho(1) > 0.0_rp) system%is_unsolved = .true.   ! what is not a number is for others to find
   end subroutine conjugate_gradients
 
-  !> Collective: q = A p on all nodes, from the same p on all ranks that store a node.
+  !> Collective. Q = A p on all nodes, from the same p on all ranks that store a node.
   subroutine apply(self, p, q)
     class(nodal_t), intent(inout) :: self
     real(rp), intent(in) :: p(:)                !! [K]
@@ -208,7 +208,7 @@ contains
     y = pack(q, self%is_own)
   end subroutine multiply_rows
 
-  !> Collective: values of the rows of this rank on all nodes, those of other ranks among them.
+  !> Collective. Values of the rows of this rank on all nodes, those of other ranks among them.
   subroutine tell_all(system, rows, all)
     class(nodal_t), intent(inout) :: system
     real(rp), intent(in) :: rows(:)

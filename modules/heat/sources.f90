@@ -35,7 +35,7 @@ module heat_sources
 
 contains
 
-  !> Collective: add what the sources gave in the `dt` since the last conduction step to the heat
+  !> Collective. Add what the sources gave in the `dt` since the last conduction step to the heat
   !> that waits in the particles, and book it.
   subroutine give_source_heat(world, scene, clock, source, particles, blocks, books, dt)
     type(world_t), intent(in) :: world

@@ -23,7 +23,7 @@ module heat_alone_loop
 
 contains
 
-  !> Collective: probes, books and state at the start, or those of the checkpoint `restart`.
+  !> Collective. Probes, books and state at the start, or those of the checkpoint `restart`.
   subroutine begin_heat(world, probes, run, restart, error)
     type(world_t), intent(in) :: world
     type(probes_t), intent(in) :: probes
@@ -111,7 +111,7 @@ contains
     end do
   end function next_switch
 
-  !> Collective: did a signal arrive, is a checkpoint due by the clock, is the state finite, was a
+  !> Collective. Did a signal arrive, is a checkpoint due by the clock, is the state finite, was a
   !> row lost?
   subroutine look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
     type(world_t), intent(in) :: world
@@ -176,7 +176,7 @@ contains
     text = 'the temperatures are so large that their sum is not finite'
   end function not_a_number
 
-  !> Collective: a source that has given no heat at the end was outside the metal.
+  !> Collective. A source that has given no heat at the end was outside the metal.
   subroutine warn_of_idle_sources(world, run)
     type(world_t), intent(in) :: world
     type(heat_run_t), intent(in) :: run

@@ -13,7 +13,7 @@ module heat_alone_probes
 
 contains
 
-  !> Collective: cells and weights of the places `x` (3, n).
+  !> Collective. Cells and weights of the places `x` (3, n).
   subroutine place_probes(world, x, run)
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: x(:, :)             !! [m]
@@ -129,7 +129,7 @@ contains
     end do
   end function plane_weights
 
-  !> Collective: temperatures at the probes [K].
+  !> Collective. Temperatures at the probes [K].
   subroutine read_probes(world, run, t)
     type(world_t), intent(in) :: world
     type(heat_run_t), intent(in) :: run

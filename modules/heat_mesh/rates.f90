@@ -129,7 +129,7 @@ contains
     self%film%n = n
   end subroutine add_films
 
-  !> Collective: what the sources cover in a step. Sources must not begin or end within it.
+  !> Collective. What the sources cover in a step. Sources must not begin or end within it.
   subroutine aim(self, t, t_end)
     class(heat_t), intent(inout) :: self
     real(rp), intent(in) :: t, t_end              !! [s]

@@ -230,7 +230,7 @@ contains
     integrator%implicit%tolerance = 0.1_rp*integrator%tolerance
   end subroutine choose_method
 
-  !> Collective: what was measured to be the fastest (docs/heat.md). In a box of constant properties
+  !> Collective. What was measured to be the fastest (docs/heat.md). In a box of constant properties
   !> FFTW solves directly; in another solid of one material it preconditions faster than the
   !> diagonal where there are many cells.
   integer function fastest_solver(world, heat)

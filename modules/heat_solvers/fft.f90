@@ -125,7 +125,7 @@ contains
     unevenness = maxval(d)/minval(d) - 1.0_rp
   end function unevenness
 
-  !> Collective: z solves the box with right-hand side r [J], both of own cells.
+  !> Collective. Z solves the box with right-hand side r [J], both of own cells.
   subroutine apply(self, heat, a, r, z)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -139,7 +139,7 @@ contains
     call back_from_columns(self, heat, columns, z)
   end subroutine apply
 
-  !> Collective: z solves the box with right-hand side r [J] and slopes `d` <= 0 of what walls give
+  !> Collective. Z solves the box with right-hand side r [J] and slopes `d` <= 0 of what walls give
   !> [W/K], those of the highest plane beyond the films.
   subroutine solve(self, heat, a, d, r, z)
     class(fft_t), intent(inout) :: self
@@ -172,7 +172,7 @@ contains
     call back_from_columns(self, heat, columns, z)
   end subroutine solve
 
-  !> Collective: r over the capacities, transformed along y, as columns along x.
+  !> Collective. R over the capacities, transformed along y, as columns along x.
   subroutine forth_to_columns(self, heat, r, columns)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -196,7 +196,7 @@ contains
     end if
   end subroutine forth_to_columns
 
-  !> Collective: the reverse of `forth_to_columns`, without the capacities.
+  !> Collective. The reverse of `forth_to_columns`, without the capacities.
   subroutine back_from_columns(self, heat, columns, z)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat

@@ -123,7 +123,7 @@ contains
     call self%linear%petsc%pack_memory(fields(:, 2), numbers(2))
   end subroutine pack_memory
 
-  !> Collective: take up what `pack_memory` gave.
+  !> Collective. Take up what `pack_memory` gave.
   subroutine unpack_memory(self, fields, numbers)
     class(implicit_t), intent(inout) :: self
     real(rp), intent(in) :: fields(:, :), numbers(2)

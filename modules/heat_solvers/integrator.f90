@@ -63,7 +63,7 @@ contains
     is_implicit = self%method == backward_euler .or. self%method == tr_bdf2
   end function is_implicit
 
-  !> Collective: what a run that goes on needs besides the state: fields of own cells and numbers.
+  !> Collective. What a run that goes on needs besides the state: fields of own cells and numbers.
   subroutine pack_memory(self, heat, fields, numbers)
     class(integrator_t), intent(in) :: self
     type(heat_t), intent(in) :: heat
@@ -102,7 +102,7 @@ contains
     end associate
   end subroutine unpack_memory
 
-  !> Collective: one step from `t`, at most to `t_most`; `t` becomes its end. A step that cannot be
+  !> Collective. One step from `t`, at most to `t_most`; `t` becomes its end. A step that cannot be
   !> solved, or not to the tolerance however short, leaves all as it was and `is_stuck`, on all
   !> ranks.
   subroutine advance(self, heat, t, t_most)

@@ -49,7 +49,7 @@ contains
     if (solver == by_petsc) call self%petsc%start(heat, rate)
   end subroutine start
 
-  !> Collective: x of own cells for `b`, both 0 outside the solid, until the residual is `relative`
+  !> Collective. X of own cells for `b`, both 0 outside the solid, until the residual is `relative`
   !> of b; else `has_failed` is set.
   subroutine solve(self, heat, a, scale, d, b, relative, x)
     class(linear_t), intent(inout) :: self
@@ -73,7 +73,7 @@ contains
     self%iterations = self%iterations + iterations
   end subroutine solve
 
-  !> Collective: like `solve`, but roughly, for an estimate: the box alone where it is known.
+  !> Collective. Like `solve`, but roughly, for an estimate: the box alone where it is known.
   subroutine filter(self, heat, a, scale, d, b, x)
     class(linear_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat

@@ -13,7 +13,7 @@ module heat_solvers_operator
   end type operator_t
 
   abstract interface
-    !> Collective: y = A x, of the rows of this rank.
+    !> Collective. Y = A x, of the rows of this rank.
     subroutine multiply(self, x, y)
       import :: operator_t, rp
       implicit none (type, external)

@@ -150,7 +150,7 @@ contains
     end subroutine add
   end subroutine start
 
-  !> Collective: (diagonal + a G) x = b.
+  !> Collective. (Diagonal + a G) x = b.
   subroutine solve(self, diagonal, a, b, relative, x, iterations)
     class(petsc_t), intent(inout) :: self
     real(rp), intent(in) :: diagonal(:), a, b(:), relative
@@ -179,7 +179,7 @@ contains
     if (allocated(self%built_from)) diagonal = self%built_from
   end subroutine pack_memory
 
-  !> Collective: build the preconditioner from what `pack_memory` gave.
+  !> Collective. Build the preconditioner from what `pack_memory` gave.
   subroutine unpack_memory(self, diagonal, a)
     class(petsc_t), intent(inout) :: self
     real(rp), intent(in) :: diagonal(:), a
@@ -189,7 +189,7 @@ contains
     if (a > 0.0_rp) call self%solve(diagonal, a, diagonal, 0.1_rp, x, iterations)
   end subroutine unpack_memory
 
-  !> Collective: x of A x = b for a symmetric A, until the residual, weighted by the reciprocal
+  !> Collective. X of A x = b for a symmetric A, until the residual, weighted by the reciprocal
   !> `diagonal` that also preconditions, is `relative` of that of b, or `absolute`.
   subroutine solve_by_petsc(world, operator, diagonal, b, relative, absolute, x, iterations)
     type(world_t), intent(in) :: world

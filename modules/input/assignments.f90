@@ -93,7 +93,7 @@ contains
   subroutine add_group(self, name, line)
     class(scan_t), intent(inout) :: self
     character(*), intent(in) :: name
-    integer, intent(in) :: line             !! -k: made by the k-th override
+    integer, intent(in) :: line             !! or -k, made by the k-th override
 
     self%groups = [self%groups, group_t(name, line)]
     call self%find_places()

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Checkpoints: the particle blocks as they lie in memory, so that a restart is exact.
+!> Checkpoints with the particle blocks as they lie in memory, so that a restart is exact.
 !>
 !> With as many ranks as before every rank gets back its own blocks, padding included; with another
 !> number the blocks are dealt out evenly and the caller has to distribute the particles anew. The

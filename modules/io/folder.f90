@@ -30,7 +30,7 @@ module io_folder
 
 contains
 
-  !> Collective: a name for a new run, which no other has.
+  !> Collective. A name for a new run, which no other has.
   subroutine new_run(world, run)
     type(world_t), intent(in) :: world
     character(:), allocatable, intent(inout) :: run
@@ -41,7 +41,7 @@ contains
     call world%share_message(trim(digits), run)
   end subroutine new_run
 
-  !> Collective: make the folder and take its lock for as long as the program runs. `is_taken` tells
+  !> Collective. Make the folder and take its lock for as long as the program runs. `is_taken` tells
   !> that the error is another run that has it.
   subroutine take_folder(world, directory, name, note, is_taken, error)
     type(world_t), intent(in) :: world
@@ -73,7 +73,7 @@ contains
     is_taken = .not. world%all_true(status /= locked_elsewhere)
   end subroutine take_folder
 
-  !> Collective: clear away for the results of `run` in a folder that was taken. Those of another
+  !> Collective. Clear away for the results of `run` in a folder that was taken. Those of another
   !> run are moved into a folder previous_N, or deleted if `overwrites`. A run that goes on where it
   !> has been loses frames from number `frames` (from 0) on, and checkpoints that are not of its
   !> past are moved away; one that goes on elsewhere becomes a run of its own.

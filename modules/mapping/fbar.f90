@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> F-bar: one volume ratio for all particles of a body next to a node. Since it is restored in every
+!> F-bar. One volume ratio for all particles of a body next to a node. Since it is restored in every
 !> step, the volume follows the mean divergence there, one constraint a node instead of one a
 !> particle, and nearly incompressible flow does not lock.
 module mapping_fbar

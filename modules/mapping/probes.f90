@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Thermocouples: massless points that ride in the material and read its nodal temperature. A probe
+!> Thermocouples, massless points that ride in the material and read its nodal temperature. A probe
 !> that leaves through a periodic side keeps its unwrapped place; it reads the nodes' images.
 module mapping_probes
   use base_kinds, only: rp

@@ -22,9 +22,9 @@ module mapping_stability
   !> B-splines with more inertia for light nodes (mapping_nodes). With uGIMP and 0.62 a stirred
   !> plate gained energy.
   real(rp), parameter :: limit_selective = 0.842_rp
-  real(rp), parameter :: apic_gain = 1.12_rp       !! measured: 0.531 with uGIMP
-  real(rp), parameter :: filter_power = -0.37_rp   !! measured: 0.376 and 0.531 at order 2, 0.282
-                                                   !! and 0.398 at order 4
+  real(rp), parameter :: apic_gain = 1.12_rp       !! 0.531 was measured with uGIMP
+  !> By limits of 0.376 and 0.531 at order 2, of 0.282 and 0.398 at order 4.
+  real(rp), parameter :: filter_power = -0.37_rp
   !> Contact of bodies makes energy in proportion to the step, which only USL loses again.
   real(rp), parameter :: contact_factor = 0.5_rp
 

@@ -17,7 +17,7 @@ module output_diagnostics
 
 contains
 
-  !> Collective: name a particle that is not a number, or the one at the fastest node and `why`.
+  !> Collective. Name a particle that is not a number, or the one at the fastest node and `why`.
   subroutine describe_failure(world, scene, clock, step, particles, nodes, message, why)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

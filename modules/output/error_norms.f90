@@ -43,7 +43,7 @@ contains
     headings = row%headings()
   end function error_headings
 
-  !> Collective: the present errors, mass-weighted rms values and maxima.
+  !> Collective. The present errors, mass-weighted rms values and maxima.
   subroutine error_row(world, scene, clock, particles, row)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

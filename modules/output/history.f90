@@ -38,7 +38,7 @@ contains
     headings = row%headings()
   end function history_headings
 
-  !> Collective: one row of the history; the next one starts from here.
+  !> Collective. One row of the history; the next one starts from here.
   subroutine history_row(world, scene, clock, step, tool, particles, books, history, row)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

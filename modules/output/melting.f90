@@ -68,7 +68,7 @@ contains
     call self%judge(world, scene, seen, clock%time)
   end subroutine watch_particles
 
-  !> Collective: the worst so far; the first time any metal is above melting the rank that has the
+  !> Collective. The worst so far; the first time any metal is above melting the rank that has the
   !> hottest says where.
   subroutine judge(self, world, scene, seen, time)
     class(melting_t), intent(inout) :: self

@@ -86,7 +86,7 @@ contains
     call row%add('grain_size_min', 'm', means%least_grain)
   end subroutine add_micro_columns
 
-  !> Collective: the means now; 0 while nothing is stirred.
+  !> Collective. The means now; 0 while nothing is stirred.
   subroutine microstructure_means(world, scene, particles, means)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -116,7 +116,7 @@ contains
     means%least_grain = -least(1)
   end subroutine microstructure_means
 
-  !> Collective: what kind `k` of warning there has been on any rank, how often and where first; ''.
+  !> Collective. What kind `k` of warning there has been on any rank, how often and where first; ''.
   subroutine warning_message(world, clock, books, k, message)
     type(world_t), intent(in) :: world
     type(clock_t), intent(in) :: clock

@@ -23,7 +23,7 @@ module petsc_solver
   end type matrix_t
 
   abstract interface
-    !> Collective: y = A x, of the rows of this rank.
+    !> Collective. Y = A x, of the rows of this rank.
     subroutine multiply_t(n, x, y) bind(c)
       import :: c_double, c_int
       implicit none (type, external)
@@ -39,7 +39,7 @@ module petsc_solver
 
 contains
 
-  !> Collective: keep G, of which this rank has `n` rows with the entries `start(i)+1` to
+  !> Collective. Keep G, of which this rank has `n` rows with the entries `start(i)+1` to
   !> `start(i+1)` of `column` (from 0, over all ranks) and `value`. By conjugate gradients with
   !> algebraic multigrid (ML where PETSc has it, else GAMG).
   function assemble(comm, n, start, column, value) result(handle) &
@@ -84,7 +84,7 @@ contains
     call KSPSetFromOptions(m%ksp, ierr)
   end subroutine make_solver
 
-  !> Collective: (diagonal + a G) x = b until the residual is `relative` of b; with `is_new` by a
+  !> Collective. (Diagonal + a G) x = b until the residual is `relative` of b; with `is_new` by a
   !> new preconditioner. Returns KSPConvergedReason.
   integer(c_int) function solve_matrix(handle, n, is_new, diagonal, a, b, relative, x, iterations) &
       bind(c, name='stirpoint_petsc_solve')
@@ -119,7 +119,7 @@ contains
     solve_matrix = int(reason, c_int)
   end function solve_matrix
 
-  !> Collective: x of A x = b for a symmetric A that `action` multiplies with, until the residual,
+  !> Collective. X of A x = b for a symmetric A that `action` multiplies with, until the residual,
   !> weighted by the reciprocal `diagonal` that also preconditions, is `relative` of that of b, or
   !> `absolute`. Returns KSPConvergedReason.
   integer(c_int) function solve_shell(comm, n, action, diagonal, b, relative, absolute, x, &
@@ -215,7 +215,7 @@ contains
     call VecRestoreArrayReadF90(v, entries, ierr)
   end subroutine take
 
-  !> Collective: start PETSc if need be. Signals stay the program's; an error of PETSc ends all
+  !> Collective. Start PETSc if need be. Signals stay the program's; an error of PETSc ends all
   !> ranks with its message, so that no `ierr` needs a look.
   subroutine start_petsc(comm)
     integer(c_int), value :: comm

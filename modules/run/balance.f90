@@ -47,7 +47,7 @@ contains
     call note_balance(world, sim, n_moving)
   end subroutine rebalance
 
-  !> Collective: the imbalance of the coming steps, once each particle of the first `n_moving`
+  !> Collective. The imbalance of the coming steps, once each particle of the first `n_moving`
   !> blocks is with its owner.
   subroutine note_balance(world, sim, n_moving)
     type(world_t), intent(in) :: world

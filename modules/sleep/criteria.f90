@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Sleeping: material whose stress does not change stops its mechanics but keeps conducting. The
+!> Sleep. Material whose stress does not change stops its mechanics but keeps conducting. The
 !> grid is divided into cubes of a few cells. What counts is stress, against SLEEP_STRESS times the
 !> largest mean stress of a cube: a cube wakes if what awake material does to its held nodes is more
 !> than that, and falls asleep only if its stress would not change by as much while it sleeps
@@ -80,7 +80,7 @@ contains
     sleepers%cubes = box
   end subroutine update_sleep
 
-  !> Collective: box of the cubes that any particle of any rank is in.
+  !> Collective. Box of the cubes that any particle of any rank is in.
   type(box_t) function cubes_in_use(world, scene, particles, blocks, sleepers) result(box)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

@@ -31,7 +31,7 @@ module sleep_held_layer
 
 contains
 
-  !> Collective: gather what the layer gives, if that may have changed.
+  !> Collective. Gather what the layer gives, if that may have changed.
   subroutine freeze_layer(world, scene, clock, step, particles, blocks, nodes, boundary, sleepers)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

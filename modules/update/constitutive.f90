@@ -20,7 +20,7 @@ module update_constitutive
 
 contains
 
-  !> F-bar: the mean volume ratio around each particle's node, and the stress of it, with which the
+  !> F-bar. The mean volume ratio around each particle's node, and the stress of it, with which the
   !> work of the coming strain begins; the energy it takes is booked.
   subroutine restore_volume(scene, nodes, books, body, n, first, nf, ps)
     type(scene_t), intent(in) :: scene
