@@ -24,7 +24,7 @@ module bodies_fields
 
 contains
 
-  !> Give bodies the fields of the &FIELD groups, and the particles room for their first places.
+  !> Give bodies the fields of the &FIELD groups, and the particles storage for their first places.
   subroutine read_fields(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -32,18 +32,19 @@ contains
     class(field_t), allocatable :: field
     integer :: body, i
 
-    if (size(scene%material) == 0) return          ! has its complaint
+    if (size(scene%material) == 0) return          ! is reported already
     do i = 1, input%count('FIELD')
       body = find(scene%body%name, input%text('FIELD', i, 'BODY'))
       if (body == 0) then
-        call input%report(diagnostics, 'FIELD', i, 'BODY', 'there is no &BODY of this name; '// &
-                            known(scene%body%name))
+        call input%report(diagnostics, 'FIELD', i, 'BODY', &
+                          'there is no &BODY of this name; '//known(scene%body%name))
         cycle
       end if
       call make_field(input, i, body, scene, diagnostics, field)
       if (.not. allocated(field)) cycle            ! noise: see `add_noise`
-      if (allocated(scene%body(body)%field)) call input%report(diagnostics, 'FIELD', i, 'BODY', &
-        'this body has another known field')
+      if (allocated(scene%body(body)%field)) then
+        call input%report(diagnostics, 'FIELD', i, 'BODY', 'this body has another known field')
+      end if
       if (field%has_motion) call check_motion(input, i, body, scene, field%has_force, diagnostics)
       call move_alloc(field, scene%body(body)%field)
       call scene%layout%add(3, scene%layout%origin)
@@ -90,18 +91,25 @@ contains
 
     m = scene%body(body)%material
     if (is_forced) then
-      if (input%text('MATERIAL', m, 'ENERGY') /= 'coupled') call input%report(diagnostics, &
-        'FIELD', i, 'KIND', "its body force is that of a material with ENERGY = 'coupled'")
+      if (input%text('MATERIAL', m, 'ENERGY') /= 'coupled') then
+        call input%report(diagnostics, 'FIELD', i, 'KIND', &
+                          "its body force is that of a material with ENERGY = 'coupled'")
+      end if
     end if
-    if (input%text('MATERIAL', m, 'LAW') /= 'elastic') call input%report(diagnostics, 'FIELD', i, &
-      'KIND', 'needs an elastic material')
-    if (abs(scene%material(m)%expansion) > 0.0_rp) call input%report(diagnostics, 'FIELD', i, &
-      'KIND', 'needs a material without EXPANSION')
-    if (scene%method%mass_scaling > 1.0_rp) call input%report(diagnostics, 'FIELD', i, 'KIND', &
-      'is wrong with MASS_SCALING')
+    if (input%text('MATERIAL', m, 'LAW') /= 'elastic') then
+      call input%report(diagnostics, 'FIELD', i, 'KIND', 'needs an elastic material')
+    end if
+    if (abs(scene%material(m)%expansion) > 0.0_rp) then
+      call input%report(diagnostics, 'FIELD', i, 'KIND', 'needs a material without EXPANSION')
+    end if
+    if (scene%method%mass_scaling > 1.0_rp) then
+      call input%report(diagnostics, 'FIELD', i, 'KIND', 'is wrong with MASS_SCALING')
+    end if
     do k = 1, size(own)
-      if (input%given('BODY', body, trim(own(k)))) call input%report(diagnostics, 'BODY', body, &
-        trim(own(k)), 'the body has its motion from a &FIELD')
+      if (input%given('BODY', body, trim(own(k)))) then
+        call input%report(diagnostics, 'BODY', body, trim(own(k)), &
+                          'the body has its motion from a &FIELD')
+      end if
     end do
   end subroutine check_motion
 
@@ -146,8 +154,10 @@ contains
       waves%rate(a) = rate_of(input, i, merge(0.0_rp, waves%number(a)*material%wave_speed(), &
                                               is_forced))
     end do
-    if (any(abs(waves%amplitude)*waves%number >= 1.0_rp)) call input%report(diagnostics, 'FIELD', &
-      i, 'AMPLITUDE', 'must be below WAVELENGTH/(2 pi), or the body is turned inside out')
+    if (any(abs(waves%amplitude)*waves%number >= 1.0_rp)) then
+      call input%report(diagnostics, 'FIELD', i, 'AMPLITUDE', &
+                        'must be below WAVELENGTH/(2 pi), or the body is turned inside out')
+    end if
     if (is_forced) call require_frequency(input, i, diagnostics)
   end function waves
 
@@ -156,8 +166,9 @@ contains
     integer, intent(in) :: i
     type(diagnostics_t), intent(inout) :: diagnostics
 
-    if (input%real('FIELD', i, 'FREQUENCY') <= 0.0_rp) call input%report(diagnostics, 'FIELD', i, &
-      'FREQUENCY', 'must be > 0 for this KIND')
+    if (input%real('FIELD', i, 'FREQUENCY') <= 0.0_rp) then
+      call input%report(diagnostics, 'FIELD', i, 'FREQUENCY', 'must be > 0 for this KIND')
+    end if
   end subroutine require_frequency
 
   type(vortex_t) function vortex(input, i, material, diagnostics)
@@ -193,11 +204,12 @@ contains
     ring%amplitude = input%real('FIELD', i, 'AMPLITUDE')
     ring%rate = rate_of(input, i, pi*material%wave_speed()/max(sum(radii), tiny(1.0_rp)))
     ring%mu = material%g/material%rho
-    if (abs(material%k - 2.0_rp/3.0_rp*material%g) > 1.0e-9_rp*material%g) call input%report( &
-      diagnostics, 'FIELD', i, 'KIND', 'needs a material with POISSON_RATIO = 0')
+    if (abs(material%k - 2.0_rp/3.0_rp*material%g) > 1.0e-9_rp*material%g) then
+      call input%report(diagnostics, 'FIELD', i, 'KIND', 'needs a material with POISSON_RATIO = 0')
+    end if
     if (abs(radii(2) - 3.0_rp*radii(1)) <= 1.0e-6_rp*radii(2)) then
       call input%report(diagnostics, 'FIELD', i, 'RADII', &
-                          'the outer one must not be thrice the inner one')
+                        'the outer one must not be thrice the inner one')
     else
       call ring%set_radii(radii)
     end if
@@ -211,7 +223,7 @@ contains
 
     radii = input%reals('FIELD', i, 'RADII', 2)
     if (radii(2) <= radii(1)) call input%report(diagnostics, 'FIELD', i, 'RADII', &
-      'the outer one must be above the inner one')
+                                                'the outer one must be above the inner one')
   end function radii_of
 
   type(heat_mode_t) function heat_mode(input, i, mean, material, conducts)

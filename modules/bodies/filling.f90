@@ -94,8 +94,7 @@ contains
         id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
         call add_particle(particles, body, scene%body(body)%start, x, &
                           velocity + matmul(gradient, x - centre), temperature, &
-                          mass*lattice%share(i, j), &
-                          make_tag(id, faces))
+                          mass*lattice%share(i, j), make_tag(id, faces))
         call add_extras(scene, body, gradient, particles)
       end do
     end do

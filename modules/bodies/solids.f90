@@ -22,7 +22,7 @@ module bodies_solids
 
 contains
 
-  !> The solid of &SHAPE number `i`, and complaints about its keys.
+  !> The solid of &SHAPE number `i`, and what is wrong with its keys.
   subroutine read_solid(input, i, solid, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -56,8 +56,10 @@ contains
     subroutine need(key)
       character(*), intent(in) :: key
 
-      if (.not. input%given('SHAPE', i, key)) call input%report(diagnostics, 'SHAPE', i, key, &
-        "required for KIND = '"//trim(solid%kind)//"'")
+      if (.not. input%given('SHAPE', i, key)) then
+        call input%report(diagnostics, 'SHAPE', i, key, &
+                          "required for KIND = '"//trim(solid%kind)//"'")
+      end if
     end subroutine need
 
     subroutine read_trapezoid()
@@ -66,8 +68,9 @@ contains
       solid%along = index('xyz', input%text('SHAPE', i, 'ALONG'))
       solid%across = index('xyz', input%text('SHAPE', i, 'ACROSS'))
       solid%width = [input%real('SHAPE', i, 'WIDTH_LOWER'), input%real('SHAPE', i, 'WIDTH_UPPER')]
-      if (solid%along == solid%across) call input%report(diagnostics, 'SHAPE', i, 'ACROSS', &
-        'must be another axis than ALONG')
+      if (solid%along == solid%across) then
+        call input%report(diagnostics, 'SHAPE', i, 'ACROSS', 'must be another axis than ALONG')
+      end if
     end subroutine read_trapezoid
   end subroutine read_solid
 

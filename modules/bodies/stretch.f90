@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Bodies that start stretched: the initial elastic state that &BODY DEFORMATION asks for.
+!> Bodies that start stretched: the initial elastic state of &BODY DEFORMATION.
 module bodies_stretch
   use base_kinds, only: nlane, rp
   use input_diagnostics, only: diagnostics_t
@@ -21,8 +21,9 @@ contains
     real(rp) :: jac
 
     jac = determinant(deformation(input, i))
-    if (.not. (jac > 0.0_rp .and. jac <= huge(1.0_rp))) call input%report(diagnostics, 'BODY', i, &
-      'DEFORMATION', 'must have a determinant above 0')
+    if (.not. (jac > 0.0_rp .and. jac <= huge(1.0_rp))) then
+      call input%report(diagnostics, 'BODY', i, 'DEFORMATION', 'must have a determinant above 0')
+    end if
   end subroutine check_stretch
 
   !> State and stress in which the particles of the bodies start; an unstretched body has none.

@@ -23,34 +23,34 @@ module boundary_clamps
 
 contains
 
-  !> Collective. Give the held nodes of walls and clamps their velocity, or the part `pace` of it;
-  !> book impulse and work.
-  subroutine hold_walls(world, scene, clock, nodes, boundary, books, pace, g)
+  !> Collective. Give the held nodes of walls and clamps their velocity, or the part `fraction` of
+  !> it; book impulse and work.
+  subroutine hold_walls(world, scene, clock, nodes, boundary, books, fraction, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: pace                 !! 1; 0: as if at rest
+    real(rp), intent(in) :: fraction                 !! 1; 0: as if at rest
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     integer :: k
 
     do k = 1, nodes%n_groups
       if (scene%is_rigid_group(k)) cycle
-      call hold_columns(scene, clock, nodes, boundary, books, pace, g(:, :, k))
+      call hold_columns(scene, clock, nodes, boundary, books, fraction, g(:, :, k))
       if (boundary%columns_are_cut) call copy_columns(world, nodes, boundary, g(:, :, k))
-      call hold_nodes(scene, clock, nodes, boundary, books, pace, g(:, :, k))
+      call hold_nodes(scene, clock, nodes, boundary, books, fraction, g(:, :, k))
     end do
   end subroutine hold_walls
 
-  subroutine hold_nodes(scene, clock, nodes, boundary, books, pace, g)
+  subroutine hold_nodes(scene, clock, nodes, boundary, books, fraction, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: pace
+    real(rp), intent(in) :: fraction
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: value, before, impulse, least
     integer :: a, i, q
@@ -61,7 +61,7 @@ contains
       associate (clamp => scene%clamp(boundary%fixed(2, i)))
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
-          value = pace*clamp%velocity(a)
+          value = fraction*clamp%velocity(a)
           before = g(a, q) - g(4 + a, q)
           if (boundary%fixed(3, i) == 1 .and. g(8, q) > least_mass) then
             impulse = max(g(8, q), least)*(value - g(a, q))
@@ -75,13 +75,13 @@ contains
     end do
   end subroutine hold_nodes
 
-  subroutine hold_columns(scene, clock, nodes, boundary, books, pace, g)
+  subroutine hold_columns(scene, clock, nodes, boundary, books, fraction, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: pace
+    real(rp), intent(in) :: fraction
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: impulse, jump(3), least
     integer :: a, i, k, q
@@ -92,7 +92,7 @@ contains
         if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
-          jump = jumps(column, pace*clamp%velocity(a), a, least, nodes%patch%nn, g, g)
+          jump = jumps(column, fraction*clamp%velocity(a), a, least, nodes%patch%nn, g, g)
           do k = 1, 3
             if (column%node(k) == 0) cycle
             q = column%node(k)

@@ -25,7 +25,7 @@ module boundary_held
     integer, allocatable :: plane(:, :)   !! (2, n_planes) node on a plane, the plane
     real(rp), allocatable :: own(:, :)    !! (n_pairs, n_groups) mass or capacity behind, own part
     real(rp), allocatable :: at_rest(:)   !! (n_pairs) that of particles at rest, if there are any
-    real(rp), allocatable :: lost(:, :)   !! (8, planes) of the sum of nodes, by folds
+    real(rp), allocatable :: lost(:, :)   !! (8, planes) of the sum of nodes, by reflections
   end type mirrors_t
 
   type :: boundary_t

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Walls as mirrors. What particles say to the nodes behind a wall is folded onto the nodes in front
-!> with the signs of an image body behind the wall, and after the update the nodes behind get the
-!> mirrored values. Nodes on the wall keep their own half and lose what is odd. A fold is linear:
-!> each rank folds its own contributions, before they are summed over ranks, since it stores the
-!> mirror of every node that its particles touch but not every node whose mirror they touch.
+!> Walls as mirrors. What particles give to the nodes behind a wall is reflected to the nodes in
+!> front with the signs of an image body behind the wall, and after the update the nodes behind get
+!> the mirrored values. Nodes on the wall keep their own half and lose what is odd. Reflection is
+!> linear: each rank reflects its own contributions, before they are summed over ranks, since it
+!> stores the mirror of every node that its particles reach but not every node whose mirror they
+!> reach.
 module boundary_symmetry
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
@@ -17,7 +18,7 @@ module boundary_symmetry
   public :: list_mirrors, split_mirrors, narrow_mirrors, reflect, restore, restore_velocities, &
             add_lost, book_impulse, book_heat
 
-  ! Parts of a fold (exchange_order).
+  ! Parts of a reflection (exchange_order).
   integer, parameter, public :: early = 1, late = 2
 
   ! What the lanes of a record hold, which decides what is odd at a wall.
@@ -71,8 +72,8 @@ contains
     end associate
   end subroutine list_mirrors
 
-  !> Put first the pairs and planes of `marked` nodes, whose fold cannot wait; nodes that walls join
-  !> with marked ones, directly or around a corner, are marked as well.
+  !> Put first the pairs and planes of `marked` nodes, which are reflected first; nodes that walls
+  !> join with marked ones, directly or around a corner, are marked as well.
   subroutine split_mirrors(boundary, marked)
     type(boundary_t), intent(inout) :: boundary
     logical, intent(inout) :: marked(:)
@@ -170,7 +171,7 @@ contains
   end subroutine add_plane
 
   !> How a record is mirrored at a plane: signs of its lanes, and what is added to each (times mass
-  !> or capacity for a fold): twice the temperature of the plane.
+  !> or capacity in a reflection): twice the temperature of the plane.
   pure subroutine reflection(plane, kind, sign, shift)
     type(symmetry_t), intent(in) :: plane
     integer, intent(in) :: kind
@@ -295,7 +296,8 @@ contains
     end do
   end subroutine restore_velocities
 
-  !> Add to the impulses of the conditions what folds have changed of forces that act for `dt` [s].
+  !> Add to the impulses of the conditions what reflections have changed of forces that act for `dt`
+  !> [s].
   pure subroutine add_lost(scene, dt, lost, impulse)
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: dt, lost(8, size(scene%symmetry))
@@ -341,7 +343,8 @@ contains
   end subroutine book_impulse
 
   !> Heat that the walls give to this rank's particles, when these take `part` of lane `lane` of
-  !> `g`; `lost` is the heat that folds have changed. As for momentum: -2 (C_b dT_a + q_b), -q.
+  !> `g`; `lost` is the heat that reflections have changed. As for momentum: -2 (C_b dT_a + q_b),
+  !> -q.
   subroutine book_heat(scene, nodes, boundary, books, part, lost, lane, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Whether there is room in memory for what a scene asks for, before anything of its size is made.
+!> Whether there is memory for a scene, before anything of its size is made.
 module checks_memory
   use base_kinds, only: rp
   use base_memory, only: available_memory
@@ -16,8 +16,7 @@ module checks_memory
   public :: check_memory
 
   ! Less than what was measured (docs/speed.md): a scene that fits is never refused.
-  real(rp), parameter :: per_field = 12.0_rp      !! bytes of a field of a particle, with room to
-                                                  !! grow
+  real(rp), parameter :: per_field = 12.0_rp    !! bytes of a field of a particle, with growth
   real(rp), parameter :: per_node = 64.0_rp       !! bytes of a node of the grid
   real(rp), parameter :: per_cell = 100.0_rp      !! bytes of a cell of heat alone
   real(rp), parameter :: most_counted = 4.0e9_rp  !! points of lattices: more take minutes to count
@@ -25,7 +24,7 @@ module checks_memory
 contains
 
   !> Collective. Complaint if the particles and nodes, or the cells of heat alone, need more memory
-  !> than the nodes have on which the ranks run. The scene has no complaints.
+  !> than the nodes have on which the ranks run. The scene has no errors.
   subroutine check_memory(world, input, scene, diagnostics)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -106,7 +105,7 @@ contains
     filled = real(hits, rp)/real(n, rp)**3
   end function filled
 
-  !> Bytes as a person says them.
+  !> Bytes in a unit that makes them short to read.
   function in_words(bytes) result(text)
     real(rp), intent(in) :: bytes
     character(:), allocatable :: text

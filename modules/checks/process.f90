@@ -26,15 +26,11 @@ module checks_process
     real(rp) :: from = 0.0_rp, to = 0.0_rp        !! [s]
     real(rp) :: way = 0.0_rp, speed = 0.0_rp      !! [m], at most [m/s]
     real(rp) :: spin = 0.0_rp                     !! of the largest size [rad/s]
-    real(rp) :: depth = none                      !! of the lowest point below the top of the plate
-                                                  !! [m]
-    real(rp) :: bottom = none                     !! least height of the tool above the bottom of
-                                                  !! the plate [m]
-    real(rp) :: edge = none                       !! least way from the rim of the tool to an edge
-                                                  !! of the plate [m]
-    real(rp) :: side = none                       !! least way from the tool to a side of the grid
-                                                  !! or a wall [m]
-    real(rp) :: off = 0.0_rp                      !! way beside the plate after it was touched [m]
+    real(rp) :: depth = none                   !! of the lowest point below the top of the plate [m]
+    real(rp) :: bottom = none          !! least height of the tool above the bottom of the plate [m]
+    real(rp) :: edge = none     !! least distance of the rim of the tool to an edge of the plate [m]
+    real(rp) :: side = none        !! least distance of the tool to a side of the grid or a wall [m]
+    real(rp) :: off = 0.0_rp                      !! distance beside the plate after contact [m]
     real(rp) :: off_from = none                   !! since when [s]
   end type phase_survey_t
 

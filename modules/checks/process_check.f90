@@ -88,8 +88,8 @@ contains
                                any(abs(tool%motion%phase%spin) > 0.0_rp), diagnostics)
   end subroutine check_size
 
-  !> What the survey of a tool says. One that is outside the grid may be put away; many sides of the
-  !> grid away it is a place in another unit.
+  !> What is wrong in the survey of a tool. One that is outside the grid may be put away; many sides
+  !> of the grid away it is a place in another unit.
   subroutine judge(input, scene, tool, solids, k, survey, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -106,14 +106,12 @@ contains
       associate (sides => scene%grid%upper() - scene%grid%lower)
         call input%report(diagnostics, 'TOOL', k, 'POSITION', &
                           'the tool is outside the grid throughout the run', &
-                            is_warning=norm2(tool(k)%start - scene%grid%lower) &
-                            < 10.0_rp*norm2(sides))
+                          is_warning=norm2(tool(k)%start - scene%grid%lower) < 10.0_rp*norm2(sides))
       end associate
       return
     end if
     if (survey%touch >= none .and. .not. metal_moves(input, scene)) then
-      call input%warn(diagnostics, 'TOOL', k, &
-        'POSITION', 'the tool never touches a body')
+      call input%warn(diagnostics, 'TOOL', k, 'POSITION', 'the tool never touches a body')
     end if
     if (survey%through < none) then
       phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
@@ -153,8 +151,7 @@ contains
 
     b = findloc(scene%body%tool, k, dim=1)
     if (survey%touch >= none .and. .not. metal_moves(input, scene)) then
-      call input%warn(diagnostics, 'BODY', b, 'NAME', &
-        'the rigid body never touches another')
+      call input%warn(diagnostics, 'BODY', b, 'NAME', 'the rigid body never touches another')
     end if
     do i = 1, size(survey%phase)
       associate (one => survey%phase(i))

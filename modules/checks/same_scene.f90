@@ -48,12 +48,16 @@ contains
     group = trim(new%table%groups(g)%name)
     n = [old%count(group), new%count(group)]
     do i = n(1) + 1, n(2)
-      if (new%table%groups(g)%repeats .or. group == 'HEAT') call new%report(diagnostics, group, &
-        i, '', 'was added: the scene of the checkpoint has not'//trim(so_many(n(1))))
+      if (new%table%groups(g)%repeats .or. group == 'HEAT') then
+        call new%report(diagnostics, group, i, '', &
+                        'was added: the scene of the checkpoint has not'//trim(so_many(n(1))))
+      end if
     end do
     do i = n(2) + 1, n(1)
-      if (new%table%groups(g)%repeats .or. group == 'HEAT') call new%report(diagnostics, group, &
-        i, '', 'is missing: the scene of the checkpoint has'//trim(so_many(n(1))))
+      if (new%table%groups(g)%repeats .or. group == 'HEAT') then
+        call new%report(diagnostics, group, i, '', &
+                        'is missing: the scene of the checkpoint has'//trim(so_many(n(1))))
+      end if
     end do
     if (.not. new%table%groups(g)%repeats) n = 1   ! without it there are its defaults
     do i = 1, minval(n)
@@ -112,8 +116,8 @@ contains
                       'a restart cannot change its value '// &
         str(k)//' from '//was(a%first(k):a%last(k))//' to '//is(b%first(k):b%last(k)))
     else
-      call new%report(diagnostics, group, i, trim(row%name), 'a restart cannot change it from '// &
-                        shown(was)//' to '//shown(is))
+      call new%report(diagnostics, group, i, trim(row%name), &
+                      'a restart cannot change it from '//shown(was)//' to '//shown(is))
     end if
   end subroutine compare_values
 
@@ -188,7 +192,7 @@ contains
   end function first_of
 
   !> A time until `time` at which two motions are in different places; later than `time` if there is
-  !> none. Between the ends of phases and ramps the way is a parabola: three points decide.
+  !> none. Between the ends of phases and ramps the path is a parabola: three points decide.
   real(rp) function parting(one, other, time)
     type(motion_t), intent(in) :: one, other
     real(rp), intent(in) :: time

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Checks of a scene that can be built: things that are there twice, bodies in each other's place,
-!> probes in the air and sources of heat that never touch.
+!> probes in the air and sources of heat that never reach metal.
 module checks_sense
   use base_kinds, only: pi, rp
   use base_text, only: str
@@ -41,7 +41,7 @@ contains
     call check_sources(input, scene, solids, diagnostics)
   end subroutine check_sense
 
-  !> Properties that only heat alone knows.
+  !> Properties of heat alone.
   subroutine check_tables(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -58,13 +58,13 @@ contains
         is_given = input%given('MATERIAL', i, trim(tables(k)))
         if (.not. is_given) cycle
         call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
-                          'has no effect beside mechanics, only with '// &
-                            'MECHANICS = F', is_warning=input%line('METHOD', 1, 'MECHANICS') < 0)
+                          'has no effect beside mechanics, only with '//'MECHANICS = F', &
+                          is_warning=input%line('METHOD', 1, 'MECHANICS') < 0)
       end do
     end do
   end subroutine check_tables
 
-  !> Groups that say the same as another; those whose effects add up may be meant so.
+  !> Groups that equal another one; those whose effects add up may be meant so.
   subroutine find_twins(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -87,7 +87,7 @@ contains
     end do
   end subroutine find_twins
 
-  !> What a group says, defaults included.
+  !> All values of a group, defaults included.
   function all_that(input, group, i) result(text)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
@@ -127,11 +127,11 @@ contains
         one = wall_of(input, scene%grid, i)
         other = wall_of(input, scene%grid, j)
         if (abs(one%position - other%position) <= 1.0e-6_rp*scene%grid%h) then
-          call input%report(diagnostics, 'WALL', i, 'SIDE', 'there is a wall in this place, '// &
-                              place_of(input, 'WALL', j))
+          call input%report(diagnostics, 'WALL', i, 'SIDE', &
+                            'there is a wall in this place, '//place_of(input, 'WALL', j))
         else
-          call input%warn(diagnostics, 'WALL', i, 'SIDE', 'there is another wall of this side, '// &
-                          place_of(input, 'WALL', j))
+          call input%warn(diagnostics, 'WALL', i, 'SIDE', &
+                          'there is another wall of this side, '//place_of(input, 'WALL', j))
         end if
         exit
       end do
@@ -151,8 +151,8 @@ contains
         associate (one => scene%clamp(n + i), other => scene%clamp(n + j))
           if (.not. any(one%held .and. other%held)) cycle
           if (same_box(one, other, 1.0e-6_rp*scene%grid%h)) then
-            call input%report(diagnostics, 'CLAMP', i, '', 'holds the nodes of another, '// &
-                                place_of(input, 'CLAMP', j))
+            call input%report(diagnostics, 'CLAMP', i, '', &
+                              'holds the nodes of another, '//place_of(input, 'CLAMP', j))
           else if (all(min(one%upper, other%upper) > max(one%lower, other%lower)) .and. &
                    any(one%held .and. other%held .and. &
                        abs(one%velocity - other%velocity) > 0.0_rp)) then
@@ -186,8 +186,8 @@ contains
       do j = 1, i - 1
         if (input%text('SURFACE', i, 'BODY') /= input%text('SURFACE', j, 'BODY')) cycle
         if (face /= 'all' .and. face /= input%text('SURFACE', j, 'FACE')) cycle
-        call input%report(diagnostics, 'SURFACE', i, 'FACE', 'takes the place of another, '// &
-                            place_of(input, 'SURFACE', j))
+        call input%report(diagnostics, 'SURFACE', i, 'FACE', &
+                          'takes the place of another, '//place_of(input, 'SURFACE', j))
         exit
       end do
     end do
@@ -293,7 +293,7 @@ contains
         if (touches) exit
       end do
       if (.not. touches) call input%report(diagnostics, 'SOURCE', i, 'POSITION', &
-                                             'the source never touches a body')
+                                           'the source never touches a body')
     end do
   end subroutine check_sources
 

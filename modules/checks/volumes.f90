@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The volume that shapes ask for against that of the particles which fill them.
+!> The volume of the shapes against that of the particles which fill them.
 module checks_volumes
   use base_kinds, only: rp
   use base_log, only: say
@@ -23,7 +23,7 @@ module checks_volumes
     real(rp), allocatable :: asked(:), filled(:)            !! [m3]
   end type volumes_t
 
-  real(rp), parameter :: allowed = 0.02_rp                  !! filled over asked, less 1
+  real(rp), parameter :: allowed = 0.02_rp                 !! filled over that of the shapes, less 1
   integer, parameter :: roots = 16, halvings = 3            !! cells along each axis of a shape, and
                                                             !! of those it cuts
   real(rp), parameter :: inset = 1.0e-6_rp

@@ -42,8 +42,7 @@ module front_estimate
   integer, parameter :: fewest = 20       !! of the measured
   real(rp), parameter :: patience = 4.0_rp   !! processor time of a rank for a stretch, above which
                                              !! it is cut short [s]
-  real(rp), parameter :: enough = 1.0_rp     !! processor time of heat alone that is
-                                             !! measured [s]
+  real(rp), parameter :: enough = 1.0_rp     !! processor time of heat alone that is measured [s]
   real(rp), parameter :: least = 0.04_rp  !! part of the run that is worth a look
   real(rp), parameter :: part(2) = [0.02_rp, 0.1_rp]   !! of the run that a look may cost: without
                                                        !! and with sleep
@@ -155,7 +154,7 @@ contains
       sim%clock%heat_time = sim%clock%time
       do k = 1, size(sim%tool)
         call sim%tool(k)%move_to(sim%clock%time)
-        call sim%tool(k)%move_to(sim%clock%time)   ! no way from where it was
+        call sim%tool(k)%move_to(sim%clock%time)   ! no displacement since the last one
       end do
       call regrid(world, sim)
     end if
@@ -190,8 +189,8 @@ contains
   end subroutine look
 
   !> Collective. The same of heat alone; its state is of no use afterwards. The scene is computed
-  !> through in `coarse` cells, which says how the steps and their cost change with time, and from
-  !> the start in its own, which says what they cost.
+  !> through in `coarse` cells, for how the steps and their cost change with time, and from
+  !> the start in its own, for what they cost.
   subroutine estimate_heat(world, scene, run, coarse, cost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

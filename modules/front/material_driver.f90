@@ -357,7 +357,7 @@ contains
     real(rp) :: dt, temp, warming, x
     integer :: k, n, part
 
-    call read_history(input, i, file, rows, diagnostics)   ! has been read without complaints
+    call read_history(input, i, file, rows, diagnostics)   ! was read without errors before
     call point%init(material, rows(1, 2), 1.0_rp)
     point%alpha = rows(1, 3)
     point%rate = 0.0_rp

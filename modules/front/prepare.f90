@@ -34,7 +34,7 @@ module front_prepare
 
 contains
 
-  !> Read and check the input; every complaint is printed and `is_good` is false if there is any.
+  !> Read and check the input; all errors are printed and `is_good` is false if there is any.
   subroutine read_scene(world, command, sim, input, counts, volumes, is_good)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command

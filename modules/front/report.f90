@@ -79,7 +79,7 @@ contains
     call line('skipped', what_is_skipped)
   end subroutine report_scene
 
-  !> Collective. A tool that starts inside a body hits it like a hammer; say so.
+  !> Collective. Warn of a tool that starts inside a body, which it would hit hard.
   subroutine warn_of_overlap(world, input, sets, sim)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input

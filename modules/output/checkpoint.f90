@@ -40,7 +40,7 @@ contains
     path = scene%output%directory//'/'//scene%output%name//'_broken.h5'
   end function broken_path
 
-  !> What a checkpoint of this time [s] knows of its run.
+  !> Notes of a checkpoint of this time [s] about its run.
   pure subroutine note_run(output, time, notes)
     type(output_t), intent(in) :: output
     real(rp), intent(in) :: time
@@ -102,8 +102,7 @@ contains
     call note_run(scene%output, clock%time, notes)
     file = checkpoint_path(scene)
     if (present(path)) file = path
-    call write_checkpoint(world, file, particles, exchange%boxes, global, local, &
-                          notes, error)
+    call write_checkpoint(world, file, particles, exchange%boxes, global, local, notes, error)
   end subroutine save_checkpoint
 
 end module output_checkpoint

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Rows of NAME_history.csv: energies and their audit, temperatures, what each tool feels, forces of
-!> walls and clamps, microstructure. A new column is one line here.
+!> Rows of NAME_history.csv: energies and their audit, temperatures, reactions on each tool, forces
+!> of walls and clamps, microstructure. A new column is one line here.
 module output_history
   use base_kinds, only: rp
   use comm_world, only: world_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Watches for metal above its melting temperature: says it once, and keeps the worst for the
+!> Watches for metal above its melting temperature: warns once, and keeps the worst for the
 !> summary.
 module output_melting
   use base_kinds, only: rp
@@ -69,7 +69,7 @@ contains
   end subroutine watch_particles
 
   !> Collective. The worst so far; the first time any metal is above melting the rank that has the
-  !> hottest says where.
+  !> hottest is named.
   subroutine judge(self, world, scene, seen, time)
     class(melting_t), intent(inout) :: self
     type(world_t), intent(in) :: world

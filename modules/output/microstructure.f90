@@ -16,8 +16,7 @@ module output_microstructure
   public :: add_micro_columns, micro_means_t, microstructure_means, n_micro_outputs, &
             pack_outputs, warning_message
 
-  real(rp), parameter :: stirred = 1.0_rp     !! plastic strain from which material counts as
-                                              !! stirred
+  real(rp), parameter :: stirred = 1.0_rp    !! plastic strain from which material counts as stirred
 
   !> Means of stirred material, by mass.
   type :: micro_means_t

@@ -21,7 +21,7 @@ module output_warnings
 
   public :: warnings_t
 
-  !> What was said so far.
+  !> What was warned of so far.
   type :: warnings_t
     type(melting_t) :: melting
     integer(i8), private :: reported_refused = 0     !! refused steps when last reported

@@ -195,10 +195,9 @@ contains
     k = n_micro_outputs(scene)
     call pack_outputs(scene, particles, outputs)
     associate (output => scene%output)
-      call write_frame(world, output%directory//'/'//output%name//'_'//number//'.hdf', &
-                       clock%time, int(clock%step), scene%grid%h, &
-                       scene%body%mean_spacing(), scene%body%name, particles, &
-                       law_output(:k), law_unit(:k), outputs, output%input_text, error)
+      call write_frame(world, output%directory//'/'//output%name//'_'//number//'.hdf', clock%time, &
+                       int(clock%step), scene%grid%h, scene%body%mean_spacing(), scene%body%name, &
+                       particles, law_output(:k), law_unit(:k), outputs, output%input_text, error)
       if (error%is_set()) return
       history%frame_times = [history%frame_times, clock%time]
       call write_series(world, output%directory, output%name, history%frame_times, error)

@@ -113,7 +113,7 @@ contains
     end if
   end subroutine run
 
-  !> A row of the history that was just written may say that energy came from nothing, or that a
+  !> A row of the history that was just written may show that energy came from nothing, or that a
   !> state is not a number; so may a checkpoint that was therefore refused.
   subroutine check_state(world, sim, status, message)
     type(world_t), intent(in) :: world

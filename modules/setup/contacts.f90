@@ -15,7 +15,7 @@ module setup_contacts
 contains
 
   !> All &CONTACT groups. A body in contact and a rigid one get a group each, the others share the
-  !> first; two groups without a &CONTACT move as one where they meet.
+  !> first; two groups without a &CONTACT move as one where they are in contact.
   subroutine read_contacts(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -25,20 +25,25 @@ contains
     do i = 1, input%count('CONTACT')
       body(1, i) = find(scene%body%name, input%text('CONTACT', i, 'BODY'))
       body(2, i) = find(scene%body%name, input%text('CONTACT', i, 'OTHER'))
-      if (body(1, i) == 0) call input%report(diagnostics, 'CONTACT', i, 'BODY', &
-        'there is no &BODY of this name; '//known(scene%body%name))
-      if (body(2, i) == 0) call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
-        'there is no &BODY of this name; '//known(scene%body%name))
+      if (body(1, i) == 0) then
+        call input%report(diagnostics, 'CONTACT', i, 'BODY', &
+                          'there is no &BODY of this name; '//known(scene%body%name))
+      end if
+      if (body(2, i) == 0) then
+        call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
+                          'there is no &BODY of this name; '//known(scene%body%name))
+      end if
       if (any(body(:, i) == 0)) cycle
-      if (body(1, i) == body(2, i)) call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
-        'must be another body than BODY')
+      if (body(1, i) == body(2, i)) then
+        call input%report(diagnostics, 'CONTACT', i, 'OTHER', 'must be another body than BODY')
+      end if
       if (body(1, i) /= body(2, i) .and. all(scene%body(body(:, i))%is_rigid())) then
         call input%report(diagnostics, 'CONTACT', i, 'OTHER', 'both bodies are rigid')
       end if
       do j = 1, i - 1
         if (all(body(:, j) == body(:, i)) .or. all(body(:, j) == body([2, 1], i))) then
           call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
-            'another &CONTACT is between these bodies')
+                            'another &CONTACT is between these bodies')
         end if
       end do
     end do
@@ -46,14 +51,14 @@ contains
     allocate (scene%contact(0))
     do j = 2, size(scene%tool_of)
       do i = 1, j - 1
-        if (all(scene%is_rigid_group([i, j]))) cycle   ! rigid bodies do not feel each other
+        if (all(scene%is_rigid_group([i, j]))) cycle   ! no contact of rigid bodies
         scene%contact = [scene%contact, contact_t(group=[i, j], normal=moves_as_one)]
       end do
     end do
     do i = 1, size(body, 2)
       if (any(body(:, i) == 0)) cycle
       k = place_of(scene, scene%body(body(:, i))%group)
-      if (k == 0) cycle                                    ! has its complaint
+      if (k == 0) cycle                                    ! is reported already
       scene%contact(k)%group = scene%body(body(:, i))%group
       scene%contact(k)%normal = normal_gradient
       if (input%text('CONTACT', i, 'NORMAL') == 'regression') then

@@ -46,7 +46,7 @@ contains
       body = find(scene%body%name, input%text('TRACTION', i, 'BODY'))
       if (body == 0) then
         call input%report(diagnostics, 'TRACTION', i, 'BODY', &
-          'there is no &BODY of this name; '//known(scene%body%name))
+                          'there is no &BODY of this name; '//known(scene%body%name))
         cycle
       end if
       associate (b => scene%body(body))
@@ -83,10 +83,12 @@ contains
     if (input%given('TRACTION', i, 'UPPER')) then
       traction%upper = input%reals('TRACTION', i, 'UPPER', 3)
     end if
-    if (all(abs([pressure, vector]) <= 0.0_rp)) call input%report(diagnostics, 'TRACTION', i, &
-      '', 'needs a PRESSURE or a VECTOR')
-    if (any(traction%upper < traction%lower)) call input%report(diagnostics, 'TRACTION', i, &
-      'UPPER', 'must not be below LOWER')
+    if (all(abs([pressure, vector]) <= 0.0_rp)) then
+      call input%report(diagnostics, 'TRACTION', i, '', 'needs a PRESSURE or a VECTOR')
+    end if
+    if (any(traction%upper < traction%lower)) then
+      call input%report(diagnostics, 'TRACTION', i, 'UPPER', 'must not be below LOWER')
+    end if
   end subroutine read_traction
 
   !> Moving sources of heat.
@@ -108,13 +110,13 @@ contains
         s%begin = input%real('SOURCE', i, 'BEGIN')
         if (input%real('SOURCE', i, 'END') > 0.0_rp) s%end = input%real('SOURCE', i, 'END')
         if (s%end <= s%begin) call input%report(diagnostics, 'SOURCE', i, 'END', &
-          'must be after BEGIN')
+                                                'must be after BEGIN')
       end associate
       if (.not. scene%method%conducts) then
         call input%report(diagnostics, 'SOURCE', i, '', 'has no effect without a &HEAT group')
       else if (scene%method%has_mechanics .and. all(scene%material%conductivity <= 0.0_rp)) then
         call input%report(diagnostics, 'SOURCE', i, '', &
-          'has no effect without a &MATERIAL with CONDUCTIVITY')
+                          'has no effect without a &MATERIAL with CONDUCTIVITY')
       end if
     end do
   end subroutine read_sources

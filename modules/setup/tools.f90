@@ -41,14 +41,16 @@ contains
       if (tool(i)%has_shape()) call tool(i)%shape%read_keys(input, i, tool(i)%frame, diagnostics)
       tool(i)%motion = motion_of(input, tool(i)%name)
       call tool(i)%move_to(0.0_rp)
-      if (find(tool(:i - 1)%name, tool(i)%name) > 0) call input%report(diagnostics, 'TOOL', i, &
-          'NAME', &
-        'another tool has this name')
+      if (find(tool(:i - 1)%name, tool(i)%name) > 0) then
+        call input%report(diagnostics, 'TOOL', i, 'NAME', 'another tool has this name')
+      end if
     end do
     call read_rigid_bodies(input, body, tool, diagnostics)
     do i = 1, input%count('MOTION')
-      if (find(tool%name, input%text('MOTION', i, 'TOOL')) == 0) call input%report(diagnostics, &
-        'MOTION', i, 'TOOL', 'there is no &TOOL of this name; '//known(tool%name))
+      if (find(tool%name, input%text('MOTION', i, 'TOOL')) == 0) then
+        call input%report(diagnostics, 'MOTION', i, 'TOOL', &
+                          'there is no &TOOL of this name; '//known(tool%name))
+      end if
     end do
   end subroutine read_tools
 
@@ -80,13 +82,13 @@ contains
         is_given = input%given('BODY', b, trim(unused(i)))
         if (.not. is_given) cycle
         call input%report(diagnostics, 'BODY', b, trim(unused(i)), &
-                            'a rigid body moves as &MOTION says')
+                          'a rigid body moves as &MOTION says')
       end do
       do a = 1, size(forces)
         do i = 1, input%count(trim(forces(a)))
           if (input%text(trim(forces(a)), i, 'BODY') /= body(b)%name) cycle
           call input%report(diagnostics, trim(forces(a)), i, 'BODY', &
-                              'a rigid body moves as &MOTION says')
+                            'a rigid body moves as &MOTION says')
         end do
       end do
       if (find(tool(:input%count('TOOL'))%name, trim(tool(k)%name)) > 0) then
@@ -110,7 +112,7 @@ contains
     table%mu = input%list('TOOL', i, 'FRICTION_MU')
     if (size(table%at) == 0 .or. size(table%at) /= size(table%mu)) then
       call input%report(diagnostics, 'TOOL', i, 'FRICTION_AT', &
-                          'needs as many values as FRICTION_MU, at least one')
+                        'needs as many values as FRICTION_MU, at least one')
     else if (any(table%at(2:) <= table%at(:size(table%at) - 1))) then
       call input%report(diagnostics, 'TOOL', i, 'FRICTION_AT', 'must rise from value to value')
     end if

@@ -78,11 +78,14 @@ contains
     logical :: has_temperature
 
     wall = wall_of(input, scene%grid, i)
-    if (scene%grid%period(wall%axis) > 0) call input%report(diagnostics, 'WALL', i, 'SIDE', &
-      'the grid is periodic along this axis')
+    if (scene%grid%period(wall%axis) > 0) then
+      call input%report(diagnostics, 'WALL', i, 'SIDE', 'the grid is periodic along this axis')
+    end if
     has_temperature = input%given('WALL', i, 'TEMPERATURE')
-    if (has_temperature .and. .not. scene%method%conducts) call input%report(diagnostics, 'WALL', &
-      i, 'TEMPERATURE', 'has no effect without a &HEAT group')
+    if (has_temperature .and. .not. scene%method%conducts) then
+      call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
+                        'has no effect without a &HEAT group')
+    end if
     if (is_symmetric(input, scene%grid, wall)) then
       symmetry = symmetry_t(place=i, axis=wall%axis, row=row_of(scene%grid, wall), &
                             faces_up=wall%faces_up, odd=wall%held)
@@ -93,8 +96,10 @@ contains
       if (wall%faces_up) clamp%upper(wall%axis) = wall%position
       if (.not. wall%faces_up) clamp%lower(wall%axis) = wall%position
       scene%clamp = [scene%clamp, clamp]
-      if (has_temperature) call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
-        'needs a wall on a plane of nodes with no &SHAPE behind it')
+      if (has_temperature) then
+        call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
+                          'needs a wall on a plane of nodes with no &SHAPE behind it')
+      end if
     end if
   end subroutine read_wall
 
@@ -158,8 +163,9 @@ contains
                     upper=input%reals('CLAMP', i, 'UPPER', 3), &
                     held=[(index(letters, 'xyz'(a:a)) > 0, a=1, 3)], &
                     velocity=input%reals('CLAMP', i, 'VELOCITY', 3))
-    if (any(clamp%upper < clamp%lower)) call input%report(diagnostics, 'CLAMP', i, 'UPPER', &
-      'must not be below LOWER')
+    if (any(clamp%upper < clamp%lower)) then
+      call input%report(diagnostics, 'CLAMP', i, 'UPPER', 'must not be below LOWER')
+    end if
     scene%clamp = [scene%clamp, clamp]
   end subroutine read_clamp
 

@@ -34,7 +34,7 @@ contains
 
     old = merge(1.0_rp, 0.0_rp, sim%scene%method%transfer == transfer_xpic)
     call first_increment(sim, old, g, increment)
-    lost = 0.0_rp                                ! nobody asks for it
+    lost = 0.0_rp                                ! not used
     do power = 2, sim%scene%method%order
       call clear_nodes(sim%nodes, mapped)
       call there_and_back(sim, increment, mapped)

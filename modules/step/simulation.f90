@@ -25,7 +25,7 @@ module step_simulation
   public :: simulation_t
   public :: free_simulation
 
-  !> Each part is owned by the library that knows its type; procedures below this library take the
+  !> Each part is owned by the library of its type; procedures below this library take the
   !> parts they use.
   type :: simulation_t
     type(scene_t) :: scene                   !! does not change
@@ -40,7 +40,7 @@ module step_simulation
     type(boundary_t) :: boundary
     type(sleepers_t) :: sleepers
     type(exchange_t) :: exchange             !! with the other ranks
-    type(node_pairs_t) :: pairs              !! nodes where bodies meet
+    type(node_pairs_t) :: pairs              !! nodes where bodies are in contact
     type(tool_contact_t) :: contact          !! particles and nodes in contact with a tool
     type(books_t) :: books
     type(history_t) :: history

@@ -30,7 +30,7 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('SIZE', 'real', 3, 'm', 'required if KIND = box', '(0,inf)', &
-      'edge lengths of the box')
+               'edge lengths of the box')
     call add_tilt(t, 'box')
   end subroutine add_keys
 
@@ -53,8 +53,10 @@ contains
     logical, intent(in) :: spins
     type(diagnostics_t), intent(inout) :: diagnostics
 
-    if (maxval(self%half) > 10.0_rp*grid) call input%warn(diagnostics, 'TOOL', i, 'SIZE', &
-      'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+    if (maxval(self%half) > 10.0_rp*grid) then
+      call input%warn(diagnostics, 'TOOL', i, 'SIZE', &
+                      'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+    end if
   end subroutine check_size
 
   pure subroutine distance(self, x, d, normal, room)

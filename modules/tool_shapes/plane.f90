@@ -28,7 +28,7 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('NORMAL', 'real', 3, '', '0 0 1 if KIND = plane', '', &
-      'plane: direction out of the rigid half space')
+               'plane: direction out of the rigid half space')
   end subroutine add_keys
 
   !> The last axis is the normal.

@@ -114,7 +114,7 @@ contains
     character(*), intent(in) :: kind
 
     call t%key('TILT_DEG', 'real', 1, 'deg', '0 if KIND = '//kind, '[-10,10]', &
-      'the shoulder tips backwards against the travel direction +x: trailing edge deeper')
+               'the shoulder tips backwards against the travel direction +x: trailing edge deeper')
   end subroutine add_tilt
 
   !> Axes of a tool that is tilted: turned about y, the trailing edge (-x) goes down.

@@ -45,17 +45,17 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = shoulder', '(0,inf)', &
-      'radius of the shoulder or sphere')
+               'radius of the shoulder or sphere')
     call t%key('HEIGHT', 'real', 1, 'm', '0.02 if KIND = shoulder', '(0,inf)', &
-      'height of the shoulder above its face')
+               'height of the shoulder above its face')
     call t%key('CONCAVITY_DEG', 'real', 1, 'deg', '0 if KIND = shoulder', '[0,30)', &
-      'angle by which the face of the shoulder rises towards its axis')
+               'angle by which the face of the shoulder rises towards its axis')
     call t%key('PIN_RADIUS', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
-      'radius of the pin at the face; 0: no pin')
+               'radius of the pin at the face; 0: no pin')
     call t%key('PIN_TIP_RADIUS', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
-      'radius of the pin at its tip; 0: as at the face (a cylinder)')
+               'radius of the pin at its tip; 0: as at the face (a cylinder)')
     call t%key('PIN_LENGTH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
-      'length of the pin below the face')
+               'length of the pin below the face')
     call add_tilt(t, 'shoulder')
   end subroutine add_keys
 
@@ -72,14 +72,18 @@ contains
     pin = input%real('TOOL', i, 'PIN_RADIUS')
     tip = input%real('TOOL', i, 'PIN_TIP_RADIUS')
     length = input%real('TOOL', i, 'PIN_LENGTH')
-    if (pin >= radius .and. radius > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
-      'PIN_RADIUS', 'must be below RADIUS')
-    if (pin > 0.0_rp .and. length <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
-      'PIN_RADIUS', 'makes no pin without PIN_LENGTH')
-    if (pin <= 0.0_rp .and. tip > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
-      'PIN_TIP_RADIUS', 'makes no pin without PIN_RADIUS')
-    if (pin <= 0.0_rp .and. length > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
-      'PIN_LENGTH', 'makes no pin without PIN_RADIUS')
+    if (pin >= radius .and. radius > 0.0_rp) then
+      call input%report(diagnostics, 'TOOL', i, 'PIN_RADIUS', 'must be below RADIUS')
+    end if
+    if (pin > 0.0_rp .and. length <= 0.0_rp) then
+      call input%report(diagnostics, 'TOOL', i, 'PIN_RADIUS', 'makes no pin without PIN_LENGTH')
+    end if
+    if (pin <= 0.0_rp .and. tip > 0.0_rp) then
+      call input%report(diagnostics, 'TOOL', i, 'PIN_TIP_RADIUS', 'makes no pin without PIN_RADIUS')
+    end if
+    if (pin <= 0.0_rp .and. length > 0.0_rp) then
+      call input%report(diagnostics, 'TOOL', i, 'PIN_LENGTH', 'makes no pin without PIN_RADIUS')
+    end if
     if (tip <= 0.0_rp) tip = pin
     new = new_shoulder(radius, input%real('TOOL', i, 'HEIGHT'), &
                        input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, tip, length)
@@ -97,8 +101,8 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
 
     if (self%radius > 2.0_rp*grid) then
-      call input%report(diagnostics, 'TOOL', i, 'RADIUS', 'is far larger than the grid of '// &
-                        length_text(grid)//': lengths are in m')
+      call input%report(diagnostics, 'TOOL', i, 'RADIUS', &
+                        'is far larger than the grid of '//length_text(grid)//': lengths are in m')
     else if (2.0_rp*self%radius > width .and. spins) then
       call input%warn(diagnostics, 'TOOL', i, 'RADIUS', 'a shoulder of '// &
                       length_text(2.0_rp*self%radius)//' across is wider than the bodies, '// &

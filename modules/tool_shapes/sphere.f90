@@ -29,7 +29,7 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = sphere', '(0,inf)', &
-      'radius of the shoulder or sphere')
+               'radius of the shoulder or sphere')
     call add_tilt(t, 'sphere')
   end subroutine add_keys
 
@@ -52,8 +52,10 @@ contains
     logical, intent(in) :: spins
     type(diagnostics_t), intent(inout) :: diagnostics
 
-    if (self%radius > 100.0_rp*grid) call input%warn(diagnostics, 'TOOL', i, 'RADIUS', &
-      'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+    if (self%radius > 100.0_rp*grid) then
+      call input%warn(diagnostics, 'TOOL', i, 'RADIUS', &
+                      'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+    end if
   end subroutine check_size
 
   !> There is no edge.
