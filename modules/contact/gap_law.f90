@@ -63,7 +63,6 @@ contains
     real(rp) :: friction, press
 
     press = norm2(push)
-    if (press <= 0.0_rp) return
     impulse = push + hold
     surface = rigid%velocity_at(x)
     slip = mean - surface
@@ -71,7 +70,7 @@ contains
     moment = [arm(2)*impulse(3) - arm(3)*impulse(2), arm(3)*impulse(1) - arm(1)*impulse(3), &
               arm(1)*impulse(2) - arm(2)*impulse(1)]
     friction = -dot_product(hold, slip)
-    normal = push/press
+    normal = push/max(press, tiny(press))
     associate (s => tool%sums)
       s(s_force:s_force + 2) = s(s_force:s_force + 2) - impulse
       s(s_torque) = s(s_torque) - dot_product(moment, tool%axes(:, 3))

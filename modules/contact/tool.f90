@@ -4,7 +4,7 @@
 !> nodes.
 module contact_tool
   use base_kinds, only: nlane, rp
-  use contact_friction_table, only: friction_table_t
+  use contact_friction_table, only: friction_table_t, of_nothing
   use contact_motion, only: motion_t
   use tool_shapes_shape, only: shape_t
   implicit none (type, external)
@@ -55,6 +55,7 @@ module contact_tool
     real(rp) :: sums(n_tool_sums) = 0.0_rp
   contains
     procedure :: has_shape
+    procedure :: has_friction
     procedure :: stirring_radius
     procedure :: move_to
     procedure :: mean_motion
@@ -140,6 +141,13 @@ contains
 
     has_shape = allocated(self%shape)
   end function has_shape
+
+  !> Whether friction can act on it.
+  elemental logical function has_friction(self)
+    class(tool_t), intent(in) :: self
+
+    has_friction = self%friction > 0.0_rp .or. self%friction_table%of /= of_nothing
+  end function has_friction
 
   !> Radius of what stirs, 0 if there is none [m].
   elemental real(rp) function stirring_radius(self)

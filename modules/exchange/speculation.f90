@@ -22,7 +22,7 @@ module exchange_speculation
   public :: list_order, note_state, may_speculate, keep_block, roll_back
 
   real(rp), parameter :: most_displacement = 1.5_rp   !! of tool and particles until a sort [cells]
-  !> Clearance from a tool: particles are in contact up to half a cell and half a spacing away, and
+  !> Clearance from a tool: particles are in contact up to half a cell and a spacing away, and
   !> change nodes that particles three cells off on each axis read.
   real(rp), parameter :: beyond = most_displacement + 0.6_rp + 3.0_rp*sqrt(3.0_rp)   !! [cells]
   integer, parameter :: most_kept = 256        !! blocks that can be taken back
@@ -41,7 +41,7 @@ contains
     integer :: b
 
     do b = 1, blocks%n_awake
-      least = beyond*scene%grid%h + 0.5_rp*norm2(scene%body(particles%body(b))%spacing)
+      least = beyond*scene%grid%h + norm2(scene%body(particles%body(b))%spacing)
       associate (tag => particles%tag(1, b))
         if (is_sorted_anew) tag = set_bit(tag, far_bit, all(blocks%clearance(:, b) > least))
         is_far(b) = btest(tag, far_bit)

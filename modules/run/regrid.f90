@@ -128,7 +128,7 @@ contains
     call mark_border(sim%scene, sim%particles, sim%blocks, sim%nodes, sim%boundary, is_sorted_anew)
     call list_turns(sim%particles, sim%blocks)
     if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
-    call measure_clearances(sim)
+    call measure_clearances(sim, is_sorted_anew)
     call list_order(sim%scene, sim%particles, sim%blocks, sim%exchange, is_sorted_anew)
     if (.not. is_sorted_anew) call note_balance(world, sim, 0)
     if (some_rest) then                      ! steps use only the nodes of the other particles
@@ -300,22 +300,32 @@ contains
     end do
   end subroutine enclose_blocks
 
-  !> Distances of the awake blocks from the tools as they are now.
-  subroutine measure_clearances(sim)
+  !> Distances of the awake blocks from the tools as they are now. Particles that were sorted anew
+  !> forget the friction of a tool that they have left.
+  subroutine measure_clearances(sim, is_sorted_anew)
     type(simulation_t), intent(inout) :: sim
-    real(rp) :: d(nlane)
+    logical, intent(in) :: is_sorted_anew
+    real(rp) :: d(nlane), least(nlane)
     integer :: b, k
 
     if (allocated(sim%blocks%clearance)) deallocate (sim%blocks%clearance)
     allocate (sim%blocks%clearance(size(sim%tool), sim%blocks%n_awake))
     do k = 1, size(sim%tool)
       call sim%tool(k)%note_place()
-      do b = 1, sim%blocks%n_awake
-        associate (n => sim%particles%count(b))
-          call sim%tool(k)%clearances(n, sim%particles%ps(:, f_pos:f_pos + 2, b), d)
+    end do
+    if (size(sim%tool) == 0) return
+    do b = 1, sim%blocks%n_awake
+      associate (n => sim%particles%count(b), ps => sim%particles%ps(:, :, b), &
+                 body => sim%scene%body(sim%particles%body(b)))
+        least = huge(1.0_rp)
+        do k = 1, size(sim%tool)
+          call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), d)
+          least(:n) = min(least(:n), d(:n))
           sim%blocks%clearance(k, b) = minval(d(:n))
-        end associate
-      end do
+        end do
+        if (.not. (is_sorted_anew .and. sim%scene%layout%grip > 0)) cycle
+        where (least(:n) > norm2(body%spacing)) ps(:n, sim%scene%layout%grip) = 0.0_rp
+      end associate
     end do
   end subroutine measure_clearances
 

@@ -190,6 +190,7 @@ contains
       if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
       if (tractions_have_boxes(input)) call layout%add(3, layout%origin)
       if (input%count('TOOL') > 0) call layout%add(1, layout%surface_offset)
+      if (input%count('TOOL') > 0) call layout%add(1, layout%grip)
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
         call input%report(diagnostics, 'METHOD', 1, 'SCHEME', &

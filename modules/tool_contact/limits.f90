@@ -8,8 +8,7 @@ module tool_contact_limits
   use particles_store, only: f_jac, f_plastic, f_tau, f_temp
   use physics_stress, only: flow_strength
   use state_scene, only: scene_t
-  use tool_contact_candidates, only: candidates_t
-  use tool_contact_lists, only: contact_particle_t
+  use tool_contact_lists, only: candidates_t, contact_particle_t
   implicit none (type, external)
   private
 

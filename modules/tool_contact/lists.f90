@@ -1,25 +1,43 @@
 ! SPDX-License-Identifier: MIT
 !> The particles that touch a tool in a step, and the nodes near it: lists made anew in each step.
 module tool_contact_lists
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
+  use particles_store, only: f_plastic, f_tau, layout_t, n_conduction, particles_t
   implicit none (type, external)
   private
 
-  public :: tool_contact_t, contact_particle_t, returned, add_values
+  public :: add_values, candidates_t, contact_particle_t, returned, tool_contact_t
 
   ! What the touching particles say to a node.
   integer, parameter, public :: &
     v_push = 1, &     !! impulse along the normals [N s], 3
     v_hold = 4, &     !! impulse that would stop the slip [N s], 3
-    v_coulomb = 7, &  !! friction times the normal impulse [N s]
+    v_coulomb = 7, &  !! what Coulomb's law lets friction give: now, and kept from before [N s]
     v_shear = 8       !! impulse at which the material shears [N s]
   integer, parameter, public :: n_values = 8
 
-  !> A particle that touches.
+  !> Particles that may take part in contact, gathered from their blocks into one: a block at a tool
+  !> has only a few, and weights and flow laws work on whole blocks.
+  type :: candidates_t
+    integer :: n = 0
+    integer :: body = 0                        !! of all of them
+    integer :: block(nlane) = 0, lane(nlane) = 0   !! where they are
+    real(rp) :: half(nlane) = 0.0_rp           !! from their centres to their surfaces [m]
+    real(rp) :: normal(3, nlane) = 0.0_rp      !! out of the tool
+    integer, allocatable :: field(:)           !! those that are gathered
+    real(rp), allocatable :: ps(:, :)          !! (nlane, fields of a particle)
+  contains
+    procedure :: init
+    procedure :: add
+    procedure :: fill_up
+  end type candidates_t
+
+  !> A particle that touches, or is near enough to be held by friction.
   type :: contact_particle_t
     integer :: block = 0, lane = 0, first = 0
     real(rp) :: half = 0.0_rp                  !! from its centre to its surface [m]
     logical :: can_flow = .false.              !! its material, so that this may become less
+    logical :: touches = .false.               !! else it is only near
     real(rp) :: w(3, 3) = 0.0_rp               !! weights of its surface on the axes
     real(rp) :: inner(3, 3) = 0.0_rp           !! those of its centre
     integer :: entry(27) = 0                   !! of its nodes in the list, 0: none
@@ -31,6 +49,7 @@ module tool_contact_lists
     real(rp) :: most = 0.0_rp                  !! impulse that it can take along its normal [N s]
     real(rp) :: slip(3) = 0.0_rp               !! along the tool's surface [m/s]
     real(rp) :: friction = 0.0_rp
+    real(rp) :: coulomb = 0.0_rp               !! impulse that Coulomb's law lets it give [N s]
     real(rp) :: shear = 0.0_rp                 !! impulse at which the material shears [N s]
     real(rp) :: hold(3) = 0.0_rp               !! impulse that would stop the slip [N s]
   end type contact_particle_t
@@ -48,6 +67,7 @@ module tool_contact_lists
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
     real(rp), allocatable :: part(:)           !! of `v_hold` that friction can give
+    real(rp), allocatable :: unspent(:)        !! part of `v_coulomb` that it did not
     real(rp), allocatable :: slip(:, :)        !! (3, n_nodes) mean velocity against the tool [m/s]
   contains
     procedure :: forget
@@ -58,6 +78,51 @@ module tool_contact_lists
   end type tool_contact_t
 
 contains
+
+  !> No candidates of particles with `layout`; their stress is gathered if it is asked for.
+  subroutine init(self, layout, with_stress)
+    class(candidates_t), intent(out) :: self
+    type(layout_t), intent(in) :: layout
+    logical, intent(in) :: with_stress
+    integer :: i
+
+    self%field = [(i, i=1, n_conduction), f_plastic, layout%surface_offset, layout%grip, &
+                  (layout%law + i, i=0, layout%n_law - 1)]
+    if (with_stress) self%field = [self%field, (f_tau + i, i=0, 5)]
+    if (layout%half > 0) self%field = [self%field, (layout%half + i, i=0, 2)]
+    allocate (self%ps(nlane, layout%n), source=0.0_rp)
+  end subroutine init
+
+  !> Add the particle in lane `p` of block `b`; there must be room.
+  pure subroutine add(self, particles, b, p, normal, half)
+    class(candidates_t), intent(inout) :: self
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: b, p
+    real(rp), intent(in) :: normal(3), half
+    integer :: f, i
+
+    self%n = self%n + 1
+    self%body = particles%body(b)
+    self%block(self%n) = b
+    self%lane(self%n) = p
+    self%normal(:, self%n) = normal
+    self%half(self%n) = half
+    do i = 1, size(self%field)
+      f = self%field(i)
+      self%ps(self%n, f) = particles%ps(p, f, b)
+    end do
+  end subroutine add
+
+  !> The lanes behind the last hold what the first does.
+  pure subroutine fill_up(self)
+    class(candidates_t), intent(inout) :: self
+    integer :: f, i
+
+    do i = 1, size(self%field)
+      f = self%field(i)
+      self%ps(self%n + 1:, f) = self%ps(1, f)
+    end do
+  end subroutine fill_up
 
   !> Empty the lists; on a new patch of `nn` nodes make them.
   pure subroutine forget(self, nn)
@@ -112,11 +177,13 @@ contains
 
     if (allocated(self%mass)) then
       if (size(self%mass, 2) /= self%n_nodes) deallocate (self%mass, self%values, self%own, &
-                                                          self%free, self%part, self%slip)
+                                                          self%free, self%part, self%unspent, &
+                                                          self%slip)
     end if
     if (.not. allocated(self%mass)) allocate (self%mass(2, self%n_nodes), &
       self%values(n_values, self%n_nodes), self%own(n_values, self%n_nodes), &
-      self%free(3, self%n_nodes), self%part(self%n_nodes), self%slip(3, self%n_nodes))
+      self%free(3, self%n_nodes), self%part(self%n_nodes), &
+      self%unspent(self%n_nodes), self%slip(3, self%n_nodes))
     self%mass = 0.0_rp
     self%values = 0.0_rp
     self%slip = 0.0_rp

@@ -50,7 +50,7 @@ contains
 
     do p = 1, contact%n
       associate (t => contact%particle(p))
-        if (.not. t%can_flow) cycle
+        if (.not. (t%can_flow .and. t%touches)) cycle
         apart = 0.0_rp
         c = 0
         do i = 1, 3

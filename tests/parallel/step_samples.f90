@@ -151,6 +151,7 @@ contains
     end associate
     call move_alloc(more, sim%tool)
     call sim%scene%layout%add(1, sim%scene%layout%surface_offset)
+    call sim%scene%layout%add(1, sim%scene%layout%grip)
   end subroutine add_tool
 
   !> A half space whose surface looks along `axis`, of length 1.

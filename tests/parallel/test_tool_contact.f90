@@ -37,6 +37,7 @@ program test_tool_contact
   call test_stick()
   call test_slide()
   call test_shear_limit()
+  call test_kept_friction()
   call end_tests()
 
 contains
@@ -287,5 +288,61 @@ contains
       call free_simulation(sim)
     end do
   end subroutine test_shear_limit
+
+  !> What friction could give and does not, since nothing slides, is kept while contact relaxes; it
+  subroutine test_kept_friction()
+    type(meeting_t) :: m
+    type(simulation_t) :: sim
+    real(rp), allocatable :: sums(:)
+    real(rp) :: kept(1), n(3), relaxation, slip(3)
+    integer :: i
+
+    do i = 1, 6
+      m = draw(i, 20.0_rp)
+      m%friction = 0.3_rp
+      if (i > 3) m%strength = 1.0e9_rp
+      m%limits_shear = .false.
+      n = normal_of(m)
+      slip = m%v - dot_product(m%v, n)*n
+      m%w = dot_product(m%w, n)*n
+      m%v = m%v - slip
+      call prepare(m, sim)
+      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call touch(world, sim, norm2(m%v))
+      sums = books_of(sim)
+      kept = sum_of_grip(sim)
+      call world%sum(kept)
+      relaxation = merge(30.0_rp, 60.0_rp, i > 3)*h/sqrt(sim%clock%stiffness)
+      call expect_close('friction that is kept', kept(1), &
+                        m%friction*sums(s_press)*exp(-dt/relaxation), rtol=1.0e-11_rp)
+      call expect_close('nothing slides', norm2(sums(s_force:s_force + 2) + sums(s_press)*n), &
+                        0.0_rp, atol=1.0e-11_rp*sums(s_press))
+      call set_velocity(sim%nodes, slip*1.0e4_rp/norm2(slip) + 0.15_rp*h/dt*n, at_rest, &
+                        sim%nodes%g(:, :, 1))
+      sim%tool(1)%sums = 0.0_rp
+      call touch(world, sim, 1.0e4_rp)
+      sums = books_of(sim)
+      call expect('nothing touches', sums(s_press) <= 0.0_rp)
+      call expect_close('what was kept holds', &
+                        norm2(sums(s_force:s_force + 2) - kept(1)*slip/norm2(slip)), 0.0_rp, &
+                        atol=1.0e-10_rp*kept(1))
+      kept = sum_of_grip(sim)
+      call world%sum(kept)
+      call expect_close('and is spent', kept(1), 0.0_rp, atol=1.0e-10_rp*norm2(sums(s_force:)))
+      call free_simulation(sim)
+    end do
+  end subroutine test_kept_friction
+
+  !> Friction that this rank's particles may yet get [N s].
+  real(rp) function sum_of_grip(sim)
+    type(simulation_t), intent(in) :: sim
+    integer :: b
+
+    sum_of_grip = 0.0_rp
+    do b = 1, sim%particles%nblk
+      sum_of_grip = sum_of_grip + sum(sim%particles%ps(:sim%particles%count(b), &
+                                                       sim%scene%layout%grip, b))
+    end do
+  end function sum_of_grip
 
 end program test_tool_contact

@@ -1,0 +1,211 @@
+! SPDX-License-Identifier: MIT
+!> Particles that take part in contact with a tool in a step. With the velocities that the nodes
+!> would have without contact, a particle whose surface would be inside the tool at the end of the
+!> step touches. One that is nearer than half a spacing takes part in friction, touching or not: the
+!> face is covered by the surface that carries, not by what of it touches just now.
+!>
+!> At the edge of a tool the velocity of metal that flows jumps; on the grid it falls off over a
+!> cell beyond the last particle that touches, so that the tool seems wider. Therefore material that
+!> can flow is pushed less and less over a cell about a line a little inside an edge that stands
+!> out, up to the pressure that metal bears there (tool_contact_limits); beyond, it is only held by
+!> friction. Elastic material has no such jump and is pushed up to the edge (tests/verification,
+!> punch_plane, punch_circle and punch_elastic; docs/method.md).
+module tool_contact_particles
+  use base_kinds, only: nlane, rp
+  use contact_friction_table, only: of_nothing
+  use contact_gap_law, only: normal_velocity
+  use contact_tool, only: rigid_t, tool_t
+  use mapping_faces, only: surface_weights
+  use mapping_nodes, only: nodes_t
+  use mapping_stability, only: wave_speed
+  use mapping_weights, only: weights_of
+  use particles_store, only: f_mass, f_pos, particles_t
+  use state_blocks, only: blocks_t
+  use state_clock, only: clock_t
+  use state_scene, only: scene_t, scheme_usl
+  use tool_contact_limits, only: limit_impulses
+  use tool_contact_lists, only: candidates_t, contact_particle_t, tool_contact_t
+  use tool_contact_surface, only: velocity_at
+  implicit none (type, external)
+  private
+
+  public :: find_contact_particles, relaxation_time
+
+  real(rp), parameter :: slop = 0.02_rp        !! zone where gaps close slowly [cells]
+  real(rp), parameter :: relaxation = 60.0_rp  !! time in which they do: waves cross so many cells
+  real(rp), parameter :: relaxation_flow = 30.0_rp   !! in metal that flows, which does not rock on
+                                                     !! its surface
+  real(rp), parameter :: recovery_speed = 3.0e-3_rp  !! at which depth is lost in any case [wave
+                                                     !! speeds]
+  real(rp), parameter :: any_recovery_speed = huge(1.0_rp)   !! with true masses: limit loads are
+                                                             !! more even then
+  real(rp), parameter :: beside = 0.5_rp       !! up to which particles take part in friction
+                                               !! [spacings]
+  real(rp), parameter :: inset = 0.4_rp        !! from edges that stand out, of the line about which
+                                               !! the push of metal that flows falls off [cells]
+  real(rp), parameter :: fade = 0.75_rp        !! width in which it does [cells]
+
+contains
+
+  !> List the particles of a group whose surface would be inside the tool at the end of the step.
+  subroutine find_contact_particles(scene, clock, particles, blocks, nodes, contact, tool, k, &
+                                    group, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(blocks_t), intent(in) :: blocks
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: k, group
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    type(candidates_t) :: near
+    type(rigid_t) :: rigid
+    integer :: b
+    real(rp) :: moved, reach(size(scene%body)), displacement
+
+    rigid = tool%mean_motion(clock%time, dt)
+    ! no particle moves faster than the nodes; a distance changes by no more than the way
+    displacement = dt*clock%max_speed + (0.01_rp + slop)*nodes%patch%h
+    reach = [(displacement + (0.5_rp + beside)*norm2(scene%body(b)%spacing), b=1, size(reach))]
+    moved = clock%displacement + tool%displacement()
+    call near%init(scene%layout, tool%friction_table%of /= of_nothing)
+    do b = 1, blocks%n_awake
+      associate (body => particles%body(b))
+        if (scene%body(body)%group /= group) cycle
+        if (blocks%clearance(k, b) > reach(body) + moved) cycle
+        if (near%n > 0 .and. near%body /= body) call list_contact_particles(scene, clock, nodes, &
+            contact, tool, rigid, dt, &
+            g, near)
+        call gather_near(scene, clock, particles, nodes, contact, tool, rigid, b, &
+                         particles%count(b), reach(body), &
+                         displacement, dt, g, near)
+      end associate
+    end do
+    if (near%n > 0) call list_contact_particles(scene, clock, nodes, contact, tool, rigid, dt, g, &
+                                                near)
+  end subroutine find_contact_particles
+
+  !> The candidates of block `b`; whenever there is a block of them it is looked at.
+  subroutine gather_near(scene, clock, particles, nodes, contact, tool, rigid, b, n, reach, &
+                         displacement, dt, g, near)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    type(rigid_t), intent(in) :: rigid
+    integer, intent(in) :: b, n
+    real(rp), intent(in) :: reach               !! from the tool of centres that may touch [m]
+    real(rp), intent(in) :: displacement                 !! by which a gap may close in the step [m]
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    type(candidates_t), intent(inout) :: near
+    real(rp) :: d(n), gap, half, normal(3), room
+    integer :: p
+
+    associate (ps => particles%ps(:, :, b), spacing => scene%body(particles%body(b))%spacing)
+      call tool%clearances(n, ps(:, f_pos:f_pos + 2), d)
+      do p = 1, n
+        if (d(p) > reach) cycle
+        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, room)
+        half = 0.5_rp*ps(p, scene%layout%surface_offset)*norm2(normal*spacing)
+        if (gap - half > displacement + beside*norm2(normal*spacing)) cycle
+        call near%add(particles, b, p, normal, half)
+        if (near%n == nlane) call list_contact_particles(scene, clock, nodes, contact, tool, &
+            rigid, dt, g, near)
+      end do
+    end associate
+  end subroutine gather_near
+
+  !> Those of the candidates that take part in contact; no candidates are left.
+  subroutine list_contact_particles(scene, clock, nodes, contact, tool, rigid, dt, g, near)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    type(rigid_t), intent(in) :: rigid
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    type(candidates_t), intent(inout) :: near
+    real(rp) :: friction_zone, w(nlane, 18), zone
+    integer :: before, first(nlane), n, p, place(nlane)   ! of one that takes part among the
+                                                          ! candidates
+    type(contact_particle_t) :: particle
+    logical :: at_surface
+
+    before = contact%n
+    particle%can_flow = allocated(scene%material(scene%body(near%body)%material)%flow)
+    at_surface = scene%method%scheme == scheme_usl .or. particle%can_flow
+    zone = merge(slop*nodes%patch%h, 0.0_rp, at_surface)
+    friction_zone = merge(beside, 0.0_rp, at_surface .and. tool%has_friction())
+    call near%fill_up()
+    call weights_of(scene, nodes, near%body, scene%layout%n, near%ps, w, first)
+    do p = 1, near%n
+      particle%block = near%block(p)
+      particle%lane = near%lane(p)
+      particle%half = near%half(p)
+      particle%normal = near%normal(:, p)
+      particle%first = first(p)
+      particle%inner(:, 1) = w(p, 1:3)
+      particle%inner(:, 2) = w(p, 4:6)
+      particle%inner(:, 3) = w(p, 7:9)
+      particle%w = particle%inner
+      if (at_surface) particle%w = surface_weights(scene, nodes, near%body, particle%normal, &
+                                                   near%ps(p, &
+          scene%layout%surface_offset), p, scene%layout%n, near%ps, w, first)
+      particle%mass = clock%mass_scaling*near%ps(p, f_mass)
+      particle%coulomb = near%ps(p, scene%layout%grip)
+      if (.not. takes_part(clock, nodes, tool, rigid, dt, zone, &
+                           friction_zone*norm2(particle%normal*scene%body(near%body)%spacing), &
+                           near%ps(p, f_pos:f_pos + 2), &
+                           velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
+      call contact%add_particle_in_contact(particle)
+      place(contact%n - before) = p
+    end do
+    n = contact%n - before
+    call limit_impulses(scene, tool, dt, near, n, place, contact%particle(before + 1:before + n))
+    near%n = 0
+  end subroutine list_contact_particles
+
+  !> Whether a particle at `x`, with velocity `v` of its surface, takes part in contact: the surface
+  !> would be inside the tool at the end of the step, comes too fast through the soft zone, or is
+  !> within the friction zone; how fast it is to be, and its slip.
+  logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, x, v, particle)
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(tool_t), intent(in) :: tool
+    type(rigid_t), intent(in) :: rigid
+    real(rp), intent(in) :: dt, zone, friction_zone, x(3), v(3)
+    type(contact_particle_t), intent(inout) :: particle
+    real(rp) :: gap, room, wave
+
+    call tool%distance(x + dt*v, gap, particle%normal, room)
+    gap = gap - particle%half
+    takes_part = gap < max(zone, friction_zone)
+    if (.not. takes_part) return
+    wave = wave_speed(clock)                 ! and no step: smaller ones give the same contact
+    call normal_velocity(dt, clock%dt, zone, relaxation_time(clock, nodes, particle%can_flow), &
+                         merge(recovery_speed*wave, any_recovery_speed, &
+                               clock%mass_scaling > 1.0_rp), gap, particle%normal, &
+                         v - rigid%velocity_at(x - particle%half*particle%normal + 0.5_rp*dt*v), &
+                         particle%closing, particle%slip)
+    particle%friction = tool%friction
+    particle%touches = gap < zone .and. particle%closing > 0.0_rp
+    takes_part = particle%touches .or. gap < friction_zone
+    particle%pushed = 1.0_rp
+    if (particle%can_flow) particle%pushed = max(0.0_rp, min(1.0_rp, 0.5_rp &
+        + (room/nodes%patch%h - inset)/fade))
+    if (particle%pushed <= 0.0_rp .or. .not. particle%touches) particle%closing = 0.0_rp
+  end function takes_part
+
+  !> Time in which contact follows slow changes of gaps and forces [s].
+  pure real(rp) function relaxation_time(clock, nodes, can_flow)
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    logical, intent(in) :: can_flow
+
+    relaxation_time = merge(relaxation_flow, relaxation, can_flow)*nodes%patch%h/wave_speed(clock)
+  end function relaxation_time
+
+end module tool_contact_particles
