@@ -20,7 +20,6 @@ module front_material_driver
   use keys_names, only: find, known
   use materials_needed, only: need_property
   use materials_properties, only: read_materials
-  use physics_flow_law, only: law_output, law_unit, n_outputs
   use physics_material, only: material_t
   use physics_point, only: point_t
   use physics_stress, only: stress_block, stress_sums_t
@@ -102,10 +101,8 @@ contains
           call need_property(input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', diagnostics)
           call need_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
         end if
-        if (input%text('MATERIAL', m, 'LAW') == 'johnson-cook') then
-          call need_property(input, m, 'T_MELT', "LAW = 'johnson-cook' softens towards it", &
-                             diagnostics)
-        end if
+        if (material(m)%flow%knows_melting()) call need_property(input, m, 'T_MELT', &
+          "LAW = '"//input%text('MATERIAL', m, 'LAW')//"' softens towards it", diagnostics)
       end if
       name(i) = input%text(group, i, 'NAME')
       if (find(name(:i - 1), name(i)) > 0) then
@@ -146,7 +143,7 @@ contains
       call follow_strain(input, i, material, curve, watch)
     end select
     call curve%close(error)
-    if (world%is_root()) call watch%tell(input%text(group, i, 'NAME'))
+    if (world%is_root()) call watch%tell(material, input%text(group, i, 'NAME'))
   end subroutine follow
 
   !> Write the present point.
@@ -168,7 +165,7 @@ contains
     real(rp), intent(in) :: time                          !! [s]
     type(point_t), intent(in) :: point
     type(sheared_t), intent(in), optional :: sheared
-    real(rp) :: values(n_outputs)
+    real(rp), allocatable :: values(:)
     integer :: k
 
     call row%add('time', 's', time)
@@ -176,12 +173,12 @@ contains
     call row%add('strain_rate', '1/s', point%rate)
     call row%add('temperature', 'K', point%temp)
     call row%add('stress', 'Pa', point%sigma)
-    if (material%flow%n_state > 0) then
-      values = point%outputs(material)
-      do k = 1, n_outputs
-        call row%add(law_output(k), law_unit(k), values(k))
+    associate (output => material%flow%outputs())
+      allocate (values, source=point%outputs(material, size(output)))
+      do k = 1, size(output)
+        call row%add(output(k)%name, output(k)%unit, values(k))
       end do
-    end if
+    end associate
     if (.not. present(sheared)) return
     call row%add('strain', '1', sheared%strain)
     call row%add('shear_stress', 'Pa', sheared%stress)

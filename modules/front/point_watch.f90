@@ -4,7 +4,7 @@ module front_point_watch
   use base_kinds, only: i8, nlane, rp
   use base_log, only: say
   use base_text, only: str
-  use physics_flow_law, only: warning_text, n_validity_warnings
+  use physics_flow_law, only: most_warnings
   use physics_material, only: material_t
   use physics_point, only: point_t
   implicit none (type, external)
@@ -12,10 +12,9 @@ module front_point_watch
 
   public :: point_watch_t
 
-  integer, parameter :: unsolved = n_validity_warnings + 1, molten = n_validity_warnings + 2, &
-    n_kinds = n_validity_warnings + 2
-  character(48), parameter :: text(n_kinds) = [character(48) :: warning_text, &
-    'found no stress that balances the elastic one', 'ended above T_MELT']
+  ! Behind the warnings of the law.
+  integer, parameter :: unsolved = most_warnings + 1, molten = most_warnings + 2, &
+                        n_kinds = most_warnings + 2
 
   type :: point_watch_t
     private
@@ -37,32 +36,37 @@ contains
     type(point_t), intent(in) :: point
     integer, intent(in), optional :: failed
     real(rp) :: temp(nlane), rate(nlane)
-    integer :: validity_warnings(n_kinds), lane(n_validity_warnings), k
+    integer :: found(n_kinds), k, lane(most_warnings)
 
     self%looks = self%looks + 1
-    validity_warnings = 0
+    found = 0
     lane = 0
     temp = point%temp
     rate = point%rate
-    if (material%flow%n_state > 0) then
-      call material%flow%inspect(1, temp, rate, spread(point%state, 1, nlane), &
-                                 validity_warnings(:n_validity_warnings), lane)
-    end if
-    if (present(failed)) validity_warnings(unsolved) = failed
-    if (point%temp > material%t_melt) validity_warnings(molten) = 1
+    call material%flow%inspect(1, temp, rate, spread(point%state, 1, nlane), &
+                               found(:most_warnings), lane)
+    if (present(failed)) found(unsolved) = failed
+    if (point%temp > material%t_melt) found(molten) = 1
     do k = 1, n_kinds
-      if (validity_warnings(k) == 0) cycle
+      if (found(k) == 0) cycle
       if (self%counts(k) == 0) self%first(:, k) = [time, point%alpha, point%temp]
       self%counts(k) = self%counts(k) + 1
     end do
   end subroutine look
 
   !> Write a warning of each kind that there was.
-  subroutine tell(self, path)
+  subroutine tell(self, material, path)
     class(point_watch_t), intent(in) :: self
+    type(material_t), intent(in) :: material
     character(*), intent(in) :: path             !! NAME of the &PATH
+    character(48), allocatable :: own(:)
+    character(48) :: text(n_kinds)
     integer :: k
 
+    text(unsolved) = 'found no stress that balances the elastic one'
+    text(molten) = 'ended above T_MELT'
+    call material%flow%list_warnings(own)
+    text(:size(own)) = own
     do k = 1, n_kinds
       if (self%counts(k) == 0) cycle
       call say('warning: path '//path//': '//str(self%counts(k))//' of '// &

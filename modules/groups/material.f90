@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Keys of &MATERIAL.
 module groups_material
-  use groups_laws, only: add_laws
+  use flow_laws_list, only: add_law_keys
   use keys_table, only: key_table_t
   implicit none (type, external)
   private
@@ -22,7 +22,7 @@ contains
       'ratio of lateral contraction')
     call t%key('ENERGY', 'choice', 1, '', 'decoupled', 'decoupled coupled', &
       'elastic energy: volume and shape apart, or P = mu(F - F^-T) + lambda ln(J) F^-T')
-    call add_laws(t)
+    call add_law_keys(t)
     call t%key('T_ROOM', 'real', 1, 'K', '298', '(0,10000]', &
       'johnson-cook: temperature up to which it does not soften; EXPANSION: temperature '// &
       'without strain')

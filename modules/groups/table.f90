@@ -9,9 +9,9 @@ module groups_table
   use groups_boundary, only: add_boundary
   use groups_field, only: add_fields
   use groups_heat, only: add_heat
-  use groups_laws, only: add_paths
   use groups_material, only: add_material
   use groups_output, only: add_output
+  use groups_path, only: add_paths
   use groups_run, only: add_method, add_run
   use groups_tool, only: add_tool
   use keys_table, only: key_table_t

@@ -6,7 +6,7 @@ module heat_setup_sources
   use heat_mesh_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
   use heat_setup_tables, only: n_values, pairs
   use input_values, only: input_t
-  use materials_flow_laws, only: softening_from
+  use physics_flow_law, only: softening_from
   implicit none (type, external)
   private
 

@@ -2,8 +2,10 @@
 !> Thermal properties that a scene needs of its materials: none has a default.
 module materials_needed
   use base_kinds, only: rp
+  use flow_laws_list, only: make_law
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
+  use physics_flow_law, only: flow_law_t
   implicit none (type, external)
   private
 
@@ -19,13 +21,17 @@ contains
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: heated, law
-    logical :: alone, conducts, is_heated
+    class(flow_law_t), allocatable :: flow
+    logical :: alone, conducts, is_heated, knows_melting
     integer :: i
 
     conducts = input%count('HEAT') > 0
     alone = .not. input%logical('METHOD', 1, 'MECHANICS')
     do i = 1, input%count(group)
       law = input%text(group, i, 'LAW')
+      call make_law(law, flow)
+      knows_melting = .false.
+      if (allocated(flow)) knows_melting = flow%knows_melting()
       heated = ''
       is_heated = input%real(group, i, 'PLASTIC_HEAT') > 0.0_rp
       if (law /= 'elastic' .and. .not. alone .and. is_heated) then
@@ -38,18 +44,17 @@ contains
       if (conducts .and. .not. (alone .and. input%given(group, i, 'CONDUCTIVITY_TABLE'))) then
         call need_property(input, i, 'CONDUCTIVITY', heated, diagnostics)
       end if
-      if (law == 'johnson-cook' .and. .not. alone) then
-        call need_property(input, i, 'T_MELT', "LAW = 'johnson-cook' softens towards it", &
-                           diagnostics)
+      if (knows_melting .and. .not. alone) then
+        call need_property(input, i, 'T_MELT', "LAW = '"//law//"' softens towards it", diagnostics)
       else if (law /= 'elastic' .and. .not. alone .and. heated /= '') then
         call need_property(input, i, 'T_MELT', heated//', and molten it has no strength', &
                            diagnostics)
       else if (input%count('SOURCE') > 0) then
         call need_property(input, i, 'T_MELT', 'a &SOURCE may melt it', diagnostics)
       end if
-      if (input%given(group, i, 'T_ROOM') .and. law /= 'johnson-cook' &
+      if (input%given(group, i, 'T_ROOM') .and. .not. knows_melting &
           .and. abs(input%real(group, i, 'EXPANSION')) <= 0.0_rp) call input%report(diagnostics, &
-        group, i, 'T_ROOM', "has no effect: LAW is not 'johnson-cook', and EXPANSION is 0")
+        group, i, 'T_ROOM', "has no effect: LAW = '"//law//"' does not heed it, EXPANSION is 0")
     end do
   end subroutine check_properties
 

@@ -2,10 +2,10 @@
 !> Materials from the input: elasticity, heat, and the flow law that LAW names.
 module materials_properties
   use base_kinds, only: rp
+  use flow_laws_list, only: make_law
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find
-  use materials_flow_laws, only: read_flow_law
   use physics_material, only: material_t
   implicit none (type, external)
   private
@@ -34,7 +34,8 @@ contains
         m%conductivity = input%real('MATERIAL', i, 'CONDUCTIVITY')
         m%plastic_heat = input%real('MATERIAL', i, 'PLASTIC_HEAT')
         call read_elasticity(input, i, m, diagnostics)
-        call read_flow_law(input, i, m, diagnostics)
+        call make_law(input%text('MATERIAL', i, 'LAW'), m%flow)
+        if (allocated(m%flow)) call m%flow%read_keys(input, i, m%g, diagnostics)
         if (find(material(:i - 1)%name, m%name) > 0) call input%report(diagnostics, 'MATERIAL', i, &
           'NAME', 'another material has this name')
       end associate

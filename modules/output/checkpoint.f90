@@ -91,7 +91,7 @@ contains
     global = [global, history%frame_times]
     global = [global, reshape(history%row_impulse, [size(history%row_impulse)])]
     global = [global, reshape(history%row_sums, [size(history%row_sums)])]
-    local = [books%sums, real(books%failed_returns, rp), books%validity_warnings, &
+    local = [books%sums, real(books%failed_returns, rp), books%warnings, &
              reshape(books%impulse, [size(books%impulse)])]
     do k = 1, size(tool)
       local = [local, tool(k)%sums]

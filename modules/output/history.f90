@@ -8,7 +8,8 @@ module output_history
                           s_torque, s_work, tool_t
   use io_row, only: row_t
   use output_audit, only: history_t
-  use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means
+  use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means, &
+                                   no_means
   use output_totals, only: no_totals, sum_totals, totals_t
   use particles_store, only: particles_t
   use state_books, only: books_t, e_body, e_film, e_plastic, e_scaling, e_sleep, &
@@ -31,10 +32,10 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(history_t), intent(in) :: history
     character(:), allocatable :: headings(:)
-    type(micro_means_t) :: nothing
     type(row_t) :: row
 
-    call add_columns(scene, clock, tool, history, no_totals(scene, size(tool)), nothing, row)
+    call add_columns(scene, clock, tool, history, no_totals(scene, size(tool)), no_means(scene), &
+                     row)
     headings = row%headings()
   end function history_headings
 

@@ -1,72 +1,117 @@
 ! SPDX-License-Identifier: MIT
-!> Outputs of flow laws in frames and histories, and warnings of where the laws do not hold.
+!> Outputs of flow laws in frames and histories, and warnings of where the laws do not hold. Each
+!> output of the laws of a scene stands once; particles whose law has it not have 0.
 module output_microstructure
   use base_kinds, only: nlane, rp, sp
   use base_text, only: str
   use comm_world, only: world_t
   use io_row, only: row_t
   use particles_store, only: f_mass, f_plastic, particles_t
-  use physics_flow_law, only: n_outputs, n_validity_warnings, warning_text
+  use physics_flow_law, only: law_output_t
   use state_books, only: books_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: add_micro_columns, micro_means_t, microstructure_means, n_micro_outputs, &
+  public :: add_micro_columns, frame_outputs, micro_means_t, microstructure_means, no_means, &
             pack_outputs, warning_message
 
   real(rp), parameter :: stirred = 1.0_rp    !! plastic strain from which material counts as stirred
 
-  !> Means of stirred material, by mass.
+  !> Means of stirred material by mass, and least values of all; by output of the scene.
   type :: micro_means_t
-    real(rp) :: mass = 0.0_rp                  !! that is stirred [kg]
-    real(rp) :: mean(n_outputs) = 0.0_rp       !! of the outputs of physics_flow_law
-    real(rp) :: least_grain = 0.0_rp           !! of all material [m]
+    real(rp) :: mass = 0.0_rp                  !! that is stirred, of laws with outputs [kg]
+    real(rp), allocatable :: mean(:)
+    real(rp), allocatable :: least(:)          !! above 0
   end type micro_means_t
+
+  !> The outputs of a scene, and for each material the places of its law's outputs among them.
+  type :: outputs_t
+    type(law_output_t), allocatable :: all(:)
+    integer, allocatable :: n(:)               !! outputs of a material's law
+    integer, allocatable :: place(:, :)        !! (output of the law, material)
+  end type outputs_t
 
 contains
 
-  !> How many of the laws' outputs the scene has: none, those of deformation, or all.
-  pure integer function n_micro_outputs(scene)
+  !> The outputs of all flow laws, each once.
+  subroutine list_outputs(scene, outputs)
     type(scene_t), intent(in) :: scene
+    type(outputs_t), intent(out) :: outputs
+    integer, parameter :: most = 32
+    type(law_output_t) :: all(most)
+    integer :: k, m, n, place
 
-    n_micro_outputs = 0
-    if (scene%layout%n_law == 0) return
-    n_micro_outputs = merge(n_outputs, n_outputs - 1, any(scene%material%anneals()))
-  end function n_micro_outputs
+    n = 0
+    allocate (outputs%n(size(scene%material)), outputs%place(most, size(scene%material)), source=0)
+    do m = 1, size(scene%material)
+      if (.not. allocated(scene%material(m)%flow)) cycle
+      associate (own => scene%material(m)%flow%outputs())
+        outputs%n(m) = size(own)
+        do k = 1, size(own)
+          place = findloc(all(:n)%name, own(k)%name, dim=1)
+          if (place == 0) then
+            n = n + 1
+            place = n
+            all(n) = own(k)
+          end if
+          all(place)%in_frames = all(place)%in_frames .or. own(k)%in_frames
+          outputs%place(k, m) = place
+        end do
+      end associate
+    end do
+    outputs%all = all(:n)
+  end subroutine list_outputs
 
-  !> Outputs of all particles of this rank, in the order of the blocks; 0 without internal
-  !> variables.
+  !> The outputs that frames have.
+  function frame_outputs(scene) result(list)
+    type(scene_t), intent(in) :: scene
+    type(law_output_t), allocatable :: list(:)
+    type(outputs_t) :: outputs
+
+    call list_outputs(scene, outputs)
+    list = pack(outputs%all, outputs%all%in_frames)
+  end function frame_outputs
+
+  !> Those of all particles of this rank, in the order of the blocks.
   subroutine pack_outputs(scene, particles, values)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     real(sp), allocatable, intent(out) :: values(:, :)
-    real(rp) :: block(nlane, n_outputs)
+    type(outputs_t) :: outputs
+    real(rp), allocatable :: block(:, :)
+    integer, allocatable :: shown(:)
     integer :: b, k, m, n
 
-    k = n_micro_outputs(scene)
-    allocate (values(particles%total(), k))
-    if (k == 0) return
+    call list_outputs(scene, outputs)
+    shown = pack([(k, k=1, size(outputs%all))], outputs%all%in_frames)
+    allocate (values(particles%total(), size(shown)))
+    if (size(shown) == 0) return
+    allocate (block(nlane, size(outputs%all)))
     n = 0
     do b = 1, particles%nblk
       m = particles%count(b)
-      call describe_block(scene, particles, b, particles%nf, particles%ps(:, :, b), block)
-      values(n + 1:n + m, :) = real(block(1:m, 1:k), sp)
+      call describe_block(scene, outputs, particles%body(b), particles%nf, particles%ps(:, :, b), &
+                          block)
+      values(n + 1:n + m, :) = real(block(1:m, shown), sp)
       n = n + m
     end do
   end subroutine pack_outputs
 
-  subroutine describe_block(scene, particles, b, nf, ps, values)
+  subroutine describe_block(scene, outputs, body, nf, ps, values)
     type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    integer, intent(in) :: b, nf
+    type(outputs_t), intent(in) :: outputs
+    integer, intent(in) :: body, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(out) :: values(nlane, n_outputs)
+    real(rp), intent(out) :: values(nlane, size(outputs%all))
+    real(rp) :: own(nlane, outputs%n(scene%body(body)%material))
 
     values = 0.0_rp
-    associate (material => scene%material(scene%body(particles%body(b))%material))
-      if (allocated(material%flow)) call material%flow%describe(ps(1, scene%layout%law), values)
+    if (size(own, 2) == 0) return
+    associate (m => scene%body(body)%material)
+      call scene%material(m)%flow%describe(ps(1, scene%layout%law), size(own, 2), own)
+      values(:, outputs%place(:size(own, 2), m)) = own
     end associate
   end subroutine describe_block
 
@@ -75,15 +120,30 @@ contains
     type(scene_t), intent(in) :: scene
     type(micro_means_t), intent(in) :: means
     type(row_t), intent(inout) :: row
+    type(outputs_t) :: outputs
+    integer :: k
 
-    if (n_micro_outputs(scene) == 0) return
+    call list_outputs(scene, outputs)
+    if (size(outputs%all) == 0) return
     call row%add('stirred_mass', 'kg', means%mass)
-    call row%add('grain_size', 'm', means%mean(1))
-    call row%add('dislocation_density', '1/m2', means%mean(2))
-    call row%add('wall_fraction', '1', means%mean(5))
-    call row%add('recrystallised', '1', means%mean(6))
-    call row%add('grain_size_min', 'm', means%least_grain)
+    do k = 1, size(outputs%all)
+      if (outputs%all(k)%has_mean) call row%add(outputs%all(k)%name, outputs%all(k)%unit, &
+                                                means%mean(k))
+    end do
+    do k = 1, size(outputs%all)
+      if (outputs%all(k)%has_least) call row%add(trim(outputs%all(k)%name)//'_min', &
+                                                 outputs%all(k)%unit, means%least(k))
+    end do
   end subroutine add_micro_columns
+
+  !> The means while there are none.
+  type(micro_means_t) function no_means(scene) result(means)
+    type(scene_t), intent(in) :: scene
+    type(outputs_t) :: outputs
+
+    call list_outputs(scene, outputs)
+    allocate (means%mean(size(outputs%all)), means%least(size(outputs%all)), source=0.0_rp)
+  end function no_means
 
   !> Collective. The means now; 0 while nothing is stirred.
   subroutine microstructure_means(world, scene, particles, means)
@@ -91,47 +151,56 @@ contains
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(micro_means_t), intent(out) :: means
-    real(rp) :: values(nlane, n_outputs), sums(n_outputs + 1), least(1), stirred_mass(nlane)
-    integer :: b, k, n
+    type(outputs_t) :: outputs
+    real(rp), allocatable :: least(:), mass(:), sums(:), values(:, :)
+    real(rp) :: stirred_mass(nlane)
+    integer :: b, k, n, n_all
 
-    if (n_micro_outputs(scene) == 0) return
-    sums = 0.0_rp
-    least = -huge(1.0_rp)
+    call list_outputs(scene, outputs)
+    n_all = size(outputs%all)
+    means = no_means(scene)
+    if (n_all == 0) return
+    allocate (mass(n_all), sums(2*n_all + 1), source=0.0_rp)
+    allocate (least(n_all), source=-huge(1.0_rp))
+    allocate (values(nlane, n_all))
     do b = 1, particles%nblk
       n = particles%count(b)
-      call describe_block(scene, particles, b, particles%nf, particles%ps(:, :, b), values)
-      associate (ps => particles%ps(:, :, b))
-        stirred_mass = merge(ps(:, f_mass), 0.0_rp, ps(:, f_plastic) > stirred .and. values(:, 1) &
-                             > 0.0_rp)
-        sums = sums + [sum(stirred_mass(:n)), &
-                       (sum(stirred_mass(:n)*values(:n, k)), k=1, n_outputs)]
-        least = max(least, -minval(values(:n, 1), mask=values(:n, 1) > 0.0_rp))
+      associate (m => scene%body(particles%body(b))%material, ps => particles%ps(:, :, b))
+        if (outputs%n(m) == 0) cycle
+        call describe_block(scene, outputs, particles%body(b), particles%nf, ps, values)
+        stirred_mass = merge(ps(:, f_mass), 0.0_rp, ps(:, f_plastic) > stirred)
+        mass = 0.0_rp
+        mass(outputs%place(:outputs%n(m), m)) = sum(stirred_mass(:n))
+        sums = sums + [sum(stirred_mass(:n)), mass, &
+                       (sum(stirred_mass(:n)*values(:n, k)), k=1, n_all)]
+        least = max(least, -minval(values(:n, :), dim=1, mask=values(:n, :) > 0.0_rp))
       end associate
     end do
     call world%sum(sums)
     call world%max(least)
     means%mass = sums(1)
-    if (sums(1) > 0.0_rp) means%mean = sums(2:)/sums(1)
-    means%least_grain = -least(1)
+    mass = sums(2:n_all + 1)
+    where (mass > 0.0_rp) means%mean = sums(n_all + 2:)/mass
+    means%least = -least
   end subroutine microstructure_means
 
   !> Collective. What kind `k` of warning there has been on any rank, how often and where first; ''.
-  subroutine warning_message(world, clock, books, k, message)
+  subroutine warning_message(world, scene, clock, books, k, message)
     type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(books_t), intent(in) :: books
     integer, intent(in) :: k
     character(:), allocatable, intent(inout) :: message
     character(:), allocatable :: mine
-    real(rp) :: counts(n_validity_warnings)
+    real(rp) :: counts(size(books%warnings))
 
-    counts = books%validity_warnings
+    counts = books%warnings
     call world%sum(counts)
     mine = ''
     associate (place => books%warning_place(:, k))
-      if (books%validity_warnings(k) > 0.0_rp) mine = 'warning: until t = '//str(clock%time)// &
-          ' s '// &
-        str(counts(k))//' particle-steps '//trim(warning_text(k))//'; one of the first at ('// &
+      if (books%warnings(k) > 0.0_rp) mine = 'warning: until t = '//str(clock%time)//' s '// &
+        str(counts(k))//' particle-steps '//trim(scene%warning(k))//'; one of the first at ('// &
         str(place(3))//', '//str(place(4))//', '//str(place(5))//') m, t = '//str(place(1))// &
         ' s, '//str(place(2))//' K'
     end associate

@@ -8,10 +8,9 @@ module output_warnings
   use io_row, only: row_t
   use output_audit, only: history_t
   use output_melting, only: melting_t
-  use output_microstructure, only: n_micro_outputs, warning_message
+  use output_microstructure, only: warning_message
   use output_numerical_fracture, only: stretched_apart
   use particles_store, only: particles_t
-  use physics_flow_law, only: n_validity_warnings
   use state_books, only: books_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t
@@ -28,7 +27,7 @@ module output_warnings
     real(rp), private :: inertial = 0.0_rp           !! largest inertial stress over flow stress
     logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false., &
                         has_sleep = .false.
-    logical, private :: has_validity(n_validity_warnings) = .false.
+    logical, allocatable, private :: has_validity(:)   !! by the warnings of the scene
   contains
     procedure :: watch
     procedure :: say_inertia
@@ -80,10 +79,12 @@ contains
     character(:), allocatable :: message
     integer :: k
 
-    if (n_micro_outputs(scene) == 0) return
-    do k = 1, n_validity_warnings
+    if (.not. allocated(self%has_validity)) then
+      allocate (self%has_validity(size(scene%warning)), source=.false.)
+    end if
+    do k = 1, size(scene%warning)
       if (self%has_validity(k)) cycle
-      call warning_message(world, clock, books, k, message)
+      call warning_message(world, scene, clock, books, k, message)
       self%has_validity(k) = message /= ''
       if (world%is_root() .and. message /= '') call say(message)
     end do

@@ -17,11 +17,11 @@ module output_writer
   use output_diagnostics, only: is_finite
   use output_error_norms, only: error_headings, error_row, has_fields
   use output_history, only: history_headings, history_row
-  use output_microstructure, only: n_micro_outputs, pack_outputs
+  use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
   use output_warnings, only: warnings_t
   use particles_store, only: particles_t
-  use physics_flow_law, only: law_output, law_unit
+  use physics_flow_law, only: law_output_t
   use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t
   use state_books, only: books_t
@@ -186,18 +186,18 @@ contains
     type(error_t), intent(inout) :: error
     character(6) :: number
     real(sp), allocatable :: outputs(:, :)
-    integer :: k
+    type(law_output_t), allocatable :: list(:)
 
     if (size(history%frame_times) > 0) then
       if (history%frame_times(size(history%frame_times)) >= clock%time) return   ! has it already
     end if
     write (number, '(i6.6)') size(history%frame_times)
-    k = n_micro_outputs(scene)
+    allocate (list, source=frame_outputs(scene))
     call pack_outputs(scene, particles, outputs)
     associate (output => scene%output)
       call write_frame(world, output%directory//'/'//output%name//'_'//number//'.hdf', clock%time, &
                        int(clock%step), scene%grid%h, scene%body%mean_spacing(), scene%body%name, &
-                       particles, law_output(:k), law_unit(:k), outputs, output%input_text, error)
+                       particles, list%name, list%unit, outputs, output%input_text, error)
       if (error%is_set()) return
       history%frame_times = [history%frame_times, clock%time]
       call write_series(world, output%directory, output%name, history%frame_times, error)

@@ -1,33 +1,33 @@
 ! SPDX-License-Identifier: MIT
-!> What a flow law must offer: the flow stress of a batch of particles and its slope; a law with
-!> internal variables also advances and describes them.
-!> A new law is a type in a file of its own and one line in `materials_flow_laws`; its stress
-!> carries the factor of `strength_left`, or falls to zero at melting by itself.
+!> What a flow law must offer: the flow stress of a batch of particles and its slope, and the keys
+!> of &MATERIAL that describe it; a law with internal variables also advances them. A law says what
+!> it writes of the microstructure and what it warns of, by its own names.
+!> A new law is a type in a file of `flow_laws` and one line in `flow_laws_list`; its stress carries
+!> the factor of `strength_left`, or falls to zero at melting by itself.
 module physics_flow_law
   use base_kinds, only: nlane, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
   implicit none (type, external)
   private
 
-  public :: flow_law_t
+  public :: check_rising, flow_law_t, law_output_t, softening_from
 
   integer, parameter, public :: n_work = 9   !! reals a law may prepare per particle
+  integer, parameter, public :: most_warnings = 8   !! kinds of warnings of a law
+  integer, parameter, public :: most_points = 64    !! of a table in one variable
   real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! of plastic strain in the yield test of
                                                           !! runs [1/s]
 
-  ! What a law with internal variables warns of, counted by `inspect`.
-  integer, parameter, public :: n_validity_warnings = 3
-  character(48), parameter, public :: warning_text(n_validity_warnings) = [character(48) :: &
-    'deformed faster than TP_RATE0', &
-    'would have had a negative dislocation density', &
-    'flowed at a temperature outside TP_CALIBRATED']
-
-  ! What a law with internal variables says of the microstructure.
-  integer, parameter, public :: n_outputs = 6
-  character(24), parameter, public :: law_output(n_outputs) = [character(24) :: &
-    'grain_size', 'dislocation_density', 'wall_density', 'interior_density', 'wall_fraction', &
-    'recrystallised']
-  character(8), parameter, public :: law_unit(n_outputs) = [character(8) :: &
-    'm', '1/m2', '1/m2', '1/m2', '1', '1']
+  !> A quantity that a law writes of the state of each particle.
+  type :: law_output_t
+    character(24) :: name = ''
+    character(8) :: unit = ''
+    logical :: in_frames = .true.
+    logical :: has_mean = .false.    !! in the history: over what is stirred
+    logical :: has_least = .false.   !! in the history: of all particles above 0
+  end type law_output_t
 
   type, abstract :: flow_law_t
     integer :: n_state = 0        !! internal variables of a particle
@@ -36,6 +36,13 @@ module physics_flow_law
                                                                      !! between [K]
     real(rp) :: slowest = least_rate   !! rate in the yield test; flow is faster [1/s]
   contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
+    procedure, non_overridable :: read_melting
+    procedure, nopass :: knows_melting
+    procedure, nopass :: annealing_keys
+    procedure :: outputs
+    procedure, nopass :: list_warnings
     procedure(prepare_interface), deferred :: prepare
     procedure(stress_interface), deferred :: stress
     procedure, non_overridable :: strength_left
@@ -74,6 +81,62 @@ module physics_flow_law
 
 contains
 
+  !> Add the rows of its keys to &MATERIAL.
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+  end subroutine add_keys
+
+  !> Read the constants of the `i`-th &MATERIAL.
+  subroutine read_keys(self, input, i, shear, diagnostics)
+    class(flow_law_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: shear                     !! modulus of the material [Pa]
+    type(diagnostics_t), intent(inout) :: diagnostics
+  end subroutine read_keys
+
+  !> The strength of a law that knows no melting falls to 0 over the last twentieth of T_MELT, if
+  !> that is given, but not below the highest temperature that the law is `calibrated` for.
+  subroutine read_melting(self, input, i, calibrated)
+    class(flow_law_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: calibrated                !! 0: for none [K]
+    logical :: is_given
+
+    is_given = input%given('MATERIAL', i, 'T_MELT')
+    if (.not. is_given) return
+    self%melts_at = input%real('MATERIAL', i, 'T_MELT')
+    self%softens_at = softening_from(self%melts_at, calibrated)
+  end subroutine read_melting
+
+  !> True if its own formula falls from T_ROOM to nothing at T_MELT.
+  pure logical function knows_melting()
+    knows_melting = .false.
+  end function knows_melting
+
+  !> The keys by which it anneals, in words.
+  pure function annealing_keys() result(names)
+    character(:), allocatable :: names
+
+    names = 'LAW'
+  end function annealing_keys
+
+  !> What it writes.
+  function outputs(self) result(list)
+    class(flow_law_t), intent(in) :: self
+    type(law_output_t), allocatable :: list(:)
+
+    allocate (list(0))
+  end function outputs
+
+  !> What it warns of, behind 'particles': at most `most_warnings`.
+  pure subroutine list_warnings(texts)
+    character(48), allocatable, intent(out) :: texts(:)
+
+    allocate (texts(0))
+  end subroutine list_warnings
+
   !> Part of the strength that nearness to melting leaves: 1 up to `softens_at`, 0 from `melts_at`
   !> on.
   pure subroutine strength_left(self, temp, factor)
@@ -101,14 +164,14 @@ contains
     real(rp), intent(inout) :: state(nlane, self%n_state)
   end subroutine advance
 
-  !> Add to `validity_warnings` the plastic ones of `n` particles that left the law's validity, by
-  !> kind; `lane` is the first of each kind.
-  subroutine inspect(self, n, temp, rate, state, validity_warnings, lane)
+  !> Add to `counts` the plastic ones of `n` particles that left the law's validity, in the order of
+  !> `list_warnings`; `lane` is the first of each kind.
+  subroutine inspect(self, n, temp, rate, state, counts, lane)
     class(flow_law_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: temp(nlane), rate(nlane)  !! [K], [1/s]
     real(rp), intent(in) :: state(nlane, self%n_state)
-    integer, intent(inout) :: validity_warnings(n_validity_warnings), lane(n_validity_warnings)
+    integer, intent(inout) :: counts(most_warnings), lane(most_warnings)
   end subroutine inspect
 
   !> What `dt` at a temperature does to the state by itself (recovery, recrystallisation, growth).
@@ -127,13 +190,35 @@ contains
     state = 0.0_rp
   end subroutine start
 
-  !> The outputs named above, of a block.
-  pure subroutine describe(self, state, values)
+  !> The `n` outputs of a block.
+  pure subroutine describe(self, state, n, values)
     class(flow_law_t), intent(in) :: self
     real(rp), intent(in) :: state(nlane, self%n_state)
-    real(rp), intent(out) :: values(nlane, n_outputs)
+    integer, intent(in) :: n
+    real(rp), intent(out) :: values(nlane, n)
 
     values = 0.0_rp
   end subroutine describe
+
+  !> Temperature from which strength falls to 0 at `t_melt`: the last twentieth, but not where the
+  !> law is `calibrated` [K].
+  pure real(rp) function softening_from(t_melt, calibrated)
+    real(rp), intent(in) :: t_melt, calibrated
+
+    softening_from = max(0.95_rp*t_melt, min(calibrated, 0.999_rp*t_melt))
+  end function softening_from
+
+  !> Complain if the points of a table do not rise.
+  subroutine check_rising(input, i, key, points, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i                          !! number of the &MATERIAL
+    character(*), intent(in) :: key
+    real(rp), intent(in) :: points(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    if (size(points) == 0) return
+    if (any(points(2:) <= points(:size(points) - 1))) call input%report(diagnostics, 'MATERIAL', &
+      i, key, 'must rise from value to value')
+  end subroutine check_rising
 
 end module physics_flow_law

@@ -4,7 +4,7 @@ module physics_material
   use base_kinds, only: nlane, rp
   use physics_coupled, only: change_coupled, coupled_energy
   use physics_elastic, only: change_decoupled, decoupled_energy
-  use physics_flow_law, only: flow_law_t
+  use physics_flow_law, only: flow_law_t, most_warnings
   implicit none (type, external)
   private
 
@@ -24,6 +24,7 @@ module physics_material
     real(rp) :: conductivity = 0.0_rp  !! [W/(m K)]
     real(rp) :: plastic_heat = 0.9_rp  !! share of plastic work that becomes heat
     class(flow_law_t), allocatable :: flow   !! unallocated: elastic only
+    integer :: warning(most_warnings) = 0    !! places of its law's warnings among the scene's
   contains
     procedure :: set_elastic
     procedure :: lambda

@@ -3,7 +3,7 @@
 !> temperature, without elasticity. Second order in the increment.
 module physics_point
   use base_kinds, only: nlane, rp
-  use physics_flow_law, only: n_outputs, n_work
+  use physics_flow_law, only: n_work
   use physics_material, only: material_t
   implicit none (type, external)
   private
@@ -96,13 +96,14 @@ contains
     self%sigma = strength(self, material)
   end subroutine anneal
 
-  !> What the law says of the microstructure.
-  function outputs(self, material) result(values)
+  !> The `n` outputs of the law.
+  function outputs(self, material, n) result(values)
     class(point_t), intent(in) :: self
     type(material_t), intent(in) :: material
-    real(rp) :: values(n_outputs), block(nlane, n_outputs)
+    integer, intent(in) :: n
+    real(rp) :: values(n), block(nlane, n)
 
-    call material%flow%describe(spread(self%state, 1, nlane), block)
+    call material%flow%describe(spread(self%state, 1, nlane), n, block)
     values = block(1, :)
   end function outputs
 

@@ -4,7 +4,7 @@ module physics_stress
   use base_kinds, only: nlane, rp
   use physics_coupled, only: finish_coupled
   use physics_elastic, only: finish_state, trial_state
-  use physics_flow_law, only: n_validity_warnings, n_work
+  use physics_flow_law, only: most_warnings, n_work
   use physics_material, only: material_t
   use physics_return_map, only: return_map
   implicit none (type, external)
@@ -18,9 +18,8 @@ module physics_stress
     real(rp) :: stress_work = 0.0_rp    !! of the mean stress of the step [J]
     real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed [m2/s2]
     integer :: failed = 0               !! returns that did not converge
-    integer :: validity_warnings(n_validity_warnings) = 0     !! particles outside the validity of
-                                                              !! their law, by kind
-    integer :: lane(n_validity_warnings) = 0       !! the first of each kind
+    integer :: warnings(most_warnings) = 0   !! particles outside the validity of their law, by kind
+    integer :: lane(most_warnings) = 0       !! the first of each kind
   end type stress_sums_t
 
 contains
@@ -52,8 +51,7 @@ contains
         call apply_return(n, material%g, material%plastic_heat/(material%rho*material%c_p), &
                           1.0_rp/material%rho, dt, q, g3, x, flow, mass, mean, b, alpha, temp, &
                           tau, rate, sums%plastic_work)
-        if (material%flow%n_state > 0) call material%flow%inspect(n, t_node, rate, state, &
-                                                                  sums%validity_warnings, sums%lane)
+        call material%flow%inspect(n, t_node, rate, state, sums%warnings, sums%lane)
       else
         rate = 0.0_rp
       end if

@@ -10,7 +10,6 @@ module run_restart
   use output_checkpoint, only: n_clock
   use particles_migrate, only: find_outside
   use particles_store, only: awake, particles_t, set_rest, tag_rest
-  use physics_flow_law, only: n_validity_warnings
   use run_balance, only: first_partition
   use run_regrid, only: regrid, relist
   use sleep_motion, only: start_tracking
@@ -38,11 +37,12 @@ contains
     real(rp), allocatable :: global(:), local(:)
     character(:), allocatable :: outside
     logical :: fits, same_ranks
-    integer :: k, n, plain
+    integer :: k, n, n_before, plain
 
     call read_checkpoint(world, path, sim%particles, boxes, global, local, same_ranks, error)
     if (error%is_set()) return
-    n = n_sums + 1 + n_validity_warnings + size(sim%books%impulse)
+    n_before = n_sums + 1 + size(sim%books%warnings)
+    n = n_before + size(sim%books%impulse)
     associate (layout => sim%scene%layout)   ! sleeping may change, and with it the last field
       plain = layout%n - merge(1, 0, layout%rest > 0)
       fits = sim%particles%nf == plain .or. sim%particles%nf == plain + 1
@@ -63,8 +63,8 @@ contains
     if (error%is_set()) return
     sim%books%sums = local(1:n_sums)
     sim%books%failed_returns = nint(local(n_sums + 1))
-    sim%books%validity_warnings = local(n_sums + 2:n_sums + 1 + n_validity_warnings)
-    sim%books%impulse = reshape(local(n_sums + 2 + n_validity_warnings:n), shape(sim%books%impulse))
+    sim%books%warnings = local(n_sums + 2:n_before)
+    sim%books%impulse = reshape(local(n_before + 1:n), shape(sim%books%impulse))
     do k = 1, size(sim%tool)
       sim%tool(k)%sums = local(n + 1 + n_tool_sums*(k - 1):n + n_tool_sums*k)
       call sim%tool(k)%move_to(sim%clock%time)

@@ -21,6 +21,7 @@ module setup_scene
   use materials_needed, only: check_properties
   use materials_properties, only: read_materials
   use setup_contacts, only: read_contacts
+  use setup_laws, only: lay_out_laws
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_scaling, only: read_selective_scaling
   use setup_sleeping, only: read_sleeping
@@ -198,28 +199,6 @@ contains
       end if
     end associate
   end subroutine lay_out_fields
-
-  !> Room for the internal variables of the flow law that has most.
-  subroutine lay_out_laws(input, scene, diagnostics)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
-    integer :: m
-
-    associate (layout => scene%layout)
-      do m = 1, size(scene%material)
-        if (.not. allocated(scene%material(m)%flow)) cycle
-        layout%n_law = max(layout%n_law, scene%material(m)%flow%n_state)
-        if (scene%material(m)%flow%anneals .and. .not. scene%method%conducts) then
-          call input%report(diagnostics, 'MATERIAL', m, '', 'RECOVERY, GROWTH and '// &
-                              'RECRYSTALLISATION go with the conduction steps: there is no &HEAT')
-        end if
-      end do
-      if (layout%n_law == 0) return
-      layout%law = 0
-      call layout%add(layout%n_law, layout%law)
-    end associate
-  end subroutine lay_out_laws
 
   !> A grid that cannot be made has no nodes, and nothing is compared with it.
   subroutine read_grid(input, scene, diagnostics)

@@ -2,7 +2,6 @@
 !> What a rank books since t = 0; tools keep their own books.
 module state_books
   use base_kinds, only: rp
-  use physics_flow_law, only: n_validity_warnings
   implicit none (type, external)
   private
 
@@ -30,10 +29,9 @@ module state_books
     real(rp) :: sums(n_sums) = 0.0_rp        !! energies, by the names above [J]
     real(rp), allocatable :: impulse(:, :)   !! (3, conditions) on this rank's particles [N s]
     integer :: failed_returns = 0            !! particle-steps whose return mapping did not converge
-    real(rp) :: validity_warnings(n_validity_warnings) = 0.0_rp    !! particle-steps outside the
-                                                                   !! validity of a flow law
-    real(rp) :: warning_place(5, n_validity_warnings) = 0.0_rp   !! time, temperature and place of
-                                                                 !! the first
+    real(rp), allocatable :: warnings(:)     !! particle-steps outside the validity of a flow law
+    real(rp), allocatable :: warning_place(:, :)   !! (5, warnings) time, temperature and place of
+                                                   !! the first
   end type books_t
 
 end module state_books

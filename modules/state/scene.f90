@@ -121,6 +121,7 @@ module state_scene
     character(:), allocatable :: title
     type(grid_t) :: grid
     type(material_t), allocatable :: material(:)
+    character(48), allocatable :: warning(:)   !! of all flow laws, each once
     type(body_t), allocatable :: body(:)
     character(32), allocatable :: condition(:)   !! names of walls and clamps, as in the history
     type(symmetry_t), allocatable :: symmetry(:)

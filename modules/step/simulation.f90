@@ -59,8 +59,11 @@ contains
     if (allocated(self%books%impulse)) return
     allocate (self%step%is_near(size(self%tool)), source=.false.)
     if (allocated(self%scene%tool_of)) self%nodes%n_groups = size(self%scene%tool_of)
+    if (.not. allocated(self%scene%warning)) allocate (self%scene%warning(0))
     n = size(self%scene%condition)
-    allocate (self%books%impulse(3, n), self%history%row_impulse(3, n), &
+    allocate (self%books%warnings(size(self%scene%warning)), &
+              self%books%warning_place(5, size(self%scene%warning)), &
+              self%books%impulse(3, n), self%history%row_impulse(3, n), &
               self%history%row_sums(n_tool_sums, size(self%tool)), &
               self%boundary%mirrors%lost(8, size(self%scene%symmetry)), source=0.0_rp)
     call self%nodes%allocate_scratch()

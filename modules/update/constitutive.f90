@@ -7,7 +7,7 @@ module update_constitutive
   use mapping_fbar, only: take_volume
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, f_temp
-  use physics_flow_law, only: n_validity_warnings
+  use physics_flow_law, only: most_warnings
   use physics_stress, only: stress_block, stress_sums_t
   use state_books, only: books_t, e_body, e_plastic, e_stress
   use state_clock, only: clock_t
@@ -96,23 +96,25 @@ contains
     books%sums(e_stress) = books%sums(e_stress) + sums%stress_work
     books%failed_returns = books%failed_returns + sums%failed
     report%stiffness = max(report%stiffness, sums%stiffness)
-    if (any(sums%validity_warnings > 0)) call count_warnings(clock, books, sums, nf, ps)
+    if (any(sums%warnings > 0)) call count_warnings(scene, clock, books, body, sums, nf, ps)
   end subroutine constitutive
 
   !> Count what left the validity of a flow law, and keep where that was first.
-  subroutine count_warnings(clock, books, sums, nf, ps)
+  subroutine count_warnings(scene, clock, books, body, sums, nf, ps)
+    type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(books_t), intent(inout) :: books
+    integer, intent(in) :: body, nf
     type(stress_sums_t), intent(in) :: sums
-    integer, intent(in) :: nf
     real(rp), intent(in) :: ps(nlane, nf)
-    integer :: k
+    integer :: k, place
 
-    do k = 1, n_validity_warnings
-      if (sums%validity_warnings(k) == 0) cycle
-      if (books%validity_warnings(k) <= 0.0_rp) books%warning_place(:, k) = &
+    do k = 1, most_warnings
+      if (sums%warnings(k) == 0) cycle
+      place = scene%material(scene%body(body)%material)%warning(k)
+      if (books%warnings(place) <= 0.0_rp) books%warning_place(:, place) = &
         [clock%time, ps(sums%lane(k), f_temp), ps(sums%lane(k), f_pos:f_pos + 2)]
-      books%validity_warnings(k) = books%validity_warnings(k) + sums%validity_warnings(k)
+      books%warnings(place) = books%warnings(place) + sums%warnings(k)
     end do
   end subroutine count_warnings
 

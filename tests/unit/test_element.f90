@@ -4,9 +4,9 @@
 program test_element
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use physics_johnson_cook, only: johnson_cook_t
+  use flow_laws_johnson_cook, only: johnson_cook_t
+  use flow_laws_norton, only: norton_t
   use physics_material, only: material_t
-  use physics_norton, only: norton_t
   use physics_return_map, only: least_rate, return_map
   use physics_stress, only: stress_block, stress_sums_t
   implicit none (type, external)

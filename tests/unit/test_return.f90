@@ -3,7 +3,7 @@
 program test_return
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use physics_johnson_cook, only: johnson_cook_t
+  use flow_laws_johnson_cook, only: johnson_cook_t
   use physics_return_map, only: least_rate, return_map
   implicit none (type, external)
 

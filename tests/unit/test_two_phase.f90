@@ -5,14 +5,15 @@
 program test_two_phase
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use physics_annealing, only: arrhenius_t
-  use physics_flow_law, only: n_validity_warnings, n_outputs, n_work
+  use flow_laws_annealing, only: arrhenius_t
+  use flow_laws_two_phase, only: n_two_phase, n_two_phase_annealing, two_phase_t
+  use physics_flow_law, only: most_warnings, n_work
   use physics_return_map, only: least_rate, return_map
-  use physics_two_phase, only: n_two_phase, n_two_phase_annealing, two_phase_t
   implicit none (type, external)
 
   real(rp), parameter :: shear = 46.268656716e9_rp, burgers = 2.56e-10_rp, m = 3.06_rp
   real(rp), parameter :: beta = 0.0018_rp, k0 = 4.6_rp, size_k = 10.0_rp, gas = 8.314462618_rp
+  integer, parameter :: n_outputs = 6
   type(two_phase_t) :: law
 
   law = two_phase_t(n_state=n_two_phase, shear=shear, burgers=burgers, walls=1.0e13_rp, &
@@ -128,7 +129,7 @@ contains
         call law%prepare(temp, state, work)
         call law%advance(work, x, log_rate, state)
       end do
-      call law%describe(state, values)
+      call law%describe(state, n_outputs, values)
       worst = 0.0_rp
       do p = 1, nlane, 3
         call integrate(strain, rate(p), temp(p), rho)
@@ -272,7 +273,7 @@ contains
 
   subroutine test_validity_warnings()
     real(rp) :: temp(nlane), rate(nlane), state(nlane, n_two_phase)
-    integer :: validity_warnings(n_validity_warnings), lane(n_validity_warnings)
+    integer :: counts(most_warnings), lane(most_warnings)
 
     temp = 500.0_rp
     rate = 1.0_rp
@@ -282,11 +283,11 @@ contains
     rate(3) = 0.0_rp                   ! cold, but it does not flow
     rate(8) = 1.0e3_rp/m*1.001_rp
     state(11, 2) = 1.0_rp
-    validity_warnings = 0
+    counts = 0
     lane = 0
-    call law%inspect(32, temp, rate, state, validity_warnings, lane)
-    call expect('alarms of each kind', all(validity_warnings == [1, 1, 2]))
-    call expect('the first of each kind', all(lane == [8, 11, 4]))
+    call law%inspect(32, temp, rate, state, counts, lane)
+    call expect('alarms of each kind', all(counts(:4) == [1, 1, 2, 0]))
+    call expect('the first of each kind', all(lane(:3) == [8, 11, 4]))
   end subroutine test_validity_warnings
 
   !> A law that anneals, in the state of a density in walls and interior.
@@ -340,14 +341,14 @@ contains
     temp = 800.0_rp
     rate = 0.0_rp
     call annealed(other, 1.0e15_rp, state)
-    call other%describe(state, values)
+    call other%describe(state, n_outputs, values)
     d0 = values(1, 1)
     other%annealing%growth = arrhenius_t(1.0e-12_rp, 1.0e5_rp)
     other%annealing%growth_exponent = 3.0_rp
     do i = 1, 5
       call other%anneal(0.1_rp, temp, rate, state)
     end do
-    call other%describe(state, values)
+    call other%describe(state, n_outputs, values)
     want = (d0**3 + 0.5_rp*1.0e-12_rp*exp(-1.0e5_rp/(gas*800.0_rp)))**(1.0_rp/3.0_rp)
     call expect('the grains have grown', want > 1.5_rp*d0)
     call expect_close('coarsening', values(1, 1), want, rtol=1.0e-10_rp)
@@ -381,13 +382,13 @@ contains
     call expect_close('mean density', state(3, 2), &
                       1.0e15_rp + want*(1.0e12_rp - 1.0e15_rp), rtol=1.0e-6_rp)
     call expect_close('size of the new grains', state(3, 5), 1.2e-6_rp, rtol=1.0e-6_rp)
-    call other%describe(state, values)
+    call other%describe(state, n_outputs, values)
     call expect_close('mean grain size', values(3, 1), &
                       (1.0_rp - want)*size_k/sqrt(1.0e15_rp) + want*1.2e-6_rp, rtol=1.0e-6_rp)
     do i = 1, 1000
       call other%anneal(dt, temp, rate, state)
     end do
-    call other%describe(state, values)
+    call other%describe(state, n_outputs, values)
     call expect('all is new in the end', values(3, 6) > 0.998_rp)
     call expect_close('its grain size', values(3, 1), 2.0e-6_rp, rtol=2.0e-3_rp)
     rate = 10.0_rp

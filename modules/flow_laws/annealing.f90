@@ -7,8 +7,11 @@
 !>                      Avrami, site-saturated); the swept share gets the initial densities.
 !> C(T) = C0 exp(-Q/(R T)). During deformation X fades with strain, dX = -X deps/strain: the new
 !> grains are deformed in their turn, and a steady state comes about (dynamic recrystallisation).
-module physics_annealing
+module flow_laws_annealing
   use base_kinds, only: nlane, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
   implicit none (type, external)
   private
 
@@ -31,6 +34,10 @@ module physics_annealing
     real(rp) :: threshold = huge(1.0_rp)   !! density above which nuclei grow [1/m2]
     real(rp) :: spacing = 1.0_rp       !! D, also the grain size when all is recrystallised [m]
     real(rp) :: strain = huge(1.0_rp)  !! in which deformation wipes X out
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
+    procedure :: happens
   end type annealing_t
 
   real(rp), parameter :: gas_constant = 8.314462618_rp   !! [J/(mol K)]
@@ -38,6 +45,61 @@ module physics_annealing
   real(rp), parameter :: complete = 1.0e-3_rp   !! what is left when fronts have met
 
 contains
+
+  !> Add the rows of its keys to &MATERIAL.
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('RECOVERY', 'real', 2, '', '0 0 if LAW = two-phase', '[0,inf)', &
+      'two-phase: C [m^(2n-2)/s] and Q [J/mol] of d rho/dt = -C exp(-Q/(R T)) rho^n; 0: none')
+    call t%key('RECOVERY_EXPONENT', 'real', 1, '', '2 if LAW = two-phase', '(1,10]', 'n')
+    call t%key('GROWTH', 'real', 2, '', '0 0 if LAW = two-phase', '[0,inf)', &
+      'two-phase: C [m^m/s] and Q [J/mol] of d(d^m)/dt = C exp(-Q/(R T)) of the grain size; '// &
+      '0: none')
+    call t%key('GROWTH_EXPONENT', 'real', 1, '', '2 if LAW = two-phase', '[1,20]', 'm')
+    call t%key('RECRYSTALLISATION', 'real', 2, '', '0 0 if LAW = two-phase', '[0,inf)', &
+      'two-phase: mobility [m4/(J s)] and Q [J/mol] of the fronts of new grains; 0: none')
+    call t%key('NUCLEATION_DENSITY', 'real', 1, '1/m2', '0 if LAW = two-phase', '[0,inf)', &
+      'dislocation density above which new grains grow')
+    call t%key('NUCLEUS_SPACING', 'real', 1, 'm', '0 if LAW = two-phase', '[0,inf)', &
+      'distance of the nuclei, and size of the new grains; above 0 with RECRYSTALLISATION')
+    call t%key('RECRYSTALLISED_STRAIN', 'real', 1, '', '0.5 if LAW = two-phase', '(0,inf)', &
+      'plastic strain in which new grains become deformed ones')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, diagnostics)
+    class(annealing_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    self%recovery = arrhenius('RECOVERY')
+    self%growth = arrhenius('GROWTH')
+    self%mobility = arrhenius('RECRYSTALLISATION')
+    self%recovery_exponent = input%real('MATERIAL', i, 'RECOVERY_EXPONENT')
+    self%growth_exponent = input%real('MATERIAL', i, 'GROWTH_EXPONENT')
+    self%threshold = input%real('MATERIAL', i, 'NUCLEATION_DENSITY')
+    self%spacing = input%real('MATERIAL', i, 'NUCLEUS_SPACING')
+    self%strain = input%real('MATERIAL', i, 'RECRYSTALLISED_STRAIN')
+    if (self%mobility%factor > 0.0_rp .and. self%spacing <= 0.0_rp) call input%report(diagnostics, &
+      'MATERIAL', i, 'NUCLEUS_SPACING', 'must be above 0 with RECRYSTALLISATION')
+  contains
+    type(arrhenius_t) function arrhenius(key)
+      character(*), intent(in) :: key
+      real(rp) :: pair(2)
+
+      pair = input%reals('MATERIAL', i, key, 2)
+      arrhenius = arrhenius_t(pair(1), pair(2))
+    end function arrhenius
+  end subroutine read_keys
+
+  !> True if time changes anything.
+  pure logical function happens(self)
+    class(annealing_t), intent(in) :: self
+
+    happens = self%recovery%factor > 0.0_rp .or. self%growth%factor > 0.0_rp &
+              .or. self%mobility%factor > 0.0_rp
+  end function happens
 
   !> Advance the state of a block by `dt`; `size` is K of d = K/sqrt(rho).
   pure subroutine anneal_block(self, dt, line_energy, size, walls, interior, temp, rate, root, &
@@ -134,4 +196,4 @@ contains
     end do
   end subroutine recrystallise
 
-end module physics_annealing
+end module flow_laws_annealing

@@ -1,8 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Johnson & Cook (1983): (A + B alpha^n)(1 + C ln(rate/rate0))(1 - theta^m); the rate factor goes
 !> on below rate0 and is held at 1/2, the stress is zero from the melting temperature on.
-module physics_johnson_cook
+module flow_laws_johnson_cook
   use base_kinds, only: nlane, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
   implicit none (type, external)
   private
@@ -15,6 +18,9 @@ module physics_johnson_cook
     real(rp) :: rate0 = 1.0_rp                       !! [1/s]
     real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)   !! [K]
   contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
+    procedure, nopass :: knows_melting
     procedure :: prepare
     procedure :: stress
   end type johnson_cook_t
@@ -22,6 +28,47 @@ module physics_johnson_cook
   real(rp), parameter :: least_strain = 1.0e-9_rp
 
 contains
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('JC_A', 'real', 1, 'Pa', 'required if LAW = johnson-cook', '(0,inf)', &
+      'initial yield stress at T_ROOM and JC_RATE0')
+    call t%key('JC_B', 'real', 1, 'Pa', 'required if LAW = johnson-cook', '[0,inf)', &
+      'hardening modulus')
+    call t%key('JC_N', 'real', 1, '', 'required if LAW = johnson-cook', '[0,inf)', &
+      'hardening exponent')
+    call t%key('JC_C', 'real', 1, '', 'required if LAW = johnson-cook', '[0,inf)', &
+      'sensitivity to the strain rate')
+    call t%key('JC_M', 'real', 1, '', 'required if LAW = johnson-cook', '(0,inf)', &
+      'exponent of thermal softening')
+    call t%key('JC_RATE0', 'real', 1, '1/s', '1 if LAW = johnson-cook', '(0,inf)', &
+      'reference strain rate')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, shear, diagnostics)
+    class(johnson_cook_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: shear
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    self%a = input%real('MATERIAL', i, 'JC_A')
+    self%b = input%real('MATERIAL', i, 'JC_B')
+    self%n = input%real('MATERIAL', i, 'JC_N')
+    self%c = input%real('MATERIAL', i, 'JC_C')
+    self%m = input%real('MATERIAL', i, 'JC_M')
+    self%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
+    self%t_room = input%real('MATERIAL', i, 'T_ROOM')
+    self%t_melt = input%real('MATERIAL', i, 'T_MELT')
+    if (self%t_melt > 0.0_rp .and. self%t_melt <= self%t_room) call input%report(diagnostics, &
+      'MATERIAL', i, 'T_MELT', 'must be above T_ROOM')
+  end subroutine read_keys
+
+  !> Strength falls from T_ROOM on to nothing at T_MELT.
+  pure logical function knows_melting()
+    knows_melting = .true.
+  end function knows_melting
 
   !> work(:,1) = 1 - theta^m.
   subroutine prepare(self, temp, state, work)
@@ -70,4 +117,4 @@ contains
     end do
   end subroutine evaluate
 
-end module physics_johnson_cook
+end module flow_laws_johnson_cook

@@ -1,8 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Norton's (1929) power law of creep, without a yield stress: K rate^N with the rate of equivalent
 !> plastic strain in 1/s.
-module physics_norton
+module flow_laws_norton
   use base_kinds, only: nlane, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
   implicit none (type, external)
   private
@@ -13,11 +16,34 @@ module physics_norton
     real(rp) :: k = 0.0_rp   !! flow stress at a rate of 1/s [Pa]
     real(rp) :: n = 1.0_rp   !! exponent of the rate
   contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
     procedure :: prepare
     procedure :: stress
   end type norton_t
 
 contains
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('NORTON_K', 'real', 1, 'Pa', 'required if LAW = norton', '(0,inf)', &
+      'flow stress at a strain rate of 1/s: NORTON_K rate^NORTON_N')
+    call t%key('NORTON_N', 'real', 1, '', 'required if LAW = norton', '(0,1]', &
+      'exponent of the strain rate')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, shear, diagnostics)
+    class(norton_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: shear
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    self%k = input%real('MATERIAL', i, 'NORTON_K')
+    self%n = input%real('MATERIAL', i, 'NORTON_N')
+    call self%read_melting(input, i, 0.0_rp)
+  end subroutine read_keys
 
   !> work(:,1): the factor of melting; nothing else depends on temperature.
   subroutine prepare(self, temp, state, work)
@@ -48,4 +74,4 @@ contains
     end do
   end subroutine evaluate
 
-end module physics_norton
+end module flow_laws_norton

@@ -1,8 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Sellars & Tegart (1966), steady flow in hot working: sigma = asinh((Z/A)^(1/n))/alpha with
 !> Z = rate exp(Q/(R T)) (Zener & Hollomon 1944).
-module physics_sellars_tegart
+module flow_laws_sellars_tegart
   use base_kinds, only: nlane, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
   implicit none (type, external)
   private
@@ -15,6 +18,8 @@ module physics_sellars_tegart
     real(rp) :: log_a = 0.0_rp         !! ln A, A in 1/s
     real(rp) :: q = 0.0_rp             !! [J/mol]
   contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
     procedure :: prepare
     procedure :: stress
   end type sellars_tegart_t
@@ -22,6 +27,31 @@ module physics_sellars_tegart
   real(rp), parameter :: gas_constant = 8.314462618_rp   !! [J/(mol K)]
 
 contains
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('ST_ALPHA', 'real', 1, '1/Pa', 'required if LAW = sellars-tegart', '(0,inf)', &
+      'sigma = asinh((Z/A)^(1/n))/alpha, Z = rate exp(Q/(R T))')
+    call t%key('ST_N', 'real', 1, '', 'required if LAW = sellars-tegart', '[1,inf)', 'n')
+    call t%key('ST_LN_A', 'real', 1, '', 'required if LAW = sellars-tegart', '', 'ln A, A in 1/s')
+    call t%key('ST_Q', 'real', 1, 'J/mol', 'required if LAW = sellars-tegart', '[0,inf)', &
+      'activation energy')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, shear, diagnostics)
+    class(sellars_tegart_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: shear
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    self%alpha = input%real('MATERIAL', i, 'ST_ALPHA')
+    self%n = input%real('MATERIAL', i, 'ST_N')
+    self%log_a = input%real('MATERIAL', i, 'ST_LN_A')
+    self%q = input%real('MATERIAL', i, 'ST_Q')
+    call self%read_melting(input, i, 0.0_rp)
+  end subroutine read_keys
 
   !> work(:,1) = Q/(R T) - ln A, work(:,2): the factor of melting.
   subroutine prepare(self, temp, state, work)
@@ -62,4 +92,4 @@ contains
     end do
   end subroutine evaluate
 
-end module physics_sellars_tegart
+end module flow_laws_sellars_tegart

@@ -1,8 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Zerilli & Armstrong (1987), face- and body-centred metals in one:
 !> sigma = C0 + (C1 + C2 sqrt(eps)) exp(-C3 T + C4 T ln rate) + C5 eps^n, rate in 1/s.
-module physics_zerilli_armstrong
+module flow_laws_zerilli_armstrong
   use base_kinds, only: nlane, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
   implicit none (type, external)
   private
@@ -14,6 +17,8 @@ module physics_zerilli_armstrong
     real(rp) :: c3 = 0.0_rp, c4 = 0.0_rp                !! [1/K]
     real(rp) :: c5 = 0.0_rp, n = 0.5_rp                 !! [Pa], [-]
   contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
     procedure :: prepare
     procedure :: stress
   end type zerilli_armstrong_t
@@ -21,6 +26,41 @@ module physics_zerilli_armstrong
   real(rp), parameter :: least_strain = 1.0e-9_rp
 
 contains
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('ZA_C0', 'real', 1, 'Pa', 'required if LAW = zerilli-armstrong', '[0,inf)', &
+      'sigma = C0 + (C1 + C2 sqrt(eps)) exp(-C3 T + C4 T ln(rate)) + C5 eps^N')
+    call t%key('ZA_C1', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
+      'body-centred metals')
+    call t%key('ZA_C2', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
+      'face-centred metals')
+    call t%key('ZA_C3', 'real', 1, '1/K', 'required if LAW = zerilli-armstrong', '[0,inf)', &
+      'thermal softening')
+    call t%key('ZA_C4', 'real', 1, '1/K', 'required if LAW = zerilli-armstrong', '[0,inf)', &
+      'sensitivity to the strain rate')
+    call t%key('ZA_C5', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
+      'athermal hardening')
+    call t%key('ZA_N', 'real', 1, '', '0.5 if LAW = zerilli-armstrong', '(0,1]', 'its exponent')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, shear, diagnostics)
+    class(zerilli_armstrong_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: shear
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    self%c0 = input%real('MATERIAL', i, 'ZA_C0')
+    self%c1 = input%real('MATERIAL', i, 'ZA_C1')
+    self%c2 = input%real('MATERIAL', i, 'ZA_C2')
+    self%c3 = input%real('MATERIAL', i, 'ZA_C3')
+    self%c4 = input%real('MATERIAL', i, 'ZA_C4')
+    self%c5 = input%real('MATERIAL', i, 'ZA_C5')
+    self%n = input%real('MATERIAL', i, 'ZA_N')
+    call self%read_melting(input, i, 0.0_rp)
+  end subroutine read_keys
 
   !> work(:,1) = C4 T, work(:,2) = exp(-C3 T), work(:,3): the factor of melting.
   subroutine prepare(self, temp, state, work)
@@ -60,4 +100,4 @@ contains
     end do
   end subroutine evaluate
 
-end module physics_zerilli_armstrong
+end module flow_laws_zerilli_armstrong
