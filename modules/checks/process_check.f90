@@ -5,7 +5,8 @@ module checks_process_check
   use base_kinds, only: pi, rp
   use base_log, only: say
   use base_text, only: str
-  use checks_process, only: none, plate_of, survey_tool, tool_survey_t
+  use checks_around, only: plate_of
+  use checks_process, only: none, survey_tool, tool_survey_t
   use contact_tool, only: tool_t
   use heat_setup_cut_cells, only: all_solids, solids_t
   use input_diagnostics, only: diagnostics_t

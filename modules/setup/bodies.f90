@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: MIT
+!> From the checked input to bodies and the films on their faces; what is wrong with their shapes.
+module setup_bodies
+  use base_kinds, only: rp
+  use bodies_solids, only: bounds, read_solid, solid_t
+  use bodies_stretch, only: check_stretch
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_names, only: find, known
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: check_shapes, read_bodies, read_surfaces
+
+contains
+
+  !> All &BODY groups; every &LOAD acts on one of them.
+  subroutine read_bodies(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i, per_cell(3)
+
+    allocate (scene%body(input%count('BODY')))
+    do i = 1, size(scene%body)
+      associate (b => scene%body(i))
+        b%name = input%text('BODY', i, 'NAME')
+        per_cell = input%integers('BODY', i, 'PARTICLES_PER_CELL', 3)
+        where (per_cell == 0) per_cell = max(1, per_cell(1))
+        b%spacing = scene%grid%h/per_cell
+        b%own_lattice = input%text('BODY', i, 'LATTICE') /= 'grid'
+        b%is_round = input%text('BODY', i, 'LATTICE') == 'round'
+        if (b%is_round) call check_round(input, i, diagnostics)
+        b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
+        if (b%material == 0) then
+          call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
+            'there is no &MATERIAL of this name; '//known(scene%material%name))
+          b%material = 1
+        end if
+        call check_stretch(input, i, diagnostics)
+        if (find(scene%body(:i - 1)%name, b%name) > 0) then
+          call input%report(diagnostics, 'BODY', i, 'NAME', 'another body has this name')
+        end if
+      end associate
+    end do
+    do i = 1, input%count('LOAD')
+      if (find(scene%body%name, input%text('LOAD', i, 'BODY')) == 0) then
+        call input%report(diagnostics, 'LOAD', i, 'BODY', &
+          'there is no &BODY of this name; '//known(scene%body%name))
+      end if
+    end do
+  end subroutine read_bodies
+
+  !> Rings and shells of particles need a surface to follow, and have no lattice faces and equal
+  !> masses.
+  subroutine check_round(input, body, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: body
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']
+    integer :: g, i
+
+    do i = 1, input%count('SHAPE')
+      if (input%text('SHAPE', i, 'BODY') /= input%text('BODY', body, 'NAME')) cycle
+      if (all(input%text('SHAPE', i, 'KIND') /= ['cylinder', 'sphere  '])) then
+        call input%report(diagnostics, 'BODY', body, 'LATTICE', &
+                            'round: the first &SHAPE of the body must be a cylinder or a sphere')
+      end if
+      exit
+    end do
+    do g = 1, size(groups)
+      do i = 1, input%count(trim(groups(g)))
+        if (input%text(trim(groups(g)), i, 'BODY') == input%text('BODY', body, 'NAME')) then
+          call input%report(diagnostics, trim(groups(g)), i, 'BODY', &
+          'a body with LATTICE = round cannot have a &'//trim(groups(g)))
+        end if
+      end do
+    end do
+  end subroutine check_round
+
+  !> Films of the &SURFACE groups on the faces of the bodies.
+  subroutine read_surfaces(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(4), parameter :: faces(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
+    character(:), allocatable :: wanted
+    integer :: body, face, i
+
+    do i = 1, input%count('SURFACE')
+      if (.not. scene%method%conducts) call input%report(diagnostics, 'SURFACE', i, '', &
+        'has no effect without a &HEAT group')
+      body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
+      if (body == 0) then
+        call input%report(diagnostics, 'SURFACE', i, 'BODY', 'there is no &BODY of this name; '// &
+                            known(scene%body%name))
+        cycle
+      end if
+      wanted = input%text('SURFACE', i, 'FACE')
+      do face = 1, 6
+        if (wanted /= 'all' .and. wanted /= faces(face)) cycle
+        scene%body(body)%film(face) = input%real('SURFACE', i, 'COEFFICIENT')
+        scene%body(body)%ambient(face) = input%real('HEAT', 1, 'AMBIENT')
+        if (input%given('SURFACE', i, 'AMBIENT')) then
+          scene%body(body)%ambient(face) = input%real('SURFACE', i, 'AMBIENT')
+        end if
+      end do
+    end do
+  end subroutine read_surfaces
+
+  !> Shapes must belong to a body and lie inside the grid; bodies must have a shape.
+  subroutine check_shapes(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(solid_t) :: solid
+    real(rp) :: lower(3), upper(3), top(3), slack
+    logical :: has_shape(size(scene%body))
+    integer :: body, i
+
+    has_shape = .false.
+    top = scene%grid%upper()
+    slack = 1.0e-9_rp*scene%grid%h
+    do i = 1, input%count('SHAPE')
+      call read_solid(input, i, solid, diagnostics)
+      body = find(scene%body%name, input%text('SHAPE', i, 'BODY'))
+      if (body == 0) then
+        call input%report(diagnostics, 'SHAPE', i, 'BODY', 'there is no &BODY of this name; '// &
+                            known(scene%body%name))
+        cycle
+      end if
+      if (.not. solid%adds) cycle
+      has_shape(body) = .true.
+      call bounds(solid, lower, upper)
+      if (scene%grid%n(1) == 0) cycle
+      if (any(lower < scene%grid%lower - slack) .or. any(upper > top + slack)) then
+        call input%report(diagnostics, 'SHAPE', i, '', 'reaches outside the grid')
+      end if
+    end do
+    do body = 1, size(scene%body)
+      if (.not. has_shape(body)) call input%report(diagnostics, 'BODY', body, 'NAME', &
+        'no &SHAPE adds material to this body')
+    end do
+  end subroutine check_shapes
+
+end module setup_bodies
