@@ -96,27 +96,25 @@ contains
     call pairs%forget(nodes%patch%nn)
     width = n_sums_gradient
     if (any(scene%contact%normal == normal_regression)) width = n_sums_all
-    associate (pairs => pairs)
-      do pass = 1, 2
-        e = 0
-        do r = 1, nodes%n_ranges
-          do i = nodes%range(1, r), nodes%range(2, r)
-            do c = 1, size(scene%contact)
-              if (any(g(8, i, scene%contact(c)%group) <= least_mass)) cycle
-              e = e + 1
-              if (pass == 1) cycle
-              pairs%node(e) = i
-              pairs%pair(e) = c
-              pairs%is_owned(e) = nodes%range(3, r) == 1
-              pairs%x(:, e) = nodes%patch%position(i)
-              if (pairs%first(i) == 0) pairs%first(i) = e
-            end do
+    do pass = 1, 2
+      e = 0
+      do r = 1, nodes%n_ranges
+        do i = nodes%range(1, r), nodes%range(2, r)
+          do c = 1, size(scene%contact)
+            if (any(g(8, i, scene%contact(c)%group) <= least_mass)) cycle
+            e = e + 1
+            if (pass == 1) cycle
+            pairs%node(e) = i
+            pairs%pair(e) = c
+            pairs%is_owned(e) = nodes%range(3, r) == 1
+            pairs%x(:, e) = nodes%patch%position(i)
+            if (pairs%first(i) == 0) pairs%first(i) = e
           end do
         end do
-        if (pass == 1) call pairs%reserve(e, width)
       end do
-      pairs%free = 1.0_rp
-    end associate
+      if (pass == 1) call pairs%reserve(e, width)
+    end do
+    pairs%free = 1.0_rp
   end subroutine list_nodes
 
   !> Directions in which a wall or clamp holds the nodes.
@@ -143,15 +141,13 @@ contains
     logical, intent(in) :: held(3)
     integer :: e
 
-    associate (pairs => pairs)
-      e = pairs%first(q)
-      if (e == 0) return
-      do while (pairs%node(e) == q)
-        where (held) pairs%free(:, e) = 0.0_rp
-        e = e + 1
-        if (e > pairs%n) exit
-      end do
-    end associate
+    e = pairs%first(q)
+    if (e == 0) return
+    do while (pairs%node(e) == q)
+      where (held) pairs%free(:, e) = 0.0_rp
+      e = e + 1
+      if (e > pairs%n) exit
+    end do
   end subroutine note_node
 
   !> Blocks that may have particles with weight at the listed nodes.
@@ -163,21 +159,19 @@ contains
     real(rp) :: low(3), high(3), reach
     integer :: b
 
-    associate (pairs => pairs)
-      if (allocated(pairs%near)) deallocate (pairs%near)
-      allocate (pairs%near(particles%nblk))
-      pairs%n_near = 0
-      if (pairs%n == 0) return
-      low = minval(pairs%x, 2)
-      high = maxval(pairs%x, 2)
-      do b = 1, particles%nblk
-        reach = blocks%ball(4, b) + (1.0_rp + skin)*scene%grid%h
-        if (any(blocks%ball(1:3, b) + reach < low)) cycle
-        if (any(blocks%ball(1:3, b) - reach > high)) cycle
-        pairs%n_near = pairs%n_near + 1
-        pairs%near(pairs%n_near) = b
-      end do
-    end associate
+    if (allocated(pairs%near)) deallocate (pairs%near)
+    allocate (pairs%near(particles%nblk))
+    pairs%n_near = 0
+    if (pairs%n == 0) return
+    low = minval(pairs%x, 2)
+    high = maxval(pairs%x, 2)
+    do b = 1, particles%nblk
+      reach = blocks%ball(4, b) + (1.0_rp + skin)*scene%grid%h
+      if (any(blocks%ball(1:3, b) + reach < low)) cycle
+      if (any(blocks%ball(1:3, b) - reach > high)) cycle
+      pairs%n_near = pairs%n_near + 1
+      pairs%near(pairs%n_near) = b
+    end do
   end subroutine list_near_blocks
 
   !> Surfaces of the particles along the trial normals `from` to `to`; 0: sums over the particles.

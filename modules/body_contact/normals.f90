@@ -86,19 +86,17 @@ contains
     real(rp) :: gap
     integer :: e
 
-    associate (pairs => pairs)
-      do e = 1, pairs%n
-        if (all(abs(pairs%trial(:, k, e)) <= 0.0_rp)) cycle
-        if (any(pairs%surface(2*k - 1:2*k, e) < -far)) then
-          gap = far                              ! one of the bodies has no particle near
-        else
-          gap = -sum(pairs%surface(2*k - 1:2*k, e))
-        end if
-        if (gap < pairs%gap(e) + more .and. pairs%gap(e) > -far) cycle
-        pairs%gap(e) = gap
-        pairs%normal(:, e) = pairs%trial(:, k, e)
-      end do
-    end associate
+    do e = 1, pairs%n
+      if (all(abs(pairs%trial(:, k, e)) <= 0.0_rp)) cycle
+      if (any(pairs%surface(2*k - 1:2*k, e) < -far)) then
+        gap = far                              ! one of the bodies has no particle near
+      else
+        gap = -sum(pairs%surface(2*k - 1:2*k, e))
+      end if
+      if (gap < pairs%gap(e) + more .and. pairs%gap(e) > -far) cycle
+      pairs%gap(e) = gap
+      pairs%normal(:, e) = pairs%trial(:, k, e)
+    end do
   end subroutine choose_normals
 
   !> Mean of the normals chosen at each owned node and those around it, by the mass that meets there
@@ -112,24 +110,22 @@ contains
     integer :: e, i, j, k, o
 
     mean = 0.0_rp
-    associate (pairs => pairs)
-      do e = 1, pairs%n
-        if (.not. pairs%is_owned(e)) cycle
-        do i = -1, 1
-          do j = -1, 1
-            do k = -1, 1
-              o = pairs%place(pairs%node(e) + i*nodes%patch%stride(1) + j*nodes%patch%stride(2) &
-                                + k, pairs%pair(e))
-              if (o == 0) cycle
-              if (pairs%gap(o) < -far) cycle
-              mean(:, e) = mean(:, e) + trust(pairs%gap(o)/nodes%patch%h)*pairs%normal(:, o) &
-                /sum(1.0_rp/g(8, pairs%node(o), scene%contact(pairs%pair(o))%group))
-            end do
+    do e = 1, pairs%n
+      if (.not. pairs%is_owned(e)) cycle
+      do i = -1, 1
+        do j = -1, 1
+          do k = -1, 1
+            o = pairs%place(pairs%node(e) + i*nodes%patch%stride(1) + j*nodes%patch%stride(2) &
+                              + k, pairs%pair(e))
+            if (o == 0) cycle
+            if (pairs%gap(o) < -far) cycle
+            mean(:, e) = mean(:, e) + trust(pairs%gap(o)/nodes%patch%h)*pairs%normal(:, o) &
+              /sum(1.0_rp/g(8, pairs%node(o), scene%contact(pairs%pair(o))%group))
           end do
         end do
-        mean(:, e) = unit(pairs%free(:, e)*mean(:, e))
       end do
-    end associate
+      mean(:, e) = unit(pairs%free(:, e)*mean(:, e))
+    end do
   end subroutine average_normals
 
   !> No overlap is believed where a node sees too little of a body to tell its surface.

@@ -110,7 +110,7 @@ contains
     real(rp) :: inverse(2), v(3, 2), before(3), gap, impulse(3), mean(3, 2)
     integer :: k
 
-    associate (pairs => pairs, contact => scene%contact(pairs%pair(e)))
+    associate (contact => scene%contact(pairs%pair(e)))
       inverse = 1.0_rp/g(8, :)
       where (scene%is_rigid_group(groups)) inverse = 0.0_rp
       pairs%state(e) = is_stuck
@@ -165,7 +165,7 @@ contains
     real(rp) :: friction, pressing
     integer :: k
 
-    associate (pairs => pairs, tools => scene%tool_of(groups))
+    associate (tools => scene%tool_of(groups))
       call pair_loss(pairs%normal(:, e), impulse, mean, friction, pressing)
       pairs%heat(e) = friction/sum(mass)
       if (.not. pairs%is_owned(e)) return
@@ -242,8 +242,7 @@ contains
             e = pairs%first(q)
             if (e == 0) cycle
             do while (pairs%node(e) == q)
-              if (any(scene%contact(pairs%pair(e))%group &
-                      == scene%body(body)%group)) then
+              if (any(scene%contact(pairs%pair(e))%group == scene%body(body)%group)) then
                 heat = heat + w(p, i)*w(p, 3 + j)*w(p, 6 + k)*pairs%heat(e)
               end if
               e = e + 1
@@ -273,21 +272,19 @@ contains
         increment(5:7, nodes%range(1, r):nodes%range(2, r), k) = 0.0_rp
       end do
     end do
-    associate (pairs => pairs)
-      do e = 1, pairs%n
-        if (pairs%state(e) == is_apart) cycle
-        associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e), &
-                   normal => pairs%normal(:, e))
-          apart = increment(5:7, q, groups(2)) - increment(5:7, q, groups(1))
-          if (pairs%state(e) /= is_stuck) apart = dot_product(apart, normal)*normal
-          part = 1.0_rp/g(8, q, groups)
-          where (scene%is_rigid_group(groups)) part = 0.0_rp
-          part = part/sum(part)
-          increment(5:7, q, groups(1)) = increment(5:7, q, groups(1)) + part(1)*apart
-          increment(5:7, q, groups(2)) = increment(5:7, q, groups(2)) - part(2)*apart
-        end associate
-      end do
-    end associate
+    do e = 1, pairs%n
+      if (pairs%state(e) == is_apart) cycle
+      associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e), &
+                 normal => pairs%normal(:, e))
+        apart = increment(5:7, q, groups(2)) - increment(5:7, q, groups(1))
+        if (pairs%state(e) /= is_stuck) apart = dot_product(apart, normal)*normal
+        part = 1.0_rp/g(8, q, groups)
+        where (scene%is_rigid_group(groups)) part = 0.0_rp
+        part = part/sum(part)
+        increment(5:7, q, groups(1)) = increment(5:7, q, groups(1)) + part(1)*apart
+        increment(5:7, q, groups(2)) = increment(5:7, q, groups(2)) - part(2)*apart
+      end associate
+    end do
   end subroutine join_increments
 
 end module body_contact_pairs

@@ -58,12 +58,12 @@ contains
     call world%max(lacking)
     if (lacking(1) > 0.0_rp) then
       call input%report(diagnostics, 'GRID', 1, 'CELL', 'the bodies have about '//what// &
-                        ', which need '// &
-        in_words(share*bytes)//' of memory on each computer; '// &
-        in_words(share*bytes - lacking(1))//' are free')
+                        ', which need '//in_words(share*bytes)//' of memory on each computer; '// &
+                        in_words(share*bytes - lacking(1))//' are free')
     else if (points > most_counted*world%size .and. scene%method%has_mechanics) then
       call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes '//str(points)// &
-        ' places for particles; at most '//str(most_counted)//' a rank can be looked at')
+                        ' places for particles; at most '//str(most_counted)// &
+                        ' a rank can be looked at')
     end if
   end subroutine check_memory
 

@@ -110,9 +110,9 @@ contains
       if (all(abs(v) <= 0.0_rp)) one%name = 'dwell'
       phase = [phase, one]
     end do
-    if (one%to < scene%end_time .or. k == 0) phase = [phase, &
-                                                      phase_survey_t(from=one%to, &
-                                                      to=scene%end_time)]
+    if (one%to < scene%end_time .or. k == 0) then
+      phase = [phase, phase_survey_t(from=one%to, to=scene%end_time)]
+    end if
   end subroutine list_phases
 
   !> Sample a phase; `now` is a copy of the tool to move about.
@@ -270,6 +270,7 @@ contains
     type(around_t), intent(in) :: around
     type(tool_survey_t), intent(in) :: survey
     real(rp), intent(in) :: x(:, :), t
+    real(rp) :: corner(3)
     integer :: c, p
 
     comes_through = .false.
@@ -279,10 +280,9 @@ contains
       if (x(3, p) > around%lower(3) - around%gap) cycle
       comes_through = .true.
       do c = 0, 3
-        comes_through = comes_through .and. holder_of(around%solids, &
-                                                      [x(:2, p) &
-                                                       + around%gap*merge(1.0_rp, -1.0_rp, &
-          [btest(c, 0), btest(c, 1)]), around%lower(3) + 1.0e-3_rp*around%gap]) > 0
+        corner(:2) = x(:2, p) + around%gap*merge(1.0_rp, -1.0_rp, [btest(c, 0), btest(c, 1)])
+        corner(3) = around%lower(3) + 1.0e-3_rp*around%gap
+        comes_through = comes_through .and. holder_of(around%solids, corner) > 0
       end do
       if (comes_through) return
     end do

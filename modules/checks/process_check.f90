@@ -130,13 +130,12 @@ contains
     end if
     do i = 1, size(survey%phase)
       associate (one => survey%phase(i))
-        if (one%motion == 0 .or. one%off <= 0.0_rp .or. one%off &
-            <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
+        if (one%motion == 0 .or. one%off <= 0.0_rp) cycle
+        if (one%off <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
         call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'the tool travels '// &
-                        length_text(one%way)// &
-                        ' and is off the plate of '//length_text(upper(1) - lower(1))//' x '// &
-                        length_text(upper(2) - lower(2))// &
-                        ' from t = '//str(one%off_from)//' s on')
+                        length_text(one%way)//' and is off the plate of '// &
+                        length_text(upper(1) - lower(1))//' x '// &
+                        length_text(upper(2) - lower(2))//' from t = '//str(one%off_from)//' s on')
       end associate
     end do
   end subroutine judge
@@ -158,8 +157,7 @@ contains
       associate (one => survey%phase(i))
         if (one%motion == 0 .or. one%side >= 0.0_rp .or. any(scene%grid%period > 0)) cycle
         call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'takes the rigid body '// &
-                        length_text(-one%side)// &
-                        ' beyond a side of the grid or a wall')
+                        length_text(-one%side)//' beyond a side of the grid or a wall')
       end associate
     end do
   end subroutine judge_rigid
@@ -186,9 +184,8 @@ contains
     type(scene_t), intent(in) :: scene
     integer :: b
 
-    metal_moves = any(abs(scene%method%gravity) > 0.0_rp) .or. input%count('LOAD') &
-      + input%count('TRACTION') &
-                  + input%count('FIELD') > 0
+    metal_moves = any(abs(scene%method%gravity) > 0.0_rp) .or. &
+                  input%count('LOAD') + input%count('TRACTION') + input%count('FIELD') > 0
     do b = 1, input%count('BODY')
       metal_moves = metal_moves .or. any(abs([input%reals('BODY', b, 'VELOCITY', 3), &
         input%reals('BODY', b, 'ANGULAR_VELOCITY', 3), &
@@ -215,15 +212,15 @@ contains
     call all_solids(input, solids)
     call plate_of(scene, solids, lower, upper)
     call say('plate        '//str(mm*(upper(1) - lower(1)))//' x '// &
-             str(mm*(upper(2) - lower(2)))// &
-      ' x '//str(mm*(upper(3) - lower(3)))//' mm, top at z = '//str(mm*upper(3))//' mm')
+             str(mm*(upper(2) - lower(2)))//' x '//str(mm*(upper(3) - lower(3)))// &
+             ' mm, top at z = '//str(mm*upper(3))//' mm')
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       text = ', never touches where bodies are now'
       if (survey%touch < none) text = ', touches at t = '//str(survey%touch)//' s'
       call say('tool         '//trim(tool(k)%name)//text)
       call say('phase            from[s]       to[s]     way[mm]'// &
-        ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
+               ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
       do i = 1, size(survey%phase)
         associate (p => survey%phase(i))
           write (row, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), cell(mm*p%way), &

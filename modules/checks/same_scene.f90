@@ -113,8 +113,8 @@ contains
     if (k > max(size(a%first), size(b%first))) return
     if (size(a%first) > 3 .and. size(a%first) == size(b%first)) then
       call new%report(diagnostics, group, i, trim(row%name), &
-                      'a restart cannot change its value '// &
-        str(k)//' from '//was(a%first(k):a%last(k))//' to '//is(b%first(k):b%last(k)))
+                      'a restart cannot change its value '//str(k)//' from '// &
+                      was(a%first(k):a%last(k))//' to '//is(b%first(k):b%last(k)))
     else
       call new%report(diagnostics, group, i, trim(row%name), &
                       'a restart cannot change it from '//shown(was)//' to '//shown(is))
@@ -167,16 +167,18 @@ contains
       when = parting(motion_of(old, name), motion_of(new, name), time)
       if (when > time) cycle
       call new%report(diagnostics, 'MOTION', max(1, first_of(new, name)), '', 'of '//name// &
-        ': a restart at t = '//str(time)//' s cannot change what was before; at t = '//str(when)// &
-        ' s it is '//path(motion_of(new, name), when)//' instead of '// &
-        path(motion_of(old, name), when))
+                      ': a restart at t = '//str(time)// &
+                      ' s cannot change what was before; at t = '//str(when)//' s it is '// &
+                      path(motion_of(new, name), when)//' instead of '// &
+                      path(motion_of(old, name), when))
     end do
     do i = 1, new%count('MOTION')
       name = new%text('MOTION', i, 'TOOL')
       if (first_of(old, name) > 0) cycle
       when = parting(motion_t(), motion_of(new, name), time)
       if (when <= time) call new%report(diagnostics, 'MOTION', i, '', 'of '//name// &
-        ': until the checkpoint at t = '//str(time)//' s it did not move')
+                                        ': until the checkpoint at t = '//str(time)// &
+                                        ' s it did not move')
     end do
   end subroutine compare_motions
 

@@ -46,9 +46,8 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(20), parameter :: tables(4) = [character(20) :: 'SPECIFIC_HEAT_TABLE', &
-                                             'CONDUCTIVITY_TABLE', &
-                                             'YIELD_TABLE', 'YIELD_LOGISTIC']
+    character(20), parameter :: tables(4) = [character(20) :: &
+      'SPECIFIC_HEAT_TABLE', 'CONDUCTIVITY_TABLE', 'YIELD_TABLE', 'YIELD_LOGISTIC']
     integer :: i, k
     logical :: is_given
 
@@ -81,8 +80,9 @@ contains
         j = findloc(said(:i - 1), said(i), dim=1)
         if (j > 0) call input%report(diagnostics, trim(groups(g)), i, '', &
                                      'is there twice, first '// &
-          place_of(input, trim(groups(g)), j)//trim(merge('; both act', '          ', g &
-          <= n_sums)), is_warning=g <= n_sums)
+                                     place_of(input, trim(groups(g)), j)// &
+                                     trim(merge('; both act', '          ', g <= n_sums)), &
+                                     is_warning=g <= n_sums)
       end do
     end do
   end subroutine find_twins
@@ -225,9 +225,8 @@ contains
         volume = product(size_of)*held/n**3
         if (volume <= (least_overlap*scene%grid%h)**3) cycle
         call input%report(diagnostics, 'BODY', b, 'NAME', 'overlaps the body '// &
-                          trim(scene%body(a)%name)//' by '// &
-                            str(1.0e9_rp*volume)// &
-                            " mm3 (cut one away with OPERATION = 'subtract')")
+                          trim(scene%body(a)%name)//' by '//str(1.0e9_rp*volume)// &
+                          " mm3 (cut one away with OPERATION = 'subtract')")
       end do
     end do
   end subroutine compare_bodies

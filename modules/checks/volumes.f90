@@ -178,8 +178,7 @@ contains
             call input%warn(diagnostics, 'SHAPE', s, '', &
                             trim(merge('adds', 'cuts', asked > 0.0_rp))//' '// &
                             in_mm3(abs(filled))//' instead of '//in_mm3(abs(asked))//' ('// &
-                            deviation(filled, asked)// &
-                            '), as the particles lie')
+                            deviation(filled, asked)//'), as the particles lie')
           end if
         end associate
       end do
@@ -195,11 +194,11 @@ contains
     do b = 1, size(volumes)
       associate (v => volumes(b), body => scene%body(b))
         call say('volume       '//trim(body%name)//': '//in_mm3(sum(v%filled))//' for '// &
-          in_mm3(sum(v%asked))//' asked ('//deviation(sum(v%filled), sum(v%asked))//'), '// &
-          str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg')
+                 in_mm3(sum(v%asked))//' asked ('//deviation(sum(v%filled), sum(v%asked))//'), '// &
+                 str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg')
         do i = 1, merge(size(v%shape), 0, size(v%shape) > 1)
-          call say('             &SHAPE '//str(v%shape(i))//': '//in_mm3(v%filled(i))// &
-            ' for '//in_mm3(v%asked(i))//' ('//deviation(v%filled(i), v%asked(i))//')')
+          call say('             &SHAPE '//str(v%shape(i))//': '//in_mm3(v%filled(i))//' for '// &
+                   in_mm3(v%asked(i))//' ('//deviation(v%filled(i), v%asked(i))//')')
         end do
       end associate
     end do

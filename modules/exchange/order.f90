@@ -34,9 +34,9 @@ contains
     call dilate(near, halo)
     do b = 1, blocks%n_awake
       associate (tag => particles%tag(1, b))
-        tag = set_bit(tag, border_bit, is_near(scene, nodes, particles%count(b), &
-                                               particles%ps(:, f_pos:f_pos + 2, &
-                      b), size(near), near))
+        tag = set_bit(tag, border_bit, &
+                      is_near(scene, nodes, particles%count(b), &
+                              particles%ps(:, f_pos:f_pos + 2, b), size(near), near))
       end associate
     end do
   end subroutine mark_border

@@ -68,15 +68,13 @@ contains
       call line('speed', str(real(run%cells, rp)/best*1.0e-6_rp)//' M cells/s in one evaluation')
       call line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s, about')
       call line('run time', str(cost%seconds)//' s of processor time = '// &
-                str(cost%seconds/world%size/3600.0_rp)// &
-                ' h on '//str(world%size)//' free core(s), measured in '//str(cost%looked)// &
-                ' steps')
+                str(cost%seconds/world%size/3600.0_rp)//' h on '//str(world%size)// &
+                ' free core(s), measured in '//str(cost%looked)//' steps')
       call line('skipped', 'mechanics, contact, particles (MECHANICS = F)')
     end associate
   end subroutine report_heat_scene
 
-  !> The same scene in so large cells that all of it is computed in tenths of a
-  !> second.
+  !> The same scene in so large cells that all of it is computed in tenths of a second.
   subroutine build_coarse(world, input, scene, run, coarse)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input

@@ -306,7 +306,7 @@ contains
     if (.not. all(found(1:2)) .or. .not. any(found(3:4))) then
       call diagnostics%add(path, 0, &
                            'needs columns time[s], temperature[K] and plastic_strain[1] '// &
-                          'or strain_rate[1/s], with commas between them')
+                           'or strain_rate[1/s], with commas between them')
       return
     end if
     if (size(rows, 1) < 2) then

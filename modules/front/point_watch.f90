@@ -69,10 +69,9 @@ contains
     text(:size(own)) = own
     do k = 1, n_kinds
       if (self%counts(k) == 0) cycle
-      call say('warning: path '//path//': '//str(self%counts(k))//' of '// &
-        str(self%looks)//' increments '//trim(text(k))//'; the first at t = '// &
-        str(self%first(1, k))//' s, plastic strain '//str(self%first(2, k))//', '// &
-        str(self%first(3, k))//' K')
+      call say('warning: path '//path//': '//str(self%counts(k))//' of '//str(self%looks)// &
+               ' increments '//trim(text(k))//'; the first at t = '//str(self%first(1, k))// &
+               ' s, plastic strain '//str(self%first(2, k))//', '//str(self%first(3, k))//' K')
     end do
   end subroutine tell
 

@@ -73,8 +73,10 @@ contains
     end if
     if (diagnostics%count() == 0 .and. command%restart /= '') then
       call compare_scenes(old, input, notes%time, diagnostics)
-      if (strange%count() > 0) call diagnostics%add(command%restart, 0, 'its scene is that of '// &
-        'another version of the program: '//strange%text(1))
+      if (strange%count() > 0) then
+        call diagnostics%add(command%restart, 0, 'its scene is that of '// &
+                             'another version of the program: '//strange%text(1))
+      end if
     end if
     if (diagnostics%count() == 0) call check_memory(world, input, sim%scene, diagnostics)
     if (diagnostics%count() == 0) then

@@ -48,8 +48,8 @@ contains
     call line('scene', sim%scene%output%name//'  '//sim%scene%title)
     associate (grid => sim%scene%grid)
       cells = grid%cells()
-      call line('grid', str(cells(1))//' x '//str(cells(2))//' x '//str(cells(3))// &
-                ' cells of '//str(1.0e3_rp*grid%h)//' mm'//periodic_axes(grid))
+      call line('grid', str(cells(1))//' x '//str(cells(2))//' x '//str(cells(3))//' cells of '// &
+                str(1.0e3_rp*grid%h)//' mm'//periodic_axes(grid))
     end associate
     do b = 1, size(counts)
       associate (body => sim%scene%body(b))
@@ -67,14 +67,13 @@ contains
     call line('method', method(sim))
     call line('time step', str(dt)//' s, limited by '//limited_by)
     call line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
-    call line('speed', str(real(sum(counts), rp)*cost%steps/max(cost%seconds, &
-        tiny(1.0_rp))*1.0e-6_rp)// &
+    call line('speed', &
+              str(real(sum(counts), rp)*cost%steps/max(cost%seconds, tiny(1.0_rp))*1.0e-6_rp)// &
               ' M particle-steps/s of processor time here, '//str(nint(100.0_rp*cost%awake))// &
               ' % of the particles awake')
     call line('run time', str(cost%seconds)//' s of processor time = '// &
-              str(cost%seconds/world%size/3600.0_rp)// &
-              ' h on '//str(world%size)//' free core(s), measured in '//str(cost%looked)// &
-              ' steps; output comes on top')
+              str(cost%seconds/world%size/3600.0_rp)//' h on '//str(world%size)// &
+              ' free core(s), measured in '//str(cost%looked)//' steps; output comes on top')
     call report_process(input, sim%scene, sim%tool)
     call line('skipped', what_is_skipped)
   end subroutine report_scene
@@ -103,11 +102,12 @@ contains
     if (.not. world%is_root()) return
     call warnings%note_overrides(sets)
     do k = 1, input%count('TOOL')
-      if (deepest(k) > 1.0e-3_rp*sim%scene%grid%h) call input%warn(warnings, 'TOOL', k, &
-          'POSITION', &
-        'the tool starts '//str(1.0e3_rp*deepest(k))// &
-        ' mm inside the material and will hit it hard: let it start '// &
-        'outside and plunge (&MOTION)')
+      if (deepest(k) > 1.0e-3_rp*sim%scene%grid%h) then
+        call input%warn(warnings, 'TOOL', k, 'POSITION', 'the tool starts '// &
+                        str(1.0e3_rp*deepest(k))// &
+                        ' mm inside the material and will hit it hard: let it start '// &
+                        'outside and plunge (&MOTION)')
+      end if
     end do
     call warnings%print(warnings=.true.)
   end subroutine warn_of_overlap

@@ -68,9 +68,9 @@ contains
         call heat_particles(scene, particles, blocks, source(i))
       else if (abs(heat) > 0.0_rp .and. .not. source(i)%has_warned) then
         source(i)%has_warned = .true.
-        if (world%is_root()) call say('warning: at t = '// &
-          str(clock%heat_time + dt)//' s &SOURCE '//str(i)// &
-          ' touches no particle: its power is lost')
+        if (world%is_root()) call say('warning: at t = '//str(clock%heat_time + dt)// &
+                                      ' s &SOURCE '//str(i)// &
+                                      ' touches no particle: its power is lost')
       end if
     end do
   end subroutine give_source_heat

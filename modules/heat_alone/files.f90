@@ -253,9 +253,9 @@ contains
     if (now - self%spoke < scene%output%progress_interval) return
     self%spoke = now
     share = (run%time - self%first_time)/max(scene%end_time - self%first_time, tiny(1.0_rp))
-    call say(percent(run%time/scene%end_time)//' %  step '// &
-      str(run%integrator%steps)//'  t = '//str(run%time)//' s  dt = '//str(run%integrator%last)// &
-      ' s  left '//span((now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)))
+    call say(percent(run%time/scene%end_time)//' %  step '//str(run%integrator%steps)//'  t = '// &
+             str(run%time)//' s  dt = '//str(run%integrator%last)//' s  left '// &
+             span((now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)))
   end subroutine progress
 
   !> Cost of the run: a line, and NAME_summary.json.
@@ -276,23 +276,24 @@ contains
     if (run%integrator%method /= rkl2 .and. run%integrator%method /= euler) then
       solver = trim(solver_names(max(by_cg, run%integrator%implicit%solver)))
     end if
-    call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', &
-      '{'//nl//'  "cells": '//str(run%cells)//','//nl// &
-      '  "steps": '//str(run%integrator%steps - self%first_step)//','//nl// &
-      self%melting%json()//nl//'  "refused_steps": '//str(run%integrator%refused)//','//nl// &
-      '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
-      '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
-      '  "solver": "'//solver//'",'//nl// &
-      '  "linear_solves": '//str(run%integrator%implicit%linear%solves)//','//nl// &
-      '  "linear_iterations": '//str(run%integrator%implicit%linear%iterations)//','//nl// &
-      '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
-      '  "cpu_seconds": '//str(cost(1))//','//nl// &
-      '  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
-    if (.not. scene%output%is_quiet) call say( &
-      str(run%integrator%steps - self%first_step)//' steps ('// &
-      trim(method_names(run%integrator%method))//', '//str(run%heat%evaluations)// &
-      ' evaluations) of '//str(run%cells)//' cells in '//str(wall)// &
-      ' s on '//str(world%size)//' rank(s)')
+    call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', '{'//nl// &
+                     '  "cells": '//str(run%cells)//','//nl//'  "steps": '// &
+                     str(run%integrator%steps - self%first_step)//','//nl//self%melting%json()// &
+                     nl//'  "refused_steps": '//str(run%integrator%refused)//','//nl// &
+                     '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
+                     '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
+                     '  "solver": "'//solver//'",'//nl//'  "linear_solves": '// &
+                     str(run%integrator%implicit%linear%solves)//','//nl// &
+                     '  "linear_iterations": '//str(run%integrator%implicit%linear%iterations)// &
+                     ','//nl//'  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '// &
+                     str(wall)//','//nl//'  "cpu_seconds": '//str(cost(1))//','//nl// &
+                     '  "peak_memory_bytes": '//str(nint(cost(2), i8))//nl//'}'//nl, error)
+    if (.not. scene%output%is_quiet) then
+      call say(str(run%integrator%steps - self%first_step)//' steps ('// &
+               trim(method_names(run%integrator%method))//', '//str(run%heat%evaluations)// &
+               ' evaluations) of '//str(run%cells)//' cells in '//str(wall)//' s on '// &
+               str(world%size)//' rank(s)')
+    end if
   end subroutine summary
 
   !> Bring the rows to the disk: a checkpoint counts on them.

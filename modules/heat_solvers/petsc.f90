@@ -231,7 +231,7 @@ contains
 
     if (reason < 0) then
       call fatal('PETSc did not solve for the conduction step (KSPConvergedReason '// &
-                               str(int(reason))//'): shorten &HEAT STEP')
+                 str(int(reason))//'): shorten &HEAT STEP')
     end if
   end subroutine expect
 

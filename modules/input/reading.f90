@@ -139,7 +139,8 @@ contains
           call diagnostics%add(input%file, group%line, unknown_group(input%table, group%name))
         else if (first < i .and. .not. input%table%groups(g)%repeats) then
           call diagnostics%add(input%file, group%line, '&'//trim(group%name)// &
-            ' may be given only once (first on line '//str(input%written%groups(first)%line)//')')
+                               ' may be given only once (first on line '// &
+                               str(input%written%groups(first)%line)//')')
         end if
       end associate
     end do
@@ -170,7 +171,8 @@ contains
         label = '&'//trim(input%table%groups(g)%name)//' '//trim(one%key)
         twin = twin_of(input%written%assignments, input%written%groups(one%group)%first, i)
         if (twin > 0) call diagnostics%add(input%file, one%line, label// &
-          ' is given twice (first on line '//str(input%written%assignments(twin)%line)//')')
+                                           ' is given twice (first on line '// &
+                                           str(input%written%assignments(twin)%line)//')')
         if (one%is_broken) cycle
         value = input%written%value(i)
         message = check_value(input%table%keys(row), one%index, value)

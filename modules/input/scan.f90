@@ -87,7 +87,8 @@ contains
           last = last + 1
         end do
         call diagnostics%add(file, source%line(i), 'text outside a group: "'// &
-          excerpt(source%clean(i:last))//'" (a group is &NAME KEY = value, ... /)')
+                             excerpt(source%clean(i:last))// &
+                             '" (a group is &NAME KEY = value, ... /)')
         i = last + 1
       end if
     end do
@@ -121,7 +122,7 @@ contains
       if (c == newline) then
         if (quote /= ' ') then
           call diagnostics%add(file, n, 'text in quotes is not closed on this line: '// &
-                              excerpt(text(opened:i - 1)))
+                               excerpt(text(opened:i - 1)))
           source%mask(opened:i - 1) = unclosed
         end if
         source%clean(i:i) = ' '

@@ -115,9 +115,11 @@ contains
           call set_aside(directory, name, mine, note, error)
         end if
       end if
-      if (.not. error%is_set()) call write_text(place//name//run_file, 'run '//run// &
-        nl//'process '//str(int(process_number()))//' on '//host_name()//' since '//now()//nl// &
-        job(), error)
+      if (.not. error%is_set()) then
+        call write_text(place//name//run_file, 'run '//run//nl//'process '// &
+                        str(int(process_number()))//' on '//host_name()//' since '//now()//nl// &
+                        job(), error)
+      end if
     end if
     call agree(world, error)
   end subroutine clear_folder
@@ -162,8 +164,8 @@ contains
     end do
     call make_directory(place, ok)
     if (ok) call write_text(place//'/'//name//run_file, 'run '// &
-      line_of(directory//'/'//name//run_file, 'run')//nl//'process '// &
-      line_of(directory//'/'//name//run_file, 'process')//nl, error)
+                            line_of(directory//'/'//name//run_file, 'run')//nl//'process '// &
+                            line_of(directory//'/'//name//run_file, 'process')//nl, error)
     do k = 1, size(files)
       if (ok) call rename_file(directory//'/'//trim(files(k)), place//'/'//trim(files(k)), ok)
     end do

@@ -86,8 +86,7 @@ contains
                 c%heat_step, real(history%rows, rp), real(sleepers%motion%box%lo, rp), &
                 real(sleepers%motion%box%hi, rp), sleepers%motion%time]
     end associate
-    if (probes%n > 0) global = [global, reshape(probes%x, [3*probes%n]), &
-                                    probes%temperature]
+    if (probes%n > 0) global = [global, reshape(probes%x, [3*probes%n]), probes%temperature]
     global = [global, history%frame_times]
     global = [global, reshape(history%row_impulse, [size(history%row_impulse)])]
     global = [global, reshape(history%row_sums, [size(history%row_sums)])]

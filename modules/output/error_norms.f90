@@ -109,10 +109,11 @@ contains
     real(rp) :: temp(nlane)
 
     sums(1) = sums(1) + sum(ps(:n, f_mass))
-    if (field%has_motion) call compare_motion(scene, clock, field, material, n, &
-                                              ps(1, scene%layout%origin), ps(1, f_mass), &
-                                              ps(1, f_pos), ps(1, f_vel), ps(1, f_temp), &
-                                              ps(1, f_tau), sums, most)
+    if (field%has_motion) then
+      call compare_motion(scene, clock, field, material, n, ps(1, scene%layout%origin), &
+                          ps(1, f_mass), ps(1, f_pos), ps(1, f_vel), ps(1, f_temp), ps(1, f_tau), &
+                          sums, most)
+    end if
     if (.not. field%has_temperature) return
     call field%temperature(clock%heat_time, ps(1, scene%layout%origin), temp)
     temp = abs(ps(:, f_temp) - temp)

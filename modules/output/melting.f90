@@ -90,8 +90,7 @@ contains
     self%is_reported = .true.
     mine = ''
     if (seen%over >= most(1)) mine = 'warning: at t = '//str(time)//' s '// &
-        str(100.0_rp*sums(1)/sums(2))// &
-      ' % of the mass ('//str(sums(1))// &
+      str(100.0_rp*sums(1)/sums(2))//' % of the mass ('//str(sums(1))// &
       ' kg) is above its melting temperature; the hottest, in '// &
       trim(scene%body(seen%body)%name)//' at ('//str(seen%x(1))//', '//str(seen%x(2))//', '// &
       str(seen%x(3))//') m, has '//str(seen%temp)//' K, T_MELT is '//str(seen%temp - seen%over)// &

@@ -26,8 +26,7 @@ contains
     do b = 1, particles%nblk
       if (scene%body(particles%body(b))%is_rigid()) cycle
       most(1) = max(most(1), apart_in_block(scene, particles%body(b), particles%count(b), &
-                                            particles%nf, &
-           particles%ps(:, :, b)))
+                                            particles%nf, particles%ps(:, :, b)))
     end do
     call world%max(most)
     stretched_apart = most(1)

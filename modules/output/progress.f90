@@ -76,9 +76,8 @@ contains
       done = max(done, real(clock%step, rp)/real(scene%max_steps, rp))
     end if
     left = (now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)
-    call say(percent(done)//' %  step '//str(clock%step)//'  t = '//str(clock%time)// &
-             ' s  dt = '//str(clock%dt)//' s  '//str(speed*1.0e-6_rp)// &
-             ' M particle-steps/s  left '//span(left))
+    call say(percent(done)//' %  step '//str(clock%step)//'  t = '//str(clock%time)//' s  dt = '// &
+             str(clock%dt)//' s  '//str(speed*1.0e-6_rp)//' M particle-steps/s  left '//span(left))
   end subroutine line
 
   !> Collective. Speed, memory, the shares of the phases and of waiting for other ranks in them
@@ -107,10 +106,11 @@ contains
     steps = real(self%particles, rp)*real(clock%step - self%first_step, rp)
     call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', &
                      json(self, world, clock, exchange, wall, steps, all, others), error)
-    if (.not. scene%output%is_quiet) call say( &
-      str(clock%step - self%first_step)//' steps of '//str(self%particles)//' particles in '// &
-      span(wall)//': '//str(steps/wall*1.0e-6_rp)//' M particle-steps/s on '// &
-      str(world%size)//' rank(s)')
+    if (.not. scene%output%is_quiet) then
+      call say(str(clock%step - self%first_step)//' steps of '//str(self%particles)// &
+               ' particles in '//span(wall)//': '//str(steps/wall*1.0e-6_rp)// &
+               ' M particle-steps/s on '//str(world%size)//' rank(s)')
+    end if
   end subroutine summary
 
   !> Text of NAME_summary.json.

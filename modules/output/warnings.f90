@@ -64,9 +64,10 @@ contains
 
     if (clock%refused <= self%reported_refused) return
     self%reported_refused = clock%refused
-    if (world%is_root()) call say('note: until t = '//str(clock%time)// &
-      ' s '//str(clock%refused)//' step(s) would have moved a node by more than half a '// &
-      'cell and were made shorter; the last one is '//str(clock%dt)//' s')
+    if (world%is_root()) call say('note: until t = '//str(clock%time)//' s '//str(clock%refused)// &
+                                  ' step(s) would have moved a node by more than half a '// &
+                                  'cell and were made shorter; the last one is '//str(clock%dt)// &
+                                  ' s')
   end subroutine note_refused
 
   !> Say once of each kind that particles left the validity of a flow law, and where.
@@ -103,9 +104,11 @@ contains
     part = abs(columns%value('sleep_loss'))/max(history%audit_scale, tiny(1.0_rp))
     if (part <= most .or. self%has_sleep) return
     self%has_sleep = .true.
-    if (world%is_root()) call say('warning: at t = '//str(clock%time)// &
-      ' s sleeping material has taken '//str(100.0_rp*part)// &
-      ' % of the energy turned over: lower SLEEP_STRESS, or SLEEPING = off')
+    if (world%is_root()) then
+      call say('warning: at t = '//str(clock%time)//' s sleeping material has taken '// &
+               str(100.0_rp*part)// &
+               ' % of the energy turned over: lower SLEEP_STRESS, or SLEEPING = off')
+    end if
   end subroutine warn_sleep
 
   !> Warn once if the inertial stress of a constant mass scaling is not small.
@@ -122,10 +125,13 @@ contains
     if (0.01_rp*percent_of_flow <= scene%method%inertial_fraction) return
     if (clock%mass_scaling <= 1.0_rp .or. scene%method%adapts_mass .or. self%has_inertia) return
     self%has_inertia = .true.
-    if (world%is_root()) call say('warning: at t = '//str(clock%time)// &
-      ' s the inertial stress of mass scaling, chi rho v^2, is '//str(percent_of_flow)// &
-      ' % of the flow stress somewhere (KE/IE '//str(columns%value('kinetic_over_internal'))// &
-      ' %): try a MASS_SCALING of '//str(allowed_scaling(self, scene, clock)))
+    if (world%is_root()) then
+      call say('warning: at t = '//str(clock%time)// &
+               ' s the inertial stress of mass scaling, chi rho v^2, is '//str(percent_of_flow)// &
+               ' % of the flow stress somewhere (KE/IE '// &
+               str(columns%value('kinetic_over_internal'))//' %): try a MASS_SCALING of '// &
+               str(allowed_scaling(self, scene, clock)))
+    end if
   end subroutine warn_inertia
 
   !> Mass scaling whose inertial stress would have been just small enough so far: it is proportional
@@ -149,7 +155,8 @@ contains
     if (step%worst_returns == 0 .or. self%has_returns) return
     self%has_returns = .true.
     if (world%is_root()) call say('warning: at t = '//str(clock%time)// &
-      ' s the return mapping of '//str(step%worst_returns)//' particle-steps had not converged')
+                                  ' s the return mapping of '//str(step%worst_returns)// &
+                                  ' particle-steps had not converged')
   end subroutine warn_returns
 
   !> Collective. Warn once of neighbouring particles that no node joins any more.
@@ -165,10 +172,12 @@ contains
     if (self%has_fracture) return
     apart = stretched_apart(world, scene, particles)
     self%has_fracture = apart > most_apart
-    if (self%has_fracture .and. world%is_root()) call say( &
-      'warning: at t = '//str(clock%time)//' s neighbouring particles are stretched to '// &
-      str(apart)//' of the distance up to which nodes join them: numerical fracture '// &
-      '(try cpgimp, or more particles per cell)')
+    if (self%has_fracture .and. world%is_root()) then
+      call say('warning: at t = '//str(clock%time)// &
+               ' s neighbouring particles are stretched to '//str(apart)// &
+               ' of the distance up to which nodes join them: numerical fracture '// &
+               '(try cpgimp, or more particles per cell)')
+    end if
   end subroutine warn_fracture
 
   !> The inertial stress of mass scaling so far, in a line at the end of a run.
@@ -182,7 +191,7 @@ contains
       call say('no metal with strength was seen to flow: nothing to judge the mass scaling by')
     else if (scene%method%adapts_mass) then
       call say('inertial stress up to '//str(100.0_rp*self%inertial)// &
-        ' % of the flow stress, mass scaling '//str(clock%mass_scaling)//' in the end')
+               ' % of the flow stress, mass scaling '//str(clock%mass_scaling)//' in the end')
     else
       call say('inertial stress up to '//str(100.0_rp*self%inertial)// &
                ' % of the flow stress: MASS_SCALING = '// &

@@ -81,9 +81,10 @@ contains
       call self%probes%open(world, stem//'_probes.csv', scene%title, row%headings(), rows, &
                             history%row_time, error)
     end if
-    if (has_fields(scene)) call self%errors%open(world, stem//'_errors.csv', scene%title, &
-                                                 error_headings(scene, clock), rows, &
-                                                 history%row_time, error)
+    if (has_fields(scene)) then
+      call self%errors%open(world, stem//'_errors.csv', scene%title, error_headings(scene, clock), &
+                            rows, history%row_time, error)
+    end if
     associate (output => scene%output)
       if (is_resumed) then
         call write_series(world, output%directory, output%name, history%frame_times, error)

@@ -55,8 +55,7 @@ contains
     allocate (m)
     handle = c_loc(m)
     call MatCreateMPIAIJWithArrays(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, &
-                                   start, &
-                                   column, value, m%conductance, ierr)
+                                   start, column, value, m%conductance, ierr)
     call MatDuplicate(m%conductance, MAT_COPY_VALUES, m%system, ierr)
     call MatSetOption(m%system, MAT_SPD, PETSC_TRUE, ierr)
     call VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DETERMINE, m%x, ierr)

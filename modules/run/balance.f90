@@ -79,9 +79,10 @@ contains
                          sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
       do p = 1, sim%particles%count(b)
         r = world%rank
-        if (.not. is_own(p)) r = owner_of(sim%exchange%boxes, &
-                                          nearest_node(sim%scene%grid, &
-                                                       sim%particles%ps(p, f_pos:f_pos + 2, b)))
+        if (.not. is_own(p)) then
+          r = owner_of(sim%exchange%boxes, &
+                       nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)))
+        end if
         load(r) = load(r) + cost(p)
       end do
     end do

@@ -213,8 +213,7 @@ contains
     if (sim%step%signal > 0 .and. status == ended_well) then
       status = ended_by_signal
       message = 'signal '//str(sim%step%signal)//' stopped the run at step '// &
-        str(sim%clock%step)// &
-                ', t = '//str(sim%clock%time)//' s'
+                str(sim%clock%step)//', t = '//str(sim%clock%time)//' s'
     end if
   end subroutine advance
 

@@ -22,10 +22,9 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(diagnostics_t), intent(inout) :: diagnostics
 
-    scene%method%scales_light_nodes = input%switches_on(diagnostics, 'METHOD', &
-                                                        'SELECTIVE_SCALING', &
-                                                        what_forbids(scene), &
-                                                        is_harmless(input, scene, tool))
+    scene%method%scales_light_nodes = input%switches_on( &
+      diagnostics, 'METHOD', 'SELECTIVE_SCALING', what_forbids(scene), &
+      is_harmless(input, scene, tool))
   end subroutine read_selective_scaling
 
   !> Whether it does no harm: waves are of no interest, and what a tool stirs is held; light nodes
