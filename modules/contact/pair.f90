@@ -36,12 +36,12 @@ contains
   !> Impulse on the first body (the second gets the opposite) that lets the gap close within the
   !> step and no further; never tensile unless bodies that stick touch. Tangentially as much as
   !> stops the slip, at most friction times the normal impulse. Of an overlap deeper than `slack` a
-  !> fifth is taken back. Up to there it stays: particles' surfaces are not known better, and
-  !> pushing them apart in every step makes energy.
-  pure subroutine pair_impulse(law, dt, gap, slack, normal, inverse, v, impulse, state)
+  !> fifth is taken back if the bodies may recover: that does work on them.
+  pure subroutine pair_impulse(law, dt, gap, slack, recovers, normal, inverse, v, impulse, state)
     type(pair_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, gap            !! [s], [m]
-    real(rp), intent(in) :: slack              !! up to this gap, bodies that stick touch [m]
+    real(rp), intent(in) :: slack              !! of overlaps; up to this gap, bodies that stick touch [m]
+    logical, intent(in) :: recovers            !! deeper overlaps are taken back
     real(rp), intent(in) :: normal(3)          !! out of the first body
     real(rp), intent(in) :: inverse(2)         !! 1/mass; 0: rigid [1/kg]
     real(rp), intent(in) :: v(3, 2)            !! velocities of both [m/s]
@@ -55,7 +55,7 @@ contains
     vn = dot_product(slip, normal)
     slip = slip - vn*normal
     wanted = -max(0.0_rp, gap)/dt
-    if (gap < -slack) wanted = -closing*(gap + slack)/dt
+    if (recovers .and. gap < -slack) wanted = -closing*(gap + slack)/dt
     m = 1.0_rp/sum(inverse)
     speed = norm2(slip)
     if (law%kind == law_stick .and. gap <= slack) then

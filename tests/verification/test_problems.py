@@ -62,6 +62,36 @@ def test_sticking_at_any_mass_scaling(seed, tmp_path):
     assert abs(figures["loss"]) < 0.03
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_discs_meet_anyhow(seed, tmp_path):
+    """Discs of 8 cells a radius that meet at any offset, angle and place of the grid, on straight or round lattices,
+    with and without friction, gain no energy (0.2 %) and keep their angular momentum (2 %, without friction 1 %);
+    without friction they lose at most 3.5 %."""
+    from problems.base import INPUTS, driver, values
+
+    draw = np.random.default_rng(seed)
+    offset, angle, grid = draw.uniform(0.1, 0.9), draw.uniform(0, 2 * np.pi), draw.uniform(0, 1, 2)
+    lattice, friction = ("body", "round")[seed % 2], (0.0, draw.uniform(0.05, 0.8))[seed // 2 % 2]
+    along = np.array([np.cos(angle), np.sin(angle)])
+    aside, h, speed = np.array([-along[1], along[0]]), 0.025, 0.1414
+    sets = {"GRID.CELL": h, "SHAPE.LENGTH": h, "TIME.END": 2.2, "BODY.LATTICE": lattice,
+            "GRID.LOWER": values(*(-0.1 - grid * h), 0), "GRID.UPPER": values(*(1.1 + h - grid * h), h)}
+    if friction:
+        sets |= {"CONTACT.LAW": "coulomb", "CONTACT.FRICTION": friction}
+    for k, side in ((1, -1), (2, 1)):
+        sets |= {f"SHAPE({k}).CENTRE": values(*(0.5 + side * (0.3 * along - 0.2 * offset * aside)), 0.5 * h),
+                 f"BODY({k}).VELOCITY": values(*(-side * speed * along), 0)}
+    done = driver.run(INPUTS / "discs.nml", "--quiet", directory=tmp_path, sets=sets).results("discs")
+    history, state = done.history(), done.checkpoint()
+    energy = (history["kinetic[J]"] + history["elastic[J]"]) / history["kinetic[J]"][0]
+    spin = -state.angular_momentum()[2] / (state.mass.sum() * speed * 0.2 * offset)
+    print(offset, angle, lattice, friction, energy.max(), energy[-1], spin)
+    assert energy.max() < 1.002
+    assert abs(spin - 1.0) < (0.02 if friction else 0.01)
+    if not friction:
+        assert energy[-1] > 0.965
+
+
 def test_orders():
     """Errors that fall with the square of the resolution have order 2."""
     import verify
