@@ -40,7 +40,7 @@ contains
   pure subroutine pair_impulse(law, dt, gap, slack, recovers, normal, inverse, v, impulse, state)
     type(pair_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, gap            !! [s], [m]
-    real(rp), intent(in) :: slack              !! of overlaps; up to this gap, bodies that stick touch [m]
+    real(rp), intent(in) :: slack              !! of overlaps, and of bodies that stick [m]
     logical, intent(in) :: recovers            !! deeper overlaps are taken back
     real(rp), intent(in) :: normal(3)          !! out of the first body
     real(rp), intent(in) :: inverse(2)         !! 1/mass; 0: rigid [1/kg]

@@ -114,12 +114,12 @@ contains
     integer :: state
 
     v = reshape([0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 2.0_rp, 3.0_rp], [3, 2])
-    call pair_impulse(pair_law_t(law_stick), dt, 0.5_rp*slack, slack, .true., [0.0_rp, 0.0_rp, 1.0_rp], &
-                      [1.0_rp, 3.0_rp], v, impulse, state)
+    call pair_impulse(pair_law_t(law_stick), dt, 0.5_rp*slack, slack, .true., &
+                      [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 3.0_rp], v, impulse, state)
     call expect_close('impulse', norm2(impulse - 0.25_rp*v(:, 2)), 0.0_rp, atol=1.0e-15_rp)
     call expect('stuck', state == is_stuck)
-    call pair_impulse(pair_law_t(law_stick), dt, 1.1_rp*slack, slack, .true., [0.0_rp, 0.0_rp, 1.0_rp], &
-                      [1.0_rp, 3.0_rp], v, impulse, state)
+    call pair_impulse(pair_law_t(law_stick), dt, 1.1_rp*slack, slack, .true., &
+                      [0.0_rp, 0.0_rp, 1.0_rp], [1.0_rp, 3.0_rp], v, impulse, state)
     call expect('apart', state == is_apart)
   end subroutine test_stick
 
