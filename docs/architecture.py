@@ -15,10 +15,10 @@ import sys
 
 import call_graph
 
-MOST_LINES = 430             # of a file
+MOST_LINES = 400             # of a file
 MOST_FILES = 16              # of a library
 MOST_LIBRARY_LINES = 2500
-MOST_PASSED = 37             # files that a step with a tool passes, above the services
+MOST_PASSED = 35             # files that a step with a tool passes, above the services
 MOST_CALLS = 6               # from take_step to a kernel
 WHOLE = {"step", "run", "front"}   # layers whose procedures may take the whole simulation
 
@@ -41,6 +41,7 @@ NOT_ENTERED = {
     "update_tractions": "tractions",
     "mapping_probes": "probes",
     "contact_friction_table": "friction that depends on temperature, pressure or slip",
+    "physics_flow_law": "laws with internal variables; its procedures are empty defaults for the others",
     "physics_coupled": "energies that couple volume and shape",
 }
 # Layers of which a step enters one extension of a type, and what that rests on.

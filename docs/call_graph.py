@@ -106,7 +106,8 @@ def read_module(path):
             module.used.add(match.group(1))
             for item in (match.group(2) or "").split(","):
                 local, _, name = (part.strip() for part in item.partition("=>"))
-                module.uses[local] = (match.group(1), name or local)
+                if local:
+                    module.uses[local] = (match.group(1), name or local)
         elif re.match(r"(abstract\s+)?interface\b", s):
             is_interface, generic = True, s.split()[-1]
         elif re.match(r"end\s*interface", s):
@@ -187,11 +188,11 @@ class Sources:
         paths = [path for path in sorted((root / "modules").glob("*/*.[fF]90")) if path.parent.name != "petsc"]
         found = [read_module(path) for path in paths if not path.stem.endswith("_none")]
         self.modules = {module.name: module for module in found}
-        self.types = {kind.name: (module, kind) for module in found for kind in module.types.values()}
         self.heirs = {}
-        for _, kind in self.types.values():
-            if kind.parent:
-                self.heirs.setdefault(kind.parent, []).append(kind.name)
+        for module in found:
+            for kind in module.types.values():
+                if kind.parent:
+                    self.heirs.setdefault(self.type_of(module, kind.parent), []).append((module.name, kind.name))
 
     def procedures(self):
         return (procedure for module in self.modules.values() for procedure in module.procedures.values())
@@ -207,51 +208,65 @@ class Sources:
             return self.in_scope(self.modules[other], theirs)
         return []
 
+    def type_of(self, module, name):
+        """Module and name of the type that `name` means in a module; None if it is of no module here."""
+        if name in module.types:
+            return module.name, name
+        if name in module.uses and module.uses[name][0] in self.modules:
+            return self.type_of(self.modules[module.uses[name][0]], module.uses[name][1])
+        return None
+
     def bound_to(self, kind, name, with_heirs):
         """The procedures behind the bound `name` of a type; None if it has none of this name."""
-        module, definition = self.types[kind]
+        module = self.modules[kind[0]]
+        definition = module.types[kind[1]]
         found = None
         if name in definition.bound:
             found = []
             for target in definition.bound[name]:
                 deeper = self.bound_to(kind, target, False) if target != name and target in definition.bound else None
                 found += deeper or self.in_scope(module, target)
-        elif definition.parent in self.types:
-            found = self.bound_to(definition.parent, name, False)
+        elif definition.parent:
+            found = self.bound_to(self.type_of(module, definition.parent), name, False)
         if found is not None and with_heirs:
             for heir in self.heirs.get(kind, []):
                 found = found + (self.bound_to(heir, name, True) or [])
         return found
 
     def component(self, kind, name):
-        while kind in self.types:
-            definition = self.types[kind][1]
+        """Type of a component of a type, and whether it is polymorphic."""
+        while kind:
+            module = self.modules[kind[0]]
+            definition = module.types[kind[1]]
             if name in definition.components:
-                return definition.components[name]
-            kind = definition.parent
-        return "", False
+                written, is_class = definition.components[name]
+                return self.type_of(module, written), is_class
+            kind = self.type_of(module, definition.parent)
+        return None, False
 
     def follow(self, chain, variables):
         """Procedures called by a chain of names, and the type at its end."""
-        kind, is_class = variables.get(chain[0], ("", False))
+        kind, is_class = variables.get(chain[0], (None, False))
         for name in chain[1:]:
-            if kind not in self.types:
-                return [], ("", False)
+            if not kind:
+                return [], (None, False)
             called = self.bound_to(kind, name, is_class)
             if called is not None:
-                return called, ("", False)
+                return called, (None, False)
             kind, is_class = self.component(kind, name)
         return [], (kind, is_class)
 
     def calls_of(self, procedure):
         """Keys of the procedures that one calls."""
-        module, variables, called = self.modules[procedure.module], dict(procedure.variables), set()
+        module, called = self.modules[procedure.module], set()
+        variables = {name: (self.type_of(module, written), is_class)
+                     for name, (written, is_class) in procedure.variables.items()}
         for s in procedure.statements:
             if match := re.match(r"(?:\w+\s*:\s*)?associate\s*\((.*)\)$", s):
                 for item in split_list(match.group(1)):
                     local, _, meant = (part.strip() for part in item.partition("=>"))
                     chains = designators(meant)
-                    variables[local] = self.follow(chains[-1], variables)[1] if chains else ("", False)
+                    variables[local] = self.follow(chains[-1], variables)[1] if chains else (None, False)
             for chain in designators(s):
                 if len(chain) > 1:
                     called.update(self.follow(chain, variables)[0])

@@ -5,12 +5,13 @@ module body_contact_gaps
   use base_kinds, only: nlane, rp
   use body_contact_node_pairs, only: node_pairs_t, n_sums_all, n_sums_gradient, n_trials, &
                                      s_gradient, s_moment
-  use body_contact_normals, only: average_normals, choose_normals, ignore_thin_overlaps, try_normals
+  use body_contact_normals, only: average_normals, choose_normals, ignore_thin_overlaps, &
+                                  try_normals
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
   use contact_pair, only: moves_as_one, normal_regression
+  use mapping_blocks, only: weights_of
   use mapping_nodes, only: least_mass, nodes_t
-  use mapping_weights, only: weights_of
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
   use state_blocks, only: blocks_t, skin
   use state_scene, only: scene_t

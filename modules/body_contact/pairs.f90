@@ -9,9 +9,9 @@ module body_contact_pairs
   use contact_pair, only: is_apart, is_stuck, pair_impulse, pair_loss, moves_as_one
   use contact_tool, only: s_creep, s_force, s_friction, s_normal, s_press, s_slide, s_to_plate, &
                           s_torque, s_work, tool_t
+  use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: hold_rigid
-  use mapping_weights, only: weights_of
   use particles_store, only: f_heat, f_mass, particles_t
   use state_blocks, only: blocks_t
   use state_books, only: books_t, e_contact, e_friction

@@ -8,9 +8,9 @@ module heat_conduction
   use heat_implicit, only: foresee_temperature
   use heat_nodes, only: gather_flux, gather_temperature, stable_conduction
   use heat_sources, only: give_source_heat, source_t
+  use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use mapping_probes, only: probes_t, warm_probes
-  use mapping_weights, only: weights_of
   use particles_store, only: f_heat, f_mass, f_temp, n_conduction, particles_t
   use sleep_criteria, only: swap_lists
   use state_blocks, only: blocks_t

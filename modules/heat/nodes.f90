@@ -5,8 +5,8 @@ module heat_nodes
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, restore
   use comm_world, only: world_t
+  use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
-  use mapping_weights, only: weights_of
   use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, n_conduction, particles_t, &
                              tag_faces
   use state_books, only: books_t, e_film

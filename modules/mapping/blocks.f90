@@ -1,19 +1,42 @@
 ! SPDX-License-Identifier: MIT
-!> What a step does with one block of particles, between the transfers: plain arrays, no branches.
+!> What a step does with one block of particles: its shape functions on this rank's patch, and what
+!> lies between the transfers: plain arrays, no branches.
 module mapping_blocks
   use base_kinds, only: nlane, rp
   use base_system, only: to_records
+  use mapping_nodes, only: nodes_t
+  use particles_store, only: f_pos
+  use state_scene, only: scene_t
   use transfer_gather, only: gather_block, lanes_t
+  use transfer_weights, only: block_weights, own_weights
   implicit none (type, external)
   private
 
-  public :: momentum_records, force_records, gather_velocity, advance_particles
+  public :: weights_of, momentum_records, force_records, gather_velocity, advance_particles
   public :: kinetic_energy, body_work, stretch_domains
 
   ! Half length of a domain [cells]: within the reach of the stencil, and not a point.
   real(rp), parameter, public :: longest_half = 0.5_rp, shortest_half = 0.05_rp
 
 contains
+
+  !> Weights `w`, slopes and first nodes for the particles `ps` of `body`.
+  subroutine weights_of(scene, nodes, body, nf, ps, w, first)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: body, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(out) :: w(nlane, 18)
+    integer, intent(out) :: first(nlane)
+
+    if (scene%layout%half > 0) then
+      call own_weights(nodes%patch%origin, 1.0_rp/nodes%patch%h, ps(1, scene%layout%half), &
+                       nodes%patch%stride, ps(1, f_pos), w, first)
+    else
+      call block_weights(nodes%patch%origin, 1.0_rp/nodes%patch%h, scene%domain(body), &
+                         nodes%patch%stride, ps(1, f_pos), w, first)
+    end if
+  end subroutine weights_of
 
   !> Records of mass, momentum, internal and outer force, temperature (times inertial mass).
   pure subroutine force_records(inertia, volume, acceleration, mass, v, tau, temp, rec)

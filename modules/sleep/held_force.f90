@@ -9,9 +9,8 @@ module sleep_held_force
   use boundary_symmetry, only: add_lost, reflect, r_momentum
   use comm_world, only: world_t
   use grid_geometry, only: dilate, halo, storage_nodes
-  use mapping_blocks, only: force_records
+  use mapping_blocks, only: force_records, weights_of
   use mapping_nodes, only: clear_nodes, nodes_t, update_nodes
-  use mapping_weights, only: weights_of
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
   use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t

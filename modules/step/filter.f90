@@ -8,8 +8,8 @@ module step_filter
   use boundary_clamps, only: release_held
   use boundary_symmetry, only: reflect, r_filter, restore
   use comm_world, only: world_t
+  use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes
-  use mapping_weights, only: weights_of
   use particles_store, only: f_mass
   use state_scene, only: transfer_xpic
   use step_simulation, only: simulation_t

@@ -5,7 +5,7 @@
 !> normal. Velocities are those of the surface, and impulses act there, by the weights of a
 !> face (mapping_faces): an even pressure and the stress that belongs to it cancel at every node,
 !> and what sticks has the tool's velocity where it touches, not half a spacing farther out (how far
-!> out, says tool_contact_surface). The impulse
+!> out, says tool_contact_particles). The impulse
 !> m e/s goes to the nodes by these weights w; s = sum w c_i/m_i, c_i the mass of the touching
 !> particles at node i, is the share of an even load that comes back to the particle, so that even
 !> loads are carried exactly in one pass. Friction is limited at the nodes, where the
@@ -33,8 +33,7 @@ module tool_contact_impulses
   use tool_contact_books, only: book_tool, give_heat
   use tool_contact_lists, only: add_values, n_values, returned, tool_contact_t, v_coulomb, v_hold, &
                                 v_push, v_shear
-  use tool_contact_particles, only: find_contact_particles, relaxation_time
-  use tool_contact_surface, only: flatten
+  use tool_contact_particles, only: find_contact_particles, relaxation_time, flatten
   use tool_contact_walls, only: book_walls, reflect_entries, note_held, restore_entries
   implicit none (type, external)
   private

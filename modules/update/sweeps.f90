@@ -7,11 +7,10 @@ module update_sweeps
   use exchange_ranks, only: exchange_t
   use mapping_apic, only: affine_to_grid, carry_gradient
   use mapping_blocks, only: advance_particles, force_records, gather_velocity, momentum_records, &
-                            stretch_domains
+                            stretch_domains, weights_of
   use mapping_fbar, only: add_volume
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: move_rigid
-  use mapping_weights, only: weights_of
   use particles_store, only: f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
   use state_blocks, only: blocks_t
   use state_books, only: books_t

@@ -2,9 +2,9 @@
 !> Tractions: forces per initial area on the faces of bodies, and their work.
 module update_tractions
   use base_kinds, only: nlane, rp
+  use mapping_blocks, only: weights_of
   use mapping_faces, only: add_to_nodes, face_area, face_of, face_t, mean_velocity
   use mapping_nodes, only: nodes_t
-  use mapping_weights, only: weights_of
   use particles_store, only: particles_t, tag_faces
   use state_books, only: books_t, e_body
   use state_scene, only: scene_t

@@ -11,7 +11,7 @@ program test_tool_contact
   use step_samples, only: add_plane_of_symmetry, add_tool, fill, h, make_flow, noise, plane_tool, &
                           settle, start_scene
   use step_simulation, only: free_simulation, simulation_t
-  use tool_contact_surface, only: velocity_at
+  use tool_contact_particles, only: velocity_at
   use tool_samples, only: touch, touch_dt
   implicit none (type, external)
 

@@ -15,7 +15,7 @@ program test_tool_particles
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene
   use step_simulation, only: free_simulation, simulation_t
-  use tool_contact_surface, only: flatten
+  use tool_contact_particles, only: flatten
   use tool_samples, only: middle, settle_plate, start_plate, touch, touch_dt
   implicit none (type, external)
 
