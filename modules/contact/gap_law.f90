@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What contact with a tool does to a particle and at a node, and what the tool feels of it.
+!> What contact with a tool does to a particle and at a node, and the reaction on the tool.
 module contact_gap_law
   use base_kinds, only: rp
   use contact_tool, only: rigid_t, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &

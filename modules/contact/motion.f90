@@ -56,7 +56,7 @@ contains
     spin = now(4)
   end subroutine at
 
-  !> Add the way of `s` seconds that start with `before` and ramp to `target`.
+  !> Add the displacement in `s` seconds that start with `before` and ramp to `target`.
   pure subroutine advance(before, target, ramp, s, way, now)
     real(rp), intent(in) :: before(4), target(4), ramp, s
     real(rp), intent(inout) :: way(4)

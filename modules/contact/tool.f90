@@ -23,8 +23,7 @@ module contact_tool
     s_creep = 9, &      !! normal impulse times tangential speed of the material [N m]
     s_slide = 10, &     !! normal impulse times tangential speed of the tool [N m]
     s_to_plate = 11, &  !! friction heat given to the material [J]
-    s_heat = 12         !! friction heat and plastic work of all tools and bodies, set in reports
-                        !! alone [J]
+    s_heat = 12  !! friction heat and plastic work of all tools and bodies, set in reports alone [J]
   integer, parameter, public :: n_tool_sums = 12
 
   !> Mean rigid motion over a step.
@@ -72,7 +71,7 @@ module contact_tool
 
 contains
 
-  !> Put the tool where its schedule says at time `t`.
+  !> Put the tool where it is at time `t` by its schedule.
   elemental subroutine move_to(self, t)
     class(tool_t), intent(inout) :: self
     real(rp), intent(in) :: t                   !! [s]

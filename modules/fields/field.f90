@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> A known motion or temperature of a body, for blocks of particles named by the places X where they
-!> lie undeformed. A kind of field overrides what it knows.
+!> lie undeformed. A kind of field overrides what it gives.
 module fields_field
   use base_kinds, only: nlane, rp
   implicit none (type, external)

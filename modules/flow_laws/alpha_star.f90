@@ -34,11 +34,11 @@ contains
     call t%key('TP_STAR', 'real', -most_points, '', 'if LAW = two-phase', '', &
       'alpha* at the temperatures TP_STAR_T: linear between, constant outside; one value: constant')
     call t%key('TP_STAR_T', 'real', -most_points, 'K', 'if LAW = two-phase', '(0,inf)', &
-      'rising temperatures of TP_STAR')
+               'rising temperatures of TP_STAR')
     call t%key('TP_STAR_FIT', 'real', 3, '', 'if LAW = two-phase', '', &
-      'instead of TP_STAR: a [K], b [K], c of alpha* = a/(T + b) + c')
+               'instead of TP_STAR: a [K], b [K], c of alpha* = a/(T + b) + c')
     call t%key('TP_STAR_RANGE', 'real', 2, 'K', 'if LAW = two-phase', '(0,inf)', &
-      'temperatures between which it holds')
+               'temperatures between which it holds')
     call t%key('TP_STAR_ENDS', 'real', 2, '', 'if LAW = two-phase', '', 'alpha* below and above')
   end subroutine add_keys
 
@@ -51,12 +51,12 @@ contains
 
     if (input%given('MATERIAL', i, 'TP_STAR_FIT') .eqv. input%given('MATERIAL', i, 'TP_STAR')) then
       call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR', &
-                          'give alpha* either by TP_STAR or by TP_STAR_FIT')
+                        'give alpha* either by TP_STAR or by TP_STAR_FIT')
     else if (input%given('MATERIAL', i, 'TP_STAR_FIT')) then
       if (size(input%list('MATERIAL', i, 'TP_STAR_RANGE')) &
           + size(input%list('MATERIAL', i, 'TP_STAR_ENDS')) < 4) then
         call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR_FIT', &
-                            'needs TP_STAR_RANGE and TP_STAR_ENDS')
+                          'needs TP_STAR_RANGE and TP_STAR_ENDS')
         return
       end if
       self%fit = input%reals('MATERIAL', i, 'TP_STAR_FIT', 3)
@@ -68,16 +68,20 @@ contains
         self%above = ends(2)
       end associate
       if (self%to < self%from) call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR_RANGE', &
-                                                   'must rise')
-      if (self%from + self%fit(2) <= 0.0_rp) call input%report(diagnostics, 'MATERIAL', i, &
-        'TP_STAR_FIT', 'has its pole within TP_STAR_RANGE')
+                                                 'must rise')
+      if (self%from + self%fit(2) <= 0.0_rp) then
+        call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR_FIT', &
+                          'has its pole within TP_STAR_RANGE')
+      end if
     else
       self%value = input%list('MATERIAL', i, 'TP_STAR')
       self%t = [1.0_rp]
       if (size(self%value) > 1) self%t = input%list('MATERIAL', i, 'TP_STAR_T')
       call check_rising(input, i, 'TP_STAR_T', self%t, diagnostics)
-      if (size(self%t) /= size(self%value)) call input%report(diagnostics, 'MATERIAL', i, &
-        'TP_STAR', 'has '//str(size(self%value))//' values, TP_STAR_T '//str(size(self%t)))
+      if (size(self%t) /= size(self%value)) then
+        call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR', &
+                          'has '//str(size(self%value))//' values, TP_STAR_T '//str(size(self%t)))
+      end if
     end if
   end subroutine read_keys
 

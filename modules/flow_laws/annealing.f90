@@ -42,7 +42,7 @@ module flow_laws_annealing
 
   real(rp), parameter :: gas_constant = 8.314462618_rp   !! [J/(mol K)]
   real(rp), parameter :: nucleus = 0.1_rp    !! first radius of a nucleus over D/2
-  real(rp), parameter :: complete = 1.0e-3_rp   !! what is left when fronts have met
+  real(rp), parameter :: complete = 1.0e-3_rp   !! what is left when all is recrystallised
 
 contains
 
@@ -58,13 +58,13 @@ contains
       '0: none')
     call t%key('GROWTH_EXPONENT', 'real', 1, '', '2 if LAW = two-phase', '[1,20]', 'm')
     call t%key('RECRYSTALLISATION', 'real', 2, '', '0 0 if LAW = two-phase', '[0,inf)', &
-      'two-phase: mobility [m4/(J s)] and Q [J/mol] of the fronts of new grains; 0: none')
+               'two-phase: mobility [m4/(J s)] and Q [J/mol] of the fronts of new grains; 0: none')
     call t%key('NUCLEATION_DENSITY', 'real', 1, '1/m2', '0 if LAW = two-phase', '[0,inf)', &
-      'dislocation density above which new grains grow')
+               'dislocation density above which new grains grow')
     call t%key('NUCLEUS_SPACING', 'real', 1, 'm', '0 if LAW = two-phase', '[0,inf)', &
-      'distance of the nuclei, and size of the new grains; above 0 with RECRYSTALLISATION')
+               'distance of the nuclei, and size of the new grains; above 0 with RECRYSTALLISATION')
     call t%key('RECRYSTALLISED_STRAIN', 'real', 1, '', '0.5 if LAW = two-phase', '(0,inf)', &
-      'plastic strain in which new grains become deformed ones')
+               'plastic strain in which new grains become deformed ones')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, diagnostics)
@@ -81,8 +81,10 @@ contains
     self%threshold = input%real('MATERIAL', i, 'NUCLEATION_DENSITY')
     self%spacing = input%real('MATERIAL', i, 'NUCLEUS_SPACING')
     self%strain = input%real('MATERIAL', i, 'RECRYSTALLISED_STRAIN')
-    if (self%mobility%factor > 0.0_rp .and. self%spacing <= 0.0_rp) call input%report(diagnostics, &
-      'MATERIAL', i, 'NUCLEUS_SPACING', 'must be above 0 with RECRYSTALLISATION')
+    if (self%mobility%factor > 0.0_rp .and. self%spacing <= 0.0_rp) then
+      call input%report(diagnostics, 'MATERIAL', i, 'NUCLEUS_SPACING', &
+                        'must be above 0 with RECRYSTALLISATION')
+    end if
   contains
     type(arrhenius_t) function arrhenius(key)
       character(*), intent(in) :: key

@@ -33,17 +33,17 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('JC_A', 'real', 1, 'Pa', 'required if LAW = johnson-cook', '(0,inf)', &
-      'initial yield stress at T_ROOM and JC_RATE0')
+               'initial yield stress at T_ROOM and JC_RATE0')
     call t%key('JC_B', 'real', 1, 'Pa', 'required if LAW = johnson-cook', '[0,inf)', &
-      'hardening modulus')
+               'hardening modulus')
     call t%key('JC_N', 'real', 1, '', 'required if LAW = johnson-cook', '[0,inf)', &
-      'hardening exponent')
+               'hardening exponent')
     call t%key('JC_C', 'real', 1, '', 'required if LAW = johnson-cook', '[0,inf)', &
-      'sensitivity to the strain rate')
+               'sensitivity to the strain rate')
     call t%key('JC_M', 'real', 1, '', 'required if LAW = johnson-cook', '(0,inf)', &
-      'exponent of thermal softening')
+               'exponent of thermal softening')
     call t%key('JC_RATE0', 'real', 1, '1/s', '1 if LAW = johnson-cook', '(0,inf)', &
-      'reference strain rate')
+               'reference strain rate')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, shear, diagnostics)
@@ -61,8 +61,9 @@ contains
     self%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
     self%t_room = input%real('MATERIAL', i, 'T_ROOM')
     self%t_melt = input%real('MATERIAL', i, 'T_MELT')
-    if (self%t_melt > 0.0_rp .and. self%t_melt <= self%t_room) call input%report(diagnostics, &
-      'MATERIAL', i, 'T_MELT', 'must be above T_ROOM')
+    if (self%t_melt > 0.0_rp .and. self%t_melt <= self%t_room) then
+      call input%report(diagnostics, 'MATERIAL', i, 'T_MELT', 'must be above T_ROOM')
+    end if
   end subroutine read_keys
 
   !> Strength falls from T_ROOM on to nothing at T_MELT.

@@ -28,9 +28,9 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('NORTON_K', 'real', 1, 'Pa', 'required if LAW = norton', '(0,inf)', &
-      'flow stress at a strain rate of 1/s: NORTON_K rate^NORTON_N')
+               'flow stress at a strain rate of 1/s: NORTON_K rate^NORTON_N')
     call t%key('NORTON_N', 'real', 1, '', 'required if LAW = norton', '(0,1]', &
-      'exponent of the strain rate')
+               'exponent of the strain rate')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, shear, diagnostics)

@@ -31,14 +31,14 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('TABLE_STRAIN', 'real', -most_points, '', 'required if LAW = table', '[0,inf)', &
-      'rising plastic strains of the table')
+               'rising plastic strains of the table')
     call t%key('TABLE_RATE', 'real', -most_points, '1/s', '1 if LAW = table', '(0,inf)', &
-      'rising strain rates; between them the stress is linear in ln(rate)')
+               'rising strain rates; between them the stress is linear in ln(rate)')
     call t%key('TABLE_T', 'real', -most_points, 'K', '298 if LAW = table', '(0,inf)', &
-      'rising temperatures')
+               'rising temperatures')
     call t%key('TABLE_STRESS', 'real', -most_values, 'Pa', 'required if LAW = table', '[0,inf)', &
-      'flow stress; the strain runs fastest, then the rate, then the temperature; '// &
-      'constant outside the table')
+               'flow stress; the strain runs fastest, then the rate, then the temperature; '// &
+               'constant outside the table')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, shear, diagnostics)
@@ -62,8 +62,8 @@ contains
       self%sigma = reshape(values, [size(self%strain), size(self%log_rate), size(self%temp)])
       call read_end(self, input, i, diagnostics)
     else
-      call input%report(diagnostics, 'MATERIAL', i, 'TABLE_STRESS', 'has '//str(size(values))// &
-                        ' values, the table has '//str(wanted))
+      call input%report(diagnostics, 'MATERIAL', i, 'TABLE_STRESS', &
+                        'has '//str(size(values))//' values, the table has '//str(wanted))
       self%strain = [0.0_rp]                    ! no strength, for the checks that follow
       self%log_rate = [0.0_rp]
       self%temp = [0.0_rp]
@@ -82,8 +82,8 @@ contains
     last = 0.0_rp
     if (size(self%temp) > 1) last = self%temp(size(self%temp))
     if (input%given('MATERIAL', i, 'T_MELT') .and. last > input%real('MATERIAL', i, 'T_MELT')) then
-      call input%report(diagnostics, 'MATERIAL', i, 'TABLE_T', 'reaches above T_MELT = '// &
-                        str(input%real('MATERIAL', i, 'T_MELT'))//' K')
+      call input%report(diagnostics, 'MATERIAL', i, 'TABLE_T', &
+                        'reaches above T_MELT = '//str(input%real('MATERIAL', i, 'T_MELT'))//' K')
     end if
     call self%read_melting(input, i, last)
   end subroutine read_end

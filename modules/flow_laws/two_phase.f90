@@ -9,7 +9,7 @@ module flow_laws_two_phase
   use base_kinds, only: nlane, rp
   use flow_laws_alpha_star, only: alpha_star_t
   use flow_laws_annealing, only: anneal_block, annealing_t, deformed_density, n_annealing
-  use flow_laws_two_phase_block, only: evaluate, least_density, march, n_own, prepare_block, &
+  use flow_laws_two_phase_block, only: evaluate, least_density, integrate, n_own, prepare_block, &
                                        s_cell, s_fraction, s_wall, w_left
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
@@ -64,34 +64,34 @@ contains
     type(annealing_t) :: annealing
 
     call t%key('TP_SIGMA0', 'real', 1, 'Pa', '0 if LAW = two-phase', '[0,inf)', &
-      'flow stress without dislocations, sigma_0')
+               'flow stress without dislocations, sigma_0')
     call t%key('TP_ALPHA', 'real', 1, '', '0.25 if LAW = two-phase', '(0,inf)', &
-      'alpha of M alpha G b sqrt(rho); G is the shear modulus of the elastic constants')
+               'alpha of M alpha G b sqrt(rho); G is the shear modulus of the elastic constants')
     call t%key('TP_BURGERS', 'real', 1, 'm', 'required if LAW = two-phase', '(0,inf)', &
-      'Burgers vector, b')
+               'Burgers vector, b')
     call t%key('TP_TAYLOR', 'real', 1, '', '3.06 if LAW = two-phase', '(0,inf)', 'Taylor factor, M')
     call t%key('TP_WALLS', 'real', 1, '1/m2', 'required if LAW = two-phase', '(0,inf)', &
-      'initial dislocation density in the walls of the subgrains')
+               'initial dislocation density in the walls of the subgrains')
     call t%key('TP_INTERIOR', 'real', 1, '1/m2', 'required if LAW = two-phase', '(0,inf)', &
-      'initial dislocation density inside the subgrains')
+               'initial dislocation density inside the subgrains')
     call t%key('TP_F0', 'real', 1, '', '0.25 if LAW = two-phase', '(0,1)', &
-      'initial volume fraction of the walls')
+               'initial volume fraction of the walls')
     call t%key('TP_F_END', 'real', 1, '', '0.06 if LAW = two-phase', '(0,1)', &
-      'volume fraction of the walls at the end')
+               'volume fraction of the walls at the end')
     call t%key('TP_GAMMA', 'real', 1, '', '3.2 if LAW = two-phase', '(0,inf)', &
-      'shear strain in which the fraction of the walls falls')
+               'shear strain in which the fraction of the walls falls')
     call t%key('TP_SIZE', 'real', 1, '', 'required if LAW = two-phase', '(0,inf)', &
-      'K of the grain size K/sqrt(rho)')
+               'K of the grain size K/sqrt(rho)')
     call t%key('TP_BETA', 'real', 1, '', 'required if LAW = two-phase', '[0,inf)', &
-      'beta*: dislocations from the interior stored in the walls')
+               'beta*: dislocations from the interior stored in the walls')
     call t%key('TP_K0', 'real', 1, '', 'required if LAW = two-phase', '[0,inf)', &
-      'dynamic recovery, k_0')
+               'dynamic recovery, k_0')
     call t%key('TP_A', 'real', 1, 'K', '30000 if LAW = two-phase', '(0,inf)', &
-      'm = A/T, 1/m: exponent of the rate')
+               'm = A/T, 1/m: exponent of the rate')
     call t%key('TP_B', 'real', 1, 'K', '14900 if LAW = two-phase', '(0,inf)', &
-      'n = B/T, 1/n: exponent of the rate in dynamic recovery')
+               'n = B/T, 1/n: exponent of the rate in dynamic recovery')
     call t%key('TP_RATE0', 'real', 1, '1/s', '1000 if LAW = two-phase', '(0,inf)', &
-      'reference shear rate; shear rates should stay below it')
+               'reference shear rate; shear rates should stay below it')
     call star%add_keys(t)
     call t%key('TP_CALIBRATED', 'real', 2, 'K', '0 1e5 if LAW = two-phase', '[0,inf)', &
       'temperatures between which the law was fitted; flow outside is counted and reported')
@@ -190,7 +190,7 @@ contains
     real(rp) :: state(nlane, n_own), c(4)
 
     c = self%coefficients()
-    call march(c, self%k0, self%taylor, self%f_end, self%gamma, work, x, log_rate, state)
+    call integrate(c, self%k0, self%taylor, self%f_end, self%gamma, work, x, log_rate, state)
     call evaluate(self%sigma0, c, work, log_rate, state, sigma, slope)
   end subroutine stress
 
@@ -199,7 +199,7 @@ contains
     real(rp), intent(in) :: work(nlane, n_work), x(nlane), log_rate(nlane)
     real(rp), intent(inout) :: state(nlane, self%n_state)
 
-    call march(self%coefficients(), self%k0, self%taylor, self%f_end, self%gamma, work, x, &
+    call integrate(self%coefficients(), self%k0, self%taylor, self%f_end, self%gamma, work, x, &
                log_rate, state)
   end subroutine advance
 

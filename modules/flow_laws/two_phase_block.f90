@@ -6,7 +6,7 @@ module flow_laws_two_phase_block
   implicit none (type, external)
   private
 
-  public :: evaluate, march, prepare_block
+  public :: evaluate, integrate, prepare_block
 
   ! Internal variables: sqrt(rho_w), rho_c, f.
   integer, parameter, public :: s_wall = 1, s_cell = 2, s_fraction = 3, n_own = 3
@@ -55,12 +55,12 @@ contains
   end subroutine prepare_block
 
   !> Eqs. 6.5, 6.6, 6.11 over the shear M x by the classical Runge-Kutta method, in substeps of
-  !> equal length and a last shorter one: the state is continuous in x and knows nothing of other
+  !> equal length and a last shorter one: the state is continuous in x and does not depend on other
   !> lanes.
   !> With u = sqrt(rho_w) the equations stay smooth; k dgamma <= 0.4, so nothing is stiff, but at
   !> very low rates of hot metal: see `shorten`. A plastic increment above `most_strain` (a step
   !> that has gone wrong) changes the state as that would.
-  pure subroutine march(c, k0, taylor, f_end, gamma, work, x, log_rate, state)
+  pure subroutine integrate(c, k0, taylor, f_end, gamma, work, x, log_rate, state)
     real(rp), intent(in) :: c(4), k0, taylor, f_end, gamma
     real(rp), intent(in) :: work(nlane, n_work), x(nlane), log_rate(nlane)
     real(rp), intent(inout) :: state(nlane, n_own)   !! out only
@@ -84,8 +84,8 @@ contains
     end do
     n = 0
     if (most > no_strain) n = ceiling(min(most, most_strain)/longest_substep)
-    if (most_k*taylor*longest_substep > fast) call shorten(k, taylor, f_end, gamma, longest, &
-        span, f, y, n)
+    if (most_k*taylor*longest_substep > fast) call shorten(k, taylor, f_end, gamma, longest, span, &
+                                                           f, y, n)
     do step = 0, n - 1
       !$omp simd private(h, half, decay, fm, fe, ym, ye, u1, u2, u3, u4, c1, c2, c3, c4)
       do p = 1, nlane
@@ -131,7 +131,7 @@ contains
 
       inverse_root = near*(4.0_rp - x*near*near*near)*third
     end function inverse_root
-  end subroutine march
+  end subroutine integrate
 
   !> Where recovery is fast beside a substep, substeps are shorter; densities forget what was
   !> `memory`/k ago, so that before that only the fraction of the walls needs to be followed, which

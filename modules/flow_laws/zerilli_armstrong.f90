@@ -31,17 +31,17 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%key('ZA_C0', 'real', 1, 'Pa', 'required if LAW = zerilli-armstrong', '[0,inf)', &
-      'sigma = C0 + (C1 + C2 sqrt(eps)) exp(-C3 T + C4 T ln(rate)) + C5 eps^N')
+               'sigma = C0 + (C1 + C2 sqrt(eps)) exp(-C3 T + C4 T ln(rate)) + C5 eps^N')
     call t%key('ZA_C1', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
-      'body-centred metals')
+               'body-centred metals')
     call t%key('ZA_C2', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
-      'face-centred metals')
+               'face-centred metals')
     call t%key('ZA_C3', 'real', 1, '1/K', 'required if LAW = zerilli-armstrong', '[0,inf)', &
-      'thermal softening')
+               'thermal softening')
     call t%key('ZA_C4', 'real', 1, '1/K', 'required if LAW = zerilli-armstrong', '[0,inf)', &
-      'sensitivity to the strain rate')
+               'sensitivity to the strain rate')
     call t%key('ZA_C5', 'real', 1, 'Pa', '0 if LAW = zerilli-armstrong', '[0,inf)', &
-      'athermal hardening')
+               'athermal hardening')
     call t%key('ZA_N', 'real', 1, '', '0.5 if LAW = zerilli-armstrong', '(0,1]', 'its exponent')
   end subroutine add_keys
 

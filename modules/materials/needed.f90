@@ -69,8 +69,7 @@ contains
     is_given = input%given(group, i, key)
     if (is_given) return
     call input%report(diagnostics, group, i, '', "'"//input%text(group, i, 'NAME')//"' has no "// &
-                      key// &
-                        ', which it needs: '//reason)
+                      key//', which it needs: '//reason)
   end subroutine need_property
 
 end module materials_needed

@@ -36,8 +36,9 @@ contains
         call read_elasticity(input, i, m, diagnostics)
         call make_law(input%text('MATERIAL', i, 'LAW'), m%flow)
         if (allocated(m%flow)) call m%flow%read_keys(input, i, m%g, diagnostics)
-        if (find(material(:i - 1)%name, m%name) > 0) call input%report(diagnostics, 'MATERIAL', i, &
-          'NAME', 'another material has this name')
+        if (find(material(:i - 1)%name, m%name) > 0) then
+          call input%report(diagnostics, 'MATERIAL', i, 'NAME', 'another material has this name')
+        end if
       end associate
     end do
   end subroutine read_materials
@@ -54,10 +55,13 @@ contains
     material%t_ref = input%real('MATERIAL', i, 'T_ROOM')
     material%is_coupled = input%text('MATERIAL', i, 'ENERGY') == 'coupled'
     if (.not. material%is_coupled) return
-    if (input%text('MATERIAL', i, 'LAW') /= 'elastic') call input%report(diagnostics, &
-      'MATERIAL', i, 'ENERGY', "goes only with LAW = 'elastic'")
-    if (abs(material%expansion) > 0.0_rp) call input%report(diagnostics, 'MATERIAL', i, &
-      'EXPANSION', "must be 0 with ENERGY = 'coupled'")
+    if (input%text('MATERIAL', i, 'LAW') /= 'elastic') then
+      call input%report(diagnostics, 'MATERIAL', i, 'ENERGY', "goes only with LAW = 'elastic'")
+    end if
+    if (abs(material%expansion) > 0.0_rp) then
+      call input%report(diagnostics, 'MATERIAL', i, 'EXPANSION', &
+                        "must be 0 with ENERGY = 'coupled'")
+    end if
   end subroutine read_elasticity
 
 end module materials_properties

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Which particle is to blame when no step is possible any more, or a state is not a number.
+!> The particle that made a run fail: no step is possible any more, or a state is not a number.
 module output_diagnostics
   use base_kinds, only: rp
   use base_text, only: str
@@ -26,7 +26,7 @@ contains
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
     character(:), allocatable, intent(inout) :: message
-    character(*), intent(in) :: why                  !! '' if the speed says it all
+    character(*), intent(in) :: why                  !! '' if the speed is the reason
     character(:), allocatable :: mine
 
     mine = not_a_number(scene, particles)

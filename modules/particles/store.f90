@@ -44,7 +44,7 @@ module particles_store
   end type layout_t
 
   !> Rest of a particle: mechanics, mass and frozen force only, nothing (sleep_criteria).
-  integer, parameter, public :: awake = 0, rim = 1, asleep = 2
+  integer, parameter, public :: awake = 0, held = 1, asleep = 2
 
   integer, parameter :: face_shift = 48, rest_shift = 54
   ! Bits of the tag in the first lane of a block, as its last sort decided.
@@ -221,7 +221,7 @@ contains
     tag_faces = int(ibits(tag, face_shift, 6))
   end function tag_faces
 
-  !> Awake, rim or asleep: two bits above those of the faces.
+  !> Awake, held or asleep: two bits above those of the faces.
   elemental integer function tag_rest(tag)
     integer(i8), intent(in) :: tag
 

@@ -95,7 +95,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
   end subroutine read_keys
 
-  !> The strength of a law that knows no melting falls to 0 over the last twentieth of T_MELT, if
+  !> The strength of a law without melting falls to 0 over the last twentieth of T_MELT, if
   !> that is given, but not below the highest temperature that the law is `calibrated` for.
   subroutine read_melting(self, input, i, calibrated)
     class(flow_law_t), intent(inout) :: self
@@ -217,8 +217,9 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
 
     if (size(points) == 0) return
-    if (any(points(2:) <= points(:size(points) - 1))) call input%report(diagnostics, 'MATERIAL', &
-      i, key, 'must rise from value to value')
+    if (any(points(2:) <= points(:size(points) - 1))) then
+      call input%report(diagnostics, 'MATERIAL', i, key, 'must rise from value to value')
+    end if
   end subroutine check_rising
 
 end module physics_flow_law

@@ -20,8 +20,7 @@ contains
   !> step's rate as the first guess. Where all flowed in the last step, they are first taken to do
   !> so still: increments above the least that come out after a few iterations prove it.
   !> The residual of the result is below 1e-10 q: 1e-6 q, then one more correction to second order.
-  subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, state, x, sigma, any_plastic, &
-                        failed)
+  subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, state, x, sigma, any_plastic, failed)
     class(flow_law_t), intent(in) :: law
     integer, intent(in) :: n                                !! particles in the block
     real(rp), intent(in) :: dt                              !! [s]
@@ -41,8 +40,7 @@ contains
     if (all_plastic) then
       yield = 0.0_rp
       call solve(few_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, &
-                 slope, &
-                 plastic, step, missed)
+                 slope, plastic, step, missed)
       all_plastic = missed == 0 .and. .not. any_below(n, x, 2.0_rp*law%slowest*dt)
       any_plastic = all_plastic
     end if
@@ -56,9 +54,8 @@ contains
         sigma = yield
         return
       end if
-      call solve(most_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, &
-                 sigma, slope, &
-                 plastic, step, missed)
+      call solve(most_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, &
+                 slope, plastic, step, missed)
       failed = failed + missed
     end if
     x = plastic*x*(1.0_rp + step*(1.0_rp + 0.5_rp*step))

@@ -12,7 +12,7 @@ module run_regrid
   use mapping_probes, only: claim_probes, share_probes
   use particles_migrate, only: redistribute, wrap_positions
   use particles_sort, only: keep_none
-  use particles_store, only: awake, f_pos, rim
+  use particles_store, only: awake, f_pos, held
   use run_balance, only: note_balance, rebalance
   use run_mass_scaling, only: adapt_mass
   use sleep_criteria, only: count_awake, update_sleep
@@ -26,7 +26,7 @@ module run_regrid
 contains
 
   !> Balance if needed, migrate, sort where that is due, and list nodes in use; nothing of this if
-  !> sleep alone asks for it and can wait.
+  !> sleep alone is the reason and can wait.
   subroutine regrid(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -71,7 +71,7 @@ contains
     integer, parameter :: rarely = 100      ! [SORT_INTERVAL]
 
     keep = awake
-    if (is_disordered(sim)) keep = rim
+    if (is_disordered(sim)) keep = held
     associate (interval => rarely*sim%scene%method%sort_interval)
       if (sim%clock%step/interval > max(0_i8, sim%clock%sorted_at)/interval) keep = keep_none
     end associate
@@ -123,8 +123,7 @@ contains
     call list_mirrors(sim%scene, sim%nodes, sim%boundary)
     call list_clamps(world, sim%scene, sim%nodes, sim%boundary)
     call find_borne(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
-                    sim%boundary, &
-                       sim%sleepers, sim%books, sleepers_stay)
+                    sim%boundary, sim%sleepers, sim%books, sleepers_stay)
     call mark_border(sim%scene, sim%particles, sim%blocks, sim%nodes, sim%boundary, is_sorted_anew)
     call list_turns(sim%particles, sim%blocks)
     if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
@@ -136,8 +135,8 @@ contains
       if (allocated(sim%nodes%resting_range)) deallocate (sim%nodes%resting_range)
       call move_alloc(sim%nodes%range, sim%nodes%resting_range)
       sim%nodes%n_resting_ranges = sim%nodes%n_ranges
-      call list_runs(sim, near .or. sim%sleepers%near_layer, .false., sim%blocks%n_mapped &
-                     < sim%particles%nblk)
+      call list_runs(sim, near .or. sim%sleepers%near_layer, .false., &
+                     sim%blocks%n_mapped < sim%particles%nblk)
       call narrow_mirrors(sim%nodes, sim%boundary)
     end if
     call claim_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
@@ -253,8 +252,8 @@ contains
             if (ownership(k) /= owned) exit
             k = k + 1
           end do
-          call append(list, sim%nodes%n_ranges, [start, k - 1, 0] &
-                      + [1, 1, 0]*(n(3)*(j - 1 + n(2)*(i - 1))) + [0, 0, owned])
+          call append(list, sim%nodes%n_ranges, &
+                      [start, k - 1, 0] + [1, 1, 0]*(n(3)*(j - 1 + n(2)*(i - 1))) + [0, 0, owned])
         end do
       end do
     end do

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> From the checked input to a scene: grid, materials, bodies, walls, tools, method, output.
-!> What only shows here (a name that nobody has, a shape outside the grid) joins the complaints.
+!> What only shows here (a name that does not exist, a shape outside the grid) joins the errors.
 module setup_scene
   use base_kinds, only: i8, rp
   use base_text, only: str
@@ -139,9 +139,8 @@ contains
 
       interval = input%real(group, 1, key)
       if (interval > 0.0_rp .and. scene%end_time > most*interval) then
-        call input%report(diagnostics, group, 1, key, &
-        'makes '//str(scene%end_time/interval)//' '//what//' until &TIME END; at most '// &
-        str(most)//' are possible')
+        call input%report(diagnostics, group, 1, key, 'makes '//str(scene%end_time/interval)// &
+                          ' '//what//' until &TIME END; at most '//str(most)//' are possible')
       end if
     end subroutine judge
   end subroutine check_intervals
@@ -169,7 +168,7 @@ contains
       if (.not. method%adapts_mass) return
       if (range(1) < 1.0_rp .or. range(2) < range(1)) then
         call input%report(diagnostics, 'TIME', 1, 'MASS_SCALING_RANGE', &
-                            'must be two factors from 1 on, the larger one last')
+                          'must be two factors from 1 on, the larger one last')
       else if (method%fixed_dt > 0.0_rp) then
         call input%report(diagnostics, 'TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
       else if (input%count('FIELD') > 0) then
@@ -194,7 +193,7 @@ contains
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
         call input%report(diagnostics, 'METHOD', 1, 'SCHEME', &
-          'must be usl with TRANSFER = xpic or fmpm')
+                          'must be usl with TRANSFER = xpic or fmpm')
       end if
     end associate
   end subroutine lay_out_fields
@@ -211,21 +210,20 @@ contains
     lower = input%reals('GRID', 1, 'LOWER', 3)
     upper = input%reals('GRID', 1, 'UPPER', 3)
     h = input%real('GRID', 1, 'CELL')
-    if (.not. input%given('GRID', 1, 'UPPER')) return   ! has its complaint
+    if (.not. input%given('GRID', 1, 'UPPER')) return   ! is reported already
     if (h <= 0.0_rp) return
     is_periodic = [(index(input%text('GRID', 1, 'PERIODIC'), 'xyz'(a:a)) > 0, a=1, 3)]
     if (any(upper - lower < h*(1.0_rp - 1.0e-9_rp))) then
       call input%report(diagnostics, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
     else if (product((upper - lower)/h) > 2.0e9_rp) then
       call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes '// &
-                        str(product((upper - lower)/h))// &
-                          ' cells; at most 2e9 are possible')
+                        str(product((upper - lower)/h))//' cells; at most 2e9 are possible')
     else if (any((upper - lower)/h > 1.0e6_rp)) then
       call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes more than 1e6 cells along an axis')
     else if (any(is_periodic .and. abs((upper - lower)/h - anint((upper - lower)/h)) &
                  > 1.0e-6_rp)) then
       call input%report(diagnostics, 'GRID', 1, 'PERIODIC', &
-        'along a periodic axis UPPER - LOWER must be a whole number of cells')
+                        'along a periodic axis UPPER - LOWER must be a whole number of cells')
     else
       scene%grid = make_grid(h, lower, upper, is_periodic)
     end if

@@ -14,8 +14,8 @@ module sleep_criteria
   use contact_tool, only: tool_t
   use grid_geometry, only: box_t, dilate, grid_t, nearest_node, nearest_nodes
   use mapping_nodes, only: nodes_t
-  use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, &
-                             particles_t, rests, rim, set_rest, tag_rest
+  use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, &
+                             particles_t, rests, set_rest, tag_rest
   use sleep_motion, only: start_tracking
   use sleep_sleepers, only: edge, motion_t, sleepers_t
   use sleep_stress, only: a_calls, a_mass, a_stress, judge_cubes, n_asked, n_said
@@ -59,8 +59,7 @@ contains
     if (.not. scene%method%sleep%is_on) return
     may_sleep = clock%step/patience > max(0_i8, clock%sorted_at)/patience
     box = cubes_in_use(world, scene, particles, blocks, sleepers)
-    call find_awake(world, scene, clock, tool, particles, sleepers%motion, may_sleep, box, &
-                    is_awake)
+    call find_awake(world, scene, clock, tool, particles, sleepers%motion, may_sleep, box, is_awake)
     call start_tracking(sleepers%motion, box)
     if (blocks%n_awake >= 0 .and. .not. may_sleep) then
       can_wait = few_would_wake(world, scene, particles, blocks, box, is_awake)
@@ -68,7 +67,7 @@ contains
     end if
     near = is_awake
     call dilate(near, 1)                         ! nodes of particles two cells apart are shared
-    rest = merge(awake, merge(rim, asleep, near), is_awake)
+    rest = merge(awake, merge(held, asleep, near), is_awake)
     last = particles%nblk
     if (all(box%lo == sleepers%cubes%lo) .and. all(box%hi == sleepers%cubes%hi)) then
       if (all(rest == sleepers%rest)) last = blocks%n_awake   ! sleepers do not move

@@ -31,8 +31,7 @@ contains
   !> order of the nodes: the sum must not depend on who is awake, or a resumed run would differ by
   !> rounding.
   subroutine find_borne(world, scene, clock, step, particles, blocks, nodes, boundary, sleepers, &
-                        books, &
-                           sleepers_stay)
+                        books, sleepers_stay)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -59,11 +58,9 @@ contains
     if (world%all_true(is_known)) return
     call mark_held(nodes, boundary, near)
     call force_on_walls(world, scene, clock, step, particles, blocks, nodes, boundary, books, &
-                        blocks%n_mapped, &
-                        near, of_layer)
+                        blocks%n_mapped, near, of_layer)
     call force_on_walls(world, scene, clock, step, particles, blocks, nodes, boundary, books, &
-                        particles%nblk, near, &
-                        sleepers%borne)
+                        particles%nblk, near, sleepers%borne)
     sleepers%borne = sleepers%borne - of_layer
   end subroutine find_borne
 
@@ -122,8 +119,7 @@ contains
     call clear_nodes(nodes, nodes%g)
     do b = blocks%n_awake + 1, last
       call give_force(scene, clock, step, nodes, particles%body(b), particles%count(b), &
-                      particles%nf, near, &
-                      particles%ps(:, :, b), nodes%g(:, :, 1))
+                      particles%nf, near, particles%ps(:, :, b), nodes%g(:, :, 1))
     end do
     lost = 0.0_rp
     call reflect(scene, nodes, boundary, r_momentum, nodes%g(:, :, 1), lost)
@@ -155,11 +151,9 @@ contains
     call storage_nodes(scene%grid, nodes%patch, nlane, ps(1, f_pos), node, is_own)
     if (.not. any(near(node(:n)))) return
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    call force_records(clock%mass_scaling, &
-                       1.0_rp/scene%material(scene%body(body)%material)%rho, &
+    call force_records(clock%mass_scaling, 1.0_rp/scene%material(scene%body(body)%material)%rho, &
                        outer_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
-                       ps(1, f_tau), ps(1, &
-                       f_temp), nodes%rec)
+                       ps(1, f_tau), ps(1, f_temp), nodes%rec)
     call p2g_block(n, w, first, nodes%rec, nodes%patch%stride, nodes%patch%nn, g)
   end subroutine give_force
 

@@ -46,8 +46,7 @@ module sleep_sleepers
                                                                    !! the layer, of all at rest
     type(box_t) :: cubes                        !! cubes that were asked, numbered from 0
     integer, allocatable :: rest(:, :, :)       !! of the particles in each of them
-    real(rp), allocatable :: borne(:, :)        !! (3, conditions) force on those beyond the layer
-                                                !! [N]
+    real(rp), allocatable :: borne(:, :)      !! (3, conditions) force on those beyond the layer [N]
   end type sleepers_t
 
 end module sleep_sleepers

@@ -64,8 +64,7 @@ module state_scene
   type :: sleep_t
     logical :: is_on = .false.
     real(rp) :: distance = 0.0_rp        !! from the tools below which it is awake [m]
-    real(rp) :: stress = 0.0_rp          !! change of stress over the largest stress above which it
-                                         !! is awake
+    real(rp) :: stress = 0.0_rp  !! change of stress over the largest stress above which it is awake
     real(rp) :: heat = 0.0_rp            !! change of temperature that wakes it [K]
   end type sleep_t
 
@@ -93,7 +92,7 @@ module state_scene
     logical :: conducts = .false.
     logical :: implicit_heat = .false.   !! conduction by backward Euler
     real(rp) :: heat_step = 0.0_rp       !! its step [s]; 0: as its error allows
-    integer :: heat_every = 0           !! its step in mechanical ones; 0: as long as heat_step says
+    integer :: heat_every = 0           !! its step in mechanical ones; 0: by heat_step
     integer :: heat_solver = 0           !! by_cg or by_petsc (heat_solvers_method)
     real(rp) :: heat_tolerance = 2.0_rp  !! of the error of a step [K]
     logical :: has_mechanics = .true.    !! false: heat alone (heat_alone_loop)
@@ -107,7 +106,7 @@ module state_scene
   type :: output_t
     character(:), allocatable :: directory, name, input_text
     character(:), allocatable :: scene_text   !! the input with every default
-    character(:), allocatable :: run          !! tells the run from others (io_folder)
+    character(:), allocatable :: run          !! identity of the run (io_folder)
     real(rp) :: frame_interval = 0.0_rp
     real(rp) :: history_interval = 0.0_rp
     real(rp) :: checkpoint_interval = 0.0_rp

@@ -7,7 +7,7 @@ module state_step
 
   public :: outcome_t, step_t
 
-  !> What the particles of this rank say at the end of a step, for the middle of the next.
+  !> Extremes of the particles of this rank at the end of a step, for the middle of the next.
   type :: outcome_t
     real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed [m2/s2]
     real(rp) :: speed2 = 0.0_rp          !! largest squared grid velocity at a particle [m2/s2]
@@ -20,7 +20,7 @@ module state_step
     type(outcome_t) :: last                  !! of the step before
     integer :: fastest_node = 0              !! of this rank
     real(rp) :: fastest_speed = 0.0_rp       !! of that node [m/s]
-    logical :: lost_row = .false.        !! of the history, which could not be written: rank 0 knows
+    logical :: lost_row = .false.        !! of the history, which could not be written, on rank 0
     real(rp) :: secured = 0.0_rp             !! wall-clock time of the last checkpoint [s]
     ! set by the check in the middle of a step, equal on all ranks
     logical, allocatable :: is_near(:)       !! tools that particles of any rank may touch

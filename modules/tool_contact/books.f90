@@ -32,7 +32,7 @@ contains
         mean = g(1:3, t%node(e)) - 0.5_rp*g(5:7, t%node(e))
         t%slip(:, e) = mean - rigid%velocity_at(x)
         call book_tool_impulse(tool, rigid, x, t%own(v_push:v_push + 2, e), &
-                    t%part(e)*t%own(v_hold:v_hold + 2, e), mean)
+                               t%part(e)*t%own(v_hold:v_hold + 2, e), mean)
       end do
     end associate
   end subroutine book_tool

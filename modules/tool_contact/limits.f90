@@ -61,9 +61,8 @@ contains
       do i = 1, n
         rate(place(i)) = norm2(particle(i)%slip)/(sqrt(3.0_rp)*body%mean_spacing())
       end do
-      call flow_strength(scene%material(body%material), near%ps(:, f_plastic), &
-                         near%ps(:, f_temp), rate, &
-                         layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), &
+      call flow_strength(scene%material(body%material), near%ps(:, f_plastic), near%ps(:, f_temp), &
+                         rate, layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), &
                          strength)
       do i = 1, n
         face = product(body%spacing)/norm2(particle(i)%normal*body%spacing)

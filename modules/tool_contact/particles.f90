@@ -44,8 +44,7 @@ module tool_contact_particles
                                                      !! speeds]
   real(rp), parameter :: any_recovery_speed = huge(1.0_rp)   !! with true masses: limit loads are
                                                              !! more even then
-  real(rp), parameter :: beside = 0.5_rp       !! up to which particles take part in friction
-                                               !! [spacings]
+  real(rp), parameter :: beside = 0.5_rp   !! up to which particles take part in friction [spacings]
   real(rp), parameter :: inset = 0.4_rp        !! from edges that stand out, of the line about which
                                                !! the push of metal that flows falls off [cells]
   real(rp), parameter :: fade = 0.75_rp        !! width in which it does [cells]
@@ -80,12 +79,11 @@ contains
       associate (body => particles%body(b))
         if (scene%body(body)%group /= group) cycle
         if (blocks%clearance(k, b) > reach(body) + moved) cycle
-        if (near%n > 0 .and. near%body /= body) call list_contact_particles(scene, clock, nodes, &
-            contact, tool, rigid, dt, &
-            g, near)
+        if (near%n > 0 .and. near%body /= body) then
+          call list_contact_particles(scene, clock, nodes, contact, tool, rigid, dt, g, near)
+        end if
         call gather_near(scene, clock, particles, nodes, contact, tool, rigid, b, &
-                         particles%count(b), reach(body), &
-                         displacement, dt, g, near)
+                         particles%count(b), reach(body), displacement, dt, g, near)
       end associate
     end do
     if (near%n > 0) call list_contact_particles(scene, clock, nodes, contact, tool, rigid, dt, g, &
@@ -119,7 +117,7 @@ contains
         if (gap - half > displacement + beside*norm2(normal*spacing)) cycle
         call near%add(particles, b, p, normal, half)
         if (near%n == nlane) call list_contact_particles(scene, clock, nodes, contact, tool, &
-            rigid, dt, g, near)
+                                                         rigid, dt, g, near)
       end do
     end associate
   end subroutine gather_near
