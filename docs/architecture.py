@@ -110,6 +110,15 @@ def check_text(root, text):
             yield f"docs/architecture.md: {procedure} is not in modules/{file}"
 
 
+def check_owners_table(text, sources):
+    """The parts of the simulation, with their types and layers."""
+    module = sources.modules["step_simulation"]
+    for part, (kind, _) in module.types["simulation_t"].components.items():
+        layer = sources.modules[module.uses[kind][0]].layer
+        if f"| `{part}` | `{kind}`, {layer} |" not in text:
+            yield f"docs/architecture.md: the table of owners lacks {part}: {kind} of {layer}"
+
+
 def components(graph):
     """Sets of nodes of a graph that reach each other (Tarjan 1972), of more than one node."""
     number, low, stack, found = {}, {}, [], []
@@ -221,8 +230,8 @@ def check_step(sources):
 def problems(root):
     """All that is out of date or out of bounds in a source tree."""
     layers, sources = layers_of(root), call_graph.Sources(root)
-    return [*check_text(root, (root / "docs/architecture.md").read_text(encoding="utf-8")), *check_sizes(root),
-            *check_uses(sources, layers), *check_owners(sources), *check_step(sources)]
+    text = (root / "docs/architecture.md").read_text(encoding="utf-8")
+    return [*check_text(root, text), *check_owners_table(text, sources), *check_sizes(root), *check_uses(sources, layers), *check_owners(sources), *check_step(sources)]
 
 
 def print_step(root):

@@ -98,6 +98,10 @@ def layer_without_a_row(tree):
     edit(tree, "docs/architecture.md", "| `sleep` |", "| sleep |")
 
 
+def part_without_a_row(tree):
+    edit(tree, "docs/architecture.md", "| `probes_t`, mapping |", "| `probes_t`, heat |")
+
+
 @pytest.mark.parametrize("spoil, wanted", [
     (long_file, f"lines, more than {architecture.MOST_LINES}"),
     (many_files, f"files, more than {architecture.MOST_FILES}"),
@@ -110,7 +114,8 @@ def layer_without_a_row(tree):
     (kernel_renamed, "names what is not there: transfer_scatter.p2g_block"),
     (old_picture, "the picture of the layers is out of date"),
     (unknown_procedure, "accept_any is not in modules/step/schedule.f90"),
-    (layer_without_a_row, "the table of layers lacks sleep")], ids=lambda value: getattr(value, "__name__", None))
+    (layer_without_a_row, "the table of layers lacks sleep"),
+    (part_without_a_row, "the table of owners lacks probes: probes_t of mapping")], ids=lambda value: getattr(value, "__name__", None))
 def test_bound(tree, spoil, wanted):
     spoil(tree)
     found = architecture.problems(tree)
