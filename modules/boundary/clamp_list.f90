@@ -22,9 +22,8 @@ contains
   subroutine list_clamps(world, scene, nodes, boundary)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+    type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
-    logical :: is_whole
     integer :: c, q, r
 
     if (allocated(boundary%is_held)) deallocate (boundary%is_held)
@@ -42,14 +41,36 @@ contains
       end do
     end do
     boundary%is_held(boundary%fixed(1, 1:boundary%n_fixed)) = .true.
-    is_whole = .true.
-    do r = 1, boundary%n_columns
-      associate (column => boundary%column(r))
-        is_whole = is_whole .and. all(column%node > 0 .or. column%weight <= 0.0_rp)
+    boundary%columns_are_cut = .false.
+    if (.not. world%all_true(boundary%n_columns == 0)) then
+      call list_column_nodes(world, nodes, boundary)
+    end if
+  end subroutine list_clamps
+
+  !> Collective. List the nodes of columns, also of those that only other ranks list.
+  subroutine list_column_nodes(world, nodes, boundary)
+    type(world_t), intent(in) :: world
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    real(rp), allocatable :: columns(:, :)   ! lane 1: whole here, 2: cut here
+    logical, allocatable :: is_known(:)
+    integer :: i, k, lane
+
+    allocate (columns(8, nodes%patch%nn), source=0.0_rp)
+    do i = 1, boundary%n_columns
+      associate (column => boundary%column(i))
+        lane = merge(1, 2, column%is_whole())
+        do k = 1, 3
+          if (column%node(k) > 0) columns(lane, column%node(k)) = 1.0_rp
+        end do
       end associate
     end do
-    boundary%columns_are_cut = .not. world%all_true(is_whole)
-  end subroutine list_clamps
+    is_known = columns(1, :) > 0.0_rp .and. columns(2, :) <= 0.0_rp
+    call nodes%halo%sum(world, 8, nodes%patch%nn, columns)
+    boundary%column_node = pack([(i, i=1, nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
+    boundary%is_known = is_known(boundary%column_node)
+    boundary%columns_are_cut = .not. world%all_true(all(boundary%is_known))
+  end subroutine list_column_nodes
 
   !> What clamp `c` does with node `q`.
   subroutine list_node(scene, nodes, boundary, c, q)

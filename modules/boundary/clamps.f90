@@ -39,7 +39,9 @@ contains
     do k = 1, nodes%n_groups
       if (scene%is_rigid_group(k)) cycle
       call hold_columns(scene, clock, nodes, boundary, books, fraction, g(:, :, k))
-      if (boundary%columns_are_cut) call copy_columns(world, nodes, boundary, g(:, :, k))
+      if (boundary%columns_are_cut) then
+        call copy_columns(world, nodes, boundary, [1, 2, 3, 5, 6, 7], g(:, :, k))
+      end if
       call hold_nodes(scene, clock, nodes, boundary, books, fraction, g(:, :, k))
     end do
   end subroutine hold_walls
@@ -89,7 +91,7 @@ contains
     least = least_inertia(scene, clock)
     do i = 1, boundary%n_columns
       associate (column => boundary%column(i), clamp => scene%clamp(boundary%column(i)%clamp))
-        if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
+        if (.not. column%is_whole()) cycle
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
           jump = jumps(column, fraction*clamp%velocity(a), a, least, nodes%patch%nn, g, g)
@@ -136,51 +138,37 @@ contains
     if (total > 0.0_rp) jump = w*inverse*(value*total - v)/sum(w*w*inverse)
   end function jumps
 
-  !> Nodes of columns that some rank does not store whole: the velocities of those that do.
-  subroutine copy_columns(world, nodes, boundary, g)
+  !> Collective. Lanes `lanes` of the nodes of columns, from the ranks that store these whole.
+  subroutine copy_columns(world, nodes, boundary, lanes, g)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
+    integer, intent(in) :: lanes(:)
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    integer, allocatable :: place(:), node(:)
-    real(rp), allocatable :: values(:, :)
-    logical :: knows(nodes%patch%nn)
-    integer :: e, i, k, n, q
+    real(rp) :: values(size(lanes), size(boundary%column_node))
+    integer, allocatable :: place(:)
+    integer :: e, n
 
+    n = size(boundary%column_node)
     allocate (place(nodes%patch%nn), source=0)
-    allocate (node(3*boundary%n_columns))
-    knows = .true.
-    n = 0
-    do i = 1, boundary%n_columns
-      do k = 1, 3
-        q = boundary%column(i)%node(k)
-        if (q == 0) cycle
-        if (any(boundary%column(i)%node == 0 .and. boundary%column(i)%weight > 0.0_rp)) then
-          knows(q) = .false.
-        end if
-        if (place(q) > 0) cycle
-        n = n + 1
-        node(n) = q
-        place(q) = n
-      end do
-    end do
-    allocate (values(6, n))
+    place(boundary%column_node) = [(e, e=1, n)]
     do e = 1, n
-      values(1:3, e) = merge(g(1:3, node(e)), -huge(1.0_rp), knows(node(e)))
-      values(4:6, e) = merge(g(5:7, node(e)), -huge(1.0_rp), knows(node(e)))
+      values(:, e) = merge(g(lanes, boundary%column_node(e)), -huge(1.0_rp), boundary%is_known(e))
     end do
-    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, node(1:n), 6, values)
+    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, boundary%column_node, &
+                            size(lanes), values)
     do e = 1, n
       if (any(values(:, e) <= -huge(1.0_rp))) cycle
-      g(1:3, node(e)) = values(1:3, e)
-      g(5:7, node(e)) = values(4:6, e)
+      g(lanes, boundary%column_node(e)) = values(:, e)
     end do
   end subroutine copy_columns
 
-  !> Zero the held components of the velocities in lanes 5:7 of `increment`; `g` holds the masses.
-  subroutine release_held(scene, nodes, boundary, g, increment)
+  !> Collective. Zero the held components of the velocities in lanes 5:7 of `increment`; `g` holds
+  !> the masses.
+  subroutine release_held(world, scene, nodes, boundary, g, increment)
+    type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+    type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
     real(rp), intent(inout) :: increment(8, nodes%patch%nn, nodes%n_groups)
@@ -190,7 +178,7 @@ contains
     do k = 1, nodes%n_groups
       do i = 1, boundary%n_columns
         associate (column => boundary%column(i), clamp => scene%clamp(boundary%column(i)%clamp))
-          if (any(column%node == 0 .and. column%weight > 0.0_rp)) cycle
+          if (.not. column%is_whole()) cycle
           do a = 1, 3
             if (.not. clamp%held(a)) cycle
             jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, nodes%patch%nn, g(:, :, k), &
@@ -202,6 +190,9 @@ contains
           end do
         end associate
       end do
+      if (boundary%columns_are_cut) then
+        call copy_columns(world, nodes, boundary, [5, 6, 7], increment(:, :, k))
+      end if
       do i = 1, boundary%n_fixed
         associate (v => increment(5:7, boundary%fixed(1, i), k))
           where (scene%clamp(boundary%fixed(2, i))%held) v = 0.0_rp

@@ -15,6 +15,8 @@ module boundary_held
                                              !! over that of one inside
     integer :: clamp = 0
     logical :: is_owned(3) = .false.
+  contains
+    procedure :: is_whole
   end type column_t
 
   !> Nodes behind planes of symmetry and their mirrors (boundary_symmetry).
@@ -34,9 +36,20 @@ module boundary_held
     integer, allocatable :: fixed(:, :)      !! (3, n) node, clamp, 1 if owned
     integer :: n_columns = 0
     type(column_t), allocatable :: column(:)  !! nodes across the faces of clamps between nodes
-    logical :: columns_are_cut = .false.     !! some rank does not store all nodes of a column
+    logical :: columns_are_cut = .false.     !! some rank does not know all columns of its nodes
+    integer, allocatable :: column_node(:)   !! nodes of columns of any rank, if there are columns
+    logical, allocatable :: is_known(:)      !! whether this rank stores the columns of each whole
     type(mirrors_t) :: mirrors               !! of the nodes in use
     type(mirrors_t) :: resting_mirrors       !! of the nodes of all particles, while some sleep
   end type boundary_t
+
+contains
+
+  !> True if this rank stores all nodes of a column.
+  elemental logical function is_whole(self)
+    class(column_t), intent(in) :: self
+
+    is_whole = all(self%node > 0 .or. self%weight <= 0.0_rp)
+  end function is_whole
 
 end module boundary_held

@@ -43,7 +43,7 @@ contains
         call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, mapped(:, :, k))
       end do
       call next_increment(sim, g, mapped, increment)
-      call release_held(sim%scene, sim%nodes, sim%boundary, g, increment)
+      call release_held(world, sim%scene, sim%nodes, sim%boundary, g, increment)
       if (sim%nodes%n_groups > 1) then
         call join_increments(sim%scene, sim%nodes, sim%pairs, g, increment)
       end if
