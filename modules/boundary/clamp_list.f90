@@ -59,7 +59,7 @@ contains
     allocate (columns(8, nodes%patch%nn), source=0.0_rp)
     do i = 1, boundary%n_columns
       associate (column => boundary%column(i))
-        lane = merge(1, 2, column%is_whole())
+        lane = merge(1, 2, column%is_whole)
         do k = 1, 3
           if (column%node(k) > 0) columns(lane, column%node(k)) = 1.0_rp
         end do
@@ -130,6 +130,7 @@ contains
         column%is_owned(k) = is_owned(scene, nodes, column%node(k))
       end do
     end associate
+    column%is_whole = all(column%node > 0 .or. column%weight <= 0.0_rp)
     call append_column(boundary%column, boundary%n_columns, column)
   end subroutine list_column
 

@@ -91,7 +91,7 @@ contains
     least = least_inertia(scene, clock)
     do i = 1, boundary%n_columns
       associate (column => boundary%column(i), clamp => scene%clamp(boundary%column(i)%clamp))
-        if (.not. column%is_whole()) cycle
+        if (.not. column%is_whole) cycle
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
           jump = jumps(column, fraction*clamp%velocity(a), a, least, nodes%patch%nn, g, g)
@@ -178,7 +178,7 @@ contains
     do k = 1, nodes%n_groups
       do i = 1, boundary%n_columns
         associate (column => boundary%column(i), clamp => scene%clamp(boundary%column(i)%clamp))
-          if (.not. column%is_whole()) cycle
+          if (.not. column%is_whole) cycle
           do a = 1, 3
             if (.not. clamp%held(a)) cycle
             jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, nodes%patch%nn, g(:, :, k), &

@@ -15,8 +15,7 @@ module boundary_held
                                              !! over that of one inside
     integer :: clamp = 0
     logical :: is_owned(3) = .false.
-  contains
-    procedure :: is_whole
+    logical :: is_whole = .false.            !! this rank stores all nodes that have a weight
   end type column_t
 
   !> Nodes behind planes of symmetry and their mirrors (boundary_symmetry).
@@ -42,14 +41,5 @@ module boundary_held
     type(mirrors_t) :: mirrors               !! of the nodes in use
     type(mirrors_t) :: resting_mirrors       !! of the nodes of all particles, while some sleep
   end type boundary_t
-
-contains
-
-  !> True if this rank stores all nodes of a column.
-  elemental logical function is_whole(self)
-    class(column_t), intent(in) :: self
-
-    is_whole = all(self%node > 0 .or. self%weight <= 0.0_rp)
-  end function is_whole
 
 end module boundary_held
