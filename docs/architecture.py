@@ -46,6 +46,7 @@ NOT_ENTERED = {
 }
 # Layers of which a step enters one extension of a type, and what that rests on.
 ENTERED = {
+    "conditions": set(),      # walls, and clamps whose nodes move alike, are not asked
     "flow_laws": {"flow_laws_johnson_cook"},
     "tool_shapes": {"tool_shapes_revolved", "tool_shapes_shape", "tool_shapes_shoulder"},
 }

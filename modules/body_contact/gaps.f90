@@ -126,7 +126,7 @@ contains
     integer :: i
 
     do i = 1, boundary%n_fixed
-      call note_node(pairs, boundary%fixed(1, i), scene%clamp(boundary%fixed(2, i))%held)
+      call note_node(pairs, boundary%fixed(1, i), scene%clamp(boundary%fixed(2, i))%clamp%held)
     end do
     do i = 1, boundary%mirrors%n_planes
       associate (plane => boundary%mirrors%plane(:, i))

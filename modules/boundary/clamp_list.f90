@@ -5,9 +5,9 @@ module boundary_clamp_list
   use base_kinds, only: rp
   use boundary_held, only: boundary_t, column_t
   use comm_world, only: world_t
+  use conditions_clamp, only: clamp_t
   use grid_geometry, only: wrap
   use mapping_nodes, only: append, nodes_t
-  use state_conditions, only: clamp_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -83,7 +83,7 @@ contains
 
     x = nodes%patch%position(q)
     call wrap(scene%grid, x)
-    if (is_fixed(scene, nodes, x) .and. holds(nodes, scene%clamp(c), x)) then
+    if (is_fixed(scene, nodes, x) .and. holds(nodes, scene%clamp(c)%clamp, x)) then
       call append(boundary%fixed, boundary%n_fixed, [q, c, merge(1, 0, is_owned(scene, nodes, q))])
     end if
     do a = 1, 3
@@ -104,7 +104,7 @@ contains
     real(rp) :: face, other(3), t, y(3)
     integer :: ijk(3), k, step
 
-    associate (clamp => scene%clamp(c), patch => nodes%patch)
+    associate (clamp => scene%clamp(c)%clamp, patch => nodes%patch)
       face = merge(clamp%upper(a), clamp%lower(a), side > 0)
       if (abs(face) >= 0.5_rp*huge(1.0_rp)) return
       y = image(nodes, x, a, face)
@@ -171,7 +171,7 @@ contains
     n_boxes = 0
     n_faces = 0
     do c = 1, size(scene%clamp)
-      associate (clamp => scene%clamp(c))
+      associate (clamp => scene%clamp(c)%clamp)
         if (.not. holds(nodes, clamp, x)) cycle
         n_boxes = n_boxes + 1
         n_faces = n_faces + count(near_face(scene, nodes, clamp%upper, x)) &
@@ -225,14 +225,14 @@ contains
     inside_any = .false.
     do c = 1, size(scene%clamp)
       if (c == but) cycle
-      inside_any = inside_any .or. holds(nodes, scene%clamp(c), x)
+      inside_any = inside_any .or. holds(nodes, scene%clamp(c)%clamp, x)
     end do
   end function inside_any
 
   !> Whether a clamp is for the place `x` or one of its next images.
   pure logical function holds(nodes, clamp, x)
     type(nodes_t), intent(in) :: nodes
-    type(clamp_t), intent(in) :: clamp
+    class(clamp_t), intent(in) :: clamp
     real(rp), intent(in) :: x(3)             !! [m]
     real(rp) :: y(3)
     logical :: inside(3)

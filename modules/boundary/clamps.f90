@@ -54,16 +54,18 @@ contains
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: fraction
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp) :: value, before, impulse, least
+    real(rp) :: value, before, impulse, least, v(3)
     integer :: a, i, q
 
     least = least_inertia(scene, clock)
     do i = 1, boundary%n_fixed
       q = boundary%fixed(1, i)
-      associate (clamp => scene%clamp(boundary%fixed(2, i)))
+      associate (clamp => scene%clamp(boundary%fixed(2, i))%clamp)
+        v = clamp%velocity
+        if (.not. clamp%is_even) v = clamp%velocity_at(nodes%patch%position(q), clock%time)
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
-          value = fraction*clamp%velocity(a)
+          value = fraction*v(a)
           before = g(a, q) - g(4 + a, q)
           if (boundary%fixed(3, i) == 1 .and. g(8, q) > least_mass) then
             impulse = max(g(8, q), least)*(value - g(a, q))
@@ -85,16 +87,21 @@ contains
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: fraction
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp) :: impulse, jump(3), least
+    real(rp) :: impulse, jump(3), least, v(3)
     integer :: a, i, k, q
 
     least = least_inertia(scene, clock)
     do i = 1, boundary%n_columns
-      associate (column => boundary%column(i), clamp => scene%clamp(boundary%column(i)%clamp))
+      associate (column => boundary%column(i), &
+                 clamp => scene%clamp(boundary%column(i)%clamp)%clamp)
         if (.not. column%is_whole) cycle
+        v = clamp%velocity
+        if (.not. clamp%is_even) then
+          v = clamp%velocity_at(nodes%patch%position(column%node(2)), clock%time)
+        end if
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
-          jump = jumps(column, fraction*clamp%velocity(a), a, least, nodes%patch%nn, g, g)
+          jump = jumps(column, fraction*v(a), a, least, nodes%patch%nn, g, g)
           do k = 1, 3
             if (column%node(k) == 0) cycle
             q = column%node(k)
@@ -177,7 +184,8 @@ contains
 
     do k = 1, nodes%n_groups
       do i = 1, boundary%n_columns
-        associate (column => boundary%column(i), clamp => scene%clamp(boundary%column(i)%clamp))
+        associate (column => boundary%column(i), &
+                   clamp => scene%clamp(boundary%column(i)%clamp)%clamp)
           if (.not. column%is_whole) cycle
           do a = 1, 3
             if (.not. clamp%held(a)) cycle
@@ -195,7 +203,7 @@ contains
       end if
       do i = 1, boundary%n_fixed
         associate (v => increment(5:7, boundary%fixed(1, i), k))
-          where (scene%clamp(boundary%fixed(2, i))%held) v = 0.0_rp
+          where (scene%clamp(boundary%fixed(2, i))%clamp%held) v = 0.0_rp
         end associate
       end do
     end do

@@ -8,9 +8,9 @@
 module boundary_symmetry
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
+  use conditions_symmetry, only: symmetry_t
   use mapping_nodes, only: nodes_t
   use state_books, only: books_t, e_wall_heat
-  use state_conditions, only: symmetry_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private

@@ -192,7 +192,7 @@ contains
         input%reals('BODY', b, 'VELOCITY_GRADIENT', 9)]) > 0.0_rp)
     end do
     do b = 1, size(scene%clamp)
-      metal_moves = metal_moves .or. any(abs(scene%clamp(b)%velocity) > 0.0_rp)
+      metal_moves = metal_moves .or. scene%clamp(b)%clamp%moves()
     end do
   end function metal_moves
 

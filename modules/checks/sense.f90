@@ -5,13 +5,13 @@ module checks_sense
   use base_kinds, only: pi, rp
   use base_text, only: str
   use bodies_solids, only: bounds, is_inside
+  use conditions_clamp, only: clamp_t
   use heat_setup_cut_cells, only: all_solids, holder_of, solids_t
   use heat_setup_scene, only: is_held
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_written, only: to_real
   use setup_walls, only: wall_of, wall_t
-  use state_conditions, only: clamp_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -145,10 +145,10 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, j, n
 
-    n = size(scene%clamp) - input%count('CLAMP')   ! of walls
+    n = input%count('WALL') - size(scene%symmetry)   ! of walls; those of &CLAMP follow
     do i = 2, input%count('CLAMP')
       do j = 1, i - 1
-        associate (one => scene%clamp(n + i), other => scene%clamp(n + j))
+        associate (one => scene%clamp(n + i)%clamp, other => scene%clamp(n + j)%clamp)
           if (.not. any(one%held .and. other%held)) cycle
           if (same_box(one, other, 1.0e-6_rp*scene%grid%h)) then
             call input%report(diagnostics, 'CLAMP', i, '', &
@@ -166,7 +166,7 @@ contains
   end subroutine compare_clamps
 
   pure logical function same_box(one, other, slack)
-    type(clamp_t), intent(in) :: one, other
+    class(clamp_t), intent(in) :: one, other
     real(rp), intent(in) :: slack                    !! [m]
 
     same_box = all(one%lower <= other%lower + slack .and. other%lower <= one%lower + slack .and. &

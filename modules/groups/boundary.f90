@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of &WALL, &CLAMP, &LOAD, &TRACTION and &CONTACT.
+!> Keys of &WALL, &LOAD, &TRACTION and &CONTACT; conditions that hold nodes own theirs
+!> (conditions_list).
 module groups_boundary
+  use conditions_list, only: add_clamp_keys
   use keys_table, only: key_table_t
   implicit none (type, external)
   private
@@ -9,7 +11,7 @@ module groups_boundary
 
 contains
 
-  !> Add the rows of &WALL, &CLAMP, &LOAD, &TRACTION and &CONTACT to the table.
+  !> Add their rows to the table.
   subroutine add_boundary(t)
     type(key_table_t), intent(inout) :: t
 
@@ -23,12 +25,7 @@ contains
     call t%key('TEMPERATURE', 'real', 1, 'K', '', '(0,inf)', &
       'temperature of the wall; not given: it lets no heat through')
 
-    call t%group('CLAMP', 'repeat', 'Nodes of the grid in a box, moved at a given velocity.')
-    call t%key('LOWER', 'real', 3, 'm', 'required', '', 'lower corner of the box')
-    call t%key('UPPER', 'real', 3, 'm', 'required', '', 'upper corner of the box')
-    call t%key('COMPONENTS', 'text', 1, '', 'xyz', 'xyz', &
-      'components of the velocity that are held')
-    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the nodes')
+    call add_clamp_keys(t)
 
     call t%group('LOAD', 'repeat', &
       'A force on a body, shared by its particles in proportion to mass.')
@@ -62,7 +59,6 @@ contains
       'direction of the surface: from gradients of volume, or from a plane between the '// &
       'particles; that of either body instead where it separates them better')
 
-    call t%may_change('CLAMP', 'VELOCITY')
     call t%may_change('LOAD', 'FORCE')
     call t%may_change('TRACTION', 'PRESSURE VECTOR')
   end subroutine add_boundary

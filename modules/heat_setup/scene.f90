@@ -3,6 +3,7 @@
 module heat_setup_scene
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
+  use conditions_list, only: clamp_groups
   use heat_alone_state, only: heat_run_t
   use heat_mesh_curve, only: make_property
   use heat_mesh_cut_mesh, only: cut_mesh, cuts_t
@@ -29,8 +30,7 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(8), parameter :: idle(8) = [character(8) :: 'TOOL', 'MOTION', 'WALL', 'CLAMP', &
-                                          'LOAD', 'TRACTION', 'CONTACT', 'FIELD']
+    character(16), allocatable :: idle(:)
     integer :: g, i
 
     if (scene%method%has_mechanics) then
@@ -40,6 +40,8 @@ contains
     if (scene%method%heat_every > 0) then
       call input%report(diagnostics, 'HEAT', 1, 'EVERY', 'has no effect with MECHANICS = F')
     end if
+    allocate (idle, source=[character(16) :: 'TOOL', 'MOTION', 'WALL', 'LOAD', 'TRACTION', &
+                            'CONTACT', 'FIELD', clamp_groups()])
     do g = 1, size(idle)
       do i = 1, input%count(trim(idle(g)))
         call input%report(diagnostics, trim(idle(g)), i, '', 'has no effect with MECHANICS = F')

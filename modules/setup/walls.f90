@@ -3,12 +3,14 @@
 !> is a plane of symmetry; any other is a clamp that holds the nodes at and behind it.
 module setup_walls
   use base_kinds, only: rp
-  use base_text, only: str
+  use base_text, only: lower, str
   use bodies_solids, only: bounds, read_solid, solid_t
+  use conditions_clamp, only: clamp_t
+  use conditions_list, only: append_clamp, clamp_groups, make_clamp
+  use conditions_symmetry, only: symmetry_t
   use grid_geometry, only: grid_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use state_conditions, only: clamp_t, symmetry_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -25,28 +27,51 @@ module setup_walls
 
 contains
 
-  !> Fill `scene%symmetry`, `scene%clamp` and their names: walls first, then clamps, each in the
-  !> order of the file.
+  !> Fill `scene%symmetry`, `scene%clamp` and their names: walls first, then the groups of clamps,
+  !> each in the order of the file.
   subroutine read_conditions(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    integer :: i, n
+    character(16), allocatable :: groups(:)
+    integer :: i, k
 
-    n = input%count('WALL')
-    allocate (scene%symmetry(0), scene%clamp(0), scene%condition(n + input%count('CLAMP')))
-    do i = 1, n
+    allocate (groups, source=clamp_groups())
+    allocate (scene%symmetry(0), scene%clamp(0))
+    allocate (scene%condition(input%count('WALL') &
+                              + sum([(input%count(trim(groups(k))), k=1, size(groups))])))
+    do i = 1, input%count('WALL')
       call read_wall(input, i, scene, diagnostics)
       associate (before => scene%condition(1:i - 1), name => scene%condition(i))
         name = 'wall_'//input%text('WALL', i, 'SIDE')
         if (any(before == name)) name = trim(name)//'_'//str(i)
       end associate
     end do
-    do i = 1, input%count('CLAMP')
-      call read_clamp(input, i, n + i, scene, diagnostics)
-      scene%condition(n + i) = 'clamp'//str(i)
+    i = input%count('WALL')
+    do k = 1, size(groups)
+      call read_clamps(input, trim(groups(k)), i, scene, diagnostics)
     end do
   end subroutine read_conditions
+
+  !> All groups of one kind of clamps; `place` is that of the last condition.
+  subroutine read_clamps(input, group, place, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group
+    integer, intent(inout) :: place
+    type(scene_t), intent(inout) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    class(clamp_t), allocatable :: clamp
+    integer :: i
+
+    do i = 1, input%count(group)
+      call make_clamp(group, clamp)
+      call clamp%read_keys(input, i, diagnostics)
+      place = place + 1
+      clamp%place = place
+      scene%condition(place) = lower(group)//str(i)
+      call append_clamp(scene%clamp, clamp)
+    end do
+  end subroutine read_clamps
 
   !> The `i`-th &WALL.
   type(wall_t) function wall_of(input, grid, i) result(wall)
@@ -95,7 +120,7 @@ contains
       clamp = clamp_t(place=i, held=wall%held)
       if (wall%faces_up) clamp%upper(wall%axis) = wall%position
       if (.not. wall%faces_up) clamp%lower(wall%axis) = wall%position
-      scene%clamp = [scene%clamp, clamp]
+      call append_clamp(scene%clamp, clamp)
       if (has_temperature) then
         call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
                           'needs a wall on a plane of nodes with no &SHAPE behind it')
@@ -133,40 +158,20 @@ contains
     real(rp), intent(in) :: slack           !! [m]
     type(diagnostics_t) :: said             !! elsewhere
     type(solid_t) :: solid
-    real(rp) :: lower(3), upper(3)
+    real(rp) :: low(3), high(3)
     integer :: i
 
     is_bare = .true.
     do i = 1, input%count('SHAPE')
       call read_solid(input, i, solid, said)
       if (.not. solid%adds) cycle
-      call bounds(solid, lower, upper)
+      call bounds(solid, low, high)
       if (wall%faces_up) then
-        is_bare = is_bare .and. lower(wall%axis) >= wall%position - slack
+        is_bare = is_bare .and. low(wall%axis) >= wall%position - slack
       else
-        is_bare = is_bare .and. upper(wall%axis) <= wall%position + slack
+        is_bare = is_bare .and. high(wall%axis) <= wall%position + slack
       end if
     end do
   end function is_bare
-
-  subroutine read_clamp(input, i, place, scene, diagnostics)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i, place              !! number of the &CLAMP, among the conditions
-    type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
-    type(clamp_t) :: clamp
-    character(:), allocatable :: letters
-    integer :: a
-
-    letters = input%text('CLAMP', i, 'COMPONENTS')
-    clamp = clamp_t(place=place, lower=input%reals('CLAMP', i, 'LOWER', 3), &
-                    upper=input%reals('CLAMP', i, 'UPPER', 3), &
-                    held=[(index(letters, 'xyz'(a:a)) > 0, a=1, 3)], &
-                    velocity=input%reals('CLAMP', i, 'VELOCITY', 3))
-    if (any(clamp%upper < clamp%lower)) then
-      call input%report(diagnostics, 'CLAMP', i, 'UPPER', 'must not be below LOWER')
-    end if
-    scene%clamp = [scene%clamp, clamp]
-  end subroutine read_clamp
 
 end module setup_walls

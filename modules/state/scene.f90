@@ -2,12 +2,13 @@
 !> The scene: what does not change while a simulation runs.
 module state_scene
   use base_kinds, only: i8, rp
+  use conditions_list, only: held_t
+  use conditions_symmetry, only: symmetry_t
   use contact_pair, only: contact_t
   use fields_field, only: field_t
   use grid_geometry, only: grid_t
   use particles_store, only: layout_t
   use physics_material, only: material_t
-  use state_conditions, only: clamp_t, symmetry_t
   implicit none (type, external)
   private
 
@@ -124,7 +125,7 @@ module state_scene
     type(body_t), allocatable :: body(:)
     character(32), allocatable :: condition(:)   !! names of walls and clamps, as in the history
     type(symmetry_t), allocatable :: symmetry(:)
-    type(clamp_t), allocatable :: clamp(:)
+    type(held_t), allocatable :: clamp(:)        !! in the order of the conditions
     type(contact_t), allocatable :: contact(:)   !! one for every two groups of bodies
     integer, allocatable :: tool_of(:)       !! tool of each group of bodies; 0: not rigid
     type(method_t) :: method

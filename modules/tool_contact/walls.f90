@@ -28,7 +28,7 @@ contains
       do i = 1, boundary%n_fixed
         e = contact%entry_of(boundary%fixed(1, i))
         if (e == 0) cycle
-        where (scene%clamp(boundary%fixed(2, i))%held) contact%free(:, e) = 0.0_rp
+        where (scene%clamp(boundary%fixed(2, i))%clamp%held) contact%free(:, e) = 0.0_rp
       end do
       if (.not. contact%reaches_mirrors) return
       do i = 1, m%n_planes
@@ -114,10 +114,10 @@ contains
         e = t%entry_of(boundary%fixed(1, i))
         if (e == 0 .or. boundary%fixed(3, i) == 0) cycle
         c = boundary%fixed(2, i)
-        place = scene%clamp(c)%place
+        place = scene%clamp(c)%clamp%place
         impulse = t%values(v_push:v_push + 2, e) + t%part(e)*t%values(v_hold:v_hold + 2, e)
         do a = 1, 3
-          if (.not. scene%clamp(c)%held(a)) cycle
+          if (.not. scene%clamp(c)%clamp%held(a)) cycle
           books%impulse(a, place) = books%impulse(a, place) - impulse(a)
           associate (record => g(:, t%node(e)))
             books%sums(e_wall) = books%sums(e_wall) - impulse(a)*(record(a) - 0.5_rp*record(4 + a))

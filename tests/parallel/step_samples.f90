@@ -4,6 +4,9 @@
 module step_samples
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
+  use conditions_clamp, only: clamp_t
+  use conditions_list, only: append_clamp
+  use conditions_symmetry, only: symmetry_t
   use contact_motion, only: phase_t
   use contact_pair, only: contact_t, pair_law_t
   use contact_tool, only: tool_t
@@ -12,7 +15,6 @@ module step_samples
   use physics_flow_law, only: flow_law_t, n_work
   use run_balance, only: first_partition
   use run_regrid, only: regrid
-  use state_conditions, only: clamp_t, symmetry_t
   use step_simulation, only: simulation_t
   use tool_shapes_box, only: box_t
   use tool_shapes_plane, only: plane_t
@@ -116,7 +118,7 @@ contains
     clamp%upper = merge(huge(1.0_rp), h*upper, upper > 1.0e6_rp)
     clamp%held = held
     clamp%velocity = velocity
-    sim%scene%clamp = [sim%scene%clamp, clamp]
+    call append_clamp(sim%scene%clamp, clamp)
     sim%scene%condition = [character(32) :: sim%scene%condition, 'clamp']
   end subroutine add_clamp
 
