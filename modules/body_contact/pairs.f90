@@ -54,8 +54,7 @@ contains
     do e = 1, pairs%n
       associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e))
         record = g(:, q, groups)
-        call resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, taken > 0.0_rp, &
-                          record)
+        call resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, taken > 0.0_rp, record)
         g(:, q, groups) = record
       end associate
     end do

@@ -57,7 +57,7 @@ contains
         is_given = input%given('MATERIAL', i, trim(tables(k)))
         if (.not. is_given) cycle
         call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
-                          'has no effect beside mechanics, only with '//'MECHANICS = F', &
+                          'has no effect beside mechanics, only with MECHANICS = F', &
                           is_warning=input%line('METHOD', 1, 'MECHANICS') < 0)
       end do
     end do

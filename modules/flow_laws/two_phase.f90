@@ -200,7 +200,7 @@ contains
     real(rp), intent(inout) :: state(nlane, self%n_state)
 
     call integrate(self%coefficients(), self%k0, self%taylor, self%f_end, self%gamma, work, x, &
-               log_rate, state)
+                   log_rate, state)
   end subroutine advance
 
   subroutine inspect(self, n, temp, rate, state, counts, lane)

@@ -101,8 +101,11 @@ contains
           call need_property(input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', diagnostics)
           call need_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
         end if
-        if (material(m)%flow%knows_melting()) call need_property(input, m, 'T_MELT', &
-          "LAW = '"//input%text('MATERIAL', m, 'LAW')//"' softens towards it", diagnostics)
+        if (material(m)%flow%knows_melting()) then
+          call need_property(input, m, 'T_MELT', &
+                             "LAW = '"//input%text('MATERIAL', m, 'LAW')//"' softens towards it", &
+                             diagnostics)
+        end if
       end if
       name(i) = input%text(group, i, 'NAME')
       if (find(name(:i - 1), name(i)) > 0) then

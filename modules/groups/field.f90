@@ -27,11 +27,9 @@ contains
       'A: displacement [m], angle [rad] (vortex), velocity [m/s] (noise, alternating) or '// &
       'temperature [K]')
     call t%key('WAVELENGTH', 'real', 3, 'm', '1 1 1 if KIND = waves or mode or heat-mode', &
-               '(0,inf)', &
-      'L of each axis')
+      '(0,inf)', 'L of each axis')
     call t%key('AXES', 'text', 1, '', &
-               'x if KIND = waves or mode or heat-mode or noise or alternating', &
-      'xyz', &
+      'x if KIND = waves or mode or heat-mode or noise or alternating', 'xyz', &
       'axes that take part; components of the velocity with noise')
     call t%key('SHIFT', 'real', 3, 'rad', '0 0 0 if KIND = waves or mode or heat-mode', '', &
       'P of each axis')

@@ -63,8 +63,7 @@ contains
     call t%key('FRICTION', 'real', 1, '', '0 if CONTACT = sliding or limited or mixed', '[0,inf)', &
       'stir: coefficient of friction')
     call t%key('PRESSURE', 'real', 1, 'Pa', '0 if CONTACT = sliding or limited or mixed', &
-               '[0,inf)', &
-      'stir: pressure under the tool')
+      '[0,inf)', 'stir: pressure under the tool')
     call t%key('SLIP', 'real', 1, '', '0 if CONTACT = mixed', '[0,1]', &
       'stir: part that slides if CONTACT = mixed')
     call t%key('SHARE', 'real', 1, '', 'if KIND = stir', '[0,1]', &

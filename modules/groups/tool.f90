@@ -24,12 +24,10 @@ contains
       'what the coefficient depends on instead: temperature of the body, pressure in it on the '// &
       'surface, speed of sliding')
     call t%key('FRICTION_AT', 'real', -64, '', &
-               'if FRICTION_TABLE_OF = temperature or pressure or slip', &
-      '[0,inf)', &
+      'if FRICTION_TABLE_OF = temperature or pressure or slip', '[0,inf)', &
       'rising temperatures [K], pressures [Pa] or speeds [m/s]')
     call t%key('FRICTION_MU', 'real', -64, '', &
-               'if FRICTION_TABLE_OF = temperature or pressure or slip', &
-      '[0,inf)', &
+      'if FRICTION_TABLE_OF = temperature or pressure or slip', '[0,inf)', &
       'coefficients there; linear between, constant outside')
     call t%key('SHEAR_LIMIT', 'logical', 1, '', '.true.', '', &
       'friction does not exceed the shear yield stress of the body')

@@ -35,7 +35,7 @@ contains
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
           call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
-            'there is no &MATERIAL of this name; '//known(scene%material%name))
+                            'there is no &MATERIAL of this name; '//known(scene%material%name))
           b%material = 1
         end if
         call check_stretch(input, i, diagnostics)
@@ -47,7 +47,7 @@ contains
     do i = 1, input%count('LOAD')
       if (find(scene%body%name, input%text('LOAD', i, 'BODY')) == 0) then
         call input%report(diagnostics, 'LOAD', i, 'BODY', &
-          'there is no &BODY of this name; '//known(scene%body%name))
+                          'there is no &BODY of this name; '//known(scene%body%name))
       end if
     end do
   end subroutine read_bodies
@@ -65,7 +65,7 @@ contains
       if (input%text('SHAPE', i, 'BODY') /= input%text('BODY', body, 'NAME')) cycle
       if (all(input%text('SHAPE', i, 'KIND') /= ['cylinder', 'sphere  '])) then
         call input%report(diagnostics, 'BODY', body, 'LATTICE', &
-                            'round: the first &SHAPE of the body must be a cylinder or a sphere')
+                          'round: the first &SHAPE of the body must be a cylinder or a sphere')
       end if
       exit
     end do
@@ -73,7 +73,7 @@ contains
       do i = 1, input%count(trim(groups(g)))
         if (input%text(trim(groups(g)), i, 'BODY') == input%text('BODY', body, 'NAME')) then
           call input%report(diagnostics, trim(groups(g)), i, 'BODY', &
-          'a body with LATTICE = round cannot have a &'//trim(groups(g)))
+                            'a body with LATTICE = round cannot have a &'//trim(groups(g)))
         end if
       end do
     end do
@@ -90,11 +90,11 @@ contains
 
     do i = 1, input%count('SURFACE')
       if (.not. scene%method%conducts) call input%report(diagnostics, 'SURFACE', i, '', &
-        'has no effect without a &HEAT group')
+                                                         'has no effect without a &HEAT group')
       body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
       if (body == 0) then
-        call input%report(diagnostics, 'SURFACE', i, 'BODY', 'there is no &BODY of this name; '// &
-                            known(scene%body%name))
+        call input%report(diagnostics, 'SURFACE', i, 'BODY', &
+                          'there is no &BODY of this name; '//known(scene%body%name))
         cycle
       end if
       wanted = input%text('SURFACE', i, 'FACE')
@@ -126,8 +126,8 @@ contains
       call read_solid(input, i, solid, diagnostics)
       body = find(scene%body%name, input%text('SHAPE', i, 'BODY'))
       if (body == 0) then
-        call input%report(diagnostics, 'SHAPE', i, 'BODY', 'there is no &BODY of this name; '// &
-                            known(scene%body%name))
+        call input%report(diagnostics, 'SHAPE', i, 'BODY', &
+                          'there is no &BODY of this name; '//known(scene%body%name))
         cycle
       end if
       if (.not. solid%adds) cycle
@@ -140,7 +140,7 @@ contains
     end do
     do body = 1, size(scene%body)
       if (.not. has_shape(body)) call input%report(diagnostics, 'BODY', body, 'NAME', &
-        'no &SHAPE adds material to this body')
+                                                   'no &SHAPE adds material to this body')
     end do
   end subroutine check_shapes
 

@@ -27,8 +27,8 @@ contains
         layout%n_law = max(layout%n_law, scene%material(m)%flow%n_state)
         if (scene%material(m)%flow%anneals .and. .not. scene%method%conducts) then
           call input%report(diagnostics, 'MATERIAL', m, '', &
-            scene%material(m)%flow%annealing_keys()// &
-            ' go with the conduction steps: there is no &HEAT')
+                            scene%material(m)%flow%annealing_keys()// &
+                            ' go with the conduction steps: there is no &HEAT')
         end if
       end do
       if (layout%n_law == 0) return

@@ -248,8 +248,7 @@ contains
       end do
       taken = merge(3.0e-5_rp, 1.0e-4_rp, i == 2)
       call take_step(world, sim, taken)
-      call expect('a step that is too long gets shorter', &
-                  taken < 3.0e-5_rp .and. taken > 1.0e-7_rp)
+      call expect('a step that is too long gets shorter', taken < 3.0e-5_rp .and. taken > 1.0e-7_rp)
       call expect('and is taken', .not. sim%step%is_broken)
       short = taken
       call take_step(world, other, short)
@@ -314,8 +313,8 @@ contains
       call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, sim%nodes, &
                            sim%boundary, sim%exchange, sim%books, taken, sim%nodes%g, stands)
       call apply_boundary(world, sim, taken, sim%nodes%g, stands)
-      call expect('who sees it does not go on', sim%exchange%speculative%is_possible &
-                  .eqv. (world%size > 1 .and. stands))
+      call expect('who sees it does not go on', &
+                  sim%exchange%speculative%is_possible .eqv. (world%size > 1 .and. stands))
       call expect('who sees it', stands .eqv. (k == 3 .or. world%rank < world%size - 1))
       outcome = outcome_t()
       call work_ahead(sim, taken, outcome)
@@ -330,8 +329,8 @@ contains
       else
         call expect('no block is done', sim%exchange%speculative%done == 0)
         call expect_same(sim, ps, books)
-        call expect('no outcome', same(outcome%speed2, 0.0_rp) &
-                    .and. same(outcome%stiffness, 0.0_rp))
+        call expect('no outcome', &
+                    same(outcome%speed2, 0.0_rp) .and. same(outcome%stiffness, 0.0_rp))
       end if
       call expect('time stands still', same(sim%clock%time, clock%time) &
                   .and. sim%clock%step == clock%step &

@@ -208,9 +208,9 @@ contains
       call expect('the upper body presses down', impulse(3) < 0.0_rp)
       call expect_close('momentum is kept', norm2(impulse + two(2)%momentum - one(2)%momentum), &
                         0.0_rp, atol=1.0e-12_rp*norm2(impulse))
-      call expect_close('angular momentum is kept', norm2(two(1)%moment - one(1)%moment &
-                        + two(2)%moment - one(2)%moment), 0.0_rp, &
-                        atol=1.0e-12_rp*h*norm2(impulse))
+      call expect_close('angular momentum is kept', &
+                        norm2(two(1)%moment - one(1)%moment + two(2)%moment - one(2)%moment), &
+                        0.0_rp, atol=1.0e-12_rp*h*norm2(impulse))
       most = 0.0_rp
       pull = 0.0_rp
       do e = 1, sim%pairs%n
@@ -243,8 +243,8 @@ contains
     heat = all_of(world, heat)
     sums = all_of(world, sim%books%sums)
     call expect('friction takes energy', sums(e_friction) > 0.0_rp)
-    call expect_close('energy lost', sums(e_friction) + sums(e_contact), -work_on(sim, before, 1) &
-                      - work_on(sim, before, 2), rtol=1.0e-11_rp)
+    call expect_close('energy lost', sums(e_friction) + sums(e_contact), &
+                      -work_on(sim, before, 1) - work_on(sim, before, 2), rtol=1.0e-11_rp)
     call expect_close('heat of the particles', heat(1), sums(e_friction), rtol=1.0e-11_rp)
   end subroutine check_energy
 
@@ -280,8 +280,9 @@ contains
       two = balance_of(world, sim, axis, sim%nodes%g(:, :, 1))
       sums = all_of(world, sim%tool(1)%sums)
       call expect('it presses', sums(s_press) > 0.0_rp)
-      call expect_close('force on the tool', norm2(two%momentum - one%momentum &
-                        + sums(s_force:s_force + 2)), 0.0_rp, atol=1.0e-12_rp*sums(s_press))
+      call expect_close('force on the tool', &
+                        norm2(two%momentum - one%momentum + sums(s_force:s_force + 2)), 0.0_rp, &
+                        atol=1.0e-12_rp*sums(s_press))
       call expect_close('torque against the spin', sums(s_torque), one%moment(3) - two%moment(3), &
                         atol=1.0e-12_rp*h*sums(s_press))
       call expect_close('work of the tool', sums(s_work) - sums(s_friction) - sums(s_normal), &

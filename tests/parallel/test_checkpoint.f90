@@ -48,8 +48,7 @@ contains
       boxes(r)%hi = [r, 9, 10*r]
     end do
     call write_checkpoint(world, path, p, boxes, [1.5_rp, real(world%rank, rp), 0.1_rp], &
-                          [1.0_rp, real(world%rank, rp)], &
-                          notes, error)
+                          [1.0_rp, real(world%rank, rp)], notes, error)
   end subroutine save
 
   !> A restart on as many ranks gets every bit back.
@@ -136,14 +135,14 @@ contains
     call mpi_comm_size(part%comm, part%size)
     call read_checkpoint(part, base//'other.h5', q, boxes, global, local, same, error)
     call expect_no_error('checkpoint is read by fewer', error)
-    call expect('other ranks', (same .eqv. part%size == world%size) .and. &
-                               (same .eqv. allocated(boxes)))
+    call expect('other ranks', &
+                (same .eqv. part%size == world%size) .and. (same .eqv. allocated(boxes)))
     got = totals(q)
     call part%sum(got)
     call part%sum(local)
     call expect('particles on other ranks', all(abs(got - want) <= 1.0e-12_rp*want))
-    call expect('sum of local numbers', all(nint(local) == &
-                                            [world%size, world%size*(world%size - 1)/2]))
+    call expect('sum of local numbers', &
+                all(nint(local) == [world%size, world%size*(world%size - 1)/2]))
     call expect('global numbers on other ranks', all(global == [1.5_rp, 0.0_rp, 0.1_rp]))
     call mpi_comm_free(part%comm)
     call q%free()

@@ -156,8 +156,8 @@ contains
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g2)
       one = lines_of(c, g1)
       two = lines_of(c, g2)
-      call expect('faces between nodes have columns', (sim%boundary%n_columns > 0) &
-                  .eqv. (c%is_bspline .or. i > 3))
+      call expect('faces between nodes have columns', &
+                  (sim%boundary%n_columns > 0) .eqv. (c%is_bspline .or. i > 3))
       call expect('all ranks have the velocities of the owners', off_owners(sim, g2) <= 0.0_rp)
       call check_held(c, sim, one, two)
       call check_books(c, sim, one, two)

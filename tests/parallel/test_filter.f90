@@ -200,8 +200,8 @@ contains
         call step_once(world, pic, 1.0e-7_rp)
       end do
       associate (n => sim%particles%nblk)
-        call expect('first order is PIC', all(abs(sim%particles%ps(:, :, :n) &
-                                                  - pic%particles%ps(:, :, :n)) <= 0.0_rp))
+        call expect('first order is PIC', &
+                    all(abs(sim%particles%ps(:, :, :n) - pic%particles%ps(:, :, :n)) <= 0.0_rp))
       end associate
       call free_simulation(sim)
       call free_simulation(pic)

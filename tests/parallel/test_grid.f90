@@ -36,8 +36,8 @@ contains
     a = box_t([0, 0, 0], [3, 4, 5])
     b = box_t([2, 3, 4], [9, 9, 9])
     c = a%meet(b)
-    call expect('common nodes', all(c%lo == [2, 3, 4]) .and. all(c%hi == [3, 4, 5]) &
-                .and. c%count() == 8)
+    call expect('common nodes', &
+                all(c%lo == [2, 3, 4]) .and. all(c%hi == [3, 4, 5]) .and. c%count() == 8)
     b = box_t([4, 0, 0], [5, 1, 1])
     c = a%meet(b)
     call expect('no common nodes', c%is_empty() .and. c%count() == 0)
@@ -85,8 +85,7 @@ contains
     call particle_costs(boxes, nodes, weight, load)
     call expect(name//': balanced within 15 %', imbalance(load) <= 1.15_rp)
     call expect_close(name//': of one rank that has all', imbalance([0.0_rp, 3.0_rp, 0.0_rp]), &
-                      3.0_rp, &
-                      rtol=1.0e-12_rp)
+                      3.0_rp, rtol=1.0e-12_rp)
   end subroutine test_balance
 
   !> Fewer loaded nodes than ranks, no load at all, fewer nodes than ranks.
@@ -108,8 +107,8 @@ contains
     nodes = reshape([0, 0, 0, 1, 0, 0, 2, 0, 0], [3, 3])
     call bisect(world, grid, nodes, weight, boxes)
     call expect_cover(world, 'three nodes', grid, boxes)
-    call expect('nodes outside belong to nobody', owner_of(boxes, [3, 0, 0]) == -1 &
-                .and. owner_of(boxes, [-1, 0, 0]) == -1)
+    call expect('nodes outside belong to nobody', &
+                owner_of(boxes, [3, 0, 0]) == -1 .and. owner_of(boxes, [-1, 0, 0]) == -1)
   end subroutine test_few_nodes
 
   !> Sums of records of several widths over one exchange, wider and narrower in turn.

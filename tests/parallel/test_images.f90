@@ -38,8 +38,9 @@ contains
                      [.true., .true., .false.])
     call expect('nodes of a periodic grid', all(grid%n == [7, 1, 4]) &
                 .and. all(grid%period == [7, 1, 0]) .and. all(grid%cells() == [7, 1, 3]))
-    call expect_close('upper corner of a periodic grid', maxval(abs(grid%upper() &
-                      - [1.0_rp, -6.9_rp, 1.3_rp])), 0.0_rp, atol=1.0e-14_rp)
+    call expect_close('upper corner of a periodic grid', &
+                      maxval(abs(grid%upper() - [1.0_rp, -6.9_rp, 1.3_rp])), 0.0_rp, &
+                      atol=1.0e-14_rp)
     within = .true.
     whole = .true.
     kept = .true.

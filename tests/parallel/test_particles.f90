@@ -180,8 +180,8 @@ contains
     call redistribute(world, grid, patch, boxes, nbody, n_awake, keep_none, .true., some, stays)
     b = whole%nblk
     call expect('blocks with sleepers', some%nblk == b)
-    call expect('particles of each block', all(some%count(:b) == whole%count(:b)) &
-                .and. all(some%body(:b) == whole%body(:b)))
+    call expect('particles of each block', &
+                all(some%count(:b) == whole%count(:b)) .and. all(some%body(:b) == whole%body(:b)))
     call expect('order with sleepers', all(some%tag(:, :b) == whole%tag(:, :b)))
     call expect('fields with sleepers', all(abs(some%ps(:, :, :b) - whole%ps(:, :, :b)) <= 0.0_rp))
     call expect_neutral(some)

@@ -214,12 +214,15 @@ contains
     end do
     call gather_particles(world, sim, 1, 1, n, ours)
     call gather_particles(world, whole, 1, 1, n, theirs)
-    call expect_close('places', maxval(abs(ours(f_pos:f_pos + 2, :) &
-                      - theirs(f_pos:f_pos + 2, :))), 0.0_rp, atol=1.0e-12_rp*h)
-    call expect_close('velocities', maxval(abs(ours(f_vel:f_vel + 2, :) &
-                      - theirs(f_vel:f_vel + 2, :))), 0.0_rp, atol=1.0e-8_rp)
-    call expect_close('stresses', maxval(abs(ours(f_tau:f_tau + 5, :) &
-                      - theirs(f_tau:f_tau + 5, :))), 0.0_rp, atol=1.0e-2_rp)
+    call expect_close('places', &
+                      maxval(abs(ours(f_pos:f_pos + 2, :) - theirs(f_pos:f_pos + 2, :))), 0.0_rp, &
+                      atol=1.0e-12_rp*h)
+    call expect_close('velocities', &
+                      maxval(abs(ours(f_vel:f_vel + 2, :) - theirs(f_vel:f_vel + 2, :))), 0.0_rp, &
+                      atol=1.0e-8_rp)
+    call expect_close('stresses', &
+                      maxval(abs(ours(f_tau:f_tau + 5, :) - theirs(f_tau:f_tau + 5, :))), 0.0_rp, &
+                      atol=1.0e-2_rp)
     do a = 1, 3
       change(a) = sum([(ours(f_mass, i)*(ours(f_vel + a - 1, i) - before(f_vel + a - 1, i)), &
                         i=1, n)])

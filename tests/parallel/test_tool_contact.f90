@@ -281,8 +281,7 @@ contains
       slip = (m%w - m%v) - dot_product(m%w - m%v, n)*n
       limit = (3.0_rp*h)**2*m%strength/sqrt(3.0_rp)*dt
       if (i == 4) limit = 0.5_rp*sums(s_press)
-      call expect('the strength is below what friction could give', &
-                  limit <= 0.5_rp*sums(s_press))
+      call expect('the strength is below what friction could give', limit <= 0.5_rp*sums(s_press))
       call expect_close('shear limit', norm2(along + limit*slip/norm2(slip)), 0.0_rp, &
                         atol=1.0e-10_rp*limit)
       call free_simulation(sim)

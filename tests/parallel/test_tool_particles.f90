@@ -54,11 +54,10 @@ contains
       sim%scene%method%scheme = merge(scheme_musl, scheme_usl, i > 5)
       select case (mod(i, 5))
       case (0)
-        call add_tool(sim, plane_tool([0.0_rp, -0.6_rp, -0.8_rp]), h*[2.5_rp, 2.5_rp, 1.8_rp] &
-                      - later*w, w, 0.0_rp)
+        call add_tool(sim, plane_tool([0.0_rp, -0.6_rp, -0.8_rp]), &
+                      h*[2.5_rp, 2.5_rp, 1.8_rp] - later*w, w, 0.0_rp)
       case (1)
-        call add_tool(sim, sphere_tool(3.0_rp*h), h*[2.2_rp, 2.6_rp, 4.9_rp] - later*w, w, &
-                      1.0e4_rp)
+        call add_tool(sim, sphere_tool(3.0_rp*h), h*[2.2_rp, 2.6_rp, 4.9_rp] - later*w, w, 1.0e4_rp)
       case (2)
         call add_tool(sim, box_tool(h*[1.3_rp, 1.0_rp, 0.9_rp], [0.6_rp, 0.0_rp, 0.8_rp]), &
                       h*[2.2_rp, 2.6_rp, 3.0_rp] - later*w, w, -1.0e4_rp)
@@ -121,8 +120,9 @@ contains
         u = v + matmul(l, x - merge(half, 0.0_rp, at_surface)*normal)
         call sim%tool(1)%distance(x + dt*u, gap, normal, room)
         gap = gap - half
-        call normal_velocity(dt, dt, zone, merge(30.0_rp, 60.0_rp, can_flow)*h &
-                             /sqrt(sim%clock%stiffness), huge(1.0_rp), gap, normal, &
+        call normal_velocity(dt, dt, zone, &
+                             merge(30.0_rp, 60.0_rp, can_flow)*h /sqrt(sim%clock%stiffness), &
+                             huge(1.0_rp), gap, normal, &
                              u - rigid%velocity_at(x - half*normal + 0.5_rp*dt*u), closing, slip)
         touches = gap < zone .and. closing > 0.0_rp
         is_near = at_surface .and. sim%tool(1)%friction > 0.0_rp .and. gap < half

@@ -84,7 +84,7 @@ contains
                       atol=1.0e-7_rp)
     call expect_close('axes stay orthonormal', &
                       norm2(matmul(transpose(tool%axes), tool%axes) - unit), 0.0_rp, &
-                     atol=1.0e-13_rp)
+                      atol=1.0e-13_rp)
     v = tool%surface_velocity(tool%position + 0.01_rp*tool%frame(:, 1)) - tool%velocity
     call expect('clockwise from above: the +x side moves to -y', v(2) < -0.9_rp)
     call tool%distance(tool%position + matmul(tool%axes, y), d, n, room)
@@ -131,8 +131,8 @@ contains
       v = points%v(p, :)
       m = points%mass(p)
       call tool%distance(x + dt*v, gap, normal, room)
-      call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, gap - reach, normal, v &
-                           - rigid%velocity_at(x), closing, slip)
+      call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, gap - reach, normal, &
+                           v - rigid%velocity_at(x), closing, slip)
       if (gap < reach .and. closing > 0.0_rp) then
         shear = huge(1.0_rp)
         if (points%flow(p) > 0.0_rp) shear = dt*points%flow(p)*area/sqrt(3.0_rp)
@@ -140,7 +140,7 @@ contains
         points%hold(p, :) = -stick_fraction(m*slip, tool%friction*m*closing, shear)*m*slip
         points%v(p, :) = v + (points%push(p, :) + points%hold(p, :))/m
         call book_tool_impulse(tool, rigid, x, points%push(p, :), points%hold(p, :), &
-                    0.5_rp*(v + points%v(p, :)))
+                               0.5_rp*(v + points%v(p, :)))
       end if
       points%x(p, :) = x + dt*points%v(p, :)
     end do
@@ -179,8 +179,8 @@ contains
     call expect_close('taken back in a step', closing*dt, 3.0e-6_rp)
     call normal_velocity(0.01_rp*dt, dt, 0.0_rp, dt, 0.0_rp, -1.02e-6_rp, up, -2.0e-6_rp/dt*up, &
                          closing, slip)
-    call expect_close('no kick in a short step', (closing - 2.0e-6_rp/dt)*dt, 1.0e-6_rp &
-                      + 0.99e-6_rp)
+    call expect_close('no kick in a short step', (closing - 2.0e-6_rp/dt)*dt, &
+                      1.0e-6_rp + 0.99e-6_rp)
     call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -1.0e-6_rp, up, rest, closing, slip)
     call expect_close('no kick at rest', closing*100.0_rp*dt, 1.0e-6_rp)
     call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.5e-6_rp/dt, -1.0e-6_rp, up, rest, &
@@ -189,8 +189,8 @@ contains
     call normal_velocity(dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -12.0e-6_rp, up, -2.0e-6_rp/dt*up, &
                          closing, slip)
     call expect_close('as fast as it comes', closing*dt, 4.08e-6_rp)
-    call normal_velocity(0.01_rp*dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, 0.5e-6_rp &
-                         - 0.01e-6_rp*100.0_rp, up, -100.0_rp*up, closing, slip)
+    call normal_velocity(0.01_rp*dt, dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, &
+                         0.5e-6_rp - 0.01e-6_rp*100.0_rp, up, -100.0_rp*up, closing, slip)
     call expect_close('a gap is closed in a short step', (100.0_rp - closing)*0.01_rp*dt, 0.5e-6_rp)
     call normal_velocity(dt, 100.0_rp*dt, 0.0_rp, 100.0_rp*dt, 0.0_rp, -0.5e-6_rp, up, 2.0_rp*up, &
                          closing, slip)
@@ -412,8 +412,8 @@ contains
     end do
     call expect('inside the bounds', all(minval(x, 2) >= lower - 1.0e-12_rp) &
                                      .and. all(maxval(x, 2) <= upper + 1.0e-12_rp))
-    call expect('close bounds', all(minval(x, 2) - lower < 2.0e-3_rp) &
-                                .and. all(upper - maxval(x, 2) < 2.0e-3_rp))
+    call expect('close bounds', &
+                all(minval(x, 2) - lower < 2.0e-3_rp) .and. all(upper - maxval(x, 2) < 2.0e-3_rp))
   end subroutine test_bounds
 
   !> A rigid body of particles has no shape: nothing is near it, and it has no ends.

@@ -221,10 +221,10 @@ contains
       b1 = j**(4.0_rp/3.0_rp)
       b2 = j**(-2.0_rp/3.0_rp)
       call expect_close('uniaxial J', blk%j(lane), j, rtol=1.0e-10_rp)
-      call expect_close('uniaxial axial stress', blk%tau(lane, 1), copper%g*(b1 - b2)/1.5_rp &
-                        + 0.5_rp*copper%k*(j*j - 1.0_rp), rtol=1.0e-9_rp)
-      call expect_close('uniaxial lateral stress', blk%tau(lane, 2), copper%g*(b2 - b1)/3.0_rp &
-                        + 0.5_rp*copper%k*(j*j - 1.0_rp), rtol=1.0e-9_rp)
+      call expect_close('uniaxial axial stress', blk%tau(lane, 1), &
+                        copper%g*(b1 - b2)/1.5_rp + 0.5_rp*copper%k*(j*j - 1.0_rp), rtol=1.0e-9_rp)
+      call expect_close('uniaxial lateral stress', blk%tau(lane, 2), &
+                        copper%g*(b2 - b1)/3.0_rp + 0.5_rp*copper%k*(j*j - 1.0_rp), rtol=1.0e-9_rp)
     end do
     lame = copper%k - 2.0_rp/3.0_rp*copper%g        ! small strain: Hooke
     call reset(blk)

@@ -121,9 +121,9 @@ contains
     do p = 1, 2
       call expect_close('adiabatic temperature', maxval(abs(temp(:, p) - want)/(want - room)), &
                         0.0_rp, atol=1.0e-3_rp)
-      call expect_close('adiabatic stress', maxval(abs(flow(:, p)/((a + b*strain**n) &
-                                                   *(1.0_rp - theta)) - 1.0_rp)), 0.0_rp, &
-                        atol=1.0e-3_rp)
+      call expect_close('adiabatic stress', &
+                        maxval(abs(flow(:, p)/((a + b*strain**n) *(1.0_rp - theta)) - 1.0_rp)), &
+                        0.0_rp, atol=1.0e-3_rp)
       call expect_close('the error is of first order', &
                         maxval(abs((coarse(:, p) - want)/(temp(:, p) - want) - 10.0_rp)), 0.0_rp, &
                         atol=1.0_rp)
@@ -232,8 +232,7 @@ contains
     end do
     stress = (blk%tau(:, 1) - blk%tau(:, 2))/(k*rate**exponent)
     power = (blk%temp - before)*paste%rho*paste%c_p/(0.9_rp*k*rate**(exponent + 1.0_rp)*dt)
-    call expect_close('stress of steady flow', maxval(abs(stress - 1.0_rp)), 0.0_rp, &
-                      atol=2.0e-5_rp)
+    call expect_close('stress of steady flow', maxval(abs(stress - 1.0_rp)), 0.0_rp, atol=2.0e-5_rp)
     call expect_close('heat of steady flow', maxval(abs(power - 1.0_rp)), 0.0_rp, atol=1.0e-4_rp)
   end subroutine test_norton_element
 

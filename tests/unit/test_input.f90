@@ -169,8 +169,8 @@ contains
     call parse('&RUN TITLE = ''it''''s "a/b" ! & = x'' NAME="oneil.1"/'//base, input)
     call expect_equal('quotes', input%text('RUN', 1, 'TITLE'), 'it''s "a/b" ! & = x')
     call expect_equal('other quotes', input%text('RUN', 1, 'NAME'), 'oneil.1')
-    call parse("! it's & comment / = "//nl//base//'&RUN'//nl//"TITLE='out/x.h5' ! don't"// &
-               nl//'/', input)
+    call parse("! it's & comment / = "//nl//base//'&RUN'//nl//"TITLE='out/x.h5' ! don't"//nl//'/', &
+               input)
     call expect_equal('path', input%text('RUN', 1, 'TITLE'), 'out/x.h5')
     call expect('line of a group', input%line('RUN', 1) == 7)
     call expect('line of a key', input%line('RUN', 1, 'TITLE') == 8)
@@ -224,8 +224,7 @@ contains
              "t.nml:1: error: text in quotes is not closed on this line: 'x, DENSITY=1 /")
     call bad('&RUN'//nl//"'x' /"//base, 't.nml:2: error: a value without a key: "''x''"')
     call bad('&RUN'//nl//'= 3 /'//base, 't.nml:2: error: there is no key before the =')
-    call bad('&RUN'//nl//'TITLE = ,'//nl//" NAME='x' /"//base, &
-             't.nml:2: error: TITLE has no value')
+    call bad('&RUN'//nl//'TITLE = ,'//nl//" NAME='x' /"//base, 't.nml:2: error: TITLE has no value')
     call bad('&RUN'//nl//'TITLE = /'//base, 't.nml:2: error: TITLE has no value')
     call bad('&MOTION'//nl//'VELOCITY(0) = 1 /'//base, &
              't.nml:2: error: VELOCITY(...): the index must be a whole number above 0')
@@ -283,8 +282,8 @@ contains
                    'PARTICLES_PER_CELL = 99999999999: expected up to 3 integers')
     call bad_value('PARTICLES_PER_CELL = 9', 'PARTICLES_PER_CELL = 9: must be >= 1 and <= 8')
     call bad('&RUN TITLE = cu /'//base, 't.nml:1: error: &RUN TITLE = cu: text must be in quotes')
-    call bad('&RUN TITLE = a long title /'//base, 't.nml:1: error: &RUN TITLE = a long title: '// &
-             'expected a text in quotes, found 3')
+    call bad('&RUN TITLE = a long title /'//base, &
+             't.nml:1: error: &RUN TITLE = a long title: '//'expected a text in quotes, found 3')
     call bad("&RUN TITLE = 'a''/"//nl//'/'//base, &
              "t.nml:1: error: text in quotes is not closed on this line: 'a''/")
     call bad("&METHOD SHAPE = 'bslpine' /"//base, &
@@ -328,8 +327,8 @@ contains
     call expect_close('second of all', input%real('BODY', 2, 'TEMPERATURE'), 500.0_rp)
     call expect('set is given', input%given('BODY', 2, 'TEMPERATURE'))
     call expect('line of an override', input%line('BODY', 2, 'TEMPERATURE') == -1)
-    call parse(two, input, [character(40) :: 'BODY(2).temperature=500', &
-                            'body(2).TEMPERATURE = 600'])
+    call parse(two, input, &
+               [character(40) :: 'BODY(2).temperature=500', 'body(2).TEMPERATURE = 600'])
     call expect_close('not the first', input%real('BODY', 1, 'TEMPERATURE'), 298.0_rp)
     call expect_close('the last override counts', input%real('BODY', 2, 'TEMPERATURE'), 600.0_rp)
     call parse(two, input, ['BODY(plate).VELOCITY=4,5,6'])
@@ -337,8 +336,7 @@ contains
     call parse(two, input, ['BODY(1).VELOCITY(2)=7'])
     call expect('one component', all(nint(input%reals('BODY', 1, 'VELOCITY', 3)) == [1, 7, 3]))
     call parse("&PROBE NAME='p' POSITION=1,1,1 /"//two, input, &
-               [character(40) :: 'METHOD.SHAPE=bspline', 'RUN.TITLE="x y"', &
-                            'PROBE.NAME=its a.b=c'])
+               [character(40) :: 'METHOD.SHAPE=bspline', 'RUN.TITLE="x y"', 'PROBE.NAME=its a.b=c'])
     call expect_equal('group made for it', input%text('METHOD', 1, 'SHAPE'), 'bspline')
     call expect_equal('quoted text', input%text('RUN', 1, 'TITLE'), 'x y')
     call expect_equal('text without quotes', input%text('PROBE', 1, 'NAME'), 'its a.b=c')
@@ -352,8 +350,9 @@ contains
   subroutine test_bad_overrides()
     call bad(base, '--set BODY.TEMPERATURE=hot: error: &BODY TEMPERATURE = hot: '// &
              'expected a real number [K]', 'BODY.TEMPERATURE=hot')
-    call bad(body//base, '--set BODY.TEMPERATURE=-4: error: &BODY TEMPERATURE = -4: '// &
-             'must be > 0 [K]', 'BODY.TEMPERATURE=-4')
+    call bad(body//base, &
+             '--set BODY.TEMPERATURE=-4: error: &BODY TEMPERATURE = -4: '//'must be > 0 [K]', &
+             'BODY.TEMPERATURE=-4')
     call bad(base, '--set BODY: error: expected GROUP.KEY=VALUE', 'BODY')
     call bad(base, '--set BODY.TEMPERATURE: error: expected GROUP.KEY=VALUE', 'BODY.TEMPERATURE')
     call bad(base, '--set BODY.=3: error: expected GROUP.KEY=VALUE', 'BODY.=3')
@@ -432,7 +431,8 @@ contains
     integer :: unit
 
     call read_input_text(key_table(), 't.nml', "&BODY NAME='b'"//nl//"MATERIAL='cu' /"//nl// &
-      '&TIM/'//nl//'x'//nl//grid//material//shape, ['BODY(b).MATERIAL=al'], input, diagnostics)
+                         '&TIM/'//nl//'x'//nl//grid//material//shape, ['BODY(b).MATERIAL=al'], &
+                         input, diagnostics)
     call diagnostics%add('t.nml', 2, 'late')
     call input%report(diagnostics, 'BODY', 1, 'NAME', 'no such name')
     call input%report(diagnostics, 'BODY', 1, 'MATERIAL', 'no such material')
@@ -449,7 +449,7 @@ contains
                       't.nml:3: error: unknown group &TIM; did you mean TIME?')
     call expect_equal('7', diagnostics%text(7), 't.nml: error: there is no &TIME (required)')
     call expect_equal('8', diagnostics%text(8), &
-      "--set BODY(b).MATERIAL=al: error: &BODY MATERIAL = 'al': no such material")
+                      "--set BODY(b).MATERIAL=al: error: &BODY MATERIAL = 'al': no such material")
     call expect_equal('9', diagnostics%text(9), '--set BODY(b).MATERIAL=al: error: second')
     open (newunit=unit, status='scratch', action='readwrite')
     call diagnostics%print(unit)

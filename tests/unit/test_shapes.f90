@@ -35,8 +35,8 @@ program test_shapes
   call test_revolved('concave with tapered pin', &
                      made_t(0.010_rp, 0.015_rp, concavity=10.0_rp*deg, pin_radius=0.004_rp, &
                             tip_radius=0.002_rp, pin_length=0.006_rp))
-  call test_revolved('flat with cone', made_t(0.010_rp, 0.020_rp, pin_radius=0.004_rp, &
-                                              pin_length=0.005_rp))
+  call test_revolved('flat with cone', &
+                     made_t(0.010_rp, 0.020_rp, pin_radius=0.004_rp, pin_length=0.005_rp))
   call test_shapes_of_input()
   call test_known_points()
   call test_box()
@@ -137,8 +137,8 @@ contains
       call shape%distance(x(p, :), one(p), normal, room)
     end do
     call shape%distances(n, x, many)
-    call expect(name//': some inside, some outside', count(one < 0.0_rp) > 20 &
-                                                     .and. count(one > 0.0_rp) > 20)
+    call expect(name//': some inside, some outside', &
+                count(one < 0.0_rp) > 20 .and. count(one > 0.0_rp) > 20)
     call expect(name//': many distances at once', all(abs(many - one) < 1.0e-15_rp))
   end subroutine test_distances
 

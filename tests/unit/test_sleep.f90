@@ -92,8 +92,8 @@ contains
     do k = 1, 2
       do a = -1, 1, 2
         associate (size_of => a*limit/change(k)*gradient(:, :, k))
-          call expect('strain below the limit', .not. is_active(cubes(0.99_rp*size_of, still), &
-                                                                [2, 2, 2]))
+          call expect('strain below the limit', &
+                      .not. is_active(cubes(0.99_rp*size_of, still), [2, 2, 2]))
           call expect('strain above the limit', is_active(cubes(1.01_rp*size_of, still), [2, 2, 2]))
           call expect('one-sided at a corner', is_active(cubes(1.01_rp*size_of, still), [1, 1, 1]))
         end associate

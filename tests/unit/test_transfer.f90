@@ -252,8 +252,8 @@ contains
     call expect_close('to the grid', maxval(abs(g - want))/maxval(abs(want)), 0.0_rp, &
                       atol=1.0e-13_rp)
     call p2g_values_block(n, w, first, rec, stride, nn, values)
-    call expect_close('values to the grid', maxval(abs(values(1:4, :) &
-                                                       - want(1:4, :)))/maxval(abs(want(1:4, :))), &
+    call expect_close('values to the grid', &
+                      maxval(abs(values(1:4, :) - want(1:4, :)))/maxval(abs(want(1:4, :))), &
                       0.0_rp, atol=1.0e-13_rp)
     total = total + sum(rec(:, 1, 1:n), 2)
     call expect_close('sums are conserved', maxval(abs(sum(g, 2) - total))/maxval(abs(total)), &

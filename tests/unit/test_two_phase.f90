@@ -66,8 +66,9 @@ contains
     other%alpha_star%value = [0.2_rp, 0.1_rp, 0.07_rp]
     temp(1:5) = [100.0_rp, 300.0_rp, 400.0_rp, 580.0_rp, 900.0_rp]
     call other%alpha_star%evaluate(temp, value)
-    call expect_close('alpha* of a table', maxval(abs(value(1:5) &
-      - [0.2_rp, 0.2_rp, 0.15_rp, 0.076_rp, 0.07_rp])), 0.0_rp, atol=1.0e-15_rp)
+    call expect_close('alpha* of a table', &
+                      maxval(abs(value(1:5) - [0.2_rp, 0.2_rp, 0.15_rp, 0.076_rp, 0.07_rp])), &
+                      0.0_rp, atol=1.0e-15_rp)
     other%alpha_star%t = [1.0_rp]
     other%alpha_star%value = [0.03_rp]
     call other%alpha_star%evaluate(temp, value)
@@ -263,8 +264,7 @@ contains
     q = 1.0e6_rp
     q(7) = 1.0e9_rp
     call return_map(law, nlane, 1.0e-6_rp, temp, alpha, guess, q, g3, state, x, sigma, &
-                    any_plastic, &
-                    failed)
+                    any_plastic, failed)
     call expect('one lane flows', any_plastic .and. x(7) > 0.0_rp .and. count(x > 0.0_rp) == 1)
     call expect('its state advances', all(abs(state(7, :) - before(7, :)) > 0.0_rp))
     state(7, :) = before(7, :)
