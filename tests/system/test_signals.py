@@ -104,7 +104,7 @@ def test_to_mpirun(tmp_path, number, status):
     to the ranks, which have a second (odls_base_sigkill_timeout) for their checkpoint, and end with its own status;
     SIGUSR2, handed on too, kills the ranks."""
     one = driver.Started("stir", "--quiet", directory=tmp_path, ranks=2,
-                         environment=dict(driver.ENVIRONMENT, OMPI_MCA_odls_base_sigkill_timeout="30"))
+                         environment=dict(driver.ENVIRONMENT, OMPI_MCA_odls_base_sigkill_timeout="6"))
     results = driver.Results(tmp_path / "stir.out", "stir")
     try:
         one.wait_for_rows(results.path("_history.csv"), 10)
