@@ -12,7 +12,7 @@ module tool_shapes_shape
   implicit none (type, external)
   private
 
-  public :: shape_t, add_tilt, tilted_frame, length_text
+  public :: shape_t, add_radius, add_tilt, tilted_frame, length_text
 
   type, abstract :: shape_t
     real(rp) :: radius = 0.0_rp   !! of what stirs; 0: it has none [m]
@@ -108,13 +108,22 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
   end subroutine check_size
 
+  !> Add the row of RADIUS for a shape that has one.
+  subroutine add_radius(t, kind)
+    type(key_table_t), intent(inout) :: t
+    character(*), intent(in) :: kind
+
+    call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = '//kind, '(0,inf)', &
+               'radius; of a shoulder that of its face')
+  end subroutine add_radius
+
   !> Add the row of TILT_DEG for a shape that is tilted.
   subroutine add_tilt(t, kind)
     type(key_table_t), intent(inout) :: t
     character(*), intent(in) :: kind
 
     call t%key('TILT_DEG', 'real', 1, 'deg', '0 if KIND = '//kind, '[-10,10]', &
-               'the shoulder tips backwards against the travel direction +x: trailing edge deeper')
+               'the tool tips backwards against the travel direction +x: trailing edge deeper')
   end subroutine add_tilt
 
   !> Axes of a tool that is tilted: turned about y, the trailing edge (-x) goes down.

@@ -6,7 +6,7 @@ module tool_shapes_shoulder
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_shapes_revolved, only: profile_t, revolved_t
-  use tool_shapes_shape, only: add_tilt, length_text, tilted_frame
+  use tool_shapes_shape, only: add_radius, add_tilt, length_text, tilted_frame
   implicit none (type, external)
   private
 
@@ -44,8 +44,7 @@ contains
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
-    call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = shoulder', '(0,inf)', &
-               'radius of the shoulder or sphere')
+    call add_radius(t, 'shoulder')
     call t%key('HEIGHT', 'real', 1, 'm', '0.02 if KIND = shoulder', '(0,inf)', &
                'height of the shoulder above its face')
     call t%key('CONCAVITY_DEG', 'real', 1, 'deg', '0 if KIND = shoulder', '[0,30)', &

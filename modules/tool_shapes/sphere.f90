@@ -5,7 +5,7 @@ module tool_shapes_sphere
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use tool_shapes_shape, only: add_tilt, length_text, shape_t, tilted_frame
+  use tool_shapes_shape, only: add_radius, add_tilt, length_text, shape_t, tilted_frame
   implicit none (type, external)
   private
 
@@ -28,8 +28,7 @@ contains
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
-    call t%key('RADIUS', 'real', 1, 'm', 'required if KIND = sphere', '(0,inf)', &
-               'radius of the shoulder or sphere')
+    call add_radius(t, 'sphere')
     call add_tilt(t, 'sphere')
   end subroutine add_keys
 
