@@ -197,7 +197,7 @@ contains
         call shape%distance(x, d, normal, room)
         if (d >= 0.0_rp) cycle
         y = matmul(axes, x) - middle
-        is_in = is_in .and. all(abs(y) <= half*(1.0_rp + 1.0e-12_rp))
+        is_in = is_in .and. all(abs(y) <= half + 1.0e-14_rp)
         most = max(most, maxval(abs(y)/half))
       end do
     end do
