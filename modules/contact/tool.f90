@@ -6,7 +6,7 @@ module contact_tool
   use base_kinds, only: nlane, rp
   use contact_friction_table, only: friction_table_t, of_nothing
   use contact_motion, only: motion_t
-  use tool_shapes_shape, only: shape_t
+  use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
 
@@ -166,7 +166,7 @@ contains
 
     d = huge(1.0_rp)
     n = 0.0_rp
-    room = huge(1.0_rp)
+    room = no_edge
     if (.not. self%has_shape()) return
     y = matmul(x - self%position, self%axes)
     call self%shape%distance(y, d, m, room)

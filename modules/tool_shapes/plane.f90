@@ -5,7 +5,7 @@ module tool_shapes_plane
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use tool_shapes_shape, only: shape_t
+  use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
 
@@ -64,7 +64,7 @@ contains
 
     d = x(3)
     normal = [0.0_rp, 0.0_rp, 1.0_rp]
-    room = huge(1.0_rp)
+    room = no_edge
   end subroutine distance
 
   pure subroutine distances(self, n, x, d)

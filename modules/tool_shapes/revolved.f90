@@ -3,7 +3,7 @@
 !> this type draws its outline and reads its keys, no more.
 module tool_shapes_revolved
   use base_kinds, only: pi, rp
-  use tool_shapes_shape, only: shape_t
+  use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
 
@@ -77,7 +77,7 @@ contains
     ar = self%profile%r(side); az = self%profile%z(side)
     br = self%profile%r(side + 1) - ar; bz = self%profile%z(side + 1) - az
     length = sqrt(br*br + bz*bz)
-    room = min(nearest*length/sharpness(self%profile, side), &
+    room = min(no_edge, nearest*length/sharpness(self%profile, side), &
                (1.0_rp - nearest)*length/sharpness(self%profile, side + 1))
     d = merge(-sqrt(best), sqrt(best), inside)
     if (nearest > 0.0_rp .and. nearest < 1.0_rp .or. best <= 0.0_rp) then

@@ -14,6 +14,9 @@ module tool_shapes_shape
 
   public :: shape_t, add_radius, add_tilt, tilted_frame, length_text
 
+  real(rp), parameter, public :: no_edge = 1.0e100_rp   !! room where there is none: far, and may be
+                                                        !! divided by the edge of a cell [m]
+
   type, abstract :: shape_t
     real(rp) :: radius = 0.0_rp   !! of what stirs; 0: it has none [m]
   contains
@@ -48,7 +51,7 @@ module tool_shapes_shape
     end subroutine read_interface
 
     !> Distance of a place, its gradient, and the room along the surface to the nearest edge that
-    !> stands out (huge: there is none).
+    !> stands out (`no_edge`: there is none).
     pure subroutine distance_interface(self, x, d, normal, room)
       import :: shape_t, rp
       implicit none (type, external)

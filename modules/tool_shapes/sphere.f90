@@ -5,7 +5,7 @@ module tool_shapes_sphere
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use tool_shapes_shape, only: add_radius, add_tilt, length_text, shape_t, tilted_frame
+  use tool_shapes_shape, only: add_radius, add_tilt, length_text, no_edge, shape_t, tilted_frame
   implicit none (type, external)
   private
 
@@ -66,7 +66,7 @@ contains
     d = norm2(x)
     normal = x/max(d, tiny(1.0_rp))
     d = d - self%radius
-    room = huge(1.0_rp)
+    room = no_edge
   end subroutine distance
 
   pure subroutine distances(self, n, x, d)

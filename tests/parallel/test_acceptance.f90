@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Which steps stand, and that one that is refused leaves nothing behind.
 program test_acceptance
+  use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
+                                           ieee_set_halting_mode, ieee_value
   use base_kinds, only: rp
   use base_timers, only: wall_time
   use check, only: begin_tests, end_tests, expect, expect_close
@@ -143,22 +145,23 @@ contains
   !> What is no number, and what is too stiff or too fast, on one rank is said on all.
   subroutine test_broken()
     type(simulation_t) :: sim
-    real(rp) :: taken, zero
+    real(rp) :: nan, taken
     integer :: k, node
 
     call prepare(sim)
-    zero = 0.0_rp
+    call ieee_set_halting_mode(ieee_invalid, .false.)   ! a debug build traps
+    nan = ieee_value(1.0_rp, ieee_quiet_nan)
     do k = 1, 6
       call set_velocity(sim%nodes, [0.0_rp, 0.0_rp, 0.0_rp], at_rest, sim%nodes%g(:, :, 1))
       sim%step%last = outcome_t()
       node = node_at(sim, [h, h, h])
       select case (k)
       case (2)
-        if (node > 0) sim%nodes%g(2, node, 1) = zero/zero
+        if (node > 0) sim%nodes%g(2, node, 1) = nan
       case (3)
         if (world%rank == 0) sim%step%last%stiffness = 2.0e30_rp
       case (4)
-        if (world%rank == 0) sim%step%last%speed2 = zero/zero
+        if (world%rank == 0) sim%step%last%speed2 = nan
       case (5)                               ! a step 1e-4 times as long would do
         if (node > 0) sim%nodes%g(1:3, node, 1) = 0.24_rp*h/(1.0e-4_rp*dt)*way
       case (6)
@@ -170,6 +173,7 @@ contains
       call expect('what is refused', is_refused(sim, taken) .eqv. k >= 5)
       call expect('what is broken', sim%step%is_broken .eqv. (k /= 1 .and. k /= 5))
     end do
+    call ieee_set_flag(ieee_invalid, .false.)
     call free_simulation(sim)
   end subroutine test_broken
 
