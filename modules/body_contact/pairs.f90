@@ -69,15 +69,17 @@ contains
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
     type(books_t), intent(in) :: books
-    real(rp) :: all(1)
+    real(rp) :: sums(1)
     integer :: k
 
-    all = books%sums(e_contact)
+    taken = 0.0_rp
+    if (all(scene%contact%normal == moves_as_one)) return
+    sums = books%sums(e_contact)
     do k = 1, size(scene%tool_of)
-      if (scene%tool_of(k) > 0) all = all + tool(scene%tool_of(k))%sums(s_normal)
+      if (scene%tool_of(k) > 0) sums = sums + tool(scene%tool_of(k))%sums(s_normal)
     end do
-    call world%sum(all)
-    taken = all(1)
+    call world%sum(sums)
+    taken = sums(1)
   end function taken_by_contact
 
   !> Collective. Velocities of the nodes that were only interpolated: rigid bodies have their own,

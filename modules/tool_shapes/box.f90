@@ -5,7 +5,7 @@ module tool_shapes_box
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use tool_shapes_shape, only: add_tilt, length_text, shape_t, tilted_frame
+  use tool_shapes_shape, only: add_tilt, far_larger, shape_t, tilted_frame
   implicit none (type, external)
   private
 
@@ -55,7 +55,7 @@ contains
 
     if (maxval(self%half) > 10.0_rp*grid) then
       call input%warn(diagnostics, 'TOOL', i, 'SIZE', &
-                      'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+                      far_larger(grid))
     end if
   end subroutine check_size
 

@@ -12,7 +12,7 @@ module tool_shapes_shape
   implicit none (type, external)
   private
 
-  public :: shape_t, add_radius, add_tilt, tilted_frame, length_text
+  public :: shape_t, add_radius, add_tilt, far_larger, tilted_frame, length_text
 
   real(rp), parameter, public :: no_edge = 1.0e100_rp   !! room where there is none: far, and may be
                                                         !! divided by the edge of a cell [m]
@@ -110,6 +110,14 @@ contains
     logical, intent(in) :: spins                  !! at any time
     type(diagnostics_t), intent(inout) :: diagnostics
   end subroutine check_size
+
+  !> What is wrong with a size far beyond that of the `grid` [m].
+  function far_larger(grid) result(text)
+    real(rp), intent(in) :: grid
+    character(:), allocatable :: text
+
+    text = 'is far larger than the grid of '//length_text(grid)//': lengths are in m'
+  end function far_larger
 
   !> Add the row of RADIUS for a shape that has one.
   subroutine add_radius(t, kind)

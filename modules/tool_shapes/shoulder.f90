@@ -6,7 +6,7 @@ module tool_shapes_shoulder
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_shapes_revolved, only: profile_t, revolved_t
-  use tool_shapes_shape, only: add_radius, add_tilt, length_text, tilted_frame
+  use tool_shapes_shape, only: add_radius, add_tilt, far_larger, length_text, tilted_frame
   implicit none (type, external)
   private
 
@@ -101,7 +101,7 @@ contains
 
     if (self%radius > 2.0_rp*grid) then
       call input%report(diagnostics, 'TOOL', i, 'RADIUS', &
-                        'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+                        far_larger(grid))
     else if (2.0_rp*self%radius > width .and. spins) then
       call input%warn(diagnostics, 'TOOL', i, 'RADIUS', 'a shoulder of '// &
                       length_text(2.0_rp*self%radius)//' across is wider than the bodies, '// &

@@ -5,7 +5,7 @@ module tool_shapes_sphere
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use tool_shapes_shape, only: add_radius, add_tilt, length_text, no_edge, shape_t, tilted_frame
+  use tool_shapes_shape, only: add_radius, add_tilt, far_larger, no_edge, shape_t, tilted_frame
   implicit none (type, external)
   private
 
@@ -53,7 +53,7 @@ contains
 
     if (self%radius > 100.0_rp*grid) then
       call input%warn(diagnostics, 'TOOL', i, 'RADIUS', &
-                      'is far larger than the grid of '//length_text(grid)//': lengths are in m')
+                      far_larger(grid))
     end if
   end subroutine check_size
 
