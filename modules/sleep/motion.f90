@@ -31,15 +31,18 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(sleepers_t), intent(inout) :: sleepers
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
-    integer :: c, i, q, r
+    integer :: c, i, ijk(3), q, r
 
     if (.not. allocated(sleepers%motion%sums)) return
     associate (motion => sleepers%motion, layer => sleepers%layer)
       motion%time = motion%time + dt
       do r = 1, nodes%n_ranges
         if (nodes%range(3, r) /= 1) cycle
-        do q = nodes%range(1, r), nodes%range(2, r)
-          c = cube_of(nodes, motion%box, q)
+        ijk = place_of(nodes, nodes%range(1, r))
+        c = cube_of(motion%box, ijk)
+        do q = nodes%range(1, r), nodes%range(2, r)            ! a run goes up
+          if (mod(ijk(3), edge) == 0) c = cube_of(motion%box, ijk)
+          ijk(3) = ijk(3) + 1
           associate (sums => motion%sums(:, c))
             sums(m_mass) = sums(m_mass) + dt*g(8, q)
             sums(m_momentum:m_momentum + 2) = sums(m_momentum:m_momentum + 2) + dt*g(8, q)*g(1:3, q)
@@ -49,7 +52,7 @@ contains
       if (.not. allocated(layer%held)) return
       do i = 1, size(layer%held)
         if (.not. layer%is_own(i)) cycle
-        c = cube_of(nodes, motion%box, layer%held(i))
+        c = cube_of(motion%box, place_of(nodes, layer%held(i)))
         associate (sums => motion%sums(m_impulse:m_impulse + 2, c))
           sums = sums + layer%impulse(:, i)
         end associate
@@ -57,21 +60,29 @@ contains
     end associate
   end subroutine track_motion
 
-  !> Number of the cube of `box` that the node `q` is in or next to.
-  pure integer function cube_of(nodes, box, q) result(c)
+  !> Where a node is in the grid.
+  pure function place_of(nodes, q) result(ijk)
     type(nodes_t), intent(in) :: nodes
-    type(box_t), intent(in) :: box
     integer, intent(in) :: q
-    integer :: ijk(3), n(3)
+    integer :: ijk(3)
 
     associate (stride => nodes%patch%stride)
       ijk(1) = (q - 1)/stride(1)
       ijk(2) = (q - 1 - ijk(1)*stride(1))/stride(2)
       ijk(3) = q - 1 - ijk(1)*stride(1) - ijk(2)*stride(2)
     end associate
+    ijk = ijk + nodes%patch%all%lo
+  end function place_of
+
+  !> Number of the cube of `box` that a node is in or next to.
+  pure integer function cube_of(box, ijk) result(c)
+    type(box_t), intent(in) :: box
+    integer, intent(in) :: ijk(3)
+    integer :: at(3), n(3)
+
     n = box%hi - box%lo + 1
-    ijk = max(0, min(n - 1, (ijk + nodes%patch%all%lo)/edge - box%lo))
-    c = 1 + ijk(1) + n(1)*(ijk(2) + n(2)*ijk(3))
+    at = max(0, min(n - 1, ijk/edge - box%lo))
+    c = 1 + at(1) + n(1)*(at(2) + n(2)*at(3))
   end function cube_of
 
   !> Mean velocity of a cube from its sums over all ranks [m/s]; 0 if nothing is there.

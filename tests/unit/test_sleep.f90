@@ -167,8 +167,8 @@ contains
     nodes%patch%nn = 8
     nodes%patch%stride = [4, 2, 1]
     nodes%patch%all = box_t([2, 3, 6], [3, 4, 7])
-    nodes%n_ranges = 1
-    nodes%range = reshape([1, 8, 1], [3, 1])
+    nodes%n_ranges = 4
+    nodes%range = reshape([1, 2, 1, 3, 4, 1, 5, 6, 1, 7, 8, 1], [3, 4])
     call hold_layer(scene, clock, nodes, sleepers, books, g)
     call expect('a held node stands still', maxval(abs(g(1:3, 7))) <= 0.0_rp)
     call expect_close('its change', norm2(g(5:7, 7) + awake_velocity), 0.0_rp, atol=1.0e-12_rp)
