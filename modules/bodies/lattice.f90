@@ -4,7 +4,7 @@
 !> below its surface everywhere.
 module bodies_lattice
   use base_kinds, only: rp
-  use bodies_solids, only: bounds, reference, solid_t
+  use bodies_solids, only: bounds, reference, solid_sphere, solid_t
   use state_scene, only: body_t, scene_t
   implicit none (type, external)
   private
@@ -56,7 +56,7 @@ contains
     lattice%n = ceiling((high - lattice%origin)/lattice%spacing) + 1
     if (.not. body%is_round) return
     associate (solid => solids(findloc(solids%adds, .true., 1)), s => lattice%spacing)
-      lattice%kind = merge(shells, rings, solid%kind == 'sphere')
+      lattice%kind = merge(shells, rings, solid%kind == solid_sphere)
       if (lattice%kind == rings) lattice%axis = solid%axis
       lattice%centre = solid%centre
       lattice%radius = solid%radius

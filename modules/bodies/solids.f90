@@ -5,13 +5,19 @@ module bodies_solids
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
+  use keys_names, only: find
   implicit none (type, external)
   private
 
   public :: solid_t, read_solid, is_inside, holds, bounds, reference
 
+  integer, parameter, public :: solid_box = 1, solid_cylinder = 2, solid_sphere = 3, &
+                                solid_trapezoid = 4
+  !> Names of these kinds as KIND takes them; they are compared once a solid, not once a point.
+  character(9), parameter :: names(4) = ['box      ', 'cylinder ', 'sphere   ', 'trapezoid']
+
   type :: solid_t
-    character(16) :: kind = 'box'
+    integer :: kind = solid_box
     logical :: adds = .true.
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box, trapezoid [m]
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp, length = 0.0_rp   !! cylinder, sphere [m]
@@ -29,10 +35,10 @@ contains
     type(solid_t), intent(out) :: solid
     type(diagnostics_t), intent(inout) :: diagnostics
 
-    solid%kind = input%text('SHAPE', i, 'KIND')
+    solid%kind = find(names, input%text('SHAPE', i, 'KIND'))
     solid%adds = input%text('SHAPE', i, 'OPERATION') == 'add'
     select case (solid%kind)
-    case ('box', 'trapezoid')
+    case (solid_box, solid_trapezoid)
       call need('LOWER')
       call need('UPPER')
       solid%lower = input%reals('SHAPE', i, 'LOWER', 3)
@@ -40,13 +46,13 @@ contains
       if (input%given('SHAPE', i, 'UPPER') .and. any(solid%upper <= solid%lower)) then
         call input%report(diagnostics, 'SHAPE', i, 'UPPER', 'must be above LOWER on every axis')
       end if
-      if (solid%kind == 'trapezoid') call read_trapezoid()
+      if (solid%kind == solid_trapezoid) call read_trapezoid()
     case default
       call need('CENTRE')
       call need('RADIUS')
       solid%centre = input%reals('SHAPE', i, 'CENTRE', 3)
       solid%radius = input%real('SHAPE', i, 'RADIUS')
-      if (solid%kind == 'cylinder') then
+      if (solid%kind == solid_cylinder) then
         call need('LENGTH')
         solid%length = input%real('SHAPE', i, 'LENGTH')
         solid%axis = index('xyz', input%text('SHAPE', i, 'AXIS'))
@@ -58,7 +64,7 @@ contains
 
       if (.not. input%given('SHAPE', i, key)) then
         call input%report(diagnostics, 'SHAPE', i, key, &
-                          "required for KIND = '"//trim(solid%kind)//"'")
+                          "required for KIND = '"//input%text('SHAPE', i, 'KIND')//"'")
       end if
     end subroutine need
 
@@ -95,16 +101,16 @@ contains
     real(rp) :: d(3), s, w
 
     select case (solid%kind)
-    case ('box')
+    case (solid_box)
       holds = all(x >= solid%lower .and. x < solid%upper)
-    case ('trapezoid')
+    case (solid_trapezoid)
       holds = all(x >= solid%lower .and. x < solid%upper)
       s = (x(solid%along) - solid%lower(solid%along)) &
           /(solid%upper(solid%along) - solid%lower(solid%along))
       w = solid%width(1) + s*(solid%width(2) - solid%width(1))
       holds = holds .and. abs(x(solid%across) - 0.5_rp*(solid%lower(solid%across) &
                                                         + solid%upper(solid%across))) < 0.5_rp*w
-    case ('cylinder')
+    case (solid_cylinder)
       d = x - solid%centre
       holds = abs(d(solid%axis)) < 0.5_rp*solid%length &
               .and. sum(d**2) - d(solid%axis)**2 < solid%radius**2
@@ -121,9 +127,9 @@ contains
 
     lower = solid%lower
     upper = solid%upper
-    if (solid%kind == 'box' .or. solid%kind == 'trapezoid') return
+    if (solid%kind == solid_box .or. solid%kind == solid_trapezoid) return
     half = solid%radius
-    if (solid%kind == 'cylinder') half(solid%axis) = 0.5_rp*solid%length
+    if (solid%kind == solid_cylinder) half(solid%axis) = 0.5_rp*solid%length
     lower = solid%centre - half
     upper = solid%centre + half
   end subroutine bounds
@@ -134,9 +140,9 @@ contains
     real(rp) :: x(3)
 
     x = solid%lower
-    if (solid%kind == 'box' .or. solid%kind == 'trapezoid') return
+    if (solid%kind == solid_box .or. solid%kind == solid_trapezoid) return
     x = solid%centre
-    if (solid%kind == 'cylinder') x(solid%axis) = x(solid%axis) - 0.5_rp*solid%length
+    if (solid%kind == solid_cylinder) x(solid%axis) = x(solid%axis) - 0.5_rp*solid%length
   end function reference
 
 end module bodies_solids

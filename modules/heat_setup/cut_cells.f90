@@ -4,7 +4,8 @@
 module heat_setup_cut_cells
   use base_kinds, only: rp
   use bodies_filling, only: body_solids
-  use bodies_solids, only: bounds, is_inside, solid_t
+  use bodies_solids, only: bounds, is_inside, solid_box, solid_cylinder, solid_t, &
+                           solid_trapezoid
   use comm_world, only: world_t
   use heat_mesh_cut_mesh, only: cuts_t, reach
   use heat_mesh_mesh, only: lay_lines, mesh_t
@@ -92,11 +93,11 @@ contains
     integer, intent(in) :: axis
 
     select case (s%kind)
-    case ('box')
+    case (solid_box)
       is_flat = .true.
-    case ('trapezoid')
+    case (solid_trapezoid)
       is_flat = axis /= s%across
-    case ('cylinder')
+    case (solid_cylinder)
       is_flat = axis == s%axis
     case default
       is_flat = .false.
