@@ -120,7 +120,7 @@ contains
       status = bad_input
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
     else if (command%action == 'check') then
-      call report_heat_scene(world, input, sim%scene, heat)
+      call report_heat_scene(world, input, sim%scene, sim%probes%name, heat)
     else if (.not. is_stopped(status)) then
       call open_results(sim%scene%output, heat%frame_times, status)
       if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &

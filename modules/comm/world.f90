@@ -4,7 +4,8 @@ module comm_world
   use base_errors, only: set_abort_hook
   use base_kinds, only: i8, rp
   use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
-                     mpi_comm_free, mpi_comm_split_type, mpi_comm_type_shared, mpi_info_null, &
+                     mpi_comm_free, mpi_comm_self, mpi_comm_split_type, &
+                     mpi_comm_type_shared, mpi_info_null, &
                      mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
                      mpi_finalize, mpi_get_library_version, mpi_iallreduce, mpi_in_place, &
                      mpi_init, mpi_integer, mpi_integer8, mpi_max, &
@@ -22,6 +23,7 @@ module comm_world
     integer :: size = 1
   contains
     procedure :: is_root
+    procedure, nopass :: alone
     procedure :: ranks_here
     procedure :: barrier
     procedure, private :: sum_reals, sum_longs, sum_integers, sum_long
@@ -45,6 +47,11 @@ module comm_world
   end type reduction_t
 
 contains
+
+  !> This rank by itself.
+  type(world_t) function alone()
+    alone%comm = mpi_comm_self
+  end function alone
 
   !> Collective. Ranks on the computer that this one runs on.
   integer function ranks_here(self)

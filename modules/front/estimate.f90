@@ -5,9 +5,9 @@ module front_estimate
   use base_kinds, only: i8, rp
   use base_timers, only: cpu_seconds
   use comm_world, only: world_t
+  use front_estimate_output, only: heat_output_seconds, output_seconds
   use heat_alone_loop, only: next_switch
   use heat_alone_state, only: heat_run_t
-  use output_totals, only: energies, energies_t
   use output_writer, only: next_time
   use run_loop, only: advance, ended_well
   use run_regrid, only: regrid
@@ -20,6 +20,7 @@ module front_estimate
 
   type :: cost_t
     real(rp) :: seconds = 0.0_rp          !! processor time of all ranks for the whole run [s]
+    real(rp) :: output = 0.0_rp           !! of this for what is written [s]
     real(rp) :: steps = 0.0_rp            !! of the run
     real(rp) :: awake = 1.0_rp            !! share of the particles, mean over the steps
     integer :: looked = 0                 !! steps made to find out
@@ -44,8 +45,7 @@ module front_estimate
                                              !! it is cut short [s]
   real(rp), parameter :: enough = 1.0_rp     !! processor time of heat alone that is measured [s]
   real(rp), parameter :: least = 0.04_rp  !! part of the run that is worth a look
-  real(rp), parameter :: part(2) = [0.02_rp, 0.1_rp]   !! of the run that a look may cost: without
-                                                       !! and with sleep
+  real(rp), parameter :: part = 0.1_rp    !! of the run that is worth the wait for sleep
 
 contains
 
@@ -56,8 +56,7 @@ contains
     real(rp), intent(in) :: dt
     type(cost_t), intent(out) :: cost
     type(stretch_t), allocatable :: stretch(:)
-    type(energies_t) :: now
-    real(rp) :: awake, per_step, rows(1), start
+    real(rp) :: awake, per_step, start
     integer :: i, n
     logical :: ok
 
@@ -68,7 +67,7 @@ contains
     do i = 1, size(stretch)
       n = watch
       if (sim%scene%method%sleep%is_on) n = watch + settle(min(i, 2))
-      n = max(fewest, min(n, int(cost%steps*merge(part(2), part(1), sim%scene%method%sleep%is_on))))
+      n = max(watch, min(n, int(cost%steps*part)))
       n = max(1, int(min(real(n, rp), cost%steps)))
       call look(world, sim, stretch(i), n, cost%looked, per_step, awake, start, ok)
       if (i == 1) cost%seconds = max(0.0_rp, start)   ! before anything sleeps
@@ -78,13 +77,8 @@ contains
       end associate
       if (.not. ok) exit
     end do
-    rows(1) = cpu_seconds()
-    now = energies(sim%scene, sim%clock, sim%particles)
-    rows(1) = cpu_seconds() - rows(1)
-    call world%sum(rows)
-    if (sim%scene%output%history_interval > 0.0_rp) then
-      cost%seconds = cost%seconds + rows(1)*dt*cost%steps/sim%scene%output%history_interval
-    end if
+    cost%output = output_seconds(world, sim, dt*cost%steps, cost%steps)
+    cost%seconds = cost%seconds + cost%output
   end subroutine estimate_run
 
   !> The phases of the tools, as far as they are worth a look: where any of them changes what it
@@ -191,9 +185,10 @@ contains
   !> Collective. The same of heat alone; its state is of no use afterwards. The scene is computed
   !> through in `coarse` cells, for how the steps and their cost change with time, and from
   !> the start in its own, for what they cost.
-  subroutine estimate_heat(world, scene, run, coarse, cost)
+  subroutine estimate_heat(world, scene, names, run, coarse, cost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: names(:)           !! of the probes
     type(heat_run_t), intent(inout) :: run, coarse
     type(cost_t), intent(out) :: cost
     type(heat_cost_t) :: all, first
@@ -216,6 +211,8 @@ contains
       cost%seconds = cost%seconds + rest*(first%seconds(n) - first%seconds(max(1, n/2)))
       cost%steps = cost%steps + real(last - k, rp)
     end if
+    cost%output = heat_output_seconds(world, scene, names, run, cost%steps)
+    cost%seconds = cost%seconds + cost%output
   end subroutine estimate_heat
 
   !> Collective. Advance until the end of the run, or until `most` seconds of processor time of all

@@ -21,10 +21,11 @@ contains
 
   !> Collective; evaluates the rates and advances to measure the cost, writes no file; the state
   !> is of no use afterwards.
-  subroutine report_heat_scene(world, input, scene, run)
+  subroutine report_heat_scene(world, input, scene, names, run)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: names(:)     !! of the probes
     type(heat_run_t), intent(inout) :: run
     type(heat_run_t) :: coarse
     type(cost_t) :: cost
@@ -51,7 +52,7 @@ contains
         end do
       end block
       call build_coarse(world, input, scene, run, coarse)
-      call estimate_heat(world, scene, run, coarse, cost)
+      call estimate_heat(world, scene, names, run, coarse, cost)
       if (.not. world%is_root()) return
       call line('scene', scene%output%name//'  '//scene%title)
       call line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
@@ -69,7 +70,8 @@ contains
       call line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s, about')
       call line('run time', str(cost%seconds)//' s of processor time = '// &
                 str(cost%seconds/world%size/3600.0_rp)//' h on '//str(world%size)// &
-                ' free core(s), measured in '//str(cost%looked)//' steps')
+                ' free core(s), measured in '//str(cost%looked)//' steps; '//str(cost%output)// &
+                ' s of it for output, without the disk')
       call line('skipped', 'mechanics, contact, particles (MECHANICS = F)')
     end associate
   end subroutine report_heat_scene

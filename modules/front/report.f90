@@ -73,7 +73,8 @@ contains
               ' % of the particles awake')
     call line('run time', str(cost%seconds)//' s of processor time = '// &
               str(cost%seconds/world%size/3600.0_rp)//' h on '//str(world%size)// &
-              ' free core(s), measured in '//str(cost%looked)//' steps; output comes on top')
+              ' free core(s), measured in '//str(cost%looked)//' steps; '//str(cost%output)// &
+              ' s of it for output, without the disk')
     call report_process(input, sim%scene, sim%tool)
     call line('skipped', what_is_skipped)
   end subroutine report_scene

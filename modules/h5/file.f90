@@ -34,6 +34,7 @@ module h5_file
     type(handle_t) :: handle
     logical, private :: packed = .false.   !! compress larger arrays
     logical, private :: sealed = .false.   !! seal it, and keep the file that has its name so far
+    logical, private :: in_memory = .false.   !! of this rank alone, never written
     integer(i8), private :: bytes = 0      !! of an old file
     character(:), allocatable, private :: path
   contains
@@ -66,7 +67,8 @@ contains
 
   !> New file, `packed` if its larger arrays shall be compressed. One that is `sealed` gets a
   !> checksum over everything, is on the disk when it gets its name, and the one before it is kept
-  !> (h5_seal).
+  !> (h5_seal). Without a path nothing is written: every rank has its part in memory, to measure
+  !> what making it costs.
   subroutine create(self, world, path, packed, error, sealed)
     class(h5file_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -77,14 +79,16 @@ contains
     integer :: worst
 
     self%world = world
+    self%in_memory = path == ''
+    if (self%in_memory) self%world = world%alone()
     self%packed = packed
     if (present(sealed)) self%sealed = sealed
     if (error%is_set()) return
     self%path = trim(path)
     worst = 0
     call begin_writes()
-    call open_parallel(world%comm, self%path//'.tmp', .true., self%handle, worst, &
-                       merge(seal_bytes, 0, self%sealed))
+    call open_parallel(self%world%comm, self%path//'.tmp', .true., self%handle, worst, &
+                       merge(seal_bytes, 0, self%sealed), self%in_memory)
     call self%verify(worst, 'cannot be created', error)
   end subroutine create
 
@@ -131,7 +135,7 @@ contains
     logical :: is_new
 
     if (.not. allocated(self%path)) return
-    is_new = self%handle%is_new
+    is_new = self%handle%is_new .and. .not. self%in_memory
     worst = 0
     call close_parallel(self%handle, worst)
     call self%verify(worst, 'cannot be closed', error)

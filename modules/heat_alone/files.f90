@@ -25,7 +25,7 @@ module heat_alone_files
   implicit none (type, external)
   private
 
-  public :: heat_writer_t
+  public :: heat_writer_t, make_heat_row, put_heat_frame
 
   character(*), parameter :: nl = new_line('a')
 
@@ -140,13 +140,30 @@ contains
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
-    type(row_t) :: columns
+    type(row_t) :: columns, probes
+
+    call make_heat_row(world, run, self%probe, columns, probes)
+    call self%history%row(columns%values())
+    if (size(self%probe) > 0) call self%probes%row(probes%values())
+    call watch_cells(self%melting, world, scene, run)
+    run%row_time = run%time
+    run%row_books = run%integrator%books
+    run%rows = run%rows + 1
+    run%lost_row = self%history%is_lost() .or. self%probes%is_lost()
+  end subroutine row
+
+  !> Collective. What a row of the history and one of the probes hold.
+  subroutine make_heat_row(world, run, names, columns, probes)
+    type(world_t), intent(in) :: world
+    type(heat_run_t), intent(in) :: run
+    character(*), intent(in) :: names(:)      !! of the probes
+    type(row_t), intent(out) :: columns, probes
     real(rp) :: sums(3), most(1), error, in, out
-    real(rp), allocatable :: t(:), probes(:)
+    real(rp), allocatable :: t(:), read(:)
     integer :: n
 
     n = run%heat%size()
-    allocate (t(n), probes(size(run%probe_cell, 2)))
+    allocate (t(n), read(size(names)))
     associate (heat => run%heat, capacity => run%heat%mesh%capacity)
       call heat%temperatures(heat%theta, t)
       sums = [heat%content(heat%theta, 0.0_rp), sum(capacity*t), sum(capacity)]
@@ -159,18 +176,10 @@ contains
     error = sums(1) - run%content0 - in + out
     error = 100.0_rp*error/max(abs(in) + abs(out), 1.0e-6_rp*abs(run%content0), tiny(1.0_rp))
     columns = history_row(run, sums(1), error, most(1), sums(2)/sums(3))
-    call self%history%row(columns%values())
-    if (size(probes) > 0) then
-      call read_probes(world, run, probes)
-      columns = probe_row(run, self%probe, probes)
-      call self%probes%row(columns%values())
-    end if
-    call watch_cells(self%melting, world, scene, run)
-    run%row_time = run%time
-    run%row_books = run%integrator%books
-    run%rows = run%rows + 1
-    run%lost_row = self%history%is_lost() .or. self%probes%is_lost()
-  end subroutine row
+    if (size(names) == 0) return
+    call read_probes(world, run, read)
+    probes = probe_row(run, names, read)
+  end subroutine make_heat_row
 
   !> A row of NAME_history.csv.
   type(row_t) function history_row(run, content, balance_error, hottest, mean) result(row)
@@ -215,14 +224,31 @@ contains
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
-    integer, allocatable :: cells(:)
-    real(sp), allocatable :: x(:, :), t(:)
-    integer :: c, n
 
     if (size(run%frame_times) > 0) then
       if (run%frame_times(size(run%frame_times)) >= run%time) return   ! has it already
     end if
-    associate (mesh => run%heat%mesh, heat => run%heat, output => scene%output)
+    associate (output => scene%output)
+      call put_heat_frame(world, scene, run, output%directory//'/'// &
+                     frame_name(output%name, size(run%frame_times)), error)
+      if (error%is_set()) return
+      run%frame_times = [run%frame_times, run%time]
+      call write_series(world, output%directory, output%name, run%frame_times, error)
+    end associate
+  end subroutine frame
+
+  !> Collective. A frame at `path`; without one in memory only (h5_file).
+  subroutine put_heat_frame(world, scene, run, path, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    character(*), intent(in) :: path
+    type(error_t), intent(inout) :: error
+    integer, allocatable :: cells(:)
+    real(sp), allocatable :: x(:, :), t(:)
+    integer :: c, n
+
+    associate (mesh => run%heat%mesh, heat => run%heat)
       cells = pack([(c, c=1, heat%size())], mesh%capacity > 0.0_rp)
       n = size(cells)
       allocate (x(3, n), t(n))
@@ -230,15 +256,10 @@ contains
         x(:, c) = real(mesh%centre(cells(c)), sp)
         t(c) = real(heat%property%temperature_at(heat%theta(cells(c))), sp)
       end do
-      call write_heat_frame(world, &
-                            output%directory//'/'//frame_name(output%name, size(run%frame_times)), &
-                            run%time, int(run%integrator%steps), scene%grid%h, scene%body%name, x, &
-                            t, mesh%body(cells), output%input_text, error)
-      if (error%is_set()) return
-      run%frame_times = [run%frame_times, run%time]
-      call write_series(world, output%directory, output%name, run%frame_times, error)
+      call write_heat_frame(world, path, run%time, int(run%integrator%steps), scene%grid%h, &
+                            scene%body%name, x, t, mesh%body(cells), scene%output%input_text, error)
     end associate
-  end subroutine frame
+  end subroutine put_heat_frame
 
   !> A line with percent, time and time left, every PROGRESS_INTERVAL seconds.
   subroutine progress(self, world, scene, run)

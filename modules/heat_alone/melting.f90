@@ -9,7 +9,7 @@ module heat_alone_melting
   implicit none (type, external)
   private
 
-  public :: watch_cells
+  public :: see_cells, watch_cells
 
 contains
 
@@ -19,11 +19,18 @@ contains
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
-    type(seen_t) :: seen
+
+    if (all(scene%material%t_melt >= huge(1.0_rp))) return
+    call melting%judge(world, scene, see_cells(scene, run), run%time)
+  end subroutine watch_cells
+
+  !> What is molten of this rank's cells.
+  type(seen_t) function see_cells(scene, run) result(seen)
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
     real(rp) :: mass, temp
     integer :: c
 
-    if (all(scene%material%t_melt >= huge(1.0_rp))) return
     associate (heat => run%heat, mesh => run%heat%mesh)
       do c = 1, heat%size()
         if (mesh%capacity(c) <= 0.0_rp) cycle
@@ -43,7 +50,6 @@ contains
         seen%body = mesh%body(c)
       end do
     end associate
-    call melting%judge(world, scene, seen, run%time)
-  end subroutine watch_cells
+  end function see_cells
 
 end module heat_alone_melting

@@ -52,7 +52,8 @@ contains
     notes%time = time
   end subroutine note_run
 
-  !> Write the state between two steps, to `path` or the usual place. It changes nothing in the run.
+  !> Write the state between two steps, to `path` or the usual place, in memory only if it is ''
+  !> (h5_file). It changes nothing in the run.
   subroutine save_checkpoint(world, scene, clock, step, tool, probes, particles, sleepers, &
                              exchange, books, history, error, path)
     type(world_t), intent(in) :: world

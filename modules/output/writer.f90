@@ -31,7 +31,7 @@ module output_writer
   implicit none (type, external)
   private
 
-  public :: writer_t, next_time
+  public :: writer_t, next_time, put_frame
 
   !> Open files and the clockwork of output.
   type :: writer_t
@@ -186,24 +186,37 @@ contains
     type(history_t), intent(inout) :: history
     type(error_t), intent(inout) :: error
     character(6) :: number
-    real(sp), allocatable :: outputs(:, :)
-    type(law_output_t), allocatable :: list(:)
 
     if (size(history%frame_times) > 0) then
       if (history%frame_times(size(history%frame_times)) >= clock%time) return   ! has it already
     end if
     write (number, '(i6.6)') size(history%frame_times)
-    allocate (list, source=frame_outputs(scene))
-    call pack_outputs(scene, particles, outputs)
     associate (output => scene%output)
-      call write_frame(world, output%directory//'/'//output%name//'_'//number//'.hdf', clock%time, &
-                       int(clock%step), scene%grid%h, scene%body%mean_spacing(), scene%body%name, &
-                       particles, list%name, list%unit, outputs, output%input_text, error)
+      call put_frame(world, scene, clock, particles, &
+                     output%directory//'/'//output%name//'_'//number//'.hdf', error)
       if (error%is_set()) return
       history%frame_times = [history%frame_times, clock%time]
       call write_series(world, output%directory, output%name, history%frame_times, error)
     end associate
   end subroutine frame
+
+  !> Collective. A frame at `path`; without one in memory only (h5_file).
+  subroutine put_frame(world, scene, clock, particles, path, error)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    character(*), intent(in) :: path
+    type(error_t), intent(inout) :: error
+    real(sp), allocatable :: outputs(:, :)
+    type(law_output_t), allocatable :: list(:)
+
+    allocate (list, source=frame_outputs(scene))
+    call pack_outputs(scene, particles, outputs)
+    call write_frame(world, path, clock%time, int(clock%step), scene%grid%h, &
+                     scene%body%mean_spacing(), scene%body%name, particles, list%name, list%unit, &
+                     outputs, scene%output%input_text, error)
+  end subroutine put_frame
 
   subroutine row(self, world, scene, clock, step, tool, probes, particles, books, history)
     class(writer_t), intent(inout) :: self

@@ -139,3 +139,20 @@ def test_what_is_foretold(run, tmp_path, name, sets):
     if "awake_share" in summary:
         awake = float(re.search(r"(\d+) % of the particles awake", report["speed"][0])[1])
         assert awake == pytest.approx(100 * summary["awake_share"], rel=0.2)
+
+
+@pytest.mark.parametrize("name, ranks", [("heat_slab", None), ("block", None), ("block", 2)])
+def test_output_is_foretold(run, tmp_path, name, ranks):
+    """A run time has its output in it: with a thousand frames and checkpoints there is far more of it than with the last ones
+    alone, and nothing is written for that."""
+    def output(sets):
+        report = check(run, name, ranks=ranks, sets=sets)
+        return float(re.search(r"; (\S+) s of it for output", report["run time"][0])[1]), number(report["run time"][0])
+
+    end = float(re.search(r"\bEND = ([^ ,]+)", (driver.INPUTS / f"{name}.nml").read_text())[1])
+    few, whole = output({"OUTPUT.FRAME_INTERVAL": 0, "OUTPUT.CHECKPOINT_INTERVAL": 0, "OUTPUT.HISTORY_INTERVAL": end})
+    many, whole_many = output({"OUTPUT.FRAME_INTERVAL": end / 1000, "OUTPUT.CHECKPOINT_INTERVAL": end / 1000,
+                               "OUTPUT.HISTORY_INTERVAL": end})
+    print(few, whole, many, whole_many)
+    assert 0 < few < whole and many > 20 * few and whole_many > many
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,100 @@
+! SPDX-License-Identifier: MIT
+!> What output costs a run: a row of each table, a frame and a checkpoint are made once, the files
+!> in memory (h5_file). What the disk takes is not counted.
+module front_estimate_output
+  use base_errors, only: error_t
+  use base_kinds, only: rp
+  use base_timers, only: cpu_seconds
+  use comm_world, only: world_t
+  use heat_alone_checkpoint, only: save_heat
+  use heat_alone_files, only: make_heat_row, put_heat_frame
+  use heat_alone_melting, only: see_cells
+  use heat_alone_state, only: heat_run_t
+  use io_row, only: row_t
+  use output_checkpoint, only: save_checkpoint
+  use output_error_norms, only: error_row, has_fields
+  use output_history, only: history_row
+  use output_melting, only: seen_t
+  use output_writer, only: put_frame
+  use state_scene, only: output_t, scene_t
+  use step_simulation, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: heat_output_seconds, output_seconds
+
+contains
+
+  !> Collective. Processor time of all ranks for the output of a run to `end` in `steps` [s]; the
+  !> simulation is of no use afterwards.
+  real(rp) function output_seconds(world, sim, end, steps) result(seconds)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: end, steps             !! [s], [-]
+    type(error_t) :: error
+    type(row_t) :: columns
+    real(rp) :: spent(4)
+
+    if (.not. allocated(sim%history%frame_times)) allocate (sim%history%frame_times(0))
+    spent(1) = cpu_seconds()
+    call history_row(world, sim%scene, sim%clock, sim%step, sim%tool, sim%particles, sim%books, &
+                     sim%history, columns)
+    if (has_fields(sim%scene)) then
+      call error_row(world, sim%scene, sim%clock, sim%particles, columns)
+    end if
+    spent(2) = cpu_seconds()
+    call put_frame(world, sim%scene, sim%clock, sim%particles, '', error)
+    spent(3) = cpu_seconds()
+    call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
+                         sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, error, &
+                         '')
+    spent(4) = cpu_seconds()
+    call world%sum(spent)
+    seconds = sum_of(sim%scene%output, end, steps, spent(2:4) - spent(1:3))
+  end function output_seconds
+
+  !> Collective. The same of heat alone.
+  real(rp) function heat_output_seconds(world, scene, names, run, steps) result(seconds)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: names(:)           !! of the probes
+    type(heat_run_t), intent(inout) :: run
+    real(rp), intent(in) :: steps
+    type(error_t) :: error
+    type(row_t) :: columns, probes
+    type(seen_t) :: seen
+    real(rp) :: spent(4)
+
+    spent(1) = cpu_seconds()
+    call make_heat_row(world, run, names, columns, probes)
+    seen = see_cells(scene, run)
+    spent(2) = cpu_seconds()
+    call put_heat_frame(world, scene, run, '', error)
+    spent(3) = cpu_seconds()
+    call save_heat(world, scene, run, error, '')
+    spent(4) = cpu_seconds()
+    call world%sum(spent)
+    seconds = sum_of(scene%output, scene%end_time, steps, spent(2:4) - spent(1:3))
+  end function heat_output_seconds
+
+  !> All rows, frames and checkpoints of a run, if one takes `each` [s]. The first row and frame are
+  !> those at the start, the last of all comes at the end.
+  pure real(rp) function sum_of(output, end, steps, each)
+    type(output_t), intent(in) :: output
+    real(rp), intent(in) :: end, steps, each(3)
+
+    sum_of = each(1)*(2.0_rp + between(output%history_interval, end, steps)) &
+             + each(2)*(2.0_rp + between(output%frame_interval, end, steps)) &
+             + each(3)*(1.0_rp + between(output%checkpoint_interval, end, steps))
+  end function sum_of
+
+  !> Times of output after the start and before the end, at most one a step.
+  pure real(rp) function between(interval, end, steps)
+    real(rp), intent(in) :: interval, end, steps   !! [s], [s], [-]
+
+    between = 0.0_rp
+    if (interval <= 0.0_rp) return
+    between = max(0.0_rp, min(steps - 1.0_rp, aint(end/interval*(1.0_rp - 1.0e-9_rp))))
+  end function between
+
+end module front_estimate_output
