@@ -6,12 +6,38 @@ module body_contact_node_pairs
   implicit none (type, external)
   private
 
-  public :: node_pairs_t
+  public :: link_t, linked_t, links_t, node_pairs_t
 
   ! Sums of an entry: volume gradients of both bodies; moments of the particles of both.
   integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
   ! Directions to choose from; the last one is a mean over the nodes around.
   integer, parameter, public :: n_trials = 5
+
+  !> A particle with links.
+  type :: linked_t
+    integer :: block = 0, lane = 0             !! where it is
+    integer :: body = 0
+    integer :: last = 0                        !! of its links, which follow those of the one before
+    real(rp) :: x(3) = 0.0_rp                  !! [m]
+    real(rp) :: edges(3) = 0.0_rp              !! of its domain when it had the first stretch [m]
+    real(rp) :: stretch(6) = 0.0_rp            !! b: xx, yy, zz, xy, yz, xz
+    real(rp) :: longest = 0.0_rp               !! bound of half its length in any direction [m]
+  end type linked_t
+
+  type :: link_t
+    integer :: entry = 0
+    integer :: side = 0                        !! 1 or 2 of the pair; 0: does not count for the gap
+    real(rp) :: weight = 0.0_rp
+  end type link_t
+
+  type :: links_t
+    integer :: n_particles = 0, n = 0
+    type(linked_t), allocatable :: particle(:)
+    type(link_t), allocatable :: link(:)
+    logical, allocatable :: is_near(:)         !! (nn) corners of stencils with a node pair
+  contains
+    procedure :: reserve => reserve_links
+  end type links_t
 
   type :: node_pairs_t
     integer :: n = 0
@@ -28,8 +54,7 @@ module body_contact_node_pairs
     real(rp), allocatable :: normal(:, :)      !! (3, n) out of the first body
     real(rp), allocatable :: gap(:)            !! [m]
     real(rp), allocatable :: heat(:)           !! friction heat over mass [J/kg]
-    integer :: n_near = 0
-    integer, allocatable :: near(:)            !! blocks with particles at these nodes
+    type(links_t) :: links
   contains
     procedure :: forget
     procedure :: reserve
@@ -37,6 +62,26 @@ module body_contact_node_pairs
   end type node_pairs_t
 
 contains
+
+  !> Room for `particles` and `links` more.
+  pure subroutine reserve_links(self, particles, links)
+    class(links_t), intent(inout) :: self
+    integer, intent(in) :: particles, links
+    type(linked_t), allocatable :: particle(:)
+    type(link_t), allocatable :: link(:)
+
+    if (.not. allocated(self%link)) allocate (self%particle(particles), self%link(links))
+    if (self%n_particles + particles > size(self%particle)) then
+      allocate (particle(2*(self%n_particles + particles)))
+      particle(:self%n_particles) = self%particle(:self%n_particles)
+      call move_alloc(particle, self%particle)
+    end if
+    if (self%n + links > size(self%link)) then
+      allocate (link(2*(self%n + links)))
+      link(:self%n) = self%link(:self%n)
+      call move_alloc(link, self%link)
+    end if
+  end subroutine reserve_links
 
   !> Empty the list; on a new patch of `nn` nodes make it.
   pure subroutine forget(self, nn)
@@ -52,7 +97,6 @@ contains
       allocate (self%first(nn), source=0)
     end if
     self%n = 0
-    self%n_near = 0
   end subroutine forget
 
   !> Storage for `n` entries with `width` sums.

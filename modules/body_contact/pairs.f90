@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Contact between bodies with velocity fields of their own, at the nodes that both have mass on.
 module body_contact_pairs
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: rp
   use body_contact_gaps, only: find_node_pairs
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
@@ -9,7 +9,6 @@ module body_contact_pairs
   use contact_pair, only: is_apart, is_stuck, pair_impulse, pair_loss, moves_as_one
   use contact_tool, only: s_creep, s_force, s_friction, s_normal, s_press, s_slide, s_to_plate, &
                           s_torque, s_work, tool_t
-  use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: hold_rigid
   use particles_store, only: f_heat, f_mass, particles_t
@@ -58,7 +57,7 @@ contains
         g(:, q, groups) = record
       end associate
     end do
-    if (scene%method%conducts) call give_heat(scene, clock, particles, nodes, pairs)
+    if (scene%method%conducts) call give_heat(clock, particles, pairs)
   end subroutine resolve_body_contact
 
   !> Collective. Energy that contact has taken from the bodies so far [J]. Overlaps are taken back
@@ -229,54 +228,28 @@ contains
   end subroutine book_rigid
 
   !> Friction heat of the nodes to the particles of both bodies, by their weighted masses.
-  subroutine give_heat(scene, clock, particles, nodes, pairs)
-    type(scene_t), intent(in) :: scene
+  subroutine give_heat(clock, particles, pairs)
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(in) :: pairs
-    integer :: b, k
+    real(rp) :: heat
+    integer :: i, l, last
 
     if (all(abs(pairs%heat) <= 0.0_rp)) return
-    do k = 1, pairs%n_near
-      b = pairs%near(k)
-      call heat_block(scene, clock, nodes, pairs, particles%body(b), particles%count(b), &
-                      particles%nf, particles%ps(:, :, b))
+    last = 0
+    do i = 1, pairs%links%n_particles
+      associate (particle => pairs%links%particle(i))
+        heat = 0.0_rp
+        do l = last + 1, particle%last
+          heat = heat + pairs%links%link(l)%weight*pairs%heat(pairs%links%link(l)%entry)
+        end do
+        last = particle%last
+        associate (ps => particles%ps(particle%lane, :, particle%block))
+          ps(f_heat) = ps(f_heat) + clock%mass_scaling*ps(f_mass)*heat
+        end associate
+      end associate
     end do
   end subroutine give_heat
-
-  subroutine heat_block(scene, clock, nodes, pairs, body, n, nf, ps)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
-    type(node_pairs_t), intent(in) :: pairs
-    integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf)
-    integer :: e, first(nlane), i, j, k, p, q
-    real(rp) :: w(nlane, 18), heat
-
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    do p = 1, n
-      heat = 0.0_rp
-      do i = 1, 3
-        do j = 1, 3
-          do k = 1, 3
-            q = first(p) + (i - 1)*nodes%patch%stride(1) + (j - 1)*nodes%patch%stride(2) + k - 1
-            e = pairs%first(q)
-            if (e == 0) cycle
-            do while (pairs%node(e) == q)
-              if (any(scene%contact(pairs%pair(e))%group == scene%body(body)%group)) then
-                heat = heat + w(p, i)*w(p, 3 + j)*w(p, 6 + k)*pairs%heat(e)
-              end if
-              e = e + 1
-              if (e > pairs%n) exit
-            end do
-          end do
-        end do
-      end do
-      ps(p, f_heat) = ps(p, f_heat) + clock%mass_scaling*ps(p, f_mass)*heat
-    end do
-  end subroutine heat_block
 
   !> Velocity increments (lanes 5:7) of a filter must not undo the contact: bodies that touch get a
   !> common one along the normal, bodies that stick one increment; rigid bodies get none.

@@ -7,7 +7,7 @@ module transfer_weights
   implicit none (type, external)
   private
 
-  public :: block_weights, face_weights, moment_weights, own_weights, point_nodes
+  public :: block_corners, block_weights, face_weights, moment_weights, own_weights, point_nodes
 
 ! Weights and slopes on axis N with half length L of the domain, I4 = 1/(4L), I2 = 1/(2L h).
 #define AXIS(N, I, O, L, I4, I2) \
@@ -46,7 +46,22 @@ contains
     end do
   end subroutine block_weights
 
-  !> The same with half lengths `l` of each particle's own.
+  !> The first of the 27 nodes of each particle alone.
+  pure subroutine block_corners(origin, inv_h, stride, x, first)
+    real(rp), intent(in) :: origin(3), inv_h, x(nlane, 3)
+    integer, intent(in) :: stride(3)
+    integer, intent(out) :: first(nlane)
+    integer :: p
+
+    !$omp simd
+    do p = 1, nlane
+      first(p) = 1 + (int((x(p, 1) - origin(1))*inv_h + 0.5_rp) - 1)*stride(1) &
+                 + (int((x(p, 2) - origin(2))*inv_h + 0.5_rp) - 1)*stride(2) &
+                 + (int((x(p, 3) - origin(3))*inv_h + 0.5_rp) - 1)*stride(3)
+    end do
+  end subroutine block_corners
+
+  !> Weights with half lengths `l` of each particle's own.
   subroutine own_weights(origin, inv_h, l, stride, x, w, first)
     real(rp), intent(in) :: origin(3), inv_h, l(nlane, 3), x(nlane, 3)
     integer, intent(in) :: stride(3)
