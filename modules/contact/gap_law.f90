@@ -3,7 +3,7 @@
 module contact_gap_law
   use base_kinds, only: rp
   use contact_tool, only: rigid_t, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
-                          s_to_plate, s_torque, s_work, tool_t
+                          s_torque, s_work, tool_t
   implicit none (type, external)
   private
 
@@ -80,7 +80,6 @@ contains
       s(s_press) = s(s_press) + press
       s(s_creep) = s(s_creep) + press*norm2(mean - dot_product(mean, normal)*normal)
       s(s_slide) = s(s_slide) + press*norm2(surface - dot_product(surface, normal)*normal)
-      s(s_to_plate) = s(s_to_plate) + tool%heat_fraction*friction
     end associate
   end subroutine book_tool_impulse
 

@@ -3,9 +3,10 @@
 module tool_contact_books
   use base_kinds, only: rp
   use contact_gap_law, only: book_tool_impulse
-  use contact_tool, only: rigid_t, tool_t
+  use contact_tool, only: rigid_t, s_to_plate, tool_t
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_heat, particles_t
+  use state_scene, only: scene_t
   use tool_contact_lists, only: tool_contact_t, v_hold, v_push, v_shear
   implicit none (type, external)
   private
@@ -37,12 +38,14 @@ contains
     end associate
   end subroutine book_tool
 
-  !> The friction heat to the particles whose friction it is.
-  subroutine give_heat(particles, contact, heat_fraction)
+  !> The friction heat to the particles whose friction it is: the tool's share of it goes into the
+  !> body, of what the metal sheared as much as becomes heat of its plastic work.
+  subroutine give_heat(scene, particles, contact, tool)
+    type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
     type(tool_contact_t), intent(in) :: contact
-    real(rp), intent(in) :: heat_fraction
-    real(rp) :: slip(3)
+    type(tool_t), intent(inout) :: tool
+    real(rp) :: heat, slip(3), stored
     integer :: i, p
 
     do p = 1, contact%n
@@ -52,9 +55,11 @@ contains
           if (t%entry(i) == 0) cycle
           slip = slip + t%weight(i)*contact%part(t%entry(i))*contact%slip(:, t%entry(i))
         end do
-        associate (heat => particles%ps(t%lane, f_heat, t%block))
-          heat = heat - heat_fraction*dot_product(t%hold, slip)
-        end associate
+        stored = t%plastic_part &
+                 *(1.0_rp - scene%material(scene%body(particles%body(t%block))%material)%plastic_heat)
+        heat = -tool%heat_fraction*(1.0_rp - stored)*dot_product(t%hold, slip)
+        particles%ps(t%lane, f_heat, t%block) = particles%ps(t%lane, f_heat, t%block) + heat
+        tool%sums(s_to_plate) = tool%sums(s_to_plate) + heat
       end associate
     end do
   end subroutine give_heat

@@ -34,6 +34,7 @@ module tool_contact_impulses
   use tool_contact_lists, only: add_values, n_values, returned, tool_contact_t, v_coulomb, v_hold, &
                                 v_push, v_shear
   use tool_contact_particles, only: find_contact_particles, relaxation_time, flatten
+  use tool_contact_surface_strain, only: strain_surface
   use tool_contact_walls, only: book_walls, reflect_entries, note_held, restore_entries
   implicit none (type, external)
   private
@@ -103,8 +104,9 @@ contains
     call restore(scene, nodes, boundary, r_velocity, g)
     call flatten(scene, particles, nodes, contact, dt, g)
     call keep_grip(scene, clock, particles, nodes, contact, dt)
+    call strain_surface(scene, particles, contact, dt)
     call book_tool(nodes, contact, tool%mean_motion(clock%time, dt), tool, g)
-    call give_heat(particles, contact, tool%heat_fraction)
+    call give_heat(scene, particles, contact, tool)
   end subroutine apply_impulses
 
   !> List the nodes with mass near the tool, or in the box around one that has ends: the same on all

@@ -5,16 +5,17 @@ module tool_contact_limits
   use base_kinds, only: nlane, pi, rp
   use contact_friction_table, only: friction_table_t, of_nothing
   use contact_tool, only: tool_t
-  use particles_store, only: f_jac, f_plastic, f_tau, f_temp
-  use physics_stress, only: flow_strength
+  use particles_store, only: f_jac, f_plastic, f_rate, f_tau, f_temp
   use state_scene, only: scene_t
   use tool_contact_lists, only: candidates_t, contact_particle_t
+  use tool_contact_shear_layer, only: find_shear_layer, shear_layer_t
   implicit none (type, external)
   private
 
   public :: limit_impulses
 
   real(rp), parameter :: unlimited = 1.0e30_rp     !! of what cannot flow [N s]
+  real(rp), parameter :: least_sensitivity = 1.0e-3_rp   !! of stress to the logarithm of the rate
   real(rp), parameter :: edge_pressure = 2.0_rp + pi   !! of flowing metal at an edge, over its
                                                        !! shear strength
 
@@ -53,22 +54,32 @@ contains
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: n, place(n)
     type(contact_particle_t), intent(inout) :: particle(n)
-    real(rp) :: face, rate(nlane), shear, strength(nlane)
+    real(rp) :: depth(nlane), face, shear, v(nlane)
+    type(shear_layer_t) :: layer
     integer :: i
 
     associate (body => scene%body(near%body), layout => scene%layout)
-      rate = 1.0_rp
+      v = 0.0_rp
+      depth = 1.0_rp
       do i = 1, n
-        rate(place(i)) = norm2(particle(i)%slip)/(sqrt(3.0_rp)*body%mean_spacing())
+        depth(place(i)) = particle(i)%half
+        v(place(i)) = norm2(particle(i)%slip) &
+                      + sqrt(3.0_rp)*near%ps(place(i), f_rate)*particle(i)%half
       end do
-      call flow_strength(scene%material(body%material), near%ps(:, f_plastic), near%ps(:, f_temp), &
-                         rate, layout%n_law, near%ps(:, layout%law:layout%law + layout%n_law - 1), &
-                         strength)
+      call find_shear_layer(scene%material(body%material), near%n, near%ps(:, f_plastic), &
+                            near%ps(:, f_temp), layout%n_law, &
+                            near%ps(:, layout%law:layout%law + layout%n_law - 1), depth, v, layer)
       do i = 1, n
         face = product(body%spacing)/norm2(particle(i)%normal*body%spacing)
-        shear = dt*face*max(0.0_rp, strength(place(i)))/sqrt(3.0_rp)
+        shear = dt*face*max(0.0_rp, layer%stress(place(i)))
         if (particle(i)%pushed < 1.0_rp) particle(i)%most = particle(i)%pushed*edge_pressure*shear
-        if (shear_limit .and. shear > 0.0_rp) particle(i)%shear = shear
+        if (.not. (shear_limit .and. shear > 0.0_rp)) cycle
+        particle(i)%shear = shear
+        particle(i)%depth = depth(place(i))
+        particle(i)%log_rate = log(layer%inner_rate(place(i)))
+        particle(i)%sensitivity = max(least_sensitivity, &
+          layer%sensitivity(place(i))/layer%stress(place(i)))
+        particle(i)%resolved_rate = near%ps(place(i), f_rate)
       end do
     end associate
   end subroutine limit_by_strength

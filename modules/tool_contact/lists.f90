@@ -2,7 +2,7 @@
 !> The particles that touch a tool in a step, and the nodes near it: lists made anew in each step.
 module tool_contact_lists
   use base_kinds, only: nlane, rp
-  use particles_store, only: f_plastic, f_tau, layout_t, n_conduction, particles_t
+  use particles_store, only: f_plastic, f_rate, f_tau, layout_t, n_conduction, particles_t
   implicit none (type, external)
   private
 
@@ -52,6 +52,12 @@ module tool_contact_lists
     real(rp) :: coulomb = 0.0_rp               !! impulse that Coulomb's law lets it give [N s]
     real(rp) :: shear = 0.0_rp                 !! impulse at which the material shears [N s]
     real(rp) :: hold(3) = 0.0_rp               !! impulse that would stop the slip [N s]
+    real(rp) :: depth = 0.0_rp                 !! of the layer that shears under the face [m]; 0: none
+    real(rp) :: log_rate = 0.0_rp              !! logarithm of its rate of plastic strain at the
+                                               !! particle's centre, if it takes all of the slip
+    real(rp) :: sensitivity = 0.0_rp           !! of its stress to that, over the stress
+    real(rp) :: plastic_part = 0.0_rp          !! part of the slip that the layer shears
+    real(rp) :: resolved_rate = 0.0_rp         !! rate that the particle has by itself [1/s]
   end type contact_particle_t
 
   type :: tool_contact_t
@@ -86,7 +92,7 @@ contains
     logical, intent(in) :: with_stress
     integer :: i
 
-    self%field = [(i, i=1, n_conduction), f_plastic, layout%surface_offset, layout%grip, &
+    self%field = [(i, i=1, n_conduction), f_plastic, f_rate, layout%surface_offset, layout%grip, &
                   (layout%law + i, i=0, layout%n_law - 1)]
     if (with_stress) self%field = [self%field, (f_tau + i, i=0, 5)]
     if (layout%half > 0) self%field = [self%field, (layout%half + i, i=0, 2)]
