@@ -6,7 +6,8 @@ module heat_conduction
   use boundary_symmetry, only: book_heat, r_warming, restore
   use comm_world, only: world_t
   use heat_implicit, only: foresee_temperature
-  use heat_nodes, only: gather_flux, gather_temperature, stable_conduction
+  use heat_nodes, only: evened_part, gather_flux, gather_temperature, gather_unseen, &
+                        stable_conduction
   use heat_sources, only: give_source_heat, source_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
@@ -18,7 +19,7 @@ module heat_conduction
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
-  use transfer_conduction, only: heat_particles, smooth_fraction, temperature_increment
+  use transfer_conduction, only: heat_particles, temperature_increment
   use update_annealing, only: anneal_particles
   implicit none (type, external)
   private
@@ -100,11 +101,11 @@ contains
     call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, 1))
     call book_heat(scene, nodes, boundary, books, 1.0_rp, lost(3, :) + lost(5, :), 5, &
                    nodes%g(:, :, 1))
-    call book_heat(scene, nodes, boundary, books, smooth_fraction, lost(8, :), 7, nodes%g(:, :, 1))
+    call gather_unseen(world, scene, particles, nodes, boundary, books, dt)
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
       call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
-                      particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1), gained)
+                      particles%ps(:, :, b), dt, nodes%rec, nodes%g(:, :, 1), gained)
     end do
     books%sums(e_conduction) = books%sums(e_conduction) + gained &
                              + books%sums(e_film) - books%sums(e_wall_heat) - left
@@ -113,19 +114,20 @@ contains
     call swap_lists(scene, nodes, boundary)
   end subroutine conduct
 
-  subroutine warm_block(scene, nodes, body, n, nf, ps, rec, g, gained)
+  subroutine warm_block(scene, nodes, body, n, nf, ps, dt, rec, g, gained)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained
-    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call heat_particles(n, w, first, nodes%patch%stride, nodes%patch%nn, g, &
-                        scene%material(scene%body(body)%material)%c_p, ps(1, f_mass), rec, &
-                        ps(1, f_temp), ps(1, f_heat), gained)
+                        scene%material(scene%body(body)%material)%c_p, &
+                        evened_part(scene, body, dt), ps(1, f_mass), rec, ps(1, f_temp), &
+                        ps(1, f_heat), gained)
   end subroutine warm_block
 
 end module heat_conduction

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Conduction between particles and nodes: temperatures of the nodes, and the heat they are brought.
 module heat_nodes
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: nlane, pi, rp
   use boundary_held, only: boundary_t
-  use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, restore
+  use boundary_symmetry, only: book_heat, reflect, r_flux, r_heat, r_temperature, r_warming, &
+                               restore
   use comm_world, only: world_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
@@ -11,11 +12,13 @@ module heat_nodes
                              tag_faces
   use state_books, only: books_t, e_film
   use state_scene, only: scene_t
-  use transfer_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_temperature
+  use transfer_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, &
+                                 nodal_temperature, unseen_mean, unseen_to_grid
   implicit none (type, external)
   private
 
-  public :: gather_flux, gather_temperature, stable_conduction, sum_all_nodes
+  public :: evened_part, gather_flux, gather_temperature, gather_unseen, stable_conduction
+  public :: sum_all_nodes
 
 contains
 
@@ -82,6 +85,55 @@ contains
     call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, 1), lost)
     call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, 1))
   end subroutine gather_flux
+
+  !> Part that conduction takes in `dt` of a temperature that alternates from particle to particle
+  !> of a body: 1 - exp(-kappa (pi/spacing)^2 dt).
+  pure real(rp) function evened_part(scene, body, dt)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: body
+    real(rp), intent(in) :: dt                  !! [s]
+
+    associate (mat => scene%material(scene%body(body)%material))
+      evened_part = 1.0_rp - exp(-dt*mat%conductivity/(mat%rho*mat%c_p) &
+                                 *(pi/scene%body(body)%mean_spacing())**2)
+    end associate
+  end function evened_part
+
+  !> Lane 4 of the nodes: mean of what their particles give back of the differences that the nodes do
+  !> not see (heat_particles), which walls of a temperature change.
+  subroutine gather_unseen(world, scene, particles, nodes, boundary, books, dt)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: dt                  !! [s]
+    integer :: b, first(nlane), r
+    real(rp) :: lost(8, size(scene%symmetry)), w(nlane, 18)
+
+    call clear_nodes(nodes, nodes%g2)
+    lost = 0.0_rp
+    do b = 1, particles%nblk
+      call particles%fetch(b + 1, n_conduction)
+      associate (body => particles%body(b), ps => particles%ps(:, :, b))
+        call weights_of(scene, nodes, body, particles%nf, ps, w, first)
+        call unseen_to_grid(particles%count(b), w, first, nodes%patch%stride, nodes%patch%nn, &
+                            scene%material(scene%body(body)%material)%c_p, &
+                            evened_part(scene, body, dt), ps(:, f_mass), ps(:, f_temp), &
+                            nodes%g(:, :, 1), nodes%rec, nodes%g2(:, :, 1))
+      end associate
+    end do
+    call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, 1), lost)
+    call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, 1))
+    do r = 1, nodes%n_ranges
+      call unseen_mean(nodes%range(2, r) - nodes%range(1, r) + 1, &
+                       nodes%g2(:, nodes%range(1, r):nodes%range(2, r), 1), &
+                       nodes%g(:, nodes%range(1, r):nodes%range(2, r), 1))
+    end do
+    call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, 1))
+    call book_heat(scene, nodes, boundary, books, 1.0_rp, lost(8, :), 4, nodes%g(:, :, 1))
+  end subroutine gather_unseen
 
   !> Sum over the ranks of what is in all nodes, also in those of sleepers.
   subroutine sum_all_nodes(world, scene, nodes, width, values)

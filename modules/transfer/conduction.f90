@@ -12,10 +12,8 @@ module transfer_conduction
   private
 
   public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
-  public :: heat_particles, film_to_grid
+  public :: heat_particles, film_to_grid, unseen_mean, unseen_to_grid
 
-  real(rp), parameter, public :: smooth_fraction = 0.1_rp   !! of unseen differences, taken back a
-                                                            !! step
   real(rp), parameter, public :: least_capacity = 1.0e-30_rp   !! of a node that is not empty [J/K]
 
 contains
@@ -114,22 +112,54 @@ contains
     end do
   end subroutine temperature_increment
 
-  !> Particles take the increment in lane 5 and spend their waiting heat. They give back a share of
-  !> what they differ by from the nodes (lane 8) and no node can see: what is left after its own
-  !> nodal mean (lane 7) is subtracted. Increments alone would keep a jump between neighbouring
-  !> particles for ever. The heat is the same to rounding; a smooth field changes by (k h)^4 only.
-  subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, rec, temp, heat, gained)
+  !> To lane 8 of `flux` capacity times the part `even` of what particles differ by from the nodes
+  !> (lane 8 of `g`) less the nodal mean of that (lane 7).
+  subroutine unseen_to_grid(n, w, first, stride, nn, c_p, even, mass, temp, g, rec, flux)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane)
-    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
-    real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
-    type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=5, n_plain=4)
-    real(rp) :: change, no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 4)
+    real(rp), intent(in) :: w(nlane, 18), c_p, even, mass(nlane), temp(nlane), g(8, nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
+    type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=7, n_plain=2)
+    real(rp) :: no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 2)
     integer :: p
 
     call gather_block(wanted, n, w, first, stride, nn, g, rec, no_value, no_slope, at)
     do p = 1, n
-      change = at(p, 1) - smooth_fraction*(temp(p) - at(p, 4) - at(p, 3))
+      rec(:, 1, p) = 0.0_rp
+      rec(8, 1, p) = mass(p)*c_p*even*(temp(p) - at(p, 2) - at(p, 1))
+    end do
+    call p2g_values_block(n, w, first, rec, stride, nn, flux)
+  end subroutine unseen_to_grid
+
+  !> Lane 8 of `flux` over the capacity of a run of nodes, to lane 4.
+  subroutine unseen_mean(n, flux, g)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: flux(8, n)
+    real(rp), intent(inout) :: g(8, n)
+    integer :: i
+
+    do i = 1, n
+      g(4, i) = 0.0_rp
+      if (g(1, i) > least_capacity) g(4, i) = flux(8, i)/g(1, i)
+    end do
+  end subroutine unseen_mean
+
+  !> Particles take the increment in lane 5 and spend their waiting heat. They give back the part
+  !> `even` of what they differ by from the nodes (lane 8) and no node can see: what is left after
+  !> its own nodal mean (lane 7) and the nodal mean of that rest (lane 4) are subtracted. Increments
+  !> alone would keep a jump between neighbouring particles for ever. The heat is the same to
+  !> rounding; a smooth field changes by (k h)^6 only.
+  subroutine heat_particles(n, w, first, stride, nn, g, c_p, even, mass, rec, temp, heat, gained)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, even, mass(nlane)
+    real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
+    real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
+    type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=4, n_plain=5)
+    real(rp) :: change, no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 5)
+    integer :: p
+
+    call gather_block(wanted, n, w, first, stride, nn, g, rec, no_value, no_slope, at)
+    do p = 1, n
+      change = at(p, 2) + at(p, 1) - even*(temp(p) - at(p, 5) - at(p, 4))
       gained = gained + (mass(p)*c_p*change - heat(p))
       temp(p) = temp(p) + change
       heat(p) = 0.0_rp
