@@ -6,13 +6,12 @@ module heat_conduction
   use boundary_symmetry, only: book_heat, r_warming, restore
   use comm_world, only: world_t
   use heat_implicit, only: foresee_temperature
-  use heat_nodes, only: evened_part, gather_flux, gather_temperature, gather_unseen, &
-                        stable_conduction
+  use heat_nodes, only: evened_part, gather_flux, gather_temperature, stable_conduction
   use heat_sources, only: give_source_heat, source_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use mapping_probes, only: probes_t, warm_probes
-  use particles_store, only: f_heat, f_mass, f_temp, n_conduction, particles_t
+  use particles_store, only: f_heat, f_mass, f_rate, f_temp, n_conduction, particles_t
   use sleep_criteria, only: swap_lists
   use state_blocks, only: blocks_t
   use state_books, only: books_t, e_conduction, e_film, e_wall_heat
@@ -101,7 +100,7 @@ contains
     call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, 1))
     call book_heat(scene, nodes, boundary, books, 1.0_rp, lost(3, :) + lost(5, :), 5, &
                    nodes%g(:, :, 1))
-    call gather_unseen(world, scene, particles, nodes, boundary, books, dt)
+    call book_heat(scene, nodes, boundary, books, 1.0_rp, lost(8, :), 7, nodes%g(:, :, 1))
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
       call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
@@ -125,8 +124,8 @@ contains
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call heat_particles(n, w, first, nodes%patch%stride, nodes%patch%nn, g, &
-                        scene%material(scene%body(body)%material)%c_p, &
-                        evened_part(scene, body, dt), ps(1, f_mass), rec, ps(1, f_temp), &
+                        scene%material(scene%body(body)%material)%c_p, ps(1, f_mass), &
+                        evened_part(scene, body, dt, ps(:, f_rate)), rec, ps(1, f_temp), &
                         ps(1, f_heat), gained)
   end subroutine warm_block
 

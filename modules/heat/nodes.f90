@@ -3,22 +3,21 @@
 module heat_nodes
   use base_kinds, only: nlane, pi, rp
   use boundary_held, only: boundary_t
-  use boundary_symmetry, only: book_heat, reflect, r_flux, r_heat, r_temperature, r_warming, &
-                               restore
+  use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, restore
   use comm_world, only: world_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
-  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_temp, n_conduction, particles_t, &
+  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_rate, f_temp, n_conduction, particles_t, &
                              tag_faces
   use state_books, only: books_t, e_film
   use state_scene, only: scene_t
-  use transfer_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, &
-                                 nodal_temperature, unseen_mean, unseen_to_grid
+  use transfer_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_temperature
   implicit none (type, external)
   private
 
-  public :: evened_part, gather_flux, gather_temperature, gather_unseen, stable_conduction
-  public :: sum_all_nodes
+  public :: evened_part, gather_flux, gather_temperature, stable_conduction, sum_all_nodes
+
+  real(rp), parameter :: least_evened = 0.1_rp   !! of unseen differences, in a conduction step
 
 contains
 
@@ -86,54 +85,22 @@ contains
     call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, 1))
   end subroutine gather_flux
 
-  !> Part that conduction takes in `dt` of a temperature that alternates from particle to particle
-  !> of a body: 1 - exp(-kappa (pi/spacing)^2 dt).
-  pure real(rp) function evened_part(scene, body, dt)
+  !> Part of the differences between neighbouring particles, which nodes do not see, that goes in a
+  !> conduction step of `dt`. Plastic work heats metal that flows particle by particle: there it is
+  !> what conduction takes of a temperature that alternates from one to the next,
+  !> 1 - exp(-kappa (pi/spacing)^2 dt). Elsewhere less is enough and keeps gradients at films.
+  pure function evened_part(scene, body, dt, rate) result(part)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
-    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: dt, rate(nlane)     !! [s], of plastic strain [1/s]
+    real(rp) :: part(nlane), physical
 
     associate (mat => scene%material(scene%body(body)%material))
-      evened_part = 1.0_rp - exp(-dt*mat%conductivity/(mat%rho*mat%c_p) &
-                                 *(pi/scene%body(body)%mean_spacing())**2)
+      physical = 1.0_rp - exp(-dt*mat%conductivity/(mat%rho*mat%c_p) &
+                              *(pi/scene%body(body)%mean_spacing())**2)
     end associate
+    part = merge(max(least_evened, physical), least_evened, rate > 0.0_rp)
   end function evened_part
-
-  !> Lane 4 of the nodes: mean of what their particles give back of the differences that the nodes do
-  !> not see (heat_particles), which walls of a temperature change.
-  subroutine gather_unseen(world, scene, particles, nodes, boundary, books, dt)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: dt                  !! [s]
-    integer :: b, first(nlane), r
-    real(rp) :: lost(8, size(scene%symmetry)), w(nlane, 18)
-
-    call clear_nodes(nodes, nodes%g2)
-    lost = 0.0_rp
-    do b = 1, particles%nblk
-      call particles%fetch(b + 1, n_conduction)
-      associate (body => particles%body(b), ps => particles%ps(:, :, b))
-        call weights_of(scene, nodes, body, particles%nf, ps, w, first)
-        call unseen_to_grid(particles%count(b), w, first, nodes%patch%stride, nodes%patch%nn, &
-                            scene%material(scene%body(body)%material)%c_p, &
-                            evened_part(scene, body, dt), ps(:, f_mass), ps(:, f_temp), &
-                            nodes%g(:, :, 1), nodes%rec, nodes%g2(:, :, 1))
-      end associate
-    end do
-    call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, 1), lost)
-    call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, 1))
-    do r = 1, nodes%n_ranges
-      call unseen_mean(nodes%range(2, r) - nodes%range(1, r) + 1, &
-                       nodes%g2(:, nodes%range(1, r):nodes%range(2, r), 1), &
-                       nodes%g(:, nodes%range(1, r):nodes%range(2, r), 1))
-    end do
-    call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, 1))
-    call book_heat(scene, nodes, boundary, books, 1.0_rp, lost(8, :), 4, nodes%g(:, :, 1))
-  end subroutine gather_unseen
 
   !> Sum over the ranks of what is in all nodes, also in those of sleepers.
   subroutine sum_all_nodes(world, scene, nodes, width, values)
@@ -179,8 +146,8 @@ contains
     call weights_of(scene, nodes, body, nf, ps, w, first)
     associate (mat => scene%material(scene%body(body)%material))
       call flux_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, dt, mat%conductivity, &
-                        1.0_rp/mat%rho, mat%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_temp), g, &
-                        rec, flux)
+                        1.0_rp/mat%rho, mat%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_temp), &
+                        evened_part(scene, body, dt, ps(:, f_rate)), g, rec, flux)
     end associate
     if (any(scene%body(body)%film > 0.0_rp)) then
       call lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)

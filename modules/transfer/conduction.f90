@@ -12,7 +12,7 @@ module transfer_conduction
   private
 
   public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
-  public :: heat_particles, film_to_grid, unseen_mean, unseen_to_grid
+  public :: heat_particles, film_to_grid
 
   real(rp), parameter, public :: least_capacity = 1.0e-30_rp   !! of a node that is not empty [J/K]
 
@@ -50,14 +50,15 @@ contains
   end subroutine nodal_temperature
 
   !> Heat conducted in `dt` by a block, to lane 5 of `flux`, at the temperature in lane 4 of `g`; to
-  !> lane 8 capacity times what particles differ by from the temperature of the nodes in lane 5 of
-  !> `g`.
+  !> lane 8 capacity times the part `even` of what particles differ by from the temperature of the
+  !> nodes in lane 5 of `g`.
   subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, c_p, j, mass, temp, &
-                          g, rec, flux)
+                          even, g, rec, flux)
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), dt, conductivity   !! [s], [W/(m K)]
     real(rp), intent(in) :: volume, c_p                      !! initial volume over mass [m3/kg]
-    real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane), g(8, nn)
+    real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane)
+    real(rp), intent(in) :: even(nlane), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
     type(lanes_t), parameter :: wanted = lanes_t(steep=4, n_steep=1, plain=5, n_plain=1)
     real(rp) :: slope(nlane, 3), conducting(nlane, 1), mean(nlane, 1)
@@ -66,7 +67,7 @@ contains
     call gather_block(wanted, n, w, first, stride, nn, g, rec, conducting, slope, mean)
     do p = 1, n
       rec(:, :, p) = 0.0_rp
-      rec(8, 1, p) = mass(p)*c_p*(temp(p) - mean(p, 1))
+      rec(8, 1, p) = mass(p)*c_p*even(p)*(temp(p) - mean(p, 1))
       rec(5, 2:4, p) = -dt*conductivity*j(p)*mass(p)*volume*slope(p, :)
     end do
     call p2g_block(n, w, first, rec, stride, nn, flux)
@@ -93,7 +94,7 @@ contains
 
   !> From the temperature before in lane 5: lane 8 keeps it, lane 5 becomes the increment, from
   !> conducted heat (lane 5 of `flux`) and waiting heat, lane 6 the new temperature, lane 7 the mean
-  !> of what particles differ by from lane 8.
+  !> of the parts of what particles differ by from lane 8.
   subroutine temperature_increment(n, flux, g)
     integer, intent(in) :: n
     real(rp), intent(in) :: flux(8, n)
@@ -112,54 +113,23 @@ contains
     end do
   end subroutine temperature_increment
 
-  !> To lane 8 of `flux` capacity times the part `even` of what particles differ by from the nodes
-  !> (lane 8 of `g`) less the nodal mean of that (lane 7).
-  subroutine unseen_to_grid(n, w, first, stride, nn, c_p, even, mass, temp, g, rec, flux)
-    integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), c_p, even, mass(nlane), temp(nlane), g(8, nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
-    type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=7, n_plain=2)
-    real(rp) :: no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 2)
-    integer :: p
-
-    call gather_block(wanted, n, w, first, stride, nn, g, rec, no_value, no_slope, at)
-    do p = 1, n
-      rec(:, 1, p) = 0.0_rp
-      rec(8, 1, p) = mass(p)*c_p*even*(temp(p) - at(p, 2) - at(p, 1))
-    end do
-    call p2g_values_block(n, w, first, rec, stride, nn, flux)
-  end subroutine unseen_to_grid
-
-  !> Lane 8 of `flux` over the capacity of a run of nodes, to lane 4.
-  subroutine unseen_mean(n, flux, g)
-    integer, intent(in) :: n
-    real(rp), intent(in) :: flux(8, n)
-    real(rp), intent(inout) :: g(8, n)
-    integer :: i
-
-    do i = 1, n
-      g(4, i) = 0.0_rp
-      if (g(1, i) > least_capacity) g(4, i) = flux(8, i)/g(1, i)
-    end do
-  end subroutine unseen_mean
-
   !> Particles take the increment in lane 5 and spend their waiting heat. They give back the part
   !> `even` of what they differ by from the nodes (lane 8) and no node can see: what is left after
-  !> its own nodal mean (lane 7) and the nodal mean of that rest (lane 4) are subtracted. Increments
-  !> alone would keep a jump between neighbouring particles for ever. The heat is the same to
-  !> rounding; a smooth field changes by (k h)^6 only.
-  subroutine heat_particles(n, w, first, stride, nn, g, c_p, even, mass, rec, temp, heat, gained)
+  !> its own nodal mean (lane 7) is subtracted. Increments alone would keep a jump between
+  !> neighbouring particles for ever. The heat is the same to rounding; a smooth field changes by
+  !> (k h)^4 only.
+  subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, even, rec, temp, heat, gained)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, even, mass(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane), even(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
     real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
-    type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=4, n_plain=5)
-    real(rp) :: change, no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 5)
+    type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=5, n_plain=4)
+    real(rp) :: change, no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 4)
     integer :: p
 
     call gather_block(wanted, n, w, first, stride, nn, g, rec, no_value, no_slope, at)
     do p = 1, n
-      change = at(p, 2) + at(p, 1) - even*(temp(p) - at(p, 5) - at(p, 4))
+      change = at(p, 1) - (even(p)*(temp(p) - at(p, 4)) - at(p, 3))
       gained = gained + (mass(p)*c_p*change - heat(p))
       temp(p) = temp(p) + change
       heat(p) = 0.0_rp
