@@ -7,7 +7,7 @@ module contact_gap_law
   implicit none (type, external)
   private
 
-  public :: normal_velocity, stick_fraction, book_tool_impulse
+  public :: normal_velocity, book_tool_impulse
 
 contains
 
@@ -41,16 +41,6 @@ contains
       closing = -speed - min(before, slop)/max(relaxation_time, dt) - max(0.0_rp, before - slop)/dt
     end if
   end subroutine normal_velocity
-
-  !> The part of an impulse that friction can give: Coulomb's law and the shear strength.
-  pure real(rp) function stick_fraction(hold, coulomb, shear)
-    real(rp), intent(in) :: hold(3), coulomb, shear     !! [N s]
-    real(rp) :: wanted
-
-    wanted = norm2(hold)
-    stick_fraction = 1.0_rp
-    if (min(coulomb, shear) < wanted) stick_fraction = min(coulomb, shear)/wanted
-  end function stick_fraction
 
   !> Books of a tool for the impulses that it gives at a place: force, torque, work, heat.
   pure subroutine book_tool_impulse(tool, rigid, x, push, hold, mean)

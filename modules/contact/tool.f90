@@ -4,6 +4,7 @@
 !> nodes.
 module contact_tool
   use base_kinds, only: nlane, rp
+  use contact_friction_law, only: friction_law_t, law_coulomb
   use contact_friction_table, only: friction_table_t, of_nothing
   use contact_motion, only: motion_t
   use tool_shapes_shape, only: no_edge, shape_t
@@ -39,9 +40,9 @@ module contact_tool
     class(shape_t), allocatable :: shape   !! unallocated: of a rigid body
     real(rp) :: start(3) = 0.0_rp          !! position at t = 0 [m]
     real(rp) :: frame(3, 3) = 0.0_rp       !! columns: local axes at t = 0
-    real(rp) :: friction = 0.0_rp
-    type(friction_table_t) :: friction_table   !! instead, if it is of something
-    logical :: shear_limit = .true.
+    real(rp) :: friction = 0.0_rp          !! coefficient of Coulomb's law
+    type(friction_law_t) :: friction_law
+    type(friction_table_t) :: friction_table   !! of the law's coefficient, if it is of something
     real(rp) :: heat_fraction = 1.0_rp        !! share of friction heat into the material
     type(motion_t) :: motion
     ! pose at the current time, and the one before
@@ -145,7 +146,8 @@ contains
   elemental logical function has_friction(self)
     class(tool_t), intent(in) :: self
 
-    has_friction = self%friction > 0.0_rp .or. self%friction_table%of /= of_nothing
+    has_friction = self%friction > 0.0_rp .or. self%friction_table%of /= of_nothing &
+                   .or. self%friction_law%kind /= law_coulomb
   end function has_friction
 
   !> Radius of what stirs, 0 if there is none [m].

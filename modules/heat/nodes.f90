@@ -7,8 +7,8 @@ module heat_nodes
   use comm_world, only: world_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
-  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_rate, f_temp, n_conduction, particles_t, &
-                             tag_faces
+  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_rate, f_temp, n_conduction, &
+                             particles_t, tag_faces
   use state_books, only: books_t, e_film
   use state_scene, only: scene_t
   use transfer_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_temperature

@@ -36,7 +36,8 @@ module particles_store
     integer :: law = 1          !! internal variables of the flow law, n_law
     integer :: n_law = 0
     integer :: rest = 0         !! temperature at which it fell asleep [K] (sleeping)
-    integer :: grip = 0                  !! impulse of friction that a tool may yet give [N s]
+    integer :: grip = 0                  !! impulse of friction that a tool may yet give [N s], or
+                                        !! mean force of what it could (tool_contact_impulses)
     integer :: surface_offset = 0        !! of half a spacing, what is left between centre and
                                          !! surface (tools)
   contains

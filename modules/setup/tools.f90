@@ -2,6 +2,7 @@
 !> Tools and their schedules from the input.
 module setup_tools
   use base_kinds, only: pi, rp
+  use contact_friction_law, only: friction_law_t, friction_laws, law_coulomb, law_schmidt_hattel
   use contact_friction_table, only: friction_table_t, of_nothing
   use contact_motion, only: motion_t, phase_t
   use contact_tool, only: tool_t
@@ -34,7 +35,7 @@ contains
       tool(i)%name = input%text('TOOL', i, 'NAME')
       tool(i)%start = input%reals('TOOL', i, 'POSITION', 3)
       tool(i)%friction = input%real('TOOL', i, 'FRICTION')
-      tool(i)%shear_limit = input%logical('TOOL', i, 'SHEAR_LIMIT')
+      call read_friction_law(input, i, tool(i)%friction_law)
       tool(i)%heat_fraction = input%real('TOOL', i, 'HEAT_SHARE')
       call read_friction_table(input, i, tool(i), diagnostics)
       call make_shape(input%text('TOOL', i, 'KIND'), tool(i)%shape)
@@ -97,6 +98,26 @@ contains
     end do
   end subroutine read_rigid_bodies
 
+  !> The law of friction of the `i`-th tool.
+  subroutine read_friction_law(input, i, law)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(friction_law_t), intent(out) :: law
+
+    law%kind = find(friction_laws, input%text('TOOL', i, 'FRICTION_LAW'))
+    law%shear_limit = input%logical('TOOL', i, 'SHEAR_LIMIT')
+    if (law%kind /= law_coulomb) law%coefficient = input%real('TOOL', i, coefficient_key(law))
+  end subroutine read_friction_law
+
+  !> The key of a law's own coefficient.
+  pure function coefficient_key(law) result(key)
+    type(friction_law_t), intent(in) :: law
+    character(:), allocatable :: key
+
+    key = 'SHEAR_FACTOR'
+    if (law%kind == law_schmidt_hattel) key = 'STICK_FRACTION'
+  end function coefficient_key
+
   !> A coefficient of friction that depends on the state of the contact.
   subroutine read_friction_table(input, i, tool, diagnostics)
     type(input_t), intent(in) :: input
@@ -104,10 +125,18 @@ contains
     type(tool_t), intent(inout) :: tool
     type(diagnostics_t), intent(inout) :: diagnostics
     type(friction_table_t) :: table
+    logical :: is_given
 
     table%of = find(['none       ', 'temperature', 'pressure   ', 'slip       '], &
                     input%text('TOOL', i, 'FRICTION_TABLE_OF')) - 1
-    if (table%of == of_nothing) return
+    if (table%of == of_nothing) then
+      if (tool%friction_law%kind == law_coulomb) return
+      is_given = input%given('TOOL', i, coefficient_key(tool%friction_law))
+      if (.not. is_given) call input%report(diagnostics, 'TOOL', i, 'FRICTION_LAW', &
+                                            'needs '//coefficient_key(tool%friction_law)// &
+                                            ' or a table of it')
+      return
+    end if
     table%at = input%list('TOOL', i, 'FRICTION_AT')
     table%mu = input%list('TOOL', i, 'FRICTION_MU')
     if (size(table%at) == 0 .or. size(table%at) /= size(table%mu)) then
@@ -115,6 +144,10 @@ contains
                         'needs as many values as FRICTION_MU, at least one')
     else if (any(table%at(2:) <= table%at(:size(table%at) - 1))) then
       call input%report(diagnostics, 'TOOL', i, 'FRICTION_AT', 'must rise from value to value')
+    end if
+    if (tool%friction_law%kind /= law_coulomb .and. any(table%mu > 1.0_rp)) then
+      call input%report(diagnostics, 'TOOL', i, 'FRICTION_MU', &
+                        'are '//coefficient_key(tool%friction_law)//' of this law: up to 1')
     end if
     tool%friction_table = table
   end subroutine read_friction_table

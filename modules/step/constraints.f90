@@ -81,7 +81,8 @@ contains
     call find_contact(sim%scene, sim%clock, sim%particles, sim%blocks, sim%nodes, sim%boundary, &
                       sim%contact, sim%tool(k), k, group, dt, g)
     call sum_meanwhile(world, sim, dt, g, outcome, 2, sim%contact%mass)
-    call find_impulses(sim%scene, sim%clock, sim%nodes, sim%boundary, sim%contact, g)
+    call find_impulses(sim%scene, sim%clock, sim%nodes, sim%boundary, sim%contact, &
+                           sim%tool(k)%friction_law, dt, g)
     call sum_meanwhile(world, sim, dt, g, outcome, n_values, sim%contact%values)
     call apply_impulses(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
                         sim%contact, sim%books, sim%tool(k), dt, g)

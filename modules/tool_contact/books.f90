@@ -55,8 +55,9 @@ contains
           if (t%entry(i) == 0) cycle
           slip = slip + t%weight(i)*contact%part(t%entry(i))*contact%slip(:, t%entry(i))
         end do
-        stored = t%plastic_part &
-                 *(1.0_rp - scene%material(scene%body(particles%body(t%block))%material)%plastic_heat)
+        associate (body => scene%body(particles%body(t%block)))
+          stored = t%plastic_part*(1.0_rp - scene%material(body%material)%plastic_heat)
+        end associate
         heat = -tool%heat_fraction*(1.0_rp - stored)*dot_product(t%hold, slip)
         particles%ps(t%lane, f_heat, t%block) = particles%ps(t%lane, f_heat, t%block) + heat
         tool%sums(s_to_plate) = tool%sums(s_to_plate) + heat

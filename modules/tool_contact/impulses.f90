@@ -22,7 +22,7 @@ module tool_contact_impulses
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_velocity, restore
-  use contact_gap_law, only: stick_fraction
+  use contact_friction_law, only: friction_law_t
   use contact_tool, only: tool_t
   use mapping_nodes, only: least_inertia, least_mass, nodes_t
   use particles_store, only: particles_t
@@ -31,8 +31,8 @@ module tool_contact_impulses
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use tool_contact_books, only: book_tool, give_heat
-  use tool_contact_lists, only: add_values, n_values, returned, tool_contact_t, v_coulomb, v_hold, &
-                                v_push, v_shear
+  use tool_contact_lists, only: add_values, n_values, returned, tool_contact_t, v_bend, v_coulomb, &
+                                v_hold, v_push, v_shear
   use tool_contact_particles, only: find_contact_particles, relaxation_time, flatten
   use tool_contact_surface_strain, only: strain_surface
   use tool_contact_walls, only: book_walls, reflect_entries, note_held, restore_entries
@@ -73,16 +73,18 @@ contains
   end subroutine find_contact
 
   !> Their impulses at the nodes of this rank, to be summed over the ranks.
-  subroutine find_impulses(scene, clock, nodes, boundary, contact, g)
+  subroutine find_impulses(scene, clock, nodes, boundary, contact, law, dt, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
+    type(friction_law_t), intent(in) :: law
+    real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(in) :: g(8, nodes%patch%nn)
 
     call restore_entries(boundary, contact, 2, contact%mass)
-    call add_impulses(scene, clock, nodes, contact, g)
+    call add_impulses(scene, clock, nodes, contact, law, dt, g)
     contact%own = contact%values
     call reflect_entries(scene, boundary, contact, n_values, contact%values)
   end subroutine find_impulses
@@ -100,10 +102,10 @@ contains
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
 
-    call push_nodes(scene, clock, nodes, boundary, contact, books, g)
+    call push_nodes(scene, clock, tool%friction_law, nodes, boundary, contact, books, g)
     call restore(scene, nodes, boundary, r_velocity, g)
     call flatten(scene, particles, nodes, contact, dt, g)
-    call keep_grip(scene, clock, particles, nodes, contact, dt)
+    call keep_grip(scene, clock, particles, nodes, contact, tool%friction_law, dt)
     call strain_surface(scene, particles, contact, dt)
     call book_tool(nodes, contact, tool%mean_motion(clock%time, dt), tool, g)
     call give_heat(scene, particles, contact, tool)
@@ -190,13 +192,14 @@ contains
   end subroutine add_masses
 
   !> Impulses of the particles in contact at the nodes.
-  subroutine add_impulses(scene, clock, nodes, contact, g)
+  subroutine add_impulses(scene, clock, nodes, contact, law, dt, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(tool_contact_t), intent(inout) :: contact
-    real(rp), intent(in) :: g(8, nodes%patch%nn)
-    real(rp) :: least, s(2), values(n_values)
+    type(friction_law_t), intent(in) :: law
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    real(rp) :: kept, least, s(2), values(n_values)
     integer :: e, p
 
     least = least_inertia(scene, clock)
@@ -212,9 +215,16 @@ contains
           values(v_push:v_push + 2) = min(impulse_fraction*t%pushed*t%mass/s(2)*t%closing, &
                                           t%most)*t%normal
           values(v_hold:v_hold + 2) = t%hold
-          t%coulomb = t%coulomb + t%friction*norm2(values(v_push:v_push + 2))
+          if (law%keeps_mean()) then
+            kept = exp(-dt/relaxation_time(clock, nodes, t%can_flow))
+            t%coulomb = kept*dt*t%coulomb &
+                        + (1.0_rp - kept)*t%friction*norm2(values(v_push:v_push + 2))
+          else
+            t%coulomb = t%coulomb + t%friction*norm2(values(v_push:v_push + 2))
+          end if
           values(v_coulomb) = t%coulomb
           values(v_shear) = t%shear
+          values(v_bend) = t%bend
           call add_values(t%entry, t%weight, values, contact%n_nodes, contact%values)
         end associate
       end do
@@ -222,9 +232,10 @@ contains
   end subroutine add_impulses
 
   !> New velocities of the listed nodes, as far as walls let them; what walls take of the impulse.
-  subroutine push_nodes(scene, clock, nodes, boundary, contact, books, g)
+  subroutine push_nodes(scene, clock, law, nodes, boundary, contact, books, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
+    type(friction_law_t), intent(in) :: law
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
@@ -236,8 +247,8 @@ contains
     least = least_inertia(scene, clock)
     associate (t => contact)
       do e = 1, t%n_nodes
-        t%part(e) = stick_fraction(t%values(v_hold:v_hold + 2, e), t%values(v_coulomb, e), &
-                              t%values(v_shear, e))
+        t%part(e) = law%friction(t%values(v_hold:v_hold + 2, e), t%values(v_coulomb, e), &
+                                 t%values(v_shear, e), t%values(v_bend, e))
         t%unspent(e) = 0.0_rp
         if (t%values(v_coulomb, e) > 0.0_rp) t%unspent(e) = max(0.0_rp, 1.0_rp &
             - t%part(e)*norm2(t%values(v_hold:v_hold + 2, e))/t%values(v_coulomb, e))
@@ -254,13 +265,15 @@ contains
     call book_walls(scene, nodes, boundary, contact, books, g)
   end subroutine push_nodes
 
-  !> What Coulomb's law would have let friction give and it did not, is kept for a relaxation time.
-  subroutine keep_grip(scene, clock, particles, nodes, contact, dt)
+  !> What Coulomb's law would have let friction give and it did not, is kept for a relaxation time;
+  !> a law that goes by the mean pressure keeps that, as the force of friction it is good for.
+  subroutine keep_grip(scene, clock, particles, nodes, contact, law, dt)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(inout) :: particles
     type(nodes_t), intent(in) :: nodes
     type(tool_contact_t), intent(in) :: contact
+    type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt                 !! [s]
     real(rp) :: unspent
     integer :: i, p
@@ -271,8 +284,10 @@ contains
         do i = 1, 27
           if (t%entry(i) > 0) unspent = unspent + t%weight(i)*contact%unspent(t%entry(i))
         end do
-        particles%ps(t%lane, scene%layout%grip, t%block) = t%coulomb*unspent &
-          *exp(-dt/relaxation_time(clock, nodes, t%can_flow))
+        associate (grip => particles%ps(t%lane, scene%layout%grip, t%block))
+          grip = t%coulomb*unspent*exp(-dt/relaxation_time(clock, nodes, t%can_flow))
+          if (law%keeps_mean()) grip = t%coulomb/dt
+        end associate
       end associate
     end do
   end subroutine keep_grip

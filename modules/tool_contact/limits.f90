@@ -3,6 +3,7 @@
 !> Coulomb's law.
 module tool_contact_limits
   use base_kinds, only: nlane, pi, rp
+  use contact_friction_law, only: friction_law_t, law_coulomb
   use contact_friction_table, only: friction_table_t, of_nothing
   use contact_tool, only: tool_t
   use particles_store, only: f_jac, f_plastic, f_rate, f_tau, f_temp
@@ -15,6 +16,7 @@ module tool_contact_limits
   public :: limit_impulses
 
   real(rp), parameter :: unlimited = 1.0e30_rp     !! of what cannot flow [N s]
+  real(rp), parameter :: molten = 1.0e-30_rp       !! of what has no strength [N s]
   real(rp), parameter :: least_sensitivity = 1.0e-3_rp   !! of stress to the logarithm of the rate
   real(rp), parameter :: edge_pressure = 2.0_rp + pi   !! of flowing metal at an edge, over its
                                                        !! shear strength
@@ -22,9 +24,10 @@ module tool_contact_limits
 contains
 
   !> What limits the impulses of the touching particles, which have their `place` among the
-  !> candidates: the shear strength along the surface; at an edge, across the part of the face that
-  !> is pushed, the pressure under the edge of a punch (Prandtl 1920, plane; Shield 1955, round);
-  !> and a coefficient of friction that depends on the state.
+  !> candidates: along the surface what the tool's law of friction makes of the strength of the
+  !> layer that shears, with a coefficient that may depend on the state; across it at an edge, for
+  !> the part of the face that is pushed, the pressure under the edge of a punch (Prandtl 1920,
+  !> plane; Shield 1955, round).
   subroutine limit_impulses(scene, tool, dt, near, n, place, particle)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool
@@ -32,27 +35,30 @@ contains
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: n, place(n)
     type(contact_particle_t), intent(inout) :: particle(n)
+    real(rp) :: coefficient(n)
 
     if (n == 0) return
-    particle%shear = unlimited
-    particle%most = unlimited
-    if (particle(1)%can_flow) call limit_by_strength(scene, tool%shear_limit, dt, near, n, place, &
-                                                     particle)
+    coefficient = tool%friction_law%coefficient
     if (tool%friction_table%of /= of_nothing) then
-      call look_up_friction(tool%friction_table, near%n, scene%layout%n, near%ps, n, place, &
-                            particle)
+      coefficient = look_up_friction(tool%friction_table, near%n, scene%layout%n, near%ps, n, &
+                                     place, particle)
+      if (tool%friction_law%kind == law_coulomb) particle%friction = coefficient
     end if
+    particle%shear = unlimited
+    particle%bend = unlimited
+    particle%most = unlimited
+    if (particle(1)%can_flow) call limit_by_strength(scene, tool%friction_law, coefficient, dt, &
+                                                     near, n, place, particle)
   end subroutine limit_impulses
 
-  !> What the strength of the material lets each touching particle take: along the surface the
-  !> impulse at which it shears, if that is wanted (when molten, Coulomb's law alone), and at edges
-  !> across it.
-  subroutine limit_by_strength(scene, shear_limit, dt, near, n, place, particle)
+  !> What the strength of the material lets each touching particle take: along the surface by the
+  !> law of friction (nothing when it is molten), and at edges across it.
+  subroutine limit_by_strength(scene, law, coefficient, dt, near, n, place, particle)
     type(scene_t), intent(in) :: scene
-    logical, intent(in) :: shear_limit
-    real(rp), intent(in) :: dt
-    type(candidates_t), intent(in) :: near
+    type(friction_law_t), intent(in) :: law
     integer, intent(in) :: n, place(n)
+    real(rp), intent(in) :: coefficient(n), dt
+    type(candidates_t), intent(in) :: near
     type(contact_particle_t), intent(inout) :: particle(n)
     real(rp) :: depth(nlane), face, shear, v(nlane)
     type(shear_layer_t) :: layer
@@ -70,27 +76,31 @@ contains
                             near%ps(:, f_temp), layout%n_law, &
                             near%ps(:, layout%law:layout%law + layout%n_law - 1), depth, v, layer)
       do i = 1, n
-        face = product(body%spacing)/norm2(particle(i)%normal*body%spacing)
-        shear = dt*face*max(0.0_rp, layer%stress(place(i)))
-        if (particle(i)%pushed < 1.0_rp) particle(i)%most = particle(i)%pushed*edge_pressure*shear
-        if (.not. (shear_limit .and. shear > 0.0_rp)) cycle
-        particle(i)%shear = shear
-        particle(i)%depth = depth(place(i))
-        particle(i)%log_rate = log(layer%inner_rate(place(i)))
-        particle(i)%sensitivity = max(least_sensitivity, &
-          layer%sensitivity(place(i))/layer%stress(place(i)))
-        particle(i)%resolved_rate = near%ps(place(i), f_rate)
+        associate (t => particle(i), strength => layer%stress(place(i)))
+          face = product(body%spacing)/norm2(t%normal*body%spacing)
+          shear = dt*face*max(0.0_rp, strength)
+          if (t%pushed < 1.0_rp) t%most = t%pushed*edge_pressure*shear
+          call law%limits(coefficient(i), max(molten, shear), t%friction, t%shear, t%bend)
+          if (law%is_unlimited() .and. shear > 0.0_rp) t%shear = unlimited
+          if (t%shear >= unlimited .or. shear <= 0.0_rp) cycle
+          t%depth = depth(place(i))
+          t%log_rate = log(layer%inner_rate(place(i)))
+          t%strength = shear
+          t%sensitivity = max(least_sensitivity, layer%sensitivity(place(i))/strength)
+          t%resolved_rate = near%ps(place(i), f_rate)
+        end associate
       end do
     end associate
   end subroutine limit_by_strength
 
   !> Coefficients of friction of the touching ones of `n` candidates, from their temperature, the
   !> pressure on the tool's surface in the body, or the speed of sliding.
-  pure subroutine look_up_friction(table, n, nf, ps, n_particles, place, particle)
+  pure function look_up_friction(table, n, nf, ps, n_particles, place, particle) result(found)
     type(friction_table_t), intent(in) :: table
     integer, intent(in) :: n, nf, n_particles, place(n_particles)
     real(rp), intent(in) :: ps(nlane, nf)
-    type(contact_particle_t), intent(inout) :: particle(n_particles)
+    type(contact_particle_t), intent(in) :: particle(n_particles)
+    real(rp) :: found(n_particles)
     real(rp), dimension(nlane) :: mu, pressure, slip
     integer :: i, p
 
@@ -105,7 +115,7 @@ contains
       end associate
     end do
     call table%coefficients(n, ps(1, f_temp), pressure, slip, mu)
-    particle%friction = mu(place)
-  end subroutine look_up_friction
+    found = mu(place)
+  end function look_up_friction
 
 end module tool_contact_limits

@@ -13,8 +13,9 @@ module tool_contact_lists
     v_push = 1, &     !! impulse along the normals [N s], 3
     v_hold = 4, &     !! impulse that would stop the slip [N s], 3
     v_coulomb = 7, &  !! what Coulomb's law lets friction give: now, and kept from before [N s]
-    v_shear = 8       !! impulse at which the material shears [N s]
-  integer, parameter, public :: n_values = 8
+    v_shear = 8, &    !! the most that friction gives: strength, by the tool's law [N s]
+    v_bend = 9        !! where that law bends [N s]
+  integer, parameter, public :: n_values = 9
 
   !> Particles that may take part in contact, gathered from their blocks into one: a block at a tool
   !> has only a few, and weights and flow laws work on whole blocks.
@@ -50,11 +51,14 @@ module tool_contact_lists
     real(rp) :: slip(3) = 0.0_rp               !! along the tool's surface [m/s]
     real(rp) :: friction = 0.0_rp
     real(rp) :: coulomb = 0.0_rp               !! impulse that Coulomb's law lets it give [N s]
-    real(rp) :: shear = 0.0_rp                 !! impulse at which the material shears [N s]
+    real(rp) :: shear = 0.0_rp                 !! the most that friction gives [N s]
+    real(rp) :: bend = 0.0_rp                  !! where its law bends [N s]
     real(rp) :: hold(3) = 0.0_rp               !! impulse that would stop the slip [N s]
-    real(rp) :: depth = 0.0_rp                 !! of the layer that shears under the face [m]; 0: none
+    real(rp) :: depth = 0.0_rp                 !! of the layer that shears under the face [m];
+                                               !! 0: none
     real(rp) :: log_rate = 0.0_rp              !! logarithm of its rate of plastic strain at the
                                                !! particle's centre, if it takes all of the slip
+    real(rp) :: strength = 0.0_rp              !! impulse of its strength [N s]
     real(rp) :: sensitivity = 0.0_rp           !! of its stress to that, over the stress
     real(rp) :: plastic_part = 0.0_rp          !! part of the slip that the layer shears
     real(rp) :: resolved_rate = 0.0_rp         !! rate that the particle has by itself [1/s]

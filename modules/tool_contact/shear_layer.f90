@@ -35,8 +35,8 @@ module tool_contact_shear_layer
 
 contains
 
-  !> Stress, temperature and rates of the layer of `n` particles with strain `alpha`, temperature and
-  !> state, depth `z` of their centres below the face [m], velocity `v` of the face against them
+  !> Stress, temperature and rates of the layer of `n` particles with strain `alpha`, temperature
+  !> and state, depth `z` of their centres below the face [m], velocity `v` of the face against them
   !> [m/s]. The law is linearised about the particle's temperature, then between it and that of the
   !> face. Without conduction the layer is as thick as `z`.
   subroutine find_shear_layer(material, n, alpha, temp, n_state, state, z, v, layer)

@@ -57,7 +57,8 @@ contains
     if (slip > 0.0_rp) plastic_part = max(0.0_rp, (slower*(slip + resolved) - resolved)/slip)
   end function plastic_part
 
-  !> Friction at the nodes of the `p`-th particle in contact over the strength of the layer there.
+  !> Friction at the nodes of the `p`-th particle in contact over the most that its law gives there,
+  !> times that over the strength of the layer.
   pure real(rp) function used_strength(contact, p) result(used)
     type(tool_contact_t), intent(in) :: contact
     integer, intent(in) :: p
@@ -72,8 +73,8 @@ contains
                  *norm2(values(v_hold:v_hold + 2))/max(values(v_shear), tiny(1.0_rp))
         end associate
       end do
+      used = min(1.0_rp, used*t%shear/t%strength)
     end associate
-    used = min(1.0_rp, used)
   end function used_strength
 
   !> Plastic strain `x` at exp(log_rate) of `n` particles in contact, at places `at` of their list.

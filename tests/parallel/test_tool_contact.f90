@@ -90,7 +90,7 @@ contains
     sim%scene%method%scales_light_nodes = m%mass_scaling > 1.0_rp
     tool = plane_tool(normal_of(m))
     tool%friction = m%friction
-    tool%shear_limit = m%limits_shear
+    tool%friction_law%shear_limit = m%limits_shear
     place = h*u - m%gap*normal_of(m)
     if (m%side < 0) place = place + 2.0_rp*h
     call add_tool(sim, tool, place, m%w, 0.0_rp)

@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> The law by which gaps close at a tool, and the limit of friction, for random numbers.
 program test_gap_law
-  use base_kinds, only: rp
+  use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect_close
-  use contact_gap_law, only: normal_velocity, stick_fraction
+  use contact_friction_law, only: friction_law_t, law_coulomb, law_schmidt_hattel, &
+                                  law_shear_factor, law_wanheim_bay
+  use contact_gap_law, only: normal_velocity
   implicit none (type, external)
 
   integer, parameter :: n_draws = 5000
@@ -11,7 +13,7 @@ program test_gap_law
   call begin_tests()
   call random_init(.true., .false.)
   call test_gaps()
-  call test_stick()
+  call test_friction_laws()
   call end_tests()
 
 contains
@@ -62,21 +64,60 @@ contains
     call expect_close('slip in the surface', maxval(off(2:)), 0.0_rp, atol=1.0e-12_rp)
   end subroutine test_gaps
 
-  !> Friction gives the least of what is wanted, Coulomb's law and the shear strength.
-  subroutine test_stick()
-    real(rp) :: coulomb, hold(3), off, shear
-    integer :: i
+  !> Friction is what is wanted, up to the law's limit: written out here for pressures, strengths
+  !> and coefficients of any size.
+  subroutine test_friction_laws()
+    type(friction_law_t) :: law
+    real(rp) :: bend, c, hold(3), k, limit, most, mu, off(4), p
+    integer :: i, kind
 
     off = 0.0_rp
     do i = 1, n_draws
       call random_number(hold)
+      call random_number(c)
       hold = any_size()*(hold - 0.5_rp)
-      coulomb = any_size()
-      shear = any_size()
-      off = max(off, abs(stick_fraction(hold, coulomb, shear)*norm2(hold) &
-                         - min(norm2(hold), coulomb, shear))/norm2(hold))
+      p = any_size()
+      k = any_size()
+      do kind = law_coulomb, law_schmidt_hattel
+        law%kind = kind
+        mu = 0.3_rp
+        call law%limits(c, k, mu, most, bend)
+        select case (kind)
+        case (law_coulomb)
+          limit = min(0.3_rp*p, k)
+        case (law_shear_factor)
+          limit = min(c*k, 1.0e3_rp*p)
+        case (law_wanheim_bay)
+          limit = bay(p/k, c)*k
+        case (law_schmidt_hattel)
+          limit = c*k + (1.0_rp - c)*min(0.3_rp*p, k)
+        case default
+          error stop
+        end select
+        off(kind) = max(off(kind), abs(law%friction(hold, mu*p, most, bend)*norm2(hold) &
+                                       - min(norm2(hold), limit))/norm2(hold))
+      end do
     end do
-    call expect_close('limit of friction', off, 0.0_rp, atol=1.0e-14_rp)
-  end subroutine test_stick
+    call expect_close('limit of friction', maxval(off), 0.0_rp, atol=1.0e-12_rp)
+    law%kind = law_schmidt_hattel
+    call expect_close('nothing without pressure', law%friction([1.0_rp, 0.0_rp, 0.0_rp], 0.0_rp, &
+                                                               1.0_rp, 0.5_rp), 0.0_rp)
+  end subroutine test_friction_laws
+
+  !> Friction stress over k at the pressure `q` k and the friction factor `f` (Bay 1987, eqs. 1 to
+  !> 3, with sigma0 = sqrt(3) k).
+  pure real(rp) function bay(q, f)
+    real(rp), intent(in) :: q, f
+    real(rp) :: end, fa
+
+    end = (1.0_rp + pi/2.0_rp + acos(f) + sqrt(1.0_rp - f**2)) &
+          /(sqrt(3.0_rp)*(1.0_rp + sqrt(1.0_rp - f)))
+    fa = 1.0_rp - sqrt(1.0_rp - f)
+    if (q/sqrt(3.0_rp) <= end) then
+      bay = fa*q/sqrt(3.0_rp)/end
+    else
+      bay = fa + (f - fa)*(1.0_rp - exp((end - q/sqrt(3.0_rp))*fa/((f - fa)*end)))
+    end if
+  end function bay
 
 end program test_gap_law

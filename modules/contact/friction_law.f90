@@ -1,0 +1,112 @@
+! SPDX-License-Identifier: MIT
+!> Laws of friction between a tool and metal. With the pressure p, the shear strength k of the metal
+!> and what the input gives:
+!>
+!>   coulomb         least of mu p and k (Orowan 1943); mu p alone without shear limit
+!>   shear-factor    m k wherever metal is pressed on the tool (Tresca)
+!>   wanheim-bay     m times k on the real area of contact (Wanheim & Bay 1978, as given by Bay
+!>                   1987): proportional to p up to p', then exponentially to m k
+!>   schmidt-hattel  delta k + (1 - delta) least of mu p and k (Schmidt, Hattel & Wert 2004)
+module contact_friction_law
+  use base_kinds, only: rp
+  implicit none (type, external)
+  private
+
+  public :: friction_law_t, wanheim_bay
+
+  integer, parameter, public :: law_coulomb = 1, law_shear_factor = 2, law_wanheim_bay = 3, &
+                                law_schmidt_hattel = 4
+  character(14), parameter, public :: friction_laws(4) = &
+    [character(14) :: 'coulomb', 'shear-factor', 'wanheim-bay', 'schmidt-hattel']
+
+  real(rp), parameter :: everywhere = 1.0e3_rp   !! coefficient of Coulomb's law that does not
+                                                 !! limit a shear factor, from p = k/1000 on
+
+  type :: friction_law_t
+    integer :: kind = law_coulomb
+    real(rp) :: coefficient = 0.0_rp  !! m or delta; 0 for coulomb, which has mu
+    logical :: shear_limit = .true.   !! of coulomb
+  contains
+    procedure :: limits
+    procedure :: friction
+    procedure :: keeps_mean
+    procedure :: is_unlimited
+  end type friction_law_t
+
+contains
+
+  !> Of a particle with shear strength `k` (impulse or stress) and the law's own coefficient (mu, m
+  !> or delta): `mu`, by which the normal impulse counts, the most that friction reaches, and the
+  !> part of it at which a law bends.
+  elemental subroutine limits(self, coefficient, k, mu, most, bend)
+    class(friction_law_t), intent(in) :: self
+    real(rp), intent(in) :: coefficient, k
+    real(rp), intent(inout) :: mu
+    real(rp), intent(out) :: most, bend
+    real(rp) :: pressure
+
+    most = k
+    bend = k
+    select case (self%kind)
+    case (law_shear_factor)
+      mu = everywhere
+      most = coefficient*k
+      bend = most
+    case (law_wanheim_bay)
+      call wanheim_bay(coefficient, pressure, bend)
+      mu = bend/pressure
+      most = coefficient*k
+      bend = bend*k
+    case (law_schmidt_hattel)
+      bend = coefficient*k
+    case default
+    end select
+  end subroutine limits
+
+  !> What friction gives of `hold`, if the pressure lets it give `pressed` and the particles `most`,
+  !> with the bend of their law: a part of 1.
+  pure real(rp) function friction(self, hold, pressed, most, bend) result(part)
+    class(friction_law_t), intent(in) :: self
+    real(rp), intent(in) :: hold(3), pressed, most, bend    !! [N s]
+    real(rp) :: limit, wanted
+
+    wanted = norm2(hold)
+    limit = min(pressed, most)
+    select case (self%kind)
+    case (law_wanheim_bay)
+      if (pressed > bend .and. most > bend) limit = bend + (most - bend) &
+          *(1.0_rp - exp(-(pressed - bend)/(most - bend)))
+    case (law_schmidt_hattel)
+      if (pressed > 0.0_rp .and. most > 0.0_rp) limit = bend + (1.0_rp - bend/most)*limit
+    case default
+    end select
+    part = 1.0_rp
+    if (limit < wanted) part = limit/wanted
+  end function friction
+
+  !> True if friction is no simple limit of what the pressure lets it give: then the mean pressure
+  !> of a relaxation time counts, else what it could have given and did not is kept so long.
+  elemental logical function keeps_mean(self)
+    class(friction_law_t), intent(in) :: self
+
+    keeps_mean = self%kind == law_wanheim_bay
+  end function keeps_mean
+
+  !> True if the strength of the metal does not limit friction, as long as it has any.
+  elemental logical function is_unlimited(self)
+    class(friction_law_t), intent(in) :: self
+
+    is_unlimited = self%kind == law_coulomb .and. .not. self%shear_limit
+  end function is_unlimited
+
+  !> End of proportional friction at a friction factor m: pressure and shear stress there, over k.
+  elemental subroutine wanheim_bay(m, pressure, shear)
+    real(rp), intent(in) :: m                  !! up to 1
+    real(rp), intent(out) :: pressure, shear
+
+    shear = 1.0_rp - sqrt(1.0_rp - m)
+    pressure = (1.0_rp + 0.5_rp*acos(-1.0_rp) + acos(m) + sqrt(1.0_rp - m*m)) &
+               /(1.0_rp + sqrt(1.0_rp - m))
+  end subroutine wanheim_bay
+
+end module contact_friction_law
