@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Johnson & Cook (1983): (A + B alpha^n)(1 + C ln(rate/rate0))(1 - theta^m); the rate factor goes
-!> on below rate0 and is held at 1/2, the stress is zero from the melting temperature on.
+!> on below rate0 and is held at 1/2, the stress is zero from the melting temperature on. As an
+!> option hardening ends at a strain: B alpha^n is of tests up to 1, and stirred metal reaches 100.
 module flow_laws_johnson_cook
   use base_kinds, only: nlane, rp
   use input_diagnostics, only: diagnostics_t
@@ -16,6 +17,7 @@ module flow_laws_johnson_cook
     real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp   !! [Pa], [Pa], [-]
     real(rp) :: c = 0.0_rp, m = 1.0_rp               !! [-], [-]
     real(rp) :: rate0 = 1.0_rp                       !! [1/s]
+    real(rp) :: most_strain = huge(1.0_rp)           !! up to which it hardens
     real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)   !! [K]
   contains
     procedure, nopass :: add_keys
@@ -44,6 +46,8 @@ contains
                'exponent of thermal softening')
     call t%key('JC_RATE0', 'real', 1, '1/s', '1 if LAW = johnson-cook', '(0,inf)', &
                'reference strain rate')
+    call t%key('JC_STRAIN_LIMIT', 'real', 1, '', '0 if LAW = johnson-cook', '[0,inf)', &
+               'plastic strain above which it does not harden; 0: none')
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, shear, diagnostics)
@@ -59,6 +63,8 @@ contains
     self%c = input%real('MATERIAL', i, 'JC_C')
     self%m = input%real('MATERIAL', i, 'JC_M')
     self%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
+    self%most_strain = input%real('MATERIAL', i, 'JC_STRAIN_LIMIT')
+    if (self%most_strain <= 0.0_rp) self%most_strain = huge(1.0_rp)
     self%t_room = input%real('MATERIAL', i, 'T_ROOM')
     self%t_melt = input%real('MATERIAL', i, 'T_MELT')
     if (self%t_melt > 0.0_rp .and. self%t_melt <= self%t_room) then
@@ -96,25 +102,27 @@ contains
     real(rp), intent(in) :: work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
 
-    call evaluate(self%a, self%b, self%n, self%c, log(self%rate0), work(:, 1), alpha, x, log_rate, &
-                  sigma, slope)
+    call evaluate(self%a, self%b, self%n, self%c, log(self%rate0), self%most_strain, work(:, 1), &
+                  alpha, x, log_rate, sigma, slope)
   end subroutine stress
 
-  pure subroutine evaluate(a, b, n, c, log_rate0, soft, alpha, x, log_rate, sigma, slope)
-    real(rp), intent(in) :: a, b, n, c, log_rate0
+  pure subroutine evaluate(a, b, n, c, log_rate0, most_strain, soft, alpha, x, log_rate, sigma, &
+                           slope)
+    real(rp), intent(in) :: a, b, n, c, log_rate0, most_strain
     real(rp), intent(in) :: soft(nlane), alpha(nlane), x(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
-    real(rp) :: e, hard, factor, rated
+    real(rp) :: e, hard, factor, hardens, rated
     integer :: p
 
-    !$omp simd private(e, hard, factor, rated)
+    !$omp simd private(e, hard, factor, hardens, rated)
     do p = 1, nlane
-      e = alpha(p) + x(p) + least_strain
+      e = min(alpha(p) + x(p) + least_strain, most_strain)
+      hardens = merge(x(p)/e, 0.0_rp, e < most_strain)
       hard = b*exp(n*log(e))
       rated = 1.0_rp + c*(log_rate(p) - log_rate0)
       factor = max(0.5_rp, rated)
       sigma(p) = (a + hard)*factor*soft(p)
-      slope(p) = (n*hard*x(p)/e*factor + (a + hard)*merge(c, 0.0_rp, rated > 0.5_rp))*soft(p)
+      slope(p) = (n*hard*hardens*factor + (a + hard)*merge(c, 0.0_rp, rated > 0.5_rp))*soft(p)
     end do
   end subroutine evaluate
 

@@ -6,6 +6,7 @@ module flow_laws_list
   use flow_laws_sellars_tegart, only: sellars_tegart_t
   use flow_laws_table, only: flow_table_t
   use flow_laws_two_phase, only: two_phase_t
+  use flow_laws_voce, only: voce_t
   use flow_laws_zerilli_armstrong, only: zerilli_armstrong_t
   use keys_names, only: find
   use keys_table, only: key_table_t
@@ -37,6 +38,7 @@ contains
     type(laws_t), intent(out) :: laws
 
     call laws%add('johnson-cook', johnson_cook_t())
+    call laws%add('voce', voce_t())
     call laws%add('norton', norton_t())
     call laws%add('two-phase', two_phase_t())
     call laws%add('zerilli-armstrong', zerilli_armstrong_t())

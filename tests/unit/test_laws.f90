@@ -50,6 +50,9 @@ contains
     select case (name)
     case ('johnson-cook')
       keys = 'JC_A=90e6 JC_B=292e6 JC_N=0.31 JC_C=0.025 JC_M=1.09'
+    case ('voce')
+      keys = 'VOCE_YIELD=90e6 VOCE_SATURATION=400e6 VOCE_STRAIN=0.3 VOCE_C=0.02 VOCE_M=1.1 '// &
+             'DRX_STRESS=300e6 DRX_CRITICAL_STRAIN=0.05 DRX_STRAIN=1.5'
     case ('norton')
       keys = 'NORTON_K=300e6 NORTON_N=0.2'
     case ('two-phase')
