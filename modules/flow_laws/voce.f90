@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Hardening that saturates, Voce (1948), with the factors of rate and temperature of Johnson & Cook,
-!> and, as an option, the fall to a steady stress by dynamic recrystallisation from a critical strain
-!> on (kinetics of Laasraoui & Jonas 1991):
+!> Hardening that saturates, Voce (1948), with the factors of rate and temperature of Johnson &
+!> Cook, and, as an option, the fall to a steady stress by dynamic recrystallisation from a critical
+!> strain on (kinetics of Laasraoui & Jonas 1991):
 !>
 !>   sigma = s(eps) (1 + C ln(rate/rate0)) (1 - theta^m),
 !>   s = s_s - (s_s - s_0) exp(-eps/e_0) - (s_s - s_d)(1 - exp(-((eps - e_c)/e_d)^n)),

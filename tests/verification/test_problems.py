@@ -62,6 +62,20 @@ def test_sticking_at_any_mass_scaling(seed, tmp_path):
     assert abs(figures["loss"]) < 0.03
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_stirred_layer_of_any_metal(seed, tmp_path):
+    """Shear stress and work of the stirred layer within 5 % of the finite differences, temperature within 15 K, at
+    cells of 2 mm: the layer is thinner than the cells. Strain 0.5 mm deep, of film and metal together, within 25 %."""
+    draw = np.random.default_rng(seed)
+    parameters = {"speed": 10.0 ** draw.uniform(-1.3, -0.3), "start": draw.uniform(500.0, 900.0),
+                  "strength": draw.uniform(100e6, 250e6), "rate_factor": draw.uniform(0.04, 0.08),
+                  "conductivity": draw.uniform(200.0, 400.0), "time": draw.uniform(0.2, 0.4)}
+    error, figures, _ = problems.ALL["stirred_layer"].solve(5, parameters, tmp_path)
+    print(parameters, error, figures)
+    assert error < 0.05
+    assert abs(figures["strain at 0.5 mm"] - 1.0) < 0.25
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_discs_meet_anyhow(seed, tmp_path):
     """Discs of 8 cells a radius that meet at any offset, angle and place of the grid, on straight or round lattices,

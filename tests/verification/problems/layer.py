@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""The layer of metal that a sticking tool stirs, against finite differences."""
+
+import functools
+import math
+import sys
+
+import numpy as np
+
+from .base import TESTS, Problem, values
+
+sys.path.insert(0, str(TESTS / "verification"))
+
+import stirred_layer  # noqa: E402
+
+
+@functools.lru_cache
+def reference(layer, time):
+    """States at 0.95 of the time and at its end."""
+    return layer.at([0.95 * time, time])
+
+
+class StirredLayer(Problem):
+    """Half space sheared by its surface."""
+
+    name = "stirred_layer"
+    section = "1.18"
+    cells = "over 10 mm"
+    norm = "largest of: shear stress off, temperature 1 mm deep off, over 300 K, work off, over it"
+    passes = 0.05
+    resolutions = (5, 10)
+    fine = (20,)
+    quick = (5,)
+    quick_passes = 0.07
+    parameters = {"speed": 0.5, "start": 700.0, "time": 0.5, "strength": 200e6, "rate_factor": 0.05, "conductivity": 391.0}
+    depth = 10e-3
+
+    def sets(self, n, p):
+        h = self.depth / n
+        return {
+            "GRID.CELL": h,
+            "GRID.UPPER": values(h, h, self.depth + 2 * h),
+            "SHAPE.UPPER": values(h, h, self.depth),
+            "MATERIAL.JC_A": p["strength"],
+            "MATERIAL.JC_C": p["rate_factor"],
+            "MATERIAL.CONDUCTIVITY": p["conductivity"],
+            "MOTION(1).VELOCITY": values(p["speed"], 0, -1e-3),
+            "MOTION(2).VELOCITY": values(p["speed"], 0, 0),
+            "BODY.TEMPERATURE": p["start"],
+            "WALL.TEMPERATURE": p["start"],
+            "HEAT.AMBIENT": p["start"],
+            "TIME.END": p["time"],
+            "OUTPUT.HISTORY_INTERVAL": p["time"] / 100,
+            "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
+        }
+
+    def layer(self, p):
+        law = stirred_layer.JohnsonCook(a=p["strength"], c=p["rate_factor"])
+        return stirred_layer.Layer(p["speed"], p["start"], law, conductivity=p["conductivity"])
+
+    def measure(self, run, n, p):
+        before, wanted = reference(self.layer(p), p["time"])
+        history, state = run.history(), run.checkpoint()
+        h = self.depth / n
+        late = history["time[s]"] > 0.9 * p["time"]
+        tau = -history["plane_force_x[N]"][late].mean() / h**2
+        work = (history["friction_heat[J]"][-1] + history["plastic_work[J]"][-1]) / h**2
+        z = self.depth - state.x[:, 2]
+        layer = np.round(z / (0.5 * h) - 0.5).astype(int)
+        layers = np.unique(layer)
+        at, temp, strain = (np.array([f[layer == k].mean() for k in layers]) for f in (z, state.temp, state.plastic))
+        figures = {"tau": tau / before["tau"], "T at 1 mm off": float(np.interp(1e-3, at, temp) - wanted["T"](1e-3)),
+                   "work": work / wanted["work"]}
+        for deep in (0.5e-3, 1e-3, 2e-3):
+            found = math.exp(np.interp(deep, at, np.log(np.maximum(strain, 1e-9))))
+            figures[f"strain at {1e3 * deep:g} mm"] = found / float(wanted["strain"](deep))
+        return max(abs(figures["tau"] - 1.0), abs(figures["T at 1 mm off"]) / 300.0, abs(figures["work"] - 1.0)), figures
+
+
+PROBLEMS = (StirredLayer(),)
