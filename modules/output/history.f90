@@ -12,7 +12,7 @@ module output_history
                                    no_means
   use output_totals, only: no_totals, sum_totals, totals_t
   use particles_store, only: particles_t
-  use state_books, only: books_t, e_body, e_film, e_plastic, e_scaling, e_sleep, e_source, &
+  use state_books, only: books_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, e_scaling, e_sleep, e_source, &
                          e_wall, e_wall_heat
   use state_clock, only: clock_t
   use state_scene, only: scene_t
@@ -111,6 +111,9 @@ contains
       call row%add('contact_loss', 'J', t%contact)
       call row%add('numerical_loss', 'J', t%loss)
       call row%add('sleep_loss', 'J', books(e_sleep))
+      call row%add('debris_mass', 'kg', books(d_mass))
+      call row%add('debris_energy', 'J', books(d_kinetic) + books(d_elastic))
+      call row%add('debris_heat', 'J', books(d_heat))
       call row%add('audit_error', '%', t%audit_error)
       call row%add('film_loss', 'J', books(e_film))
       call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, all(scene%material%knows_heat)))

@@ -10,7 +10,7 @@ module output_totals
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel, &
                              particles_t
   use physics_material, only: material_t
-  use state_books, only: books_t, e_body, e_conduction, e_contact, e_film, e_friction, e_plastic, &
+  use state_books, only: books_t, d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, e_friction, e_plastic, &
                          e_scaling, e_sleep, e_source, e_stress, e_wall, e_wall_heat, n_sums
   use state_clock, only: clock_t
   use state_scene, only: scene_t
@@ -150,9 +150,10 @@ contains
       tool(s_heat, :) = t%friction + books(e_plastic)
       given = t%work + books(e_body) + books(e_wall) + books(e_scaling)
       t%loss = given - t%friction - t%contact - (now%kinetic - history%kinetic0) &
-               - books(e_stress) - books(e_sleep)
+               - books(d_kinetic) - books(e_stress) - books(e_sleep)
       taken = t%friction + t%contact + books(e_plastic) + now%elastic - history%elastic0 &
-              + now%kinetic - history%kinetic0 + t%loss + books(e_sleep)
+              + now%kinetic - history%kinetic0 + t%loss + books(e_sleep) &
+              + books(d_kinetic) + books(d_elastic)
       history%audit_scale = max(history%audit_scale, &
                                 abs(t%work) + abs(books(e_body)) + abs(books(e_wall)), &
                                 abs(books(e_scaling)), history%kinetic0 + history%elastic0, &

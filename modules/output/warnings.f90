@@ -26,7 +26,7 @@ module output_warnings
     integer(i8), private :: reported_refused = 0     !! refused steps when last reported
     real(rp), private :: inertial = 0.0_rp           !! largest inertial stress over flow stress
     logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false., &
-                        has_sleep = .false.
+                        has_sleep = .false., has_debris = .false.
     logical, allocatable, private :: has_validity(:)   !! by the warnings of the scene
   contains
     procedure :: watch
@@ -52,6 +52,7 @@ contains
     call self%melting%watch_particles(world, scene, clock, particles)
     call warn_inertia(self, world, scene, clock, columns)
     call warn_sleep(self, world, clock, history, columns)
+    call warn_debris(self, world, clock, columns)
     call warn_returns(self, world, clock, step)
     call warn_fracture(self, world, scene, clock, particles)
   end subroutine watch
@@ -110,6 +111,21 @@ contains
                ' % of the energy turned over: lower SLEEP_STRESS, or SLEEPING = off')
     end if
   end subroutine warn_sleep
+
+  !> Warn once that metal was torn off and has left the grid.
+  subroutine warn_debris(self, world, clock, columns)
+    type(warnings_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(clock_t), intent(in) :: clock
+    type(row_t), intent(in) :: columns           !! of the history
+
+    if (self%has_debris .or. columns%value('debris_mass') <= 0.0_rp) return
+    self%has_debris = .true.
+    if (world%is_root()) call say('warning: by t = '//str(clock%time)//' s '// &
+                                  str(1.0e6_rp*columns%value('debris_mass'))// &
+                                  ' mg of debris have left the grid; debris_mass of the '// &
+                                  'history counts on (DEBRIS = 0: it ends the run)')
+  end subroutine warn_debris
 
   !> Warn once if the inertial stress of a constant mass scaling is not small.
   subroutine warn_inertia(self, world, scene, clock, columns)

@@ -12,7 +12,7 @@ module particles_migrate
   implicit none (type, external)
   private
 
-  public :: redistribute, wrap_positions, find_outside
+  public :: redistribute, wrap_positions, find_outside, is_outside
 
 contains
 
@@ -230,31 +230,47 @@ contains
     end do
   end subroutine append_arrivals
 
+  !> Whether the particles of block `b` are outside the grid (or no number). Through a periodic side
+  !> they may be as far outside as a patch reaches.
+  pure function is_outside(grid, particles, b)
+    type(grid_t), intent(in) :: grid
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: b
+    logical :: is_outside(nlane)
+    real(rp) :: low(3), margin(3), top(3)
+    integer :: p
+
+    margin = merge(halo*grid%h, 0.0_rp, grid%period > 0)
+    low = grid%lower - margin
+    top = grid%upper() + margin
+    is_outside = .false.
+    do p = 1, particles%count(b)
+      associate (x => particles%ps(p, f_pos:f_pos + 2, b))
+        is_outside(p) = .not. all(x >= low .and. x <= top)   ! true for NaN
+      end associate
+    end do
+  end function is_outside
+
   !> First particle of the first `n_blocks` outside the grid (or not a number), as a message; '' if
-  !> none. Through a periodic side it may be as far outside as a patch reaches.
+  !> none.
   function find_outside(grid, n_blocks, particles) result(message)
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: n_blocks
     type(particles_t), intent(in) :: particles
     character(:), allocatable :: message
-    real(rp) :: x(3), low(3), top(3), margin(3)
     integer :: b, p
 
     message = ''
-    margin = merge(halo*grid%h, 0.0_rp, grid%period > 0)
-    low = grid%lower - margin
-    top = grid%upper() + margin
     do b = 1, n_blocks
-      do p = 1, particles%count(b)
-        x = particles%ps(p, f_pos:f_pos + 2, b)
-        if (all(x >= low .and. x <= top)) cycle   ! false for NaN
-        associate (v => particles%ps(p, f_vel:f_vel + 2, b))
-          message = 'particle '//str(tag_id(particles%tag(p, b)))//' left the grid at ('// &
-                    str(x(1))//', '//str(x(2))//', '//str(x(3))//') m with velocity ('// &
-                    str(v(1))//', '//str(v(2))//', '//str(v(3))//') m/s'
-        end associate
-        return
-      end do
+      p = findloc(is_outside(grid, particles, b), .true., 1)
+      if (p == 0) cycle
+      associate (x => particles%ps(p, f_pos:f_pos + 2, b), &
+                 v => particles%ps(p, f_vel:f_vel + 2, b))
+        message = 'particle '//str(tag_id(particles%tag(p, b)))//' left the grid at ('// &
+                  str(x(1))//', '//str(x(2))//', '//str(x(3))//') m with velocity ('// &
+                  str(v(1))//', '//str(v(2))//', '//str(v(3))//') m/s'
+      end associate
+      return
     end do
   end function find_outside
 

@@ -69,6 +69,7 @@ module particles_store
     procedure :: reserve
     procedure :: change_fields
     procedure :: fetch
+    procedure :: remove
     procedure :: total
     procedure :: extent
     procedure :: bytes
@@ -136,6 +137,24 @@ contains
     call move_alloc(list, self%body)
     self%capacity = n
   end subroutine reserve
+
+  !> Remove the chosen particles of block `b`; the last ones take their places, and empty lanes are 0.
+  pure subroutine remove(self, b, chosen)
+    class(particles_t), intent(inout) :: self
+    integer, intent(in) :: b
+    logical, intent(in) :: chosen(nlane)
+    integer :: last, p
+
+    do p = self%count(b), 1, -1
+      if (.not. chosen(p)) cycle
+      last = self%count(b)
+      self%ps(p, :, b) = self%ps(last, :, b)
+      self%tag(p, b) = self%tag(last, b)
+      self%ps(last, :, b) = 0.0_rp
+      self%tag(last, b) = 0_i8
+      self%count(b) = last - 1
+    end do
+  end subroutine remove
 
   !> Another number of fields: the last ones go, or new ones are 0.
   subroutine change_fields(self, nf)

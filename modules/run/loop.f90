@@ -15,6 +15,7 @@ module run_loop
   use output_writer, only: writer_t
   use particles_migrate, only: find_outside
   use particles_store, only: f_vel
+  use run_debris, only: let_debris_go
   use run_regrid, only: may_stray, regrid
   use step_advance, only: take_step
   use step_simulation, only: simulation_t
@@ -225,7 +226,7 @@ contains
       .or. may_stray(sim)
   end function sort_is_due
 
-  !> A particle outside the grid ends the run on all ranks. Here those wait that were faster since
+  !> A particle outside the grid ends the run on all ranks, unless it is debris. Here those wait that were faster since
   !> the last exchange: that is no part of sorting.
   subroutine check_inside(world, sim, status, message)
     type(world_t), intent(in) :: world
@@ -244,6 +245,7 @@ contains
     sim%exchange%balance%waited = sim%exchange%balance%waited + wall_time()
     call sim%timer%lap(ph_exchange)
     if (all_inside) return
+    if (let_debris_go(world, sim)) return
     status = ended_broken
     call world%share_message(mine, message)
     message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'

@@ -11,6 +11,7 @@ module run_restart
   use particles_migrate, only: find_outside
   use particles_store, only: awake, particles_t, set_rest, tag_rest
   use run_balance, only: first_partition
+  use run_debris, only: let_debris_go
   use run_regrid, only: regrid, relist
   use sleep_motion, only: start_tracking
   use sleep_sleepers, only: n_motion
@@ -35,7 +36,6 @@ contains
     type(box_t), allocatable :: boxes(:)
     type(box_t) :: cubes
     real(rp), allocatable :: global(:), local(:)
-    character(:), allocatable :: outside
     logical :: fits, same_ranks
     integer :: k, n, n_before, plain
 
@@ -57,14 +57,13 @@ contains
       return
     end if
     call unpack_global(sim, global, path, error)
-    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, sim%particles), &
-                             outside)
-    if (outside /= '') call error%raise(path//': '//outside)
     if (error%is_set()) return
     sim%books%sums = local(1:n_sums)
     sim%books%failed_returns = nint(local(n_sums + 1))
     sim%books%warnings = local(n_sums + 2:n_before)
     sim%books%impulse = reshape(local(n_before + 1:n), shape(sim%books%impulse))
+    call check_outside(world, sim, path, same_ranks, error)
+    if (error%is_set()) return
     do k = 1, size(sim%tool)
       sim%tool(k)%sums = local(n + 1 + n_tool_sums*(k - 1):n + n_tool_sums*k)
       call sim%tool(k)%move_to(sim%clock%time)
@@ -86,6 +85,23 @@ contains
       call regrid(world, sim)
     end if
   end subroutine resume
+
+  !> Collective. Particles outside the grid are an error, unless they are debris: that goes with the
+  !> next sort, or now where ranks get other particles.
+  subroutine check_outside(world, sim, path, same_ranks, error)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    character(*), intent(in) :: path
+    logical, intent(in) :: same_ranks
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: outside
+
+    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, sim%particles), &
+                             outside)
+    if (outside == '' .or. (same_ranks .and. sim%scene%method%debris > 0.0_rp)) return
+    if (let_debris_go(world, sim)) return
+    call error%raise(path//': '//outside)
+  end subroutine check_outside
 
   !> Collective, in a run without sleepers. The particles are `in_order` no longer if some slept.
   subroutine wake_all(world, particles, in_order)

@@ -81,6 +81,7 @@ contains
       m%fixed_dt = input%real('TIME', 1, 'DT')
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
       m%inertial_fraction = input%real('TIME', 1, 'INERTIAL_FRACTION')
+      m%debris = input%real('METHOD', 1, 'DEBRIS')
       call read_scaling_range(input, m, diagnostics)
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
       m%is_bspline = shape_functions(input) == 'bspline'

@@ -21,7 +21,11 @@ module state_books
     e_scaling = 10, &    !! kinetic energy given by changes of the mass scaling
     e_conduction = 11, &  !! heat that conduction steps have made: rounding
     e_sleep = 12        !! kinetic energy of what falls asleep, and what holding sleepers takes
-  integer, parameter, public :: n_sums = 12
+  ! What has left the grid.
+  integer, parameter, public :: &
+    d_kinetic = 13, d_elastic = 14, d_heat = 15, &   !! [J]
+    d_mass = 16         !! [kg]
+  integer, parameter, public :: n_sums = 16
 
   !> All that a step adds to: what is refused is given back by one assignment
   !> (exchange_speculation).

@@ -88,6 +88,7 @@ module state_scene
                                               !! (mapping_nodes)
     real(rp) :: scaling_range(2) = 0.0_rp   !! least and largest then
     real(rp) :: inertial_fraction = 0.05_rp   !! inertial stress over flow stress that is small
+    real(rp) :: debris = 0.0_rp          !! part of all mass that may leave the grid
     real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
     type(sleep_t) :: sleep
     logical :: conducts = .false.

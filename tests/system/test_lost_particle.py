@@ -69,3 +69,47 @@ def test_run_that_blows_up(run, how, ranks):
     assert done.status == driver.BROKEN
     assert re.search(r"particle [0-9]+ (left the grid|runs away|has a state that is not a finite)", done.err)
     assert done.results("punch").path("_checkpoint.h5").exists()
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_debris_leaves_the_grid(run, tmp_path, ranks):
+    """Exact: a chip of 8 particles (1 mg) at (20, 0, 60) m/s is let go with its mass, kinetic energy 2 mJ and heat 0.4 J;
+    a warning says so, and the energy audit closes. 512 particles are left, and nothing else has changed."""
+    done = run("debris", "--quiet", ranks=ranks)
+    assert "debris" in done.err + done.out
+    results = done.results("debris")
+    history, state = results.history(), results.checkpoint()
+    assert history["debris_mass[kg]"][0] == 0.0
+    assert history["debris_mass[kg]"][-1] == pytest.approx(1e-6)
+    assert history["debris_energy[J]"][-1] == pytest.approx(0.5 * 1e-6 * 4000.0)
+    assert history["debris_heat[J]"][-1] == pytest.approx(1e-6 * 1000.0 * 400.0)
+    assert np.abs(history["audit_error[%]"]).max() < 1e-9
+    assert np.abs(history["numerical_loss[J]"]).max() < 1e-15
+    assert len(state.number) == 512 and np.abs(state.v).max() == 0.0 and len(set(state.number)) == 512
+
+
+def test_run_goes_on_without_debris(run, tmp_path):
+    """Bitwise: stopped when a part of the chip has left, and continued."""
+    whole = run("debris", "--quiet", directory=driver_folder(tmp_path, "whole"))
+    half = run("debris", "--quiet", directory=driver_folder(tmp_path, "half"),
+               sets={"TIME.END": 4e-5, "OUTPUT.CHECKPOINT_INTERVAL": 4e-5})
+    again = run("debris", "--quiet", "--restart", half.results("debris").path("_checkpoint.h5"), directory=half.directory,
+                sets={"TIME.END": 1e-4})
+    one, two = whole.results("debris"), again.results("debris")
+    assert 0.0 < half.results("debris").history()["debris_mass[kg]"][-1]
+    assert np.array_equal(one.history()["debris_energy[J]"][-1:], two.history()["debris_energy[J]"][-1:])
+    assert np.array_equal(one.checkpoint().x, two.checkpoint().x)
+
+
+@pytest.mark.parametrize("sets, word", [({"METHOD.DEBRIS": 0.0}, "left the grid"), ({"METHOD.DEBRIS": 0.001}, "left the grid"),
+                                        ({"BODY(chip).VELOCITY": "0,0,2000"}, "left the grid")])
+def test_what_is_no_debris_ends_the_run(run, sets, word):
+    """None is allowed; more than is allowed; faster than waves (1160 m/s), as when a run breaks down."""
+    done = run("debris", "--quiet", sets=sets, expect=driver.BROKEN)
+    assert word in done.err
+
+
+def driver_folder(tmp_path, name):
+    folder = tmp_path / name
+    folder.mkdir()
+    return folder

@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: MIT
+!> Metal that is torn off and leaves the grid. It is let go with its mass and energies in the books,
+!> as long as it is a small part of all (DEBRIS) and slower than waves: what is faster, or no number,
+!> is a run that breaks down.
+module run_debris
+  use base_kinds, only: nlane, rp
+  use comm_world, only: world_t
+  use mapping_blocks, only: kinetic_energy
+  use mapping_stability, only: wave_speed
+  use particles_migrate, only: is_outside
+  use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_temp, f_vel, particles_t
+  use state_books, only: d_elastic, d_heat, d_kinetic, d_mass
+  use state_scene, only: scene_t
+  use step_simulation, only: simulation_t
+  implicit none (type, external)
+  private
+
+  public :: let_debris_go
+
+contains
+
+  !> Collective. Remove the particles outside the grid and book them; false if they are no debris:
+  !> they stay then. All particles are to be sorted anew after it.
+  logical function let_debris_go(world, sim) result(is_gone)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: all, sums(4)
+    logical :: outside(nlane)
+    integer :: b
+
+    sums = 0.0_rp
+    is_gone = sim%scene%method%debris > 0.0_rp
+    do b = 1, sim%particles%nblk
+      outside = is_outside(sim%scene%grid, sim%particles, b)
+      if (.not. any(outside)) cycle
+      sums = sums + energies_of(sim%scene, sim%clock%mass_scaling, sim%particles, b, outside)
+      is_gone = is_gone .and. all_slow(sim, b, outside)
+    end do
+    is_gone = world%all_true(is_gone)
+    if (.not. is_gone) return
+    all = share_of_mass(world, sim, sums)
+    is_gone = all <= sim%scene%method%debris
+    if (.not. is_gone) return
+    sim%books%sums(d_kinetic) = sim%books%sums(d_kinetic) + sums(1)
+    sim%books%sums(d_elastic) = sim%books%sums(d_elastic) + sums(2)
+    sim%books%sums(d_heat) = sim%books%sums(d_heat) + sums(3)
+    sim%books%sums(d_mass) = sim%books%sums(d_mass) + sums(4)
+    do b = 1, sim%particles%nblk
+      outside = is_outside(sim%scene%grid, sim%particles, b)
+      if (any(outside)) call sim%particles%remove(b, outside)
+    end do
+    sim%blocks%n_awake = -1
+  end function let_debris_go
+
+  !> Collective. Part of all mass that would be gone with `sums` of this rank.
+  real(rp) function share_of_mass(world, sim, sums) result(share)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: sums(4)
+    real(rp) :: mass(2)
+    integer :: b
+
+    mass = [sums(4) + sim%books%sums(d_mass), sim%books%sums(d_mass)]
+    do b = 1, sim%particles%nblk
+      mass(2) = mass(2) + sum(sim%particles%ps(:sim%particles%count(b), f_mass, b))
+    end do
+    call world%sum(mass)
+    share = mass(1)/mass(2)
+  end function share_of_mass
+
+  !> Whether the chosen particles of block `b` are slower than waves; false for what is no number.
+  pure logical function all_slow(sim, b, chosen)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: b
+    logical, intent(in) :: chosen(nlane)
+
+    all_slow = all(norm2(sim%particles%ps(:, f_vel:f_vel + 2, b), 2) < wave_speed(sim%clock) &
+                   .or. .not. chosen)
+  end function all_slow
+
+  !> Kinetic energy with mass scaling, elastic energy, heat [J] and mass [kg] of the chosen particles
+  !> of block `b`.
+  function energies_of(scene, mass_scaling, particles, b, chosen) result(sums)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: mass_scaling
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: b
+    logical, intent(in) :: chosen(nlane)
+    real(rp) :: mass(nlane), sums(4)
+
+    associate (ps => particles%ps(:, :, b), &
+               mat => scene%material(scene%body(particles%body(b))%material))
+      mass = merge(ps(:, f_mass), 0.0_rp, chosen)
+      sums = [mass_scaling*kinetic_energy(mass, ps(:, f_vel:f_vel + 2)), &
+              mat%elastic_energy(particles%count(b), mass, ps(:, f_temp), ps(:, f_jac), &
+                                 ps(:, f_bbar:f_bbar + 5)), &
+              mat%c_p*sum(mass*ps(:, f_temp)) + sum(merge(ps(:, f_heat), 0.0_rp, chosen)), &
+              sum(mass)]
+    end associate
+  end function energies_of
+
+end module run_debris
