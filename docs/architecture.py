@@ -40,7 +40,6 @@ NOT_ENTERED = {
     "update_prescribed": "known fields",
     "update_tractions": "tractions",
     "mapping_probes": "probes",
-    "contact_friction_table": "friction that depends on temperature, pressure or slip",
     "physics_flow_law": "laws with internal variables; its procedures are empty defaults for the others",
     "physics_coupled": "energies that couple volume and shape",
 }

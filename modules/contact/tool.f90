@@ -4,8 +4,7 @@
 !> nodes.
 module contact_tool
   use base_kinds, only: nlane, rp
-  use contact_friction_law, only: friction_law_t, law_coulomb
-  use contact_friction_table, only: friction_table_t, of_nothing
+  use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use contact_motion, only: motion_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
@@ -68,6 +67,7 @@ module contact_tool
     procedure :: note_place
     procedure :: displacement
     procedure :: surface_velocity
+    procedure :: book_impulse
   end type tool_t
 
 contains
@@ -242,5 +242,36 @@ contains
     now = rigid_t(self%position, self%velocity, self%omega)
     v = now%velocity_at(x)
   end function surface_velocity
+
+  !> Its books for the impulses that it gives at a place: force, torque, work, heat.
+  pure subroutine book_impulse(self, rigid, x, push, hold, mean)
+    class(tool_t), intent(inout) :: self
+    type(rigid_t), intent(in) :: rigid          !! its motion in this step
+    real(rp), intent(in) :: x(3)                !! [m]
+    real(rp), intent(in) :: push(3), hold(3)    !! across and along the surface [N s]
+    real(rp), intent(in) :: mean(3)             !! velocity of the material, mean of the step [m/s]
+    real(rp), dimension(3) :: arm, impulse, moment, normal, slip, surface
+    real(rp) :: friction, press
+
+    press = norm2(push)
+    impulse = push + hold
+    surface = rigid%velocity_at(x)
+    slip = mean - surface
+    arm = x - rigid%centre
+    moment = [arm(2)*impulse(3) - arm(3)*impulse(2), arm(3)*impulse(1) - arm(1)*impulse(3), &
+              arm(1)*impulse(2) - arm(2)*impulse(1)]
+    friction = -dot_product(hold, slip)
+    normal = push/max(press, tiny(press))
+    associate (s => self%sums)
+      s(s_force:s_force + 2) = s(s_force:s_force + 2) - impulse
+      s(s_torque) = s(s_torque) - dot_product(moment, self%axes(:, 3))
+      s(s_work) = s(s_work) + dot_product(impulse, surface)
+      s(s_friction) = s(s_friction) + friction
+      s(s_normal) = s(s_normal) - dot_product(push, slip)
+      s(s_press) = s(s_press) + press
+      s(s_creep) = s(s_creep) + press*norm2(mean - dot_product(mean, normal)*normal)
+      s(s_slide) = s(s_slide) + press*norm2(surface - dot_product(surface, normal)*normal)
+    end associate
+  end subroutine book_impulse
 
 end module contact_tool

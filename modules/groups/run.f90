@@ -75,8 +75,8 @@ contains
     call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '100', '[1,1000]', &
       'most steps from one listing of particles, nodes and ranks to the next')
     call t%key('DEBRIS', 'real', 1, '', '1e-3', '[0,1)', &
-      'part of all mass that may leave the grid, as long as it is slower than waves, before that '// &
-      'ends the run; 0: the first particle does')
+      'part of all mass that may leave the grid, as long as it is slower than waves; more '// &
+      'ends the run, 0: the first particle does')
     call t%key('REBALANCE', 'real', 1, '', '1.03', '[1,inf)', &
       'most loaded rank over the mean load above which the grid is divided anew')
     call t%key('SLEEPING', 'choice', 1, '', 'auto', 'off auto on', &
@@ -90,8 +90,8 @@ contains
       'change of temperature by which sleeping material wakes')
 
     call t%may_change('METHOD', &
-                      'SELECTIVE_SCALING SORT_INTERVAL DEBRIS REBALANCE SLEEPING SLEEP_DISTANCE '// &
-                      'SLEEP_STRESS SLEEP_HEAT')
+                      'SELECTIVE_SCALING SORT_INTERVAL DEBRIS REBALANCE SLEEPING '// &
+                      'SLEEP_DISTANCE SLEEP_STRESS SLEEP_HEAT')
   end subroutine add_method
 
 end module groups_run

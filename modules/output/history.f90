@@ -12,8 +12,8 @@ module output_history
                                    no_means
   use output_totals, only: no_totals, sum_totals, totals_t
   use particles_store, only: particles_t
-  use state_books, only: books_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, e_scaling, e_sleep, e_source, &
-                         e_wall, e_wall_heat
+  use state_books, only: books_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, &
+                         e_plastic, e_scaling, e_sleep, e_source, e_wall, e_wall_heat
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t

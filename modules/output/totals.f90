@@ -10,8 +10,9 @@ module output_totals
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel, &
                              particles_t
   use physics_material, only: material_t
-  use state_books, only: books_t, d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, e_friction, e_plastic, &
-                         e_scaling, e_sleep, e_source, e_stress, e_wall, e_wall_heat, n_sums
+  use state_books, only: books_t, d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
+                         e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_wall, &
+                         e_wall_heat, n_sums
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)

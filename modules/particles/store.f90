@@ -138,7 +138,7 @@ contains
     self%capacity = n
   end subroutine reserve
 
-  !> Remove the chosen particles of block `b`; the last ones take their places, and empty lanes are 0.
+  !> Remove the chosen particles of block `b`; the last ones take their places, empty lanes are 0.
   pure subroutine remove(self, b, chosen)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: b

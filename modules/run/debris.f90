@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Metal that is torn off and leaves the grid. It is let go with its mass and energies in the books,
-!> as long as it is a small part of all (DEBRIS) and slower than waves: what is faster, or no number,
-!> is a run that breaks down.
+!> Metal that is torn off and leaves the grid. It is let go with its mass and energies in the
+!> books, as long as it is a small part of all (DEBRIS) and slower than waves: what is faster, or no
+!> number, is a run that breaks down.
 module run_debris
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -78,8 +78,8 @@ contains
                    .or. .not. chosen)
   end function all_slow
 
-  !> Kinetic energy with mass scaling, elastic energy, heat [J] and mass [kg] of the chosen particles
-  !> of block `b`.
+  !> Kinetic energy with mass scaling, elastic energy, heat [J] and mass [kg] of the chosen
+  !> particles of block `b`.
   function energies_of(scene, mass_scaling, particles, b, chosen) result(sums)
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: mass_scaling

@@ -226,8 +226,8 @@ contains
       .or. may_stray(sim)
   end function sort_is_due
 
-  !> A particle outside the grid ends the run on all ranks, unless it is debris. Here those wait that were faster since
-  !> the last exchange: that is no part of sorting.
+  !> A particle outside the grid ends the run on all ranks, unless it is debris. Here those wait
+  !> that were faster since the last exchange: that is no part of sorting.
   subroutine check_inside(world, sim, status, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim

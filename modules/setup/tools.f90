@@ -2,8 +2,8 @@
 !> Tools and their schedules from the input.
 module setup_tools
   use base_kinds, only: pi, rp
-  use contact_friction_law, only: friction_law_t, friction_laws, law_coulomb, law_schmidt_hattel
-  use contact_friction_table, only: friction_table_t, of_nothing
+  use contact_law, only: friction_law_t, friction_laws, friction_table_t, law_coulomb, &
+                         law_schmidt_hattel, of_nothing
   use contact_motion, only: motion_t, phase_t
   use contact_tool, only: tool_t
   use input_diagnostics, only: diagnostics_t

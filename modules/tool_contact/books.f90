@@ -1,17 +1,19 @@
 ! SPDX-License-Identifier: MIT
-!> What a tool feels and spends in a step, and the friction heat of its contact.
+!> What a tool feels and spends in a step, and what the particles at it get: the friction heat, and
+!> the strain of the layer that shears under its face, which the cells do not resolve and the state
+!> of the flow law follows.
 module tool_contact_books
-  use base_kinds, only: rp
-  use contact_gap_law, only: book_tool_impulse
+  use base_kinds, only: nlane, rp
   use contact_tool, only: rigid_t, s_to_plate, tool_t
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_heat, particles_t
+  use particles_store, only: f_heat, f_plastic, f_temp, particles_t
+  use physics_flow_law, only: n_work
   use state_scene, only: scene_t
   use tool_contact_lists, only: tool_contact_t, v_hold, v_push, v_shear
   implicit none (type, external)
   private
 
-  public :: book_tool, give_heat
+  public :: book_tool, give_heat, strain_surface
 
 contains
 
@@ -32,7 +34,7 @@ contains
         x = nodes%patch%position(t%node(e))
         mean = g(1:3, t%node(e)) - 0.5_rp*g(5:7, t%node(e))
         t%slip(:, e) = mean - rigid%velocity_at(x)
-        call book_tool_impulse(tool, rigid, x, t%own(v_push:v_push + 2, e), &
+        call tool%book_impulse(rigid, x, t%own(v_push:v_push + 2, e), &
                                t%part(e)*t%own(v_hold:v_hold + 2, e), mean)
       end do
     end associate
@@ -64,5 +66,103 @@ contains
       end associate
     end do
   end subroutine give_heat
+
+  !> Strain the particles of the layer by what it shears at their centres in `dt` beyond their own
+  !> rate. At nodes where friction is less than the layer's strength, by Coulomb's law or because
+  !> the metal sticks, it shears by so much less as its sensitivity says.
+  subroutine strain_surface(scene, particles, contact, dt)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(tool_contact_t), intent(inout) :: contact
+    real(rp), intent(in) :: dt                 !! [s]
+    integer :: at(nlane), body, n, p
+    real(rp) :: log_rate(nlane), slower, x(nlane)
+
+    n = 0
+    body = 0
+    do p = 1, contact%n
+      associate (t => contact%particle(p))
+        if (t%depth <= 0.0_rp) cycle
+        if (n == nlane .or. (n > 0 .and. particles%body(t%block) /= body)) then
+          call strain_particles(scene, particles, contact, body, n, at, x, log_rate)
+          n = 0
+        end if
+        body = particles%body(t%block)
+        n = n + 1
+        at(n) = p
+        slower = (used_strength(contact, p) - 1.0_rp)/t%sensitivity
+        log_rate(n) = t%log_rate + slower
+        x(n) = dt*max(0.0_rp, exp(log_rate(n)) - t%resolved_rate)
+        t%plastic_part = plastic_part(norm2(t%slip), sqrt(3.0_rp)*t%resolved_rate*t%depth, &
+                                      exp(slower))
+      end associate
+    end do
+    if (n > 0) call strain_particles(scene, particles, contact, body, n, at, x, log_rate)
+  end subroutine strain_surface
+
+  !> Part of a slip [m/s] that is shear of the layer: it and what the metal shears by itself
+  !> (`resolved`) would together be the layer's at its full strength, and are `slower` times that.
+  pure real(rp) function plastic_part(slip, resolved, slower)
+    real(rp), intent(in) :: slip, resolved, slower
+
+    plastic_part = 0.0_rp
+    if (slip > 0.0_rp) plastic_part = max(0.0_rp, (slower*(slip + resolved) - resolved)/slip)
+  end function plastic_part
+
+  !> Friction at the nodes of the `p`-th particle in contact over the most that its law gives there,
+  !> times that over the strength of the layer.
+  pure real(rp) function used_strength(contact, p) result(used)
+    type(tool_contact_t), intent(in) :: contact
+    integer, intent(in) :: p
+    integer :: i
+
+    used = 0.0_rp
+    associate (t => contact%particle(p))
+      do i = 1, 27
+        if (t%entry(i) == 0) cycle
+        associate (values => contact%values(:, t%entry(i)))
+          used = used + t%weight(i)*contact%part(t%entry(i)) &
+                 *norm2(values(v_hold:v_hold + 2))/max(values(v_shear), tiny(1.0_rp))
+        end associate
+      end do
+      used = min(1.0_rp, used*t%shear/t%strength)
+    end associate
+  end function used_strength
+
+  !> Plastic strain `x` at exp(log_rate) of `n` particles in contact, at places `at` of their list.
+  subroutine strain_particles(scene, particles, contact, body, n, at, x, log_rate)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    type(tool_contact_t), intent(in) :: contact
+    integer, intent(in) :: body, n, at(nlane)
+    real(rp), intent(inout) :: x(nlane), log_rate(nlane)
+    real(rp) :: state(nlane, scene%layout%n_law), temp(nlane), work(nlane, n_work)
+    integer :: i
+
+    associate (flow => scene%material(scene%body(body)%material)%flow, layout => scene%layout)
+      x(n + 1:) = 0.0_rp
+      log_rate(n + 1:) = log_rate(1)
+      temp = 0.0_rp
+      do i = 1, n
+        associate (t => contact%particle(at(i)))
+          associate (ps => particles%ps(t%lane, :, t%block))
+            ps(f_plastic) = ps(f_plastic) + x(i)
+            temp(i) = ps(f_temp)
+            state(i, :) = ps(layout%law:layout%law + layout%n_law - 1)
+          end associate
+        end associate
+      end do
+      if (layout%n_law == 0) return
+      temp(n + 1:) = temp(1)
+      state(n + 1:, :) = spread(state(1, :), 1, nlane - n)
+      call flow%prepare(temp, state, work)
+      call flow%advance(work, x, log_rate, state)
+      do i = 1, n
+        associate (t => contact%particle(at(i)))
+          particles%ps(t%lane, layout%law:layout%law + layout%n_law - 1, t%block) = state(i, :)
+        end associate
+      end do
+    end associate
+  end subroutine strain_particles
 
 end module tool_contact_books

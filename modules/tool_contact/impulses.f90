@@ -22,7 +22,7 @@ module tool_contact_impulses
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_velocity, restore
-  use contact_friction_law, only: friction_law_t
+  use contact_law, only: friction_law_t
   use contact_tool, only: tool_t
   use mapping_nodes, only: least_inertia, least_mass, nodes_t
   use particles_store, only: particles_t
@@ -30,11 +30,10 @@ module tool_contact_impulses
   use state_books, only: books_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t
-  use tool_contact_books, only: book_tool, give_heat
+  use tool_contact_books, only: book_tool, give_heat, strain_surface
   use tool_contact_lists, only: add_values, n_values, returned, tool_contact_t, v_bend, v_coulomb, &
                                 v_hold, v_push, v_shear
   use tool_contact_particles, only: find_contact_particles, relaxation_time, flatten
-  use tool_contact_surface_strain, only: strain_surface
   use tool_contact_walls, only: book_walls, reflect_entries, note_held, restore_entries
   implicit none (type, external)
   private

@@ -1,20 +1,45 @@
 ! SPDX-License-Identifier: MIT
 !> What limits the impulses of particles that touch a tool: the strength of the material and
 !> Coulomb's law.
+!>
+!> The layer of metal that shears under the face of a tool, as far as the cells do not resolve it.
+!>
+!> Between a face that moves at V against the metal at depth z1, the centre of the particles there,
+!> the shear stress tau is the same at all depths and heat flows down. With a law of sensitivity
+!> S = d tau/d ln(rate) and softening a = -(d tau/d T)/S steady conduction k T" = -q tau rate, q the
+!> part of plastic work that heats, has the solution (insulated face, depth z)
+!>
+!>   rate = rate_s sech2(z/l),  T = T_s - (2/a) ln cosh(z/l),  l2 = 2 k/(a q tau rate_s)
+!>
+!> so that V = rate_s l tanh(z1/l): with x = z1/l,  x tanh x = a q tau V z1/(2 k). The layer is as
+!> thick as conduction and softening make it (l = 2 k/(a q tau V) if it is thinner than z1), not
+!> as thick as a particle. V is the slip against the velocity of the surface and what the metal
+!> itself shears down to z1; as cells are refined x and with it all that is unresolved tend to 0.
 module tool_contact_limits
   use base_kinds, only: nlane, pi, rp
-  use contact_friction_law, only: friction_law_t, law_coulomb
-  use contact_friction_table, only: friction_table_t, of_nothing
+  use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use contact_tool, only: tool_t
   use particles_store, only: f_jac, f_plastic, f_rate, f_tau, f_temp
+  use physics_flow_law, only: n_work
+  use physics_material, only: material_t
   use state_scene, only: scene_t
   use tool_contact_lists, only: candidates_t, contact_particle_t
-  use tool_contact_shear_layer, only: find_shear_layer, shear_layer_t
   implicit none (type, external)
   private
 
-  public :: limit_impulses
+  public :: find_shear_layer, limit_impulses, shear_layer_t
 
+  !> Of the particles of a block.
+  type :: shear_layer_t
+    real(rp) :: stress(nlane) = 0.0_rp      !! at which the layer takes all of V [Pa]
+    real(rp) :: sensitivity(nlane) = 0.0_rp   !! of it to the logarithm of the rate [Pa]
+    real(rp) :: temp(nlane) = 0.0_rp        !! at the face [K]
+    real(rp) :: rate(nlane) = 0.0_rp        !! of plastic strain at the face [1/s]
+    real(rp) :: inner_rate(nlane) = 0.0_rp  !! at the centre of the particle [1/s]
+  end type shear_layer_t
+
+  real(rp), parameter :: root3 = sqrt(3.0_rp)
+  real(rp), parameter :: step = 1.0_rp    !! of the derivative by temperature [K]
   real(rp), parameter :: unlimited = 1.0e30_rp     !! of what cannot flow [N s]
   real(rp), parameter :: molten = 1.0e-30_rp       !! of what has no strength [N s]
   real(rp), parameter :: least_sensitivity = 1.0e-3_rp   !! of stress to the logarithm of the rate
@@ -117,5 +142,110 @@ contains
     call table%coefficients(n, ps(1, f_temp), pressure, slip, mu)
     found = mu(place)
   end function look_up_friction
+
+  !> Stress, temperature and rates of the layer of `n` particles with strain `alpha`, temperature
+  !> and state, depth `z` of their centres below the face [m], velocity `v` of the face against them
+  !> [m/s]. The law is linearised about the particle's temperature, then between it and that of the
+  !> face. Without conduction the layer is as thick as `z`.
+  subroutine find_shear_layer(material, n, alpha, temp, n_state, state, z, v, layer)
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: n, n_state
+    real(rp), intent(in) :: alpha(nlane), temp(nlane), z(nlane), v(nlane)
+    real(rp), intent(in) :: state(nlane, n_state)
+    type(shear_layer_t), intent(out) :: layer
+    real(rp), dimension(nlane) :: base, fall, hot, log_rate, slope, mean_slope, sigma
+
+    log_rate = log(max(v/(root3*z), material%flow%slowest))
+    call strength_at(material, alpha, temp, n_state, state, log_rate, base, slope)
+    call strength_at(material, alpha, temp + step, n_state, state, log_rate, sigma, mean_slope)
+    fall = (base - sigma)/step
+    call balance(material, n, z, v, temp, base, fall, slope, log_rate, layer)
+    hot = max(layer%temp, temp + step)
+    call strength_at(material, alpha, hot, n_state, state, log(max(layer%rate, &
+        material%flow%slowest)), sigma, mean_slope)
+    mean_slope = 0.5_rp*(slope + mean_slope)
+    fall = (base + mean_slope*(log(max(layer%rate, material%flow%slowest)) - log_rate) - sigma) &
+           /(hot - temp)
+    call balance(material, n, z, v, temp, base, fall, mean_slope, log_rate, layer)
+  end subroutine find_shear_layer
+
+  !> Flow stress at given logarithms of the rate [Pa], and its derivative by them.
+  subroutine strength_at(material, alpha, temp, n_state, state, log_rate, sigma, slope)
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: n_state
+    real(rp), dimension(nlane), intent(in) :: alpha, temp, log_rate
+    real(rp), intent(in) :: state(nlane, n_state)
+    real(rp), dimension(nlane), intent(out) :: sigma, slope
+    real(rp) :: work(nlane, n_work), x(nlane)
+
+    x = 0.0_rp
+    call material%flow%prepare(temp, state, work)
+    call material%flow%stress(work, alpha, x, log_rate, sigma, slope)
+  end subroutine strength_at
+
+  !> The layer under the linear law sigma = base + slope (ln rate - log_rate) - fall (T - temp), by
+  !> Newton's method in the stress, on which the rise of temperature depends almost linearly.
+  subroutine balance(material, n, z, v, temp, base, fall, slope, log_rate, layer)
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: n
+    real(rp), dimension(nlane), intent(in) :: z, v, temp, base, fall, slope, log_rate
+    type(shear_layer_t), intent(out) :: layer
+    integer, parameter :: rounds = 6
+    real(rp), parameter :: least_slope = 1.0e-3_rp   !! of the stress: a law without sensitivity
+                                                     !! shears in a plane
+    real(rp) :: a, per_stress, rise, sigma, spread, softening, x
+    integer :: p, round
+
+    layer%stress = base/root3
+    layer%sensitivity = slope/root3
+    layer%temp = temp
+    layer%rate = exp(log_rate)
+    layer%inner_rate = layer%rate
+    if (material%conductivity <= 0.0_rp) return
+    do p = 1, n
+      if (base(p) <= 0.0_rp) cycle
+      softening = max(0.0_rp, fall(p))
+      a = softening/max(slope(p), least_slope*base(p))
+      per_stress = material%plastic_heat*v(p)*z(p)/(2.0_rp*root3*material%conductivity)
+      sigma = base(p)
+      do round = 1, rounds
+        call profile(a*per_stress*sigma, x, spread)
+        rise = per_stress*sigma*spread
+        sigma = sigma + (base(p) + slope(p)*log(concentration(x)) - softening*rise - sigma) &
+                /(1.0_rp + softening*rise/sigma)
+        sigma = max(sigma, 1.0e-6_rp*base(p))
+      end do
+      layer%stress(p) = sigma/root3
+      layer%temp(p) = temp(p) + rise
+      layer%rate(p) = exp(log_rate(p))*concentration(x)
+      layer%inner_rate(p) = layer%rate(p)/cosh(min(x, 300.0_rp))**2
+    end do
+  end subroutine balance
+
+  !> x tanh x = m by Newton's method; the rise of temperature over that of an even rate,
+  !> 2 ln cosh x/(x tanh x).
+  pure subroutine profile(m, x, spread)
+    real(rp), intent(in) :: m
+    real(rp), intent(out) :: x, spread
+    integer :: i
+    real(rp) :: t
+
+    x = sqrt(m + m*m)
+    spread = 1.0_rp
+    if (m < 1.0e-6_rp) return
+    do i = 1, 3
+      t = tanh(x)
+      x = x - (x*t - m)/(t + x*(1.0_rp - t*t))
+    end do
+    spread = 2.0_rp*(x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x))))/m
+  end subroutine profile
+
+  !> Rate at the face over that of an even one, x/tanh x.
+  pure real(rp) function concentration(x)
+    real(rp), intent(in) :: x
+
+    concentration = 1.0_rp + x*x/3.0_rp
+    if (x > 1.0e-3_rp) concentration = x/tanh(x)
+  end function concentration
 
 end module tool_contact_limits

@@ -18,8 +18,7 @@
 !> wider.
 module tool_contact_particles
   use base_kinds, only: nlane, rp
-  use contact_friction_table, only: of_nothing
-  use contact_gap_law, only: normal_velocity
+  use contact_law, only: normal_velocity, of_nothing
   use contact_tool, only: rigid_t, tool_t
   use mapping_blocks, only: weights_of
   use mapping_faces, only: surface_weights

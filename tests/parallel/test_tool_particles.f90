@@ -5,8 +5,7 @@ program test_tool_particles
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
-  use contact_friction_table, only: of_pressure, of_slip, of_temperature
-  use contact_gap_law, only: normal_velocity
+  use contact_law, only: normal_velocity, of_pressure, of_slip, of_temperature
   use contact_tool, only: rigid_t, s_press
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_jac, f_pos, f_tau, f_temp

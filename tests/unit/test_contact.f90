@@ -3,8 +3,7 @@
 program test_contact
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_friction_law, only: friction_law_t
-  use contact_gap_law, only: normal_velocity, book_tool_impulse
+  use contact_law, only: friction_law_t, normal_velocity
   use contact_motion, only: phase_t
   use contact_tool, only: rigid_t, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_torque, s_work, tool_t
@@ -141,7 +140,7 @@ contains
         points%push(p, :) = m*closing*normal
         points%hold(p, :) = -law%friction(m*slip, tool%friction*m*closing, shear, shear)*m*slip
         points%v(p, :) = v + (points%push(p, :) + points%hold(p, :))/m
-        call book_tool_impulse(tool, rigid, x, points%push(p, :), points%hold(p, :), &
+        call tool%book_impulse(rigid, x, points%push(p, :), points%hold(p, :), &
                                0.5_rp*(v + points%v(p, :)))
       end if
       points%x(p, :) = x + dt*points%v(p, :)

@@ -3,9 +3,8 @@
 program test_gap_law
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect_close
-  use contact_friction_law, only: friction_law_t, law_coulomb, law_schmidt_hattel, &
-                                  law_shear_factor, law_wanheim_bay
-  use contact_gap_law, only: normal_velocity
+  use contact_law, only: friction_law_t, law_coulomb, law_schmidt_hattel, law_shear_factor, &
+                         law_wanheim_bay, normal_velocity
   implicit none (type, external)
 
   integer, parameter :: n_draws = 5000
