@@ -89,7 +89,7 @@ VERIFIED = {
     "bar_gravity": (12, 25), "column": (16,), "friction_block": (1,), "incline_block": (4,), "incline_cylinder": (16,), "hertz_line": (40,), "hertz_sphere": (16,), "heat_step": (10, 20),
     "heat_robin": (8, 16, 32), "heat_friction": (16,), "standing_wave": (16, 32), "heat_insulated": (16, 32),
     "heat_fixed": (16, 32), "jc_element": (2,), "taylor": (6,), "punch_plane": (4,), "punch_circle": (4,), "punch_elastic": (2,),
-    "couette": (10,), "tube": (8,), "tube_limit": (8,), "cantilever": (3, 4, 8), "source_plate": (1,), "tool_torque": (6,), "tool_torque_stick": (6,), "discs_nairn": (10,),
+    "couette": (10,), "tube": (8,), "tube_limit": (8,), "cantilever": (3, 4, 8), "stirred_layer": (5, 10), "source_plate": (1,), "tool_torque": (6,), "tool_torque_stick": (6,), "discs_nairn": (10,),
 }
 USL = {"METHOD.SCHEME": "usl"}
 # The same with other keys: label, problem, resolutions, keys.
