@@ -24,12 +24,12 @@ contains
       'law of friction: with the pressure p and the shear strength k of the body, least of '// &
       'FRICTION p and k; SHEAR_FACTOR k; the same on the real area of contact; '// &
       'STICK_FRACTION k and the rest as coulomb')
-    call t%key('FRICTION', 'real', 1, '', '0.2', '[0,inf)', &
-      'Coulomb coefficient of friction (coulomb, schmidt-hattel)')
-    call t%key('SHEAR_FACTOR', 'real', 1, '', '0', '[0,1]', &
-      'friction over the shear strength (shear-factor, wanheim-bay)')
-    call t%key('STICK_FRACTION', 'real', 1, '', '0', '[0,1]', &
-      'part of the face that sticks (schmidt-hattel)')
+    call t%key('FRICTION', 'real', 1, '', '0.2 if FRICTION_LAW = coulomb or schmidt-hattel', &
+      '[0,inf)', 'Coulomb coefficient of friction')
+    call t%key('SHEAR_FACTOR', 'real', 1, '', '0 if FRICTION_LAW = shear-factor or wanheim-bay', &
+      '[0,1]', 'friction over the shear strength')
+    call t%key('STICK_FRACTION', 'real', 1, '', '0 if FRICTION_LAW = schmidt-hattel', '[0,1]', &
+      'part of the face that sticks')
     call t%key('FRICTION_TABLE_OF', 'choice', 1, '', 'none', 'none temperature pressure slip', &
       'what the coefficient of the law depends on instead: temperature of the body, pressure '// &
       'in it on the surface, speed of sliding')
@@ -40,8 +40,8 @@ contains
       'if FRICTION_TABLE_OF = temperature or pressure or slip', '[0,inf)', &
       'coefficients of the law there (FRICTION, SHEAR_FACTOR or STICK_FRACTION); linear '// &
       'between, constant outside')
-    call t%key('SHEAR_LIMIT', 'logical', 1, '', '.true.', '', &
-      'friction of coulomb does not exceed the shear yield stress of the body')
+    call t%key('SHEAR_LIMIT', 'logical', 1, '', '.true. if FRICTION_LAW = coulomb', '', &
+      'friction does not exceed the shear yield stress of the body')
     call t%key('HEAT_SHARE', 'real', 1, '', '1', '[0,1]', &
       'part of the frictional heat that enters the body')
 

@@ -55,7 +55,7 @@ contains
     call read_sources(input, scene, source, diagnostics)
     call check_shapes(input, scene, diagnostics)
     call read_conditions(input, scene, diagnostics)
-    call read_tools(input, scene%body, tool, diagnostics)
+    call read_tools(input, scene%body, scene%material, tool, diagnostics)
     call read_contacts(input, scene, diagnostics)
     call read_selective_scaling(input, scene, tool, diagnostics)
     associate (m => scene%method)

@@ -9,6 +9,7 @@ module setup_tools
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find, known
+  use physics_material, only: material_t
   use state_scene, only: body_t
   use tool_shapes_list, only: make_shape
   implicit none (type, external)
@@ -19,9 +20,10 @@ module setup_tools
 contains
 
   !> All &TOOL groups with their &MOTION phases, at t = 0, and behind them the rigid bodies.
-  subroutine read_tools(input, body, tool, diagnostics)
+  subroutine read_tools(input, body, material, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(body_t), intent(inout) :: body(:)
+    type(material_t), intent(in) :: material(:)
     type(tool_t), allocatable, intent(out) :: tool(:)
     type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, n_rigid
@@ -35,7 +37,7 @@ contains
       tool(i)%name = input%text('TOOL', i, 'NAME')
       tool(i)%start = input%reals('TOOL', i, 'POSITION', 3)
       tool(i)%friction = input%real('TOOL', i, 'FRICTION')
-      call read_friction_law(input, i, tool(i)%friction_law)
+      call read_friction_law(input, i, body, material, tool(i)%friction_law, diagnostics)
       tool(i)%heat_fraction = input%real('TOOL', i, 'HEAT_SHARE')
       call read_friction_table(input, i, tool(i), diagnostics)
       call make_shape(input%text('TOOL', i, 'KIND'), tool(i)%shape)
@@ -99,14 +101,26 @@ contains
   end subroutine read_rigid_bodies
 
   !> The law of friction of the `i`-th tool.
-  subroutine read_friction_law(input, i, law)
+  subroutine read_friction_law(input, i, body, material, law, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
+    type(body_t), intent(in) :: body(:)
+    type(material_t), intent(in) :: material(:)
     type(friction_law_t), intent(out) :: law
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: b
 
     law%kind = find(friction_laws, input%text('TOOL', i, 'FRICTION_LAW'))
     law%shear_limit = input%logical('TOOL', i, 'SHEAR_LIMIT')
-    if (law%kind /= law_coulomb) law%coefficient = input%real('TOOL', i, coefficient_key(law))
+    if (law%kind == law_coulomb) return
+    law%coefficient = input%real('TOOL', i, coefficient_key(law))
+    do b = 1, size(body)
+      if (body(b)%material == 0 .or. body(b)%is_rigid()) cycle
+      if (allocated(material(body(b)%material)%flow)) cycle
+      call input%report(diagnostics, 'TOOL', i, 'FRICTION_LAW', 'needs the strength of the metal, '// &
+                        'and '''//trim(body(b)%name)//''' is elastic: give its material a LAW')
+      return
+    end do
   end subroutine read_friction_law
 
   !> The key of a law's own coefficient.

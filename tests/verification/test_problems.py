@@ -62,6 +62,40 @@ def test_sticking_at_any_mass_scaling(seed, tmp_path):
     assert abs(figures["loss"]) < 0.03
 
 
+def wanheim_bay(q, m):
+    """Friction over k at the pressure q k and the friction factor m (Bay 1987)."""
+    a, root = 1.0 - math.sqrt(1.0 - m), math.sqrt(1.0 - m)
+    end = (1.0 + math.pi / 2.0 + math.acos(m) + math.sqrt(1.0 - m * m)) / (1.0 + root)
+    return a * q / end if q < end else a + (m - a) * (1.0 - math.exp((end - q) * a / ((m - a) * end)))
+
+
+class SlidingDisc(type(problems.ALL["tool_torque_stick"])):
+    """The same disc without some of its keys."""
+
+    input = "tool_torque_stick"
+    without = ()
+
+    def sets(self, n, p):
+        return {key: value for key, value in super().sets(n, p).items() if key not in self.without}
+
+
+@pytest.mark.parametrize("law", ["shear-factor", "wanheim-bay", "schmidt-hattel"])
+def test_torque_of_friction_laws(law, tmp_path):
+    """A disc that slides on the same rod: its torque is 2/3 pi R^3 times the friction that its law gives at the pressure
+    of the run, within 3 % at 6 cells; coefficients are drawn at random."""
+    draw = np.random.default_rng(len(law))
+    m, mu = draw.uniform(0.3, 0.8), draw.uniform(0.1, 0.3)
+    key = "STICK_FRACTION" if law == "schmidt-hattel" else "SHEAR_FACTOR"
+    sets = {"TOOL.FRICTION_LAW": law, f"TOOL.{key}": m, "MOTION(2).VELOCITY": "0,0,0"}
+    problem = SlidingDisc()
+    problem.without = set() if law == "schmidt-hattel" else {"TOOL.FRICTION"}
+    _, figures, _ = problem.solve(6, problem.parameters | {"friction": mu, "press": draw.uniform(1.0, 5.0)}, tmp_path, sets)
+    q = figures["pressure/yield"] * math.sqrt(3.0)
+    wanted = {"shear-factor": m, "wanheim-bay": wanheim_bay(q, m), "schmidt-hattel": m + (1.0 - m) * min(mu * q, 1.0)}[law]
+    print(law, m, mu, q, figures["torque"], wanted)
+    assert abs(figures["torque"] / wanted - 1.0) < 0.03
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_stirred_layer_of_any_metal(seed, tmp_path):
     """Shear stress and work of the stirred layer within 5 % of the finite differences, temperature within 15 K, at
