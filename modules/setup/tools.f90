@@ -117,8 +117,9 @@ contains
     do b = 1, size(body)
       if (body(b)%material == 0 .or. body(b)%is_rigid()) cycle
       if (allocated(material(body(b)%material)%flow)) cycle
-      call input%report(diagnostics, 'TOOL', i, 'FRICTION_LAW', 'needs the strength of the metal, '// &
-                        'and '''//trim(body(b)%name)//''' is elastic: give its material a LAW')
+      call input%report(diagnostics, 'TOOL', i, 'FRICTION_LAW', &
+                        "needs the strength of the metal, and '"//trim(body(b)%name)// &
+                        "' is elastic: give its material a LAW")
       return
     end do
   end subroutine read_friction_law

@@ -88,7 +88,8 @@ MISTAKES = {
 
 
 # These leave a body without shape, shapes outside the grid, or a probe in the air.
-WITH_CONSEQUENCES = ("shape without a particle", "missing body of a shape", "two bodies of one name", "grid upside down", "too many cells")
+WITH_CONSEQUENCES = ("shape without a particle", "missing body of a shape", "two bodies of one name", "grid upside down", "too many cells",
+                     "friction law without its coefficient")
 
 
 FORM = ["unknown group", "unknown key", "broken number", "too large", "number for a logical",
