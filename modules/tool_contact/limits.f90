@@ -39,7 +39,8 @@ module tool_contact_limits
   end type shear_layer_t
 
   real(rp), parameter :: root3 = sqrt(3.0_rp)
-  real(rp), parameter :: step = 1.0_rp    !! of the derivative by temperature [K]
+  real(rp), parameter :: step = 1.0_rp    !! least, of the derivative by temperature [K]
+  real(rp), parameter :: least_softening = 1.0e-4_rp   !! x tanh x from which the layer is uneven
   real(rp), parameter :: unlimited = 1.0e30_rp     !! of what cannot flow [N s]
   real(rp), parameter :: molten = 1.0e-30_rp       !! of what has no strength [N s]
   real(rp), parameter :: least_sensitivity = 1.0e-3_rp   !! of stress to the logarithm of the rate
@@ -145,28 +146,29 @@ contains
 
   !> Stress, temperature and rates of the layer of `n` particles with strain `alpha`, temperature
   !> and state, depth `z` of their centres below the face [m], velocity `v` of the face against them
-  !> [m/s]. The law is linearised about the particle's temperature, then between it and that of the
-  !> face. Without conduction the layer is as thick as `z`.
+  !> [m/s]. The law is taken as linear in temperature and logarithm of the rate, from the particle's
+  !> temperature on over the rise that an even rate would make. Without conduction the layer is as
+  !> thick as `z`.
   subroutine find_shear_layer(material, n, alpha, temp, n_state, state, z, v, layer)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n, n_state
     real(rp), intent(in) :: alpha(nlane), temp(nlane), z(nlane), v(nlane)
     real(rp), intent(in) :: state(nlane, n_state)
     type(shear_layer_t), intent(out) :: layer
-    real(rp), dimension(nlane) :: base, fall, hot, log_rate, slope, mean_slope, sigma
+    real(rp), dimension(nlane) :: base, hot_slope, log_rate, rise, sigma, slope
 
     log_rate = log(max(v/(root3*z), material%flow%slowest))
     call strength_at(material, alpha, temp, n_state, state, log_rate, base, slope)
-    call strength_at(material, alpha, temp + step, n_state, state, log_rate, sigma, mean_slope)
-    fall = (base - sigma)/step
-    call balance(material, n, z, v, temp, base, fall, slope, log_rate, layer)
-    hot = max(layer%temp, temp + step)
-    call strength_at(material, alpha, hot, n_state, state, log(max(layer%rate, &
-        material%flow%slowest)), sigma, mean_slope)
-    mean_slope = 0.5_rp*(slope + mean_slope)
-    fall = (base + mean_slope*(log(max(layer%rate, material%flow%slowest)) - log_rate) - sigma) &
-           /(hot - temp)
-    call balance(material, n, z, v, temp, base, fall, mean_slope, log_rate, layer)
+    layer%stress = base/root3
+    layer%sensitivity = slope/root3
+    layer%temp = temp
+    layer%rate = exp(log_rate)
+    layer%inner_rate = layer%rate
+    if (material%conductivity <= 0.0_rp) return
+    rise = max(step, material%plastic_heat*v*z/(2.0_rp*material%conductivity)*layer%stress)
+    call strength_at(material, alpha, temp + rise, n_state, state, log_rate, sigma, hot_slope)
+    call balance(material, n, z, v, base, max(0.0_rp, (base - sigma)/rise), &
+                 0.5_rp*(slope + hot_slope), layer)
   end subroutine find_shear_layer
 
   !> Flow stress at given logarithms of the rate [Pa], and its derivative by them.
@@ -183,69 +185,42 @@ contains
     call material%flow%stress(work, alpha, x, log_rate, sigma, slope)
   end subroutine strength_at
 
-  !> The layer under the linear law sigma = base + slope (ln rate - log_rate) - fall (T - temp), by
+  !> The layer under the linear law sigma = base + slope ln(rate/even rate) - fall rise, by
   !> Newton's method in the stress, on which the rise of temperature depends almost linearly.
-  subroutine balance(material, n, z, v, temp, base, fall, slope, log_rate, layer)
+  pure subroutine balance(material, n, z, v, base, fall, slope, layer)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
-    real(rp), dimension(nlane), intent(in) :: z, v, temp, base, fall, slope, log_rate
-    type(shear_layer_t), intent(out) :: layer
-    integer, parameter :: rounds = 6
+    real(rp), dimension(nlane), intent(in) :: z, v, base, fall, slope
+    type(shear_layer_t), intent(inout) :: layer      !! of an even rate before
+    integer, parameter :: rounds = 3
     real(rp), parameter :: least_slope = 1.0e-3_rp   !! of the stress: a law without sensitivity
                                                      !! shears in a plane
-    real(rp) :: a, per_stress, rise, sigma, spread, softening, x
+    real(rp) :: a, m, per_stress, rise, sigma, t, x
     integer :: p, round
 
-    layer%stress = base/root3
-    layer%sensitivity = slope/root3
-    layer%temp = temp
-    layer%rate = exp(log_rate)
-    layer%inner_rate = layer%rate
-    if (material%conductivity <= 0.0_rp) return
     do p = 1, n
       if (base(p) <= 0.0_rp) cycle
-      softening = max(0.0_rp, fall(p))
-      a = softening/max(slope(p), least_slope*base(p))
+      a = fall(p)/max(slope(p), least_slope*base(p))
       per_stress = material%plastic_heat*v(p)*z(p)/(2.0_rp*root3*material%conductivity)
+      if (a*per_stress*base(p) < least_softening) cycle
       sigma = base(p)
       do round = 1, rounds
-        call profile(a*per_stress*sigma, x, spread)
-        rise = per_stress*sigma*spread
-        sigma = sigma + (base(p) + slope(p)*log(concentration(x)) - softening*rise - sigma) &
-                /(1.0_rp + softening*rise/sigma)
+        m = a*per_stress*sigma
+        x = sqrt(m + m*m)                     ! x tanh x = m to a thousandth after one Newton step
+        t = tanh(x)
+        x = x - (x*t - m)/(t + x*(1.0_rp - t*t))
+        rise = 2.0_rp/a*(x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x))))
+        t = tanh(x)
+        sigma = sigma + (base(p) + slope(p)*log(x/t) - fall(p)*rise - sigma) &
+                /(1.0_rp + fall(p)*rise/sigma)
         sigma = max(sigma, 1.0e-6_rp*base(p))
       end do
       layer%stress(p) = sigma/root3
-      layer%temp(p) = temp(p) + rise
-      layer%rate(p) = exp(log_rate(p))*concentration(x)
-      layer%inner_rate(p) = layer%rate(p)/cosh(min(x, 300.0_rp))**2
+      layer%sensitivity(p) = slope(p)/root3
+      layer%temp(p) = layer%temp(p) + rise
+      layer%rate(p) = layer%rate(p)*x/t
+      layer%inner_rate(p) = layer%rate(p)*(1.0_rp - t*t)
     end do
   end subroutine balance
-
-  !> x tanh x = m by Newton's method; the rise of temperature over that of an even rate,
-  !> 2 ln cosh x/(x tanh x).
-  pure subroutine profile(m, x, spread)
-    real(rp), intent(in) :: m
-    real(rp), intent(out) :: x, spread
-    integer :: i
-    real(rp) :: t
-
-    x = sqrt(m + m*m)
-    spread = 1.0_rp
-    if (m < 1.0e-6_rp) return
-    do i = 1, 3
-      t = tanh(x)
-      x = x - (x*t - m)/(t + x*(1.0_rp - t*t))
-    end do
-    spread = 2.0_rp*(x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x))))/m
-  end subroutine profile
-
-  !> Rate at the face over that of an even one, x/tanh x.
-  pure real(rp) function concentration(x)
-    real(rp), intent(in) :: x
-
-    concentration = 1.0_rp + x*x/3.0_rp
-    if (x > 1.0e-3_rp) concentration = x/tanh(x)
-  end function concentration
 
 end module tool_contact_limits
