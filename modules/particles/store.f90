@@ -32,6 +32,8 @@ module particles_store
     integer :: n = n_fields     !! all fields of a particle
     integer :: half = 0         !! half lengths of its domain [cells], 3 (cpGIMP)
     integer :: affine = 0       !! velocity gradient that it carries [1/s], row by row, 9 (APIC)
+    integer :: seen = 0         !! velocity beside that of the grid which nodes see [m/s], 3
+                                !! (null modes)
     integer :: origin = 0       !! position at t = 0 [m], 3 (known fields, tractions)
     integer :: law = 1          !! internal variables of the flow law, n_law
     integer :: n_law = 0

@@ -120,7 +120,7 @@ DEFINITIONS = (
     ("docs/method.md", "a penetration of 0.43 dt^2 p/(rho spacing)", FORMULA),
     ("docs/method.md", "no faster than 0.003 of the wave speed", KEY),
     ("docs/method.md", "it needs no more (0.43 of that)", FORMULA),
-    ("docs/method.md", "falls from 1 to 0 over 0.75 cells about a line 0.4 cells inside", KEY),
+    ("docs/method.md", "falls from 1 to 0 over a cell about a line 0.3 cells inside", KEY),
     ("docs/method.md", "stretched elastically to 0.9 of the distance", KEY),
     ("docs/method.md", "3 times the spacing for uGIMP", KEY),
     ("docs/method.md", "(to 1e-6 of a cell)", KEY),
