@@ -43,6 +43,24 @@ def test_squeezed_block(run):
     assert audit[0] < 1.05 * audit[1] + 1e-3
 
 
+def off_linear(x, v):
+    """Largest deviation of a component of velocity from a linear field [m/s]."""
+    field = np.c_[np.ones(len(x)), x]
+    return max(np.std(v[:, a] - field @ np.linalg.lstsq(field, v[:, a], rcond=None)[0]) for a in range(3))
+
+
+def test_velocities_of_frames(run):
+    """Frames show the velocities with which particles move: of the squeezed block a linear field to 0.2 % of the tool's speed;
+    those that particles carry are off by twenty times as much."""
+    results = run("squeezed").results("squeezed")
+    state = results.checkpoint()
+    with h5py.File(results.directory / results.series()["files"][-1]["name"]) as file:
+        shown = off_linear(file["/VTKHDF/Points"][:], file["/VTKHDF/PointData/velocity"][:])
+    carried = off_linear(state.x, state.v)
+    print(shown, carried)
+    assert shown < 0.002 * 8.25 and carried > 20 * shown
+
+
 def test_elastic_bodies_are_left_alone(run):
     """The same to the bit, with or without, where nothing can flow; and an error where it cannot be done."""
     results = [run("bar", "--output", f"out{cells}", sets={"METHOD.NULL_CELLS": cells}).directory / f"out{cells}" for cells in (0, 5)]
