@@ -239,12 +239,14 @@ def kept(path, title):
 
 
 SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
+PLATE = "benchmarks/stirred_plate.json"
 ALL = {
     "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "speed": speed, "kernels": kernels, "cooling": cooling, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"), "sleeping, cavity": kept(SLEEPING, "tool in the cavity, 890 K"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
+    "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
 }
 
 SERIES = "docs/accuracy.md"
