@@ -114,6 +114,7 @@ DEFINITIONS = (
     ("docs/method.md", "(flow stress above 1e-4 of the shear modulus)", KEY),
     ("docs/speed.md", "which shears at 6e4/s", KEY),
     ("docs/method.md", "The impulse is 0.7 m e/s", KEY),
+    ("docs/method.md", "unless its bulk modulus is above 6 times its shear modulus", KEY),
     ("docs/method.md", "proportional to p up to 1.3 to 1.5 flow stresses", FORMULA),
     ("docs/method.md", "shears in a layer of 0.3 to 1 mm", FORMULA),
     ("docs/method.md", "compares columns of cells of 2, 1 and 0.5 mm with finite differences on a mesh of 10 um", KEY),
