@@ -47,9 +47,10 @@ contains
     associate (method => scene%method)
       if (method%transfer /= transfer_flip) return
       cells = input%real('METHOD', 1, 'NULL_CELLS')
-      if (method%scheme /= scheme_usl) then
+      if (method%scheme /= scheme_usl .or. input%count('CONTACT') > 0) then
         if (input%given('METHOD', 1, 'NULL_CELLS') .and. cells > 0.0_rp) then
-          call input%report(diagnostics, 'METHOD', 1, 'NULL_CELLS', 'is for SCHEME = usl only')
+          call input%report(diagnostics, 'METHOD', 1, 'NULL_CELLS', &
+                            'is for SCHEME = usl only, and not beside &CONTACT')
         end if
         return
       end if
