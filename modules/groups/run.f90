@@ -67,12 +67,8 @@ contains
       'xpic and fmpm: filter in every so many steps, FLIP in the others')
     call t%key('PIC_FRACTION', 'real', 1, '', '0', '[0,1]', &
       'part of the velocity taken from the grid: 0 is FLIP, 1 is PIC')
-    call t%key('NULL_CELLS', 'real', 1, 'cells', '10 if TRANSFER = flip', '[0,1e6)', &
-      'cells that a wave crosses from one removal of null modes, which no node sees, to the '// &
-      'next, with USL in bodies that can flow; 0: they stay')
-    call t%key('FBAR', 'logical', 1, '', '', '', &
-      'average the volume ratio over the particles of a cell, against volumetric locking; not '// &
-      "given: in bodies that can flow or whose Poisson's ratio is above 0.42")
+    call t%key('FBAR', 'logical', 1, '', '.true.', '', &
+      'average the volume ratio over the particles next to each node, against volumetric locking')
     call t%key('SELECTIVE_SCALING', 'choice', 1, '', 'auto', 'off auto on', &
       'nodes with little mass have more inertia, which allows longer steps; auto: with '// &
       'B-splines, MASS_SCALING, a tool, a wall and nothing molten')

@@ -1,10 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> F-bar. One volume ratio for all particles of a body in a cell. Since it is restored in every
-!> step, the volume follows the mean divergence there, one constraint a cell instead of one a
+!> F-bar. One volume ratio for all particles of a body next to a node. Since it is restored in every
+!> step, the volume follows the mean divergence there, one constraint a node instead of one a
 !> particle, and nearly incompressible flow does not lock.
-!>
-!> Cells of the grid, not those around its nodes: the divergence around a node is that of central
-!> differences, which do not feel a pressure that alternates along a single axis.
 module mapping_fbar
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -29,34 +26,31 @@ contains
     end do
   end subroutine clear_volume
 
-  !> Add mass and mass times J of a block to the lowest nodes of the particles' cells.
-  pure subroutine add_volume(n, w, first, stride, mass, jac, body, rows, nn, volume)
+  !> Add mass and mass times J of a block to the nodes nearest to its particles.
+  pure subroutine add_volume(n, first, stride, mass, jac, body, rows, nn, volume)
     integer, intent(in) :: n, first(nlane), stride(3), body, rows, nn
-    real(rp), intent(in) :: w(nlane, 18), mass(nlane), jac(nlane)
+    real(rp), intent(in) :: mass(nlane), jac(nlane)
     real(rp), intent(inout) :: volume(rows, nn)
-    integer :: cell(nlane), p, r
+    real(rp) :: m, v
+    integer :: p, q, r
 
-    cell = cells_of(w, first, stride)
     r = 2*body - 1
-    do p = 1, n
-      volume(r, cell(p)) = volume(r, cell(p)) + mass(p)
-      volume(r + 1, cell(p)) = volume(r + 1, cell(p)) + mass(p)*jac(p)
+    p = 1
+    do while (p <= n)
+      q = first(p)
+      m = 0.0_rp
+      v = 0.0_rp
+      do while (first(p) == q)                 ! neighbours in the block share the node
+        m = m + mass(p)
+        v = v + mass(p)*jac(p)
+        p = p + 1
+        if (p > n) exit
+      end do
+      q = q + sum(stride)
+      volume(r, q) = volume(r, q) + m
+      volume(r + 1, q) = volume(r + 1, q) + v
     end do
   end subroutine add_volume
-
-  !> The lowest node of each particle's cell, by its weights: of the three nodes along an axis, the
-  !> nearest of which is in the middle, the one beyond has less weight.
-  pure function cells_of(w, first, stride) result(cell)
-    real(rp), intent(in) :: w(nlane, 18)
-    integer, intent(in) :: first(nlane), stride(3)
-    integer :: cell(nlane), p
-
-    !$omp simd
-    do p = 1, nlane
-      cell(p) = first(p) + merge(stride(1), 0, w(p, 1) <= w(p, 3)) &
-                + merge(stride(2), 0, w(p, 4) <= w(p, 6)) + merge(stride(3), 0, w(p, 7) <= w(p, 9))
-    end do
-  end function cells_of
 
   !> Sum over ranks.
   subroutine sum_volume(world, scene, nodes)
@@ -68,17 +62,18 @@ contains
     call nodes%halo%sum(world, size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
   end subroutine sum_volume
 
-  !> Give the particles of a block the mean J of their cells.
-  pure subroutine take_volume(n, w, first, stride, body, rows, nn, volume, jac)
+  !> Give the particles of a block the mean J of their nodes.
+  pure subroutine take_volume(n, first, stride, body, rows, nn, volume, jac)
     integer, intent(in) :: n, first(nlane), stride(3), body, rows, nn
-    real(rp), intent(in) :: w(nlane, 18), volume(rows, nn)
+    real(rp), intent(in) :: volume(rows, nn)
     real(rp), intent(inout) :: jac(nlane)
-    integer :: cell(nlane), p, r
+    integer :: p, q, r
 
-    cell = cells_of(w, first, stride)
     r = 2*body - 1
+    !$omp simd private(q)
     do p = 1, n
-      jac(p) = volume(r + 1, cell(p))/volume(r, cell(p))
+      q = first(p) + sum(stride)
+      jac(p) = volume(r + 1, q)/volume(r, q)
     end do
   end subroutine take_volume
 

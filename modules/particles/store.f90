@@ -32,8 +32,6 @@ module particles_store
     integer :: n = n_fields     !! all fields of a particle
     integer :: half = 0         !! half lengths of its domain [cells], 3 (cpGIMP)
     integer :: affine = 0       !! velocity gradient that it carries [1/s], row by row, 9 (APIC)
-    integer :: seen = 0         !! velocity beside that of the grid which nodes see [m/s], 3
-                                !! (null modes)
     integer :: origin = 0       !! position at t = 0 [m], 3 (known fields, tractions)
     integer :: law = 1          !! internal variables of the flow law, n_law
     integer :: n_law = 0
@@ -63,8 +61,6 @@ module particles_store
     real(rp), pointer, contiguous :: ps(:, :, :) => null()   !! (nlane, nf, capacity)
     real(rp), pointer, contiguous, private :: memory(:) => null()
     integer(i8), allocatable :: tag(:, :)          !! (nlane, capacity) identity and face bits
-    real(rp), allocatable :: motion(:, :, :)       !! (nlane, 3, nblk) velocities with which they
-                                                   !! move, while these are looked at [m/s]
     integer, allocatable :: count(:)               !! particles in each block
     integer, allocatable :: body(:)                !! body of each block
   contains
@@ -74,7 +70,6 @@ module particles_store
     procedure :: change_fields
     procedure :: fetch
     procedure :: remove
-    procedure :: velocity
     procedure :: total
     procedure :: extent
     procedure :: bytes
@@ -186,20 +181,6 @@ contains
 
     if (b <= self%nblk) call need_soon(self%ps(:, :, b), 8*nlane*n)
   end subroutine fetch
-
-  !> Velocities of block `b`: those with which its particles move, where they are known, and else
-  !> their own [m/s].
-  pure function velocity(self, b) result(v)
-    class(particles_t), intent(in) :: self
-    integer, intent(in) :: b
-    real(rp) :: v(nlane, 3)
-
-    if (allocated(self%motion)) then
-      v = self%motion(:, :, b)
-    else
-      v = self%ps(:, f_vel:f_vel + 2, b)
-    end if
-  end function velocity
 
   !> Largest places of the particles in blocks `low` to `high`, and largest negative ones [m].
   pure function extent(self, low, high)

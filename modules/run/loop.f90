@@ -4,7 +4,7 @@ module run_loop
   use base_errors, only: error_t
   use base_kinds, only: rp
   use base_text, only: str
-  use base_timers, only: ph_conduction, ph_exchange, ph_nodes, ph_output, ph_sorting, wall_time
+  use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting, wall_time
   use comm_world, only: world_t
   use heat_conduction, only: conduct, conduction_is_due, conduction_step
   use mapping_rigid, only: start_rigid
@@ -18,8 +18,6 @@ module run_loop
   use run_debris, only: let_debris_go
   use run_regrid, only: may_stray, regrid
   use step_advance, only: take_step
-  use step_motion, only: find_motion
-  use step_null_modes, only: remove_null_modes
   use step_simulation, only: simulation_t
   use update_prescribed, only: stagger_velocities
   implicit none (type, external)
@@ -91,10 +89,8 @@ contains
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
-      if (writer%shows_now(sim%clock, is_finished(sim))) call find_motion(world, sim)
       call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
                       sim%sleepers, sim%exchange, sim%books, sim%history, is_finished(sim), error)
-      if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
       call check_state(world, sim, status, message)
       call writer%progress%line(world, sim%scene, sim%clock)
       call sim%timer%lap(ph_output)
@@ -181,17 +177,14 @@ contains
       call regrid(world, sim)
       call sim%timer%lap(ph_sorting)
     end if
-    dt = next_step(sim)
+    dt = min(stable_step(sim%scene, sim%clock), sim%scene%end_time - sim%clock%time)
+    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim%scene, sim%clock))
     call take_step(world, sim, dt)
     if (sim%step%is_broken) then
       status = ended_broken
       call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
                             message, '')
       return
-    end if
-    if (sim%scene%method%removes_null_modes(sim%clock%step)) then
-      call remove_null_modes(world, sim)
-      call sim%timer%lap(ph_nodes)
     end if
     sim%clock%dt = dt
     sim%clock%time = sim%clock%time + dt
@@ -224,23 +217,6 @@ contains
                 str(sim%clock%step)//', t = '//str(sim%clock%time)//' s'
     end if
   end subroutine advance
-
-  !> Step to be tried [s]. The last ones, unless &TIME DT fixes them, divide evenly what is left
-  !> before the end: strain rates of a step that is much shorter than the one before are far off.
-  pure real(rp) function next_step(sim) result(dt)
-    type(simulation_t), intent(in) :: sim
-    real(rp), parameter :: few = 20.0_rp          !! steps
-    real(rp), parameter :: rounding = 1.0e-9_rp
-
-    dt = stable_step(sim%scene, sim%clock)
-    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim%scene, sim%clock))
-    associate (left => sim%scene%end_time - sim%clock%time)
-      if (left < few*dt .and. sim%scene%method%fixed_dt <= 0.0_rp) then
-        dt = left/max(1.0_rp, real(ceiling(left/dt*(1.0_rp - rounding)), rp))
-      end if
-      dt = min(dt, left)
-    end associate
-  end function next_step
 
   !> Every so many steps, or before a particle can be a cell from where it was.
   pure logical function sort_is_due(sim)

@@ -20,7 +20,6 @@ module setup_scene
   use materials_properties, only: read_materials
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
   use setup_contacts, only: read_contacts
-  use setup_flow, only: read_averaging, read_null_modes
   use setup_laws, only: lay_out_laws
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_scaling, only: read_selective_scaling
@@ -50,7 +49,6 @@ contains
     call check_properties(input, diagnostics)
     call lay_out_laws(input, scene, diagnostics)
     call read_bodies(input, scene, diagnostics)
-    call read_averaging(input, scene)
     call read_surfaces(input, scene, diagnostics)
     call read_fields(input, scene, diagnostics)
     call read_tractions(input, scene, diagnostics)
@@ -63,7 +61,6 @@ contains
     associate (m => scene%method)
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
     end associate
-    call read_null_modes(input, scene, diagnostics)
     call read_sleeping(input, scene, tool, diagnostics)
     call read_probes(input, scene, probes, diagnostics)
     call check_heat_scene(input, scene, diagnostics)
@@ -93,6 +90,7 @@ contains
       m%order = input%integer('METHOD', 1, 'ORDER')
       m%every = input%integer('METHOD', 1, 'EVERY')
       m%pic = input%real('METHOD', 1, 'PIC_FRACTION')
+      m%fbar = input%logical('METHOD', 1, 'FBAR')
       m%sort_interval = input%integer('METHOD', 1, 'SORT_INTERVAL')
       m%rebalance = input%real('METHOD', 1, 'REBALANCE')
       m%has_mechanics = input%logical('METHOD', 1, 'MECHANICS')

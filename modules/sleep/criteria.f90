@@ -136,7 +136,6 @@ contains
           books%sums(e_sleep) = books%sums(e_sleep) &
             + 0.5_rp*clock%mass_scaling*ps(p, f_mass)*sum(ps(p, f_vel:f_vel + 2)**2)
           ps(p, f_vel:f_vel + 2) = 0.0_rp
-          if (scene%layout%seen > 0) ps(p, scene%layout%seen:scene%layout%seen + 2) = 0.0_rp
           ps(p, scene%layout%rest) = ps(p, f_temp)
         end if
         tag(p) = set_rest(tag(p), rest(c(p)))

@@ -48,7 +48,6 @@ module state_scene
     integer :: tool = 0                      !! rigid: the tool whose schedule it follows
     real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
     logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
-    logical :: averages_volume = .true.      !! J is averaged in each cell
     logical :: is_round = .false.            !! they lie on rings around the axis of a cylinder
     type(start_t) :: start
     type(load_t), allocatable :: load(:)
@@ -78,8 +77,7 @@ module state_scene
     integer :: order = 2                 !! of XPIC and FMPM
     integer :: every = 1                 !! steps from filter to filter (XPIC, FMPM)
     real(rp) :: pic = 0.0_rp             !! PIC fraction
-    integer :: null_steps = 0            !! from one removal of null modes to the next; 0: never
-    logical :: fbar = .true.             !! average J in each cell, of some bodies
+    logical :: fbar = .true.             !! average J around each node
     integer :: sort_interval = 100       !! steps
     real(rp) :: rebalance = 1.03_rp      !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
@@ -104,7 +102,6 @@ module state_scene
   contains
     procedure :: filters
     procedure :: filters_in
-    procedure :: removes_null_modes
   end type method_t
 
   !> What to write and when; intervals in simulated seconds, 0 means never.
@@ -140,7 +137,6 @@ module state_scene
   contains
     procedure :: domain
     procedure :: has_tractions
-    procedure :: can_flow
     procedure :: is_rigid_group
   end type scene_t
 
@@ -202,28 +198,6 @@ contains
     filters_in = self%filters()
     if (filters_in) filters_in = mod(step, int(self%every, i8)) == 0
   end function filters_in
-
-  !> True if null modes are removed after this step (step_null_modes).
-  pure logical function removes_null_modes(self, step)
-    class(method_t), intent(in) :: self
-    integer(i8), intent(in) :: step
-
-    removes_null_modes = self%null_steps > 0
-    if (removes_null_modes) removes_null_modes = mod(step + 1, int(self%null_steps, i8)) == 0
-  end function removes_null_modes
-
-  !> True if a material of a group of bodies has a flow law.
-  pure logical function can_flow(self, group)
-    class(scene_t), intent(in) :: self
-    integer, intent(in) :: group
-    integer :: b
-
-    can_flow = .false.
-    do b = 1, size(self%body)
-      if (self%body(b)%group /= group .or. self%body(b)%is_rigid()) cycle
-      can_flow = can_flow .or. allocated(self%material(self%body(b)%material)%flow)
-    end do
-  end function can_flow
 
   !> Half lengths of the domains of a body's particles [cells].
   pure function domain(self, body)

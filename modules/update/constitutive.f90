@@ -20,21 +20,20 @@ module update_constitutive
 
 contains
 
-  !> F-bar. The mean volume ratio in each particle's cell, and the stress of it, with which the
+  !> F-bar. The mean volume ratio around each particle's node, and the stress of it, with which the
   !> work of the coming strain begins; the energy it takes is booked.
-  subroutine restore_volume(scene, nodes, books, body, n, w, first, nf, ps)
+  subroutine restore_volume(scene, nodes, books, body, n, first, nf, ps)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(books_t), intent(inout) :: books
     integer, intent(in) :: body, n, first(nlane), nf
-    real(rp), intent(in) :: w(nlane, 18)             !! weights
     real(rp), intent(inout) :: ps(nlane, nf)
     real(rp) :: before(nlane), energy
 
-    if (.not. scene%body(body)%averages_volume) return
+    if (.not. scene%method%fbar) return
     before = ps(:, f_jac)
-    call take_volume(n, w, first, nodes%patch%stride, body, size(nodes%volume, 1), &
-                     nodes%patch%nn, nodes%volume, ps(1, f_jac))
+    call take_volume(n, first, nodes%patch%stride, body, size(nodes%volume, 1), nodes%patch%nn, &
+                     nodes%volume, ps(1, f_jac))
     associate (material => scene%material(scene%body(body)%material))
       call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
                                   ps(1, f_jac), ps(1, f_tau), energy)

@@ -70,10 +70,9 @@ contains
                        outer_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
                        ps(1, f_tau), ps(1, f_temp), rec)
     if (scene%body(body)%is_forced()) call add_prescribed_force(scene, step, body, nf, ps, rec)
-    if (scene%body(body)%averages_volume) then
-      call add_volume(n, w, first, nodes%patch%stride, ps(1, f_mass), ps(1, f_jac), body, &
-                      size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
-    end if
+    if (scene%method%fbar) call add_volume(n, first, nodes%patch%stride, ps(1, f_mass), &
+                                           ps(1, f_jac), body, size(nodes%volume, 1), &
+                                           nodes%patch%nn, nodes%volume)
     call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
   end subroutine force_to_grid
 
@@ -104,10 +103,9 @@ contains
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call momentum_records(clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), ps(1, f_temp), rec)
-    if (scene%body(body)%averages_volume) then
-      call add_volume(n, w, first, nodes%patch%stride, ps(1, f_mass), ps(1, f_jac), body, &
-                      size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
-    end if
+    if (scene%method%fbar) call add_volume(n, first, nodes%patch%stride, ps(1, f_mass), &
+                                           ps(1, f_jac), body, size(nodes%volume, 1), &
+                                           nodes%patch%nn, nodes%volume)
     call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
   end subroutine map_momentum
 
@@ -214,7 +212,7 @@ contains
       call advance_particles(n, dt, step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), report%speed2)
     end if
     if (scene%layout%half > 0) call stretch_domains(dt_stress, l, ps(1, scene%layout%half))
-    call restore_volume(scene, nodes, books, particles%body(b), n, w, first, nf, ps)
+    call restore_volume(scene, nodes, books, particles%body(b), n, first, nf, ps)
     call outer_work(scene, step, books, particles%body(b), n, dt, v, dv, ps(1, f_mass))
     if (scene%body(particles%body(b))%is_forced()) then
       call prescribed_work(scene, step, books, particles%body(b), n, dt, v, dv, nf, ps)
@@ -269,7 +267,7 @@ contains
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g, rec, v, dv, l)
     if (scene%layout%half > 0) call stretch_domains(dt, l, ps(1, scene%layout%half))
-    call restore_volume(scene, nodes, books, body, n, w, first, nf, ps)
+    call restore_volume(scene, nodes, books, body, n, first, nf, ps)
     call constitutive(scene, clock, books, body, n, dt, l, nf, ps, report)
   end subroutine strain_block
 

@@ -74,8 +74,7 @@ contains
 
     call start_scene(sim, cells, margin, 8)
     sim%scene%method%is_bspline = c%is_bspline
-    sim%scene%method%fbar = .false.
-    sim%scene%body%averages_volume = .false.   ! which is done for each body
+    sim%scene%method%fbar = .false.          ! which averages over one body
     if (c%filters) then
       sim%scene%method%transfer = transfer_fmpm
       sim%scene%method%order = 3

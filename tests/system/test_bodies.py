@@ -55,8 +55,8 @@ def test_two_discs(run, shape, transfer, cfl, most):
     half = state.number.size // 2
     assert np.abs(state.momentum()).max() < 1e-12 * 0.1 * state.mass[:half].sum()
     assert before - 0.00884 < 1.08579 < after + 0.00884
-    assert np.abs(state.x[:half] + state.x[half:][::-1] - [1.0, 1.0, 0.05]).max() < 1e-7
-    assert np.abs(state.v[:half] + state.v[half:][::-1]).max() < 1e-7
+    assert np.abs(state.x[:half] + state.x[half:][::-1] - [1.0, 1.0, 0.05]).max() < 1e-10
+    assert np.abs(state.v[:half] + state.v[half:][::-1]).max() < 1e-10
     assert mean_velocity(state, 1)[0] < -0.05 and mean_velocity(state, 1)[1] < -0.05
     assert abs(lost) < most
     assert np.abs(history["friction_heat[J]"]).max() < 1e-15
@@ -243,7 +243,7 @@ def test_bar_hits_a_rigid_wall_of_particles(run, tmp_path, shape, speed):
 def test_punch_of_particles_against_a_punch_that_is_a_tool(run, tmp_path):
     """Exact: the force of a box pressed into an elastic block does not depend on how the box is described. A
     box of particles (8 cells wide) acts on the nodes around it, as if about a quarter of a cell wider; the
-    signed-distance one gives way a little. At 8 cells: within 17 % (5 % at 16 cells), symmetric, power F v."""
+    signed-distance one gives way a little. At 8 cells: within 15 % (5 % at 16 cells), symmetric, power F v."""
     tool = spoiled(
         tmp_path, "press",
         ("&BODY NAME = 'punch', MATERIAL = 'plastic', RIGID = T, CENTRE = 8e-3, 8e-3, 10e-3 /",
@@ -256,7 +256,7 @@ def test_punch_of_particles_against_a_punch_that_is_a_tool(run, tmp_path):
     history = run("press", "--quiet", directory=tmp_path / "particles", sets=sets).results("press").history()
     force = [h["punch_force_z[N]"][-10:].mean() for h in (history, distance)]
     print(force)
-    assert force[0] == pytest.approx(force[1], rel=0.17)
+    assert force[0] == pytest.approx(force[1], rel=0.15)
     assert np.abs(history["punch_force_x[N]"]).max() < 1e-9 * force[0]
     assert np.allclose(history["punch_power[W]"][-10:], 2.0 * history["punch_force_z[N]"][-10:], rtol=1e-9)
     assert np.abs(history["audit_error[%]"][-20:]).max() < 1.0
@@ -291,12 +291,11 @@ def test_rigid_body_turns(run, tmp_path):
 
 def test_bodies_without_contact_stick(run, tmp_path):
     """Exact: two bodies without a &CONTACT between them move as one, also if a contact of one of them with a
-    third body, far away, gives each a velocity field of its own: as without that contact, to 1e-10. Null modes are
-    not removed beside a &CONTACT, so here not at all."""
+    third body, far away, gives each a velocity field of its own: as without that contact, to 1e-10."""
     far = ("&BODY NAME = 'far', MATERIAL = 'copper' /\n"
            "&SHAPE BODY = 'far', LOWER = -8e-3, 8e-3, -8e-3, UPPER = -6e-3, 10e-3, -6e-3 /\n")
     more = "&CONTACT BODY = 'cold', OTHER = 'far' /\n"
-    sets = {"TIME.END": 1.4e-5, "OUTPUT.CHECKPOINT_INTERVAL": 1.4e-5, "METHOD.NULL_CELLS": 0}
+    sets = {"TIME.END": 1.4e-5, "OUTPUT.CHECKPOINT_INTERVAL": 1.4e-5}
     state = []
     for k, text in enumerate((far, far + more)):
         (tmp_path / str(k)).mkdir()
