@@ -17,7 +17,7 @@ module contact_law
   implicit none (type, external)
   private
 
-  public :: friction_law_t, friction_table_t, normal_velocity, wanheim_bay
+  public :: friction_law_t, friction_table_t, normal_velocity
 
   integer, parameter, public :: law_coulomb = 1, law_shear_factor = 2, law_wanheim_bay = 3, &
                                 law_schmidt_hattel = 4

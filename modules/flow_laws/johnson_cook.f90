@@ -11,7 +11,7 @@ module flow_laws_johnson_cook
   implicit none (type, external)
   private
 
-  public :: johnson_cook_t
+  public :: johnson_cook_t, read_softening, softening
 
   type, extends(flow_law_t) :: johnson_cook_t
     real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp   !! [Pa], [Pa], [-]
@@ -65,12 +65,22 @@ contains
     self%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
     self%most_strain = input%real('MATERIAL', i, 'JC_STRAIN_LIMIT')
     if (self%most_strain <= 0.0_rp) self%most_strain = huge(1.0_rp)
-    self%t_room = input%real('MATERIAL', i, 'T_ROOM')
-    self%t_melt = input%real('MATERIAL', i, 'T_MELT')
-    if (self%t_melt > 0.0_rp .and. self%t_melt <= self%t_room) then
+    call read_softening(input, i, self%t_room, self%t_melt, diagnostics)
+  end subroutine read_keys
+
+  !> Temperatures of the `i`-th &MATERIAL between which strength falls to nothing [K].
+  subroutine read_softening(input, i, t_room, t_melt, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(out) :: t_room, t_melt
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    t_room = input%real('MATERIAL', i, 'T_ROOM')
+    t_melt = input%real('MATERIAL', i, 'T_MELT')
+    if (t_melt > 0.0_rp .and. t_melt <= t_room) then
       call input%report(diagnostics, 'MATERIAL', i, 'T_MELT', 'must be above T_ROOM')
     end if
-  end subroutine read_keys
+  end subroutine read_softening
 
   !> Strength falls from T_ROOM on to nothing at T_MELT.
   pure logical function knows_melting()
@@ -83,14 +93,17 @@ contains
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
-    call softening(self%m, self%t_room, 1.0_rp/(self%t_melt - self%t_room), temp, work(:, 1))
+    call softening(self%m, self%t_room, self%t_melt, temp, work(:, 1))
   end subroutine prepare
 
-  pure subroutine softening(m, t_room, scale, temp, factor)
-    real(rp), intent(in) :: m, t_room, scale, temp(nlane)
+  !> 1 - theta^m, theta rising from 0 at `t_room` to 1 at `t_melt` [K].
+  pure subroutine softening(m, t_room, t_melt, temp, factor)
+    real(rp), intent(in) :: m, t_room, t_melt, temp(nlane)
     real(rp), intent(out) :: factor(nlane)
+    real(rp) :: scale
     integer :: p
 
+    scale = 1.0_rp/(t_melt - t_room)
     !$omp simd
     do p = 1, nlane
       factor(p) = 1.0_rp - exp(m*log(min(1.0_rp, max(1.0e-30_rp, (temp(p) - t_room)*scale))))

@@ -9,6 +9,7 @@
 !> theta from T_ROOM to T_MELT; the factor of rate is not below a half.
 module flow_laws_voce
   use base_kinds, only: nlane, rp
+  use flow_laws_johnson_cook, only: read_softening, softening
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
@@ -76,16 +77,12 @@ contains
     self%critical = input%real('MATERIAL', i, 'DRX_CRITICAL_STRAIN')
     self%width = input%real('MATERIAL', i, 'DRX_STRAIN')
     self%n = input%real('MATERIAL', i, 'DRX_N')
-    self%t_room = input%real('MATERIAL', i, 'T_ROOM')
-    self%t_melt = input%real('MATERIAL', i, 'T_MELT')
+    call read_softening(input, i, self%t_room, self%t_melt, diagnostics)
     if (self%saturation < self%initial) then
       call input%report(diagnostics, 'MATERIAL', i, 'VOCE_SATURATION', 'is below VOCE_YIELD')
     end if
     if (self%steady > self%saturation) then
       call input%report(diagnostics, 'MATERIAL', i, 'DRX_STRESS', 'is above VOCE_SATURATION')
-    end if
-    if (self%t_melt > 0.0_rp .and. self%t_melt <= self%t_room) then
-      call input%report(diagnostics, 'MATERIAL', i, 'T_MELT', 'must be above T_ROOM')
     end if
     if (self%steady <= 0.0_rp) self%steady = self%saturation
   end subroutine read_keys
@@ -100,13 +97,8 @@ contains
     class(voce_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
-    real(rp) :: theta
-    integer :: p
 
-    do p = 1, nlane
-      theta = max(1.0e-30_rp, min(1.0_rp, (temp(p) - self%t_room)/(self%t_melt - self%t_room)))
-      work(p, 1) = 1.0_rp - exp(self%m*log(theta))
-    end do
+    call softening(self%m, self%t_room, self%t_melt, temp, work(:, 1))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Keys of &TOOL and &MOTION; a shape owns the keys that describe it (tool_shapes_list).
 module groups_tool
+  use contact_law, only: friction_laws
   use keys_table, only: key_table_t
   use tool_shapes_list, only: add_shape_keys
   implicit none (type, external)
@@ -13,6 +14,13 @@ contains
   !> Add the rows of &TOOL and &MOTION to the table.
   subroutine add_tool(t)
     type(key_table_t), intent(inout) :: t
+    character(:), allocatable :: laws
+    integer :: k
+
+    laws = ''
+    do k = 1, size(friction_laws)
+      laws = laws//' '//trim(friction_laws(k))
+    end do
 
     call t%group('TOOL', 'repeat', 'A rigid tool that touches the bodies.')
     call t%key('NAME', 'text', 1, '', 'tool', 'name', 'name of the tool')
@@ -20,7 +28,7 @@ contains
     call t%key('POSITION', 'real', 3, 'm', 'required', '', &
       'place at t = 0: centre of the shoulder face, sphere or box; a point of the plane')
     call t%key('FRICTION_LAW', 'choice', 1, '', 'coulomb', &
-      'coulomb shear-factor wanheim-bay schmidt-hattel', &
+      trim(adjustl(laws)), &
       'law of friction: with the pressure p and the shear strength k of the body, least of '// &
       'FRICTION p and k; SHEAR_FACTOR k; the same on the real area of contact; '// &
       'STICK_FRACTION k and the rest as coulomb')

@@ -98,9 +98,9 @@ contains
     ! mechanical steps set the temperature of probes, but not where the material sleeps
     if (scene%method%sleep%is_on) call warm_probes(nodes%patch, nodes%g(:, :, 1), probes)
     call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, 1))
-    call book_heat(scene, nodes, boundary, books, 1.0_rp, lost(3, :) + lost(5, :), 5, &
+    call book_heat(scene, nodes, boundary, books, lost(3, :) + lost(5, :), 5, &
                    nodes%g(:, :, 1))
-    call book_heat(scene, nodes, boundary, books, 1.0_rp, lost(8, :), 7, nodes%g(:, :, 1))
+    call book_heat(scene, nodes, boundary, books, lost(8, :), 7, nodes%g(:, :, 1))
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
       call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &

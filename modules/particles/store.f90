@@ -108,7 +108,8 @@ contains
     self%capacity = 0
   end subroutine free
 
-  !> Storage for `nblk` blocks, keeping the first `self%nblk`.
+  !> Storage for `nblk` blocks; all that were allocated before keep what they hold, those behind
+  !> `self%nblk` too: particles that arrive wait there to be sorted.
   subroutine reserve(self, nblk)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: nblk
@@ -119,7 +120,7 @@ contains
 
     if (nblk <= self%capacity) return
     n = nblk + nblk/32 + 4
-    old = self%nblk
+    old = self%capacity
     call allocate_aligned(int(nlane, i8)*self%nf*n, memory)
     ps(1:nlane, 1:self%nf, 1:n) => memory
     if (old > 0) ps(:, :, 1:old) = self%ps(:, :, 1:old)

@@ -111,16 +111,18 @@ contains
     end do
   end function stress_power
 
-  !> Flow stress of a block at given rates of plastic strain [Pa]; 0 for an elastic material.
-  subroutine flow_strength(material, alpha, temp, rate, n_state, state, strength)
+  !> Flow stress of a block at given rates of plastic strain [Pa], and its derivative by the
+  !> logarithm of the rate; 0 for an elastic material.
+  subroutine flow_strength(material, alpha, temp, rate, n_state, state, strength, slope)
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: alpha(nlane), temp(nlane), rate(nlane)   !! [-], [K], [1/s]
     integer, intent(in) :: n_state
     real(rp), intent(in) :: state(nlane, n_state)
-    real(rp), intent(out) :: strength(nlane)
-    real(rp) :: work(nlane, n_work), x(nlane), log_rate(nlane), slope(nlane)
+    real(rp), intent(out) :: strength(nlane), slope(nlane)
+    real(rp) :: work(nlane, n_work), x(nlane), log_rate(nlane)
 
     strength = 0.0_rp
+    slope = 0.0_rp
     if (.not. allocated(material%flow)) return
     x = 0.0_rp
     log_rate = log(max(rate, material%flow%slowest))

@@ -8,7 +8,7 @@ module run_debris
   use mapping_blocks, only: kinetic_energy
   use mapping_stability, only: wave_speed
   use particles_migrate, only: is_outside
-  use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_temp, f_vel, particles_t
+  use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, f_vel, particles_t
   use state_books, only: d_elastic, d_heat, d_kinetic, d_mass
   use state_scene, only: scene_t
   use step_simulation, only: simulation_t
@@ -74,8 +74,10 @@ contains
     integer, intent(in) :: b
     logical, intent(in) :: chosen(nlane)
 
-    all_slow = all(norm2(sim%particles%ps(:, f_vel:f_vel + 2, b), 2) < wave_speed(sim%clock) &
-                   .or. .not. chosen)
+    associate (ps => sim%particles%ps(:, :, b))
+      all_slow = all((norm2(ps(:, f_vel:f_vel + 2), 2) < wave_speed(sim%clock) &
+                      .and. all(abs(ps(:, f_pos:f_pos + 2)) <= huge(1.0_rp), 2)) .or. .not. chosen)
+    end associate
   end function all_slow
 
   !> Kinetic energy with mass scaling, elastic energy, heat [J] and mass [kg] of the chosen

@@ -50,7 +50,7 @@ contains
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: temperature         !! [K]
     real(rp), allocatable :: start(:)
-    real(rp), dimension(nlane) :: none, rate, strength, temp
+    real(rp), dimension(nlane) :: none, rate, slope, strength, temp
 
     has_strength = .true.
     if (.not. allocated(material%flow)) return
@@ -59,7 +59,8 @@ contains
     none = 0.0_rp
     rate = 1.0_rp
     temp = temperature
-    call flow_strength(material, none, temp, rate, size(start), spread(start, 1, nlane), strength)
+    call flow_strength(material, none, temp, rate, size(start), spread(start, 1, nlane), strength, &
+                       slope)
     has_strength = strength(1) > 1.0e-6_rp*material%g
   end function has_strength
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> What limits the impulses of particles that touch a tool: the strength of the material and
-!> Coulomb's law.
+!> the tool's law of friction.
 !>
 !> The layer of metal that shears under the face of a tool, as far as the cells do not resolve it.
 !>
@@ -20,22 +20,20 @@ module tool_contact_limits
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use contact_tool, only: tool_t
   use particles_store, only: f_jac, f_plastic, f_rate, f_tau, f_temp
-  use physics_flow_law, only: n_work
   use physics_material, only: material_t
+  use physics_stress, only: flow_strength
   use state_scene, only: scene_t
   use tool_contact_lists, only: candidates_t, contact_particle_t
   implicit none (type, external)
   private
 
-  public :: find_shear_layer, limit_impulses, shear_layer_t
+  public :: limit_impulses
 
   !> Of the particles of a block.
   type :: shear_layer_t
-    real(rp) :: stress(nlane) = 0.0_rp      !! at which the layer takes all of V [Pa]
+    real(rp) :: stress(nlane) = 0.0_rp        !! at which the layer takes all of V [Pa]
     real(rp) :: sensitivity(nlane) = 0.0_rp   !! of it to the logarithm of the rate [Pa]
-    real(rp) :: temp(nlane) = 0.0_rp        !! at the face [K]
-    real(rp) :: rate(nlane) = 0.0_rp        !! of plastic strain at the face [1/s]
-    real(rp) :: inner_rate(nlane) = 0.0_rp  !! at the centre of the particle [1/s]
+    real(rp) :: log_rate(nlane) = 0.0_rp      !! of plastic strain at the particle's centre [ln 1/s]
   end type shear_layer_t
 
   real(rp), parameter :: root3 = sqrt(3.0_rp)
@@ -96,7 +94,7 @@ contains
       do i = 1, n
         depth(place(i)) = particle(i)%half
         v(place(i)) = norm2(particle(i)%slip) &
-                      + sqrt(3.0_rp)*near%ps(place(i), f_rate)*particle(i)%half
+                      + root3*near%ps(place(i), f_rate)*particle(i)%half
       end do
       call find_shear_layer(scene%material(body%material), near%n, near%ps(:, f_plastic), &
                             near%ps(:, f_temp), layout%n_law, &
@@ -110,7 +108,7 @@ contains
           if (law%is_unlimited() .and. shear > 0.0_rp) t%shear = unlimited
           if (t%shear >= unlimited .or. shear <= 0.0_rp) cycle
           t%depth = depth(place(i))
-          t%log_rate = log(layer%inner_rate(place(i)))
+          t%log_rate = layer%log_rate(place(i))
           t%strength = shear
           t%sensitivity = max(least_sensitivity, layer%sensitivity(place(i))/strength)
           t%resolved_rate = near%ps(place(i), f_rate)
@@ -144,46 +142,29 @@ contains
     found = mu(place)
   end function look_up_friction
 
-  !> Stress, temperature and rates of the layer of `n` particles with strain `alpha`, temperature
-  !> and state, depth `z` of their centres below the face [m], velocity `v` of the face against them
-  !> [m/s]. The law is taken as linear in temperature and logarithm of the rate, from the particle's
-  !> temperature on over the rise that an even rate would make. Without conduction the layer is as
-  !> thick as `z`.
+  !> Stress and rate of the layer of `n` particles with strain `alpha`, temperature and state, depth
+  !> `z` of their centres below the face [m], velocity `v` of the face against them [m/s]. The law
+  !> is taken as linear in temperature and logarithm of the rate, from the particle's temperature on
+  !> over the rise that an even rate would make. Without conduction the layer is as thick as `z`.
   subroutine find_shear_layer(material, n, alpha, temp, n_state, state, z, v, layer)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n, n_state
     real(rp), intent(in) :: alpha(nlane), temp(nlane), z(nlane), v(nlane)
     real(rp), intent(in) :: state(nlane, n_state)
     type(shear_layer_t), intent(out) :: layer
-    real(rp), dimension(nlane) :: base, hot_slope, log_rate, rise, sigma, slope
+    real(rp), dimension(nlane) :: base, hot_slope, rate, rise, sigma, slope
 
-    log_rate = log(max(v/(root3*z), material%flow%slowest))
-    call strength_at(material, alpha, temp, n_state, state, log_rate, base, slope)
+    rate = max(v/(root3*z), material%flow%slowest)
+    call flow_strength(material, alpha, temp, rate, n_state, state, base, slope)
     layer%stress = base/root3
     layer%sensitivity = slope/root3
-    layer%temp = temp
-    layer%rate = exp(log_rate)
-    layer%inner_rate = layer%rate
+    layer%log_rate = log(rate)
     if (material%conductivity <= 0.0_rp) return
     rise = max(step, material%plastic_heat*v*z/(2.0_rp*material%conductivity)*layer%stress)
-    call strength_at(material, alpha, temp + rise, n_state, state, log_rate, sigma, hot_slope)
+    call flow_strength(material, alpha, temp + rise, rate, n_state, state, sigma, hot_slope)
     call balance(material, n, z, v, base, max(0.0_rp, (base - sigma)/rise), &
                  0.5_rp*(slope + hot_slope), layer)
   end subroutine find_shear_layer
-
-  !> Flow stress at given logarithms of the rate [Pa], and its derivative by them.
-  subroutine strength_at(material, alpha, temp, n_state, state, log_rate, sigma, slope)
-    type(material_t), intent(in) :: material
-    integer, intent(in) :: n_state
-    real(rp), dimension(nlane), intent(in) :: alpha, temp, log_rate
-    real(rp), intent(in) :: state(nlane, n_state)
-    real(rp), dimension(nlane), intent(out) :: sigma, slope
-    real(rp) :: work(nlane, n_work), x(nlane)
-
-    x = 0.0_rp
-    call material%flow%prepare(temp, state, work)
-    call material%flow%stress(work, alpha, x, log_rate, sigma, slope)
-  end subroutine strength_at
 
   !> The layer under the linear law sigma = base + slope ln(rate/even rate) - fall rise, by
   !> Newton's method in the stress, on which the rise of temperature depends almost linearly.
@@ -195,7 +176,7 @@ contains
     integer, parameter :: rounds = 3
     real(rp), parameter :: least_slope = 1.0e-3_rp   !! of the stress: a law without sensitivity
                                                      !! shears in a plane
-    real(rp) :: a, m, per_stress, rise, sigma, t, x
+    real(rp) :: a, log_cosh, m, per_stress, rise, sigma, t, x
     integer :: p, round
 
     do p = 1, n
@@ -209,7 +190,8 @@ contains
         x = sqrt(m + m*m)                     ! x tanh x = m to a thousandth after one Newton step
         t = tanh(x)
         x = x - (x*t - m)/(t + x*(1.0_rp - t*t))
-        rise = 2.0_rp/a*(x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x))))
+        log_cosh = x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x)))
+        rise = 2.0_rp/a*log_cosh
         t = tanh(x)
         sigma = sigma + (base(p) + slope(p)*log(x/t) - fall(p)*rise - sigma) &
                 /(1.0_rp + fall(p)*rise/sigma)
@@ -217,9 +199,7 @@ contains
       end do
       layer%stress(p) = sigma/root3
       layer%sensitivity(p) = slope(p)/root3
-      layer%temp(p) = layer%temp(p) + rise
-      layer%rate(p) = layer%rate(p)*x/t
-      layer%inner_rate(p) = layer%rate(p)*(1.0_rp - t*t)
+      layer%log_rate(p) = layer%log_rate(p) + log(x/t) - 2.0_rp*log_cosh
     end do
   end subroutine balance
 

@@ -23,6 +23,7 @@ program test_particles
   call test_redistribute(3000, 1.0_rp)
   call test_redistribute(40, 1.0_rp)
   call test_redistribute(500, 0.2_rp)
+  call test_reserve()
   call test_with_sleepers(0.0_rp)
   call test_with_sleepers(1.0e-3_rp)
   call test_with_sleepers(0.5_rp)
@@ -96,6 +97,30 @@ contains
     end do
     particles%nblk = b
   end subroutine make_particles
+
+  !> More room keeps what all blocks hold, those behind the last one too, where arriving particles
+  !> wait to be sorted.
+  subroutine test_reserve()
+    type(particles_t) :: particles
+    integer :: b, n
+
+    call particles%init(nf)
+    call particles%reserve(5)
+    n = particles%capacity
+    particles%nblk = 2
+    do b = 1, n
+      particles%ps(:, :, b) = real(b, rp)
+      particles%tag(:, b) = b
+      particles%count(b) = b
+      particles%body(b) = -b
+    end do
+    call particles%reserve(n + 1)
+    call expect('more room', particles%capacity > n .and. particles%nblk == 2)
+    call expect('fields are kept', all([(all(abs(particles%ps(:, :, b) - b) <= 0.0_rp), b=1, n)]))
+    call expect('and what else blocks hold', all([(all(particles%tag(:, b) == b) &
+                .and. particles%count(b) == b .and. particles%body(b) == -b, b=1, n)]))
+    call particles%free()
+  end subroutine test_reserve
 
   !> Particles in a `part` of the grid; rank 0 makes none if there are others.
   subroutine test_redistribute(each, part)

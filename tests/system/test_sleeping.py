@@ -125,11 +125,11 @@ def test_ranks_and_restart(run, tmp_path, ranks):
     """1000 steps with sleepers: the same on any number of ranks to 1e-9, and bit for bit if stopped in
     the middle and continued, forces and the tool's pose in the history too; continued without sleepers, all wake."""
     sets = {**LONG, "METHOD.SLEEPING": "on", "TIME.END": "0.12", "OUTPUT.CHECKPOINT_INTERVAL": "0.12",
-            "TIME.GRAVITY": "0,0,-1e5"}
+            "TIME.GRAVITY": "0,0,-1e5", "METHOD.SLEEP_STRESS": 2e-2}
     alone = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "alone")).results("stir")
     whole = run("stir", "--quiet", sets=sets, directory=place(tmp_path, "whole"), ranks=ranks).results("stir")
     one, two = alone.checkpoint(), whole.checkpoint()
-    assert (np.abs(one.v).max(axis=1) == 0.0).mean() > 0.15
+    assert (np.abs(one.v).max(axis=1) == 0.0).mean() > 0.2
     apart = driver.distance(one, two, STATE)
     print(apart)
     assert max(apart.values()) < (1e-30 if ranks == 1 else 1e-9), apart
@@ -145,5 +145,6 @@ def test_ranks_and_restart(run, tmp_path, ranks):
     assert one.names == other.names
     assert np.array_equal(one.rows[-8:], other.rows[-8:])
     sets |= {"METHOD.SLEEPING": "off", "TIME.END": "0.13"}
+    del sets["METHOD.SLEEP_STRESS"]
     woken = run("stir", "--quiet", "--restart", path, sets=sets, directory=part, ranks=ranks).results("stir")
     assert woken.summary()["awake_share"] == 1.0, "nobody sleeps in a run without sleepers"

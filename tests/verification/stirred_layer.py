@@ -72,7 +72,7 @@ class Layer:
         middle = 0.5*(z[1:] + z[:-1])
         n = len(middle)
         gap = np.diff(np.concatenate([middle, [self.depth]]))      # between cells, and to the cold end
-        last = {"tau": self.law_stress_guess()}
+        last = {"tau": 1e8}                                        # where the search begins; kept from time to time
 
         def rates(t, y):
             temp, strain = y[:n], y[n:2*n]
@@ -94,9 +94,6 @@ class Layer:
             found[stop] = {"tau": tau, "work": y[-1], "T": curve(middle, y[:n]), "v": curve(z, below),
                            "strain": curve(middle, y[n:2*n])}
         return [found[t] for t in times]
-
-    def law_stress_guess(self):
-        return 1e8
 
     def balance(self, speed, temp, strain, widths, last):
         """tau at which the shear rates add up to `speed`, by Newton's method in the logarithm of the sum."""
