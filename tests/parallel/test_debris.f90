@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> What leaves the grid is debris if it is little, slow and a number; then it goes, and is booked.
 program test_debris
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
+                                           ieee_set_halting_mode, ieee_value
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
@@ -23,10 +24,7 @@ program test_debris
   call expect('more than is allowed stays', .not. goes(0.5_rp/n_all, 1.0e6_rp*h, 0.1_rp))
   call expect('nothing is allowed', .not. goes(0.0_rp, 1.0e6_rp*h, 0.1_rp))
   call expect('what is faster than waves stays', .not. goes(0.1_rp, 1.0e6_rp*h, 1.1_rp))
-  call expect('no place is no debris', .not. goes(0.1_rp, &
-                                                  ieee_value(1.0_rp, ieee_quiet_nan), 0.1_rp))
-  call expect('no speed is no debris', .not. goes(0.1_rp, 1.0e6_rp*h, &
-                                                 ieee_value(1.0_rp, ieee_quiet_nan)))
+  call test_no_number()
   call end_tests()
 
 contains
@@ -56,6 +54,20 @@ contains
     call expect('what stays is all there', particles_of(sim) == merge(n_all - 1, n_all, goes))
     call free_simulation(sim)
   end function goes
+
+  !> A run that breaks down has particles that are no numbers.
+  subroutine test_no_number()
+    logical :: is_placed, is_moving
+    real(rp) :: nan
+
+    call ieee_set_halting_mode(ieee_invalid, .false.)   ! a debug build traps
+    nan = ieee_value(1.0_rp, ieee_quiet_nan)
+    is_placed = .not. goes(0.1_rp, nan, 0.1_rp)
+    is_moving = .not. goes(0.1_rp, 1.0e6_rp*h, nan)
+    call ieee_set_flag(ieee_invalid, .false.)
+    call expect('no place is no debris', is_placed)
+    call expect('no speed is no debris', is_moving)
+  end subroutine test_no_number
 
   !> Particles of all ranks.
   integer function particles_of(sim)
