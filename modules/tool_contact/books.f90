@@ -9,6 +9,7 @@ module tool_contact_books
   use particles_store, only: f_heat, f_plastic, f_temp, particles_t
   use physics_flow_law, only: n_work
   use state_scene, only: scene_t
+  use tool_contact_limits, only: plastic_part
   use tool_contact_lists, only: tool_contact_t, v_hold, v_push, v_shear
   implicit none (type, external)
   private
@@ -99,15 +100,6 @@ contains
     end do
     if (n > 0) call strain_particles(scene, particles, contact, body, n, at, x, log_rate)
   end subroutine strain_surface
-
-  !> Part of a slip [m/s] that is shear of the layer: it and what the metal shears by itself
-  !> (`resolved`) would together be the layer's at its full strength, and are `slower` times that.
-  pure real(rp) function plastic_part(slip, resolved, slower)
-    real(rp), intent(in) :: slip, resolved, slower
-
-    plastic_part = 0.0_rp
-    if (slip > 0.0_rp) plastic_part = max(0.0_rp, (slower*(slip + resolved) - resolved)/slip)
-  end function plastic_part
 
   !> Friction at the nodes of the `p`-th particle in contact over the most that its law gives there,
   !> times that over the strength of the layer.

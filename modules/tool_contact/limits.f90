@@ -27,13 +27,15 @@ module tool_contact_limits
   implicit none (type, external)
   private
 
-  public :: limit_impulses
+  public :: find_shear_layer, limit_impulses, plastic_part, shear_layer_t
 
   !> Of the particles of a block.
   type :: shear_layer_t
     real(rp) :: stress(nlane) = 0.0_rp        !! at which the layer takes all of V [Pa]
     real(rp) :: sensitivity(nlane) = 0.0_rp   !! of it to the logarithm of the rate [Pa]
     real(rp) :: log_rate(nlane) = 0.0_rp      !! of plastic strain at the particle's centre [ln 1/s]
+    real(rp) :: rise(nlane) = 0.0_rp          !! of temperature, of the face over that centre [K]
+    real(rp) :: thickness(nlane) = 0.0_rp     !! V over the rate of shear at the face [m]
   end type shear_layer_t
 
   real(rp), parameter :: root3 = sqrt(3.0_rp)
@@ -142,10 +144,11 @@ contains
     found = mu(place)
   end function look_up_friction
 
-  !> Stress and rate of the layer of `n` particles with strain `alpha`, temperature and state, depth
-  !> `z` of their centres below the face [m], velocity `v` of the face against them [m/s]. The law
-  !> is taken as linear in temperature and logarithm of the rate, from the particle's temperature on
-  !> over the rise that an even rate would make. Without conduction the layer is as thick as `z`.
+  !> Stress, rate, rise and thickness of the layer of `n` particles with strain `alpha`, temperature
+  !> and state, depth `z` of their centres below the face [m], velocity `v` of the face against them
+  !> [m/s]. The law is taken as linear in temperature and logarithm of the rate, from the particle's
+  !> temperature on over the rise that an even rate would make. Without conduction the layer is as
+  !> thick as `z`.
   subroutine find_shear_layer(material, n, alpha, temp, n_state, state, z, v, layer)
     type(material_t), intent(in) :: material
     integer, intent(in) :: n, n_state
@@ -159,8 +162,10 @@ contains
     layer%stress = base/root3
     layer%sensitivity = slope/root3
     layer%log_rate = log(rate)
+    layer%thickness = z
     if (material%conductivity <= 0.0_rp) return
-    rise = max(step, material%plastic_heat*v*z/(2.0_rp*material%conductivity)*layer%stress)
+    layer%rise = material%plastic_heat*v*z/(2.0_rp*material%conductivity)*layer%stress
+    rise = max(step, layer%rise)
     call flow_strength(material, alpha, temp + rise, rate, n_state, state, sigma, hot_slope)
     call balance(material, n, z, v, base, max(0.0_rp, (base - sigma)/rise), &
                  0.5_rp*(slope + hot_slope), layer)
@@ -200,7 +205,18 @@ contains
       layer%stress(p) = sigma/root3
       layer%sensitivity(p) = slope(p)/root3
       layer%log_rate(p) = layer%log_rate(p) + log(x/t) - 2.0_rp*log_cosh
+      layer%rise(p) = rise
+      layer%thickness(p) = z(p)*t/x
     end do
   end subroutine balance
+
+  !> Part of a slip [m/s] that is shear of the layer: it and what the metal shears by itself
+  !> (`resolved`) would together be the layer's at its full strength, and are `slower` times that.
+  pure real(rp) function plastic_part(slip, resolved, slower)
+    real(rp), intent(in) :: slip, resolved, slower
+
+    plastic_part = 0.0_rp
+    if (slip > 0.0_rp) plastic_part = max(0.0_rp, (slower*(slip + resolved) - resolved)/slip)
+  end function plastic_part
 
 end module tool_contact_limits

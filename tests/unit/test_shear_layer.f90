@@ -1,0 +1,193 @@
+! SPDX-License-Identifier: MIT
+!> The layer that shears under the face of a tool, in closed form, against its differential
+!> equations integrated numerically: k T" = -q tau gamma, tau even, gamma(T, tau) by the law. From a
+!> stress and a temperature of the insulated face downwards, so that nothing is solved for.
+program test_shear_layer
+  use base_kinds, only: nlane, rp
+  use check, only: begin_tests, end_tests, expect, expect_close
+  use flow_laws_johnson_cook, only: johnson_cook_t
+  use linear_law, only: linear_t
+  use physics_flow_law, only: flow_law_t, n_work
+  use physics_material, only: material_t
+  use tool_contact_limits, only: find_shear_layer, plastic_part, shear_layer_t
+  implicit none (type, external)
+
+  real(rp), parameter :: root3 = sqrt(3.0_rp), conductivity = 391.0_rp, heats = 0.9_rp
+  integer, parameter :: n_steps = 4000
+
+  call begin_tests()
+  call random_init(.true., .false.)
+  call test_linear_laws()
+  call test_johnson_cook()
+  call test_limits()
+  call test_plastic_part()
+  call end_tests()
+
+contains
+
+  !> Rate of plastic strain at which a law gives the stress sqrt(3) tau at strain 1 [1/s].
+  real(rp) function rate_of(law, temp, tau)
+    class(flow_law_t), intent(in) :: law
+    real(rp), intent(in) :: temp, tau
+    real(rp) :: none(nlane), sigma(nlane), slope(nlane), work(nlane, n_work), x
+    integer :: i
+
+    x = 0.0_rp
+    none = 0.0_rp
+    call law%prepare(none + temp, spread(none, 2, 0), work)
+    do i = 1, 20                                 ! linear in the logarithm: the first is exact
+      call law%stress(work, none + 1.0_rp, none, none + x, sigma, slope)
+      x = x + (root3*tau - sigma(1))/slope(1)
+      if (abs(root3*tau - sigma(1)) < 1.0e-6_rp*tau) exit
+    end do
+    rate_of = exp(x)
+  end function rate_of
+
+  !> Temperature at depth `z`, slip down to it and rate there, of a layer with a stress and a
+  !> temperature of its face; classical Runge-Kutta.
+  subroutine integrate(law, tau, face, z, temp, slip, rate)
+    class(flow_law_t), intent(in) :: law
+    real(rp), intent(in) :: tau, face, z         !! [Pa], [K], [m]
+    real(rp), intent(out) :: temp, slip, rate    !! [K], [m/s], [1/s]
+    real(rp) :: k(3, 4), h, y(3)                 !! temperature, its gradient, slip
+    integer :: i
+
+    h = z/n_steps
+    y = [face, 0.0_rp, 0.0_rp]
+    do i = 1, n_steps
+      k(:, 1) = slope_of(law, tau, y)
+      k(:, 2) = slope_of(law, tau, y + 0.5_rp*h*k(:, 1))
+      k(:, 3) = slope_of(law, tau, y + 0.5_rp*h*k(:, 2))
+      k(:, 4) = slope_of(law, tau, y + h*k(:, 3))
+      y = y + h/6.0_rp*(k(:, 1) + 2.0_rp*(k(:, 2) + k(:, 3)) + k(:, 4))
+    end do
+    temp = y(1)
+    slip = y(3)
+    rate = rate_of(law, temp, tau)
+  end subroutine integrate
+
+  function slope_of(law, tau, y) result(dy)
+    class(flow_law_t), intent(in) :: law
+    real(rp), intent(in) :: tau, y(3)
+    real(rp) :: dy(3), shear
+
+    shear = root3*rate_of(law, y(1), tau)
+    dy = [y(2), -heats*tau*shear/conductivity, shear]
+  end function slope_of
+
+  !> The layer of one particle at strain 1.
+  subroutine layer_of(law, temp, z, v, layer, k)
+    class(flow_law_t), intent(in) :: law
+    real(rp), intent(in) :: temp, z, v
+    type(shear_layer_t), intent(out) :: layer
+    real(rp), intent(in) :: k                    !! conductivity [W/(m K)]
+    type(material_t) :: metal
+    real(rp) :: none(nlane)
+
+    none = 0.0_rp
+    metal%conductivity = k
+    metal%plastic_heat = heats
+    allocate (metal%flow, source=law)
+    call find_shear_layer(metal, 1, none + 1.0_rp, none + temp, 0, spread(none, 2, 0), none + z, &
+                          none + v, layer)
+  end subroutine layer_of
+
+  !> Layers that hardly soften, and others whose face shears a thousand times as fast as their end.
+  subroutine test_linear_laws()
+    type(linear_t) :: law
+    type(shear_layer_t) :: layer
+    real(rp) :: face, rate, slip, tau, temp, u(6), z
+    real(rp) :: least_share, most_share
+    integer :: i
+
+    least_share = huge(1.0_rp)
+    most_share = 0.0_rp
+    do i = 1, 60
+      call random_number(u)
+      tau = 20.0e6_rp + 80.0e6_rp*u(1)
+      law%slope = root3*tau*(0.01_rp + 0.05_rp*u(2))
+      law%fall = root3*tau*(0.5e-3_rp + 3.0e-3_rp*u(3))
+      z = 0.1e-3_rp + 0.9e-3_rp*u(4)
+      face = 700.0_rp + 500.0_rp*u(5)
+      ! rate of the face so that l is 0.15 to 5 times z
+      rate = 2.0_rp*conductivity*law%slope/(law%fall*heats*root3*tau) &
+             /(z*0.15_rp*(5.0_rp/0.15_rp)**u(6))**2
+      law%base = root3*tau - law%slope*log(rate) + law%fall*(face - law%room)
+      call integrate(law, tau, face, z, temp, slip, rate)
+      call layer_of(law, temp, z, slip, layer, conductivity)
+      call expect_close('stress of the layer', layer%stress(1), tau, rtol=1.0e-3_rp)
+      call expect_close('sensitivity', layer%sensitivity(1), law%slope/root3, rtol=1.0e-6_rp)
+      call expect_close('rise of temperature', layer%rise(1), face - temp, rtol=1.0e-2_rp, &
+                        atol=0.01_rp)
+      call expect_close('rate at the centre', layer%log_rate(1), log(rate), atol=0.02_rp)
+      call expect_close('thickness', layer%thickness(1), slip/(root3*rate_of(law, face, tau)), &
+                        rtol=5.0e-3_rp)
+      least_share = min(least_share, layer%thickness(1)/z)
+      most_share = max(most_share, layer%thickness(1)/z)
+    end do
+    call expect('layers thin and thick', least_share < 0.2_rp .and. most_share > 0.95_rp)
+  end subroutine test_linear_laws
+
+  !> A law that is neither linear in temperature nor at an end of its range.
+  subroutine test_johnson_cook()
+    type(johnson_cook_t) :: law
+    type(shear_layer_t) :: layer
+    real(rp) :: face, rate, slip, tau, temp, u(4), z
+    integer :: i
+
+    law = johnson_cook_t(a=90.0e6_rp, b=292.0e6_rp, n=0.31_rp, c=0.025_rp, m=1.09_rp, &
+                         t_melt=1356.0_rp)
+    do i = 1, 30
+      call random_number(u)
+      face = 600.0_rp + 600.0_rp*u(1)
+      z = 0.125e-3_rp + 0.375e-3_rp*u(2)
+      rate = 30.0_rp*100.0_rp**u(3)              ! of the face
+      tau = strength_of(law, face, rate)/root3
+      call integrate(law, tau, face, z, temp, slip, rate)
+      call layer_of(law, temp, z, slip, layer, conductivity)
+      call expect_close('stress, Johnson-Cook', layer%stress(1), tau, rtol=0.01_rp)
+      call expect_close('rise, Johnson-Cook', layer%rise(1), face - temp, rtol=0.03_rp, &
+                        atol=0.1_rp)
+    end do
+  end subroutine test_johnson_cook
+
+  real(rp) function strength_of(law, temp, rate)
+    class(flow_law_t), intent(in) :: law
+    real(rp), intent(in) :: temp, rate
+    real(rp) :: none(nlane), sigma(nlane), slope(nlane), work(nlane, n_work)
+
+    none = 0.0_rp
+    call law%prepare(none + temp, spread(none, 2, 0), work)
+    call law%stress(work, none + 1.0_rp, none, none + log(rate), sigma, slope)
+    strength_of = sigma(1)
+  end function strength_of
+
+  !> Without conduction the layer is even; as it gets thinner against the grid it tends to nothing.
+  subroutine test_limits()
+    type(linear_t) :: law
+    type(shear_layer_t) :: fine, layer
+    real(rp), parameter :: temp = 900.0_rp, v = 0.3_rp, z = 0.5e-3_rp
+
+    law = linear_t(base=150.0e6_rp, slope=4.0e6_rp, fall=0.1e6_rp)
+    call layer_of(law, temp, z, v, layer, 0.0_rp)
+    call expect_close('even rate', exp(layer%log_rate(1)), v/(root3*z), rtol=1.0e-12_rp)
+    call expect_close('its stress', layer%stress(1), &
+                      strength_of(law, temp, v/(root3*z))/root3, rtol=1.0e-12_rp)
+    call expect_close('its thickness', layer%thickness(1), z, rtol=1.0e-12_rp)
+    call expect('no rise is known', .not. abs(layer%rise(1)) > 0.0_rp)
+    call layer_of(law, temp, z, v, layer, conductivity)
+    call layer_of(law, temp, 0.01_rp*z, 0.01_rp*v, fine, conductivity)
+    call expect('unresolved rise tends to nothing', fine%rise(1) < 2.0e-4_rp*layer%rise(1) &
+                .and. fine%rise(1) > 0.5e-4_rp*layer%rise(1))
+    call expect_close('and the layer is even', fine%thickness(1), 0.01_rp*z, rtol=1.0e-3_rp)
+  end subroutine test_limits
+
+  !> Of a slip of 0.9 beside 0.1 that the metal shears by itself.
+  subroutine test_plastic_part()
+    call expect_close('the layer takes all', plastic_part(0.9_rp, 0.1_rp, 1.0_rp), 1.0_rp)
+    call expect_close('half of both', plastic_part(0.9_rp, 0.1_rp, 0.5_rp), 0.4_rp/0.9_rp)
+    call expect_close('less than is resolved', plastic_part(0.9_rp, 0.1_rp, 0.05_rp), 0.0_rp)
+    call expect_close('no slip', plastic_part(0.0_rp, 0.1_rp, 1.0_rp), 0.0_rp)
+  end subroutine test_plastic_part
+
+end program test_shear_layer
