@@ -13,7 +13,7 @@ module body_contact_pairs
   use mapping_rigid, only: hold_rigid
   use particles_store, only: f_heat, f_mass, particles_t
   use state_blocks, only: blocks_t
-  use state_books, only: books_t, e_contact, e_friction
+  use state_books, only: books_t, e_contact, e_friction, e_pressed
   use state_clock, only: clock_t
   use state_scene, only: scene_t, scheme_usavg
   implicit none (type, external)
@@ -21,7 +21,10 @@ module body_contact_pairs
 
   public :: resolve_body_contact, join_bodies, join_increments
 
-  real(rp), parameter :: slack = 0.05_rp   !! overlap that is left alone [cells]
+  real(rp), parameter :: reserve = 0.05_rp   !! of what nodes lose is not given back
+  !> Half the overlap from which impulses are doubled to part bodies, and the gap up to which those
+  !> that stick touch [cells].
+  real(rp), parameter :: slack = 0.05_rp
 
 contains
 
@@ -41,45 +44,76 @@ contains
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
-    real(rp) :: record(8, 2), taken
+    real(rp) :: record(8, 2), surplus
     integer :: e
 
-    taken = taken_by_contact(world, scene, tool, books)
     call hold_rigid(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
       call find_node_pairs(world, scene, particles, blocks, nodes, boundary, pairs, g)
     end if
+    surplus = affordable_surplus(world, scene, nodes, pairs, books, dt, g)
     pairs%heat = 0.0_rp
     do e = 1, pairs%n
       associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e))
         record = g(:, q, groups)
-        call resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, taken > 0.0_rp, record)
+        call resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, surplus, record)
         g(:, q, groups) = record
       end associate
     end do
     if (scene%method%conducts) call give_heat(clock, particles, pairs)
   end subroutine resolve_body_contact
 
-  !> Collective. Energy that contact has taken from the bodies so far [J]. Overlaps are taken back
-  !> only as long as there is some: contact gives back no more than it took. Without that bound
-  !> the steps of two lattices that slide over one another gave discs up to a tenth of their energy.
-  real(rp) function taken_by_contact(world, scene, tool, books) result(taken)
+  !> Collective. The surplus of normal impulses by which bodies that overlap are parted in this
+  !> step, 1 at most: no more than gives back what contact took from them before, but for a reserve.
+  !> The loss is concave in the surplus, so that its chord is a bound.
+  real(rp) function affordable_surplus(world, scene, nodes, pairs, books, dt, g) result(surplus)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
-    type(tool_t), intent(in) :: tool(:)
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(inout) :: pairs
     type(books_t), intent(in) :: books
-    real(rp) :: sums(1)
-    integer :: k
+    real(rp), intent(in) :: dt
+    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp) :: sums(4)     ! taken so far; in this step without and with it; lost at nodes [J]
+    real(rp) :: taken
+    integer :: e
 
-    taken = 0.0_rp
+    surplus = 0.0_rp
     if (all(scene%contact%normal == moves_as_one)) return
-    sums = books%sums(e_contact)
-    do k = 1, size(scene%tool_of)
-      if (scene%tool_of(k) > 0) sums = sums + tool(scene%tool_of(k))%sums(s_normal)
+    sums = [books%sums(e_contact), 0.0_rp, 0.0_rp, books%sums(e_pressed)]
+    do e = 1, pairs%n
+      associate (contact => scene%contact(pairs%pair(e)), q => pairs%node(e))
+        if (contact%normal == moves_as_one .or. .not. pairs%is_owned(e)) cycle
+        if (any(scene%is_rigid_group(contact%group))) cycle
+        sums(2) = sums(2) + pressing_loss(scene, nodes, pairs, e, dt, contact%group, 0.0_rp, &
+                                          g(:, q, contact%group))
+        sums(3) = sums(3) + pressing_loss(scene, nodes, pairs, e, dt, contact%group, 1.0_rp, &
+                                          g(:, q, contact%group))
+      end associate
     end do
     call world%sum(sums)
-    taken = sums(1)
-  end function taken_by_contact
+    taken = min(sums(1), sums(1) + sums(2)) - reserve*sums(4)
+    if (taken > 0.0_rp) surplus = taken/max(taken, sums(2) - sums(3))
+  end function affordable_surplus
+
+  !> Energy that the normal impulse at entry `e` takes from both bodies [J].
+  real(rp) function pressing_loss(scene, nodes, pairs, e, dt, groups, surplus, g) result(pressing)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(inout) :: pairs
+    integer, intent(in) :: e, groups(2)
+    real(rp), intent(in) :: dt, surplus, g(8, 2)
+    real(rp) :: inverse(2), impulse(3), mean(3, 2), friction
+    integer :: k
+
+    inverse = 1.0_rp/g(8, :)
+    where (scene%is_rigid_group(groups)) inverse = 0.0_rp
+    call find_impulse(scene, nodes, pairs, e, dt, surplus, inverse, g, impulse)
+    do k = 1, 2
+      mean(:, k) = g(1:3, k) - 0.5_rp*g(5:7, k) + 0.5_rp*(3 - 2*k)*inverse(k)*impulse
+    end do
+    call pair_loss(pairs%normal(:, e), impulse, mean, friction, pressing)
+  end function pressing_loss
 
   !> Collective. Velocities of the nodes that were only interpolated: rigid bodies have their own,
   !> and groups without a &CONTACT one where they meet; `dt` is that of their step [s].
@@ -119,7 +153,7 @@ contains
   end subroutine join_bodies
 
   !> One entry: records of both bodies at the node.
-  subroutine resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, recovers, g)
+  subroutine resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, surplus, g)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool(:)
     type(nodes_t), intent(in) :: nodes
@@ -127,9 +161,9 @@ contains
     type(books_t), intent(inout) :: books
     integer, intent(in) :: e, groups(2)
     real(rp), intent(in) :: dt
-    logical, intent(in) :: recovers              !! overlaps are taken back
+    real(rp), intent(in) :: surplus              !! of the normal impulse
     real(rp), intent(inout) :: g(8, 2)
-    real(rp) :: inverse(2), v(3, 2), before(3), gap, impulse(3), mean(3, 2)
+    real(rp) :: inverse(2), impulse(3), mean(3, 2)
     integer :: k
 
     associate (contact => scene%contact(pairs%pair(e)))
@@ -140,22 +174,7 @@ contains
         call unite(g)
         return
       end if
-      v = g(1:3, :)
-      v(:, 2) = v(:, 1) + pairs%free(:, e)*(v(:, 2) - v(:, 1))
-      gap = pairs%gap(e)
-      if (scene%method%scheme == scheme_usavg) then
-        ! half of this way with the old velocity, and in the next step half with the new one
-        before = (g(1:3, 2) - g(5:7, 2)) - (g(1:3, 1) - g(5:7, 1))
-        gap = gap + 0.5_rp*dt*dot_product(pairs%free(:, e)*before, pairs%normal(:, e))
-      end if
-      if (contact%normal == moves_as_one) then
-        impulse = (v(:, 2) - v(:, 1))/sum(inverse)
-      else if (gap > nodes%patch%h .or. all(abs(pairs%normal(:, e)) <= 0.0_rp)) then
-        pairs%state(e) = is_apart            ! too far for contact within a step
-      else
-        call pair_impulse(contact%law, dt, gap, slack*nodes%patch%h, recovers, &
-                          pairs%normal(:, e), inverse, v, impulse, pairs%state(e))
-      end if
+      call find_impulse(scene, nodes, pairs, e, dt, surplus, inverse, g, impulse)
       if (pairs%state(e) == is_apart) return
       do k = 1, 2
         g(1:3, k) = g(1:3, k) + (3 - 2*k)*inverse(k)*impulse
@@ -165,6 +184,39 @@ contains
       call book(scene, tool, pairs, books, e, groups, impulse, mean, g(8, :))
     end associate
   end subroutine resolve_pair
+
+  !> Impulse on the first body at entry `e`, and the state of the entry.
+  subroutine find_impulse(scene, nodes, pairs, e, dt, surplus, inverse, g, impulse)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(inout) :: pairs
+    integer, intent(in) :: e
+    real(rp), intent(in) :: dt, surplus, inverse(2), g(8, 2)
+    real(rp), intent(out) :: impulse(3)
+    real(rp) :: v(3, 2), before(3), gap
+
+    v = g(1:3, :)
+    v(:, 2) = v(:, 1) + pairs%free(:, e)*(v(:, 2) - v(:, 1))
+    gap = pairs%gap(e)
+    if (scene%method%scheme == scheme_usavg) then
+      ! half of this way with the old velocity, and in the next step half with the new one
+      before = (g(1:3, 2) - g(5:7, 2)) - (g(1:3, 1) - g(5:7, 1))
+      gap = gap + 0.5_rp*dt*dot_product(pairs%free(:, e)*before, pairs%normal(:, e))
+    end if
+    impulse = 0.0_rp
+    pairs%state(e) = is_stuck
+    associate (contact => scene%contact(pairs%pair(e)))
+      if (contact%normal == moves_as_one) then
+        impulse = (v(:, 2) - v(:, 1))/sum(inverse)
+      else if (gap > nodes%patch%h .or. all(abs(pairs%normal(:, e)) <= 0.0_rp)) then
+        pairs%state(e) = is_apart              ! too far for contact within a step
+      else
+        call pair_impulse(contact%law, dt, gap, slack*nodes%patch%h, &
+                          merge(0.0_rp, surplus, any(inverse <= 0.0_rp)), pairs%normal(:, e), &
+                          inverse, v, impulse, pairs%state(e))
+      end if
+    end associate
+  end subroutine find_impulse
 
   !> Two deformable bodies that stick: one velocity, change of velocity and temperature.
   pure subroutine unite(g)
@@ -203,6 +255,7 @@ contains
       else
         books%sums(e_friction) = books%sums(e_friction) + friction
         books%sums(e_contact) = books%sums(e_contact) + pressing
+        books%sums(e_pressed) = books%sums(e_pressed) + max(0.0_rp, pressing)
       end if
     end associate
   end subroutine book

@@ -14,8 +14,6 @@ module contact_pair
   ! What a node does.
   integer, parameter, public :: is_apart = 0, is_sliding = 1, is_stuck = 2
 
-  real(rp), parameter :: closing = 0.2_rp   !! share of an overlap taken back in one step
-
   type :: pair_law_t
     integer :: kind = law_coulomb
     real(rp) :: friction = 0.0_rp
@@ -35,35 +33,35 @@ contains
 
   !> Impulse on the first body (the second gets the opposite) that lets the gap close within the
   !> step and no further; never tensile unless bodies that stick touch. Tangentially as much as
-  !> stops the slip, at most friction times the normal impulse. Of an overlap deeper than `slack` a
-  !> fifth is taken back if the bodies may recover: that does work on them.
-  pure subroutine pair_impulse(law, dt, gap, slack, recovers, normal, inverse, v, impulse, state)
+  !> stops the slip, at most friction times the normal impulse. A `surplus` of the normal impulse
+  !> parts bodies that overlap by twice the slack or more; less if they overlap less: where impulses
+  !> rise over a shorter overlap, nodes bounce, and what is symmetric does not stay so.
+  pure subroutine pair_impulse(law, dt, gap, slack, surplus, normal, inverse, v, impulse, state)
     type(pair_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, gap            !! [s], [m]
-    real(rp), intent(in) :: slack              !! of overlaps, and of bodies that stick [m]
-    logical, intent(in) :: recovers            !! deeper overlaps are taken back
+    real(rp), intent(in) :: slack              !! gap up to which those that stick touch [m]
+    real(rp), intent(in) :: surplus            !! over what stops bodies [-]
     real(rp), intent(in) :: normal(3)          !! out of the first body
     real(rp), intent(in) :: inverse(2)         !! 1/mass; 0: rigid [1/kg]
     real(rp), intent(in) :: v(3, 2)            !! velocities of both [m/s]
     real(rp), intent(out) :: impulse(3)        !! [N s]
     integer, intent(out) :: state
-    real(rp) :: slip(3), vn, wanted, m, push, speed, hold
+    real(rp) :: slip(3), vn, m, push, speed, hold
 
     impulse = 0.0_rp
     state = is_apart
     slip = v(:, 2) - v(:, 1)
     vn = dot_product(slip, normal)
     slip = slip - vn*normal
-    wanted = -max(0.0_rp, gap)/dt
-    if (recovers .and. gap < -slack) wanted = -closing*(gap + slack)/dt
     m = 1.0_rp/sum(inverse)
     speed = norm2(slip)
     if (law%kind == law_stick .and. gap <= slack) then
-      push = m*(max(0.0_rp, wanted) - vn)
+      push = -m*vn
       hold = m
     else
-      push = m*(wanted - vn)
+      push = -m*(vn + max(0.0_rp, gap)/dt)
       if (push <= 0.0_rp) return
+      push = push*(1.0_rp + surplus*max(0.0_rp, min(1.0_rp, -0.5_rp*gap/slack)))
       hold = limit(law, m, push, speed)
     end if
     state = merge(is_stuck, is_sliding, hold >= m)

@@ -20,12 +20,12 @@ module state_books
     e_contact = 9, &    !! energy lost in normal contact between deformable bodies
     e_scaling = 10, &    !! kinetic energy given by changes of the mass scaling
     e_conduction = 11, &  !! heat that conduction steps have made: rounding
-    e_sleep = 12        !! kinetic energy of what falls asleep, and what holding sleepers takes
-  ! What has left the grid.
-  integer, parameter, public :: &
-    d_kinetic = 13, d_elastic = 14, d_heat = 15, &   !! [J]
-    d_mass = 16         !! [kg]
-  integer, parameter, public :: n_sums = 16
+    e_sleep = 12, &     !! kinetic energy of what falls asleep, and what holding sleepers takes
+    e_pressed = 13, &   !! loss of nodes in normal contact of two that deform, no gains
+    ! of what has left the grid:
+    d_kinetic = 14, d_elastic = 15, d_heat = 16, &
+    d_mass = 17         !! [kg]
+  integer, parameter, public :: n_sums = 17
 
   !> All that a step adds to: what is refused is given back by one assignment
   !> (exchange_speculation).

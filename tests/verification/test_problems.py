@@ -113,8 +113,8 @@ def test_stirred_layer_of_any_metal(seed, tmp_path):
 @pytest.mark.parametrize("seed", range(6))
 def test_discs_meet_anyhow(seed, tmp_path):
     """Discs of 8 cells a radius that meet at any offset, angle and place of the grid, on straight or round lattices,
-    with and without friction, gain no energy (0.2 %) and keep their angular momentum (2 %, without friction 1 %);
-    without friction they lose at most 3.5 %."""
+    with and without friction, gain no energy (0.2 %) and keep their angular momentum (2 %, without friction 0.3 %);
+    without friction they lose at most 2 %, with friction at most 1.5 % of their energy is lost without becoming heat."""
     from problems.base import INPUTS, driver, values
 
     draw = np.random.default_rng(seed)
@@ -135,9 +135,9 @@ def test_discs_meet_anyhow(seed, tmp_path):
     spin = -state.angular_momentum()[2] / (state.mass.sum() * speed * 0.2 * offset)
     print(offset, angle, lattice, friction, energy.max(), energy[-1], spin)
     assert energy.max() < 1.002
-    assert abs(spin - 1.0) < (0.02 if friction else 0.01)
-    if not friction:
-        assert energy[-1] > 0.965
+    heat = history["friction_heat[J]"][-1] / history["kinetic[J]"][0]
+    assert abs(spin - 1.0) < (0.02 if friction else 0.003)
+    assert 1.0 - energy[-1] - heat < (0.015 if friction else 0.02)
 
 
 def test_orders():
