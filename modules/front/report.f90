@@ -190,7 +190,7 @@ contains
       any_flow = any_flow .or. allocated(sim%scene%material(m)%flow)
     end do
     if (.not. any_flow) text = text//', plasticity (elastic materials)'
-    if (.not. sim%scene%method%fbar) text = text//', volume averaging (FBAR = F)'
+    if (.not. sim%scene%method%fbar) text = text//', volume averaging (nothing locks, or FBAR = F)'
     if (all(abs(sim%scene%material%expansion) <= 0.0_rp)) text = text//', thermal expansion'
     if (size(sim%scene%condition) == 0) text = text//', walls'
     if (sim%probes%n == 0) text = text//', probes'

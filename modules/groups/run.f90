@@ -67,8 +67,10 @@ contains
       'xpic and fmpm: filter in every so many steps, FLIP in the others')
     call t%key('PIC_FRACTION', 'real', 1, '', '0', '[0,1]', &
       'part of the velocity taken from the grid: 0 is FLIP, 1 is PIC')
-    call t%key('FBAR', 'logical', 1, '', '.true.', '', &
-      'average the volume ratio over the particles next to each node, against volumetric locking')
+    call t%key('FBAR', 'logical', 1, '', '', '', &
+      'average the volume ratio over the particles of a cell in every step, against volumetric '// &
+      'locking; not given: where metal flows, by a part that follows from its rate, and all of '// &
+      'it in bodies with a Poisson ratio above 0.42')
     call t%key('SELECTIVE_SCALING', 'choice', 1, '', 'auto', 'off auto on', &
       'nodes with little mass have more inertia, which allows longer steps; auto: with '// &
       'B-splines, MASS_SCALING, a tool, a wall and nothing molten')

@@ -14,7 +14,7 @@ module io_frames
   use h5_arrays, only: write_array
   use h5_file, only: h5file_t
   use h5_notes, only: write_attribute, write_text
-  use particles_store, only: f_flow, f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp, f_vel, &
+  use particles_store, only: f_flow, f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp, &
                              particles_t, tag_id
   implicit none (type, external)
   private
@@ -164,7 +164,7 @@ contains
     call pack_stress(particles, a, b)
     call write_scalar(file, 'pressure', 'Pa', a, error)
     call write_scalar(file, 'von_mises', 'Pa', b, error)
-    call pack_vector(particles, f_vel, v)
+    call pack_velocity(particles, v)
     call write_array(file, point_data//'velocity', v, error)
     call write_attribute(file, point_data//'velocity', 'units', 'm/s', error)
     call pack_numbers(particles, body, id)
@@ -215,6 +215,28 @@ contains
       n = n + m
     end do
   end subroutine pack_vector
+
+  !> Velocities with which the particles move, or their own.
+  subroutine pack_velocity(particles, v)
+    type(particles_t), intent(in) :: particles
+    real(sp), intent(out) :: v(:, :)
+    integer :: b, m, n
+
+    n = 0
+    do b = 1, particles%nblk
+      m = particles%count(b)
+      v(:, n + 1:n + m) = real(transpose(first_of(m, particles%velocity(b))), sp)
+      n = n + m
+    end do
+  contains
+    pure function first_of(m, v) result(part)
+      integer, intent(in) :: m
+      real(rp), intent(in) :: v(:, :)
+      real(rp) :: part(m, 3)
+
+      part = v(:m, :)
+    end function first_of
+  end subroutine pack_velocity
 
   !> Pressure -tr(tau)/(3 J) and von Mises stress sqrt(3/2) |dev tau|/J, both of Cauchy stress.
   subroutine pack_stress(particles, pressure, von_mises)

@@ -12,7 +12,8 @@ module mapping_blocks
   implicit none (type, external)
   private
 
-  public :: weights_of, momentum_records, force_records, gather_velocity, advance_particles
+  public :: weights_of, momentum_records, force_records, gather_velocity, gather_lanes, &
+            advance_particles
   public :: kinetic_energy, body_work, stretch_domains
 
   ! Half length of a domain [cells]: within the reach of the stencil, and not a point.
@@ -96,6 +97,22 @@ contains
     dv(n + 1:, :) = 0.0_rp
     l(n + 1:, :) = 0.0_rp
   end subroutine gather_velocity
+
+  !> The `many` lanes of the nodes from `lane` on at the particles of a block, and their weights.
+  subroutine gather_lanes(scene, nodes, body, n, nf, ps, lane, many, g, rec, w, first, u)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: body, n, nf, lane, many
+    real(rp), intent(in) :: ps(nlane, nf), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
+    real(rp), intent(out) :: w(nlane, 18), u(nlane, many)
+    integer, intent(out) :: first(nlane)
+    real(rp) :: none(nlane, 0), no_slopes(nlane, 0)
+
+    call weights_of(scene, nodes, body, nf, ps, w, first)
+    call gather_block(lanes_t(steep=1, n_steep=0, plain=lane, n_plain=many), n, w, first, &
+                      nodes%patch%stride, nodes%patch%nn, g, rec, none, no_slopes, u)
+  end subroutine gather_lanes
 
   !> Velocity by FLIP with a PIC fraction, position by the grid velocity; largest squared speed.
   pure subroutine advance_particles(n, dt, pic, vg, dv, x, v, fastest)

@@ -20,7 +20,8 @@ module mapping_nodes
     type(halo_t) :: resting_halo             !! of the nodes of all particles, while some sleep
     integer :: n_groups = 1
     real(rp), pointer, contiguous :: g(:, :, :) => null()    !! (8, nn, n_groups)
-    real(rp), pointer, contiguous :: g2(:, :, :) => null()   !! second grid: two passes, conduction
+    real(rp), pointer, contiguous :: g2(:, :, :) => null()   !! second grid: two passes, conduction,
+                                                             !! motion of particles
     real(rp), pointer, contiguous :: increment(:, :, :) => null()   !! third grid: XPIC, FMPM
     real(rp), pointer, contiguous, dimension(:), private :: &
       memory => null(), memory2 => null(), memory3 => null(), rec_memory => null()
@@ -53,8 +54,8 @@ contains
     type(scene_t), intent(in) :: scene
 
     call allocate_grid(self, self%memory, self%g)
-    if (scene%method%scheme /= scheme_usl .or. scene%method%conducts .or. scene%method%filters()) &
-        then
+    if (scene%method%scheme /= scheme_usl .or. scene%method%conducts .or. scene%method%filters() &
+        .or. scene%method%shows_motion) then
       call allocate_grid(self, self%memory2, self%g2)
     end if
     if (scene%method%filters()) call allocate_grid(self, self%memory3, self%increment)

@@ -71,7 +71,7 @@ contains
                                ps(:, f_bbar:f_bbar + 5))
         now%fastest = max(now%fastest, maxval(ps(1:n, f_rate)))
         now%inertial = max(now%inertial, &
-          inertial_stress_ratio(n, mat, clock%mass_scaling, ps(:, f_vel:f_vel + 2), &
+          inertial_stress_ratio(n, mat, clock%mass_scaling, particles%velocity(b), &
                                 ps(:, f_flow), ps(:, f_rate) > 0.0_rp))
       end associate
     end do

@@ -42,6 +42,7 @@ module output_writer
   contains
     procedure :: init
     procedure :: due
+    procedure, nopass :: shows_now
     procedure :: frame
     procedure :: row
     procedure :: summary
@@ -166,6 +167,15 @@ contains
     call self%row(world, scene, clock, step, tool, probes, particles, books, history)
     call self%frame(world, scene, clock, particles, history, error)
   end subroutine due
+
+  !> Whether `due` will write a row or a frame.
+  pure logical function shows_now(clock, last)
+    type(clock_t), intent(in) :: clock
+    logical, intent(in) :: last
+
+    shows_now = last .or. clock%time*(1.0_rp + 1.0e-12_rp) >= min(clock%next_history, &
+                                                                  clock%next_frame)
+  end function shows_now
 
   !> First multiple of the interval behind `time`; never, without an interval.
   pure real(rp) function next_time(interval, time)

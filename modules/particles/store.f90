@@ -61,6 +61,8 @@ module particles_store
     real(rp), pointer, contiguous :: ps(:, :, :) => null()   !! (nlane, nf, capacity)
     real(rp), pointer, contiguous, private :: memory(:) => null()
     integer(i8), allocatable :: tag(:, :)          !! (nlane, capacity) identity and face bits
+    real(rp), allocatable :: motion(:, :, :)       !! (nlane, 3, nblk) velocities with which they
+                                                   !! move, while these are looked at [m/s]
     integer, allocatable :: count(:)               !! particles in each block
     integer, allocatable :: body(:)                !! body of each block
   contains
@@ -70,6 +72,7 @@ module particles_store
     procedure :: change_fields
     procedure :: fetch
     procedure :: remove
+    procedure :: velocity
     procedure :: total
     procedure :: extent
     procedure :: bytes
@@ -182,6 +185,20 @@ contains
 
     if (b <= self%nblk) call need_soon(self%ps(:, :, b), 8*nlane*n)
   end subroutine fetch
+
+  !> Velocities of block `b`: those with which its particles move, where they are known, and else
+  !> their own [m/s].
+  pure function velocity(self, b) result(v)
+    class(particles_t), intent(in) :: self
+    integer, intent(in) :: b
+    real(rp) :: v(nlane, 3)
+
+    if (allocated(self%motion)) then
+      v = self%motion(:, :, b)
+    else
+      v = self%ps(:, f_vel:f_vel + 2, b)
+    end if
+  end function velocity
 
   !> Largest places of the particles in blocks `low` to `high`, and largest negative ones [m].
   pure function extent(self, low, high)

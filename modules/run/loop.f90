@@ -18,6 +18,7 @@ module run_loop
   use run_debris, only: let_debris_go
   use run_regrid, only: may_stray, regrid
   use step_advance, only: take_step
+  use step_motion, only: find_motion
   use step_simulation, only: simulation_t
   use update_prescribed, only: stagger_velocities
   implicit none (type, external)
@@ -89,8 +90,10 @@ contains
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
+      if (writer%shows_now(sim%clock, is_finished(sim))) call find_motion(world, sim)
       call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
                       sim%sleepers, sim%exchange, sim%books, sim%history, is_finished(sim), error)
+      if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
       call check_state(world, sim, status, message)
       call writer%progress%line(world, sim%scene, sim%clock)
       call sim%timer%lap(ph_output)
@@ -177,8 +180,7 @@ contains
       call regrid(world, sim)
       call sim%timer%lap(ph_sorting)
     end if
-    dt = min(stable_step(sim%scene, sim%clock), sim%scene%end_time - sim%clock%time)
-    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim%scene, sim%clock))
+    dt = next_step(sim)
     call take_step(world, sim, dt)
     if (sim%step%is_broken) then
       status = ended_broken
@@ -217,6 +219,23 @@ contains
                 str(sim%clock%step)//', t = '//str(sim%clock%time)//' s'
     end if
   end subroutine advance
+
+  !> Step to be tried [s]. The last ones, unless &TIME DT fixes them, divide evenly what is left
+  !> before the end: strain rates of a step that is much shorter than the one before are far off.
+  pure real(rp) function next_step(sim) result(dt)
+    type(simulation_t), intent(in) :: sim
+    real(rp), parameter :: few = 20.0_rp          !! steps
+    real(rp), parameter :: rounding = 1.0e-9_rp
+
+    dt = stable_step(sim%scene, sim%clock)
+    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim%scene, sim%clock))
+    associate (left => sim%scene%end_time - sim%clock%time)
+      if (left < few*dt .and. sim%scene%method%fixed_dt <= 0.0_rp) then
+        dt = left/max(1.0_rp, real(ceiling(left/dt*(1.0_rp - rounding)), rp))
+      end if
+      dt = min(dt, left)
+    end associate
+  end function next_step
 
   !> Every so many steps, or before a particle can be a cell from where it was.
   pure logical function sort_is_due(sim)

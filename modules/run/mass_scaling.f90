@@ -9,6 +9,7 @@ module run_mass_scaling
   use output_totals, only: inertial_stress_ratio
   use particles_store, only: f_flow, f_mass, f_vel
   use state_books, only: e_scaling
+  use step_motion, only: find_motion
   use step_simulation, only: simulation_t
   implicit none (type, external)
   private
@@ -30,7 +31,9 @@ contains
     real(rp) :: now(1), wanted
 
     if (.not. sim%scene%method%adapts_mass .or. sim%clock%step == 0) return
+    call find_motion(world, sim)
     now(1) = largest_ratio(sim)
+    if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
     call world%max(now)
     associate (m => sim%scene%method, peak => sim%clock%inertial_peak)
       peak = max(now(1), memory*peak)
@@ -58,7 +61,7 @@ contains
         if (body%is_rigid()) cycle
         ratio = max(ratio, inertial_stress_ratio(sim%particles%count(b), &
                                                  sim%scene%material(body%material), 1.0_rp, &
-                                                 ps(:, f_vel:f_vel + 2), ps(:, f_flow), &
+                                                 sim%particles%velocity(b), ps(:, f_flow), &
                                                  spread(.true., 1, nlane)))
       end associate
     end do

@@ -20,6 +20,7 @@ module setup_scene
   use materials_properties, only: read_materials
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
   use setup_contacts, only: read_contacts
+  use setup_flow, only: read_flow
   use setup_laws, only: lay_out_laws
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_scaling, only: read_selective_scaling
@@ -49,6 +50,7 @@ contains
     call check_properties(input, diagnostics)
     call lay_out_laws(input, scene, diagnostics)
     call read_bodies(input, scene, diagnostics)
+    call read_flow(input, scene)
     call read_surfaces(input, scene, diagnostics)
     call read_fields(input, scene, diagnostics)
     call read_tractions(input, scene, diagnostics)
@@ -90,7 +92,6 @@ contains
       m%order = input%integer('METHOD', 1, 'ORDER')
       m%every = input%integer('METHOD', 1, 'EVERY')
       m%pic = input%real('METHOD', 1, 'PIC_FRACTION')
-      m%fbar = input%logical('METHOD', 1, 'FBAR')
       m%sort_interval = input%integer('METHOD', 1, 'SORT_INTERVAL')
       m%rebalance = input%real('METHOD', 1, 'REBALANCE')
       m%has_mechanics = input%logical('METHOD', 1, 'MECHANICS')

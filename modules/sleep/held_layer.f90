@@ -49,8 +49,7 @@ contains
     call clear_nodes(nodes, nodes%g)
     call clear_volume(scene, nodes)
     do b = blocks%n_awake + 1, blocks%n_mapped
-      call force_to_grid(scene, step, nodes, clock%mass_scaling, particles%body(b), &
-                         particles%count(b), &
+      call force_to_grid(scene, clock, step, nodes, particles%body(b), particles%count(b), &
                          particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1))
     end do
     call list_given(scene, nodes, sleepers, nodes%g(:, :, 1))

@@ -18,6 +18,9 @@ module state_scene
   integer, parameter, public :: scheme_usl = 1, scheme_musl = 2, scheme_usavg = 3
   integer, parameter, public :: transfer_flip = 1, transfer_apic = 2, transfer_xpic = 3, &
                                 transfer_fmpm = 4
+  ! Where volume ratios of a body approach the mean of their cells.
+  integer, parameter, public :: average_never = 0, average_flowing = 1, average_always = 2
+
   !> A force on a body, shared by mass.
   type :: load_t
     real(rp) :: acceleration(3) = 0.0_rp     !! force over mass of the body [m/s2]
@@ -48,6 +51,7 @@ module state_scene
     integer :: tool = 0                      !! rigid: the tool whose schedule it follows
     real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
     logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
+    integer :: averaging = average_flowing   !! of J in each cell: average_*
     logical :: is_round = .false.            !! they lie on rings around the axis of a cylinder
     type(start_t) :: start
     type(load_t), allocatable :: load(:)
@@ -77,7 +81,8 @@ module state_scene
     integer :: order = 2                 !! of XPIC and FMPM
     integer :: every = 1                 !! steps from filter to filter (XPIC, FMPM)
     real(rp) :: pic = 0.0_rp             !! PIC fraction
-    logical :: fbar = .true.             !! average J around each node
+    logical :: shows_motion = .false.     !! frames have the velocities of the grid
+    logical :: fbar = .true.             !! average J in each cell, of some bodies
     integer :: sort_interval = 100       !! steps
     real(rp) :: rebalance = 1.03_rp      !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
@@ -137,6 +142,7 @@ module state_scene
   contains
     procedure :: domain
     procedure :: has_tractions
+    procedure :: can_flow
     procedure :: is_rigid_group
   end type scene_t
 
@@ -198,6 +204,19 @@ contains
     filters_in = self%filters()
     if (filters_in) filters_in = mod(step, int(self%every, i8)) == 0
   end function filters_in
+
+  !> True if a material of a group of bodies has a flow law.
+  pure logical function can_flow(self, group)
+    class(scene_t), intent(in) :: self
+    integer, intent(in) :: group
+    integer :: b
+
+    can_flow = .false.
+    do b = 1, size(self%body)
+      if (self%body(b)%group /= group .or. self%body(b)%is_rigid()) cycle
+      can_flow = can_flow .or. allocated(self%material(self%body(b)%material)%flow)
+    end do
+  end function can_flow
 
   !> Half lengths of the domains of a body's particles [cells].
   pure function domain(self, body)

@@ -44,9 +44,9 @@ module tool_contact_particles
   real(rp), parameter :: any_recovery_speed = huge(1.0_rp)   !! with true masses: limit loads are
                                                              !! more even then
   real(rp), parameter :: beside = 0.5_rp   !! up to which particles take part in friction [spacings]
-  real(rp), parameter :: inset = 0.4_rp        !! from edges that stand out, of the line about which
+  real(rp), parameter :: inset = 0.3_rp        !! from edges that stand out, of the line about which
                                                !! the push of metal that flows falls off [cells]
-  real(rp), parameter :: fade = 0.75_rp        !! width in which it does [cells]
+  real(rp), parameter :: fade = 1.0_rp         !! width in which it does [cells]
   real(rp), parameter :: least_offset = 0.1_rp  !! of the surface [half a spacing]
 
 contains
@@ -197,8 +197,8 @@ contains
     particle%touches = gap < zone .and. particle%closing > 0.0_rp
     takes_part = particle%touches .or. gap < friction_zone
     particle%pushed = 1.0_rp
-    if (particle%can_flow) particle%pushed = max(0.0_rp, min(1.0_rp, 0.5_rp &
-        + (room/nodes%patch%h - inset)/fade))
+    if (particle%can_flow) particle%pushed = merge(min(1.0_rp, 0.5_rp &
+        + (room/nodes%patch%h - inset)/fade), 0.0_rp, room > 0.0_rp)
     if (particle%pushed <= 0.0_rp .or. .not. particle%touches) particle%closing = 0.0_rp
   end function takes_part
 

@@ -11,7 +11,7 @@ module update_constitutive
   use physics_stress, only: stress_block, stress_sums_t
   use state_books, only: books_t, e_body, e_plastic, e_stress
   use state_clock, only: clock_t
-  use state_scene, only: scene_t
+  use state_scene, only: average_never, scene_t
   use state_step, only: step_t, outcome_t
   implicit none (type, external)
   private
@@ -20,21 +20,24 @@ module update_constitutive
 
 contains
 
-  !> F-bar. The mean volume ratio around each particle's node, and the stress of it, with which the
-  !> work of the coming strain begins; the energy it takes is booked.
-  subroutine restore_volume(scene, nodes, books, body, n, first, nf, ps)
+  !> F-bar. Volume ratios nearer to the mean of each particle's cell, and the stress of it, with
+  !> which the work of the coming strain begins; the energy it takes is booked.
+  subroutine restore_volume(scene, clock, nodes, books, body, n, w, first, nf, ps)
     type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(books_t), intent(inout) :: books
     integer, intent(in) :: body, n, first(nlane), nf
+    real(rp), intent(in) :: w(nlane, 18)             !! weights
     real(rp), intent(inout) :: ps(nlane, nf)
     real(rp) :: before(nlane), energy
 
-    if (.not. scene%method%fbar) return
+    if (scene%body(body)%averaging == average_never) return
     before = ps(:, f_jac)
-    call take_volume(n, first, nodes%patch%stride, body, size(nodes%volume, 1), nodes%patch%nn, &
-                     nodes%volume, ps(1, f_jac))
     associate (material => scene%material(scene%body(body)%material))
+      call take_volume(scene%body(body)%averaging, material%k, clock%dt, body, n, w, first, &
+                       nodes%patch%stride, size(nodes%volume, 1), nodes%patch%nn, nodes%volume, &
+                       nf, ps)
       call material%change_volume(n, ps(1, f_mass), ps(1, f_temp), ps(1, f_bbar), before, &
                                   ps(1, f_jac), ps(1, f_tau), energy)
     end associate

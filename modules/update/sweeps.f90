@@ -11,7 +11,7 @@ module update_sweeps
   use mapping_fbar, only: add_volume
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: move_rigid
-  use particles_store, only: f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
+  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
   use state_blocks, only: blocks_t
   use state_books, only: books_t
   use state_clock, only: clock_t
@@ -47,18 +47,18 @@ contains
     do i = first, last
       b = blocks%turn(i)
       call particles%fetch(b + 1, given)   ! mostly the next one
-      call force_to_grid(scene, step, nodes, clock%mass_scaling, particles%body(b), &
-                         particles%count(b), particles%nf, particles%ps(:, :, b), nodes%rec, &
+      call force_to_grid(scene, clock, step, nodes, particles%body(b), particles%count(b), &
+                         particles%nf, particles%ps(:, :, b), nodes%rec, &
                          g(:, :, group_of(scene, particles, b)))
     end do
   end subroutine blocks_to_grid
 
-  !> The same of one block of particles, whose mass counts `inertia` times.
-  subroutine force_to_grid(scene, step, nodes, inertia, body, n, nf, ps, rec, g)
+  !> The same of one block of particles.
+  subroutine force_to_grid(scene, clock, step, nodes, body, n, nf, ps, rec, g)
     type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
     type(nodes_t), intent(inout) :: nodes
-    real(rp), intent(in) :: inertia             !! on mass
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
@@ -66,13 +66,11 @@ contains
     real(rp) :: w(nlane, 18)
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    call force_records(inertia, 1.0_rp/scene%material(scene%body(body)%material)%rho, &
+    call force_records(clock%mass_scaling, 1.0_rp/scene%material(scene%body(body)%material)%rho, &
                        outer_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
                        ps(1, f_tau), ps(1, f_temp), rec)
     if (scene%body(body)%is_forced()) call add_prescribed_force(scene, step, body, nf, ps, rec)
-    if (scene%method%fbar) call add_volume(n, first, nodes%patch%stride, ps(1, f_mass), &
-                                           ps(1, f_jac), body, size(nodes%volume, 1), &
-                                           nodes%patch%nn, nodes%volume)
+    call map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
     call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
   end subroutine force_to_grid
 
@@ -103,11 +101,23 @@ contains
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call momentum_records(clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), ps(1, f_temp), rec)
-    if (scene%method%fbar) call add_volume(n, first, nodes%patch%stride, ps(1, f_mass), &
-                                           ps(1, f_jac), body, size(nodes%volume, 1), &
-                                           nodes%patch%nn, nodes%volume)
+    call map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
     call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
   end subroutine map_momentum
+
+  !> What the mean volume ratios of cells are made of.
+  subroutine map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(inout) :: nodes
+    integer, intent(in) :: body, n, first(nlane), nf
+    real(rp), intent(in) :: w(nlane, 18), ps(nlane, nf)
+
+    if (.not. scene%method%fbar) return
+    call add_volume(scene%body(body)%averaging, scene%material(scene%body(body)%material)%k, &
+                    clock%dt, body, n, w, first, nodes%patch%stride, nf, ps, &
+                    size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
+  end subroutine map_volume
 
   !> Add the records of a block to the nodes, with the gradients that the particles carry (APIC).
   subroutine to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
@@ -212,7 +222,7 @@ contains
       call advance_particles(n, dt, step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), report%speed2)
     end if
     if (scene%layout%half > 0) call stretch_domains(dt_stress, l, ps(1, scene%layout%half))
-    call restore_volume(scene, nodes, books, particles%body(b), n, first, nf, ps)
+    call restore_volume(scene, clock, nodes, books, particles%body(b), n, w, first, nf, ps)
     call outer_work(scene, step, books, particles%body(b), n, dt, v, dv, ps(1, f_mass))
     if (scene%body(particles%body(b))%is_forced()) then
       call prescribed_work(scene, step, books, particles%body(b), n, dt, v, dv, nf, ps)
@@ -267,7 +277,7 @@ contains
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g, rec, v, dv, l)
     if (scene%layout%half > 0) call stretch_domains(dt, l, ps(1, scene%layout%half))
-    call restore_volume(scene, nodes, books, body, n, first, nf, ps)
+    call restore_volume(scene, clock, nodes, books, body, n, w, first, nf, ps)
     call constitutive(scene, clock, books, body, n, dt, l, nf, ps, report)
   end subroutine strain_block
 

@@ -249,6 +249,8 @@ contains
         call take_step(world, sim, taken)
         taken = 1.0e-7_rp
         call take_step(world, other, taken)
+        sim%clock%dt = taken
+        other%clock%dt = taken
       end do
       taken = merge(3.0e-5_rp, 1.0e-4_rp, i == 2)
       call take_step(world, sim, taken)

@@ -7,7 +7,7 @@ program test_symmetry
   use comm_world, only: start_world, world_t
   use node_samples, only: all_of, gather_nodes, gather_particles, map_particles, step_once
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
-  use state_scene, only: transfer_fmpm
+  use state_scene, only: average_never, transfer_fmpm
   use step_constraints, only: apply_boundary
   use step_samples, only: add_plane_of_symmetry, fill, h, noise, rho, settle, &
                           start_scene
@@ -74,7 +74,8 @@ contains
 
     call start_scene(sim, cells, margin, 8)
     sim%scene%method%is_bspline = c%is_bspline
-    sim%scene%method%fbar = .false.          ! which averages over one body
+    sim%scene%method%fbar = .false.
+    sim%scene%body%averaging = average_never   ! which is done for each body
     if (c%filters) then
       sim%scene%method%transfer = transfer_fmpm
       sim%scene%method%order = 3

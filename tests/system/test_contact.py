@@ -59,14 +59,14 @@ def test_sliding_block(run, cell, shape):
     a = (F - mu N)/m = 5882.3 m/s2, so v = a (5 - 0.05) ms = 29.118 m/s after 5 ms; tool force
     (mu N, 0, -N) = (17.647, 0, -35.294) N; friction heat mu N s = 1.273 J; no rotation: to 0.1 %
     (friction heat to 0.4 %; required: 1 %), angle below 1e-4 rad (3e-5 measured). Sideways it stays below what the load gives in two steps of free fall (1.3 measured): a
-    contact in whose soft zone gaps close slowly does not push in every step."""
+    contact in whose soft zone gaps close slowly does not push in every step. Forces are means of 60 of 100 rows: it pulses."""
     v, history, state = slide(run, **{"GRID.CELL": cell, "METHOD.SHAPE": shape})
     exact = (LOAD - 0.5 * LOAD) / MASS * (5e-3 - 0.5e-4)
     print(cell, shape, v, exact)
     assert v[0] == pytest.approx(exact, rel=1e-3)
     assert np.abs(v[1:]).max() < 2.0 * LOAD / MASS * history["dt[s]"].max()
-    assert history["plane_force_x[N]"][-20:].mean() == pytest.approx(0.5 * LOAD, rel=1e-3)
-    assert history["plane_force_z[N]"][-20:].mean() == pytest.approx(-LOAD, rel=1e-3)
+    assert history["plane_force_x[N]"][-60:].mean() == pytest.approx(0.5 * LOAD, rel=1e-3)
+    assert history["plane_force_z[N]"][-60:].mean() == pytest.approx(-LOAD, rel=1e-3)
     # the way from v = a (t/tr)^2 tr/2 and a (t - tr/2); the force ramps with N
     a, tr, t = (LOAD - 0.5 * LOAD) / MASS, 1e-4, 5e-3
     heat = 0.5 * LOAD * a * (tr**2 / 8.0 + 0.5 * ((t - 0.5 * tr) ** 2 - 0.25 * tr**2))
@@ -84,7 +84,7 @@ def test_sticking_block(run, share):
     free = force / MASS * (5e-3 - 0.5e-4)
     print(share, v[0], free)
     assert abs(v[0]) < 1e-3 * free
-    assert history["plane_force_x[N]"][-20:].mean() == pytest.approx(force, rel=1e-3)
+    assert history["plane_force_x[N]"][-60:].mean() == pytest.approx(force, rel=1e-3)
 
 
 def test_block_just_slides(run):

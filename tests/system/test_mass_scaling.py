@@ -92,14 +92,14 @@ def test_change_of_kinetic_energy_is_booked(run, tmp_path):
 
 
 def test_falls_when_it_is_too_large(run, tmp_path):
-    """A factor of 3e6 at the start makes too large an inertial stress once the tool turns in the material: it
+    """A factor of 6e6 at the start makes too large an inertial stress once the tool turns in the material: it
     falls until that is small enough."""
-    sets = {**ADAPTS, "TIME.MASS_SCALING": "3e6", "TIME.INERTIAL_FRACTION": "0.005", "TIME.END": "0.1"}
+    sets = {**ADAPTS, "TIME.MASS_SCALING": "6e6", "TIME.INERTIAL_FRACTION": "0.005", "TIME.END": "0.1"}
     history = run("stir", "--quiet", sets=sets, directory=tmp_path).results("stir").history()
     late = history["time[s]"] > 0.08
     print(history["mass_scaling"], history["inertial_stress_over_flow[%]"])
     assert history["inertial_stress_over_flow[%]"].max() > 1.0
-    assert history["mass_scaling"][late].max() < 1e6
+    assert history["mass_scaling"][late].max() < 2e6
     assert np.median(history["inertial_stress_over_flow[%]"][late]) < 0.5
 
 

@@ -1,0 +1,108 @@
+! SPDX-License-Identifier: MIT
+!> The velocities with which particles move, for output and for the inertial stress: the grid's,
+!> S S+ v. What the particles carry themselves is not that where metal flows: null modes, and near
+!> surfaces whatever gives nodes their velocities.
+module step_motion
+  use base_kinds, only: nlane, rp
+  use boundary_symmetry, only: r_filter, r_momentum, reflect, restore
+  use comm_world, only: world_t
+  use mapping_blocks, only: gather_lanes, weights_of
+  use mapping_nodes, only: clear_nodes, least_mass
+  use particles_store, only: f_mass, f_vel
+  use step_simulation, only: simulation_t
+  use transfer_scatter, only: p2g_values_block
+  implicit none (type, external)
+  private
+
+  public :: find_motion
+
+contains
+
+  !> Collective, between two steps. Fill `sim%particles%motion` with the velocities of the grid for
+  !> awake particles of bodies that can flow, with those of the particles for others; nothing in
+  !> scenes that do not show them.
+  subroutine find_motion(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical :: flows(sim%nodes%n_groups)
+    integer :: b, i, k
+
+    if (.not. sim%scene%method%shows_motion) return
+    flows = [(sim%scene%can_flow(k), k=1, sim%nodes%n_groups)]
+    if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
+    allocate (sim%particles%motion, source=sim%particles%ps(:, f_vel:f_vel + 2, &
+                                                            :sim%particles%nblk))
+    call clear_nodes(sim%nodes, sim%nodes%g2)
+    do i = 1, sim%blocks%n_awake
+      b = sim%blocks%turn(i)
+      k = sim%scene%body(sim%particles%body(b))%group
+      if (flows(k)) call add_momentum(sim, sim%particles%body(b), sim%particles%count(b), &
+                                      sim%particles%nf, sim%particles%ps(:, :, b), &
+                                      sim%nodes%rec, sim%nodes%g2(:, :, k))
+    end do
+    call find_velocities(world, sim)
+    do i = 1, sim%blocks%n_awake
+      b = sim%blocks%turn(i)
+      k = sim%scene%body(sim%particles%body(b))%group
+      if (flows(k)) call take_velocity(sim, sim%particles%body(b), sim%particles%count(b), &
+                                       sim%particles%nf, sim%particles%ps(:, :, b), &
+                                       sim%nodes%g2(:, :, k), sim%nodes%rec, &
+                                       sim%particles%motion(:, :, b))
+    end do
+  end subroutine find_motion
+
+  !> Mass and momentum of a block to lanes 1:4 of the nodes.
+  subroutine add_momentum(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
+    integer :: first(nlane), p
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    do p = 1, n
+      rec(1:4, 1, p) = ps(p, f_mass)*[1.0_rp, ps(p, f_vel:f_vel + 2)]
+    end do
+    call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
+  end subroutine add_momentum
+
+  !> Collective. Velocities in lanes 5:7 of the nodes from what all ranks gave; sleepers that share
+  !> nodes with awake particles count with their mass.
+  subroutine find_velocities(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: lost(8, size(sim%scene%symmetry))
+    integer :: i, k, r
+
+    associate (g => sim%nodes%g2, layer => sim%sleepers%layer)
+      if (allocated(layer%node)) g(1, layer%node, 1) = g(1, layer%node, 1) &
+          + layer%record(1, :)/sim%clock%mass_scaling
+      lost = 0.0_rp                            ! not used
+      do k = 1, sim%nodes%n_groups
+        call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), lost)
+        call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, g(:, :, k))
+        do r = 1, sim%nodes%n_ranges
+          do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+            if (g(1, i, k) > least_mass) g(5:7, i, k) = g(2:4, i, k)/g(1, i, k)
+          end do
+        end do
+        call restore(sim%scene, sim%nodes, sim%boundary, r_filter, g(:, :, k))
+      end do
+    end associate
+  end subroutine find_velocities
+
+  !> Velocities of the nodes, in lanes 5:7, at the particles of a block.
+  subroutine take_velocity(sim, body, n, nf, ps, g, rec, v)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf), g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), v(nlane, 3)
+    integer :: first(nlane)
+    real(rp) :: u(nlane, 3), w(nlane, 18)
+
+    call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, 5, 3, g, rec, w, first, u)
+    v(:n, :) = u(:n, :)
+  end subroutine take_velocity
+
+end module step_motion
