@@ -90,7 +90,11 @@ contains
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
-      if (writer%shows_now(sim%clock, is_finished(sim))) call find_motion(world, sim)
+      if (writer%shows_now(sim%clock, is_finished(sim))) then
+        call sort_if_due(world, sim, status, message)
+        if (status == ended_broken) exit
+        call find_motion(world, sim)
+      end if
       call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
                       sim%sleepers, sim%exchange, sim%books, sim%history, is_finished(sim), error)
       if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
@@ -174,12 +178,8 @@ contains
     character(:), allocatable, intent(inout) :: message
     real(rp) :: dt
 
-    if (sort_is_due(sim)) then
-      call check_inside(world, sim, status, message)
-      if (status /= ended_well) return
-      call regrid(world, sim)
-      call sim%timer%lap(ph_sorting)
-    end if
+    call sort_if_due(world, sim, status, message)
+    if (status /= ended_well) return
     dt = next_step(sim)
     call take_step(world, sim, dt)
     if (sim%step%is_broken) then
@@ -236,6 +236,20 @@ contains
       dt = min(dt, left)
     end associate
   end function next_step
+
+  !> Collective, between two steps. Afterwards nodes are listed for where particles are.
+  subroutine sort_if_due(world, sim, status, message)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+
+    if (.not. sort_is_due(sim)) return
+    call check_inside(world, sim, status, message)
+    if (status == ended_broken) return
+    call regrid(world, sim)
+    call sim%timer%lap(ph_sorting)
+  end subroutine sort_if_due
 
   !> Every so many steps, or before a particle can be a cell from where it was.
   pure logical function sort_is_due(sim)

@@ -24,7 +24,7 @@ module run_mass_scaling
 
 contains
 
-  !> Collective, between two steps, before a sort.
+  !> Collective, at a sort, when nodes are listed for where particles are.
   subroutine adapt_mass(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim

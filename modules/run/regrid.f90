@@ -35,11 +35,11 @@ contains
     logical :: can_wait, is_new, others_sleep, sleepers_stay
 
     is_new = sim%blocks%n_awake < 0
-    call adapt_mass(world, sim)
     call update_sleep(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
                       sim%sleepers, sim%books, others_sleep, can_wait)
     if (can_wait .and. .not. may_stray(sim)) then
       sim%clock%sorted_at = sim%clock%step
+      call adapt_mass(world, sim)
       return
     end if
     call share_probes(world, sim%probes)
@@ -54,6 +54,7 @@ contains
     sim%clock%displacement = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
     call relist(world, sim, .true., sleepers_stay)
+    call adapt_mass(world, sim)
   end subroutine regrid
 
   !> Whether a particle can be a cell from where it was: steps like the last one and half a cell's
