@@ -108,7 +108,7 @@ CASES = {case.name: case for case in (
     Case("heat_insulated", "heat_insulated", "Temperature mode, insulated ends", (8, 16, 32, 64, 128), conduction()),
     Case("heat_fixed", "heat_fixed", "Temperature mode, ends held", (8, 16, 32, 64, 128), conduction()),
     Case("bar", "bar_gravity", "Bar under sudden gravity, ten periods", (12, 25, 50),
-         few("ugimp") | fbar("ugimp", "flip", False) | pairs("bspline", ("fmpm(2)",))),
+         few("ugimp") | fbar("ugimp", "flip", True) | pairs("bspline", ("fmpm(2)",))),
     Case("couette", "couette", "Power-law flow between pin and ring", (10, 20),
          pairs("bspline", ("flip", "apic", "fmpm(2)", "flip musl")) | pairs("ugimp", ("flip", "apic"))
          | fbar("bspline", "flip", False)),
