@@ -238,11 +238,16 @@ contains
   pure logical function differ(one, other, t)
     type(motion_t), intent(in) :: one, other
     real(rp), intent(in) :: t
-    real(rp) :: a(4), b(4), v(3), spin
+    real(rp) :: a(4), b(4), force(2), v(3), spin
+    logical :: presses(2)
 
     call one%at(t, a(1:3), v, a(4), spin)
     call other%at(t, b(1:3), v, b(4), spin)
-    differ = any(abs(a - b) > slack*(1.0_rp + 1000.0_rp*maxval(abs([a, b]))))
+    call one%pressing(t, 0.0_rp, presses(1), force(1))
+    call other%pressing(t, 0.0_rp, presses(2), force(2))
+    differ = presses(1) .neqv. presses(2)
+    differ = differ .or. abs(force(1) - force(2)) > slack*maxval(abs(force))
+    differ = differ .or. any(abs(a - b) > slack*(1.0_rp + 1000.0_rp*maxval(abs([a, b]))))
   end function differ
 
   !> Where a motion has led to.

@@ -13,12 +13,16 @@ module contact_motion
     real(rp) :: velocity(3) = 0.0_rp   !! [m/s]
     real(rp) :: spin = 0.0_rp          !! [rad/s], clockwise seen from above is positive
     real(rp) :: ramp = 0.0_rp          !! time to change from the phase before [s]
+    logical :: presses = .false.       !! with a force along the axis of the tool
+    real(rp) :: force = 0.0_rp         !! into the plate [N]
   end type phase_t
 
   type :: motion_t
     type(phase_t), allocatable :: phase(:)
   contains
     procedure :: at
+    procedure :: phase_at
+    procedure :: pressing
   end type motion_t
 
 contains
@@ -55,6 +59,46 @@ contains
     angle = way(4)
     spin = now(4)
   end subroutine at
+
+  !> Number of the phase at time `t`; behind the last one if all have ended.
+  pure integer function phase_at(self, t)
+    class(motion_t), intent(in) :: self
+    real(rp), intent(in) :: t
+    real(rp) :: from
+
+    from = 0.0_rp
+    phase_at = 1
+    if (.not. allocated(self%phase)) return
+    do phase_at = 1, size(self%phase)
+      associate (length => self%phase(phase_at)%duration)
+        if (length <= 0.0_rp .or. t < from + length) return
+        from = from + length
+      end associate
+    end do
+  end function phase_at
+
+  !> Whether the tool presses with a force at time `t`, and that force [N]; over the ramp of a phase
+  !> it goes from `before`, the force when the phase began, to its own.
+  pure subroutine pressing(self, t, before, presses, force)
+    class(motion_t), intent(in) :: self
+    real(rp), intent(in) :: t, before
+    logical, intent(out) :: presses
+    real(rp), intent(out) :: force
+    real(rp) :: from
+    integer :: i
+
+    presses = .false.
+    force = 0.0_rp
+    i = self%phase_at(t)
+    if (.not. allocated(self%phase)) return
+    if (i > size(self%phase)) return
+    associate (phase => self%phase(i))
+      presses = phase%presses
+      force = phase%force
+      from = sum(self%phase(:i - 1)%duration)
+      if (t < from + phase%ramp) force = before + (phase%force - before)*(t - from)/phase%ramp
+    end associate
+  end subroutine pressing
 
   !> Add the displacement in `s` seconds that start with `before` and ramp to `target`.
   pure subroutine advance(before, target, ramp, s, way, now)

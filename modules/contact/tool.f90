@@ -5,6 +5,7 @@
 module contact_tool
   use base_kinds, only: nlane, rp
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
+  use contact_drive, only: drive_t
   use contact_motion, only: motion_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
@@ -44,6 +45,7 @@ module contact_tool
     type(friction_table_t) :: friction_table   !! of the law's coefficient, if it is of something
     real(rp) :: heat_fraction = 1.0_rp        !! share of friction heat into the material
     type(motion_t) :: motion
+    type(drive_t) :: drive                 !! what presses it along its axis
     ! pose at the current time, and the one before
     real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
     real(rp) :: axes(3, 3) = 0.0_rp        !! local axes now
@@ -72,7 +74,7 @@ module contact_tool
 
 contains
 
-  !> Put the tool where it is at time `t` by its schedule.
+  !> Put the tool where it is at time `t` by its schedule and its drive.
   elemental subroutine move_to(self, t)
     class(tool_t), intent(inout) :: self
     real(rp), intent(in) :: t                   !! [s]
@@ -81,6 +83,10 @@ contains
     self%last_position = self%position
     self%last_axes = self%axes
     call self%motion%at(t, shift, self%velocity, self%angle, self%spin)
+    if (self%drive%is_free) then
+      shift = shift + self%drive%offset(t)*self%drive%axis
+      self%velocity = self%velocity + self%drive%rate*self%drive%axis
+    end if
     self%position = self%start + shift
     self%omega = -self%spin*self%frame(:, 3)    ! clockwise seen from above
     c = cos(self%angle)
@@ -111,6 +117,10 @@ contains
     call self%motion%at(t + dt, to, unused, after, spin)
     mean_motion%centre = self%start + 0.5_rp*(from + to)
     mean_motion%velocity = (to - from)/dt
+    if (self%drive%is_free) then
+      mean_motion%centre = mean_motion%centre + self%drive%offset(t + 0.5_rp*dt)*self%drive%axis
+      mean_motion%velocity = mean_motion%velocity + self%drive%rate*self%drive%axis
+    end if
     mean_motion%omega = -(after - before)/dt*self%frame(:, 3)
   end function mean_motion
 

@@ -50,6 +50,15 @@ contains
       'between, constant outside')
     call t%key('SHEAR_LIMIT', 'logical', 1, '', '.true. if FRICTION_LAW = coulomb', '', &
       'friction does not exceed the shear yield stress of the body')
+    call t%key('STIFFNESS', 'real', 1, 'N/m', '0', '[0,inf)', &
+      'of the machine between slide and tool, along the axis of the tool: &MOTION moves the '// &
+      'slide; 0: rigid')
+    call t%key('MASS', 'real', 1, 'kg', '', '(0,inf)', &
+      'what moves with the tool along its axis, if it has a STIFFNESS or a FORCE; scaled by '// &
+      'MASS_SCALING; not given: that of metal under it, RADIUS^3 pi^2/4')
+    call t%key('DAMPING', 'real', 1, 'N s/m', '', '[0,inf)', &
+      'of its motion along the axis, if it has a STIFFNESS or a FORCE; scaled by the root of '// &
+      'MASS_SCALING; not given: critical, for the metal under its RADIUS and the machine')
     call t%key('HEAT_SHARE', 'real', 1, '', '1', '[0,1]', &
       'part of the frictional heat that enters the body')
 
@@ -61,8 +70,11 @@ contains
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the tool')
     call t%key('SPIN_RPM', 'real', 1, '1/min', '0', '', &
       'spin; positive is clockwise seen from above (+z)')
+    call t%key('FORCE', 'real', 1, 'N', '', '[0,inf)', &
+      'force along the axis with which the tool presses in this phase, instead of moving there '// &
+      'by VELOCITY; after it the tool stays as deep as it is')
     call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
-      'time in which velocity and spin change linearly from the phase before')
+      'time in which velocity, spin and FORCE change linearly from the phase before')
   end subroutine add_tool
 
 end module groups_tool

@@ -91,6 +91,9 @@ contains
     global = [global, history%frame_times]
     global = [global, reshape(history%row_impulse, [size(history%row_impulse)])]
     global = [global, reshape(history%row_sums, [size(history%row_sums)])]
+    do k = 1, size(tool)
+      if (tool(k)%drive%is_free) global = [global, tool(k)%drive%state()]
+    end do
     local = [books%sums, real(books%failed_returns, rp), books%warnings, &
              reshape(books%impulse, [size(books%impulse)])]
     do k = 1, size(tool)

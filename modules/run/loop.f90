@@ -18,6 +18,7 @@ module run_loop
   use run_debris, only: let_debris_go
   use run_regrid, only: may_stray, regrid
   use step_advance, only: take_step
+  use step_drives, only: drive_tools, note_impulses
   use step_motion, only: find_motion
   use step_simulation, only: simulation_t
   use update_prescribed, only: stagger_velocities
@@ -181,6 +182,7 @@ contains
     call sort_if_due(world, sim, status, message)
     if (status /= ended_well) return
     dt = next_step(sim)
+    call note_impulses(sim)
     call take_step(world, sim, dt)
     if (sim%step%is_broken) then
       status = ended_broken
@@ -188,6 +190,7 @@ contains
                             message, '')
       return
     end if
+    call drive_tools(world, sim, dt)
     sim%clock%dt = dt
     sim%clock%time = sim%clock%time + dt
     sim%clock%step = sim%clock%step + 1

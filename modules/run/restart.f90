@@ -4,6 +4,7 @@ module run_restart
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
+  use contact_drive, only: n_drive
   use contact_tool, only: n_tool_sums
   use grid_geometry, only: box_t, make_patch
   use io_checkpoint, only: read_checkpoint
@@ -122,7 +123,7 @@ contains
     real(rp), intent(in) :: global(:)
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
-    integer :: frames, last, n
+    integer :: frames, k, last, n, sums
 
     associate (c => sim%clock)
       c%step = nint(global(1), i8)
@@ -151,7 +152,9 @@ contains
     n = nint(global(13))
     frames = nint(global(14))
     last = n_clock + 4*n + frames + size(sim%history%row_impulse)
-    if (n /= sim%probes%n .or. size(global) - last /= size(sim%history%row_sums)) then
+    sums = last + size(sim%history%row_sums)
+    if (n /= sim%probes%n .or. &
+        size(global) /= sums + n_drive*count(sim%tool%drive%is_free)) then
       call error%raise(path//other_scene)
       return
     end if
@@ -160,7 +163,12 @@ contains
     sim%history%frame_times = global(n_clock + 4*n + 1:n_clock + 4*n + frames)
     sim%history%row_impulse = reshape(global(n_clock + 4*n + frames + 1:last), &
                                       shape(sim%history%row_impulse))
-    sim%history%row_sums = reshape(global(last + 1:), shape(sim%history%row_sums))
+    sim%history%row_sums = reshape(global(last + 1:sums), shape(sim%history%row_sums))
+    do k = 1, size(sim%tool)
+      if (.not. sim%tool(k)%drive%is_free) cycle
+      call sim%tool(k)%drive%set_state(global(sums + 1:sums + n_drive), sim%clock%time)
+      sums = sums + n_drive
+    end do
   end subroutine unpack_global
 
 end module run_restart

@@ -43,6 +43,7 @@ contains
       call make_shape(input%text('TOOL', i, 'KIND'), tool(i)%shape)
       if (tool(i)%has_shape()) call tool(i)%shape%read_keys(input, i, tool(i)%frame, diagnostics)
       tool(i)%motion = motion_of(input, tool(i)%name)
+      call read_drive(input, i, body, material, tool(i), diagnostics)
       call tool(i)%move_to(0.0_rp)
       if (find(tool(:i - 1)%name, tool(i)%name) > 0) then
         call input%report(diagnostics, 'TOOL', i, 'NAME', 'another tool has this name')
@@ -133,6 +134,61 @@ contains
     if (law%kind == law_schmidt_hattel) key = 'STICK_FRACTION'
   end function coefficient_key
 
+  !> What presses the `i`-th tool along its axis. Its damping, if the whole is a spring of the metal
+  !> under a face (2 E R/(1 - nu^2), Boussinesq) and of the machine, is critical.
+  subroutine read_drive(input, i, body, material, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(body_t), intent(in) :: body(:)
+    type(material_t), intent(in) :: material(:)
+    type(tool_t), intent(inout) :: tool
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(*), parameter :: only_free = 'is for a tool with a STIFFNESS or with a FORCE in &MOTION'
+    real(rp) :: metal, radius, rho
+    integer :: b
+    logical :: is_given
+
+    tool%drive%stiffness = input%real('TOOL', i, 'STIFFNESS')
+    tool%drive%is_free = tool%drive%stiffness > 0.0_rp .or. any(tool%motion%phase%presses)
+    is_given = input%given('TOOL', i, 'MASS')
+    if (.not. tool%drive%is_free) then
+      if (is_given) call input%report(diagnostics, 'TOOL', i, 'MASS', only_free)
+      is_given = input%given('TOOL', i, 'DAMPING')
+      if (is_given) call input%report(diagnostics, 'TOOL', i, 'DAMPING', only_free)
+      return
+    end if
+    if (.not. input%logical('METHOD', 1, 'MECHANICS')) then
+      call input%report(diagnostics, 'TOOL', i, 'NAME', &
+                        'STIFFNESS and FORCE need METHOD MECHANICS = T')
+    end if
+    tool%drive%axis = tool%frame(:, 3)
+    if (input%text('TOOL', i, 'KIND') == 'plane') tool%drive%axis = -tool%drive%axis
+    radius = tool%stirring_radius()
+    rho = 0.0_rp
+    metal = 0.0_rp
+    do b = 1, size(body)
+      if (body(b)%material == 0 .or. body(b)%is_rigid()) cycle
+      associate (m => material(body(b)%material))
+        rho = max(rho, m%rho)
+        metal = max(metal, 4.0_rp*radius*m%g*(3.0_rp*m%k + m%g)/(3.0_rp*m%k + 4.0_rp*m%g))
+      end associate
+    end do
+    tool%drive%mass = rho*radius**3*pi**2/4.0_rp
+    if (is_given) tool%drive%mass = input%real('TOOL', i, 'MASS')
+    if (tool%drive%mass <= 0.0_rp) then
+      call input%report(diagnostics, 'TOOL', i, 'MASS', &
+                        'must be given: this tool has no RADIUS from which it would follow')
+    end if
+    tool%drive%damping = 2.0_rp*sqrt((metal + tool%drive%stiffness)*tool%drive%mass)
+    is_given = input%given('TOOL', i, 'DAMPING')
+    if (is_given) then
+      tool%drive%damping = input%real('TOOL', i, 'DAMPING')
+    else if (tool%drive%damping <= 0.0_rp .and. tool%drive%mass > 0.0_rp) then
+      call input%report(diagnostics, 'TOOL', i, 'DAMPING', &
+                        'must be given: this tool has no RADIUS from which it would follow')
+    end if
+  end subroutine read_drive
+
   !> A coefficient of friction that depends on the state of the contact.
   subroutine read_friction_table(input, i, tool, diagnostics)
     type(input_t), intent(in) :: input
@@ -182,6 +238,9 @@ contains
       phase%velocity = input%reals('MOTION', i, 'VELOCITY', 3)
       phase%spin = input%real('MOTION', i, 'SPIN_RPM')*2.0_rp*pi/60.0_rp
       phase%ramp = input%real('MOTION', i, 'RAMP')
+      phase%presses = input%given('MOTION', i, 'FORCE')
+      phase%force = 0.0_rp
+      if (phase%presses) phase%force = input%real('MOTION', i, 'FORCE')
       motion%phase = [motion%phase, phase]
     end do
   end function motion_of
