@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> What presses a tool along its axis: a machine that holds its place, one that gives under load like
-!> a spring, or one that presses with a force. The tool then has an equation of motion along its
-!> axis, M dv/dt = R - F - c v, with the reaction R of the bodies, and its place is a state.
+!> What presses a tool along its axis: a machine that holds its place, one that gives under load as
+!> a spring does, or one that presses with a force. The tool then has an equation of motion along
+!> its axis, M dv/dt = R - F - c v, with the reaction R of the bodies, and its place is a state.
 !>
 !> M is scaled as the mass of the bodies is (&TIME MASS_SCALING), and c with its root.
 module contact_drive

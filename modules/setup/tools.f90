@@ -143,7 +143,8 @@ contains
     type(material_t), intent(in) :: material(:)
     type(tool_t), intent(inout) :: tool
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(*), parameter :: only_free = 'is for a tool with a STIFFNESS or with a FORCE in &MOTION'
+    character(*), parameter :: only_free = 'is for a tool with a STIFFNESS or with a FORCE in '// &
+                                           '&MOTION'
     real(rp) :: metal, radius, rho
     integer :: b
     logical :: is_given

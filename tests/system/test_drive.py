@@ -25,7 +25,7 @@ def test_spring_and_rod(run, stiffness, scaling):
     print(history["press_force_z[N]"][late].mean(), force)
     assert history["press_force_z[N]"][late] == pytest.approx(force, rel=3e-3)
     assert 8e-3 - history["press_z[m]"][late] == pytest.approx(17.5e-6 - force / stiffness, rel=3e-3)
-    assert np.abs(history["audit_error[%]"]).max() < 0.1
+    assert np.abs(history["audit_error[%]"][late]).max() < 0.01
 
 
 @pytest.mark.parametrize("scaling", [1e3, 1e5])
@@ -48,7 +48,7 @@ def test_force_below_the_limit_load(run, scaling):
 
 def test_force_above_the_limit_load(run):
     """Own measure: the plate of 90 MPa bears 5.7 k pi R2 = 60 kN; with 90 kN the tool sinks on and on, with 20 kN it rests."""
-    sets = {"MOTION(1).DURATION": 0, "TIME.MASS_SCALING": 1e3, "TIME.END": 8e-3}
+    sets = {"TIME.MASS_SCALING": 1e3, "TIME.END": 8e-3}
     depth = []
     for force in (20e3, 90e3):
         history = run("driven_disc", "--output", f"out{force:.0f}", "--quiet", sets=sets | {"MOTION(1).FORCE": force}).directory
@@ -62,15 +62,13 @@ def test_force_above_the_limit_load(run):
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_restart_is_bitwise(run, tmp_path, ranks):
     """Exact: stopped halfway and continued, the histories and the state are those of the run in one go."""
-    (tmp_path / "one").mkdir()
-    whole = run("driven_disc", "--quiet", directory=tmp_path / "one", ranks=ranks).results("driven_disc")
-    (tmp_path / "two").mkdir()
-    half = run("driven_disc", "--quiet", directory=tmp_path / "two", ranks=ranks, sets={"TIME.END": 8e-3}).results("driven_disc")
-    run("driven_disc", "--quiet", "--restart", half.path("_checkpoint.h5"), directory=tmp_path / "two", ranks=ranks,
-        sets={"TIME.END": 16e-3})
-    assert np.array_equal(whole.checkpoint().x, half.checkpoint().x)
+    whole = run("driven_disc", "--quiet", directory=tmp_path, ranks=ranks).results("driven_disc")
+    state, history = whole.checkpoint(), whole.history()
+    run("driven_disc", "--quiet", "--restart", whole.path("_checkpoint_previous.h5"), directory=tmp_path, ranks=ranks)
+    assert np.array_equal(state.x, whole.checkpoint().x) and np.array_equal(state.v, whole.checkpoint().v)
+    assert history["time[s]"].size == 65
     for name in ("disc_z[m]", "disc_force_z[N]", "disc_torque[Nm]"):
-        assert whole.history()[name][-1] == half.history()[name][-1]
+        assert np.array_equal(history[name], whole.history()[name])
 
 
 def test_ranks(run, tmp_path):
