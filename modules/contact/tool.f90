@@ -5,8 +5,7 @@
 module contact_tool
   use base_kinds, only: nlane, rp
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
-  use contact_drive, only: drive_t
-  use contact_motion, only: motion_t
+  use contact_motion, only: drive_t, motion_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private

@@ -4,7 +4,7 @@ module run_restart
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
-  use contact_drive, only: n_drive
+  use contact_motion, only: n_drive
   use contact_tool, only: n_tool_sums
   use grid_geometry, only: box_t, make_patch
   use io_checkpoint, only: read_checkpoint

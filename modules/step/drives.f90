@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Tools that are pressed with a force or hang on a machine that gives: their motion along their
-!> axes (contact_drive).
+!> axes (contact_motion).
 module step_drives
   use base_kinds, only: rp
   use comm_world, only: world_t

@@ -3,8 +3,7 @@
 program test_drive
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_drive, only: drive_t, n_drive
-  use contact_motion, only: motion_t, phase_t
+  use contact_motion, only: drive_t, motion_t, n_drive, phase_t
   implicit none (type, external)
 
   call begin_tests()
