@@ -108,6 +108,7 @@ contains
       one%name = 'travel'
       if (abs(v(3)) > norm2(v(:2))) one%name = merge('plunge ', 'retract', v(3) < 0.0_rp)
       if (all(abs(v) <= 0.0_rp)) one%name = 'dwell'
+      if (tool%motion%phase(k)%presses) one%name = 'press'
       phase = [phase, one]
     end do
     if (one%to < scene%end_time .or. k == 0) then

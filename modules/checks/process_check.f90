@@ -233,7 +233,7 @@ contains
     end do
     call say('             depth: lowest point of the tool below the top of the plate; bottom: '// &
       'metal left below it; edge: its rim to the edge of the plate; side: to a wall or the '// &
-      'side of the grid')
+      'side of the grid; press: by a force, as if it did not sink')
   end subroutine report_process
 
   function cell(x) result(text)

@@ -2,10 +2,10 @@
 !> Motion of a rigid tool. Its schedule is phases of constant velocity and spin, joined by linear
 !> ramps; the pose is a closed function of time, so that a restart needs no state.
 !>
-!> Along its axis a machine holds it in its place, gives under load as a spring does, or presses with
-!> a force (drive_t). The tool then has an equation of motion along its axis, M dv/dt = R - F - c v,
-!> with the reaction R of the bodies, and its place beside the schedule is a state. M is scaled as
-!> the mass of the bodies is (&TIME MASS_SCALING), and c with its root.
+!> Along its axis a machine holds it in its place, gives under load as a spring does, or presses
+!> with a force (drive_t). The tool then has an equation of motion along its axis,
+!> M dv/dt = R - F - c v, with the reaction R of the bodies, and its place beside the schedule is a
+!> state. M is scaled as the mass of the bodies is (&TIME MASS_SCALING), and c with its root.
 module contact_motion
   use base_kinds, only: rp
   implicit none (type, external)
@@ -49,6 +49,14 @@ module contact_motion
     real(rp) :: begin = 0.0_rp
     real(rp) :: noted(3) = 0.0_rp               !! impulse on the tool before this step [N s]
   contains
+    procedure :: offset
+    procedure :: enter_phase
+    procedure :: follow
+    procedure :: state
+    procedure :: set_state
+  end type drive_t
+
+contains
 
   !> Displacement [m] since t = 0, velocity [m/s], turned angle [rad] and spin [rad/s] at time `t`.
   !> The tool starts with the first phase's velocity unless that phase has a ramp, and rests after
@@ -139,15 +147,6 @@ module contact_motion
       way = way + ramp*0.5_rp*(before + target) + (s - ramp)*target
     end if
   end subroutine advance
-
-    procedure :: offset
-    procedure :: enter_phase
-    procedure :: follow
-    procedure :: state
-    procedure :: set_state
-  end type drive_t
-
-contains
 
   !> Shift beside the schedule at time `t` of this step [m].
   elemental real(rp) function offset(self, t)

@@ -81,6 +81,8 @@ contains
         tool(k)%frame(a, a) = 1.0_rp
       end do
       tool(k)%motion = motion_of(input, tool(k)%name)
+      if (any(tool(k)%motion%phase%presses)) call input%report(diagnostics, 'BODY', b, 'RIGID', &
+                                                               'FORCE of &MOTION is for a &TOOL')
       call tool(k)%move_to(0.0_rp)
       do i = 1, size(unused)
         is_given = input%given('BODY', b, trim(unused(i)))
@@ -162,6 +164,14 @@ contains
       call input%report(diagnostics, 'TOOL', i, 'NAME', &
                         'STIFFNESS and FORCE need METHOD MECHANICS = T')
     end if
+    do b = 1, size(tool%motion%phase)
+      associate (phase => tool%motion%phase(b))
+        if (.not. phase%presses .or. abs(dot_product(phase%velocity, tool%frame(:, 3))) &
+            <= 0.5_rp*norm2(phase%velocity)) cycle
+        call input%report(diagnostics, 'TOOL', i, 'NAME', 'in a &MOTION with a FORCE it must '// &
+                          'not have a VELOCITY along its axis')
+      end associate
+    end do
     tool%drive%axis = tool%frame(:, 3)
     if (input%text('TOOL', i, 'KIND') == 'plane') tool%drive%axis = -tool%drive%axis
     radius = tool%stirring_radius()

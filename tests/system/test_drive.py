@@ -83,7 +83,8 @@ def test_ranks(run, tmp_path):
 
 @pytest.mark.parametrize("sets, words", [
     ({"TOOL.STIFFNESS": 0}, ["MASS", "is for a tool with a STIFFNESS or with a FORCE"]),
-    ({"METHOD.MECHANICS": "F"}, ["STIFFNESS and FORCE need"])])
+    ({"METHOD.MECHANICS": "F"}, ["STIFFNESS and FORCE need"]),
+    ({"MOTION.FORCE": 10}, ["must not have a VELOCITY along its axis"])])
 def test_errors(run, sets, words):
     """What cannot be done is refused."""
     done = run("driven", "--check", sets=sets, expect=driver.BAD_INPUT)
