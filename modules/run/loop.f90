@@ -91,7 +91,8 @@ contains
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
-      if (writer%shows_now(sim%clock, is_finished(sim))) then
+      if (sim%scene%method%shows_motion .and. &
+          writer%shows_now(sim%clock, is_finished(sim))) then
         call sort_if_due(world, sim, status, message)
         if (status == ended_broken) exit
         call find_motion(world, sim)

@@ -83,14 +83,14 @@ def test_other_methods_do_not_depend_on_the_number_of_ranks(run, tmp_path, key, 
 
 @pytest.mark.parametrize("ranks", [None, 3])
 def test_restart(run, tmp_path, ranks):
-    """Exact: stopped after 198 steps, between two sorts and with particles beyond the sides, and continued,
+    """Exact: stopped after 196 steps, between two sorts and with particles beyond the sides, and continued,
     the plate ends with the same doubles (particles, clock, probes, books) as in one go."""
     other = tmp_path / "other"
     other.mkdir()
     one = run("torus", "--quiet", ranks=ranks, directory=other).results("torus").checkpoint()
-    half = {"TIME.MAX_STEPS": 198, "OUTPUT.CHECKPOINT_INTERVAL": 1.386e-5}
+    half = {"TIME.MAX_STEPS": 196, "OUTPUT.CHECKPOINT_INTERVAL": 1.372e-5}
     results = run("torus", "--quiet", ranks=ranks, sets=half).results("torus")
-    assert results.checkpoint().step == 198
+    assert results.checkpoint().step == 196
     assert results.checkpoint().x[:, 0].max() > 9.5e-3   # beyond the place where it will be wrapped
     run("torus", "--quiet", "--restart", results.path("_checkpoint.h5"), ranks=ranks)
     two = results.checkpoint()
@@ -101,8 +101,8 @@ def test_restart(run, tmp_path, ranks):
 
 
 def test_restart_on_another_number_of_ranks(run, torus):
-    """Exact: 198 steps on 2 ranks and the rest on 4 end as 400 steps on one, to 1e-10."""
-    half = {"TIME.MAX_STEPS": 198, "OUTPUT.CHECKPOINT_INTERVAL": 1.386e-5}
+    """Exact: 196 steps on 2 ranks and the rest on 4 end as 400 steps on one, to 1e-10."""
+    half = {"TIME.MAX_STEPS": 196, "OUTPUT.CHECKPOINT_INTERVAL": 1.372e-5}
     results = run("torus", "--quiet", ranks=2, sets=half).results("torus")
     run("torus", "--quiet", "--restart", results.path("_checkpoint.h5"), ranks=4)
     one, two = torus.checkpoint(), results.checkpoint()
