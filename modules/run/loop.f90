@@ -91,23 +91,15 @@ contains
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
-      if (sim%scene%method%shows_motion .and. &
-          writer%shows_now(sim%clock, is_finished(sim))) then
-        call sort_if_due(world, sim, status, message)
-        if (status == ended_broken) exit
-        call find_motion(world, sim)
-      end if
-      call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
-                      sim%sleepers, sim%exchange, sim%books, sim%history, is_finished(sim), error)
-      if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
+      call write_due(world, sim, writer, is_finished(sim), status, message, error)
+      if (status == ended_broken) exit
       call check_state(world, sim, status, message)
       call writer%progress%line(world, sim%scene, sim%clock)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
     if (status == ended_well .and. .not. (sim%step%output_is_lost .or. error%is_set())) then
-      call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
-                      sim%sleepers, sim%exchange, sim%books, sim%history, .true., error)
+      call write_due(world, sim, writer, .true., status, message, error)
       call check_state(world, sim, status, message)
     end if
     if (status /= ended_well .and. .not. sim%step%output_is_lost) then
@@ -240,6 +232,26 @@ contains
       dt = min(dt, left)
     end associate
   end function next_step
+
+  !> Collective, between two steps: what of the output is due, or at the end of the run the `last`.
+  subroutine write_due(world, sim, writer, last, status, message, error)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    type(writer_t), intent(inout) :: writer
+    logical, intent(in) :: last
+    integer, intent(inout) :: status
+    character(:), allocatable, intent(inout) :: message
+    type(error_t), intent(inout) :: error
+
+    if (sim%scene%method%shows_motion .and. writer%shows_now(sim%clock, last)) then
+      call sort_if_due(world, sim, status, message)
+      if (status == ended_broken) return
+      call find_motion(world, sim)
+    end if
+    call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
+                    sim%sleepers, sim%exchange, sim%books, sim%history, last, error)
+    if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
+  end subroutine write_due
 
   !> Collective, between two steps. Afterwards nodes are listed for where particles are.
   subroutine sort_if_due(world, sim, status, message)
