@@ -42,3 +42,18 @@ def test_velocities_of_frames(run):
     carried = off_linear(state.x, state.v)
     print(shown, carried)
     assert shown < 0.003 * 8.25 and carried > 10 * shown
+
+
+def test_last_frame_after_the_last_checkpoint(run):
+    """Exact: a run killed between its last checkpoint and its last frame writes that frame with the same velocities."""
+    results = run("squeezed", sets={"OUTPUT.FRAME_INTERVAL": 4e-6}).results("squeezed")
+    last = results.directory / results.series()["files"][-1]["name"]
+
+    def velocity():
+        with h5py.File(last) as file:
+            return file["/VTKHDF/PointData/velocity"][:]
+
+    before = velocity()
+    last.unlink()
+    run("squeezed", "--restart", results.path("_checkpoint.h5"))
+    assert np.array_equal(before, velocity())
