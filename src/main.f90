@@ -12,6 +12,7 @@ program stirpoint
   use comm_world, only: end_world, mpi_text, start_world, world_t
   use front_command_line, only: command_t, print_help, read_command
   use front_heat_report, only: report_heat_scene
+  use front_library, only: print_materials
   use front_material_driver, only: drive_material
   use front_prepare, only: place_particles, read_scene
   use front_report, only: report_scene, warn_of_overlap
@@ -31,6 +32,7 @@ program stirpoint
   integer, parameter :: bad_input = 2
   type(world_t) :: world
   type(command_t) :: command
+  logical :: ok
   integer :: status
 
   call watch_signals()
@@ -51,6 +53,10 @@ program stirpoint
       if (world%is_root()) call print_keys(key_table(), output_unit)
     case ('keys=markdown')
       if (world%is_root()) call print_keys_markdown(key_table(), output_unit)
+    case ('materials')
+      ok = .true.
+      if (world%is_root()) call print_materials(ok)
+      if (.not. world%all_true(ok)) status = bad_input
     case ('material')
       call drive_material(world, command, ended_io, status)
     case default

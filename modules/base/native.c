@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
 /* Signals that ask for a stop. */
 static const int stops[] = {SIGUSR1, SIGTERM, SIGINT, SIGHUP};
@@ -68,6 +69,15 @@ const char *stirpoint_open_library(const char *name)
 }
 
 void *stirpoint_symbol(const char *name) { return dlsym(library, name); }
+
+/* Folder of the program's file with a / at its end; empty if it is not known. */
+void stirpoint_program_folder(char *path, int n)
+{
+    ssize_t length = readlink("/proc/self/exe", path, (size_t)n - 1);
+    path[length > 0 ? length : 0] = 0;
+    char *slash = strrchr(path, '/');
+    if (slash) slash[1] = 0;
+}
 
 /* Memory that will be needed soon, fetched a few lines at a time between other work: all at once
  * would stall on the few loads that a core can have under way. It goes to the second-level cache: the

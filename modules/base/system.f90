@@ -12,7 +12,7 @@ module base_system
   public :: allocate_aligned, free_aligned, rename_file, make_directory, remove_file
   public :: watch_signals, leave_signals, stop_signal, raise_signal, peak_memory
   public :: need_soon, fetch_some, to_records
-  public :: open_library, symbol_of
+  public :: open_library, symbol_of, data_file
 
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
@@ -110,6 +110,13 @@ module base_system
       type(c_funptr) :: address
     end function c_symbol
 
+    subroutine c_program_folder(path, n) bind(c, name='stirpoint_program_folder')
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(inout) :: path(4096)
+      integer(c_int), value :: n
+    end subroutine c_program_folder
+
     !> Peak resident memory of this process [bytes].
     real(c_double) function peak_memory() bind(c, name='stirpoint_peak_memory')
       import :: c_double
@@ -171,6 +178,34 @@ contains
     status = c_remove(trim(path)//c_null_char)
     if (status /= 0) return
   end subroutine remove_file
+
+  !> A file that comes with the program: in ../share/stirpoint from where it is installed, in
+  !> share/stirpoint where it was built. `problem` says that it is in neither, else it is ''.
+  subroutine data_file(name, path, problem)
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(out) :: path, problem
+    character(kind=c_char) :: folder(4096)
+    character(:), allocatable :: here
+    character(*), parameter :: places(2) = [character(18) :: '../share/stirpoint', &
+                                            'share/stirpoint']
+    logical :: is_there
+    integer :: k, n
+
+    call c_program_folder(folder, int(size(folder), c_int))
+    n = findloc(folder, c_null_char, dim=1) - 1
+    here = repeat(' ', n)
+    do k = 1, n
+      here(k:k) = folder(k)
+    end do
+    problem = ''
+    do k = 1, size(places)
+      path = here//trim(places(k))//'/'//name
+      inquire (file=path, exist=is_there)
+      if (is_there) return
+    end do
+    path = here//trim(places(1))//'/'//name
+    problem = 'is not there'
+  end subroutine data_file
 
   !> Open a shared library; `trouble` is why that failed, blank if it worked.
   subroutine open_library(name, trouble)

@@ -8,7 +8,7 @@ module front_command_line
   public :: command_t, read_command, print_help
 
   type :: command_t
-    character(:), allocatable :: action  !! run, check, material, help, version, keys, keys=markdown
+    character(:), allocatable :: action  !! the option that names it, or run
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
     character(:), allocatable :: directory   !! for outputs, '' for the default
@@ -41,7 +41,8 @@ contains
       i = i + 1
       word = argument(i)
       select case (word)
-      case ('--help', '-h', '--version', '--keys', '--keys=markdown', '--check')
+      case ('--help', '-h', '--version', '--keys', '--keys=markdown', '--materials', &
+            '--check')
         command%action = word(verify(word, '-'):)
         if (word == '-h') command%action = 'help'
       case ('--material')
@@ -121,6 +122,7 @@ contains
       '  --quiet                no progress lines', &
       '  --keys                 every group and key with type, unit, default and range', &
       '  --keys=markdown        the same as a Markdown page', &
+      '  --materials            the library of materials: values and their sources', &
       '  --version, --help', &
       '', &
       'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), NAME_probes.csv', &

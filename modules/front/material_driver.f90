@@ -9,6 +9,7 @@ module front_material_driver
   use base_text, only: str
   use comm_world, only: world_t
   use front_command_line, only: command_t
+  use front_library, only: tell_sources
   use front_point_watch, only: point_watch_t
   use groups_table, only: key_table
   use input_csv, only: read_columns
@@ -63,6 +64,7 @@ contains
       if (world%is_root()) call diagnostics%print()
       return
     end if
+    if (world%is_root() .and. .not. command%is_quiet) call tell_sources(input)
     directory = input%text('RUN', 1, 'NAME')//'.out'
     if (command%directory /= '') directory = command%directory
     call make_directory(directory, ok)

@@ -14,6 +14,7 @@ module front_prepare
   use checks_volumes, only: check_volumes, measure_volumes, volumes_t
   use comm_world, only: world_t
   use front_command_line, only: command_t
+  use front_library, only: tell_sources
   use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input, read_input_text
@@ -98,7 +99,10 @@ contains
       call world%barrier()
       return
     end if
-    if (world%is_root() .and. command%restart == '') call diagnostics%print(warnings=.true.)
+    if (world%is_root() .and. command%restart == '') then
+      call tell_sources(input)
+      call diagnostics%print(warnings=.true.)
+    end if
     if (sim%scene%method%has_mechanics) then
       call stretch_bodies(input, sim%scene)
       call load_bodies(input, counts, sim%scene)

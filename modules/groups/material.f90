@@ -16,6 +16,11 @@ contains
 
     call t%group('MATERIAL', 'repeat required', 'A material; bodies refer to its NAME.')
     call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the material')
+    call t%key('FROM', 'text', 1, '', '', '', &
+      'entry of the library of materials (stirpoint --materials) whose values hold where this '// &
+      'group gives none; library: the entry of this NAME')
+    call t%key('LIBRARY', 'text', 1, '', '', '', &
+      'file of the library, beside the input; not given: that of the program')
     call t%key('DENSITY', 'real', 1, 'kg/m3', 'required', '(0,inf)', 'mass density')
     call t%key('YOUNGS_MODULUS', 'real', 1, 'Pa', 'required', '(0,inf)', 'elastic modulus')
     call t%key('POISSON_RATIO', 'real', 1, '', 'required', '(-1,0.5)', &
@@ -48,6 +53,8 @@ contains
       'coefficient of linear expansion')
     call t%key('PLASTIC_HEAT', 'real', 1, '', '0.9', '[0,1]', &
       'part of the plastic work that becomes heat (Taylor-Quinney)')
+
+    call t%may_change('MATERIAL', 'FROM LIBRARY')
   end subroutine add_material
 
 end module groups_material

@@ -5,6 +5,7 @@ module input_reading
   use base_text, only: str
   use input_assignments, only: assignment_t
   use input_diagnostics, only: diagnostics_t, excerpt
+  use input_library, only: take_from_library
   use input_scan, only: read_file, scan_text
   use input_values, only: input_t
   use input_wording, only: can_name_results, check_value, unknown_group, unknown_key
@@ -70,6 +71,7 @@ contains
     end if
     call check_groups(input, diagnostics)
     call check_assignments(input, diagnostics)
+    call take_from_library(input, present(resumed), diagnostics)
     call check_presence(input, diagnostics, present(resumed))
   end subroutine read_input_text
 
@@ -220,7 +222,7 @@ contains
               end if
               if (.not. is_resumed) call check_use(input, group, i, row, diagnostics)
             else if (row%is_required) then
-              if (holds(input, group, i, row%condition)) then
+              if (input%holds(group, i, row%condition)) then
                 call input%report(diagnostics, group, i, '', &
                                   'has no '//trim(row%name)//' ('//when(row)//')')
               end if
@@ -240,18 +242,6 @@ contains
     if (row%condition /= '') r = r//' if '//trim(row%condition)
   end function when
 
-  !> True if `KEY = one or other` is so in this group; always if it is empty.
-  logical function holds(input, group, i, condition)
-    type(input_t), intent(in) :: input
-    character(*), intent(in) :: group, condition
-    integer, intent(in) :: i
-    character(48), allocatable :: w(:)
-
-    call split_words(condition, w)
-    holds = size(w) == 0
-    if (.not. holds) holds = any(w(3:) == input%text(group, i, w(1)))
-  end function holds
-
   !> A key that was given has an effect; one of the file that an override makes idle is only noted.
   subroutine check_use(input, group, i, row, diagnostics)
     type(input_t), intent(in) :: input
@@ -262,7 +252,7 @@ contains
     character(48), allocatable :: w(:)
     character(:), allocatable :: choice
 
-    if (holds(input, group, i, row%condition)) return
+    if (input%holds(group, i, row%condition)) return
     call split_words(row%condition, w)
     choice = input%text(group, i, w(1))
     if (choice == '') return                       ! is reported already

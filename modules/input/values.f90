@@ -8,22 +8,31 @@ module input_values
   use input_diagnostics, only: diagnostics_t, excerpt
   use input_keys, only: default_item
   use keys_table, only: key_table_t
-  use keys_written, only: to_integer, to_logical, to_real, to_text
+  use keys_written, only: split_words, to_integer, to_logical, to_real, to_text
   implicit none (type, external)
   private
 
-  public :: input_t
+  public :: input_t, taken_t
+
+  !> A value that a library gave.
+  type :: taken_t
+    integer :: instance = 0            !! number of the &MATERIAL
+    character(24) :: key = ''
+    character(240) :: source = ''
+  end type taken_t
 
   !> A checked input. Look-ups name a group, which of its instances (from 1), and a key.
   type :: input_t
     character(:), allocatable :: file                  !! name of the input file
     type(scan_t) :: written                            !! its groups (input_reading fills both)
     type(key_table_t) :: table
+    type(taken_t), allocatable :: taken(:)             !! from libraries (input_library)
   contains
     procedure :: count => count_groups
     procedure :: is_whole
     procedure :: is_short
     procedure :: given => is_given
+    procedure :: holds
     procedure :: real => one_real
     procedure :: reals => some_reals
     procedure :: list => all_reals
@@ -144,6 +153,18 @@ contains
     is_given = self%row_number(group, i, key, 'real integer logical text choice') > 0 &
       .and. self%written%last_of(self%written%find(group, i), key) > 0
   end function is_given
+
+  !> True if `KEY = one or other` is so in this group; always if it is empty.
+  logical function holds(self, group, i, condition)
+    class(input_t), intent(in) :: self
+    character(*), intent(in) :: group, condition
+    integer, intent(in) :: i
+    character(48), allocatable :: w(:)
+
+    call split_words(condition, w)
+    holds = size(w) == 0
+    if (.not. holds) holds = any(w(3:) == self%text(group, i, w(1)))
+  end function holds
 
   !> Row of a key in the table; asking for what cannot be there is a programming error.
   integer function row_number(self, group, i, key, kind)

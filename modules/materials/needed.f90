@@ -67,7 +67,7 @@ contains
     logical :: is_given
 
     is_given = input%given(group, i, key)
-    if (is_given) return
+    if (is_given .or. input%written%groups(input%written%find(group, i))%is_broken) return
     call input%report(diagnostics, group, i, '', "'"//input%text(group, i, 'NAME')//"' has no "// &
                       key//', which it needs: '//reason)
   end subroutine need_property

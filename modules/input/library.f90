@@ -1,0 +1,232 @@
+! SPDX-License-Identifier: MIT
+!> Materials from a library: a file of &MATERIAL groups with a &REFERENCE for each value. What a
+!> &MATERIAL with FROM does not give itself is taken from the entry, before the input is checked.
+module input_library
+  use base_system, only: data_file
+  use base_text, only: lower
+  use input_assignments, only: assignment_t
+  use input_diagnostics, only: diagnostics_t, excerpt
+  use input_scan, only: read_file, scan_text
+  use input_values, only: input_t, taken_t
+  use input_wording, only: check_value
+  use keys_table, only: key_row_t, key_table_t
+  use keys_written, only: split_words
+  implicit none (type, external)
+  private
+
+  public :: library_table, read_library, source_line, take_from_library
+
+  character(*), parameter :: group = 'MATERIAL'
+  character(*), parameter :: library_file = 'materials.nml'   !! that comes with the program
+
+  !> Keys of which a material has one or the other.
+  character(20), parameter :: alternatives(2, 4) = reshape([character(20) :: &
+    'SPECIFIC_HEAT', 'SPECIFIC_HEAT_TABLE', 'CONDUCTIVITY', 'CONDUCTIVITY_TABLE', &
+    'YIELD_TABLE', 'YIELD_LOGISTIC', 'TP_STAR', 'TP_STAR_FIT'], [2, 4])
+
+contains
+
+  !> The table of keys of a library: that of inputs, and &REFERENCE.
+  function library_table(table) result(t)
+    type(key_table_t), intent(in) :: table
+    type(key_table_t) :: t
+
+    t = table
+    t%groups%is_required = t%groups%name == group
+    call t%group('REFERENCE', 'repeat', 'Where values of a &MATERIAL of this library come from.')
+    call t%key('MATERIAL', 'text', 1, '', 'required', '', 'NAME of the &MATERIAL')
+    call t%key('KEYS', 'text', 1, '', 'required', '', 'names of its keys')
+    call t%key('TEXT', 'text', 1, '', 'required', '', 'the source')
+  end function library_table
+
+  !> A library, scanned; its values are checked when they are taken.
+  subroutine read_library(table, file, library, diagnostics, problem)
+    type(key_table_t), intent(in) :: table
+    character(*), intent(in) :: file      !! '': that of the program
+    type(input_t), intent(out) :: library
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable, intent(out) :: problem   !! '' if all is well
+    character(:), allocatable :: text
+
+    library%table = library_table(table)
+    library%file = file
+    problem = ''
+    if (file == '') call data_file(library_file, library%file, problem)
+    if (problem == '') call read_file(library%file, text, problem)
+    if (problem /= '') text = ''
+    call scan_text(library%file, text, library%written, diagnostics)
+  end subroutine read_library
+
+  !> Fill every &MATERIAL that names an entry. A resumed input has the values already.
+  subroutine take_from_library(input, is_resumed, diagnostics)
+    type(input_t), intent(inout) :: input
+    logical, intent(in) :: is_resumed
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(input_t) :: library
+    character(:), allocatable :: entry, file, problem
+    integer :: i, m
+
+    allocate (input%taken(0))
+    do i = 1, input%count(group)
+      if (.not. input%given(group, i, 'FROM')) then
+        if (input%given(group, i, 'LIBRARY')) call input%report(diagnostics, group, i, 'LIBRARY', &
+          'has no effect without FROM, which names an entry of it')
+        cycle
+      end if
+      if (is_resumed) then
+        if (input%line(group, i, 'FROM') < 0) call input%report(diagnostics, group, i, 'FROM', &
+                                                                'a restart cannot change materials')
+        cycle
+      end if
+      file = input%text(group, i, 'LIBRARY')
+      if (file /= '') then
+        if (index(file, '/') /= 1) file = input%file(:index(input%file, '/', back=.true.))//file
+      end if
+      call read_library(input%table, file, library, diagnostics, problem)
+      input%written%groups(input%written%find(group, i))%is_broken = .true.   ! until it is found
+      if (problem /= '') then
+        call input%report(diagnostics, group, i, 'FROM', &
+                          'the library of materials '//library%file//' '//problem)
+        cycle
+      end if
+      entry = input%text(group, i, 'FROM')
+      if (lower(entry) == 'library') entry = input%text(group, i, 'NAME')
+      m = entry_of(library, entry)
+      if (m == 0) then
+        call input%report(diagnostics, group, i, 'FROM', "the library has no '"//entry// &
+                          "'; it has "//entries_of(library))
+      else
+        input%written%groups(input%written%find(group, i))%is_broken = .false.
+        call take_entry(input, i, library, m, diagnostics)
+      end if
+    end do
+  end subroutine take_from_library
+
+  !> Number of the entry of this name, 0 if there is none.
+  integer function entry_of(library, name)
+    type(input_t), intent(in) :: library
+    character(*), intent(in) :: name
+
+    do entry_of = 1, library%count(group)
+      if (lower(library%text(group, entry_of, 'NAME')) == lower(name)) return
+    end do
+    entry_of = 0
+  end function entry_of
+
+  !> Names of all entries.
+  function entries_of(library) result(text)
+    type(input_t), intent(in) :: library
+    character(:), allocatable :: text
+    integer :: m
+
+    text = ''
+    do m = 1, library%count(group)
+      if (m > 1) text = text//', '
+      text = text//library%text(group, m, 'NAME')
+    end do
+  end function entries_of
+
+  !> Give the `i`-th &MATERIAL what it lacks and entry number `m` has, as if written where FROM is.
+  subroutine take_entry(input, i, library, m, diagnostics)
+    type(input_t), intent(inout) :: input
+    integer, intent(in) :: i, m
+    type(input_t), intent(in) :: library
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(assignment_t) :: new
+    character(:), allocatable :: message, value
+    character(24), allocatable :: own(:)
+    integer :: k
+
+    new%group = input%written%find(group, i)
+    new%line = input%line(group, i, 'FROM')
+    associate (rows => input%table%groups(input%table%find_group(group)))
+      own = pack(input%table%keys(rows%first:rows%last)%name, &
+                 [(input%given(group, i, trim(input%table%keys(k)%name)), k=rows%first, rows%last)])
+      do k = rows%first, rows%last
+        associate (row => input%table%keys(k))
+          if (any(row%name == [character(24) :: own, 'NAME', 'FROM', 'LIBRARY'])) cycle
+          if (.not. library%given(group, m, trim(row%name))) cycle
+          if (.not. is_wanted(input, i, row, own)) cycle
+          value = library%values(group, m, trim(row%name))
+          message = check_value(row, 0, value)
+          if (message /= '') then
+            call library%report(diagnostics, group, m, trim(row%name), message)
+            cycle
+          end if
+          new%key = row%name
+          call input%written%replace(new, value)
+          input%taken = [input%taken, taken_t(i, row%name, reference_of(library, m, row%name))]
+        end associate
+      end do
+    end associate
+  end subroutine take_entry
+
+  !> Whether the `i`-th &MATERIAL, as it is, has use for a key: its law asks for it, no key of its
+  !> `own` stands for it, and tables over temperature act.
+  logical function is_wanted(input, i, row, own)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(key_row_t), intent(in) :: row
+    character(*), intent(in) :: own(:)
+    logical :: alone
+    integer :: a
+
+    is_wanted = input%holds(group, i, row%condition)
+    alone = .not. input%logical('METHOD', 1, 'MECHANICS')
+    if (row%name(:6) == 'YIELD_') is_wanted = is_wanted .and. alone
+    if (any(row%name == alternatives(2, :2))) is_wanted = is_wanted .and. alone &
+        .and. input%count(group) == 1
+    do a = 1, size(alternatives, 2)
+      if (row%name == alternatives(1, a)) is_wanted = is_wanted &
+          .and. .not. any(own == alternatives(2, a))
+      if (row%name == alternatives(2, a)) is_wanted = is_wanted &
+          .and. .not. any(own == alternatives(1, a))
+    end do
+  end function is_wanted
+
+  !> Where the value of a key of entry number `m` comes from.
+  function reference_of(library, m, key) result(text)
+    type(input_t), intent(in) :: library
+    integer, intent(in) :: m
+    character(*), intent(in) :: key
+    character(:), allocatable :: text
+    character(48), allocatable :: keys(:)
+    integer :: r
+
+    do r = 1, library%count('REFERENCE')
+      if (library%text('REFERENCE', r, 'MATERIAL') /= library%text(group, m, 'NAME')) cycle
+      call split_words(library%text('REFERENCE', r, 'KEYS'), keys)
+      if (.not. any(keys == key)) cycle
+      text = library%text('REFERENCE', r, 'TEXT')
+      return
+    end do
+    text = 'no source is named'
+  end function reference_of
+
+  !> What was taken for the `i`-th &MATERIAL from source number `s` of those it has: a line for the
+  !> log, '' if there is no such source.
+  function source_line(input, i, s) result(line)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i, s
+    character(:), allocatable :: line
+    type(taken_t), allocatable :: mine(:)
+    integer :: first, k, n
+
+    line = ''
+    mine = pack(input%taken, input%taken%instance == i)
+    n = 0
+    do first = 1, size(mine)
+      if (any(mine(:first - 1)%source == mine(first)%source)) cycle
+      n = n + 1
+      if (n == s) exit
+    end do
+    if (first > size(mine)) return
+    do k = first, size(mine)
+      if (mine(k)%source /= mine(first)%source) cycle
+      if (line /= '') line = line//', '
+      line = line//trim(mine(k)%key)//' = '//excerpt(input%values(group, i, trim(mine(k)%key)))
+    end do
+    line = line//': '//trim(mine(first)%source)
+  end function source_line
+
+end module input_library

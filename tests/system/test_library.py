@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""Materials from a library: FROM = 'library' and entries by name, own values, own libraries, restarts."""
+
+import re
+
+import driver
+import numpy as np
+import pytest
+
+WRITTEN = re.compile(r"&MATERIAL.*?/\n", re.DOTALL)
+LIBRARY = """! my alloys
+&MATERIAL NAME = 'mine', DENSITY = 8960, YOUNGS_MODULUS = 124e9, POISSON_RATIO = 0.34
+  LAW = 'johnson-cook', JC_A = 90e6, JC_B = 292e6, JC_N = 0.31, JC_C = 0.025, JC_M = 1.09
+  SPECIFIC_HEAT = 386, CONDUCTIVITY = 1e5, T_MELT = 1356 /
+&REFERENCE MATERIAL = 'mine', KEYS = 'JC_A JC_B', TEXT = 'our own compression tests' /
+"""
+
+
+def block(tmp_path, material):
+    """The block that yields as it vibrates, with another &MATERIAL."""
+    text = (driver.INPUTS / "block.nml").read_text(encoding="utf-8")
+    assert len(WRITTEN.findall(text)) == 1
+    text = WRITTEN.sub(f"&MATERIAL {material} /\n", text).replace("END = 7e-5", "END = 7e-6")
+    (tmp_path / "block.nml").write_text(text, encoding="utf-8")
+    return tmp_path / "block.nml"
+
+
+def test_taken_values_act_as_if_written(run, tmp_path):
+    """A library gives what the input wrote: bitwise the same state. What is given beside FROM wins; the log
+    names each value and its source."""
+    (tmp_path / "alloys.nml").write_text(LIBRARY, encoding="utf-8")
+    one = run(block(tmp_path, "NAME = 'copper', FROM = 'mine', LIBRARY = 'alloys.nml'"))
+    state = one.results("block").checkpoint()
+    (tmp_path / "written").mkdir()
+    other = run("block", directory=tmp_path / "written", sets={"TIME.END": 7e-6})
+    assert np.array_equal(state.tau, other.results("block").checkpoint().tau)
+    assert np.array_equal(state.temp, other.results("block").checkpoint().temp)
+    assert "JC_A = 90e6, JC_B = 292e6: our own compression tests" in one.out
+    weaker = run(
+        block(tmp_path, "NAME = 'copper', FROM = 'mine', LIBRARY = 'alloys.nml', JC_A = 45e6"),
+        "--overwrite",
+    )
+    assert "  JC_B = 292e6: our own compression tests" in weaker.out
+    assert not np.array_equal(state.tau, weaker.results("block").checkpoint().tau)
+
+
+def test_restart_keeps_what_was_taken(run, tmp_path):
+    """The checkpoint has the values: a library that is gone, or has changed, does not matter to it."""
+    library = tmp_path / "alloys.nml"
+    library.write_text(LIBRARY, encoding="utf-8")
+    path = block(tmp_path, "NAME = 'copper', FROM = 'mine', LIBRARY = 'alloys.nml'")
+    run(path)
+    run(path, sets={"TIME.MAX_STEPS": 40, "RUN.NAME": "half"})
+    library.unlink()
+    checkpoint = "half.out/half_checkpoint.h5"
+    run(None, "--restart", checkpoint, sets={"TIME.MAX_STEPS": 0})
+    whole, parts = (driver.Results(tmp_path / f"{n}.out", n).checkpoint() for n in ("block", "half"))
+    assert np.array_equal(whole.tau, parts.tau)
+    library.write_text(LIBRARY.replace("90e6", "91e6"), encoding="utf-8")
+    changed = run(path, "--restart", checkpoint, sets={"TIME.END": 1e-5}, expect=driver.BAD_INPUT)
+    assert "JC_A = 91e6: a restart cannot change it from 90e6 to 91e6" in changed.err
+    other = run(None, "--restart", checkpoint, sets={"MATERIAL.FROM": "copper"}, expect=driver.BAD_INPUT)
+    assert "a restart cannot change materials" in other.err
+
+
+def test_heat_alone_takes_the_tables(run, tmp_path):
+    """Beside mechanics constants are taken, in heat alone tables over temperature, and what the input gives
+    itself stands for either."""
+    text = (driver.INPUTS / "heat_slab.nml").read_text(encoding="utf-8")
+    text = WRITTEN.sub("&MATERIAL NAME = 'AA6061-T6', FROM = 'library' /\n", text)
+    text = re.sub(r"MATERIAL = '[^']*'", "MATERIAL = 'AA6061-T6'", text)
+    path = tmp_path / "slab.nml"
+    path.write_text(text, encoding="utf-8")
+    alone = run(path, "--check", sets={"METHOD.MECHANICS": "F"})
+    assert "CONDUCTIVITY_TABLE = 273, 190, 773, 225" in alone.out
+    own = run(path, "--check", sets={"METHOD.MECHANICS": "F", "MATERIAL.CONDUCTIVITY": 150})
+    assert "CONDUCTIVITY" not in own.out.split("scene")[0]
+    beside = run(block(tmp_path, "NAME = 'copper', FROM = 'AA6061-T6'"), "--check")
+    assert "CONDUCTIVITY = 211" in beside.out
+    assert "_TABLE" not in beside.out
+
+
+def test_another_law_keeps_the_rest(run, tmp_path):
+    """A law of one's own takes none of the constants of the library's law, but its other values."""
+    material = "NAME = 'copper', FROM = 'library', LAW = 'norton', NORTON_K = 100e6, NORTON_N = 0.1"
+    done = run(block(tmp_path, material), "--check")
+    assert "JC_" not in done.out
+    assert "T_MELT = 1356" in done.out
+
+
+@pytest.mark.parametrize(
+    "material, complaint",
+    [
+        ("NAME = 'copper', FROM = 'coper'", "error: &MATERIAL FROM = 'coper': the library has no 'coper'; it has copper,"),
+        ("NAME = 'copper', FROM = 'library', LIBRARY = 'none.nml'", "none.nml cannot be read"),
+        ("NAME = 'copper', LIBRARY = 'none.nml'", "has no effect without FROM"),
+        ("NAME = 'copper', FROM = 'mine', LIBRARY = 'bad.nml'", "bad.nml:2: error: &MATERIAL DENSITY = -8960: must be > 0"),
+    ],
+)
+def test_what_cannot_be_taken(run, tmp_path, material, complaint):
+    """One complaint that names the place; nothing that follows from it."""
+    (tmp_path / "bad.nml").write_text(LIBRARY.replace("8960", "-8960"), encoding="utf-8")
+    done = run(block(tmp_path, material), expect=driver.BAD_INPUT)
+    assert complaint in done.err
+    if "FROM" in material:
+        assert len(done.err.splitlines()) <= 2, done.err
+    assert not (tmp_path / "block.out").exists()
+
+
+def test_list(run):
+    """--materials lists what FROM may name."""
+    out = run(None, "--materials").out
+    for name in ("copper", "AA5005", "AA6061-T6", "AA2024-T3", "AA7075-T6", "Ti-6Al-4V", "304L", "AZ31", "H13"):
+        assert f"\n{name}  (" in out

@@ -1,0 +1,149 @@
+! SPDX-License-Identifier: MIT
+!> The library of materials: every entry is a good input with a source for each value, its flow
+!> curves are plausible, its constants beside mechanics are the means of its tables.
+program test_library
+  use base_kinds, only: rp
+  use base_system, only: data_file
+  use base_text, only: str
+  use check, only: begin_tests, end_tests, expect, expect_close
+  use groups_table, only: key_table
+  use input_diagnostics, only: diagnostics_t
+  use input_library, only: library_table
+  use input_reading, only: read_input
+  use input_values, only: input_t
+  use keys_written, only: split_words
+  use materials_properties, only: read_materials
+  use physics_material, only: material_t
+  use physics_point, only: point_t
+  implicit none (type, external)
+
+  character(*), parameter :: group = 'MATERIAL'
+  type(input_t) :: library
+  type(diagnostics_t) :: diagnostics
+  type(material_t), allocatable :: material(:)
+  character(:), allocatable :: path, problem
+  character(1) :: no_sets(0)
+  integer :: m
+
+  call begin_tests()
+  call data_file('materials.nml', path, problem)
+  call expect('the library is there', problem == '')
+  call read_input(library_table(key_table()), path, no_sets, library, diagnostics)
+  call read_materials(library, material, diagnostics)
+  if (diagnostics%count() > 0) call diagnostics%print(6)
+  call expect('nothing is wrong with the library', diagnostics%count() == 0)
+  call expect('it has entries', size(material) >= 9)
+  do m = 1, size(material)
+    call test_sources(m)
+    call test_curves(m)
+    call test_means(m, 'SPECIFIC_HEAT')
+    call test_means(m, 'CONDUCTIVITY')
+  end do
+  call end_tests()
+
+contains
+
+  !> Each value has one source, and each source stands for values that are there.
+  subroutine test_sources(m)
+    integer, intent(in) :: m
+    character(48), allocatable :: keys(:), all(:)
+    character(:), allocatable :: key, name
+    integer :: k, r
+
+    name = library%text(group, m, 'NAME')
+    allocate (all(0))
+    do r = 1, library%count('REFERENCE')
+      if (library%text('REFERENCE', r, 'MATERIAL') /= name) cycle
+      call split_words(library%text('REFERENCE', r, 'KEYS'), keys)
+      all = [character(48) :: all, keys]
+      do k = 1, size(keys)
+        call expect(name//': a source of '//trim(keys(k)), is_given(m, trim(keys(k))))
+      end do
+    end do
+    associate (row => library%table%groups(library%table%find_group(group)))
+      do k = row%first, row%last
+        key = trim(library%table%keys(k)%name)
+        if (key == 'NAME' .or. .not. is_given(m, key)) cycle
+        call expect(name//': one source of '//key, count(all == key) == 1)
+      end do
+    end associate
+  end subroutine test_sources
+
+  !> Whether an entry has a key.
+  logical function is_given(m, key)
+    integer, intent(in) :: m
+    character(*), intent(in) :: key
+
+    is_given = library%table%find_key(library%table%find_group(group), key) > 0
+    if (is_given) is_given = library%given(group, m, key)
+  end function is_given
+
+  !> Flow stress is above 0 and of a metal below T_MELT, falls with temperature, does not fall with
+  !> the rate, and is nothing at T_MELT.
+  subroutine test_curves(m)
+    integer, intent(in) :: m
+    real(rp), parameter :: rates(4) = [1.0e-3_rp, 1.0_rp, 30.0_rp, 300.0_rp]
+    real(rp), parameter :: strains(3) = [0.0_rp, 0.3_rp, 10.0_rp]
+    integer, parameter :: levels = 20
+    real(rp) :: sigma(0:levels, size(rates))
+    integer :: r, s, t
+
+    do s = 1, size(strains)
+      do r = 1, size(rates)
+        do t = 0, levels
+          sigma(t, r) = flow_stress(material(m), strains(s), rates(r), &
+                                    298.0_rp + (material(m)%t_melt - 298.0_rp)*t/levels)
+        end do
+      end do
+      associate (label => trim(material(m)%name)//' at a strain of '//str(strains(s)))
+        call expect(label//': above 0', all(sigma(:levels - 1, :) > 0.0_rp))
+        call expect(label//': below 2.5 GPa', all(sigma < 2.5e9_rp))
+        call expect(label//': a metal when cold', all(sigma(0, :) > 15.0e6_rp))
+        call expect(label//': falls with temperature', all(sigma(1:, :) < sigma(:levels - 1, :)))
+        call expect(label//': does not fall with the rate', &
+                    all(sigma(:, 2:) >= sigma(:, :size(rates) - 1)))
+        call expect_close(label//': molten', maxval(sigma(levels, :)), 0.0_rp, atol=1.0_rp)
+      end associate
+    end do
+  end subroutine test_curves
+
+  !> At a plastic strain reached at one rate and temperature [Pa].
+  real(rp) function flow_stress(material, strain, rate, temp)
+    type(material_t), intent(in) :: material
+    real(rp), intent(in) :: strain, rate, temp     !! [-], [1/s], [K]
+    type(point_t) :: point
+    integer :: k, n
+
+    call point%init(material, temp, rate)
+    n = nint(strain/0.05_rp)
+    do k = 1, n
+      call point%strain_to(material, strain/n, rate, temp)
+    end do
+    flow_stress = point%sigma
+  end function flow_stress
+
+  !> The constant is the mean of the table from 298 K to T_MELT, within its three digits.
+  subroutine test_means(m, key)
+    integer, intent(in) :: m
+    character(*), intent(in) :: key
+    integer, parameter :: parts = 20000
+    real(rp), allocatable :: pairs(:), t(:), v(:)
+    real(rp) :: mean, x
+    integer :: k, n
+
+    if (.not. is_given(m, key//'_TABLE')) return
+    allocate (pairs, source=library%list(group, m, key//'_TABLE'))
+    t = pairs(1::2)
+    v = pairs(2::2)
+    mean = 0.0_rp
+    do k = 1, parts
+      x = 298.0_rp + (material(m)%t_melt - 298.0_rp)*(k - 0.5_rp)/parts
+      n = min(max(count(t <= x), 1), size(t) - 1)
+      x = min(max((x - t(n))/(t(n + 1) - t(n)), 0.0_rp), 1.0_rp)
+      mean = mean + ((1.0_rp - x)*v(n) + x*v(n + 1))/parts
+    end do
+    call expect_close(trim(material(m)%name)//': mean of '//key, &
+                      library%real(group, m, key), mean, rtol=3.0e-3_rp)
+  end subroutine test_means
+
+end program test_library
