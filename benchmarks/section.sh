@@ -42,5 +42,5 @@ if ((EUID == 0)); then
   export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 fi
 mpirun -n "$ranks" "$root/build/release/stirpoint" "$input" "${sets[@]}" --output "$directory"
-"$root/build/venv/bin/python" "$root/postproc/section.py" "$directory" --x 65e-3
-"$root/build/venv/bin/python" "$root/postproc/report.py" "$directory"
+"$root/build/venv/bin/python" -m stirpost section "$directory" --x 65e-3
+"$root/build/venv/bin/python" -m stirpost report "$directory"

@@ -8,7 +8,8 @@ build=$root/build/release
 venv=$root/build/venv
 logs=$root/build/log
 packages=(ca-certificates cmake make gcc gfortran pkg-config libopenmpi-dev openmpi-bin
-          libhdf5-openmpi-dev libfftw3-dev libpetsc-real-dev)
+          libhdf5-openmpi-dev libfftw3-dev libpetsc-real-dev
+          libosmesa6) # pictures without a display
 python_packages=(python3 python3-venv)
 python=
 
@@ -22,7 +23,8 @@ Usage: bash jobscripts/local.sh COMMAND
                              stirpoint
   test                       build, then run all tests
   build                      install what is missing and build
-  python                     install what is missing and make build/venv
+  python                     install what is missing and make build/venv, with the command
+                             build/venv/bin/stirpost
   help                       show this
 
 RANKS=n in the environment sets the number of MPI ranks. Missing Debian packages are installed with
@@ -114,9 +116,10 @@ apt_install() {
 
 make_venv() {
   export MPLCONFIGDIR=$root/build/matplotlib # its font cache: the home directory may be read-only
-  local wanted=$root/postproc/requirements.txt stamp=$venv/requirements.installed
-  if cmp -s "$wanted" "$stamp" &&
-    "$venv/bin/python" -c 'import numpy, h5py, matplotlib' 2>/dev/null; then
+  local wanted=$root/build/requirements stamp=$venv/requirements.installed
+  mkdir -p "$root/build"
+  cat "$root/postproc/requirements.txt" "$root/postproc/pyproject.toml" >"$wanted"
+  if cmp -s "$wanted" "$stamp" && "$venv/bin/python" -c 'import stirpost' 2>/dev/null; then
     return
   fi
   stage "Setting up Python in build/venv (from PyPI)"
@@ -124,7 +127,7 @@ make_venv() {
     logged venv "$python" -m venv --clear "$venv"
   fi
   logged pip "$venv/bin/python" -m pip install --disable-pip-version-check --prefer-binary \
-    -r "$wanted"
+    -r "$root/postproc/requirements.txt" -e "$root/postproc"
   cp "$wanted" "$stamp"
 }
 
@@ -210,7 +213,7 @@ run_program() {
 }
 
 draw() {
-  "$venv/bin/python" "$root/postproc/report.py" "$start/$1.out" || return
+  "$venv/bin/python" -m stirpost report "$start/$1.out" || return
   stage "Pictures and report.html are in $start/$1.out/report"
 }
 

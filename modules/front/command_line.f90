@@ -127,7 +127,7 @@ contains
       '', &
       'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), NAME_probes.csv', &
       '  (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView 5.11, h5py),', &
-      '  NAME_checkpoint.h5, NAME_run.txt; pictures: python3 postproc/report.py NAME.out', &
+      '  NAME_checkpoint.h5, NAME_run.txt; pictures: stirpost report NAME.out', &
       'signals: SIGUSR1, SIGTERM, SIGINT or SIGHUP end the run at the next step '// &
       'with a checkpoint,', &
       '  the same again at once; mpirun hands SIGUSR1 on', &

@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: MIT
 """Reads a Stirpoint run directory and draws it.
 
-run      the run directory: frames, series, histories, input text
-needs    the packages that the scripts need
-table    CSV histories by column name and unit
-raster   particles to pixels: top view, section, the nearest to a viewer
-look     colours, fonts, names and units for people
-maps     top views and sections of a field
-surface  the deformed plate, lit, seen from above
-curves   thermocouples, tool loads, energies
-tools    where the tools are, and the phases of their way
-metal    what hangs together: flash, debris, groove
-summary  the key figures and the phases
-alarms   what to be wary of
-page     one self-contained HTML page
-cli      the command line
+cli       the command stirpost: the table of its commands
+report    stirpost report: pictures and a page of a run
+section, track, calibrate, material, heat
+          the other commands, each a module with main(arguments)
+program   the solver that some of them start
+
+run       the run directory: frames, series, histories, input text
+table     CSV histories as pandas frames, columns by name and unit
+look      colours, fonts, names and units for people
+surface   the free surface of the metal, and pictures of it without a display
+maps      top views and sections of a field
+curves    thermocouples, tool loads, energies
+tools     where the tools are, and the phases of their way
+metal     what hangs together: flash, debris, groove
+summary   the key figures and the phases
+alarms    what to be wary of
+page      one self-contained HTML page
 """

@@ -6,22 +6,54 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from matplotlib.colors import LogNorm, Normalize
+import pyvista as pv
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Colormap, LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
+from scipy.spatial import cKDTree
 
-from . import look, raster
+from . import look, surface
 from .run import Frame, Run
 from .tools import main_tool
+
+FIELDS = ("temperature", "plastic_strain", "grain_size")
+NEIGHBOURS = 16  # particles around a pixel that its value is a mean of
+PIXELS = 700  # along a section
 
 
 @dataclass
 class View:
-    """One picture of particle numbers and where it lies."""
+    """One picture: of a section the particles around its pixels, from above the surface."""
 
     frame: Frame
-    index: np.ndarray
-    grid: raster.Grid
+    low: np.ndarray  # of the whole scene (3) [m]
+    high: np.ndarray
     title: str
+    mesh: pv.PolyData
+    axis: int = 2  # normal to the picture
+    shape: tuple[int, int] = (0, 0)
+    inside: np.ndarray | None = None  # pixels in metal (rows, columns)
+    near: np.ndarray | None = None  # particles around these pixels (m, NEIGHBOURS)
+    weight: np.ndarray | None = None
+    outline: list[np.ndarray] = field(default_factory=list)  # [m]
+
+    @property
+    def across(self) -> list[int]:
+        return [k for k in range(3) if k != self.axis]
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """left, right, bottom, top [mm], as matplotlib's imshow takes it."""
+        i, j = self.across
+        return tuple(look.MM * x for x in (self.low[i], self.high[i], self.low[j], self.high[j]))
+
+    def values(self, name: str) -> np.ndarray:
+        """A field on the pixels of a section, NaN outside of the metal."""
+        picture = np.full(self.shape, np.nan)
+        picture[self.inside] = (self.frame.field(name)[self.near] * self.weight).sum(axis=1)
+        return picture
 
 
 @dataclass
@@ -44,29 +76,51 @@ def choose_frames(frames: list[Frame], most: int = 4) -> list[Frame]:
 
 
 def build_scene(run: Run, frames: list[Frame]) -> Scene:
-    """Rasters of all views of the frames; sections follow the tool."""
+    """All views of the frames; sections follow the tool."""
     clouds = [frame.points() for frame in frames]
-    low, high = raster.common_box(clouds, 2 * run.spacing)
+    low, high = common_box(clouds, 2 * run.spacing)
     scene = Scene()
     places, scene.follows = section_places(run, frames, clouds)
-    for frame, points, (place, middle) in zip(frames, clouds, places):
+    for frame, points, place in zip(frames, clouds, places):
+        mesh = surface.metal(run, frame, [name for name in FIELDS if name in frame.fields])
         when = f"t = {look.seconds(frame.time)}"
-        scene.top.append(View(frame, *raster.top_view(points, run.spacing, low, high), when))
-        scene.cross.append(
-            View(
-                frame,
-                *raster.section(points, run.spacing, 0, place, low, high),
-                f"{when},  x = {place * look.MM:.1f} mm",
-            )
-        )
-        scene.along.append(
-            View(
-                frame,
-                *raster.section(points, run.spacing, 1, middle, low, high),
-                f"{when},  y = {middle * look.MM:.1f} mm",
-            )
-        )
+        scene.top.append(View(frame, low, high, when, mesh))
+        for views, axis, name in ((scene.cross, 0, "x"), (scene.along, 1, "y")):
+            title = f"{when},  {name} = {place[axis] * look.MM:.1f} mm"
+            views.append(section(View(frame, low, high, title, mesh, axis), points, place[axis], run.spacing))
     return scene
+
+
+def section(view: View, points: np.ndarray, at: float, spacing: float) -> View:
+    """The plane where coordinate `axis` is `at`, z up. The surface says what is metal; values are means of the
+    nearest particles, weighted by a Gaussian of three quarters of a particle."""
+    i, j = view.across
+    size = view.high - view.low
+    pixel = size[i] / PIXELS
+    columns, rows = PIXELS, max(8, int(round(size[j] / pixel)))
+    view.shape, view.outline = (rows, columns), surface.loops(view.mesh, view.axis, at)
+    middles = np.empty((rows, columns, 3))
+    middles[..., view.axis] = at
+    middles[..., i] = view.low[i] + (np.arange(columns) + 0.5) * pixel
+    middles[..., j] = (view.low[j] + (np.arange(rows) + 0.5) * size[j] / rows)[:, None]
+    flat = middles.reshape(-1, 3)
+    odd = np.zeros(len(flat), dtype=bool)  # inside of an odd number of lines
+    for line in view.outline:
+        odd ^= Outline(line).contains_points(flat[:, [i, j]])
+    count = min(NEIGHBOURS, len(points))
+    away, near = cKDTree(points).query(flat[odd], k=count)
+    away, near = away.reshape(-1, count), near.reshape(-1, count)
+    weight = np.exp(-((away**2 - away[:, :1] ** 2) / (0.75 * spacing) ** 2))
+    view.inside, view.near = odd.reshape(rows, columns), near
+    view.weight = weight / weight.sum(axis=1, keepdims=True)
+    return view
+
+
+def common_box(clouds: list[np.ndarray], margin: float) -> tuple[np.ndarray, np.ndarray]:
+    """Corners that hold all clouds but for a few stray particles."""
+    low = np.min([np.percentile(cloud, 0.01, axis=0) for cloud in clouds], axis=0) - margin
+    high = np.max([np.percentile(cloud, 99.99, axis=0) for cloud in clouds], axis=0) + margin
+    return low, high
 
 
 def section_places(run: Run, frames: list[Frame], clouds: list[np.ndarray]) -> tuple[list, str]:
@@ -111,12 +165,12 @@ def field_map(
     kind: str,
     name: str,
     label: str,
-    colours,
+    colours: Colormap,
     norm: Normalize,
     extend: str = "neither",
 ) -> Figure:
     """All views of a kind in one figure with one colour bar."""
-    left, right, bottom, top = views[0].grid.extent(look.MM)
+    left, right, bottom, top = views[0].extent
     aspect = (right - left) / (top - bottom)
     columns = 1 if len(views) == 1 or aspect > 4 else 2
     rows = -(-len(views) // columns)
@@ -124,17 +178,7 @@ def field_map(
     figure = look.new_figure(10.8, rows * (panel / aspect + 0.28) + 0.38)
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for axis, view in zip(axes.flat, views):
-        values = view.frame.field(name)
-        shown = axis.imshow(
-            raster.values_on(view.index, values),
-            origin="lower",
-            extent=view.grid.extent(look.MM),
-            cmap=colours,
-            norm=norm,
-            interpolation="nearest",
-            aspect="equal",
-        )
-        axis.set_facecolor(look.PAPER)
+        draw(axis, view, name, colours, norm)
         axis.set_title(view.title, loc="left", pad=3)
     for axis in list(axes.flat)[len(views) :]:
         axis.set_visible(False)
@@ -142,10 +186,19 @@ def field_map(
         axis.set_xlabel(AXES[kind][0])
     for axis in axes[:, 0]:
         axis.set_ylabel(AXES[kind][1])
-    figure.colorbar(
-        shown, ax=axes, label=label, extend=extend, fraction=0.04, pad=0.012, aspect=26, shrink=0.95
-    )
+    figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=label, extend=extend, fraction=0.04, pad=0.012, aspect=26,
+                    shrink=0.95)
     return figure
+
+
+def draw(axis, view: View, name: str, colours: Colormap, norm: Normalize) -> None:
+    if view.inside is None:
+        axis.imshow(surface.from_above(view.mesh, name, norm, colours, view.low, view.high), extent=view.extent)
+    else:
+        axis.imshow(view.values(name), origin="lower", extent=view.extent, cmap=colours, norm=norm,
+                    interpolation="antialiased", aspect="equal")
+        axis.add_collection(LineCollection([line * look.MM for line in view.outline], colors=look.INK, linewidths=0.5))
+    axis.set_facecolor(look.PAPER)
 
 
 def temperature_norm(frames: list[Frame]) -> Normalize:

@@ -6,11 +6,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+from scipy.stats import binned_statistic_2d
 
-from . import raster
 from .run import Frame, Run
 
 ROUNDING = 1e-3  # of a particle's edge: frames hold places in single precision
@@ -57,8 +58,7 @@ def measure(run: Run, frame: Frame, rigid: set[str]) -> Shape | None:
 
 def metal_points(frame: Frame, rigid: set[str]) -> tuple[np.ndarray, np.ndarray]:
     """Places of the particles that are no tool, and the numbers of their bodies from 0."""
-    points, body = frame.points(), frame.field("body")
-    body = np.zeros(len(points), dtype=int) if body is None else body.astype(int) - 1
+    points, body = frame.points(), frame.bodies()
     keep = np.ones(len(points), dtype=bool)
     for number, name in enumerate(frame.body_names):
         if name in rigid:
@@ -110,9 +110,11 @@ def groove_depth(first: np.ndarray, last: np.ndarray, face: float, spacing: floa
     low, high = first.min(axis=0) + 2 * spacing, first.max(axis=0) - 2 * spacing
     if not (high > low)[:2].all():
         return None
+    edges = [low[k] + spacing * np.arange(np.ceil((high[k] - low[k]) / spacing - 1e-6) + 1) for k in (0, 1)]
     heights = []
     for points in (first, last):
-        index, grid = raster.top_view(points, spacing, low, high)
-        heights.append(raster.highest_nearby(raster.values_on(index, points[:, 2]), round(spacing / grid.pixel)))
+        highest = binned_statistic_2d(points[:, 0], points[:, 1], points[:, 2], "max", edges).statistic
+        highest = maximum_filter(np.where(np.isfinite(highest), highest, -np.inf), size=3, mode="nearest")
+        heights.append(highest)
     at_top = np.isfinite(heights[0]) & (heights[0] > face - 0.5 * spacing) & np.isfinite(heights[1])
     return max(0.0, float(face - heights[1][at_top].min())) if at_top.any() else None

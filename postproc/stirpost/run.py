@@ -15,7 +15,7 @@ from .table import Table, read_table
 FRAME_NAME = re.compile(r"^(?P<name>.+)_(?P<number>\d{6,})\.hdf$")
 
 
-class NoRun(Exception):
+class NoRun(ValueError):
     """The directory holds nothing to report on."""
 
 
@@ -34,6 +34,11 @@ class Frame:
         self.step = int(self.attributes.get("step", -1))
         self.time = float(self.attributes.get("time", np.nan)) if time is None else float(time)
         self._finite: np.ndarray | None = None
+
+    def bodies(self) -> np.ndarray:
+        """Numbers of the bodies of the particles, from 0."""
+        body = self.field("body")
+        return np.zeros(len(self.points()), dtype=int) if body is None else body.astype(int) - 1
 
     def points(self) -> np.ndarray:
         """Positions (n, 3) [m]."""
@@ -74,6 +79,11 @@ class Run:
             float(np.max(self.frames[0].attributes.get("cell", np.nan))) if self.frames else np.nan
         )
 
+    def spacing_of(self, body: int) -> float:
+        """Edge of the particles of a body, whose number is from 0 [m]."""
+        given = np.atleast_1d(self.frames[0].attributes.get("spacing", np.nan)).astype(float)
+        value = given[body] if body < len(given) else np.nan
+        return float(value) if np.isfinite(value) and value > 0 else self.spacing
 
     def setting(self, group: str, key: str) -> float | None:
         """A number of the first group of this name in the input, None if it is not given."""

@@ -1,248 +1,157 @@
 # SPDX-License-Identifier: MIT
-"""The deformed plate with its flash: particles drawn as spheres into a depth picture, which is
-smoothed and lit (slope, and shade in hollows), coloured by temperature."""
+"""The free surface of the metal by pysplashsurf, and pictures of it by VTK without a display."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+import subprocess
+import sys
+from functools import lru_cache
 
 import numpy as np
+import pysplashsurf
+import pyvista as pv
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 
-from . import look, raster
+from . import look
 from .run import Frame, Run
 
-SHARPEN = 2  # rendered finer by this and averaged
-WIDE = 1150  # pixels of the finished picture
-LIGHT = np.array([-0.45, 0.62, 0.64])
+# The smallest kernel that does not show single particles. Other numbers move a face by a fifth of a particle at most:
+# tests/test_surface.py.
+SMOOTHING = 2.0  # smoothing length over the radius of a particle, which is half its edge
+CUBE = 0.8  # edge of a marching cube over that radius
+LEVEL = 0.6  # of the colour field, which is 1 inside and 0.5 at a flat face
+SMOOTHINGS = 10  # of the mesh, weighted so that it does not shrink
+
+PROBE = """
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+import vtkmodules.vtkRenderingOpenGL2
+window = vtkRenderWindow(); window.SetOffScreenRendering(1); window.SetSize(8, 8); window.Render()
+"""
+WINDOWS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkXOpenGLRenderWindow")  # the last needs a display
+CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"  # of VTK
+HINT = "no OpenGL here (Debian: libosmesa6 is enough, without a display): the pictures of the surface are left out"
 
 
-@dataclass
-class Camera:
-    """Parallel projection: `right` and `up` span the picture, `toward` points at the viewer."""
-
-    azimuth: float = -62.0
-    elevation: float = 33.0
-
-    def axes(self) -> np.ndarray:
-        """Rows right, up, toward."""
-        a, e = np.radians([self.azimuth, self.elevation])
-        toward = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
-        right = np.array([-np.sin(a), np.cos(a), 0.0])
-        return np.array([right, np.cross(toward, right), toward])
-
-    def project(self, points: np.ndarray) -> np.ndarray:
-        return points @ self.axes().T
+@lru_cache(maxsize=1)
+def can_render() -> bool:
+    """Choose the first kind of window that works. VTK ends the whole process where it finds no OpenGL, so others try."""
+    if CHOICE in os.environ:
+        return works({})
+    for name in WINDOWS:
+        if works({CHOICE: name}):
+            os.environ[CHOICE] = name
+            return True
+    return False
 
 
-def plate_picture(
-    run: Run,
-    frame: Frame,
-    norm: Normalize,
-    colours: Colormap = look.TEMPERATURE,
-    camera: Camera = Camera(),
-) -> Figure:
-    """The lit plate at one time with scales in mm and a colour bar."""
-    points = frame.points()
-    low, high = raster.common_box([points], 0.5 * run.spacing)
-    near = np.flatnonzero(
-        ((points > low - run.spacing) & (points < high + run.spacing)).all(axis=1)
+def works(more: dict[str, str]) -> bool:
+    return subprocess.run([sys.executable, "-c", PROBE], capture_output=True, check=False,
+                          env=os.environ | more).returncode == 0
+
+
+def reconstruct(points: np.ndarray, spacing: float, fields: dict[str, np.ndarray] | None = None) -> pv.PolyData:
+    """The closed surface around particles `spacing` apart (n, 3) [m], with normals and the fields (n) of the
+    particles near it."""
+    found = pysplashsurf.reconstruction_pipeline(
+        np.ascontiguousarray(points, dtype=np.float64),
+        attributes_to_interpolate={k: np.ascontiguousarray(v, dtype=np.float64) for k, v in (fields or {}).items()},
+        particle_radius=0.5 * spacing,
+        smoothing_length=SMOOTHING,
+        cube_size=CUBE,
+        iso_surface_threshold=LEVEL,
+        mesh_cleanup=True,
+        mesh_smoothing_iters=SMOOTHINGS,
+        compute_normals=True,
+        normals_smoothing_iters=SMOOTHINGS,
     )
-    seen = camera.project(points[near])
-    corners = camera.project(
-        np.array(
-            [
-                [x, y, z]
-                for x in (low[0], high[0])
-                for y in (low[1], high[1])
-                for z in (low[2], high[2])
-            ]
-        )
-    )
-    margin = 2 * run.spacing
-    left, below = corners[:, :2].min(axis=0) - margin
-    reach, above = corners[:, :2].max(axis=0) + margin
-    grid = raster.Grid.over((left, below), (reach, above), (reach - left) / (WIDE * SHARPEN))
-    index, depth = nearest_particles(seen, run.spacing, grid)
-    light = shade(depth, grid.pixel, run.spacing)
-    cell = max(1, int(round(run.spacing / grid.pixel)))
-    values = blur(raster.values_on(index, frame.field("temperature")[near]), cell // 2)
-    picture = np.ones((*index.shape, 3))
-    filled = index != raster.EMPTY
-    filled &= box_mean(filled.astype(float), cell // 2) > 0.5  # takes the scallops off the outline
-    picture[filled] = lit(colours(norm(values[filled]))[:, :3], light[filled])
-    picture = average_blocks(picture, SHARPEN)
+    data = found[0] if isinstance(found, tuple) else found
+    mesh = pv.PolyData.from_regular_faces(np.asarray(data.mesh.vertices), np.asarray(data.mesh.triangles).astype(np.int64))
+    for name, values in data.point_attributes.items():
+        mesh.point_data["Normals" if name == "normals" else name] = np.asarray(values)
+    return mesh
 
-    width = 10.8
-    figure = look.new_figure(width, (width - 1.6) * (above - below) / (reach - left) + 0.75)
+
+def metal(run: Run, frame: Frame, names: list[str]) -> pv.PolyData:
+    """The surfaces of all bodies of a frame, each by itself, with the fields `names`."""
+    points, body = frame.points(), frame.bodies()
+    fields = {name: frame.field(name) for name in names}
+    parts = []
+    for number in np.unique(body):
+        own = body == number
+        own_fields = {name: values[own] for name, values in fields.items()}
+        part = reconstruct(points[own], run.spacing_of(number), own_fields)
+        part.point_data["body"] = np.full(part.n_points, number + 1)
+        parts.append(part)
+    return parts[0] if len(parts) == 1 else pv.merge(parts, merge_points=False)
+
+
+def loops(mesh: pv.PolyData, axis: int, at: float) -> list[np.ndarray]:
+    """Where the plane `axis` = `at` cuts a closed surface: closed lines (n, 2) of the other two coordinates."""
+    cut = mesh.slice(normal=np.eye(3)[axis], origin=at * np.eye(3)[axis]).strip(join=True, max_length=10**6)
+    keep = [k for k in range(3) if k != axis]
+    lines, found, k = cut.lines, [], 0
+    while k < len(lines):
+        found.append(cut.points[lines[k + 1:k + 1 + lines[k]]][:, keep])
+        k += 1 + lines[k]
+    return found
+
+
+def plotter(width: int, height: int) -> pv.Plotter:
+    scene = pv.Plotter(off_screen=True, window_size=(width, height), lighting="none")
+    for position, strength in (((-0.5, -0.8, 1.6), 0.85), ((0.9, 0.4, 0.7), 0.3)):
+        scene.add_light(pv.Light(position=position, focal_point=(0, 0, 0), light_type="scenelight", intensity=strength))
+    scene.enable_anti_aliasing("ssaa")
+    return scene
+
+
+def add_metal(scene: pv.Plotter, mesh: pv.PolyData, name: str, norm: Normalize, colours: Colormap) -> None:
+    """Coloured by matplotlib, so that pictures of all kinds share their scales."""
+    mesh.point_data["colour"] = (colours(norm(mesh.point_data[name]))[:, :3] * 255).astype(np.uint8)
+    scene.add_mesh(mesh, scalars="colour", rgb=True, smooth_shading=True, ambient=0.28, diffuse=0.85, specular=0.06,
+                   show_scalar_bar=False)
+
+
+def from_above(mesh: pv.PolyData, name: str, norm: Normalize, colours: Colormap, low, high, width: int = 1000) -> np.ndarray:
+    """Rows of colours of the box low..high seen from above, x to the right, the first row at the largest y."""
+    size = np.asarray(high) - np.asarray(low)
+    height = max(8, int(round(width * size[1] / size[0])))
+    scene = plotter(width, height)
+    add_metal(scene, mesh, name, norm, colours)
+    middle = 0.5 * (np.asarray(low) + np.asarray(high))
+    scene.camera_position = [middle + [0, 0, size.max()], middle, (0, 1, 0)]
+    scene.camera.parallel_projection = True
+    scene.camera.parallel_scale = 0.5 * size[1]
+    return picture_of(scene)
+
+
+def picture_of(scene: pv.Plotter) -> np.ndarray:
+    image = scene.screenshot(None, return_img=True)
+    scene.close()
+    return image
+
+
+def plate_picture(frame: Frame, mesh: pv.PolyData, name: str, label: str, norm: Normalize, colours: Colormap) -> Figure:
+    """The lit plate at one time from the front left, with scales in mm and a colour bar."""
+    scene = plotter(1400, 800)
+    add_metal(scene, mesh, name, norm, colours)
+    shown = mesh.bounds
+    middle = np.array([0.5 * (shown[2 * k] + shown[2 * k + 1]) for k in range(3)])
+    reach = np.ptp(np.reshape(shown, (3, 2)), axis=1)
+    scene.show_bounds(bounds=[x * 1.0 for x in shown], axes_ranges=[x * look.MM for x in shown], xtitle="x [mm]",
+                      ytitle="y [mm]", ztitle="z [mm]", font_size=11, color="#44525f", location="outer", ticks="outside",
+                      n_zlabels=2, n_ylabels=3, n_xlabels=6, fmt="%.0f", minor_ticks=False)
+    scene.camera_position = [middle + reach.max() * np.array([-0.55, -1.2, 0.95]), middle, (0, 0, 1)]
+    scene.camera.view_angle = 24
+    scene.reset_camera()
+    scene.camera.zoom(1.25)
+    image = picture_of(scene)
+    figure = look.new_figure(10.8, 10.8 * 0.88 * image.shape[0] / image.shape[1] + 0.3)
     axis = figure.add_subplot()
-    axis.imshow(picture, origin="lower", extent=grid.extent(look.MM), interpolation="antialiased")
+    axis.imshow(image)
     axis.set_axis_off()
     axis.set_title(f"t = {look.seconds(frame.time)}", loc="left", pad=3)
-    draw_scales(axis, camera, low, high)
-    figure.colorbar(
-        ScalarMappable(norm, colours),
-        ax=axis,
-        label="temperature [K]",
-        fraction=0.035,
-        pad=0.01,
-        aspect=24,
-        shrink=0.85,
-    )
+    figure.colorbar(ScalarMappable(norm, colours), ax=axis, label=label, fraction=0.03, pad=0.01, aspect=26, shrink=0.8)
     return figure
-
-
-def nearest_particles(
-    seen: np.ndarray, spacing: float, grid: raster.Grid
-) -> tuple[np.ndarray, np.ndarray]:
-    """Particle numbers and depth [m] of the surface the viewer sees."""
-    front = near_the_front(seen, spacing)
-    u, v, toward = seen[front].T
-    radius = 0.85 * spacing  # spheres overlap: the surface is closed
-    back = toward.min()
-    span = toward.max() + radius - back
-
-    def score(du, dv):
-        squares = radius**2 - du**2 - dv**2
-        return np.where(squares > 0, (toward - back + np.sqrt(np.maximum(squares, 0))) / span, -1.0)
-
-    local = raster.close_gaps(raster.splat(u, v, radius, grid, score), 2)
-    filled = local != raster.EMPTY
-    rows, columns = np.nonzero(filled)
-    hit = local[filled]
-    du = grid.left + (columns + 0.5) * grid.pixel - u[hit]
-    dv = grid.bottom + (rows + 0.5) * grid.pixel - v[hit]
-    depth = np.full(local.shape, np.nan)
-    depth[filled] = toward[hit] + np.sqrt(np.maximum(radius**2 - du**2 - dv**2, 0))
-    index = np.full(local.shape, raster.EMPTY)
-    index[filled] = front[hit]
-    return index, depth
-
-
-def near_the_front(seen: np.ndarray, spacing: float) -> np.ndarray:
-    """Numbers of the particles within a few spacings of the foremost one in their cell."""
-    cell = np.floor((seen[:, :2] - seen[:, :2].min(axis=0)) / spacing).astype(np.int64)
-    flat = cell[:, 1] * (cell[:, 0].max() + 1) + cell[:, 0]
-    foremost = np.full(flat.max() + 1, -np.inf)
-    np.maximum.at(foremost, flat, seen[:, 2])
-    return np.flatnonzero(seen[:, 2] > foremost[flat] - 3.5 * spacing)
-
-
-def shade(depth: np.ndarray, pixel: float, spacing: float) -> np.ndarray:
-    """Brightness from the slope against the light, darker in hollows."""
-    cell = max(1, int(round(spacing / pixel)))
-    smooth = depth
-    for _ in range(3):
-        smooth = blur(smooth, max(1, cell // 2))
-    along_v, along_u = (np.nan_to_num(part) for part in np.gradient(smooth, pixel))
-    light = LIGHT / np.linalg.norm(LIGHT)
-    slope = (light[2] - along_u * light[0] - along_v * light[1]) / np.sqrt(
-        along_u**2 + along_v**2 + 1.0
-    )
-    brightness = 0.46 + 0.70 * np.clip(slope, 0, 1)
-    return brightness * np.exp(-0.85 * hollowness(smooth, cell, pixel))
-
-
-def hollowness(depth: np.ndarray, cell: int, pixel: float) -> np.ndarray:
-    """How far a place lies below the middle of two places on opposite sides, over their distance:
-    0 on any slope. Summed over directions and distances."""
-    total = np.zeros_like(depth)
-    reaches = (2 * cell, 4 * cell)
-    for reach in reaches:
-        slanted = int(round(0.7 * reach))
-        for across, along in ((0, reach), (reach, 0), (slanted, slanted), (slanted, -slanted)):
-            middle = 0.5 * (
-                np.roll(depth, (along, across), axis=(0, 1))
-                + np.roll(depth, (-along, -across), axis=(0, 1))
-            )
-            total += np.nan_to_num(np.clip((middle - depth) / (reach * pixel), 0, 0.6))
-    return total / (2 * len(reaches))
-
-
-def lit(colours: np.ndarray, brightness: np.ndarray) -> np.ndarray:
-    """Colours darkened by the shade; above 1 they go towards white."""
-    dark = colours * np.minimum(brightness, 1.0)[:, None]
-    return np.clip(dark + 0.6 * np.maximum(brightness - 1.0, 0)[:, None], 0, 1)
-
-
-def blur(picture: np.ndarray, reach: int) -> np.ndarray:
-    """Mean over a square of 2 * reach + 1 pixels, of the pixels that are there."""
-    there = np.isfinite(picture)
-    share = box_mean(there.astype(float), reach)
-    return np.where(
-        there, box_mean(np.where(there, picture, 0.0), reach) / np.maximum(share, 1e-9), np.nan
-    )
-
-
-def box_mean(picture: np.ndarray, reach: int) -> np.ndarray:
-    """Mean over a square of 2 * reach + 1 pixels, with zeros around the picture."""
-    for axis in (0, 1):
-        padding = [(0, 0), (0, 0)]
-        padding[axis] = (reach + 1, reach)
-        sums = np.cumsum(np.pad(picture, padding), axis=axis)
-        count, width = picture.shape[axis], 2 * reach + 1
-        upper, lower = (
-            (sums[:, width : width + count], sums[:, :count])
-            if axis
-            else (sums[width : width + count], sums[:count])
-        )
-        picture = (upper - lower) / width
-    return picture
-
-
-def average_blocks(picture: np.ndarray, size: int) -> np.ndarray:
-    rows, columns = (n // size * size for n in picture.shape[:2])
-    blocks = picture[:rows, :columns].reshape(rows // size, size, columns // size, size, 3)
-    return blocks.mean(axis=(1, 3))
-
-
-def draw_scales(axis, camera: Camera, low: np.ndarray, high: np.ndarray) -> None:
-    """Rulers in mm along the three lower edges nearest to the viewer."""
-    corner = np.array([high[0], low[1], low[2]])
-    size = high - low
-    out = 0.02 * size.max()
-    rulers = (  # direction, start, outwards
-        (0, np.array([low[0], low[1], low[2]]), np.array([0.0, -1.0, 0.0])),
-        (1, corner, np.array([1.0, 0.0, 0.0])),
-        (2, np.array([low[0], low[1], low[2]]), np.array([-1.0, 0.0, 0.0])),
-    )
-    for direction, start, outwards in rulers:
-        end = start.copy()
-        end[direction] = high[direction]
-        line = camera.project(np.array([start, end]) + out * outwards) * look.MM
-        axis.plot(line[:, 0], line[:, 1], color="#8a96a3", linewidth=0.8)
-        for tick in ruler_ticks(low[direction], high[direction]):
-            place = start.copy()
-            place[direction] = tick
-            stroke = (
-                camera.project(np.array([place + out * outwards, place + 1.6 * out * outwards]))
-                * look.MM
-            )
-            axis.plot(stroke[:, 0], stroke[:, 1], color="#8a96a3", linewidth=0.8)
-            text = camera.project((place + 2.8 * out * outwards)[None])[0] * look.MM
-            axis.text(
-                text[0],
-                text[1],
-                f"{tick * look.MM + 0.0:.4g}",
-                fontsize=8,
-                ha="center",
-                va="center",
-            )
-        name = camera.project((0.5 * (start + end) + 5.2 * out * outwards)[None])[0] * look.MM
-        axis.text(
-            name[0], name[1], f"{'xyz'[direction]} [mm]", fontsize=9, ha="center", va="center"
-        )
-    axis.autoscale(tight=False)
-    axis.margins(0.01)
-
-
-def ruler_ticks(low: float, high: float) -> np.ndarray:
-    """Round numbers of mm between two positions [m], at most seven."""
-    length = (high - low) * look.MM
-    step = next(
-        (s for s in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500) if length / s <= 6), length
-    )
-    first = np.ceil(low * look.MM / step - 1e-3) * step
-    return np.round(np.arange(first, high * look.MM + 1e-3 * step, step), 6) / look.MM + 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""CSV histories: columns are found by name, the unit stands in brackets behind the name."""
+"""CSV histories as pandas frames: columns are found by name, the unit stands in brackets behind the name."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 HEADING = re.compile(r"^\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*$")
-BARE_EXPONENT = re.compile(r"^([+-]?[\d.]+)([+-]\d{3})$")  # Fortran writes 1.0-101 for 1.0E-101
+BARE_EXPONENT = r"^\s*([+-]?[\d.]+)([+-]\d{3})\s*$"  # Fortran writes 1.0-101 for 1.0E-101
 
 
 @dataclass
@@ -21,23 +22,27 @@ class Column:
 
 
 class Table:
-    """Columns of equal length in the order of the file."""
+    """A pandas frame of numbers, `frame`, in the order of the file, and the units of its columns."""
 
     def __init__(self, columns: list[Column]):
-        self.columns = columns
-        self._by_name = {column.name: column for column in columns}
+        self.frame = pd.DataFrame({c.name: np.asarray(c.values) for c in columns})
+        self.units = {c.name: c.unit for c in columns}
 
     def __len__(self) -> int:
-        return len(self.columns[0].values) if self.columns else 0
+        return len(self.frame)
 
     def __contains__(self, name: str) -> bool:
-        return name in self._by_name
+        return name in self.units
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self._by_name[name].values
+        return self.frame[name].to_numpy()
+
+    @property
+    def columns(self) -> list[Column]:
+        return [Column(name, unit, self[name]) for name, unit in self.units.items()]
 
     def unit(self, name: str) -> str:
-        return self._by_name[name].unit
+        return self.units[name]
 
     def with_unit(self, unit: str) -> list[Column]:
         """Columns of one unit that hold at least one number."""
@@ -53,20 +58,18 @@ def read_table(path: Path) -> Table | None:
     """The table of a file, or None if there is no file, no row in it or no column `time`."""
     if not path.is_file():
         return None
-    lines = [
-        line
-        for line in path.read_text(errors="replace").splitlines()
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not lines:
+    try:
+        text = pd.read_csv(path, comment="#", dtype=str, skip_blank_lines=True, encoding_errors="replace",
+                           on_bad_lines="skip", index_col=False, keep_default_na=False)
+    except pd.errors.EmptyDataError:
         return None
-    headings = [parse_heading(text) for text in lines[0].split(",")]
-    rows = [row for row in (line.split(",") for line in lines[1:]) if len(row) == len(headings)]
-    if not rows or "time" not in [name for name, _ in headings]:  # a row cut short is left out
+    headings = [parse_heading(name) for name in text.columns]
+    text.columns = [name for name, _ in headings]
+    text = text[text.iloc[:, -1] != ""]  # a row cut short is left out
+    if "time" not in text.columns or text.empty:
         return None
-    values = np.array([[parse_number(text) for text in row] for row in rows])
-    columns = [Column(name, unit, values[:, k]) for k, (name, unit) in enumerate(headings)]
-    return Table(drop_repeated_times(columns))
+    frame = drop_repeated_times(text.apply(parse_numbers))
+    return Table([Column(name, unit, frame[name].to_numpy()) for name, unit in headings])
 
 
 def parse_heading(text: str) -> tuple[str, str]:
@@ -77,18 +80,19 @@ def parse_heading(text: str) -> tuple[str, str]:
     return found["name"], (found["unit"] or "").strip()
 
 
-def parse_number(text: str) -> float:
-    text = text.strip()
-    try:
-        return float(text.replace("D", "E").replace("d", "e"))
-    except ValueError:
-        found = BARE_EXPONENT.match(text)
-        return float(f"{found[1]}E{found[2]}") if found else float("nan")
+def parse_numbers(column: pd.Series) -> pd.Series:
+    """Numbers as C and Fortran write them; all else is no number."""
+    plain = pd.to_numeric(column, errors="coerce")
+    odd = plain.isna()
+    if odd.any():
+        text = column[odd].str.replace(r"[dD]", "E", regex=True).str.replace(BARE_EXPONENT, r"\1E\2", regex=True)
+        plain[odd] = pd.to_numeric(text, errors="coerce")
+    return plain.astype(float)
 
 
-def drop_repeated_times(columns: list[Column]) -> list[Column]:
+def drop_repeated_times(frame: pd.DataFrame) -> pd.DataFrame:
     """A restarted run may repeat times: then the later rows count."""
-    time = next(c.values for c in columns if c.name == "time")
+    time = frame["time"].to_numpy()
     earliest_later = np.fmin.accumulate(time[::-1])[::-1][1:]
     keep = np.append(~(time[:-1] >= earliest_later), True) & np.isfinite(time)
-    return [Column(c.name, c.unit, c.values[keep]) for c in columns]
+    return frame[keep].reset_index(drop=True)

@@ -7,8 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-import calibrate_heat as calibrate
-from stirpost import cooling
+from stirpost import cli, cooling
 
 COPPER = dict(density=8960, specific_heat=386, volume=4.671e-5, area=0.004)
 
@@ -44,7 +43,7 @@ def test_free_end_that_cannot_be_had_leaves_the_others(tmp_path, capsys):
                                 ("T1[K],T2[K]", [straight, bent], "T1 no fit  T2 0.02000  mean 0.02000 1/s")):
         path = tmp_path / "line.csv"
         path.write_text(f"time[s],{names}\n" + "".join(f"{','.join(map(repr, map(float, row)))}\n" for row in zip(time, *curves)))
-        assert calibrate.main(["film", str(path), *FILM]) == 0
+        assert cli.main(["calibrate", "heat", "film", str(path), *FILM]) == 0
         lines = capsys.readouterr().out.splitlines()
         assert len(lines) == 3 and all("W/(m2 K)" in line for line in lines[:2])
         assert last in lines[2]
@@ -100,7 +99,7 @@ MISTAKES = {
 def test_records_that_are_refused(tmp_path, capsys, name):
     text, message = MISTAKES[name]
     (tmp_path / "a.csv").write_text(text)
-    assert calibrate.main(["film", str(tmp_path / "a.csv"), *FILM]) == 2
+    assert cli.main(["calibrate", "heat", "film", str(tmp_path / "a.csv"), *FILM]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert re.search(message, line), line
 
@@ -108,11 +107,11 @@ def test_records_that_are_refused(tmp_path, capsys, name):
 def test_all_mistakes_at_once_and_room_in_celsius(tmp_path, capsys):
     path = tmp_path / "a.csv"
     path.write_text("time[s],T1[K]\n0,300\n1,x\n1.5,y\n2,24\n")
-    assert calibrate.main(["film", str(path), *FILM]) == 2
+    assert cli.main(["calibrate", "heat", "film", str(path), *FILM]) == 2
     assert [line.split(":")[1] for line in capsys.readouterr().err.splitlines()[1:]] == ["4", "5"]
     path.write_text("time[s],T1[K]\n" + "".join(f"{t},{400 - t}\n" for t in range(65, 80)))
     for room, message in (("25", "--room 25 is in kelvin"), ("500", "not above the room")):
-        assert calibrate.main(["film", str(path), "--room", room, *FILM]) == 2
+        assert cli.main(["calibrate", "heat", "film", str(path), "--room", room, *FILM]) == 2
         assert message in capsys.readouterr().err
 
 
@@ -179,6 +178,6 @@ rows = "".join(f"{{t}},{{300 + 2 * t + value}}\\n" for t in range(5))
     program.chmod(0o755)
     data = tmp_path / "data.csv"
     data.write_text("time[s],T1[K]\n" + "".join(f"{t},{307 + 2 * t}\n" for t in range(5)))
-    status = calibrate.main(["fit", "input.nml", str(data), "--vary", "A.B=3,0,20", "--program", str(program)])
+    status = cli.main(["calibrate", "heat", "fit", "input.nml", str(data), "--vary", "A.B=3,0,20", "--program", str(program)])
     assert status == 0
     assert "A.B = 7 +- " in capsys.readouterr().out

@@ -58,9 +58,8 @@ def test_means_weigh_rows_by_their_length():
 
 def test_a_tool_that_never_touches_or_does_not_move_has_no_phases_of_work():
     table = history()
-    for column in table.columns:
-        if column.name.startswith("tool_") and column.unit in ("Nm", "N", "W"):
-            column.values[:] = 0.0
+    idle = [c.name for c in table.columns if c.name.startswith("tool_") and c.unit in ("Nm", "N", "W")]
+    table.frame[idle] = 0.0
     assert [p.kind for p in main_tool(table).phases()] == ["away"]
     assert summary.history_rows(table)
 

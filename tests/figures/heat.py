@@ -30,9 +30,9 @@ def solved(name, sets):
 
 
 def tool(*words):
-    """What calibrate_heat.py prints."""
-    return subprocess.run([sys.executable, str(ROOT / "postproc/calibrate_heat.py"), *map(str, words)], check=True,
-                          capture_output=True, text=True).stdout
+    """What stirpost calibrate heat prints."""
+    return subprocess.run([sys.executable, "-m", "stirpost", "calibrate", "heat", *map(str, words)], check=True,
+                          capture_output=True, text=True, cwd=ROOT / "postproc").stdout
 
 
 # --- benchmarks/heat/convergence.py ---------------------------------------------------------------

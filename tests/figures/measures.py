@@ -8,6 +8,7 @@ import dataclasses
 import functools
 import json
 import math
+import os
 import pathlib
 import re
 import subprocess
@@ -188,7 +189,8 @@ def mass_scaling():
 
 def command(*words):
     """What a command prints."""
-    return subprocess.run([sys.executable, *words], check=True, capture_output=True, text=True, cwd=ROOT).stdout
+    return subprocess.run([sys.executable, *words], check=True, capture_output=True, text=True, cwd=ROOT,
+                          env=dict(os.environ, PYTHONPATH=str(ROOT / "postproc"))).stdout
 
 
 MODELLED = (8, 64, 1024)  # ranks
@@ -222,7 +224,7 @@ def calibration():
     """Numbers found from curves with noise, as the head of input/material/calibration.nml says, and their errors."""
     with tempfile.TemporaryDirectory() as place:
         data, folder = f"{place}/measured.csv", f"{place}/fit"
-        words = ("postproc/calibrate_law.py", "input/material/calibration.nml", data)
+        words = ("-m", "stirpost", "calibrate", "law", str(ROOT / "input/material/calibration.nml"), data)
         command(*words, "--generate", "--noise", "0.02")
         command(*words, "--material", "copper", "--fit", "TP_BETA=0.001", "TP_K0=3", "TP_STAR=0.1,0.1,0.1,0.1", "-o", folder)
         report = json.loads(pathlib.Path(folder, "fit.json").read_text(encoding="utf-8"))
@@ -260,7 +262,7 @@ OWN = (
             reason="chaotic: particles that flow amplify differences of rounding"),
     Measure("scaling", "benchmarks/scaling", scaling, quick=True, tolerance=1e-6, reason="a formula"),
     Measure("cooling", "build/release/stirpoint --material input/material/cooling.nml", cooling, quick=True),
-    Measure("calibration", "postproc/calibrate_law.py (input/material/calibration.nml)", calibration),
+    Measure("calibration", "stirpost calibrate law (input/material/calibration.nml)", calibration),
     Measure("limits", "benchmarks/stability/limits.py", limits_again, own=limits,
             reason="bisection of 5 offsets; here one offset at the limit and 15 % above it"),
 )
@@ -275,6 +277,6 @@ HEAT = (
     Measure("heat tolerance", "tests/figures/figures.py heat", heat.tolerance, tolerance=0.05,
             reason="steps follow an estimate"),
     Measure("heat cavity", "tests/figures/figures.py heat", heat.cavity, quick=True, tolerance=0.01),
-    Measure("heat share", "postproc/calibrate_heat.py share --plate 391 8960 386 --tool 14.4 7800 460", heat.share, quick=True),
+    Measure("heat share", "stirpost calibrate heat share --plate 391 8960 386 --tool 14.4 7800 460", heat.share, quick=True),
 )
 ALL = {measure.name: measure for measure in (*of_verification(), *OWN, *HEAT)}

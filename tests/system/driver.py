@@ -35,6 +35,9 @@ ENVIRONMENT = dict(
     PRTE_MCA_hwloc_default_binding_policy="none",
 )
 
+# For python -m stirpost: the package of this tree, installed or not.
+POSTPROC = ENVIRONMENT | {"PYTHONPATH": str(ROOT / "postproc")}
+
 # First column of the fields in the particle blocks of a checkpoint, and how many
 # (modules/particles/store.f90); symmetric tensors are xx, yy, zz, xy, yz, xz.
 LANES = 64

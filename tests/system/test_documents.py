@@ -14,7 +14,8 @@ import driver
 DOCUMENTS = [driver.ROOT / "README.md", driver.ROOT / "CONTRIBUTING.md", *sorted((driver.ROOT / "docs").glob("*.md")),
              *sorted((driver.ROOT / "tests").rglob("*.md"))]
 FOLDERS = ("tests/", "benchmarks/", "postproc/", "jobscripts/", "input/", "docs/", "cmake/", "modules/", "src/", ".ci/")
-FIRST = ("bash", "cmake", "ctest", "mpirun", "python3", "stirpoint", "sbatch", "build/venv/bin/python", "build/release/stirpoint")
+FIRST = ("bash", "cmake", "ctest", "mpirun", "python3", "stirpoint", "sbatch", "build/venv/bin/python", "build/release/stirpoint", "stirpost",
+         "build/venv/bin/stirpost")
 
 
 def code_of(path):
@@ -44,7 +45,7 @@ COMMANDS = sorted(set(commands()))
 def test_there_are_commands():
     """The documents are read as they are meant: README's blocks and table are among the commands."""
     text = [command for document, command in COMMANDS if document == "README.md"]
-    for wanted in ("bash jobscripts/local.sh test", "cmake --preset release", "python3 postproc/report.py fsp_copper_cavity1_1mm.out",
+    for wanted in ("bash jobscripts/local.sh test", "cmake --preset release", "build/venv/bin/stirpost report fsp_copper_cavity1_1mm.out",
                    "stirpoint INPUT --check"):
         assert wanted in text
     assert len(COMMANDS) > 20
@@ -110,6 +111,15 @@ def check_script(script, words, python=sys.executable):
             assert word in known, f"{script} does not know {word}"
 
 
+def check_stirpost(words):
+    """A command of stirpost, and options that its --help knows."""
+    call = [sys.executable, "-m", "stirpost", *words[:2 if words[0] == "calibrate" else 1]]
+    heat = words[2:3] if words[:2] == ["calibrate", "heat"] else []
+    done = subprocess.run([*call, *heat, "--help"], env=driver.POSTPROC, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert all(word in done.stdout for word in words if word.startswith("-"))
+
+
 def check_cmake(words):
     presets = json.loads((driver.ROOT / "CMakePresets.json").read_text(encoding="utf-8"))
     kind = "buildPresets" if "--build" in words else "configurePresets"
@@ -143,6 +153,8 @@ def test_command(document, command, tmp_path):
         check_ctest(words[1:])
     elif words[1:3] == ["-m", "pytest"]:
         assert all((driver.ROOT / word).exists() for word in words[3:])
+    elif words[0].endswith("stirpost"):
+        check_stirpost(words[1:])
     elif words[0] == "python3":
         check_script(words[1], words[2:], python="python3")
     elif words[0] in ("bash", "sbatch", "build/venv/bin/python"):

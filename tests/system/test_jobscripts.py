@@ -28,8 +28,11 @@ def furnished(tmp_path):
     (root / "postproc").mkdir()
     (root / "build" / "venv").mkdir(parents=True)
     shutil.copy(driver.ROOT / "jobscripts" / "local.sh", root / "jobscripts")
-    for name in ("postproc/requirements.txt", "build/venv/requirements.installed"):
-        shutil.copy(driver.ROOT / "postproc" / "requirements.txt", root / name)
+    wanted = ""
+    for name in ("postproc/requirements.txt", "postproc/pyproject.toml"):
+        shutil.copy(driver.ROOT / name, root / name)
+        wanted += (root / name).read_text()
+    (root / "build/venv/requirements.installed").write_text(wanted)
     stubs = tmp_path / "stand-ins"
     stubs.mkdir()
     python = root / "build" / "venv" / "bin" / "python"

@@ -177,8 +177,8 @@ def test_calibration(tmp_path):
     text = POINTS.read_text()
     paths = "".join(f"&PATH NAME = 'm{t}', MATERIAL = 'copper', TEMPERATURE = {t}, ROWS = 40 /\n" for t in (298, 773))
     (tmp_path / "made.nml").write_text(text[: text.index("&PATH")] + paths)
-    words = [sys.executable, ROOT / "postproc/calibrate_law.py", "made.nml", "data.csv"]
-    environment = driver.ENVIRONMENT | {"STIRPOINT_EXECUTABLE": str(driver.EXECUTABLE), "MPLCONFIGDIR": os.environ.get("MPLCONFIGDIR", str(tmp_path))}
+    words = [sys.executable, "-m", "stirpost", "calibrate", "law", "made.nml", "data.csv"]
+    environment = driver.POSTPROC | {"STIRPOINT_EXECUTABLE": str(driver.EXECUTABLE), "MPLCONFIGDIR": os.environ.get("MPLCONFIGDIR", str(tmp_path))}
     subprocess.run([*words, "--generate", "--noise", "0.01"], cwd=tmp_path, env=environment, check=True)
     subprocess.run([*words, "--material", "copper", "--fit", "TP_BETA=0.003", "TP_K0=3"], cwd=tmp_path, env=environment, check=True)
     report = json.loads((tmp_path / "calibration/fit.json").read_text())

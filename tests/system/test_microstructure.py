@@ -107,9 +107,9 @@ def test_annealing_at_rest(run):
 
 def test_section_and_track(stirred, tmp_path):
     """The commands behind a run: lines and stir zone of a section, and a particle's history for --material."""
-    environment = driver.ENVIRONMENT | {"MPLCONFIGDIR": os.environ.get("MPLCONFIGDIR", str(tmp_path))}
+    environment = driver.POSTPROC | {"MPLCONFIGDIR": os.environ.get("MPLCONFIGDIR", str(tmp_path))}
     directory = stirred.results("stir").directory
-    subprocess.run([sys.executable, ROOT / "postproc/section.py", directory, "--x", "21e-3", "-o", tmp_path],
+    subprocess.run([sys.executable, "-m", "stirpost", "section", directory, "--x", "21e-3", "-o", tmp_path],
                    env=environment, check=True)
     rows = (tmp_path / "section_x21.csv").read_text().splitlines()
     assert {row.split(",")[0] for row in rows[1:]} == {"retreating", "centre", "advancing"}
@@ -118,7 +118,7 @@ def test_section_and_track(stirred, tmp_path):
     assert json.loads((tmp_path / "section_x21.json").read_text())["x[m]"] == 0.021
     data, _, _ = driver.read_frame(sorted(directory.glob("stir_0*.hdf"))[-1])
     number = int(data["id"][np.argmax(data["plastic_strain"])])
-    subprocess.run([sys.executable, ROOT / "postproc/track.py", directory, str(number), tmp_path / "track.csv"],
+    subprocess.run([sys.executable, "-m", "stirpost", "track", directory, str(number), tmp_path / "track.csv"],
                    env=environment, check=True)
     text = (ROOT / "tests/system/points/points.nml").read_text()
     (tmp_path / "one.nml").write_text(text[: text.index("&PATH")] + "&PATH NAME = 'one', MATERIAL = 'copper', "

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Inputs of the thermal model from measurements.
 
@@ -14,30 +13,22 @@ semicolons or tabs. An empty value is no reading. What cannot be understood is r
 
 from __future__ import annotations
 
-import stirpost.needs  # before the packages that it provides
-
 import argparse
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from stirpost import cooling
+from . import cooling, program
 
 
 def main(arguments: list[str] | None = None) -> int:
     options = parse(arguments)
-    try:
-        return options.action(options)
-    except (OSError, ValueError, RuntimeError) as problem:
-        print(f"calibrate_heat.py: {problem}", file=sys.stderr)
-        return 2
+    return options.action(options)
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="stirpost calibrate heat", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     actions = parser.add_subparsers(required=True)
 
     film = actions.add_parser("film")
@@ -66,7 +57,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add_record(fit)
     fit.add_argument("--vary", action="append", required=True, metavar="GROUP.KEY=START,LOW,HIGH")
     fit.add_argument("--set", action="append", default=[], metavar="GROUP.KEY=VALUE")
-    fit.add_argument("--program", default=str(Path(__file__).resolve().parent.parent / "build/release/stirpoint"))
+    fit.add_argument("--program", help="stirpoint itself, where it is not found by itself")
     fit.set_defaults(action=show_fit)
     return parser.parse_args(arguments)
 
@@ -121,7 +112,7 @@ def show_compare(options) -> int:
     for name, values in readings(apart).items():
         print(f"{name}: mean {values.mean():+.2f} K, rms {np.sqrt(np.mean(values**2)):.2f} K, "
               f"largest {values[np.abs(values).argmax()]:+.2f} K")
-    from stirpost import heat_pictures
+    from . import heat_pictures
 
     heat_pictures.overlay(model, measured, apart, options.output)
     return 0
@@ -167,14 +158,11 @@ def show_fit(options) -> int:
 
 def run_model(options, values: dict[str, float]) -> cooling.Record:
     with tempfile.TemporaryDirectory() as place:
-        words = [options.program, str(options.input), "--quiet", "--output", place]
+        words = [options.input, "--quiet", "--output", place]
         for text in options.set + ["OUTPUT.FRAME_INTERVAL=0"] + [f"{k}={v:.12g}" for k, v in values.items()]:
             words += ["--set", text]
-        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        done = program.run(words, options.program)
         if done.returncode != 0:
-            raise RuntimeError(done.stderr.strip() or f"{words[0]} failed")
+            raise RuntimeError(done.stderr.strip() or "stirpoint failed")
         return probes_of(place)
 
-
-if __name__ == "__main__":
-    sys.exit(main())

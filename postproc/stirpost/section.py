@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Grain size on a cross-section of a processed plate.
 
-usage: section.py RUN_DIRECTORY --x 65e-3 [--time T] [--offset 5e-3] [--centre Y] [-o DIR]
+usage: stirpost section RUN_DIRECTORY --x 65e-3 [--time T] [--offset 5e-3] [--centre Y] [-o DIR]
 
 Takes the particles of one frame (the last one, or the first at or after T) within half a particle of the plane
 x = const, where they are now. Three lines go down through the plate: the centre (default: the middle of the body),
@@ -13,18 +12,15 @@ by distance from the bottom), section_x65.json (stir zone), section_x65.png.
 
 from __future__ import annotations
 
-import stirpost.needs  # before the packages that it provides
-
 import argparse
 import json
-import sys
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 from matplotlib.colors import LogNorm
-from stirpost import look
-from stirpost.run import NoRun, Run
+from . import look
+from .run import NoRun, Run
 
 STIRRED = 1.0  # plastic strain
 LINES = (("retreating", -1.0), ("centre", 0.0), ("advancing", 1.0))
@@ -32,7 +28,7 @@ FIELDS = ("grain_size", "plastic_strain", "temperature", "dislocation_density")
 
 
 def main(arguments=None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="stirpost section", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("--x", type=float, default=65e-3, help="[m]")
     parser.add_argument("--time", type=float, help="[s]")
@@ -40,15 +36,10 @@ def main(arguments=None) -> int:
     parser.add_argument("--centre", type=float, help="y of the centre line [m]")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
-    try:
-        run = Run(options.run)
-        output = options.output or options.run / "report"
-        output.mkdir(parents=True, exist_ok=True)
-        section = Section(run, options)
-        report(section, options, output)
-    except (NoRun, OSError) as problem:
-        print(f"section.py: {problem}", file=sys.stderr)
-        return 2
+    run = Run(options.run)
+    output = options.output or options.run / "report"
+    output.mkdir(parents=True, exist_ok=True)
+    report(Section(run, options), options, output)
     return 0
 
 
@@ -148,6 +139,3 @@ def picture(section, lines, options):
     below.legend()
     return figure
 
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,5 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Pictures of the curves of stirpoint --material: python3 postproc/material.py DIRECTORY [-o DIR]
+"""Pictures of the curves of stirpoint --material: stirpost material DIRECTORY [-o DIR]
 
 Curves whose names agree up to the first '-' share a picture, NAME.png: stress over plastic strain (or --over time,
 a logarithmic axis), below it the temperature where one changes, and the grain size where a law has one.
@@ -8,23 +7,20 @@ a logarithmic axis), below it the temperature where one changes, and the grain s
 
 from __future__ import annotations
 
-import stirpost.needs  # before the packages that it provides
-
 import argparse
-import sys
 from pathlib import Path
 
 import matplotlib
 import numpy as np
-from stirpost import look
-from stirpost.table import read_table
+from . import look
+from .table import read_table
 
 STRESS, STRAIN, WARMTH, SIZE = "stress", "plastic_strain", "temperature", "grain_size"
 TIME = "time"
 
 
 def main(arguments=None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="stirpost material", description=__doc__.splitlines()[0])
     parser.add_argument("directory", type=Path, help="where stirpoint --material wrote its curves")
     parser.add_argument("-o", "--output", type=Path, help="where to draw (default: beside the curves)")
     parser.add_argument("--over", choices=("strain", "time"), default="strain")
@@ -36,8 +32,7 @@ def main(arguments=None) -> int:
         if table is not None:
             groups.setdefault(group, {})[label or group] = table
     if not groups:
-        print(f"material.py: {options.directory}: no curves here", file=sys.stderr)
-        return 2
+        raise ValueError(f"{options.directory}: no curves here")
     output = options.output or options.directory
     output.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(look.STYLE):
@@ -74,6 +69,3 @@ def draw(group: str, curves: dict, over: str):
     axes[0].legend(loc="best", fontsize="small", ncols=2)
     return figure
 
-
-if __name__ == "__main__":
-    sys.exit(main())

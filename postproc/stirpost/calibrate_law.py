@@ -1,9 +1,8 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Fits numbers of a flow law to measured stress-strain curves, with stirpoint --material as the model.
 
-usage: calibrate_law.py INPUT DATA.csv --material NAME --fit KEY=START[,START...] ... [-o DIR]
-       calibrate_law.py INPUT DATA.csv --generate [--noise 0.02] [--seed 1]
+usage: stirpost calibrate law INPUT DATA.csv --material NAME --fit KEY=START[,START...] ... [-o DIR]
+       stirpost calibrate law INPUT DATA.csv --generate [--noise 0.02] [--seed 1]
 
 INPUT has the &MATERIAL with all its keys. DATA.csv has the columns temperature[K], strain_rate[1/s],
 plastic_strain[1] and stress[Pa], one row a point; rows of equal temperature and rate are a curve. Each KEY is one
@@ -17,48 +16,38 @@ part of each stress.
 
 from __future__ import annotations
 
-import stirpost.needs  # before the packages that it provides
-
 import argparse
 import json
-import os
 import re
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 from scipy.optimize import least_squares
-from stirpost import look
-from stirpost.table import Table, read_table
+from . import look, program
+from .table import Table, read_table
 
-PROGRAM = Path(__file__).resolve().parents[1] / "build/release/stirpoint"
 HEADINGS = "temperature[K],strain_rate[1/s],plastic_strain[1],stress[Pa]"
 PATH_GROUP = re.compile(r"^\s*&PATH\b.*?/\s*?$", re.DOTALL | re.MULTILINE | re.IGNORECASE)
 ROWS = 400  # of a model curve, between which it is linear
 
 
-class Failure(Exception):
+class Failure(ValueError):
     """What a person can put right."""
 
 
 def main(arguments=None) -> int:
     options = parse(arguments)
-    try:
-        if options.generate:
-            generate(options)
-        else:
-            calibrate(options)
-    except (Failure, OSError) as problem:
-        print(f"calibrate_law.py: {problem}", file=sys.stderr)
-        return 2
+    if options.generate:
+        generate(options)
+    else:
+        calibrate(options)
     return 0
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="stirpost calibrate law", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("input", type=Path)
     parser.add_argument("data", type=Path)
     parser.add_argument("--material", help="NAME of the &MATERIAL")
@@ -76,11 +65,9 @@ def parse(arguments):
 
 def run_program(words: list, directory: Path) -> dict[str, Table]:
     """Curves by name."""
-    program = os.environ.get("STIRPOINT_EXECUTABLE", str(PROGRAM))
-    done = subprocess.run([program, "--material", *map(str, words), "--quiet", "--output", directory / "curves"],
-                          capture_output=True, text=True, check=False)
+    done = program.run(["--material", *words, "--quiet", "--output", directory / "curves"])
     if done.returncode != 0:
-        raise Failure(done.stderr.strip() or f"{program} failed")
+        raise Failure(done.stderr.strip() or "stirpoint --material failed")
     return {path.stem: read_table(path) for path in (directory / "curves").glob("*.csv")}
 
 
@@ -223,6 +210,3 @@ def picture(curves, begun, fitted):
     axis.legend(loc="best", fontsize="small")
     return figure
 
-
-if __name__ == "__main__":
-    sys.exit(main())

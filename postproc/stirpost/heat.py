@@ -1,6 +1,5 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The figures of thesis chapter 4 from runs of heat alone: python3 postproc/heat_figures.py RUN [OTHER] -o DIR
+"""The figures of thesis chapter 4 from runs of heat alone: stirpost heat RUN [OTHER] -o DIR
 
 thermocouples.png   figure 4.6; with a second run two_runs.png, figure 4.9
 below_surface.png   figure 4.8: 1 mm below the top at 10, 25 and 40 s, and along three lines
@@ -8,21 +7,18 @@ below_surface.png   figure 4.8: 1 mm below the top at 10, 25 and 40 s, and along
 
 from __future__ import annotations
 
-import stirpost.needs  # before the packages that it provides
-
 import argparse
-import sys
 from pathlib import Path
 
 import matplotlib
 
-from calibrate_heat import probes_of
-from stirpost import heat_pictures, look
-from stirpost.run import NoRun, Run
+from .calibrate_heat import probes_of
+from . import heat_pictures, look
+from .run import Run
 
 
 def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="stirpost heat", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path)
     parser.add_argument("other", type=Path, nargs="?")
     parser.add_argument("-o", "--output", type=Path, default=Path("."))
@@ -34,14 +30,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--middle", type=float, default=20e-3)
     parser.add_argument("--labels", nargs=2, default=["lumped", "with air"])
     options = parser.parse_args(arguments)
-    try:
-        run = Run(options.run)
-        record = probes_of(options.run)
-        other = probes_of(options.other) if options.other else None
-        options.output.mkdir(parents=True, exist_ok=True)
-    except (NoRun, OSError, ValueError) as problem:
-        print(f"heat_figures.py: {problem}", file=sys.stderr)
-        return 2
+    run = Run(options.run)
+    record = probes_of(options.run)
+    other = probes_of(options.other) if options.other else None
+    options.output.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(look.STYLE):
         made = [
             heat_pictures.thermocouples(record, options.speed, options.radius, options.length,
@@ -55,6 +47,3 @@ def main(arguments: list[str] | None = None) -> int:
     print("\n".join(str(path) for path in made))
     return 0
 
-
-if __name__ == "__main__":
-    sys.exit(main())
