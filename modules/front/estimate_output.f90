@@ -15,6 +15,7 @@ module front_estimate_output
   use output_error_norms, only: error_row, has_fields
   use output_history, only: history_row
   use output_melting, only: seen_t
+  use output_tracers, only: tracer_rows
   use output_writer, only: put_frame
   use state_scene, only: output_t, scene_t
   use step_simulation, only: simulation_t
@@ -33,7 +34,9 @@ contains
     real(rp), intent(in) :: end, steps             !! [s], [-]
     type(error_t) :: error
     type(row_t) :: columns
-    real(rp) :: spent(4)
+    character(:), allocatable :: text
+    real(rp) :: spent(5)
+    integer :: n
 
     if (.not. allocated(sim%history%frame_times)) allocate (sim%history%frame_times(0))
     spent(1) = cpu_seconds()
@@ -46,11 +49,21 @@ contains
     call put_frame(world, sim%scene, sim%clock, sim%particles, '', error)
     spent(3) = cpu_seconds()
     call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
-                         sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, error, &
-                         '')
+                         sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%books, &
+                         sim%history, error, '')
     spent(4) = cpu_seconds()
+    if (sim%tracers%n > 0) then
+      call tracer_rows(world, sim%scene, sim%particles, sim%tracers, sim%clock%time, &
+                       spread(.true., 1, size(sim%tracers%interval)), text, n)
+    end if
+    spent(5) = cpu_seconds()
     call world%sum(spent)
     seconds = sum_of(sim%scene%output, end, steps, spent(2:4) - spent(1:3))
+    if (sim%tracers%n == 0) return
+    do n = 1, size(sim%tracers%interval)
+      seconds = seconds + (2.0_rp + between(sim%tracers%interval(n), end, steps)) &
+                *(spent(5) - spent(4))*count(sim%tracers%group == n)/sim%tracers%n
+    end do
   end function output_seconds
 
   !> Collective. The same of heat alone.

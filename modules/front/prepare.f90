@@ -68,7 +68,8 @@ contains
     end if
     if (.not. error%is_set()) then
       if (input%is_whole() .and. (diagnostics%count() == 0 .or. input%is_short())) then
-        call build_scene(input, sim%scene, sim%tool, sim%source, sim%probes, diagnostics)
+        call build_scene(input, sim%scene, sim%tool, sim%source, sim%probes, sim%tracers, &
+                         diagnostics)
         sim%clock%mass_scaling = sim%scene%method%mass_scaling
       end if
     end if
@@ -164,6 +165,7 @@ contains
     call first_partition(world, sim)
     call regrid(world, sim)
     call begin(world, sim)
+    call sim%tracers%choose(world, sim%particles)
   end subroutine place_particles
 
 end module front_prepare

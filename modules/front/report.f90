@@ -15,6 +15,7 @@ module front_report
   use input_values, only: input_t
   use mapping_stability, only: stable_step, wave_speed
   use particles_store, only: f_pos
+  use particles_tracers, only: tracers_t
   use state_scene, only: scheme_usl
   use step_simulation, only: simulation_t
   implicit none (type, external)
@@ -64,6 +65,7 @@ contains
               str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
     call line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
               str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
+    if (sim%tracers%n > 0) call line('tracers', followed(sim%tracers))
     call line('method', method(sim))
     call line('time step', str(dt)//' s, limited by '//limited_by)
     call line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
@@ -175,6 +177,22 @@ contains
     end if
   end function limit
 
+  !> Tracers of each group, and places of which another tracer has the particle.
+  function followed(tracers) result(text)
+    type(tracers_t), intent(in) :: tracers
+    character(:), allocatable :: text
+    integer :: g, n
+
+    text = ''
+    do g = 1, size(tracers%name)
+      n = count(tracers%group == g .and. tracers%id > 0)
+      text = text//', '//trim(tracers%name(g))//' '//str(n)
+      n = count(tracers%group == g) - n
+      if (n > 0) text = text//' ('//str(n)//' places more share their particles)'
+    end do
+    text = text(3:)
+  end function followed
+
   !> Components that this scene does without.
   function skipped(sim) result(text)
     type(simulation_t), intent(in) :: sim
@@ -194,6 +212,7 @@ contains
     if (all(abs(sim%scene%material%expansion) <= 0.0_rp)) text = text//', thermal expansion'
     if (size(sim%scene%condition) == 0) text = text//', walls'
     if (sim%probes%n == 0) text = text//', probes'
+    if (sim%tracers%n == 0) text = text//', tracers'
     if (sim%scene%method%sleep%is_on) text = text//', mechanics of material at rest (SLEEPING)'
     if (sim%nodes%halo%n == 0) text = text//', node exchange (one rank)'
     if (sim%scene%method%scheme == scheme_usl) text = text//', second stress pass (USL)'

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of &OUTPUT and &PROBE.
+!> Keys of &OUTPUT, &PROBE and &TRACER.
 module groups_output
   use keys_table, only: key_table_t
   implicit none (type, external)
@@ -9,7 +9,7 @@ module groups_output
 
 contains
 
-  !> Add the rows of &OUTPUT and &PROBE to the table.
+  !> Add their rows to the table.
   subroutine add_output(t)
     type(key_table_t), intent(inout) :: t
 
@@ -29,7 +29,27 @@ contains
     call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the probe')
     call t%key('POSITION', 'real', 3, 'm', 'required', '', 'place of the probe at t = 0')
 
+    call t%group('TRACER', 'repeat', &
+      'Material points that are followed: the particles nearest to places, in NAME_tracers.csv.')
+    call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the group of tracers')
+    call t%key('KIND', 'choice', 1, '', 'point', 'point line box', &
+      'one place, a row of places or a lattice of them; of line and box those in metal count')
+    call t%key('POSITION', 'real', 3, 'm', 'required if KIND = point', '', 'place at t = 0')
+    call t%key('FROM', 'real', 3, 'm', 'required if KIND = line', '', 'one end of the line')
+    call t%key('TO', 'real', 3, 'm', 'required if KIND = line', '', 'its other end')
+    call t%key('LOWER', 'real', 3, 'm', 'required if KIND = box', '', 'lower corner')
+    call t%key('UPPER', 'real', 3, 'm', 'required if KIND = box', '', &
+      'upper corner; a layer is a flat box')
+    call t%key('NUMBER', 'integer', -3, '', ' if KIND = line or box', '[1,100000]', &
+      'of places on the line, its ends among them, or along each axis of the box: one number, '// &
+      'or three')
+    call t%key('SPACING', 'real', 1, 'm', ' if KIND = line or box', '(0,inf)', &
+      'between places, instead of NUMBER; centred on the line or in the box')
+    call t%key('INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
+      'between two rows of a tracer; 0: &OUTPUT HISTORY_INTERVAL')
+
     call t%may_change('OUTPUT', '*')
+    call t%may_change('TRACER', 'INTERVAL')
   end subroutine add_output
 
 end module groups_output

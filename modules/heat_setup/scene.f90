@@ -41,7 +41,7 @@ contains
       call input%report(diagnostics, 'HEAT', 1, 'EVERY', 'has no effect with MECHANICS = F')
     end if
     allocate (idle, source=[character(16) :: 'TOOL', 'MOTION', 'WALL', 'LOAD', 'TRACTION', &
-                            'CONTACT', 'FIELD', clamp_groups()])
+                            'CONTACT', 'FIELD', 'TRACER', clamp_groups()])
     do g = 1, size(idle)
       do i = 1, input%count(trim(idle(g)))
         call input%report(diagnostics, trim(idle(g)), i, '', 'has no effect with MECHANICS = F')

@@ -12,7 +12,7 @@ module io_histories
   implicit none (type, external)
   private
 
-  public :: table_t
+  public :: table_t, compact
 
   real(rp), parameter :: time_slack = 1.0e-12_rp   !! relative; times have 13 digits in the file
 
@@ -25,6 +25,7 @@ module io_histories
   contains
     procedure :: open => open_table
     procedure :: row
+    procedure :: lines
     procedure :: is_lost
     procedure :: sync
     procedure :: close => close_table
@@ -189,6 +190,14 @@ contains
     write (line, '(es19.12, *(:, ",", es17.9))') values
     call self%file%put(compact(line)//new_line('a'))
   end subroutine row
+
+  !> Append rows that are text already, each with its end of line.
+  subroutine lines(self, text)
+    class(table_t), intent(inout) :: self
+    character(*), intent(in) :: text
+
+    if (self%world%is_root() .and. len(text) > 0) call self%file%put(text)
+  end subroutine lines
 
   !> True on rank 0 if a row could not be written.
   pure logical function is_lost(self)

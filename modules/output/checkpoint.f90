@@ -10,6 +10,7 @@ module output_checkpoint
   use mapping_probes, only: probes_t, share_probes
   use output_audit, only: history_t
   use particles_store, only: particles_t
+  use particles_tracers, only: tracers_t
   use sleep_sleepers, only: sleepers_t
   use state_books, only: books_t
   use state_clock, only: clock_t
@@ -54,14 +55,15 @@ contains
 
   !> Write the state between two steps, to `path` or the usual place, in memory only if it is ''
   !> (h5_file). It changes nothing in the run.
-  subroutine save_checkpoint(world, scene, clock, step, tool, probes, particles, sleepers, &
-                             exchange, books, history, error, path)
+  subroutine save_checkpoint(world, scene, clock, step, tool, probes, tracers, particles, &
+                             sleepers, exchange, books, history, error, path)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
     type(tool_t), intent(in) :: tool(:)
     type(probes_t), intent(inout) :: probes
+    type(tracers_t), intent(in) :: tracers
     type(particles_t), intent(in) :: particles
     type(sleepers_t), intent(in) :: sleepers
     type(exchange_t), intent(in) :: exchange
@@ -94,6 +96,8 @@ contains
     do k = 1, size(tool)
       if (tool(k)%drive%is_free) global = [global, tool(k)%drive%state()]
     end do
+    if (tracers%n > 0) global = [global, real(tracers%rows, rp), tracers%row_time, &
+                                 real(tracers%id, rp)]
     local = [books%sums, real(books%failed_returns, rp), books%warnings, &
              reshape(books%impulse, [size(books%impulse)])]
     do k = 1, size(tool)

@@ -19,8 +19,10 @@ module output_writer
   use output_history, only: history_headings, history_row
   use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
+  use output_tracers, only: tracer_headings, tracer_rows
   use output_warnings, only: warnings_t
   use particles_store, only: particles_t
+  use particles_tracers, only: tracers_t
   use physics_flow_law, only: law_output_t
   use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t
@@ -35,7 +37,7 @@ module output_writer
 
   !> Open files and the clockwork of output.
   type :: writer_t
-    type(table_t) :: history, probes, errors
+    type(table_t) :: history, probes, tracers, errors
     integer(i8) :: saved_step = -1      !! of the last checkpoint
     type(progress_t) :: progress
     type(warnings_t), private :: warnings
@@ -45,6 +47,7 @@ module output_writer
     procedure, nopass :: shows_now
     procedure :: frame
     procedure :: row
+    procedure, private :: follow
     procedure :: summary
     procedure :: sync
     procedure :: close => close_files
@@ -53,8 +56,8 @@ module output_writer
 contains
 
   !> Open the histories; a resumed run goes on in those it has.
-  subroutine init(self, world, scene, clock, step, tool, probes, particles, history, is_resumed, &
-                  error)
+  subroutine init(self, world, scene, clock, step, tool, probes, tracers, particles, history, &
+                  is_resumed, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -62,6 +65,7 @@ contains
     type(step_t), intent(inout) :: step
     type(tool_t), intent(in) :: tool(:)
     type(probes_t), intent(in) :: probes
+    type(tracers_t), intent(inout) :: tracers
     type(particles_t), intent(in) :: particles
     type(history_t), intent(inout) :: history
     logical, intent(in) :: is_resumed
@@ -82,6 +86,11 @@ contains
       call self%probes%open(world, stem//'_probes.csv', scene%title, row%headings(), rows, &
                             history%row_time, error)
     end if
+    if (tracers%n > 0) then
+      call self%tracers%open(world, stem//'_tracers.csv', scene%title, tracer_headings, &
+                             merge(tracers%rows, -1_i8, is_resumed), maxval(tracers%row_time), &
+                             error)
+    end if
     if (has_fields(scene)) then
       call self%errors%open(world, stem//'_errors.csv', scene%title, error_headings(scene, clock), &
                             rows, history%row_time, error)
@@ -93,6 +102,7 @@ contains
         clock%next_frame = next_time(output%frame_interval, clock%time)
         clock%next_history = next_time(output%history_interval, clock%time)
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
+        if (tracers%n > 0) tracers%next = next_time(tracers%interval, clock%time)
       else
         allocate (history%frame_times(0))
       end if
@@ -119,8 +129,8 @@ contains
   !> Write what is due at the present time, rows before a checkpoint, which counts them. What is
   !> `last` leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they
   !> were not due.
-  subroutine due(self, world, scene, clock, step, tool, probes, particles, sleepers, exchange, &
-                 books, history, last, error)
+  subroutine due(self, world, scene, clock, step, tool, probes, tracers, particles, sleepers, &
+                 exchange, books, history, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -128,6 +138,7 @@ contains
     type(step_t), intent(inout) :: step
     type(tool_t), intent(in) :: tool(:)
     type(probes_t), intent(inout) :: probes
+    type(tracers_t), intent(inout) :: tracers
     type(particles_t), intent(in) :: particles
     type(sleepers_t), intent(in) :: sleepers
     type(exchange_t), intent(in) :: exchange
@@ -144,6 +155,7 @@ contains
         call self%row(world, scene, clock, step, tool, probes, particles, books, history)
         clock%next_history = next_time(output%history_interval, clock%time)
       end if
+      call self%follow(world, scene, clock, step, particles, tracers, .false.)
       if (now >= clock%next_frame) then
         call self%frame(world, scene, clock, particles, history, error)
         clock%next_frame = next_time(output%frame_interval, clock%time)
@@ -157,16 +169,45 @@ contains
         if (.not. world%all_true(is_finite(particles))) then
           step%is_broken = .true.
         else if (world%all_true(.not. step%lost_row)) then
-          call save_checkpoint(world, scene, clock, step, tool, probes, particles, sleepers, &
-                               exchange, books, history, error)
+          call save_checkpoint(world, scene, clock, step, tool, probes, tracers, particles, &
+                               sleepers, exchange, books, history, error)
         end if
         step%secured = wall_time()
       end if
     end associate
     if (.not. last) return
     call self%row(world, scene, clock, step, tool, probes, particles, books, history)
+    call self%follow(world, scene, clock, step, particles, tracers, .true.)
     call self%frame(world, scene, clock, particles, history, error)
   end subroutine due
+
+  !> Rows of the tracers that are due, or at the `last` time of all.
+  subroutine follow(self, world, scene, clock, step, particles, tracers, last)
+    class(writer_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(step_t), intent(inout) :: step
+    type(particles_t), intent(in) :: particles
+    type(tracers_t), intent(inout) :: tracers
+    logical, intent(in) :: last
+    character(:), allocatable :: text
+    integer :: n
+
+    if (tracers%n == 0) return
+    associate (is_due => (last .or. clock%time*(1.0_rp + 1.0e-12_rp) >= tracers%next) &
+                         .and. tracers%row_time < clock%time)
+      if (.not. any(is_due)) return
+      call tracer_rows(world, scene, particles, tracers, clock%time, is_due, text, n)
+      call self%tracers%lines(text)
+      tracers%rows = tracers%rows + n
+      where (is_due)
+        tracers%row_time = clock%time
+        tracers%next = next_time(tracers%interval, clock%time)
+      end where
+    end associate
+    step%lost_row = step%lost_row .or. self%tracers%is_lost()
+  end subroutine follow
 
   !> Whether `due` will write a row or a frame.
   pure logical function shows_now(clock, last)
@@ -178,7 +219,7 @@ contains
   end function shows_now
 
   !> First multiple of the interval behind `time`; never, without an interval.
-  pure real(rp) function next_time(interval, time)
+  elemental real(rp) function next_time(interval, time)
     real(rp), intent(in) :: interval, time
 
     next_time = huge(1.0_rp)
@@ -255,7 +296,8 @@ contains
       call self%errors%row(columns%values())
     end if
     history%rows = history%rows + 1
-    step%lost_row = self%history%is_lost() .or. self%probes%is_lost() .or. self%errors%is_lost()
+    step%lost_row = self%history%is_lost() .or. self%probes%is_lost() .or. self%errors%is_lost() &
+                    .or. self%tracers%is_lost()
   end subroutine row
 
   !> Collective. What the run came to: NAME_summary.json, and lines about speed and mass scaling.
@@ -283,6 +325,7 @@ contains
 
     call self%history%sync()
     call self%probes%sync()
+    call self%tracers%sync()
     call self%errors%sync()
   end subroutine sync
 
@@ -292,6 +335,7 @@ contains
 
     call self%history%close(error)
     call self%probes%close(error)
+    call self%tracers%close(error)
     call self%errors%close(error)
   end subroutine close_files
 

@@ -53,6 +53,8 @@ module particles_store
                                                   !! (exchange_order)
   integer, parameter, public :: far_bit = 57      !! no tool reaches it until the next sort
                                                   !! (exchange_speculation)
+  !> Bit of a particle that is a tracer (particles_tracers).
+  integer, parameter, public :: tracer_bit = 58
 
   type :: particles_t
     integer :: nf = n_fields                       !! fields per particle
@@ -283,7 +285,7 @@ contains
     call mvbits(int(rest, i8), 0, 2, set_rest, rest_shift)
   end function set_rest
 
-  !> `tag` with one of the bits of a block, `border_bit` or `far_bit`, as it should be.
+  !> `tag` with `tracer_bit`, or a bit of a block, `border_bit` or `far_bit`, as it should be.
   elemental integer(i8) function set_bit(tag, bit, is_set)
     integer(i8), intent(in) :: tag
     integer, intent(in) :: bit

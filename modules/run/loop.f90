@@ -81,11 +81,11 @@ contains
 
     status = ended_well
     message = ''
-    call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
-                     sim%history, is_resumed, error)
+    call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%tracers, &
+                     sim%particles, sim%history, is_resumed, error)
     if (.not. is_resumed) call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, &
-                                          sim%probes, sim%particles, sim%sleepers, sim%exchange, &
-                                          sim%books, sim%history, .false., error)
+                                          sim%probes, sim%tracers, sim%particles, sim%sleepers, &
+                                          sim%exchange, sim%books, sim%history, .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call advance(world, sim, status, message)
@@ -144,13 +144,14 @@ contains
     is_good = world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
     if (is_good .and. (is_sound .or. .not. is_there)) then
       call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
-                           sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, error)
+                           sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%books, &
+                           sim%history, error)
       message = message//'; checkpoint '//checkpoint_path(sim%scene)
       return
     end if
     call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, &
-                         sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, &
-                         error, broken_path(sim%scene))
+                         sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%books, &
+                         sim%history, error, broken_path(sim%scene))
     message = message//'; this state is in '//broken_path(sim%scene)
     if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim%scene)
   end subroutine save_last_state
@@ -248,8 +249,8 @@ contains
       if (status == ended_broken) return
       call find_motion(world, sim)
     end if
-    call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%particles, &
-                    sim%sleepers, sim%exchange, sim%books, sim%history, last, error)
+    call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%probes, sim%tracers, &
+                    sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, last, error)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
   end subroutine write_due
 

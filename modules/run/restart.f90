@@ -24,7 +24,7 @@ module run_restart
   public :: resume
 
   character(*), parameter :: other_scene = &
-    ': the checkpoint belongs to another scene (tools, walls, clamps or probes differ)'
+    ': the checkpoint belongs to another scene (tools, walls, clamps, probes or tracers differ)'
 
 contains
 
@@ -123,7 +123,7 @@ contains
     real(rp), intent(in) :: global(:)
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
-    integer :: frames, k, last, n, sums
+    integer :: followed, frames, k, last, n, sums
 
     associate (c => sim%clock)
       c%step = nint(global(1), i8)
@@ -153,8 +153,10 @@ contains
     frames = nint(global(14))
     last = n_clock + 4*n + frames + size(sim%history%row_impulse)
     sums = last + size(sim%history%row_sums)
+    followed = 0
+    if (sim%tracers%n > 0) followed = 1 + size(sim%tracers%row_time) + sim%tracers%n
     if (n /= sim%probes%n .or. &
-        size(global) /= sums + n_drive*count(sim%tool%drive%is_free)) then
+        size(global) /= sums + n_drive*count(sim%tool%drive%is_free) + followed) then
       call error%raise(path//other_scene)
       return
     end if
@@ -169,6 +171,12 @@ contains
       call sim%tool(k)%drive%set_state(global(sums + 1:sums + n_drive), sim%clock%time)
       sums = sums + n_drive
     end do
+    if (sim%tracers%n == 0) return
+    associate (t => sim%tracers)
+      t%rows = nint(global(sums + 1), i8)
+      t%row_time = global(sums + 2:sums + 1 + size(t%row_time))
+      call t%set_ids(nint(global(size(global) - t%n + 1:), i8))
+    end associate
   end subroutine unpack_global
 
 end module run_restart

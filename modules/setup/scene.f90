@@ -18,6 +18,7 @@ module setup_scene
   use mapping_stability, only: default_cfl
   use materials_needed, only: check_properties
   use materials_properties, only: read_materials
+  use particles_tracers, only: tracers_t
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
   use setup_contacts, only: read_contacts
   use setup_flow, only: read_flow
@@ -26,6 +27,7 @@ module setup_scene
   use setup_scaling, only: read_selective_scaling
   use setup_sleeping, only: read_sleeping
   use setup_tools, only: read_tools
+  use setup_tracers, only: read_tracers
   use setup_walls, only: read_conditions
   use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
   implicit none (type, external)
@@ -35,13 +37,14 @@ module setup_scene
 
 contains
 
-  !> Fill `sim%scene`, the tools and the probes.
-  subroutine build_scene(input, scene, tool, source, probes, diagnostics)
+  !> Fill `sim%scene`, the tools, the probes and the places of the tracers.
+  subroutine build_scene(input, scene, tool, source, probes, tracers, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), allocatable, intent(inout) :: tool(:)
     type(source_t), allocatable, intent(inout) :: source(:)
     type(probes_t), intent(inout) :: probes
+    type(tracers_t), intent(inout) :: tracers
     type(diagnostics_t), intent(inout) :: diagnostics
 
     call read_general(input, scene, diagnostics)
@@ -65,6 +68,7 @@ contains
     end associate
     call read_sleeping(input, scene, tool, diagnostics)
     call read_probes(input, scene, probes, diagnostics)
+    call read_tracers(input, scene, tracers, diagnostics)
     call check_heat_scene(input, scene, diagnostics)
     call check_heat_sense(input, diagnostics)
   end subroutine build_scene

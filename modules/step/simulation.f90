@@ -12,6 +12,7 @@ module step_simulation
   use mapping_probes, only: probes_t
   use output_audit, only: history_t
   use particles_store, only: particles_t
+  use particles_tracers, only: tracers_t
   use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t
   use state_books, only: books_t
@@ -34,6 +35,7 @@ module step_simulation
     type(tool_t), allocatable :: tool(:)
     type(source_t), allocatable :: source(:)  !! of heat
     type(probes_t) :: probes
+    type(tracers_t) :: tracers
     type(particles_t) :: particles
     type(blocks_t) :: blocks                 !! of particles
     type(nodes_t) :: nodes

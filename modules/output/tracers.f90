@@ -1,0 +1,58 @@
+! SPDX-License-Identifier: MIT
+!> NAME_tracers.csv, a row for each tracer and time.
+module output_tracers
+  use base_kinds, only: rp
+  use base_text, only: str
+  use comm_world, only: world_t
+  use io_histories, only: compact
+  use particles_store, only: particles_t
+  use particles_tracers, only: n_seen, tracers_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: tracer_rows
+
+  character(24), parameter, public :: tracer_headings(10) = [character(24) :: 'time[s]', 'group', &
+    'tracer', 'id', 'body', 'x[m]', 'y[m]', 'z[m]', 'temperature[K]', 'plastic_strain[1]']
+
+contains
+
+  !> Collective. The rows at `time` of the groups that are due, as text, and how many; a tracer
+  !> whose particle has left the grid has none. `id` is that of the particle in the frames.
+  subroutine tracer_rows(world, scene, particles, tracers, time, is_due, text, n)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(tracers_t), intent(in) :: tracers
+    real(rp), intent(in) :: time                  !! [s]
+    logical, intent(in) :: is_due(:)              !! of each group
+    character(:), allocatable, intent(out) :: text
+    integer, intent(out) :: n
+    integer, parameter :: longest = 240           !! characters of a row
+    real(rp), allocatable :: seen(:, :)
+    character(80) :: numbers
+    character(20) :: now
+    character(:), allocatable :: line
+    integer :: i, used
+
+    allocate (seen(n_seen, tracers%n))
+    call tracers%collect(world, particles, seen)
+    allocate (character(longest*tracers%n) :: text)
+    write (now, '(es19.12)') time
+    used = 0
+    n = 0
+    do i = 1, tracers%n
+      if (.not. is_due(tracers%group(i)) .or. seen(n_seen, i) < 0.5_rp) cycle
+      write (numbers, '(es15.8, *(:, ",", es15.8))') seen(:5, i)
+      line = compact(now)//','//trim(tracers%name(tracers%group(i)))//','//str(i)//','// &
+             str(tracers%id(i))//','//trim(scene%body(nint(seen(6, i)))%name)//','// &
+             compact(numbers)//new_line('a')
+      text(used + 1:used + len(line)) = line
+      used = used + len(line)
+      n = n + 1
+    end do
+    text = text(:used)
+  end subroutine tracer_rows
+
+end module output_tracers

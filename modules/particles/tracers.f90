@@ -1,0 +1,218 @@
+! SPDX-License-Identifier: MIT
+!> Tracers, material points that are followed. Each is a particle, the nearest to a place asked for
+!> at t = 0; a bit of its tag says so, which goes with it through sorts, ranks and checkpoints.
+module particles_tracers
+  use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use particles_store, only: f_plastic, f_pos, f_temp, particles_t, set_bit, tag_id, tracer_bit
+  implicit none (type, external)
+  private
+
+  public :: tracers_t
+
+  integer, parameter, public :: n_seen = 7   !! place, temperature, plastic strain, body, is there
+
+  !> Places asked for, in groups, and the particles that stand for them.
+  type :: tracers_t
+    integer :: n = 0                          !! places of all groups
+    character(32), allocatable :: name(:)     !! of the groups
+    real(rp), allocatable :: interval(:)      !! of each group between its rows [s]
+    integer, allocatable :: group(:)          !! of each place
+    real(rp), allocatable :: place(:, :)      !! (3, n) [m]
+    integer(i8), allocatable :: id(:)         !! of the particle of each place; 0: another place of
+                                              !! the group has it already
+    real(rp), allocatable :: next(:)          !! when rows of each group are due [s]
+    real(rp), allocatable :: row_time(:)      !! of the last rows of each group [s]
+    integer(i8) :: rows = 0                   !! written so far
+    integer, allocatable, private :: order(:)   !! places by the numbers of their particles
+  contains
+    procedure :: add_group
+    procedure :: choose
+    procedure :: set_ids
+    procedure :: collect
+    procedure, private :: first_of
+  end type tracers_t
+
+contains
+
+  !> A group more, with its places.
+  subroutine add_group(self, name, interval, place)
+    class(tracers_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: interval                !! [s]
+    real(rp), intent(in), contiguous :: place(:, :)   !! (3, n) [m]
+    integer :: n
+
+    if (.not. allocated(self%name)) then
+      allocate (self%name(0), self%interval(0), self%group(0), self%place(3, 0), self%id(0), &
+                self%next(0), self%row_time(0))
+    end if
+    n = self%n + size(place, 2)
+    self%name = [character(32) :: self%name, name]
+    self%interval = [self%interval, interval]
+    self%next = [self%next, 0.0_rp]
+    self%row_time = [self%row_time, -1.0_rp]
+    self%group = [self%group, spread(size(self%name), 1, size(place, 2))]
+    self%place = reshape([self%place, place], [3, n])
+    self%id = [self%id, spread(0_i8, 1, size(place, 2))]
+    self%n = n
+  end subroutine add_group
+
+  !> Collective, at t = 0. The nearest particle to each place, of several the one with the lowest
+  !> number, so that ranks make no difference. Two places of a group never share one.
+  subroutine choose(self, world, particles)
+    class(tracers_t), intent(inout) :: self
+    type(world_t), intent(in) :: world
+    type(particles_t), intent(inout) :: particles
+    real(rp) :: least(self%n), nearest(self%n), number(self%n)
+    integer(i8) :: id(self%n)
+    integer :: b, i, p
+
+    if (self%n == 0) return
+    call find_nearest(self%n, self%place, particles, nearest, number)
+    least = -nearest
+    call world%max(least)
+    where (nearest > -least) number = huge(1.0_rp)
+    number = -number
+    call world%max(number)
+    id = nint(-number, i8)
+    call self%set_ids(id)
+    do i = 2, self%n
+      p = self%order(i)
+      b = self%order(i - 1)
+      if (id(p) == id(b) .and. self%group(p) == self%group(b)) self%id(p) = 0_i8
+    end do
+    call self%set_ids(self%id)
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        associate (tag => particles%tag(p, b))
+          if (self%first_of(tag_id(tag)) > 0) tag = set_bit(tag, tracer_bit, .true.)
+        end associate
+      end do
+    end do
+  end subroutine choose
+
+  !> Squared distance and number of this rank's nearest particle to each place; blocks farther than
+  !> the nearest so far are passed over.
+  pure subroutine find_nearest(n, place, particles, nearest, number)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: place(3, n)            !! [m]
+    type(particles_t), intent(in) :: particles
+    real(rp), intent(out) :: nearest(n), number(n)   !! [m2], [-]
+    real(rp) :: box(6), d2
+    integer :: b, i, p
+
+    nearest = huge(1.0_rp)
+    number = huge(1.0_rp)
+    do b = 1, particles%nblk
+      box = particles%extent(b, b)
+      do i = 1, n
+        if (sum(max(0.0_rp, place(:, i) - box(:3), -box(4:) - place(:, i))**2) > nearest(i)) cycle
+        do p = 1, particles%count(b)
+          d2 = sum((particles%ps(p, f_pos:f_pos + 2, b) - place(:, i))**2)
+          if (d2 > nearest(i)) cycle
+          associate (id => real(tag_id(particles%tag(p, b)), rp))
+            if (d2 < nearest(i)) number(i) = id
+            number(i) = min(number(i), id)
+          end associate
+          nearest(i) = d2
+        end do
+      end do
+    end do
+  end subroutine find_nearest
+
+  !> The particles of the places, and the places in the order of their numbers, and then their own.
+  subroutine set_ids(self, id)
+    class(tracers_t), intent(inout) :: self
+    integer(i8), intent(in) :: id(self%n)
+    integer, allocatable :: from(:), to(:)
+    integer :: i, j, k, m, step
+
+    self%id = id
+    allocate (from(self%n))
+    from(:) = [(i, i=1, self%n)]
+    step = 1
+    do while (step < self%n)                 ! merge runs of `step`, which keeps equals in order
+      allocate (to(self%n))
+      do m = 1, self%n, 2*step
+        i = m
+        j = m + step
+        do k = m, min(m + 2*step - 1, self%n)
+          if (i >= m + step .or. i > self%n) then
+            to(k) = from(j)
+            j = j + 1
+          else if (j > min(m + 2*step - 1, self%n)) then
+            to(k) = from(i)
+            i = i + 1
+          else if (id(from(j)) < id(from(i))) then
+            to(k) = from(j)
+            j = j + 1
+          else
+            to(k) = from(i)
+            i = i + 1
+          end if
+        end do
+      end do
+      call move_alloc(to, from)
+      step = 2*step
+    end do
+    call move_alloc(from, self%order)
+  end subroutine set_ids
+
+  !> Where in the order the places of particle `id` begin; 0 if it is no tracer.
+  pure integer function first_of(self, id) result(low)
+    class(tracers_t), intent(in) :: self
+    integer(i8), intent(in) :: id
+    integer :: high, middle
+
+    low = 1
+    high = self%n + 1
+    do while (low < high)
+      middle = (low + high)/2
+      if (self%id(self%order(middle)) < id) then
+        low = middle + 1
+      else
+        high = middle
+      end if
+    end do
+    if (low > self%n) then
+      low = 0
+    else if (self%id(self%order(low)) /= id) then
+      low = 0
+    end if
+  end function first_of
+
+  !> Collective. What is seen of each tracer now: place [m], temperature [K], plastic strain, number
+  !> of its body, and 1; all 0 of places without a particle, or whose particle has left the grid.
+  subroutine collect(self, world, particles, seen)
+    class(tracers_t), intent(in) :: self
+    type(world_t), intent(in) :: world
+    type(particles_t), intent(in) :: particles
+    real(rp), intent(out) :: seen(n_seen, self%n)
+    real(rp), allocatable :: flat(:)
+    integer :: b, i, p
+    integer(i8) :: id
+
+    seen = 0.0_rp
+    do b = 1, particles%nblk
+      do p = 1, particles%count(b)
+        if (.not. btest(particles%tag(p, b), tracer_bit)) cycle
+        id = tag_id(particles%tag(p, b))
+        i = self%first_of(id)
+        do while (i > 0 .and. i <= self%n)
+          if (self%id(self%order(i)) /= id) exit
+          associate (ps => particles%ps(p, :, b))
+            seen(:, self%order(i)) = [ps(f_pos:f_pos + 2), ps(f_temp), ps(f_plastic), &
+                                      real(particles%body(b), rp), 1.0_rp]
+          end associate
+          i = i + 1
+        end do
+      end do
+    end do
+    allocate (flat(size(seen)))
+    flat(:) = reshape(seen, [size(flat)])
+    call world%sum(flat)
+    seen = reshape(flat, shape(seen))
+  end subroutine collect
+
+end module particles_tracers
