@@ -238,7 +238,7 @@ contains
              't.nml:6: error: unknown group &BDY; did you mean BODY?')
     call bad(base//'&QUITE_OTHER /', 't.nml:6: error: unknown group &QUITE_OTHER; known are '// &
              'RUN GRID TIME METHOD MATERIAL BODY SHAPE TOOL MOTION WALL CLAMP LOAD '// &
-             'TRACTION CONTACT FIELD HEAT SURFACE SOURCE OUTPUT PROBE PATH')
+             'TRACTION CONTACT FIELD HEAT SURFACE SOURCE OUTPUT PROBE TRACER PATH')
     call bad_value('TEMPRATURE = 3', 'has no key TEMPRATURE; did you mean TEMPERATURE?')
     call bad_value('COLOUR = 3', 'has no key COLOUR; known are NAME MATERIAL '// &
                    'PARTICLES_PER_CELL LATTICE TEMPERATURE VELOCITY ANGULAR_VELOCITY '// &
