@@ -10,18 +10,17 @@ program stirpoint
   use base_version, only: version_text
   use checks_volumes, only: volumes_t
   use comm_world, only: end_world, mpi_text, start_world, world_t
-  use front_command_line, only: command_t, print_help, read_command
+  use front_command_line, only: command_t, read_command
   use front_heat_report, only: report_heat_scene
+  use front_help, only: print_help, print_keys_of, print_new
   use front_library, only: print_materials
   use front_material_driver, only: drive_material
   use front_prepare, only: place_particles, read_scene
   use front_report, only: report_scene, warn_of_overlap
-  use groups_table, only: key_table
   use heat_alone_loop, only: begin_heat, run_heat
   use heat_alone_state, only: heat_run_t
   use heat_setup_scene, only: build_heat_scene
   use heat_solvers_petsc, only: end_petsc
-  use input_keys, only: print_keys, print_keys_markdown
   use input_values, only: input_t
   use io_folder, only: clear_folder, take_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
@@ -45,18 +44,12 @@ program stirpoint
     status = bad_input
   else
     select case (command%action)
-    case ('help')
-      if (world%is_root()) call print_help()
+    case ('help', 'keys', 'materials', 'new')
+      ok = .true.
+      if (world%is_root()) call tell(ok)
+      if (.not. world%all_true(ok)) status = bad_input
     case ('version')
       if (world%is_root()) write (output_unit, '(a)') version_text(mpi_text())
-    case ('keys')
-      if (world%is_root()) call print_keys(key_table(), output_unit)
-    case ('keys=markdown')
-      if (world%is_root()) call print_keys_markdown(key_table(), output_unit)
-    case ('materials')
-      ok = .true.
-      if (world%is_root()) call print_materials(ok)
-      if (.not. world%all_true(ok)) status = bad_input
     case ('material')
       call drive_material(world, command, ended_io, status)
     case default
@@ -71,6 +64,22 @@ program stirpoint
   if (status /= 0) stop status, quiet=.true.
 
 contains
+
+  !> What needs no input.
+  subroutine tell(ok)
+    logical, intent(out) :: ok
+
+    select case (command%action)
+    case ('help')
+      call print_help(command%topic, ok)
+    case ('keys')
+      call print_keys_of(command%topic, ok)
+    case ('new')
+      call print_new(command%topic, ok)
+    case default
+      call print_materials(ok)
+    end select
+  end subroutine tell
 
   !> Check or run the scene.
   subroutine simulate(status)

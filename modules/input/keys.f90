@@ -27,14 +27,15 @@ contains
     end if
   end function default_item
 
-  !> The table as text, for `stirpoint --keys`.
-  subroutine print_keys(t, unit)
+  !> The table as text, for `stirpoint --keys`, or that of group number `only`.
+  subroutine print_keys(t, unit, only)
     type(key_table_t), intent(in) :: t
     integer, intent(in) :: unit
+    integer, intent(in) :: only           !! 0: all
     character(:), allocatable :: about
     integer :: g, k
 
-    do g = 1, size(t%groups)
+    do g = max(1, only), merge(only, size(t%groups), only > 0)
       write (unit, '(6a)') '&', trim(t%groups(g)%name), ' (', occurrence(t%groups(g)), ')  ', &
         trim(t%groups(g)%about)
       do k = t%groups(g)%first, t%groups(g)%last
@@ -48,7 +49,7 @@ contains
       end do
       write (unit, '()')
     end do
-    write (unit, '(a)') 'A restart may change '//changeable(t)//'.'
+    if (only == 0) write (unit, '(a)') 'A restart may change '//changeable(t)//'.'
   end subroutine print_keys
 
   !> What a restart may change, in words.

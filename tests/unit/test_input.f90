@@ -115,7 +115,7 @@ contains
     end do
     call expect('the table is not empty', size(table%keys) > 90)
     open (newunit=unit, status='scratch', action='readwrite')
-    call print_keys(table, unit)
+    call print_keys(table, unit, 0)
     call print_keys_markdown(table, unit)
     close (unit)
   end subroutine test_table

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""What makes an input quickly: scenes to begin with, keys of one group, man page, completion of bash."""
+
+import re
+import shutil
+import subprocess
+
+import driver
+import pytest
+
+SCENES = ("pin", "shoulder", "butt", "lap", "heat")
+MAN = driver.ROOT / "share/man/man1/stirpoint.1"
+COMPLETION = driver.ROOT / "share/bash-completion/completions/stirpoint"
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_scene_runs_as_it_is(run, tmp_path, scene):
+    """--new prints a commented input that passes --check without a warning and takes its first steps."""
+    text = run(None, "--new", scene).out
+    assert text.count("\n!") > 4
+    (tmp_path / "my.nml").write_text(text, encoding="utf-8")
+    checked = run("my.nml", "--check")
+    assert "warning" not in checked.out + checked.err
+    end = {"TIME.END": 0.05} if scene == "heat" else {"TIME.MAX_STEPS": 30}
+    done = run("my.nml", sets=end)
+    assert "results in my.out" in done.out
+    assert "warning" not in done.out + done.err
+    assert len(done.results("my").history()["time[s]"]) > 1
+
+
+def test_scenes_are_those_of_the_help(run):
+    """Each file is known, and each known scene has a file."""
+    files = sorted(path.stem for path in (driver.ROOT / "share/stirpoint/new").glob("*.nml"))
+    assert files == sorted(SCENES)
+    line = re.search(r"--new SCENE .*: (.*)\n", run(None, "--help").out).group(1)
+    assert line == "pin, shoulder, butt, lap or heat"
+    wrong = run(None, "--new", "pim", expect=driver.BAD_INPUT)
+    assert "there is no scene pim to begin with: --new pin, shoulder" in wrong.err
+    assert "--new needs a value" in run(None, "--new", expect=driver.BAD_INPUT).err
+
+
+def test_keys_of_one_group(run):
+    """--keys=TOOL is the part of --keys about &TOOL; a misspelt group is named."""
+    whole, part = run(None, "--keys").out, run(None, "--keys=tool").out
+    assert part.startswith("&TOOL (") and part in whole
+    assert [line for line in part.splitlines() if line.startswith("&")] == [part.splitlines()[0]]
+    wrong = run(None, "--keys=TOLL", expect=driver.BAD_INPUT)
+    assert wrong.err == "stirpoint: error: unknown group &TOLL; did you mean TOOL?\n"
+    assert "--check takes no value" in run(None, "--check=x", expect=driver.BAD_INPUT).err
+
+
+def test_man_page_and_completion_are_up_to_date(run):
+    """`stirpoint --help=man >share/man/man1/stirpoint.1`, and --help=bash likewise."""
+    assert run(None, "--help=man").out == MAN.read_text(encoding="utf-8")
+    assert run(None, "--help=bash").out == COMPLETION.read_text(encoding="utf-8")
+    options = re.findall(r"^  (--\w+)", run(None, "--help").out, re.MULTILINE)
+    for option in options:
+        assert rf"\fB{option}".replace("-", r"\-") in MAN.read_text(encoding="utf-8")
+    assert run(None, "--help=other", expect=driver.BAD_INPUT).err.startswith("stirpoint: error: no help about")
+
+
+@pytest.mark.skipif(shutil.which("groff") is None, reason="no groff")
+def test_man_page_has_no_errors():
+    done = subprocess.run(["groff", "-man", "-Tutf8", "-ww", MAN], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    "words, wanted",
+    [
+        (["stirpoint", "--re"], {"--restart"}),
+        (["stirpoint", "--new", "b"], {"butt"}),
+        (["stirpoint", "--keys", "=", "TO"], {"TOOL"}),
+        (["stirpoint", "--keys", "="], {"markdown", "TOOL", "HEAT"}),
+        (["stirpoint", "my.nml", "--set", "TO"], {"TOOL."}),
+        (["stirpoint", "my.nml", "--set", "TOOL(2).FRICTION_L"], {"TOOL(2).FRICTION_LAW="}),
+        (["stirpoint", "m"], {"my.nml"}),
+        (["stirpoint", "--restart", "my_"], {"my_checkpoint.h5"}),
+    ],
+)
+def test_completion(tmp_path, words, wanted):
+    """What bash offers for the last word."""
+    for name in ("my.nml", "my_checkpoint.h5", "my.txt"):
+        (tmp_path / name).touch()
+    quoted = " ".join(f"'{word}'" for word in words)
+    script = f"source {COMPLETION}; COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; _stirpoint; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+    done = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+    offered = set(done.stdout.split())
+    assert wanted <= offered
+    assert len(wanted) > 1 or offered == wanted, offered
