@@ -169,8 +169,8 @@ contains
       '[\fBmpirun\fR \-n \fIRANKS\fR] \fBstirpoint\fR \fIINPUT\fR [\fIoptions\fR]', &
       '.SH DESCRIPTION', &
       'Stirpoint simulates how a rotating rigid tool stirs metal: temperatures, flow, force '// &
-      'and torque. \fIINPUT\fR is a file of Fortran namelist groups in SI units; its results go to '// &
-      'a directory \fINAME\fR.out.', '.SH OPTIONS'
+      'and torque. \fIINPUT\fR is a file of Fortran namelist groups in SI units; its results '// &
+      'go to a directory \fINAME\fR.out.', '.SH OPTIONS'
     allocate (list, source=options())
     do k = 1, size(list)
       write (output_unit, '(a)') '.TP', '\fB'//dashes(usage_of(list(k)))//'\fR', &
