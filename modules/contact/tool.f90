@@ -23,8 +23,18 @@ module contact_tool
     s_creep = 9, &      !! normal impulse times tangential speed of the material [N m]
     s_slide = 10, &     !! normal impulse times tangential speed of the tool [N m]
     s_to_plate = 11, &  !! friction heat given to the material [J]
-    s_heat = 12  !! friction heat and plastic work of all tools and bodies, set in reports alone [J]
-  integer, parameter, public :: n_tool_sums = 12
+    s_heat = 12, &      !! friction heat and plastic work of all, set in reports alone [J]
+    ! of the face, where the layer under it may shear:
+    s_area = 13, &      !! area times time [m2 s]; the following, too, are times both:
+    s_face_heat = 14, &  !! temperature of the face [K m2 s]
+    s_thickness = 15, &  !! of the layer that shears [m3 s]
+    s_layer = 16, &     !! slip that the layer shears [m3]
+    s_sliding = 17, &   !! slip that slides [m3]
+    s_motion = 18, &    !! speed of the tool along its surface [m3]
+    s_faster = 19, &   !! velocity of the layer's metal beyond that of its particles [m3]
+    s_strength = 20, &  !! of the layer: impulse of it [N s]
+    s_layer_work = 21   !! friction heat that is work of the layer [J]
+  integer, parameter, public :: n_tool_sums = 21
 
   !> Mean rigid motion over a step.
   type :: rigid_t
@@ -53,9 +63,11 @@ module contact_tool
     real(rp) :: spin = 0.0_rp              !! [rad/s]
     real(rp) :: angle = 0.0_rp             !! turned since t = 0 [rad]
     real(rp) :: sums(n_tool_sums) = 0.0_rp
+    real(rp) :: hottest = 0.0_rp           !! of its face, in this step, 0: no layer shears [K]
   contains
     procedure :: has_shape
     procedure :: has_friction
+    procedure :: has_layer
     procedure :: stirring_radius
     procedure :: move_to
     procedure :: mean_motion
@@ -158,6 +170,15 @@ contains
     has_friction = self%friction > 0.0_rp .or. self%friction_table%of /= of_nothing &
                    .or. self%friction_law%kind /= law_coulomb
   end function has_friction
+
+  !> Whether a layer of metal that can flow may shear under its face: the strength of the metal
+  !> limits friction.
+  elemental logical function has_layer(self)
+    class(tool_t), intent(in) :: self
+
+    has_layer = self%has_shape() .and. self%has_friction() &
+                .and. .not. self%friction_law%is_unlimited()
+  end function has_layer
 
   !> Radius of what stirs, 0 if there is none [m].
   elemental real(rp) function stirring_radius(self)

@@ -8,6 +8,7 @@ module output_history
                           s_torque, s_work, tool_t
   use io_row, only: row_t
   use output_audit, only: history_t
+  use output_faces, only: add_face, has_face
   use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means, &
                                    no_means
   use output_totals, only: no_totals, sum_totals, totals_t
@@ -78,6 +79,10 @@ contains
     call add_common(scene, clock, totals, row)
     do k = 1, size(tool)
       call add_tool(tool(k), totals%tool(:, k) - history%row_sums(:, k), per_second, row)
+      if (has_face(scene, tool(k))) then
+        call add_face(trim(tool(k)%name), totals%tool(:, k) - history%row_sums(:, k), per_second, &
+                      totals%face(k), row)
+      end if
     end do
     do k = 1, size(scene%condition)
       call add_force(scene%condition(k), &

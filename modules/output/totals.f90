@@ -37,6 +37,7 @@ module output_totals
     type(energies_t) :: now
     real(rp) :: books(n_sums) = 0.0_rp       !! by the names of state_books [J]
     real(rp), allocatable :: tool(:, :)      !! books of each tool (n_tool_sums, tools)
+    real(rp), allocatable :: face(:)         !! hottest place of each tool's face now [K]
     real(rp), allocatable :: impulse(:, :)   !! of walls and clamps (3, n) [N s]
     real(rp) :: work = 0.0_rp                !! of all tools [J]
     real(rp) :: friction = 0.0_rp            !! heat of it [J]
@@ -99,8 +100,8 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: n_tools
 
-    allocate (totals%tool(n_tool_sums, n_tools), totals%impulse(3, size(scene%condition)), &
-              source=0.0_rp)
+    allocate (totals%tool(n_tool_sums, n_tools), totals%face(n_tools), &
+              totals%impulse(3, size(scene%condition)), source=0.0_rp)
   end function no_totals
 
   !> Collective. Totals of the present state.
@@ -114,14 +115,14 @@ contains
     type(history_t), intent(inout) :: history
     type(totals_t), intent(out) :: totals
     real(rp), allocatable :: all(:)
-    real(rp) :: most(4)
+    real(rp) :: most(4 + size(tool))
     integer :: k, last
 
     totals = no_totals(scene, size(tool))
     totals%now = energies(scene, clock, particles)
     associate (now => totals%now)
       most = [now%hottest, now%fastest, now%inertial, &
-              merge(0.0_rp, 1.0_rp, is_finite(particles))]
+              merge(0.0_rp, 1.0_rp, is_finite(particles)), tool%hottest]
       all = [books%sums, now%kinetic, now%elastic, now%heat, (tool(k)%sums, k=1, size(tool)), &
              reshape(books%impulse, [size(books%impulse)])]
       call world%sum(all)
@@ -130,6 +131,7 @@ contains
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
                        most(1), most(2), most(3))
     end associate
+    totals%face = most(5:)
     last = n_sums + 3 + size(totals%tool)
     totals%tool = reshape(all(n_sums + 4:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))

@@ -16,6 +16,7 @@ module output_writer
   use output_checkpoint, only: save_checkpoint
   use output_diagnostics, only: is_finite
   use output_error_norms, only: error_headings, error_row, has_fields
+  use output_faces, only: faces_json, say_faces
   use output_history, only: history_headings, history_row
   use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
@@ -301,11 +302,14 @@ contains
   end subroutine row
 
   !> Collective. What the run came to: NAME_summary.json, and lines about speed and mass scaling.
-  subroutine summary(self, world, scene, clock, blocks, nodes, exchange, timer, error)
+  subroutine summary(self, world, scene, clock, tool, history, blocks, nodes, exchange, timer, &
+                     error)
     class(writer_t), intent(in) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
+    type(history_t), intent(in) :: history
     type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(in) :: nodes
     type(exchange_t), intent(in) :: exchange
@@ -313,9 +317,11 @@ contains
     type(error_t), intent(inout) :: error
 
     call self%progress%summary(world, scene, clock, blocks, nodes, exchange, timer, &
-                               self%warnings%melting%json(), error)
+                               self%warnings%melting%json()//faces_json(scene, tool, history), &
+                               error)
     if (world%is_root() .and. .not. scene%output%is_quiet) then
       call self%warnings%say_inertia(scene, clock)
+      call say_faces(scene, tool, history)
     end if
   end subroutine summary
 

@@ -106,8 +106,8 @@ contains
       call writer%sync()
       call save_last_state(world, sim, status == ended_by_signal, error, message)
     end if
-    call writer%summary(world, sim%scene, sim%clock, sim%blocks, sim%nodes, sim%exchange, &
-                        sim%timer, error)
+    call writer%summary(world, sim%scene, sim%clock, sim%tool, sim%history, sim%blocks, sim%nodes, &
+                        sim%exchange, sim%timer, error)
     call writer%close(error)
     if (error%is_set()) then
       status = ended_io

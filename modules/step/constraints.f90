@@ -60,6 +60,7 @@ contains
       call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
       call sim%tool%move_to(sim%clock%time + dt)
     end if
+    sim%tool%hottest = 0.0_rp
     do k = 1, size(sim%tool)
       if (.not. sim%step%is_near(k)) cycle
       do group = 1, sim%nodes%n_groups

@@ -4,13 +4,14 @@
 !> of the flow law follows.
 module tool_contact_books
   use base_kinds, only: nlane, rp
-  use contact_tool, only: rigid_t, s_to_plate, tool_t
+  use contact_tool, only: rigid_t, s_area, s_faster, s_face_heat, s_layer, s_layer_work, &
+                          s_motion, s_sliding, s_strength, s_thickness, s_to_plate, tool_t
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_heat, f_plastic, f_temp, particles_t
+  use particles_store, only: f_heat, f_plastic, f_pos, f_temp, particles_t
   use physics_flow_law, only: n_work
   use state_scene, only: scene_t
-  use tool_contact_limits, only: plastic_part
-  use tool_contact_lists, only: tool_contact_t, v_hold, v_push, v_shear
+  use tool_contact_limits, only: slow_down
+  use tool_contact_lists, only: contact_particle_t, tool_contact_t, v_hold, v_push, v_shear
   implicit none (type, external)
   private
 
@@ -42,22 +43,32 @@ contains
   end subroutine book_tool
 
   !> The friction heat to the particles whose friction it is: the tool's share of it goes into the
-  !> body, of what the metal sheared as much as becomes heat of its plastic work.
-  subroutine give_heat(scene, particles, contact, tool)
+  !> body, of what the metal sheared as much as becomes heat of its plastic work. Where there is a
+  !> layer, the books of the face.
+  subroutine give_heat(scene, particles, contact, rigid, dt, tool)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
     type(tool_contact_t), intent(in) :: contact
+    type(rigid_t), intent(in) :: rigid
+    real(rp), intent(in) :: dt                 !! [s]
     type(tool_t), intent(inout) :: tool
-    real(rp) :: heat, slip(3), stored
+    real(rp) :: heat, mean(3), slip(3), stored
     integer :: i, p
 
     do p = 1, contact%n
       associate (t => contact%particle(p))
         slip = 0.0_rp
+        mean = 0.0_rp
         do i = 1, 27
           if (t%entry(i) == 0) cycle
+          mean = mean + t%weight(i)*contact%slip(:, t%entry(i))
           slip = slip + t%weight(i)*contact%part(t%entry(i))*contact%slip(:, t%entry(i))
         end do
+        if (t%used > 0.0_rp) then
+          call book_face(t, rigid, dt, particles%ps(t%lane, f_pos:f_pos + 2, t%block), &
+                         particles%ps(t%lane, f_temp, t%block), mean, -dot_product(t%hold, slip), &
+                         tool)
+        end if
         associate (body => scene%body(particles%body(t%block)))
           stored = t%plastic_part*(1.0_rp - scene%material(body%material)%plastic_heat)
         end associate
@@ -67,6 +78,35 @@ contains
       end associate
     end do
   end subroutine give_heat
+
+  !> What the face of a tool has on a particle with a layer that shears: area and, times that,
+  !> temperature, strength, thickness of the layer, slip by shear and by sliding; its work.
+  pure subroutine book_face(t, rigid, dt, x, temp, slip, work, tool)
+    type(contact_particle_t), intent(in) :: t
+    type(rigid_t), intent(in) :: rigid
+    real(rp), intent(in) :: dt, x(3), temp     !! [s], [m], [K]
+    real(rp), intent(in) :: slip(3)            !! mean of the step [m/s]
+    real(rp), intent(in) :: work               !! of friction [J]
+    type(tool_t), intent(inout) :: tool
+    real(rp) :: area, sliding, surface(3)
+
+    area = t%face*dt
+    sliding = norm2(slip - dot_product(slip, t%normal)*t%normal)
+    surface = rigid%velocity_at(x - t%half*t%normal)
+    surface = surface - dot_product(surface, t%normal)*t%normal
+    associate (s => tool%sums)
+      s(s_area) = s(s_area) + area
+      s(s_face_heat) = s(s_face_heat) + area*(temp + t%rise)
+      s(s_strength) = s(s_strength) + t%strength
+      s(s_thickness) = s(s_thickness) + area*t%thickness
+      s(s_layer) = s(s_layer) + area*t%plastic_part*sliding
+      s(s_sliding) = s(s_sliding) + area*(1.0_rp - t%plastic_part)*sliding
+      s(s_motion) = s(s_motion) + area*norm2(surface)
+      s(s_layer_work) = s(s_layer_work) + t%plastic_part*work
+      s(s_faster) = s(s_faster) + area*t%faster
+    end associate
+    tool%hottest = max(tool%hottest, temp + t%rise)
+  end subroutine book_face
 
   !> Strain the particles of the layer by what it shears at their centres in `dt` beyond their own
   !> rate. At nodes where friction is less than the layer's strength, by Coulomb's law or because
@@ -91,11 +131,10 @@ contains
         body = particles%body(t%block)
         n = n + 1
         at(n) = p
-        slower = (used_strength(contact, p) - 1.0_rp)/t%sensitivity
+        call slow_down(used_strength(contact, p), norm2(t%normal*scene%body(body)%spacing), t, &
+                       slower)
         log_rate(n) = t%log_rate + slower
         x(n) = dt*max(0.0_rp, exp(log_rate(n)) - t%resolved_rate)
-        t%plastic_part = plastic_part(norm2(t%slip), sqrt(3.0_rp)*t%resolved_rate*t%depth, &
-                                      exp(slower))
       end associate
     end do
     if (n > 0) call strain_particles(scene, particles, contact, body, n, at, x, log_rate)

@@ -23,7 +23,7 @@ module tool_contact_impulses
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_velocity, restore
   use contact_law, only: friction_law_t
-  use contact_tool, only: tool_t
+  use contact_tool, only: rigid_t, tool_t
   use mapping_nodes, only: least_inertia, least_mass, nodes_t
   use particles_store, only: particles_t
   use state_blocks, only: blocks_t
@@ -100,14 +100,16 @@ contains
     type(tool_t), intent(inout) :: tool
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    type(rigid_t) :: rigid
 
     call push_nodes(scene, clock, tool%friction_law, nodes, boundary, contact, books, g)
     call restore(scene, nodes, boundary, r_velocity, g)
     call flatten(scene, particles, nodes, contact, dt, g)
     call keep_grip(scene, clock, particles, nodes, contact, tool%friction_law, dt)
     call strain_surface(scene, particles, contact, dt)
-    call book_tool(nodes, contact, tool%mean_motion(clock%time, dt), tool, g)
-    call give_heat(scene, particles, contact, tool)
+    rigid = tool%mean_motion(clock%time, dt)
+    call book_tool(nodes, contact, rigid, tool, g)
+    call give_heat(scene, particles, contact, rigid, dt, tool)
   end subroutine apply_impulses
 
   !> List the nodes with mass near the tool, or in the box around one that has ends: the same on all

@@ -27,7 +27,7 @@ module tool_contact_limits
   implicit none (type, external)
   private
 
-  public :: find_shear_layer, limit_impulses, plastic_part, shear_layer_t
+  public :: find_shear_layer, limit_impulses, shear_layer_t, slow_down
 
   !> Of the particles of a block.
   type :: shear_layer_t
@@ -36,6 +36,7 @@ module tool_contact_limits
     real(rp) :: log_rate(nlane) = 0.0_rp      !! of plastic strain at the particle's centre [ln 1/s]
     real(rp) :: rise(nlane) = 0.0_rp          !! of temperature, of the face over that centre [K]
     real(rp) :: thickness(nlane) = 0.0_rp     !! V over the rate of shear at the face [m]
+    real(rp) :: softening(nlane) = 0.0_rp     !! x tanh x; 0: the layer is even
   end type shear_layer_t
 
   real(rp), parameter :: root3 = sqrt(3.0_rp)
@@ -110,6 +111,9 @@ contains
           if (law%is_unlimited() .and. shear > 0.0_rp) t%shear = unlimited
           if (t%shear >= unlimited .or. shear <= 0.0_rp) cycle
           t%depth = depth(place(i))
+          t%face = face
+          t%softening = layer%softening(place(i))
+          t%rise = layer%rise(place(i))
           t%log_rate = layer%log_rate(place(i))
           t%strength = shear
           t%sensitivity = max(least_sensitivity, layer%sensitivity(place(i))/strength)
@@ -192,10 +196,8 @@ contains
       sigma = base(p)
       do round = 1, rounds
         m = a*per_stress*sigma
-        x = sqrt(m + m*m)                     ! x tanh x = m to a thousandth after one Newton step
-        t = tanh(x)
-        x = x - (x*t - m)/(t + x*(1.0_rp - t*t))
-        log_cosh = x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x)))
+        x = ratio_of(m)
+        log_cosh = log_cosh_of(x)
         rise = 2.0_rp/a*log_cosh
         t = tanh(x)
         sigma = sigma + (base(p) + slope(p)*log(x/t) - fall(p)*rise - sigma) &
@@ -207,16 +209,62 @@ contains
       layer%log_rate(p) = layer%log_rate(p) + log(x/t) - 2.0_rp*log_cosh
       layer%rise(p) = rise
       layer%thickness(p) = z(p)*t/x
+      layer%softening(p) = x*t
     end do
   end subroutine balance
 
-  !> Part of a slip [m/s] that is shear of the layer: it and what the metal shears by itself
-  !> (`resolved`) would together be the layer's at its full strength, and are `slower` times that.
-  pure real(rp) function plastic_part(slip, resolved, slower)
-    real(rp), intent(in) :: slip, resolved, slower
+  !> x = z1/l of x tanh x = m, to a thousandth: one step of Newton's method.
+  elemental real(rp) function ratio_of(m) result(x)
+    real(rp), intent(in) :: m
+    real(rp) :: t
 
-    plastic_part = 0.0_rp
-    if (slip > 0.0_rp) plastic_part = max(0.0_rp, (slower*(slip + resolved) - resolved)/slip)
-  end function plastic_part
+    x = sqrt(m + m*m)
+    t = tanh(x)
+    x = x - (x*t - m)/(t + x*(1.0_rp - t*t))
+  end function ratio_of
+
+  elemental real(rp) function log_cosh_of(x)
+    real(rp), intent(in) :: x
+
+    log_cosh_of = x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x)))
+  end function log_cosh_of
+
+  !> The layer of a particle in contact where friction takes the part `used` of its strength: its
+  !> rate, and with it all that it shears, is by `slower` [ln] less; the rest of the slip slides.
+  !>
+  !> Its metal moves faster than the particle's centre, by V (1 - ln cosh x/(x tanh x)) in the mean
+  !> from the centre to the face, of which the grid has the half of what the particle shears by
+  !> itself. Of all of the particle, `spacing` wide, that is a part: below the centre it moves
+  !> with the grid.
+  elemental subroutine slow_down(used, spacing, t, slower)
+    real(rp), intent(in) :: used, spacing     !! [-], along the normal [m]
+    type(contact_particle_t), intent(inout) :: t
+    real(rp), intent(out) :: slower
+    real(rp) :: m, mean, resolved, slip, speed, x
+
+    t%used = used
+    slower = (used - 1.0_rp)/t%sensitivity
+    slip = norm2(t%slip)
+    resolved = root3*t%resolved_rate*t%depth
+    speed = exp(slower)*(slip + resolved)
+    t%plastic_part = 0.0_rp
+    if (slip > 0.0_rp) t%plastic_part = max(0.0_rp, (speed - resolved)/slip)
+    m = t%softening*used*exp(slower)
+    if (m < least_softening) then              ! shears evenly
+      mean = 0.5_rp
+      t%thickness = t%depth
+      if (t%softening < least_softening) then
+        t%rise = t%rise*used*exp(slower)
+      else
+        t%rise = t%rise*0.5_rp*m/log_cosh_of(ratio_of(t%softening))
+      end if
+    else
+      x = ratio_of(m)
+      mean = 1.0_rp - log_cosh_of(x)/m
+      t%thickness = t%depth*tanh(x)/x
+      t%rise = t%rise*log_cosh_of(x)/log_cosh_of(ratio_of(t%softening))
+    end if
+    t%faster = max(0.0_rp, mean*speed - 0.5_rp*resolved)*t%depth/(t%depth + 0.5_rp*spacing)
+  end subroutine slow_down
 
 end module tool_contact_limits

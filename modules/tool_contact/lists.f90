@@ -62,6 +62,13 @@ module tool_contact_lists
     real(rp) :: sensitivity = 0.0_rp           !! of its stress to that, over the stress
     real(rp) :: plastic_part = 0.0_rp          !! part of the slip that the layer shears
     real(rp) :: resolved_rate = 0.0_rp         !! rate that the particle has by itself [1/s]
+    real(rp) :: face = 0.0_rp                  !! its part of the face [m2]
+    real(rp) :: softening = 0.0_rp             !! x tanh x of the layer
+    real(rp) :: rise = 0.0_rp                  !! of temperature, from its centre to the face [K]
+    real(rp) :: thickness = 0.0_rp             !! of the layer [m]
+    real(rp) :: used = 0.0_rp                  !! of the strength
+    real(rp) :: faster = 0.0_rp                !! velocity that the layer's metal has beyond that
+                                               !! of the particle's centre, along the slip [m/s]
   end type contact_particle_t
 
   type :: tool_contact_t

@@ -9,7 +9,8 @@ program test_shear_layer
   use linear_law, only: linear_t
   use physics_flow_law, only: flow_law_t, n_work
   use physics_material, only: material_t
-  use tool_contact_limits, only: find_shear_layer, plastic_part, shear_layer_t
+  use tool_contact_limits, only: find_shear_layer, shear_layer_t, slow_down
+  use tool_contact_lists, only: contact_particle_t
   implicit none (type, external)
 
   real(rp), parameter :: root3 = sqrt(3.0_rp), conductivity = 391.0_rp, heats = 0.9_rp
@@ -21,6 +22,7 @@ program test_shear_layer
   call test_johnson_cook()
   call test_limits()
   call test_plastic_part()
+  call test_mean_of_layer()
   call end_tests()
 
 contains
@@ -184,10 +186,66 @@ contains
 
   !> Of a slip of 0.9 beside 0.1 that the metal shears by itself.
   subroutine test_plastic_part()
-    call expect_close('the layer takes all', plastic_part(0.9_rp, 0.1_rp, 1.0_rp), 1.0_rp)
-    call expect_close('half of both', plastic_part(0.9_rp, 0.1_rp, 0.5_rp), 0.4_rp/0.9_rp)
-    call expect_close('less than is resolved', plastic_part(0.9_rp, 0.1_rp, 0.05_rp), 0.0_rp)
-    call expect_close('no slip', plastic_part(0.0_rp, 0.1_rp, 1.0_rp), 0.0_rp)
+    call expect_close('the layer takes all', part_of(0.9_rp, 1.0_rp), 1.0_rp)
+    call expect_close('half of both', part_of(0.9_rp, 0.5_rp), 0.4_rp/0.9_rp)
+    call expect_close('less than is resolved', part_of(0.9_rp, 0.05_rp), 0.0_rp)
+    call expect_close('no slip', part_of(0.0_rp, 1.0_rp), 0.0_rp)
   end subroutine test_plastic_part
+
+  !> Part of a slip that is shear where the particle resolves 0.1 m/s and the layer is `slower`
+  !> times as fast as at its full strength.
+  real(rp) function part_of(slip, slower)
+    real(rp), intent(in) :: slip, slower
+    type(contact_particle_t) :: t
+    real(rp) :: log_slower
+
+    t = contact_particle_t(slip=[0.0_rp, slip, 0.0_rp], depth=1.0e-3_rp, sensitivity=0.05_rp, &
+                           resolved_rate=100.0_rp/sqrt(3.0_rp))
+    call slow_down(1.0_rp + 0.05_rp*log(slower), 1.0e-3_rp, t, log_slower)
+    call expect_close('as slow as asked', log_slower, log(slower), atol=1.0e-9_rp)
+    part_of = t%plastic_part
+  end function part_of
+
+  !> Layers of random thickness, at full strength and less: the velocity by which their metal is
+  !> faster than the particle, in the mean of it, thickness and rise against the profiles, rate
+  !> sech2 from centre to face, integrated numerically.
+  subroutine test_mean_of_layer()
+    integer, parameter :: n = 4000
+    type(contact_particle_t) :: t
+    real(rp) :: draw(6), full, mean, resolved, slip, slower, speed, used, x, z(n)
+    integer :: i, k
+
+    do i = 1, 40
+      call random_number(draw)
+      full = 5.0_rp*draw(1)                    ! x at full strength
+      slip = 0.01_rp + draw(2)
+      resolved = 0.3_rp*slip*draw(3)
+      used = 1.0_rp - 0.1_rp*draw(4)*real(mod(i, 2), rp)
+      t = contact_particle_t(slip=[slip, 0.0_rp, 0.0_rp], depth=(0.1_rp + draw(5))*1.0e-3_rp, &
+                             sensitivity=0.05_rp, softening=full*tanh(full), &
+                             rise=7.0_rp*log(cosh(full)))
+      t%resolved_rate = resolved/(sqrt(3.0_rp)*t%depth)
+      call slow_down(used, 2.0_rp*t%depth, t, slower)
+      speed = exp(slower)*(slip + resolved)
+      x = newton(full*tanh(full)*used*exp(slower))
+      z = [((real(k, rp) - 0.5_rp)/n, k=1, n)]
+      mean = sum(speed*(1.0_rp - tanh(x*z)/tanh(x)) - resolved*(1.0_rp - z))/n
+      call expect_close('mean velocity', t%faster, 0.5_rp*max(0.0_rp, mean), &
+                        atol=2.0e-3_rp*speed)
+      call expect_close('thickness', t%thickness, t%depth*tanh(x)/x, rtol=4.0e-3_rp)
+      call expect_close('rise', t%rise, 7.0_rp*log(cosh(x)), rtol=0.02_rp, atol=1.0e-3_rp)
+    end do
+  end subroutine test_mean_of_layer
+
+  !> x of x tanh x = m.
+  real(rp) function newton(m) result(x)
+    real(rp), intent(in) :: m
+    integer :: k
+
+    x = sqrt(m + m*m)
+    do k = 1, 30
+      x = x - (x*tanh(x) - m)/(tanh(x) + x/cosh(x)**2)
+    end do
+  end function newton
 
 end program test_shear_layer

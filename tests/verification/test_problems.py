@@ -108,6 +108,47 @@ def test_stirred_layer_of_any_metal(seed, tmp_path):
     print(parameters, error, figures)
     assert error < 0.05
     assert abs(figures["strain at 0.5 mm"] - 1.0) < 0.25
+    assert abs(figures["T of the face off"]) < 15.0
+
+
+def test_books_of_the_face(tmp_path):
+    """What the history says of the face of a plane that moves at V: slip by shear, by sliding and the metal's own make V, the
+    powers make that of friction. With a shear factor m the stress is m times the strength, and all but a little slides; with
+    1 nothing slides. The summary has the means of the whole run."""
+    from problems.base import INPUTS, driver
+
+    draw = np.random.default_rng(7)
+    speed = draw.uniform(0.2, 0.4)
+    problem = problems.ALL["stirred_layer"]
+    sets = problem.sets(5, problem.parameters | {"speed": speed, "time": 0.3}) | {"TOOL.FRICTION_LAW": "shear-factor"}
+    found = {}
+    for m in (1.0, draw.uniform(0.4, 0.8)):
+        place = tmp_path / f"{m:.2f}"
+        place.mkdir()
+        done = driver.run(INPUTS / "stirred_layer.nml", sets=sets | {"TOOL.SHEAR_FACTOR": m}, directory=place)
+        results = done.results("stirred_layer")
+        h, summary = results.history(), results.summary()["faces"]
+        late = h["time[s]"] > 0.15
+        mean = {name: h[f"plane_{name}"][late].mean() for name in (
+            "face_area[m2]", "layer_slip[m/s]", "sliding[m/s]", "stick_share[%]", "shear_strength[Pa]", "layer_thickness[m]",
+            "layer_velocity[m/s]", "face_temperature[K]")}
+        np.testing.assert_allclose(mean["face_area[m2]"], 4e-6, rtol=1e-3)
+        slip = h["plane_layer_slip[m/s]"] + h["plane_sliding[m/s]"]
+        np.testing.assert_allclose((slip + h["plane_interface_velocity[m/s]"])[late], speed, rtol=0.01)
+        np.testing.assert_allclose((h["plane_layer_power[W]"] + h["plane_sliding_power[W]"])[1:], h["plane_friction_power[W]"][1:],
+                                   rtol=1e-9, atol=1e-12)
+        stress = -h["plane_force_x[N]"][late].mean() / 4e-6
+        np.testing.assert_allclose(stress, m * mean["shear_strength[Pa]"], rtol=0.01)
+        assert mean["face_temperature[K]"] < h["plane_face_temperature_max[K]"][late].max() + 1.0
+        assert 0.0 < mean["layer_thickness[m]"] <= 1e-3
+        area = np.diff(h["time[s]"], prepend=0.0) * h["plane_face_area[m2]"]
+        for name, column in (("layer_slip_m/s", "layer_slip[m/s]"), ("face_temperature_K", "face_temperature[K]")):
+            np.testing.assert_allclose(summary[f"plane_{name}"], np.sum(area * h[f"plane_{column}"]) / area.sum(), rtol=1e-4)
+        assert "plane: face at" in done.out
+        found[m == 1.0] = mean
+    assert found[True]["stick_share[%]"] > 99.9 and found[True]["sliding[m/s]"] < 1e-3 * speed
+    assert found[False]["layer_slip[m/s]"] < 0.02 * speed and found[False]["stick_share[%]"] < 5.0
+    assert 0.0 < found[True]["layer_velocity[m/s]"] < 0.25 * speed
 
 
 @pytest.mark.parametrize("seed", range(6))

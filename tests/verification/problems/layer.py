@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 
-from .base import TESTS, Problem, values
+from .base import TESTS, Problem, driver, values
 
 sys.path.insert(0, str(TESTS / "verification"))
 
@@ -52,7 +52,12 @@ class StirredLayer(Problem):
             "TIME.END": p["time"],
             "OUTPUT.HISTORY_INTERVAL": p["time"] / 100,
             "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
+            "OUTPUT.FRAME_INTERVAL": p["time"] - self.way(n, p) / p["speed"],
         }
+
+    def way(self, n, p):
+        """Of the plane between the last two frames: less than a cell, the period [m]."""
+        return min(0.4 * self.depth / n, 0.02 * p["time"] * p["speed"])
 
     def layer(self, p):
         law = stirred_layer.JohnsonCook(a=p["strength"], c=p["rate_factor"])
@@ -70,11 +75,36 @@ class StirredLayer(Problem):
         layers = np.unique(layer)
         at, temp, strain = (np.array([f[layer == k].mean() for k in layers]) for f in (z, state.temp, state.plastic))
         figures = {"tau": tau / before["tau"], "T at 1 mm off": float(np.interp(1e-3, at, temp) - wanted["T"](1e-3)),
-                   "work": work / wanted["work"]}
+                   "work": work / wanted["work"],
+                   "T of the face off": float(history["plane_face_temperature[K]"][late].mean() - before["T"](0.0))}
         for deep in (0.5e-3, 1e-3, 2e-3):
             found = math.exp(np.interp(deep, at, np.log(np.maximum(strain, 1e-9))))
             figures[f"strain at {1e3 * deep:g} mm"] = found / float(wanted["strain"](deep))
+        v = self.velocities(run, n, p, layer, layers)
+        edges = 0.5 * h * np.arange(len(layers) + 1)
+        exact = [mean_over(wanted["v"], top, bottom) for top, bottom in zip(edges, edges[1:])]
+        for deep in (0.5e-3, 1e-3, 2e-3):
+            found, right = (math.exp(np.interp(deep, at, np.log(np.maximum(f, 1e-9)))) for f in (v, exact))
+            figures[f"v at {1e3 * deep:g} mm"] = found / right
         return max(abs(figures["tau"] - 1.0), abs(figures["T at 1 mm off"]) / 300.0, abs(figures["work"] - 1.0)), figures
+
+    def velocities(self, run, n, p, layer, layers):
+        """Mean of each layer of particles [m/s], from their places in the last two frames."""
+        h = self.depth / n
+        (x0, t0), (x1, t1) = (places(run, entry) for entry in run.series()["files"][-2:])
+        moved = np.mod(x1 - x0 + 0.25 * h, h) - 0.25 * h        # periodic
+        return np.array([moved[layer == k].mean() for k in layers]) / (t1 - t0)
+
+
+def places(run, entry):
+    """Places along the plane's way of all particles by their numbers, and the time, of a frame."""
+    data, _, _ = driver.read_frame(run.directory / entry["name"])
+    return data["x"][np.argsort(data["id"]), 0].astype(float), entry["time"]
+
+
+def mean_over(f, top, bottom):
+    """Mean of a function of depth over a layer."""
+    return float(np.mean(f(np.linspace(top, bottom, 101))))
 
 
 PROBLEMS = (StirredLayer(),)
