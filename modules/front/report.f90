@@ -16,6 +16,7 @@ module front_report
   use mapping_stability, only: stable_step, wave_speed
   use particles_store, only: f_pos
   use particles_tracers, only: tracers_t
+  use setup_scaling, only: elastic_strain, small_strain
   use state_scene, only: scheme_usl
   use step_simulation, only: simulation_t
   implicit none (type, external)
@@ -68,6 +69,7 @@ contains
     if (sim%tracers%n > 0) call line('tracers', followed(sim%tracers))
     call line('method', method(sim))
     call line('time step', str(dt)//' s, limited by '//limited_by)
+    if (elastic_strain(input, sim%scene) > 0.0_rp) call line('elasticity', elasticity(input, sim))
     call line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
     call line('speed', &
               str(real(sum(counts), rp)*cost%steps/max(cost%seconds, tiny(1.0_rp))*1.0e-6_rp)// &
@@ -192,6 +194,27 @@ contains
     end do
     text = text(3:)
   end function followed
+
+  !> What a softer elasticity does, or would do, to metal that can flow.
+  function elasticity(input, sim) result(text)
+    type(input_t), intent(in) :: input
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
+    real(rp) :: factor, strain
+
+    strain = elastic_strain(input, sim%scene)
+    text = 'metal flows at an elastic strain of '//str(0.01_rp*nint(1.0e4_rp*strain))//' %'
+    if (sim%scene%method%elastic_scaling > 1.0_rp) then
+      text = text//' (ELASTIC_SCALING '//str(sim%scene%method%elastic_scaling)//')'
+      return
+    end if
+    factor = real(int(small_strain/strain), rp)
+    if (sim%scene%method%mass_scaling <= 1.0_rp .or. size(sim%tool) == 0 .or. factor < 2.0_rp) return
+    text = text//'; ELASTIC_SCALING = '//str(factor)//' would make that '// &
+           str(0.01_rp*nint(1.0e4_rp*factor*strain))//' %, and steps '// &
+           str(0.1_rp*nint(10.0_rp*sqrt(factor)))//' times as long where flow matters and '// &
+           'springback and thermal stress do not'
+  end function elasticity
 
   !> Components that this scene does without.
   function skipped(sim) result(text)

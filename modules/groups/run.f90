@@ -35,6 +35,9 @@ contains
     call t%key('MASS_SCALING_RANGE', 'real', 2, '', '0 0', '[0,1e12)', &
       'least and largest factor: between them it changes while running, so that the inertial '// &
       'stress is INERTIAL_FRACTION; it starts with MASS_SCALING; 0 0: it is constant')
+    call t%key('ELASTIC_SCALING', 'real', 1, '', '1', '[1,1000]', &
+      'divisor of the elastic moduli of metal that can flow, for larger time steps; the flow '// &
+      'stress stays; springback is so many times too large, stress of thermal expansion too small')
     call t%key('INERTIAL_FRACTION', 'real', 1, '', '0.05', '(0,1]', &
       'inertial stress of mass scaling, chi rho v^2, over flow stress that is small enough')
     call t%key('GRAVITY', 'real', 3, 'm/s2', '0 0 0', '', 'acceleration of gravity')

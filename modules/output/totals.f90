@@ -90,7 +90,7 @@ contains
 
     inertial_stress_ratio = 0.0_rp
     do p = 1, n
-      if (.not. counts(p) .or. flow(p) <= least_strength*material%g) cycle
+      if (.not. counts(p) .or. flow(p) <= least_strength*material%g_true) cycle
       inertial_stress_ratio = max(inertial_stress_ratio, chi*material%rho*sum(v(p, :)**2)/flow(p))
     end do
   end function inertial_stress_ratio

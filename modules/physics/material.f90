@@ -15,6 +15,7 @@ module physics_material
     real(rp) :: rho = 1.0_rp           !! density [kg/m3]
     real(rp) :: k = 0.0_rp             !! bulk modulus [Pa]
     real(rp) :: g = 0.0_rp             !! shear modulus [Pa]
+    real(rp) :: g_true = 0.0_rp        !! shear modulus without elastic scaling [Pa]
     logical :: is_coupled = .false.    !! energy of physics_coupled instead of physics_elastic
     real(rp) :: expansion = 0.0_rp     !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp       !! temperature without thermal strain [K]
@@ -27,6 +28,8 @@ module physics_material
     integer :: warning(most_warnings) = 0    !! places of its law's warnings among the scene's
   contains
     procedure :: set_elastic
+    procedure :: soften
+    procedure :: young
     procedure :: lambda
     procedure :: wave_speed
     procedure :: elastic_energy
@@ -43,7 +46,18 @@ contains
 
     self%k = young/(3.0_rp*(1.0_rp - 2.0_rp*poisson))
     self%g = young/(2.0_rp*(1.0_rp + poisson))
+    self%g_true = self%g
   end subroutine set_elastic
+
+  !> Divide the elastic moduli of metal that can flow by a factor; its law keeps the true ones.
+  elemental subroutine soften(self, factor)
+    class(material_t), intent(inout) :: self
+    real(rp), intent(in) :: factor
+
+    if (.not. allocated(self%flow)) return
+    self%k = self%k/factor
+    self%g = self%g/factor
+  end subroutine soften
 
   !> True if time alone changes the internal variables of its flow law.
   elemental logical function anneals(self)
@@ -52,6 +66,13 @@ contains
     anneals = .false.
     if (allocated(self%flow)) anneals = self%flow%anneals
   end function anneals
+
+  !> Young's modulus [Pa].
+  elemental real(rp) function young(self)
+    class(material_t), intent(in) :: self
+
+    young = 9.0_rp*self%k*self%g/(3.0_rp*self%k + self%g)
+  end function young
 
   !> Lame's first constant [Pa].
   pure real(rp) function lambda(self)

@@ -24,7 +24,7 @@ module setup_scene
   use setup_flow, only: read_flow
   use setup_laws, only: lay_out_laws
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
-  use setup_scaling, only: read_selective_scaling
+  use setup_scaling, only: read_elastic_scaling, read_selective_scaling
   use setup_sleeping, only: read_sleeping
   use setup_tools, only: read_tools
   use setup_tracers, only: read_tracers
@@ -51,6 +51,7 @@ contains
     call lay_out_fields(input, scene, diagnostics)
     call read_materials(input, scene%material, diagnostics)
     call check_properties(input, diagnostics)
+    call read_elastic_scaling(input, scene, diagnostics)
     call lay_out_laws(input, scene, diagnostics)
     call read_bodies(input, scene, diagnostics)
     call read_flow(input, scene)

@@ -92,6 +92,7 @@ module state_scene
     logical :: scales_light_nodes = .false.   !! more inertia for nodes with little mass
                                               !! (mapping_nodes)
     real(rp) :: scaling_range(2) = 0.0_rp   !! least and largest then
+    real(rp) :: elastic_scaling = 1.0_rp      !! divisor of moduli of metal that can flow
     real(rp) :: inertial_fraction = 0.05_rp   !! inertial stress over flow stress that is small
     real(rp) :: debris = 0.0_rp          !! part of all mass that may leave the grid
     real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
