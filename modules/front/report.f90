@@ -209,7 +209,7 @@ contains
       return
     end if
     factor = real(int(small_strain/strain), rp)
-    if (sim%scene%method%mass_scaling <= 1.0_rp .or. size(sim%tool) == 0 .or. factor < 2.0_rp) return
+    if (sim%scene%method%mass_scaling <= 1.0_rp .or. size(sim%tool) == 0 .or. factor < 2) return
     text = text//'; ELASTIC_SCALING = '//str(factor)//' would make that '// &
            str(0.01_rp*nint(1.0e4_rp*factor*strain))//' %, and steps '// &
            str(0.1_rp*nint(10.0_rp*sqrt(factor)))//' times as long where flow matters and '// &

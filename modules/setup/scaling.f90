@@ -76,7 +76,8 @@ contains
     do b = 1, size(scene%body)
       if (scene%body(b)%material == 0 .or. scene%body(b)%is_rigid()) cycle
       associate (m => scene%material(scene%body(b)%material))
-        strain = max(strain, strength_of(m, input%real('BODY', b, 'TEMPERATURE'), 1.0_rp)/m%young())
+        strain = max(strain, strength_of(m, input%real('BODY', b, 'TEMPERATURE'), 1.0_rp) &
+                             /m%young())
       end associate
     end do
   end function elastic_strain
@@ -122,8 +123,8 @@ contains
     has_strength = strength_of(material, temperature, 0.0_rp) > 1.0e-6_rp*material%g_true
   end function has_strength
 
-  !> Flow stress of a material in its first state at a temperature and a plastic strain, at a rate of
-  !> 1/s; 0 if it does not flow [Pa].
+  !> Flow stress of a material in its first state at a temperature and a plastic strain, at a rate
+  !> of 1/s; 0 if it does not flow [Pa].
   real(rp) function strength_of(material, temperature, strain)
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: temperature, strain   !! [K], [-]
@@ -137,8 +138,8 @@ contains
     alpha = strain
     rate = 1.0_rp
     temp = temperature
-    call flow_strength(material, alpha, temp, rate, size(start), spread(start, 1, nlane), strength, &
-                       slope)
+    call flow_strength(material, alpha, temp, rate, size(start), spread(start, 1, nlane), &
+                       strength, slope)
     strength_of = strength(1)
   end function strength_of
 
