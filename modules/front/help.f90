@@ -70,7 +70,8 @@ contains
 
     text = 'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), '// &
       'NAME_probes.csv (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView '// &
-      '5.11, h5py), NAME_checkpoint.h5, NAME_run.txt; pictures: stirpost report NAME.out'//nl// &
+      '5.11, h5py), NAME_tools_000000.hdf ... (their surfaces), NAME_checkpoint.h5, '// &
+      'NAME_run.txt; pictures: stirpost report NAME.out'//nl// &
       'signals: SIGUSR1, SIGTERM, SIGINT or SIGHUP end the run at the next step with a '// &
       'checkpoint, the same again at once; mpirun hands SIGUSR1 on'//nl// &
       'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost '// &

@@ -23,9 +23,9 @@ module io_folder
   real(rp), parameter :: patience = 5.0_rp   !! for a run that is just ending [s]
   character(*), parameter :: nl = new_line('a')
   character(*), parameter :: run_file = '_run.txt'
-  character(*), parameter :: endings(10) = [character(24) :: '_history.csv', '_probes.csv', &
-    '_errors.csv', '_tracers.csv', '.hdf.series', '_checkpoint.h5', '_checkpoint_previous.h5', &
-    '_broken.h5', '_broken_previous.h5', '_summary.json']
+  character(*), parameter :: endings(11) = [character(24) :: '_history.csv', '_probes.csv', &
+    '_errors.csv', '_tracers.csv', '.hdf.series', '_tools.hdf.series', '_checkpoint.h5', &
+    '_checkpoint_previous.h5', '_broken.h5', '_broken_previous.h5', '_summary.json']
   character(*), parameter :: unfinished(3) = [character(5) :: '.tmp', '.room', '']
 
 contains
@@ -89,7 +89,7 @@ contains
     character(name_length), allocatable :: all(:), mine(:)
     character(:), allocatable :: place
     logical :: goes_on
-    integer :: k
+    integer :: frames_there, k
 
     place = directory//'/'
     note = ''
@@ -99,8 +99,9 @@ contains
     if (world%is_root()) then
       all = list_directory(directory)
       if (goes_on) then
-        mine = pack(all, [(number_of_frame(trim(all(k)), name) >= frames, k=1, size(all))])
-        if (size(mine) > 0) note = 'note: '//str(size(mine))// &
+        mine = pack(all, [(any_frame(trim(all(k)), name) >= frames, k=1, size(all))])
+        frames_there = count([(number_of_frame(trim(mine(k)), name) >= 0, k=1, size(mine))])
+        if (size(mine) > 0) note = 'note: '//str(frames_there)// &
           ' frame(s) behind the checkpoint deleted'
         call delete(place, mine)
         mine = other_future(place//name//'_checkpoint.h5', restart)
@@ -189,7 +190,7 @@ contains
     character(:), allocatable :: rest
     integer :: k
 
-    is_result = number_of_frame(file, name) >= 0
+    is_result = any_frame(file, name) >= 0
     if (index(file, name) /= 1) return
     do k = 1, size(unfinished)
       if (len(file) < len(name) + len_trim(unfinished(k))) cycle
@@ -198,6 +199,13 @@ contains
       is_result = is_result .or. any(endings == rest)
     end do
   end function is_result
+
+  !> The same of a frame of `name` or of its tools.
+  pure integer function any_frame(file, name)
+    character(*), intent(in) :: file, name
+
+    any_frame = max(number_of_frame(file, name), number_of_frame(file, name//'_tools'))
+  end function any_frame
 
   !> Number of the frame that a file holds, complete or not; -1 if it is no frame of `name`.
   pure integer function number_of_frame(file, name)

@@ -164,6 +164,7 @@ contains
     call pack_stress(particles, a, b)
     call write_scalar(file, 'pressure', 'Pa', a, error)
     call write_scalar(file, 'von_mises', 'Pa', b, error)
+    call write_stress(file, particles, error)
     call pack_velocity(particles, v)
     call write_array(file, point_data//'velocity', v, error)
     call write_attribute(file, point_data//'velocity', 'units', 'm/s', error)
@@ -237,6 +238,26 @@ contains
       part = v(:m, :)
     end function first_of
   end subroutine pack_velocity
+
+  !> Cauchy stress xx, yy, zz, xy, yz, xz, as VTK has symmetric tensors.
+  subroutine write_stress(file, particles, error)
+    type(h5file_t), intent(in) :: file
+    type(particles_t), intent(in) :: particles
+    type(error_t), intent(inout) :: error
+    real(sp), allocatable :: stress(:, :)
+    integer :: b, i, n
+
+    allocate (stress(6, particles%total()))
+    n = 0
+    do b = 1, particles%nblk
+      do i = 1, particles%count(b)
+        n = n + 1
+        stress(:, n) = real(particles%ps(i, f_tau:f_tau + 5, b)/particles%ps(i, f_jac, b), sp)
+      end do
+    end do
+    call write_array(file, point_data//'stress', stress, error)
+    call write_attribute(file, point_data//'stress', 'units', 'Pa', error)
+  end subroutine write_stress
 
   !> Pressure -tr(tau)/(3 J) and von Mises stress sqrt(3/2) |dev tau|/J, both of Cauchy stress.
   subroutine pack_stress(particles, pressure, von_mises)

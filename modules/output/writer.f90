@@ -20,6 +20,7 @@ module output_writer
   use output_history, only: history_headings, history_row
   use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
+  use output_tool_surfaces, only: list_tools, put_tools
   use output_tracers, only: tracer_headings, tracer_rows
   use output_warnings, only: warnings_t
   use particles_store, only: particles_t
@@ -99,6 +100,7 @@ contains
     associate (output => scene%output)
       if (is_resumed) then
         call write_series(world, output%directory, output%name, history%frame_times, error)
+        call list_tools(world, scene, history%frame_times, error)
         self%saved_step = clock%step
         clock%next_frame = next_time(output%frame_interval, clock%time)
         clock%next_history = next_time(output%history_interval, clock%time)
@@ -158,7 +160,7 @@ contains
       end if
       call self%follow(world, scene, clock, step, particles, tracers, .false.)
       if (now >= clock%next_frame) then
-        call self%frame(world, scene, clock, particles, history, error)
+        call self%frame(world, scene, clock, tool, particles, history, error)
         clock%next_frame = next_time(output%frame_interval, clock%time)
       end if
       wanted = output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint
@@ -179,7 +181,7 @@ contains
     if (.not. last) return
     call self%row(world, scene, clock, step, tool, probes, particles, books, history)
     call self%follow(world, scene, clock, step, particles, tracers, .true.)
-    call self%frame(world, scene, clock, particles, history, error)
+    call self%frame(world, scene, clock, tool, particles, history, error)
   end subroutine due
 
   !> Rows of the tracers that are due, or at the `last` time of all.
@@ -229,11 +231,12 @@ contains
     end if
   end function next_time
 
-  subroutine frame(self, world, scene, clock, particles, history, error)
+  subroutine frame(self, world, scene, clock, tool, particles, history, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(in) :: particles
     type(history_t), intent(inout) :: history
     type(error_t), intent(inout) :: error
@@ -246,9 +249,11 @@ contains
     associate (output => scene%output)
       call put_frame(world, scene, clock, particles, &
                      output%directory//'/'//output%name//'_'//number//'.hdf', error)
+      call put_tools(world, scene, clock, tool, size(history%frame_times), error)
       if (error%is_set()) return
       history%frame_times = [history%frame_times, clock%time]
       call write_series(world, output%directory, output%name, history%frame_times, error)
+      call list_tools(world, scene, history%frame_times, error)
     end associate
   end subroutine frame
 

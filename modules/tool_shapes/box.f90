@@ -22,6 +22,7 @@ module tool_shapes_box
     procedure :: bounds
     procedure :: sweep
     procedure :: outline
+    procedure :: surface
   end type box_t
 
 contains
@@ -126,5 +127,32 @@ contains
                                        p/(parts + 1)**2]/parts - 1.0_rp)
     end do
   end subroutine outline
+
+  !> Four corners of each face.
+  subroutine surface(self, x, corner)
+    class(box_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, allocatable, intent(out) :: corner(:, :)
+    real(rp) :: along(3), across(3), out(3)
+    integer :: a, f, p
+
+    allocate (x(3, 24), corner(3, 12))
+    do f = 0, 5
+      a = f/2
+      out = 0.0_rp
+      along = 0.0_rp
+      across = 0.0_rp
+      out(a + 1) = merge(1.0_rp, -1.0_rp, mod(f, 2) == 0)
+      along(modulo(a + 1, 3) + 1) = out(a + 1)
+      across(modulo(a + 2, 3) + 1) = 1.0_rp
+      p = 4*f
+      x(:, p + 1) = self%half*(out - along - across)
+      x(:, p + 2) = self%half*(out + along - across)
+      x(:, p + 3) = self%half*(out + along + across)
+      x(:, p + 4) = self%half*(out - along + across)
+      corner(:, 2*f + 1) = p + [1, 2, 3]
+      corner(:, 2*f + 2) = p + [1, 3, 4]
+    end do
+  end subroutine surface
 
 end module tool_shapes_box

@@ -29,6 +29,7 @@ module tool_shapes_revolved
     procedure :: bounds
     procedure :: sweep
     procedure :: outline
+    procedure :: surface
   end type revolved_t
 
 contains
@@ -200,5 +201,40 @@ contains
       end do
     end do
   end subroutine outline
+
+  !> Two rings of points on each side of the outline, and triangles between them.
+  subroutine surface(self, x, corner)
+    class(revolved_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, allocatable, intent(out) :: corner(:, :)
+    integer, parameter :: turns = 72
+    real(rp) :: a
+    integer :: c, i, m, p
+
+    allocate (x(3, 2*turns*(self%profile%n - 1)), corner(3, 2*turns*(self%profile%n - 1)))
+    m = 0
+    do i = 1, self%profile%n - 1
+      do c = 1, turns
+        a = 2.0_rp*pi*c/turns
+        p = 2*turns*(i - 1) + c
+        associate (r => self%profile%r(i:i + 1), z => self%profile%z(i:i + 1))
+          x(:, p) = [r(1)*cos(a), r(1)*sin(a), z(1)]
+          x(:, p + turns) = [r(2)*cos(a), r(2)*sin(a), z(2)]
+          associate (next => p - c + modulo(c, turns) + 1)
+            if (r(1) > 0.0_rp) call add([p, p + turns, next])
+            if (r(2) > 0.0_rp) call add([next, p + turns, next + turns])
+          end associate
+        end associate
+      end do
+    end do
+    corner = corner(:, :m)
+  contains
+    subroutine add(three)
+      integer, intent(in) :: three(3)
+
+      m = m + 1
+      corner(:, m) = three
+    end subroutine add
+  end subroutine surface
 
 end module tool_shapes_revolved

@@ -28,6 +28,7 @@ module tool_shapes_shape
     procedure(bounds_interface), deferred :: bounds
     procedure(sweep_interface), deferred :: sweep
     procedure(outline_interface), deferred :: outline
+    procedure :: surface
   end type shape_t
 
   abstract interface
@@ -110,6 +111,17 @@ contains
     logical, intent(in) :: spins                  !! at any time
     type(diagnostics_t), intent(inout) :: diagnostics
   end subroutine check_size
+
+  !> Its surface as triangles, for pictures: points (3, n), and the numbers (3, m) of the corners of
+  !> each, counterclockwise seen from outside. Points on an edge that shows are there once a side.
+  !> None if not overridden.
+  subroutine surface(self, x, corner)
+    class(shape_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)    !! [m]
+    integer, allocatable, intent(out) :: corner(:, :)
+
+    allocate (x(3, 0), corner(3, 0))
+  end subroutine surface
 
   !> What is wrong with a size far beyond that of the `grid` [m].
   function far_larger(grid) result(text)

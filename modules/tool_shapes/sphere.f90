@@ -21,6 +21,7 @@ module tool_shapes_sphere
     procedure :: bounds
     procedure :: sweep
     procedure :: outline
+    procedure :: surface
   end type sphere_t
 
 contains
@@ -109,5 +110,29 @@ contains
       x(:, p) = self%radius*[sin(s)*cos(a), sin(s)*sin(a), cos(s)]
     end do
   end subroutine outline
+
+  !> Rings of points from pole to pole, and triangles between them.
+  subroutine surface(self, x, corner)
+    class(sphere_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, allocatable, intent(out) :: corner(:, :)
+    integer, parameter :: turns = 72, rings = 36
+    real(rp) :: a, s
+    integer :: c, k, next, p
+
+    allocate (x(3, turns*(rings + 1)), corner(3, 2*turns*rings))
+    do k = 0, rings
+      do c = 1, turns
+        a = 2.0_rp*pi*c/turns
+        s = pi*k/rings
+        p = turns*k + c
+        x(:, p) = self%radius*[sin(s)*cos(a), sin(s)*sin(a), cos(s)]
+        if (k == rings) cycle
+        next = turns*k + modulo(c, turns) + 1
+        corner(:, 2*p - 1) = [p, p + turns, next]
+        corner(:, 2*p) = [next, p + turns, next + turns]
+      end do
+    end do
+  end subroutine surface
 
 end module tool_shapes_sphere

@@ -131,7 +131,7 @@ def test_series_lists_what_is_there(run, tmp_path, name):
             run(None, "--quiet", "--restart", other.path("_checkpoint.h5"), sets={"TIME.END": end})
         listed = other.series()["files"]
         assert [item["name"] for item in listed] == [f"{results.name}_{k:06}.hdf" for k in numbers]
-        assert [item["name"] for item in listed] == sorted(path.name for path in other.directory.glob("*_0*.hdf"))
+        assert [item["name"] for item in listed] == sorted(path.name for path in other.directory.glob(f"{results.name}_0*.hdf"))
         assert [item["time"] for item in listed] == pytest.approx([k * sets["OUTPUT.FRAME_INTERVAL"] for k in numbers])
     assert results.path(".hdf.series").read_text() == first
 

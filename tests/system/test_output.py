@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 UNITS = {"x": "m", "temperature": "K", "plastic_strain": "1", "strain_rate": "1/s", "flow_stress": "Pa",
-         "pressure": "Pa", "von_mises": "Pa", "velocity": "m/s", "body": "1", "id": "1"}
+         "pressure": "Pa", "von_mises": "Pa", "stress": "Pa", "velocity": "m/s", "body": "1", "id": "1"}
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def test_frames_are_vtkhdf(small):
     """Exact: three frames (t = 0, 1e-6, 2e-6 s) of 640 particles, VTKHDF 1.0 UnstructuredGrid of vertices,
     every field with its unit, float32; time [s], step, cell [m], spacing [m], names and the input inside."""
     results = small.results("small")
-    files = sorted(results.directory.glob("*.hdf"))
+    files = sorted(results.directory.glob("small_0*.hdf"))
     assert [f.name for f in files] == [f"small_{k:06d}.hdf" for k in range(3)]
     for path in files:
         with h5py.File(path, "r") as file:
@@ -68,6 +68,44 @@ def test_frames_on_two_ranks(run, small):
     assert np.array_equal(one["id"][a], two["id"][b])
     assert np.allclose(one["x"][a], two["x"][b], rtol=1e-6)
     assert np.allclose(one["temperature"][a], two["temperature"][b], rtol=1e-6)
+
+
+def test_tools_are_a_series_of_their_own(run, small):
+    """The ball of small.nml in each frame: where its history says, closed, with its velocity; the same from 2 ranks."""
+    results = small.results("small")
+    series = json.loads(results.path("_tools.hdf.series").read_text())["files"]
+    assert [entry["time"] for entry in series] == [entry["time"] for entry in results.series()["files"]]
+    other = run("small", "--quiet", ranks=2).results("small")
+    history = results.history()
+    for entry in series:
+        with h5py.File(results.directory / entry["name"], "r") as file, h5py.File(other.directory / entry["name"], "r") as two:
+            points = file["VTKHDF/Points"][:].astype(float)
+            assert np.array_equal(file["VTKHDF/Points"][:], two["VTKHDF/Points"][:])
+            assert np.array_equal(file["VTKHDF/Connectivity"][:], two["VTKHDF/Connectivity"][:])
+            assert int(two["VTKHDF/NumberOfCells"][:].sum()) == len(two["VTKHDF/Types"])
+            triangles = file["VTKHDF/Connectivity"][:].reshape(-1, 3)
+            assert file.attrs["time"] == pytest.approx(entry["time"], rel=1e-14) and bytes(file.attrs["tool_names"][0]).strip() == b"punch"
+            assert file["VTKHDF/PointData/velocity"].attrs["units"] in (b"m/s", "m/s")
+            assert np.allclose(file["VTKHDF/PointData/velocity"][:], [0.0, 0.0, -10.0])
+            assert set(file["VTKHDF/PointData/tool"][:]) == {1}
+        z = np.interp(entry["time"], history["time[s]"], history["punch_z[m]"])
+        assert np.linalg.norm(points - [4e-3, 4e-3, z], axis=1) == pytest.approx(2e-3, rel=1e-5)
+        a, b, c = (points[triangles[:, k]] - [4e-3, 4e-3, z] for k in range(3))
+        volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
+        assert volume == pytest.approx(4.0 / 3.0 * np.pi * 2e-3**3, rel=5e-3)
+
+
+def test_the_stress_is_the_tensor_behind_pressure_and_von_mises(run):
+    """After some steps the pressure is -tr/3 and von Mises stress sqrt(3/2) of the deviator's norm."""
+    results = run("small", "--quiet", sets={"TIME.END": 2e-5, "OUTPUT.FRAME_INTERVAL": 0}).results("small")
+    data, units, _ = driver.read_frame(sorted(results.directory.glob("small_0*.hdf"))[-1])
+    stress = data["stress"].astype(float)
+    mean = stress[:, :3].mean(axis=1)
+    shear = stress[:, 3:]
+    mises = np.sqrt(1.5 * (((stress[:, :3] - mean[:, None]) ** 2).sum(axis=1) + 2.0 * (shear**2).sum(axis=1)))
+    assert units["stress"] == "Pa" and data["von_mises"].max() > 1e6
+    assert data["pressure"] == pytest.approx(-mean, rel=1e-3, abs=1e-4 * float(data["von_mises"].max()))
+    assert data["von_mises"] == pytest.approx(mises, rel=1e-3, abs=1e-4 * float(data["von_mises"].max()))
 
 
 def test_series_lists_the_frames(small):
@@ -138,6 +176,7 @@ def test_nothing_else_is_written(small):
     assert [p.name for p in small.directory.iterdir()] == ["small.out"]
     names = {re.sub(r"[0-9]{6}", "N", p.name) for p in (small.directory / "small.out").iterdir()}
     assert names == {"small_history.csv", "small_probes.csv", "small_N.hdf", "small.hdf.series",
+                     "small_tools_N.hdf", "small_tools.hdf.series",
                      "small_summary.json", "small_run.txt", "small_checkpoint.h5"}
 
 

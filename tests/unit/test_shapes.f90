@@ -44,6 +44,56 @@ program test_shapes
 
 contains
 
+  !> Triangles on the surface that close it, seen from outside counterclockwise: the volume inside
+  !> them is that of the places with a negative distance.
+  subroutine test_surface(name, shape)
+    character(*), intent(in) :: name
+    class(shape_t), intent(in) :: shape
+    real(rp), allocatable :: x(:, :), outline(:, :)
+    real(rp) :: d, middle(3), half(3), normal(3), room, sampled, total(3), volume, y(3)
+    integer, allocatable :: corner(:, :)
+    integer, parameter :: samples = 200000
+    integer :: i
+
+    call shape%outline(outline)
+    call shape%surface(x, corner)
+    call expect(name//': has a surface if it has ends', &
+                size(outline) > 0 .eqv. size(corner) > 0)
+    if (size(corner) == 0) return
+    call expect(name//': corners are points', all(corner >= 1 .and. corner <= size(x, 2)))
+    d = 0.0_rp
+    do i = 1, size(x, 2)
+      call shape%distance(x(:, i), room, normal, y(1))
+      d = max(d, abs(room))
+    end do
+    call expect_close(name//': points lie on the surface', d, 0.0_rp, atol=1.0e-12_rp)
+    volume = 0.0_rp
+    total = 0.0_rp
+    do i = 1, size(corner, 2)
+      associate (a => x(:, corner(1, i)), b => x(:, corner(2, i)), c => x(:, corner(3, i)))
+        normal = cross(b - a, c - a)/2.0_rp
+        volume = volume + dot_product(a, normal)/3.0_rp
+        total = total + normal
+      end associate
+    end do
+    call expect_close(name//': it is closed', norm2(total), 0.0_rp, atol=1.0e-12_rp)
+    call shape%bounds(unit, middle, half)
+    sampled = 0.0_rp
+    do i = 1, samples
+      call random_number(y)
+      call shape%distance(middle + half*(2.0_rp*y - 1.0_rp), d, normal, room)
+      if (d < 0.0_rp) sampled = sampled + 8.0_rp*product(half)/samples
+    end do
+    call expect_close(name//': its volume', volume, sampled, rtol=0.01_rp)
+  end subroutine test_surface
+
+  pure function cross(a, b) result(c)
+    real(rp), intent(in) :: a(3), b(3)
+    real(rp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
   !> What all shapes promise, of each that KIND can name.
   subroutine test_shapes_of_input()
     class(shape_t), allocatable :: shape
@@ -61,6 +111,7 @@ contains
       call test_normals(trim(names(k)), shape)
       call test_bounds(trim(names(k)), shape)
       call test_outline(trim(names(k)), shape)
+      call test_surface(trim(names(k)), shape)
       call test_sweep(trim(names(k)), shape)
     end do
     call make_shape('no such shape', shape)
