@@ -1,9 +1,19 @@
 # MPI (mpi_f08) and parallel HDF5 are needed; FFTW and PETSc are optional.
+set(MPI_DETERMINE_LIBRARY_VERSION ON)
 find_package(MPI REQUIRED COMPONENTS C Fortran)
 if(NOT MPI_Fortran_HAVE_F08_MODULE)
   message(FATAL_ERROR "Stirpoint needs an MPI with the mpi_f08 module (Debian: libopenmpi-dev)")
 endif()
 
+# Debian keeps one HDF5 for each MPI. Its compiler wrappers, which CMake would ask, fail in a path with
+# blanks: name the place instead.
+if(NOT DEFINED HDF5_ROOT AND NOT DEFINED ENV{HDF5_ROOT} AND MPI_Fortran_LIBRARY_VERSION_STRING MATCHES "Open MPI|MPICH")
+  string(REPLACE "Open MPI" "openmpi" flavour "${CMAKE_MATCH_0}")
+  string(TOLOWER "${flavour}" flavour)
+  if(EXISTS /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/hdf5/${flavour})
+    set(HDF5_ROOT /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/hdf5/${flavour})
+  endif()
+endif()
 set(HDF5_PREFER_PARALLEL ON)
 find_package(HDF5 COMPONENTS C Fortran)
 if(NOT HDF5_FOUND OR NOT HDF5_IS_PARALLEL)

@@ -139,11 +139,6 @@ build_program() {
   if [[ -n $home && $home != "$root" ]]; then # the source was moved: the old cache is of no use
     rm -rf "$build"
   fi
-  if [[ $root == *[[:blank:]]* && -z ${HDF5_ROOT:-} ]]; then
-    # CMake asks HDF5's compiler wrapper, which fails on blanks: name the place instead
-    HDF5_ROOT=/usr/lib/$(gcc -print-multiarch)/hdf5/openmpi
-    export HDF5_ROOT
-  fi
   cd "$root" # presets are read from the current directory
   stage "Configuring build/release"
   logged configure cmake --preset release -D STIRPOINT_PYTHON="$venv/bin/python"

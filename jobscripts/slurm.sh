@@ -21,6 +21,7 @@
 input=${1:-input/quickstart.nml}
 stirpoint=${STIRPOINT:-build/release/stirpoint}
 most_restarts=50
+launcher=${LAUNCHER:-mpirun}          # mpirun or srun
 # module load gcc openmpi hdf5        # what the program was built with
 
 # ------------------------------------------------------------------------------------------------
@@ -44,8 +45,12 @@ echo "$(date '+%F %T') job $SLURM_JOB_ID, start $((restarts + 1)), on $SLURM_JOB
 echo "stirpoint ${arguments[*]}"
 
 signalled=no
-trap 'signalled=yes; kill -USR1 "$mpirun" 2>/dev/null' USR1
-mpirun "$stirpoint" "${arguments[@]}" & # Open MPI takes the number of ranks from Slurm
+if [[ $launcher == srun* ]]; then # scancel hands the signal to all ranks of the step
+  trap 'signalled=yes; scancel --signal=USR1 "$SLURM_JOB_ID.0" 2>/dev/null' USR1
+else
+  trap 'signalled=yes; kill -USR1 "$mpirun" 2>/dev/null' USR1
+fi
+$launcher "$stirpoint" "${arguments[@]}" & # the number of ranks comes from Slurm
 mpirun=$!
 
 # A trapped signal ends `wait` early, with a status above 128: wait until mpirun itself has ended.

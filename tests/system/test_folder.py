@@ -4,6 +4,7 @@
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import time
 
@@ -184,6 +185,36 @@ def test_slurm_script_takes_no_other_run(run, tmp_path):
     assert "--restart stir.out/stir_checkpoint_previous.h5" in second_start("77")
     results.path("_checkpoint_previous.h5").unlink()
     assert "--restart" not in second_start("77")
+
+
+@pytest.mark.parametrize("launcher", ["mpirun", "srun"])
+def test_slurm_script_starts_and_signals(tmp_path, launcher):
+    """Exact: jobscripts/slurm.sh starts the ranks with LAUNCHER; the signal of Slurm reaches them, by scancel
+    with srun, and a run that stopped with a checkpoint goes back into the queue."""
+    fake = tmp_path / "bin"
+    fake.mkdir()
+    waits = 'trap "exit 75" USR1; touch started; for ((k = 0; k < 300; k++)); do sleep 0.1; done; exit 1'
+    commands = {launcher: f'echo "{launcher}: $*"; echo $$ >pid; {waits}', "scontrol": 'echo "scontrol: $*"',
+                "scancel": 'echo "scancel: $*"; kill -USR1 "$(cat pid)"'}
+    for name, body in commands.items():
+        (fake / name).write_text(f"#!/bin/bash\n{body}\n")
+        (fake / name).chmod(0o755)
+    (tmp_path / "stir.out").mkdir()
+    (tmp_path / "stir.out/stir_checkpoint.h5").touch()
+    environment = {**os.environ, "PATH": f"{fake}:{os.environ['PATH']}", "SLURM_JOB_ID": "77", "LAUNCHER": launcher,
+                   "SLURM_SUBMIT_DIR": str(tmp_path), "STIRPOINT": "stirpoint"}
+    job = subprocess.Popen(["bash", driver.ROOT / "jobscripts" / "slurm.sh", "stir.nml"], env=environment,
+                           stdout=subprocess.PIPE, text=True, cwd=tmp_path)
+    for _ in range(200):
+        if (tmp_path / "started").exists():
+            break
+        time.sleep(0.05)
+    job.send_signal(signal.SIGUSR1)
+    out = job.communicate(timeout=30)[0]
+    assert job.returncode == 0, out
+    assert f"{launcher}: stirpoint stir.nml" in out
+    assert ("scancel: --signal=USR1 77.0" in out) == (launcher == "srun")
+    assert "ended with exit status 75 (signalled: yes)" in out and "scontrol: requeue 77" in out
 
 
 def test_the_job_is_noted(run, tmp_path, monkeypatch):
