@@ -107,11 +107,12 @@ contains
           face = product(body%spacing)/norm2(t%normal*body%spacing)
           shear = dt*face*max(0.0_rp, strength)
           if (t%pushed < 1.0_rp) t%most = t%pushed*edge_pressure*shear
+          shear = t%covered*shear
           call law%limits(coefficient(i), max(molten, shear), t%friction, t%shear, t%bend)
           if (law%is_unlimited() .and. shear > 0.0_rp) t%shear = unlimited
           if (t%shear >= unlimited .or. shear <= 0.0_rp) cycle
           t%depth = depth(place(i))
-          t%face = face
+          t%face = t%covered*face
           t%softening = layer%softening(place(i))
           t%rise = layer%rise(place(i))
           t%log_rate = layer%log_rate(place(i))

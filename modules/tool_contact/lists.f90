@@ -47,6 +47,7 @@ module tool_contact_lists
     real(rp) :: normal(3) = 0.0_rp             !! out of the tool
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
     real(rp) :: pushed = 1.0_rp                !! part of its face that is pushed
+    real(rp) :: covered = 1.0_rp               !! part of its face that lies under the tool's
     real(rp) :: most = 0.0_rp                  !! impulse that it can take along its normal [N s]
     real(rp) :: slip(3) = 0.0_rp               !! along the tool's surface [m/s]
     real(rp) :: friction = 0.0_rp

@@ -161,6 +161,7 @@ contains
       particle%coulomb = near%ps(p, scene%layout%grip)
       if (.not. takes_part(clock, nodes, tool, rigid, dt, zone, &
                            friction_zone*norm2(particle%normal*scene%body(near%body)%spacing), &
+                           width_of(scene%body(near%body)%spacing, particle%normal), &
                            near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
       call contact%add_particle_in_contact(particle)
@@ -173,13 +174,15 @@ contains
 
   !> Whether a particle at `x`, with velocity `v` of its surface, takes part in contact: the surface
   !> would be inside the tool at the end of the step, comes too fast through the soft zone, or is
-  !> within the friction zone; how fast it is to be, and its slip.
-  logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, x, v, particle)
+  !> within the friction zone; how fast it is to be, and its slip. Across an edge of the tool lies
+  !> the part of its face, `width` wide, that a straight edge would cut off.
+  logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, width, x, v, &
+                              particle)
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, zone, friction_zone, x(3), v(3)
+    real(rp), intent(in) :: dt, zone, friction_zone, width, x(3), v(3)
     type(contact_particle_t), intent(inout) :: particle
     real(rp) :: gap, room, wave
 
@@ -199,8 +202,21 @@ contains
     particle%pushed = 1.0_rp
     if (particle%can_flow) particle%pushed = merge(min(1.0_rp, 0.5_rp &
         + (room/nodes%patch%h - inset)/fade), 0.0_rp, room > 0.0_rp)
+    if (room > 0.0_rp) then
+      particle%covered = min(1.0_rp, 0.5_rp + room/width)
+    else                                     ! its surface as high as the edge
+      particle%covered = max(0.0_rp, 0.5_rp &
+                             - sqrt(max(0.0_rp, gap*(gap + 2.0_rp*particle%half)))/width)
+    end if
     if (particle%pushed <= 0.0_rp .or. .not. particle%touches) particle%closing = 0.0_rp
   end function takes_part
+
+  !> Width of a particle's face across `normal` [m].
+  pure real(rp) function width_of(spacing, normal)
+    real(rp), intent(in) :: spacing(3), normal(3)    !! [m]
+
+    width_of = sqrt(product(spacing)/norm2(normal*spacing))
+  end function width_of
 
   !> Time in which contact follows slow changes of gaps and forces [s].
   pure real(rp) function relaxation_time(clock, nodes, can_flow)
