@@ -187,3 +187,30 @@ def test_energy_audit_of_an_impact(run, name, scheme):
     worst = np.abs(history["audit_error[%]"]).max()
     print(name, scheme, worst)
     assert worst < 2.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_face_of_a_disc_on_a_plate(tmp_path, seed):
+    """A disc that spins on a plate wider than it, 50 um deep, of metal that hardly knows rate and temperature: wherever it
+    stands on the grid, friction acts on pi R^2 (2.5 %), and the torque is the friction factor times the strength of
+    the metal under its face and beside its rim (3 %), at 4 to 7 cells a radius."""
+    draw = np.random.default_rng(seed)
+    radius, factor, cell, deep = draw.uniform(8e-3, 11e-3), draw.uniform(0.4, 0.9), draw.uniform(1.6e-3, 2e-3), 50e-6
+    x, y = 20e-3 + draw.uniform(-1.0, 1.0, 2) * cell
+    n = int(40e-3 / cell)
+    side, height = n * cell, 4 * cell
+    sets = {"GRID.CELL": cell, "GRID.LOWER": ",".join([str(-2 * cell)] * 3),
+            "GRID.UPPER": f"{side + 2 * cell},{side + 2 * cell},{height + 3 * cell}",
+            "SHAPE.UPPER": f"{side},{side},{height}", "CLAMP(3).LOWER": f"-1,{side},-1", "CLAMP(5).LOWER": f"{side},-1,-1",
+            "TOOL.RADIUS": radius, "TOOL.POSITION": f"{x},{y},{height}", "TOOL.FRICTION_LAW": "shear-factor",
+            "TOOL.SHEAR_FACTOR": factor, "MOTION(1).DURATION": 4e-3, "MOTION(1).VELOCITY": f"0,0,{-deep / 4e-3}",
+            "MOTION(2).VELOCITY": "0,0,0", "TIME.END": 12e-3, "OUTPUT.HISTORY_INTERVAL": 5e-4, "MATERIAL.JC_A": 200e6,
+            "MATERIAL.JC_B": 0, "MATERIAL.JC_C": 0.002, "MATERIAL.T_MELT": 1e4, "METHOD.SLEEPING": "on"}
+    done = driver.run(driver.ROOT / "benchmarks/disc_on_plate.nml", "--quiet", sets=sets, directory=tmp_path)
+    history = done.results("disc_on_plate").history()
+    late = history["time[s]"] > 8e-3
+    area, strength, torque = (history[f"disc_{name}"][late].mean() for name in ("face_area[m2]", "shear_strength[Pa]", "torque[Nm]"))
+    exact = factor * strength * np.pi * radius**2 * (2.0 / 3.0 * radius + 2.0 * deep)
+    print(radius, cell, factor, area / (np.pi * radius**2), torque / exact)
+    assert area == pytest.approx(np.pi * radius**2, rel=0.025)
+    assert torque == pytest.approx(exact, rel=0.03)
