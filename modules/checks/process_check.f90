@@ -153,6 +153,16 @@ contains
     if (survey%touch >= none .and. .not. metal_moves(input, scene)) then
       call input%warn(diagnostics, 'BODY', b, 'NAME', 'the rigid body never touches another')
     end if
+    if (any(abs(survey%phase%spin) > 0.0_rp) .and. survey%touch < none) then
+      do i = 1, size(survey%phase)
+        if (survey%phase(i)%motion == 0) cycle
+        if (.not. presses(input, scene, survey%phase(i)%motion)) cycle
+        call input%report(diagnostics, 'BODY', b, 'RIGID', 'a rigid body of particles that '// &
+          'turns and is pressed into metal that flows tears particles out of it, and force and '// &
+          'torque are about twice too large: take a &TOOL of its shape')
+        exit
+      end do
+    end if
     do i = 1, size(survey%phase)
       associate (one => survey%phase(i))
         if (one%motion == 0 .or. one%side >= 0.0_rp .or. any(scene%grid%period > 0)) cycle
@@ -161,6 +171,19 @@ contains
       end associate
     end do
   end subroutine judge_rigid
+
+  !> Whether a phase moves a rigid body along the axis about which it turns, and a body can flow.
+  logical function presses(input, scene, motion)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: motion                  !! number of its &MOTION
+    real(rp) :: velocity(3)
+    integer :: b
+
+    velocity = input%reals('MOTION', motion, 'VELOCITY', 3)
+    presses = abs(velocity(3)) > 0.0_rp .and. &
+              any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
+  end function presses
 
   !> Whether a wall stands under the plate.
   logical function has_floor(input, scene, bottom)
@@ -230,6 +253,9 @@ contains
           call say(row)
         end associate
       end do
+      if (any(tool(k)%motion%phase%ends_early())) call say('             phases that end at a '// &
+        'load or temperature (UNTIL_...) are shown, and the run is estimated, as if they took '// &
+        'their DURATION')
     end do
     call say('             depth: lowest point of the tool below the top of the plate; bottom: '// &
       'metal left below it; edge: its rim to the edge of the plate; side: to a wall or the '// &

@@ -165,6 +165,12 @@ contains
     do i = 1, old%count('MOTION')
       name = old%text('MOTION', i, 'TOOL')
       when = parting(motion_of(old, name), motion_of(new, name), time)
+      if (has_loose_ends(motion_of(old, name)) .or. has_loose_ends(motion_of(new, name))) then
+        if (when < huge(1.0_rp)) call new%report(diagnostics, 'MOTION', max(1, first_of(new, &
+          name)), '', 'of '//name//': a restart cannot change phases where some end at a load '// &
+          'or temperature: it is not known from the input which have begun')
+        cycle
+      end if
       if (when > time) cycle
       call new%report(diagnostics, 'MOTION', max(1, first_of(new, name)), '', 'of '//name// &
                       ': a restart at t = '//str(time)// &
@@ -203,7 +209,9 @@ contains
     integer :: k
 
     allocate (knots, source=[knots_of(one), knots_of(other), time])
-    knots = pack(knots, knots <= time)
+    if (.not. (has_loose_ends(one) .or. has_loose_ends(other))) knots = pack(knots, knots <= time)
+    parting = 0.0_rp
+    if (.not. same_ends(one, other)) return
     to = 0.0_rp
     do
       from = to
@@ -217,6 +225,35 @@ contains
     parting = huge(1.0_rp)
   end function parting
 
+  !> Whether a phase may end before its time: then none may change, since those may have come
+  !> already that by the input follow later.
+  pure logical function has_loose_ends(motion)
+    type(motion_t), intent(in) :: motion
+
+    has_loose_ends = .false.
+    if (allocated(motion%phase)) has_loose_ends = any(motion%phase%ends_early())
+  end function has_loose_ends
+
+  !> Whether two motions have the same phases, or none that ends before its time.
+  pure logical function same_ends(one, other)
+    type(motion_t), intent(in) :: one, other
+
+    same_ends = .not. (has_loose_ends(one) .or. has_loose_ends(other))
+    if (same_ends) return
+    if (.not. (allocated(one%phase) .and. allocated(other%phase))) return
+    if (size(one%phase) /= size(other%phase)) return
+    same_ends = .not. any(parts(one%phase%until_force, other%phase%until_force) .or. &
+                          parts(one%phase%until_torque, other%phase%until_torque) .or. &
+                          parts(one%phase%until_temperature, other%phase%until_temperature) .or. &
+                          one%phase%until_probe /= other%phase%until_probe)
+  end function same_ends
+
+  elemental logical function parts(a, b)
+    real(rp), intent(in) :: a, b
+
+    parts = abs(a - b) > slack*abs(a)
+  end function parts
+
   !> When phases and ramps end [s].
   pure function knots_of(motion) result(knots)
     type(motion_t), intent(in) :: motion
@@ -228,7 +265,8 @@ contains
     if (.not. allocated(motion%phase)) return
     from = 0.0_rp
     do k = 1, size(motion%phase)
-      knots = [knots, from + motion%phase(k)%ramp, from + motion%phase(k)%duration]
+      knots = [knots, from + motion%phase(k)%ramp, from + motion%phase(k)%duration, &
+               from + motion%phase(k)%forces(1, :motion%phase(k)%n_forces)]
       if (motion%phase(k)%duration <= 0.0_rp) exit
       from = from + motion%phase(k)%duration
     end do

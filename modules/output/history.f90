@@ -161,6 +161,7 @@ contains
     call row%add(name//'_z', 'm', tool%position(3))
     call row%add(name//'_angle', 'rad', tool%angle)
     call row%add(name//'_tilt', 'rad', tool%tilt())
+    if (tool%watch%is_on) call row%add(name//'_phase', '', real(tool%watch%phase, rp))
   end subroutine add_tool
 
   !> Mean force since the last row: on a tool, or of a wall or clamp on the bodies.

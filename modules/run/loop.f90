@@ -159,7 +159,8 @@ contains
   pure logical function is_finished(sim)
     type(simulation_t), intent(in) :: sim
 
-    is_finished = sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)
+    is_finished = sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp) &
+                  .or. sim%clock%is_stopped
     if (sim%scene%max_steps > 0) then
       is_finished = is_finished .or. sim%clock%step >= sim%scene%max_steps
     end if

@@ -156,7 +156,8 @@ contains
     followed = 0
     if (sim%tracers%n > 0) followed = 1 + size(sim%tracers%row_time) + sim%tracers%n
     if (n /= sim%probes%n .or. &
-        size(global) /= sums + n_drive*count(sim%tool%drive%is_free) + followed) then
+        size(global) /= sums + n_drive*count(sim%tool%drive%is_free) &
+        + sum(sim%tool%watch%size_of_state(sim%tool%n_phases)) + followed) then
       call error%raise(path//other_scene)
       return
     end if
@@ -167,9 +168,14 @@ contains
                                       shape(sim%history%row_impulse))
     sim%history%row_sums = reshape(global(last + 1:sums), shape(sim%history%row_sums))
     do k = 1, size(sim%tool)
-      if (.not. sim%tool(k)%drive%is_free) cycle
-      call sim%tool(k)%drive%set_state(global(sums + 1:sums + n_drive), sim%clock%time)
-      sums = sums + n_drive
+      if (sim%tool(k)%drive%is_free) then
+        call sim%tool(k)%drive%set_state(global(sums + 1:sums + n_drive), sim%clock%time)
+        sums = sums + n_drive
+      end if
+      if (.not. sim%tool(k)%watch%is_on) cycle
+      n = sim%tool(k)%watch%size_of_state(sim%tool(k)%n_phases)
+      call sim%tool(k)%watch%set_state(global(sums + 1:sums + n), sim%tool(k)%motion)
+      sums = sums + n
     end do
     if (sim%tracers%n == 0) return
     associate (t => sim%tracers)

@@ -4,7 +4,7 @@ module setup_tools
   use base_kinds, only: pi, rp
   use contact_law, only: friction_law_t, friction_laws, friction_table_t, law_coulomb, &
                          law_schmidt_hattel, of_nothing
-  use contact_motion, only: motion_t, phase_t
+  use contact_motion, only: most_forces, motion_t, phase_t
   use contact_tool, only: tool_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
@@ -43,6 +43,7 @@ contains
       call make_shape(input%text('TOOL', i, 'KIND'), tool(i)%shape)
       if (tool(i)%has_shape()) call tool(i)%shape%read_keys(input, i, tool(i)%frame, diagnostics)
       tool(i)%motion = motion_of(input, tool(i)%name)
+      call read_watch(input, i, tool(i), diagnostics)
       call read_drive(input, i, body, material, tool(i), diagnostics)
       call tool(i)%move_to(0.0_rp)
       if (find(tool(:i - 1)%name, tool(i)%name) > 0) then
@@ -83,6 +84,8 @@ contains
       tool(k)%motion = motion_of(input, tool(k)%name)
       if (any(tool(k)%motion%phase%presses)) call input%report(diagnostics, 'BODY', b, 'RIGID', &
                                                                'FORCE of &MOTION is for a &TOOL')
+      if (any(tool(k)%motion%phase%ends_early())) call input%report(diagnostics, 'BODY', b, &
+        'RIGID', 'UNTIL_FORCE, UNTIL_TORQUE and UNTIL_TEMPERATURE of &MOTION are for a &TOOL')
       call tool(k)%move_to(0.0_rp)
       do i = 1, size(unused)
         is_given = input%given('BODY', b, trim(unused(i)))
@@ -172,8 +175,6 @@ contains
                           'not have a VELOCITY along its axis')
       end associate
     end do
-    tool%drive%axis = tool%frame(:, 3)
-    if (input%text('TOOL', i, 'KIND') == 'plane') tool%drive%axis = -tool%drive%axis
     radius = tool%stirring_radius()
     rho = 0.0_rp
     metal = 0.0_rp
@@ -240,6 +241,7 @@ contains
     character(*), intent(in) :: name
     type(motion_t) :: motion
     type(phase_t) :: phase
+    real(rp), allocatable :: forces(:)
     integer :: i
 
     allocate (motion%phase(0))
@@ -252,8 +254,110 @@ contains
       phase%presses = input%given('MOTION', i, 'FORCE')
       phase%force = 0.0_rp
       if (phase%presses) phase%force = input%real('MOTION', i, 'FORCE')
+      forces = input%list('MOTION', i, 'FORCE_TABLE')
+      phase%n_forces = size(forces)/2
+      phase%forces(:, :phase%n_forces) = reshape(forces, [2, phase%n_forces])
+      if (phase%n_forces > 0) phase%presses = .true.
+      phase%until_force = limit_of(input, 'MOTION', i, 'UNTIL_FORCE')
+      phase%until_torque = limit_of(input, 'MOTION', i, 'UNTIL_TORQUE')
+      phase%until_temperature = limit_of(input, 'MOTION', i, 'UNTIL_TEMPERATURE')
+      phase%until_probe = probe_of(input, i)
       motion%phase = [motion%phase, phase]
     end do
   end function motion_of
+
+  !> A limit of the input; huge if it is not given.
+  real(rp) function limit_of(input, group, i, key)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    logical :: is_given
+
+    limit_of = huge(1.0_rp)
+    is_given = input%given(group, i, key)
+    if (is_given) limit_of = input%real(group, i, key)
+  end function limit_of
+
+  !> Number of the probe that ends the `i`-th phase; 0: none is named, or there is none.
+  integer function probe_of(input, i)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+
+    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '') then
+      do probe_of = 1, input%count('PROBE')
+        if (input%text('PROBE', probe_of, 'NAME') == input%text('MOTION', i, 'UNTIL_PROBE')) return
+      end do
+    end if
+    probe_of = 0
+  end function probe_of
+
+  !> Limits of the `i`-th tool, and what ends its phases.
+  subroutine read_watch(input, i, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(tool_t), intent(inout) :: tool
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: k, m
+    logical :: is_given
+
+    tool%n_phases = size(tool%motion%phase)
+    associate (watch => tool%watch)
+      watch%most_force = limit_of(input, 'TOOL', i, 'MAX_FORCE')
+      watch%most_torque = limit_of(input, 'TOOL', i, 'MAX_TORQUE')
+      watch%at_limit = find(['end      ', 'stop-feed', 'stop     '], &
+                            input%text('TOOL', i, 'AT_LIMIT'))
+      watch%is_on = min(watch%most_force, watch%most_torque) < huge(1.0_rp)
+      is_given = input%given('TOOL', i, 'AT_LIMIT')
+      if (is_given .and. .not. watch%is_on) call input%report(diagnostics, 'TOOL', i, 'AT_LIMIT', &
+          'has no effect without MAX_FORCE or MAX_TORQUE')
+      if (watch%is_on .and. tool%n_phases == 0) call input%report(diagnostics, 'TOOL', i, 'NAME', &
+          'has limits, but no &MOTION that they could stop')
+      watch%is_on = watch%is_on .or. any(tool%motion%phase%ends_early())
+      if (watch%is_on .and. .not. input%logical('METHOD', 1, 'MECHANICS')) call input%report( &
+        diagnostics, 'TOOL', i, 'NAME', 'limits and UNTIL_... need METHOD MECHANICS = T')
+    end associate
+    k = 0
+    do m = 1, input%count('MOTION')
+      if (input%text('MOTION', m, 'TOOL') /= tool%name) cycle
+      k = k + 1
+      call check_phase(input, m, tool%motion%phase(k), diagnostics)
+    end do
+    tool%drive%axis = tool%frame(:, 3)
+    if (input%text('TOOL', i, 'KIND') == 'plane') tool%drive%axis = -tool%drive%axis
+  end subroutine read_watch
+
+  !> What ends the phase of the `i`-th &MOTION, and its table of forces.
+  subroutine check_phase(input, i, phase, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(phase_t), intent(in) :: phase
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: is_given
+    integer :: n
+
+    if (phase%ends_early() .and. phase%duration <= 0.0_rp) then
+      call input%report(diagnostics, 'MOTION', i, 'DURATION', &
+                        'must be given, the longest time of a phase that ends at a load or '// &
+                        'temperature')
+    end if
+    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '') then
+      if (phase%until_probe == 0) call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
+                                                    'there is no &PROBE of this name')
+      if (phase%until_temperature >= huge(1.0_rp)) then
+        call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
+                          'has no effect without UNTIL_TEMPERATURE')
+      end if
+    end if
+    n = size(input%list('MOTION', i, 'FORCE_TABLE'))
+    if (n == 0) return
+    is_given = input%given('MOTION', i, 'FORCE')
+    if (is_given) call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', &
+                                    'takes the place of FORCE: give one of them')
+    if (mod(n, 2) /= 0 .or. n > 2*most_forces) then
+      call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must be pairs of time and force')
+    else if (any(phase%forces(1, 2:n/2) <= phase%forces(1, :n/2 - 1))) then
+      call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must have rising times')
+    end if
+  end subroutine check_phase
 
 end module setup_tools

@@ -21,6 +21,7 @@ module state_clock
     integer(i8) :: refused = 0           !! steps that had to be made shorter
     real(rp) :: stiffness = 0.0_rp       !! largest squared wave speed, unscaled [m2/s2]
     real(rp) :: mass_scaling = 1.0_rp    !! on inertia only
+    logical :: is_stopped = .false.      !! a tool has met a limit at which the run ends
     real(rp) :: inertial_peak = 0.0_rp   !! recent largest rho v^2 over flow stress
   end type clock_t
 
