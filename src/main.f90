@@ -3,12 +3,14 @@
 program stirpoint
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
+  use base_files, only: write_whole
   use base_kinds, only: i8, rp
-  use base_log, only: log_is_lost, say
+  use base_log, only: close_log, log_is_lost, note_log, open_log, say
   use base_system, only: leave_signals, stop_signal, watch_signals
   use base_text, only: str
   use base_version, only: version_text
   use checks_volumes, only: volumes_t
+  use comm_agree, only: agree
   use comm_world, only: end_world, mpi_text, start_world, world_t
   use front_command_line, only: command_t, read_command
   use front_heat_report, only: report_heat_scene
@@ -21,6 +23,7 @@ program stirpoint
   use heat_alone_state, only: heat_run_t
   use heat_setup_scene, only: build_heat_scene
   use heat_solvers_petsc, only: end_petsc
+  use input_resolved, only: resolved_text
   use input_values, only: input_t
   use io_folder, only: clear_folder, take_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
@@ -56,6 +59,7 @@ program stirpoint
       call simulate(status)
     end select
   end if
+  call close_log()
   flush (output_unit)
   if (.not. world%all_true(.not. log_is_lost()) .and. status == ended_well) status = ended_io
   call end_petsc()
@@ -113,7 +117,7 @@ contains
     if (command%action == 'check') then
       call report_scene(world, input, sim, counts, volumes)
     else if (.not. is_stopped(status)) then
-      call open_results(sim%scene%output, sim%history%frame_times, status)
+      call open_results(input, sim%scene%output, sim%history%frame_times, status)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
       call tell_end(sim, status, message)
     end if
@@ -137,15 +141,17 @@ contains
     else if (command%action == 'check') then
       call report_heat_scene(world, input, sim%scene, sim%probes%name, heat)
     else if (.not. is_stopped(status)) then
-      call open_results(sim%scene%output, heat%frame_times, status)
+      call open_results(input, sim%scene%output, heat%frame_times, status)
       if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &
                                               command%restart /= '', status, message)
       call tell_end(sim, status, message)
     end if
   end subroutine simulate_heat
 
-  !> Take the folder of the results, put away what is there of other runs.
-  subroutine open_results(output, frame_times, status)
+  !> Take the folder of the results, put away what is there of other runs, begin the log and keep
+  !> the input.
+  subroutine open_results(input, output, frame_times, status)
+    type(input_t), intent(in) :: input
     type(output_t), intent(inout) :: output
     real(rp), allocatable, intent(in) :: frame_times(:)   !! until now [s]
     integer, intent(inout) :: status
@@ -163,6 +169,12 @@ contains
                         command%overwrites, note, error)
       if (world%is_root() .and. note /= '') call say(note)
     end if
+    if (world%is_root() .and. .not. error%is_set()) then
+      call open_log(output%directory//'/'//output%name//'.log', goes_on=command%restart /= '')
+      call write_whole(output%directory//'/'//output%name//'_input.nml', resolved_text(input), &
+                       error)
+    end if
+    call agree(world, error)
     if (error%is_set()) then
       status = merge(bad_input, ended_io, is_taken)
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
@@ -191,8 +203,10 @@ contains
 
     if (.not. world%is_root() .or. .not. allocated(message)) return
     if (status /= ended_well) then
+      call note_log('stirpoint: '//message)
+      call close_log()
       write (error_unit, '(2a)') 'stirpoint: ', message
-    else if (.not. command%is_quiet) then
+    else
       call say('results in '//sim%scene%output%directory)
     end if
   end subroutine tell_end

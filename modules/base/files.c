@@ -5,7 +5,9 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 /* File descriptor of a file emptied (fresh) or gone on with, or -errno. */
@@ -37,6 +39,24 @@ int stirpoint_say(const char *text, long long n)
 {
     int code = stirpoint_text_put(STDOUT_FILENO, text, n);
     return code == EPIPE ? -1 : code;
+}
+
+/* Columns of the window that standard output is shown in; 0 if it is none: a file, a pipe, the
+ * pseudo-terminal without a size that mpirun gives a rank. Then it is the window of mpirun, the parent,
+ * if that has one. */
+int stirpoint_window(void)
+{
+    static int has_none = 0;
+    struct winsize window = {0};
+    char path[64];
+    if (has_none || !isatty(STDOUT_FILENO)) return has_none = 1, 0;
+    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0) return window.ws_col;
+    snprintf(path, sizeof path, "/proc/%ld/fd/1", (long)getppid());
+    int fd = getenv("OMPI_COMM_WORLD_RANK") ? open(path, O_WRONLY | O_NOCTTY | O_CLOEXEC | O_NONBLOCK) : -1;
+    if (fd < 0 || !isatty(fd) || ioctl(fd, TIOCGWINSZ, &window) != 0) window.ws_col = 0;
+    if (fd >= 0) close(fd);
+    has_none = window.ws_col == 0;
+    return window.ws_col;
 }
 
 /* Bring it to the disk, where there is one. */

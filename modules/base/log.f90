@@ -1,17 +1,24 @@
 ! SPDX-License-Identifier: MIT
-!> Lines of a run on standard output, written at once and without a buffer: a line that is lost is
-!> known.
+!> Lines of a run on standard output and in its log file, written at once and without a buffer: a
+!> line that is lost is known. In a window one line of progress is drawn anew in its place.
 module base_log
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use base_files, only: reason_of
+  use base_files, only: reason_of, text_file_t
   implicit none (type, external)
   private
 
-  public :: say, log_is_lost
+  public :: close_log, log_is_lost, note_log, open_log, say, show_progress, window_width
+
+  character, parameter :: nl = new_line('a')
+  character(*), parameter :: clear_line = achar(13)//achar(27)//'[K'
 
   logical :: is_lost = .false.     !! a line could not be written
   logical :: is_read = .true.      !! the reader is there
+  logical :: is_drawn = .false.    !! a line of progress stands in the window
+  logical :: is_open = .false.     !! the log file
+  type(text_file_t) :: file        !! that
+  character(:), allocatable :: early   !! what was said before it
 
   interface
     !> 0, errno, or -1 if the reader has gone (files.c).
@@ -21,24 +28,91 @@ module base_log
       character(kind=c_char), intent(in) :: text(*)
       integer(c_long_long), value :: n
     end function c_say
+
+    !> Columns of the window of standard output, 0 if it is none.
+    integer(c_int) function window_width() bind(c, name='stirpoint_window')
+      import :: c_int
+      implicit none (type, external)
+    end function window_width
   end interface
 
 contains
 
-  !> A line on standard output. The first that cannot be written is reported on standard error; a
-  !> reader that has gone away (`| head`) is not, and gets nothing more.
+  !> A line on standard output and in the log. The first that cannot be written is reported on
+  !> standard error; a reader that has gone away (`| head`) is not, and gets nothing more.
   subroutine say(text)
+    character(*), intent(in) :: text
+
+    call note_log(text)
+    if (is_drawn) call put(clear_line)
+    is_drawn = .false.
+    call put(text//nl)
+  end subroutine say
+
+  !> How far a run is: in a window of `width` columns in the place of the line before, else (0) a
+  !> line like others.
+  subroutine show_progress(text, width)
+    character(*), intent(in) :: text
+    integer, intent(in) :: width
+
+    if (width == 0) then
+      call say(text)
+    else
+      call put(clear_line//text(:min(len(text), width - 1)))
+      is_drawn = .true.
+    end if
+  end subroutine show_progress
+
+  !> To standard output.
+  subroutine put(text)
     character(*), intent(in) :: text
     integer :: code
 
     if (.not. is_read) return
-    code = c_say(text//new_line('a'), len(text, c_long_long) + 1)
+    code = c_say(text, len(text, c_long_long))
     is_read = code >= 0
     if (code <= 0 .or. is_lost) return
     is_lost = .true.
     write (error_unit, '(2a)') 'stirpoint: standard output cannot be written: ', &
       reason_of(code)//'; the program goes on and will end with exit status 4'
-  end subroutine say
+  end subroutine put
+
+  !> A line for the log alone.
+  subroutine note_log(text)
+    character(*), intent(in) :: text
+
+    if (is_open) then
+      call file%put(text//nl)
+    else
+      if (.not. allocated(early)) early = ''
+      early = early//text//nl
+    end if
+  end subroutine note_log
+
+  !> Begin the log file, or go on with it, with what was said so far.
+  subroutine open_log(path, goes_on)
+    character(*), intent(in) :: path
+    logical, intent(in) :: goes_on
+
+    if (goes_on) then
+      call file%append(path)
+    else
+      call file%create(path)
+    end if
+    if (allocated(early)) call file%put(early)
+    is_open = .true.
+  end subroutine open_log
+
+  !> End it. What it could not take is told; standard output has it.
+  subroutine close_log()
+    if (is_drawn) call put(nl)
+    is_drawn = .false.
+    if (.not. is_open) return
+    call file%close()
+    if (file%code /= 0) write (error_unit, '(2a)') &
+      'stirpoint: warning: the log is not whole: ', reason_of(file%code)
+    is_open = .false.
+  end subroutine close_log
 
   !> True if this process could not write a line.
   logical function log_is_lost()

@@ -48,8 +48,9 @@ contains
     logical, intent(out) :: stands
     real(rp) :: own(2)
 
-    own = [step%last%stiffness, max(step%last%speed2, fastest_node(scene, clock, step, nodes, &
-      boundary, g))]
+    own = [step%last%stiffness, step%last%speed2]
+    own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! some MPIs lose a NaN in a maximum
+    own(2) = max(own(2), fastest_node(scene, clock, step, nodes, boundary, g))
     stands = is_sound(own) .and. dt*sqrt(own(2)) <= longest_displacement(scene, clock)
     call exchange%acceptance%start(world, &
                                    [own, real(stop_signal(), rp), real(books%failed_returns, rp), &

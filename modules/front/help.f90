@@ -43,7 +43,7 @@ contains
       option_t('--output', 'DIR', 'directory of the results (default: NAME.out)'), &
       option_t('--overwrite', '', 'delete results of an earlier run of this name there, which '// &
                'else are kept in DIR/previous_1, previous_2, ...'), &
-      option_t('--quiet', '', 'no progress lines'), &
+      option_t('--quiet', '', 'no lines of progress and speed'), &
       option_t('--new', 'SCENE', 'print a commented input to begin with: '//known_scenes()), &
       option_t('--keys', '', 'every group and key with type, unit, default and range'), &
       option_t('--keys', '=GROUP', 'those of one group; --keys=markdown: all as a page'), &
@@ -71,7 +71,8 @@ contains
     text = 'results in NAME.out/: NAME_history.csv (energies, audit, torque, force), '// &
       'NAME_probes.csv (thermocouples), NAME_000000.hdf ... with NAME.hdf.series (ParaView '// &
       '5.11, h5py), NAME_tools_000000.hdf ... (their surfaces), NAME_checkpoint.h5, '// &
-      'NAME_run.txt; pictures: stirpost report NAME.out'//nl// &
+      'NAME_run.txt, NAME_input.nml '// &
+      '(the input with its defaults), NAME.log; pictures: stirpost report NAME.out'//nl// &
       'signals: SIGUSR1, SIGTERM, SIGINT or SIGHUP end the run at the next step with a '// &
       'checkpoint, the same again at once; mpirun hands SIGUSR1 on'//nl// &
       'exit status: 0 finished, 2 bad input (nothing written), 3 a particle was lost '// &

@@ -21,7 +21,8 @@ contains
     call t%key('CHECKPOINT_INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
       'between two checkpoints; 0: none but at the end or a stop')
     call t%key('PROGRESS_INTERVAL', 'real', 1, 's', '10', '[0,inf)', &
-      'wall-clock time between two lines of progress')
+      'wall-clock time between two lines of progress in a file; not given: from 10 s on ever '// &
+      'longer, a twentieth of the time so far; a terminal has one line, drawn every second')
     call t%key('SAFETY_INTERVAL', 'real', 1, 's', '600', '[0,inf)', &
       'wall-clock time between two checkpoints against a breakdown; 0: none')
 

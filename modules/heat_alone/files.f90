@@ -20,6 +20,7 @@ module heat_alone_files
   use io_row, only: row_t
   use output_melting, only: melting_t
   use output_progress, only: percent, span
+  use output_time_left, only: time_left_t
   use output_writer, only: next_time
   use state_scene, only: output_t, scene_t
   implicit none (type, external)
@@ -32,7 +33,8 @@ module heat_alone_files
   type :: heat_writer_t
     type(table_t) :: history, probes
     character(32), allocatable :: probe(:)    !! names
-    real(rp) :: started = 0.0_rp, cpu_started = 0.0_rp, spoke = 0.0_rp   !! [s]
+    real(rp) :: started = 0.0_rp, cpu_started = 0.0_rp   !! [s]
+    type(time_left_t), private :: left
     real(rp) :: first_time = 0.0_rp, next_row = 0.0_rp, next_frame = 0.0_rp
     real(rp) :: next_checkpoint = 0.0_rp, secured = 0.0_rp
     integer(i8) :: first_step = 0
@@ -65,7 +67,7 @@ contains
 
     self%started = wall_time()
     self%cpu_started = cpu_seconds()
-    self%spoke = self%started
+    call self%left%init(scene%output%progress_interval, scene%output%progress_is_asked)
     self%secured = self%started
     self%first_time = run%time
     self%first_step = run%integrator%steps
@@ -267,16 +269,15 @@ contains
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
-    real(rp) :: now, share
+    real(rp) :: at, share
+    integer :: width
 
     if (.not. world%is_root() .or. scene%output%is_quiet) return
-    now = wall_time()
-    if (now - self%spoke < scene%output%progress_interval) return
-    self%spoke = now
     share = (run%time - self%first_time)/max(scene%end_time - self%first_time, tiny(1.0_rp))
-    call say(percent(run%time/scene%end_time)//' %  step '//str(run%integrator%steps)//'  t = '// &
-             str(run%time)//' s  dt = '//str(run%integrator%last)//' s  left '// &
-             span((now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)))
+    if (.not. self%left%is_due(share, at, width)) return
+    call self%left%show(percent(run%time/scene%end_time)//' %  left '// &
+                        span(self%left%seconds(at, share))//'  t = '//str(run%time)//' s  step '// &
+                        str(run%integrator%steps)//'  dt = '//str(run%integrator%last)//' s', width)
   end subroutine progress
 
   !> Cost of the run: a line, and NAME_summary.json.

@@ -23,9 +23,10 @@ module io_folder
   real(rp), parameter :: patience = 5.0_rp   !! for a run that is just ending [s]
   character(*), parameter :: nl = new_line('a')
   character(*), parameter :: run_file = '_run.txt'
-  character(*), parameter :: endings(11) = [character(24) :: '_history.csv', '_probes.csv', &
+  character(*), parameter :: endings(13) = [character(24) :: '_history.csv', '_probes.csv', &
     '_errors.csv', '_tracers.csv', '.hdf.series', '_tools.hdf.series', '_checkpoint.h5', &
-    '_checkpoint_previous.h5', '_broken.h5', '_broken_previous.h5', '_summary.json']
+    '_checkpoint_previous.h5', '_broken.h5', '_broken_previous.h5', '_summary.json', &
+    '_input.nml', '.log']
   character(*), parameter :: unfinished(3) = [character(5) :: '.tmp', '.room', '']
 
 contains

@@ -11,6 +11,7 @@ module output_progress
   use comm_world, only: world_t
   use exchange_ranks, only: exchange_t
   use mapping_nodes, only: nodes_t
+  use output_time_left, only: time_left_t
   use particles_store, only: particles_t
   use state_blocks, only: blocks_t
   use state_clock, only: clock_t
@@ -26,7 +27,7 @@ module output_progress
   type :: progress_t
     real(rp) :: started = 0.0_rp        !! wall-clock time at the start [s]
     real(rp), private :: cpu_started = 0.0_rp   !! processor time of this rank then [s]
-    real(rp), private :: last_line = 0.0_rp     !! wall-clock time of the last one [s]
+    type(time_left_t), private :: left
     integer(i8), private :: first_step = 0
     real(rp), private :: first_time = 0.0_rp    !! [s]
     integer(i8), private :: particles = 0       !! on all ranks
@@ -39,34 +40,32 @@ module output_progress
 contains
 
   !> Collective. The run, or its part that begins now, starts here.
-  subroutine init(self, world, clock, particles)
+  subroutine init(self, world, scene, clock, particles)
     class(progress_t), intent(out) :: self
     type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
 
     self%started = wall_time()
     self%cpu_started = cpu_seconds()
-    self%last_line = self%started
+    call self%left%init(scene%output%progress_interval, scene%output%progress_is_asked)
     self%first_step = clock%step
     self%first_time = clock%time
     self%particles = particles%total()
     call world%sum(self%particles)
   end subroutine init
 
-  !> A line with percent, time, speed and time left, every PROGRESS_INTERVAL seconds.
+  !> A line with percent, time left, time and speed, when it is due.
   subroutine line(self, world, scene, clock)
     class(progress_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
-    real(rp) :: now, speed, left, share, done
+    real(rp) :: at, speed, share, done
+    integer :: width
 
     if (.not. world%is_root() .or. scene%output%is_quiet) return
-    now = wall_time()
-    if (now - self%last_line < scene%output%progress_interval) return
-    self%last_line = now
-    speed = real(self%particles, rp)*real(clock%step - self%first_step, rp)/(now - self%started)
     share = (clock%time - self%first_time) &
             /max(scene%end_time - self%first_time, tiny(1.0_rp))
     done = clock%time/max(scene%end_time, tiny(1.0_rp))
@@ -75,9 +74,11 @@ contains
                          /max(1.0_rp, real(scene%max_steps - self%first_step, rp)))
       done = max(done, real(clock%step, rp)/real(scene%max_steps, rp))
     end if
-    left = (now - self%started)*(1.0_rp/max(share, 1.0e-12_rp) - 1.0_rp)
-    call say(percent(done)//' %  step '//str(clock%step)//'  t = '//str(clock%time)//' s  dt = '// &
-             str(clock%dt)//' s  '//str(speed*1.0e-6_rp)//' M particle-steps/s  left '//span(left))
+    if (.not. self%left%is_due(share, at, width)) return
+    speed = real(self%particles, rp)*real(clock%step - self%first_step, rp)/max(at, 1.0e-9_rp)
+    call self%left%show(percent(done)//' %  left '//span(self%left%seconds(at, share))// &
+                        '  t = '//str(clock%time)//' s  step '//str(clock%step)//'  dt = '// &
+                        str(clock%dt)//' s  '//str(speed*1.0e-6_rp)//' M particle-steps/s', width)
   end subroutine line
 
   !> Collective. Speed, memory, the shares of the phases and of waiting for other ranks in them

@@ -76,7 +76,7 @@ contains
     type(row_t) :: row
     integer(i8) :: rows
 
-    call self%progress%init(world, clock, particles)
+    call self%progress%init(world, scene, clock, particles)
     step%secured = self%progress%started
     rows = merge(history%rows, -1_i8, is_resumed)
     stem = scene%output%directory//'/'//scene%output%name

@@ -118,6 +118,7 @@ contains
       if (o%history_interval <= 0.0_rp) o%history_interval = scene%end_time/500.0_rp
       o%checkpoint_interval = input%real('OUTPUT', 1, 'CHECKPOINT_INTERVAL')
       o%progress_interval = input%real('OUTPUT', 1, 'PROGRESS_INTERVAL')
+      o%progress_is_asked = input%given('OUTPUT', 1, 'PROGRESS_INTERVAL')
       o%safety_interval = input%real('OUTPUT', 1, 'SAFETY_INTERVAL')
     end associate
   end subroutine read_general

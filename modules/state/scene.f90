@@ -119,6 +119,7 @@ module state_scene
     real(rp) :: history_interval = 0.0_rp
     real(rp) :: checkpoint_interval = 0.0_rp
     real(rp) :: progress_interval = 10.0_rp   !! wall-clock seconds
+    logical :: progress_is_asked = .false.    !! the input gave it
     real(rp) :: safety_interval = 0.0_rp      !! wall-clock seconds
     logical :: is_quiet = .false.
   end type output_t

@@ -51,7 +51,7 @@ def test_log_that_is_lost(tmp_path, name):
         assert said == (kind == "full") and (said or error == "")
         tables.append(tables_of(name, place))
     assert tables[1:] == tables[:1] * 3
-    assert " %  step 1  t = " in (tmp_path / "file" / "log").read_text(encoding="utf-8")
+    assert " s  step 1  dt = " in (tmp_path / "file" / "log").read_text(encoding="utf-8")
 
 
 def test_report_that_is_lost(tmp_path):

@@ -1,0 +1,91 @@
+! SPDX-License-Identifier: MIT
+!> The resolved input: what was given, taken and overridden, as an input that can be run again, with
+!> the defaults that act besides and the sources of what a library gave as comments.
+module input_resolved
+  use input_library, only: source_line
+  use input_values, only: input_t
+  implicit none (type, external)
+  private
+
+  public :: resolved_text
+
+  character, parameter :: nl = new_line('a')
+
+contains
+
+  !> Text of NAME_input.nml.
+  function resolved_text(input) result(text)
+    type(input_t), intent(in) :: input
+    character(:), allocatable :: text
+    character(:), allocatable :: group, one
+    integer :: g, i
+
+    text = '! The input as it was run, overrides in place.'//nl//input%text_of_file()//nl//nl// &
+      '! Defaults that act besides:'//nl
+    do g = 1, size(input%table%groups)
+      group = trim(input%table%groups(g)%name)
+      do i = 1, max(input%count(group), merge(0, 1, input%table%groups(g)%repeats .or. &
+                                              group == 'HEAT'))
+        one = defaults_of(input, g, i)
+        if (one /= '') text = text//'! &'//group//name_of(input, g, i)//nl//one
+      end do
+    end do
+    text = text//sources_of(input)
+  end function resolved_text
+
+  !> ` of NAME` for a group that has one.
+  function name_of(input, g, i) result(text)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: g, i
+    character(:), allocatable :: text
+
+    text = ''
+    if (input%table%find_key(g, 'NAME') == 0 .or. .not. input%table%groups(g)%repeats) return
+    text = ' '//input%text(trim(input%table%groups(g)%name), i, 'NAME')
+  end function name_of
+
+  !> Lines of the keys of the `i`-th group of this kind that are not written and have a default.
+  function defaults_of(input, g, i) result(text)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: g, i
+    character(:), allocatable :: text
+    character(:), allocatable :: group, value
+    logical :: is_given
+    integer :: k
+
+    text = ''
+    group = trim(input%table%groups(g)%name)
+    do k = input%table%groups(g)%first, input%table%groups(g)%last
+      associate (row => input%table%keys(k))
+        is_given = input%given(group, i, trim(row%name))
+        if (is_given) cycle
+        if (.not. input%holds(group, i, row%condition)) cycle
+        value = input%values(group, i, trim(row%name))
+        if (value /= '') text = text//'!   '//trim(row%name)//' = '//value//nl
+      end associate
+    end do
+  end function defaults_of
+
+  !> Lines of what libraries gave.
+  function sources_of(input) result(text)
+    type(input_t), intent(in) :: input
+    character(:), allocatable :: text
+    character(:), allocatable :: line
+    integer :: i, s
+
+    text = ''
+    if (.not. allocated(input%taken)) return
+    do i = 1, input%count('MATERIAL')
+      s = 1
+      do
+        line = source_line(input, i, s)
+        if (line == '') exit
+        if (s == 1) text = text//'! Of material '//input%text('MATERIAL', i, 'NAME')// &
+          ' a library gave:'//nl
+        text = text//'!   '//line//nl
+        s = s + 1
+      end do
+    end do
+  end function sources_of
+
+end module input_resolved
