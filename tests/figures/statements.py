@@ -60,6 +60,7 @@ ABOUT = "the order of a processor time, which depends on the machine"
 DEFINITIONS = (
     ("README.md", "CMake >= 3.20", QUOTED),
     ("README.md", "ParaView 5.11", QUOTED),
+    ("docs/choosing.md", "A film of 500 to 1000 W/(m2 K)", QUOTED),
     ("docs/accuracy.md", "good to some 30 %", ABOUT),
     ("docs/accuracy.md", "Errors above 10 % do not count", KEY),
     ("docs/accuracy.md", "no error below 10 %", KEY),
