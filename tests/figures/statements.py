@@ -111,6 +111,7 @@ DEFINITIONS = (
     ("docs/heat.md", "own record of cavity 1 with 700 W/(m2 K)", KEY),
     ("docs/heat.md", "draws figures 4.6, 4.8 and, with a second run, 4.9 of the thesis", QUOTED),
     ("docs/heat.md", "Cavity 1 at 1 mm", KEY),
+    ("docs/method.md", "its own area within 3 % at 4 cells a radius", ASKED),
     ("docs/method.md", "USAVG (3.69-3.81)", QUOTED),
     ("docs/method.md", "(flow stress above 1e-4 of the shear modulus)", KEY),
     ("docs/speed.md", "which shears at 6e4/s", KEY),
