@@ -247,6 +247,7 @@ ALL = {
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
     "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
+    "disc on a hot plate": kept(PLATE, "disc on a hot plate"),
 }
 
 SERIES = "docs/accuracy.md"
