@@ -182,7 +182,7 @@ contains
       do p = 1, contact%n
         associate (t => contact%particle(p))
           call contact%spread(nodes%patch%stride, t)
-          mass = t%mass*[1.0_rp, merge(t%pushed, 0.0_rp, t%closing > 0.0_rp)]
+          mass = t%mass*[1.0_rp, merge(1.0_rp, 0.0_rp, t%closing > 0.0_rp)]
           do i = 1, 27
             if (t%entry(i) == 0) cycle
             contact%mass(:, t%entry(i)) = contact%mass(:, t%entry(i)) + t%weight(i)*mass
@@ -200,7 +200,7 @@ contains
     type(tool_contact_t), intent(inout) :: contact
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
-    real(rp) :: kept, least, s(2), values(n_values)
+    real(rp) :: kept, least, push, s(2), values(n_values)
     integer :: e, p
 
     least = least_inertia(scene, clock)
@@ -213,8 +213,8 @@ contains
           s = max(least_returned, returned(t%entry, t%weight, t%normal**2, contact%n_nodes, &
                                         contact%free, contact%mass))
           t%hold = -t%mass/s(1)*t%slip
-          values(v_push:v_push + 2) = min(impulse_fraction*t%pushed*t%mass/s(2)*t%closing, &
-                                          t%most)*t%normal
+          push = impulse_fraction*t%mass/s(2)
+          values(v_push:v_push + 2) = max(min(push*t%closing, t%most), push*t%keep_out)*t%normal
           values(v_hold:v_hold + 2) = t%hold
           if (law%keeps_mean()) then
             kept = exp(-dt/relaxation_time(clock, nodes, t%can_flow))

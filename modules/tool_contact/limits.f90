@@ -53,8 +53,8 @@ contains
   !> What limits the impulses of the touching particles, which have their `place` among the
   !> candidates: along the surface what the tool's law of friction makes of the strength of the
   !> layer that shears, with a coefficient that may depend on the state; across it at an edge, for
-  !> the part of the face that is pushed, the pressure under the edge of a punch (Prandtl 1920,
-  !> plane; Shield 1955, round).
+  !> the part that the tool covers, the pressure under the edge of a punch (Prandtl 1920, plane;
+  !> Shield 1955, round).
   subroutine limit_impulses(scene, tool, dt, near, n, place, particle)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool
@@ -106,7 +106,7 @@ contains
         associate (t => particle(i), strength => layer%stress(place(i)))
           face = product(body%spacing)/norm2(t%normal*body%spacing)
           shear = dt*face*max(0.0_rp, strength)
-          if (t%pushed < 1.0_rp) t%most = t%pushed*edge_pressure*shear
+          if (t%within < 1.0_rp) t%most = t%within*edge_pressure*shear
           shear = t%covered*shear
           call law%limits(coefficient(i), max(molten, shear), t%friction, t%shear, t%bend)
           if (law%is_unlimited() .and. shear > 0.0_rp) t%shear = unlimited

@@ -46,9 +46,10 @@ module tool_contact_lists
     real(rp) :: mass = 0.0_rp                  !! inertial [kg]
     real(rp) :: normal(3) = 0.0_rp             !! out of the tool
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
-    real(rp) :: pushed = 1.0_rp                !! part of its face that is pushed
+    real(rp) :: keep_out = 0.0_rp              !! what it takes in any case, at an edge [m/s]
+    real(rp) :: within = 1.0_rp                !! part of its weight function inside the edges
     real(rp) :: covered = 1.0_rp               !! part of its face that lies under the tool's
-    real(rp) :: most = 0.0_rp                  !! impulse that it can take along its normal [N s]
+    real(rp) :: most = 0.0_rp                  !! impulse along its normal, beyond that [N s]
     real(rp) :: slip(3) = 0.0_rp               !! along the tool's surface [m/s]
     real(rp) :: friction = 0.0_rp
     real(rp) :: coulomb = 0.0_rp               !! impulse that Coulomb's law lets it give [N s]

@@ -5,11 +5,12 @@
 !> face is covered by the surface that carries, not by what of it touches just now.
 !>
 !> At the edge of a tool the velocity of metal that flows jumps; on the grid it falls off over a
-!> cell beyond the last particle that touches, so that the tool seems wider. Therefore material that
-!> can flow is pushed less and less over a cell about a line a little inside an edge that stands
-!> out, up to the pressure that metal bears there (tool_contact_limits); beyond, it is only held by
-!> friction. Elastic material has no such jump and is pushed up to the edge (tests/verification,
-!> punch_plane, punch_circle and punch_elastic; docs/method.md).
+!> cell beyond the last particle that is held, so that the tool would act half a cell wider. The
+!> tool covers a part of a particle's weight function there. What can flow is pushed with that part
+!> of the pressure that metal bears at an edge (tool_contact_limits), and may stay inside the tool
+!> by the other part of its size; what is deeper is pushed with all it takes. Elastic material has
+!> no such jump and is pushed up to the edge (tests/verification, groove, punch_plane, punch_circle
+!> and punch_elastic; docs/method.md).
 !>
 !> The surface of a particle lies half a spacing from the centre at first and is a point of the
 !> material: while a tool presses on it, the layer of metal between them becomes thinner as the
@@ -44,9 +45,6 @@ module tool_contact_particles
   real(rp), parameter :: any_recovery_speed = huge(1.0_rp)   !! with true masses: limit loads are
                                                              !! more even then
   real(rp), parameter :: beside = 0.5_rp   !! up to which particles take part in friction [spacings]
-  real(rp), parameter :: inset = 0.3_rp        !! from edges that stand out, of the line about which
-                                               !! the push of metal that flows falls off [cells]
-  real(rp), parameter :: fade = 1.0_rp         !! width in which it does [cells]
   real(rp), parameter :: least_offset = 0.1_rp  !! of the surface [half a spacing]
 
 contains
@@ -131,7 +129,7 @@ contains
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
-    real(rp) :: friction_zone, w(nlane, 18), zone
+    real(rp) :: friction_zone, size, w(nlane, 18), zone
     integer :: before, first(nlane), n, p, place(nlane)   ! of one that takes part among the
                                                           ! candidates
     type(contact_particle_t) :: particle
@@ -159,8 +157,9 @@ contains
           scene%layout%surface_offset), p, scene%layout%n, near%ps, w, first)
       particle%mass = clock%mass_scaling*near%ps(p, f_mass)
       particle%coulomb = near%ps(p, scene%layout%grip)
-      if (.not. takes_part(clock, nodes, tool, rigid, dt, zone, &
-                           friction_zone*norm2(particle%normal*scene%body(near%body)%spacing), &
+      size = norm2(particle%normal*scene%body(near%body)%spacing)
+      if (.not. takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone*size, &
+                           merge(1.0_rp, size/nodes%patch%h, scene%method%is_bspline), size, &
                            width_of(scene%body(near%body)%spacing, particle%normal), &
                            near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
@@ -174,41 +173,48 @@ contains
 
   !> Whether a particle at `x`, with velocity `v` of its surface, takes part in contact: the surface
   !> would be inside the tool at the end of the step, comes too fast through the soft zone, or is
-  !> within the friction zone; how fast it is to be, and its slip. Across an edge of the tool lies
-  !> the part of its face, `width` wide, that a straight edge would cut off.
-  logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, width, x, v, &
-                              particle)
+  !> within the friction zone; how fast it is to be, its slip, and what of it the tool covers. Across
+  !> an edge of the tool lies the part of its face, `width` wide, that a straight edge would cut off.
+  logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, domain, size, &
+                              width, x, v, particle)
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, zone, friction_zone, width, x(3), v(3)
+    real(rp), intent(in) :: dt, zone, friction_zone, x(3), v(3)
+    real(rp), intent(in) :: domain              !! of a particle [cells]
+    real(rp), intent(in) :: size, width         !! of a particle along the normal, of its face [m]
     type(contact_particle_t), intent(inout) :: particle
-    real(rp) :: gap, room, wave
+    real(rp) :: back, gap, relative(3), room, time, unused(3)
 
     call tool%distance(x + dt*v, gap, particle%normal, room)
     gap = gap - particle%half
     takes_part = gap < max(zone, friction_zone)
     if (.not. takes_part) return
-    wave = wave_speed(clock)                 ! and no step: smaller ones give the same contact
-    call normal_velocity(dt, clock%dt, zone, relaxation_time(clock, nodes, particle%can_flow), &
-                         merge(recovery_speed*wave, any_recovery_speed, &
-                               clock%mass_scaling > 1.0_rp), gap, particle%normal, &
-                         v - rigid%velocity_at(x - particle%half*particle%normal + 0.5_rp*dt*v), &
+    relative = v - rigid%velocity_at(x - particle%half*particle%normal + 0.5_rp*dt*v)
+    time = relaxation_time(clock, nodes, particle%can_flow)  ! and no step: smaller ones give the
+    back = any_recovery_speed                                ! same contact
+    if (clock%mass_scaling > 1.0_rp) back = recovery_speed*wave_speed(clock)
+    call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
                          particle%closing, particle%slip)
     particle%friction = tool%friction
     particle%touches = gap < zone .and. particle%closing > 0.0_rp
     takes_part = particle%touches .or. gap < friction_zone
-    particle%pushed = 1.0_rp
-    if (particle%can_flow) particle%pushed = merge(min(1.0_rp, 0.5_rp &
-        + (room/nodes%patch%h - inset)/fade), 0.0_rp, room > 0.0_rp)
     if (room > 0.0_rp) then
       particle%covered = min(1.0_rp, 0.5_rp + room/width)
     else                                     ! its surface as high as the edge
       particle%covered = max(0.0_rp, 0.5_rp &
                              - sqrt(max(0.0_rp, gap*(gap + 2.0_rp*particle%half)))/width)
     end if
-    if (particle%pushed <= 0.0_rp .or. .not. particle%touches) particle%closing = 0.0_rp
+    particle%within = 1.0_rp
+    if (particle%can_flow) particle%within = part_within(domain, room/nodes%patch%h)
+    particle%keep_out = 0.0_rp
+    gap = gap + (1.0_rp - particle%within)*size
+    if (particle%within < 1.0_rp .and. gap < zone) then
+      call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
+                           particle%keep_out, unused)
+    end if
+    if (particle%within <= 0.0_rp .or. .not. particle%touches) particle%closing = 0.0_rp
   end function takes_part
 
   !> Width of a particle's face across `normal` [m].
@@ -217,6 +223,26 @@ contains
 
     width_of = sqrt(product(spacing)/norm2(normal*spacing))
   end function width_of
+
+  !> Part of a particle's weight function that is on the inner side of an edge `room` cells away
+  !> (below 0: the particle is beyond it). The function is a hat of a cell averaged over the domain:
+  !> half a particle on the edge, all of it a cell and half a domain inside.
+  elemental real(rp) function part_within(width, room) result(part)
+    real(rp), intent(in) :: width               !! of the domain: a cell for B-splines [cells]
+    real(rp), intent(in) :: room
+
+    part = (twice(room + 0.5_rp*width) - twice(room - 0.5_rp*width))/width
+    part = max(0.0_rp, min(1.0_rp, part))
+  contains
+    !> The hat integrated twice, from far outside on.
+    elemental real(rp) function twice(x)
+      real(rp), intent(in) :: x
+      real(rp) :: r
+
+      r = max(-1.0_rp, min(1.0_rp, x))
+      twice = max(0.0_rp, x - 1.0_rp) + 1.0_rp/6.0_rp + 0.5_rp*(r + r*r) - abs(r)**3/6.0_rp
+    end function twice
+  end function part_within
 
   !> Time in which contact follows slow changes of gaps and forces [s].
   pure real(rp) function relaxation_time(clock, nodes, can_flow)

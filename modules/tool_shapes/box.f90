@@ -80,7 +80,7 @@ contains
     end if
     a = maxloc(q, 1)
     q(a) = -huge(1.0_rp)
-    room = max(0.0_rp, -maxval(q))
+    room = -maxval(q)
   end subroutine distance
 
   pure subroutine distances(self, n, x, d)

@@ -45,7 +45,7 @@ contains
   end subroutine corner
 
   !> Distance of `x`, its gradient, and the room along the surface to the nearest edge that stands
-  !> out.
+  !> out, below 0 beyond it.
   pure subroutine distance(self, x, d, normal, room)
     class(revolved_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
@@ -89,6 +89,7 @@ contains
       ez = z - az - nearest*bz
       nr = er/d
       nz = ez/d
+      room = -beyond(self%profile, side + nint(nearest), er, ez)
     end if
     if (r > 0.0_rp) then
       normal = [nr*x(1)/r, nr*x(2)/r, nz]
@@ -136,6 +137,21 @@ contains
     end do
     distance = side*sqrt(distance)
   end subroutine distances_at
+
+  !> How far the point at (er, ez) from corner `i` is beyond the end of the side that it is nearer to
+  !> being beside; far below 0 where no edge stands out [m].
+  pure real(rp) function beyond(profile, i, er, ez)
+    type(profile_t), intent(in) :: profile
+    integer, intent(in) :: i
+    real(rp), intent(in) :: er, ez
+    real(rp) :: a(2), b(2)
+
+    beyond = -no_edge
+    if (.not. sharpness(profile, i) > tiny(1.0_rp)) return
+    a = [profile%r(i) - profile%r(i - 1), profile%z(i) - profile%z(i - 1)]
+    b = [profile%r(i) - profile%r(i + 1), profile%z(i) - profile%z(i + 1)]
+    beyond = max(0.0_rp, min(dot_product(a, [er, ez])/norm2(a), dot_product(b, [er, ez])/norm2(b)))
+  end function beyond
 
   !> How much a corner stands out: 1 - cos of the angle by which the outline turns, at most 1; tiny
   !> on the axis and where it turns inwards.

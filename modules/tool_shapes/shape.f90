@@ -52,7 +52,7 @@ module tool_shapes_shape
     end subroutine read_interface
 
     !> Distance of a place, its gradient, and the room along the surface to the nearest edge that
-    !> stands out (`no_edge`: there is none).
+    !> stands out (`no_edge`: there is none; below 0: so far beyond it).
     pure subroutine distance_interface(self, x, d, normal, room)
       import :: shape_t, rp
       implicit none (type, external)

@@ -6,7 +6,7 @@ program test_tool_particles
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use contact_law, only: normal_velocity, of_pressure, of_slip, of_temperature
-  use contact_tool, only: rigid_t, s_press
+  use contact_tool, only: rigid_t, s_force
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_jac, f_pos, f_tau, f_temp
   use state_scene, only: scheme_musl, scheme_usl
@@ -134,7 +134,7 @@ contains
             is_equal = is_equal .and. (t%touches .eqv. touches)
             is_whole = is_whole .and. all(t%entry > 0 .or. t%weight <= 0.0_rp)
             off = max(off, norm2(t%normal - normal), norm2(t%slip - slip)/100.0_rp)
-            if (t%pushed > 0.0_rp .and. touches) off = max(off, abs(t%closing - closing)/100.0_rp)
+            if (t%within > 0.0_rp .and. touches) off = max(off, abs(t%closing - closing)/100.0_rp)
           end associate
         end do
         is_equal = is_equal .and. (is_listed .eqv. (touches .or. is_near))
@@ -188,17 +188,18 @@ contains
     end do
   end subroutine test_flatten
 
-  !> Metal that flows is pushed in part over a cell about a line 0.3 cells inside an edge, not
-  !> beyond the edge, and bears 2 + pi times its shear strength there; elastic material is pushed
-  !> up to it.
-  !> What would hold it counts all that touches, whatever part is pushed.
+  !> Metal that flows bears the pressure under a punch for the part of its weight function that is on
+  !> the inner side of an edge; elastic material is pushed whole. What would hold it counts all that
+  !> touches, whatever part is covered. A point that is deep inside is pushed out at any edge.
   subroutine test_edges()
     type(simulation_t) :: sim
     real(rp), parameter :: v(3) = [3.0_rp, -2.0_rp, 5.0_rp]
     real(rp) :: d, n(3), off, part, room, shear, x(3)
     integer :: c, i, kinds(3)
+    logical :: is_out
 
     kinds = 0
+    is_out = .true.
     do i = 1, 4
       call start_plate(sim, 3, merge(1.0e8_rp, 0.0_rp, i > 1))
       call settle_plate(world, sim)
@@ -209,24 +210,47 @@ contains
         associate (t => sim%contact%particle(c), spacing => sim%scene%body(1)%spacing(1))
           x = sim%particles%ps(t%lane, f_pos:f_pos + 2, t%block)
           call sim%tool(1)%distance(x + dt*v, d, n, room)
-          part = merge(min(1.0_rp, 0.2_rp + room/h), 0.0_rp, room > 0.0_rp)
+          part = weight_below(room/h, sim%scene%method%is_bspline, spacing/h)
           if (i == 1) part = 1.0_rp
           shear = dt*spacing**2*1.0e8_rp/sqrt(3.0_rp)
-          off = max(off, abs(t%pushed - part), norm2(t%hold*sum(t%weight &
+          off = max(off, abs(t%within - part), norm2(t%hold*sum(t%weight &
                     *sim%contact%mass(1, t%entry), t%entry > 0)/t%mass + t%slip)/norm2(t%slip))
-          kinds = kinds + merge(1, 0, [part <= 0.0_rp, part > 0.0_rp .and. part < 1.0_rp, &
+          d = d - t%half + (1.0_rp - part)*spacing*norm2(n)
+          kinds = kinds + merge(1, 0, [part < 0.5_rp, part > 0.5_rp .and. part < 0.999_rp, &
                                        part >= 1.0_rp])
-          if (part <= 0.0_rp) off = max(off, abs(t%closing))
-          if (part < 1.0_rp) off = max(off, abs(t%most/(part*(2.0_rp + pi)*shear + 1.0e-30_rp) &
-                                               - merge(1.0_rp, 0.0_rp, part > 0.0_rp)))
+          if (part < 0.999_rp) off = max(off, abs(t%most/((2.0_rp + pi)*shear) - part))
+          if (part < 0.999_rp .and. d < -0.1_rp*h) is_out = is_out .and. t%keep_out > 0.0_rp
+          if (part >= 1.0_rp .or. d > 0.1_rp*h) is_out = is_out .and. .not. t%keep_out > 0.0_rp
         end associate
       end do
-      call expect_close('part of the face that is pushed', off, 0.0_rp, atol=1.0e-9_rp)
+      call expect_close('part that the tool covers', off, 0.0_rp, atol=1.0e-6_rp)
       call free_simulation(sim)
     end do
     call world%sum(kinds)
     call expect('parts of all sizes', all(kinds > 0))
+    call expect('what is deep is pushed out', is_out)
   end subroutine test_edges
+
+  !> Integral of a particle's weight function up to `x` cells, by midpoints.
+  pure real(rp) function weight_below(x, is_bspline, spacing) result(part)
+    real(rp), intent(in) :: x, spacing
+    logical, intent(in) :: is_bspline
+    integer, parameter :: n = 4000
+    real(rp) :: domain, s
+    integer :: k
+
+    if (x > 2.0_rp) then
+      part = 1.0_rp
+      return
+    end if
+    domain = merge(1.0_rp, spacing, is_bspline)
+    part = 0.0_rp
+    do k = 1, n                                  ! x - s runs over the domain
+      s = x - domain*((k - 0.5_rp)/n - 0.5_rp)
+      s = max(-1.0_rp, min(1.0_rp, s))
+      part = part + (0.5_rp + s - 0.5_rp*s*abs(s))/n
+    end do
+  end function weight_below
 
   !> Under a box of one cell, wholly near its edges, soft metal bears no more than that.
   subroutine test_narrow_tool()
@@ -234,6 +258,7 @@ contains
     real(rp) :: most(1)
     real(rp), allocatable :: sums(:)
     real(rp), parameter :: strength = 1.0e5_rp
+    integer :: c
 
     call start_scene(sim, [4, 4, 2], 3, 1)
     call make_flow(sim, strength)
@@ -244,11 +269,16 @@ contains
     call map_particles(world, sim, 0.0_rp, sim%nodes%g)
     call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
     call touch(world, sim, 40.0_rp)
-    ! rooms of the four particles on the tool: 0.5 less the farther of (0.15 or 0.35, 0.05 or 0.45)
-    most = dt*(0.5_rp*h)**2*strength/sqrt(3.0_rp)*(2.0_rp + pi) &
-           *sum(0.2_rp + [0.35_rp, 0.15_rp, 0.05_rp, 0.05_rp])
+    most = 0.0_rp
+    do c = 1, sim%contact%n                      ! some are beyond the edges, with slanted normals
+      associate (t => sim%contact%particle(c))
+        if (t%closing > 0.0_rp) most = most - t%within*t%normal(3)
+      end associate
+    end do
+    call world%sum(most)
+    most = most*dt*(0.5_rp*h)**2*strength/sqrt(3.0_rp)*(2.0_rp + pi)
     sums = all_of(world, sim%tool(1)%sums)
-    call expect_close('pressure under an edge', sums(s_press), most(1), rtol=1.0e-10_rp)
+    call expect_close('pressure under an edge', sums(s_force + 2), most(1), rtol=1.0e-10_rp)
     call free_simulation(sim)
   end subroutine test_narrow_tool
 

@@ -181,6 +181,19 @@ def test_discs_meet_anyhow(seed, tmp_path):
     assert 1.0 - energy[-1] - heat < (0.015 if friction else 0.02)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_edges_give_no_energy(seed, tmp_path):
+    """A tilted disc of 4 cells drawn over a perfectly plastic plate at any tilt, depth and friction: contact neither
+    gives energy nor takes much (2 % of the work of the tool); no more than a fifth of the groove stays under the tool."""
+    draw = np.random.default_rng(seed)
+    parameters = {"tilt": draw.uniform(4.0, 8.0), "dip": draw.uniform(0.01, 0.05), "friction": draw.uniform(0.0, 0.2)}
+    problem = problems.ALL["groove"]
+    _, figures, _ = problem.solve(4, problem.parameters | parameters | {"way": 3.0}, tmp_path)
+    print(parameters, figures)
+    assert abs(figures["contact loss/work"]) < 0.02
+    assert abs(figures["undisplaced"]) < 0.2
+
+
 def test_orders():
     """Errors that fall with the square of the resolution have order 2."""
     import verify
