@@ -138,8 +138,8 @@ contains
     distance = side*sqrt(distance)
   end subroutine distances_at
 
-  !> How far the point at (er, ez) from corner `i` is beyond the end of the side that it is nearer to
-  !> being beside; far below 0 where no edge stands out [m].
+  !> How far the point at (er, ez) from corner `i` is beyond the end of the side that it is less far
+  !> from being beside; far below 0 where no edge stands out [m].
   pure real(rp) function beyond(profile, i, er, ez)
     type(profile_t), intent(in) :: profile
     integer, intent(in) :: i
@@ -150,7 +150,8 @@ contains
     if (.not. sharpness(profile, i) > tiny(1.0_rp)) return
     a = [profile%r(i) - profile%r(i - 1), profile%z(i) - profile%z(i - 1)]
     b = [profile%r(i) - profile%r(i + 1), profile%z(i) - profile%z(i + 1)]
-    beyond = max(0.0_rp, min(dot_product(a, [er, ez])/norm2(a), dot_product(b, [er, ez])/norm2(b)))
+    beyond = max(0.0_rp, min(dot_product(a, [er, ez])/norm2(a), &
+                             dot_product(b, [er, ez])/norm2(b)))
   end function beyond
 
   !> How much a corner stands out: 1 - cos of the angle by which the outline turns, at most 1; tiny

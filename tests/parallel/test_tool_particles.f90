@@ -188,9 +188,9 @@ contains
     end do
   end subroutine test_flatten
 
-  !> Metal that flows bears the pressure under a punch for the part of its weight function that is on
-  !> the inner side of an edge; elastic material is pushed whole. What would hold it counts all that
-  !> touches, whatever part is covered. A point that is deep inside is pushed out at any edge.
+  !> Metal that flows bears the pressure under a punch for the part of its weight function that is
+  !> on the inner side of an edge; elastic material is pushed whole. What would hold it counts all
+  !> that touches, whatever part is covered. A point that is deep inside is pushed out at any edge.
   subroutine test_edges()
     type(simulation_t) :: sim
     real(rp), parameter :: v(3) = [3.0_rp, -2.0_rp, 5.0_rp]
