@@ -231,7 +231,10 @@ contains
     real(rp), intent(in) :: width               !! of the domain: a cell for B-splines [cells]
     real(rp), intent(in) :: room
 
-    part = (twice(room + 0.5_rp*width) - twice(room - 0.5_rp*width))/width
+    real(rp) :: x
+
+    x = max(-2.0_rp, min(2.0_rp, room))         ! no domain is wider than a cell
+    part = (twice(x + 0.5_rp*width) - twice(x - 0.5_rp*width))/width
     part = max(0.0_rp, min(1.0_rp, part))
   contains
     !> The hat integrated twice, from far outside on.
