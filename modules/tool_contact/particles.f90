@@ -173,8 +173,9 @@ contains
 
   !> Whether a particle at `x`, with velocity `v` of its surface, takes part in contact: the surface
   !> would be inside the tool at the end of the step, comes too fast through the soft zone, or is
-  !> within the friction zone; how fast it is to be, its slip, and what of it the tool covers. Across
-  !> an edge of the tool lies the part of its face, `width` wide, that a straight edge would cut off.
+  !> within the friction zone; how fast it is to be, its slip, and what of it the tool covers.
+  !> Across an edge of the tool lies the part of its face, `width` wide, that a straight edge would
+  !> cut off.
   logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, domain, size, &
                               width, x, v, particle)
     type(clock_t), intent(in) :: clock
