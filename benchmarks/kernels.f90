@@ -66,8 +66,8 @@ contains
     do round = 1, rounds
       t(1) = cpu_seconds()
       do b = 1, nblk
-        call block_weights([0.0_rp, 0.0_rp, 0.0_rp], 1.0_rp, spread(0.25_rp, 1, 3), stride, &
-                           x(:, :, b), w(:, :, b), first(:, b))
+        call block_weights([0.0_rp, 0.0_rp, 0.0_rp], [1.0_rp, 1.0_rp, 1.0_rp], &
+                           spread(0.25_rp, 1, 3), stride, x(:, :, b), w(:, :, b), first(:, b))
       end do
       t(2) = cpu_seconds()
       do b = 1, nblk

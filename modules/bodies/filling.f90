@@ -130,7 +130,7 @@ contains
       do side = 0, 1
         y = x
         y(axis) = x(axis) + spacing(axis)*(2*side - 1)
-        length = grid%h*grid%period(axis)
+        length = grid%h(axis)*grid%period(axis)
         if (length > 0.0_rp) y(axis) = grid%lower(axis) + modulo(y(axis) - grid%lower(axis), length)
         if (.not. is_inside(solids, y)) open_faces = ibset(open_faces, 2*(axis - 1) + side)
       end do

@@ -24,6 +24,7 @@ module bodies_lattice
   contains
     procedure :: is_straight
     procedure :: on_ring
+    procedure :: pitch
     procedure :: point
     procedure :: share
   end type lattice_t
@@ -55,12 +56,12 @@ contains
     lattice%origin = corner + lattice%spacing*(real(first, rp) + 0.5_rp)
     lattice%n = ceiling((high - lattice%origin)/lattice%spacing) + 1
     if (.not. body%is_round) return
-    associate (solid => solids(findloc(solids%adds, .true., 1)), s => lattice%spacing)
+    associate (solid => solids(findloc(solids%adds, .true., 1)))
       lattice%kind = merge(shells, rings, solid%kind == solid_sphere)
       if (lattice%kind == rings) lattice%axis = solid%axis
       lattice%centre = solid%centre
       lattice%radius = solid%radius
-      lattice%n(1) = int(solid%radius/minval(s) + 1.0e-6_rp)
+      lattice%n(1) = int(solid%radius/lattice%pitch() + 1.0e-6_rp)
       lattice%n(2) = lattice%on_ring(0)
       lattice%n(3) = merge(1, lattice%n(lattice%axis), lattice%kind == shells)
     end associate
@@ -91,7 +92,7 @@ contains
 
     select case (self%kind)
     case (rings)
-      on_ring = max(1, nint(turn*ring_radius(self, i)/minval(self%spacing)))
+      on_ring = max(1, nint(turn*ring_radius(self, i)/self%pitch()))
     case (shells)
       on_ring = sum([(on_band(self, i, k), k=0, n_bands(self, i) - 1)])
     case default
@@ -99,11 +100,19 @@ contains
     end select
   end function on_ring
 
+  !> Distance of rings or shells, and of points on them [m].
+  pure real(rp) function pitch(self)
+    class(lattice_t), intent(in) :: self
+
+    pitch = minval(self%spacing)
+    if (self%kind == rings) pitch = minval(self%spacing, [1, 2, 3] /= self%axis)
+  end function pitch
+
   pure real(rp) function ring_radius(self, i)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i
 
-    ring_radius = self%radius - (i + 0.5_rp)*minval(self%spacing)
+    ring_radius = self%radius - (i + 0.5_rp)*self%pitch()
   end function ring_radius
 
   !> Bands of latitude of a shell.
@@ -111,7 +120,7 @@ contains
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i
 
-    n_bands = max(1, nint(half_turn*ring_radius(self, i)/minval(self%spacing)))
+    n_bands = max(1, nint(half_turn*ring_radius(self, i)/self%pitch()))
   end function n_bands
 
   !> Points on band `k` from 0 on: a multiple of four, even about planes through the axes.
@@ -120,7 +129,7 @@ contains
     integer, intent(in) :: i, k
 
     on_band = 4*max(1, nint(0.25_rp*turn*ring_radius(self, i)*sin(polar(self, i, k + 0.5_rp)) &
-                            /minval(self%spacing)))
+                            /self%pitch()))
   end function on_band
 
   !> Polar angle of the middle (`k` + 1/2) or the edges of a band [rad].
@@ -182,10 +191,10 @@ contains
 
     share = 1.0_rp
     if (self%kind == straight) return
-    s = minval(self%spacing)
+    s = self%pitch()
     r = ring_radius(self, i)
     if (self%kind == rings) then
-      share = turn*r/(s*self%on_ring(i))
+      share = turn*r/(s*self%on_ring(i))*(s*s*self%spacing(self%axis)/product(self%spacing))
     else
       call find_band(self, i, j, band, at)
       share = turn*(r**2 + s**2/12.0_rp)*s/product(self%spacing)/on_band(self, i, band) &

@@ -39,17 +39,17 @@ contains
     call note_walls(scene, boundary, pairs)
     call list_links(scene, particles, blocks, nodes, pairs)
     call sum_entries(world, nodes, pairs, .false., size(pairs%sums, 1), pairs%sums)
-    call try_normals(scene, pairs)
+    call try_normals(scene, nodes, pairs)
     call find_all_surfaces(world, scene, nodes, pairs, 1, n_trials - 1)
     pairs%gap = -huge(1.0_rp)
     pairs%normal = 0.0_rp
     do k = n_trials - 1, 1, -1
-      call choose_normals(pairs, k, merge(0.0_rp, -clearly*nodes%patch%h, k > 2))
+      call choose_normals(pairs, k, merge(0.0_rp, -clearly*minval(nodes%patch%h), k > 2))
     end do
     call average_normals(scene, nodes, pairs, g, pairs%trial(:, n_trials, :))
     call sum_entries(world, nodes, pairs, .false., 3, pairs%trial(:, n_trials, :))
     call find_all_surfaces(world, scene, nodes, pairs, n_trials, n_trials)
-    call choose_normals(pairs, n_trials, -clearly*nodes%patch%h)
+    call choose_normals(pairs, n_trials, -clearly*minval(nodes%patch%h))
     call ignore_thin_overlaps(nodes, pairs)
     pairs%is_known = .true.
   end subroutine find_node_pairs

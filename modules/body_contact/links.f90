@@ -6,6 +6,7 @@ module body_contact_links
   use body_contact_node_pairs, only: link_t, linked_t, links_t, n_trials, node_pairs_t, &
                                      s_gradient, s_moment
   use contact_pair, only: moves_as_one, normal_regression
+  use grid_geometry, only: mean_edge
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
@@ -40,7 +41,7 @@ contains
     low = minval(pairs%x, 2)
     high = maxval(pairs%x, 2)
     do b = 1, particles%nblk
-      reach = blocks%ball(4, b) + (1.0_rp + skin)*scene%grid%h
+      reach = blocks%ball(4, b) + (1.0_rp + skin)*maxval(scene%grid%h)
       if (any(blocks%ball(1:3, b) + reach < low)) cycle
       if (any(blocks%ball(1:3, b) - reach > high)) cycle
       call list_block(scene, nodes, pairs, b, particles%body(b), particles%count(b), &
@@ -114,7 +115,7 @@ contains
     real(rp) :: inverse_h, slope(3), volume, weight
     integer :: e, i, j, k, q
 
-    inverse_h = 1.0_rp/nodes%patch%h
+    inverse_h = 1.0_rp/mean_edge(nodes%patch%h)
     volume = ps(f_mass)/scene%material(scene%body(body)%material)%rho*ps(f_jac)
     do i = 1, 3
       do j = 1, 3
@@ -205,7 +206,8 @@ contains
     integer, intent(in) :: normal, side, n
     real(rp), intent(in) :: weight
     real(rp), intent(in) :: gradient(3)        !! of its volume [m2]
-    real(rp), intent(in) :: y(3)               !! from the node to the particle [cells]
+    real(rp), intent(in) :: y(3)               !! from the node to the particle [edges of the
+                                               !! cell's cube]
     real(rp), intent(inout) :: s(n)
     real(rp) :: label, moment(3)
 

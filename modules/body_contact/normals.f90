@@ -11,6 +11,7 @@ module body_contact_normals
   use base_kinds, only: rp
   use body_contact_node_pairs, only: node_pairs_t, s_moment
   use contact_pair, only: normal_regression
+  use grid_geometry, only: length_along, mean_edge, section_across
   use mapping_nodes, only: nodes_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -25,16 +26,21 @@ module body_contact_normals
 contains
 
   !> Directions to choose from, the best founded first: that of both bodies, or a rigid body's own.
-  subroutine try_normals(scene, pairs)
+  subroutine try_normals(scene, nodes, pairs)
     type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
+    real(rp) :: ridges(3)
     integer :: e
 
+    ridges = ridge*(nodes%patch%h/mean_edge(nodes%patch%h))**2
     do e = 1, pairs%n
       associate (s => pairs%sums(:, e), t => pairs%trial(:, :, e), &
                  contact => scene%contact(pairs%pair(e)))
         t(:, 1) = s(1:3) - s(4:6)
-        if (contact%normal == normal_regression) t(:, 1) = plane_between(s(s_moment:s_moment + 13))
+        if (contact%normal == normal_regression) then
+          t(:, 1) = plane_between(ridges, s(s_moment:s_moment + 13))
+        end if
         t(:, 3) = unit(pairs%free(:, e)*s(1:3))
         t(:, 4) = unit(-pairs%free(:, e)*s(4:6))
         t(:, 1) = unit(pairs%free(:, e)*t(:, 1))
@@ -55,7 +61,8 @@ contains
   end function unit
 
   !> Slope of the linear function that fits the labels of the particles best.
-  pure function plane_between(s) result(slope)
+  pure function plane_between(ridges, s) result(slope)
+    real(rp), intent(in) :: ridges(3)          !! [edges of the cell's cube, squared]
     real(rp), intent(in) :: s(14)
     real(rp) :: slope(3), a(3, 3), b(3), mean(3)
     integer :: i
@@ -64,7 +71,7 @@ contains
     a = reshape([s(1), s(4), s(6), s(4), s(2), s(5), s(6), s(5), s(3)], [3, 3])/s(10)
     do i = 1, 3
       a(:, i) = a(:, i) - mean*mean(i)
-      a(i, i) = a(i, i) + ridge
+      a(i, i) = a(i, i) + ridges(i)
     end do
     b = (s(11:13) - mean*s(14))/s(10)
     slope = [dot_product(b, cross(a(:, 2), a(:, 3))), dot_product(b, cross(a(:, 3), a(:, 1))), &
@@ -119,7 +126,8 @@ contains
                               + k, pairs%pair(e))
             if (o == 0) cycle
             if (pairs%gap(o) < -far) cycle
-            mean(:, e) = mean(:, e) + trust(pairs%gap(o)/nodes%patch%h)*pairs%normal(:, o) &
+            mean(:, e) = mean(:, e) + trust(pairs%gap(o) &
+                /length_along(nodes%patch%h, pairs%normal(:, o)))*pairs%normal(:, o) &
               /sum(1.0_rp/g(8, pairs%node(o), scene%contact(pairs%pair(o))%group))
           end do
         end do
@@ -136,11 +144,19 @@ contains
 
     associate (s => pairs%sums)
       do e = 1, pairs%n
-        if (min(norm2(s(1:3, e)), norm2(s(4:6, e))) > thin*nodes%patch%h**2) cycle
+        if (.not. (is_thin(nodes, s(1:3, e)) .or. is_thin(nodes, s(4:6, e)))) cycle
         pairs%gap(e) = max(0.0_rp, pairs%gap(e))
       end do
     end associate
   end subroutine ignore_thin_overlaps
+
+  !> Whether a volume gradient [m2] is small against that of a surface across it.
+  pure logical function is_thin(nodes, gradient)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: gradient(3)
+
+    is_thin = norm2(gradient) <= thin*section_across(nodes%patch%h, unit(gradient))
+  end function is_thin
 
   !> Weight of a normal that leaves a gap [cells]: little if the bodies overlap.
   pure real(rp) function trust(gap)

@@ -9,6 +9,7 @@ module body_contact_pairs
   use contact_pair, only: is_apart, is_stuck, pair_impulse, pair_loss, moves_as_one
   use contact_tool, only: s_creep, s_force, s_friction, s_normal, s_press, s_slide, s_to_plate, &
                           s_torque, s_work, tool_t
+  use grid_geometry, only: length_along
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: hold_rigid
   use particles_store, only: f_heat, f_mass, particles_t
@@ -193,11 +194,12 @@ contains
     integer, intent(in) :: e
     real(rp), intent(in) :: dt, surplus, inverse(2), g(8, 2)
     real(rp), intent(out) :: impulse(3)
-    real(rp) :: v(3, 2), before(3), gap
+    real(rp) :: v(3, 2), before(3), gap, h
 
     v = g(1:3, :)
     v(:, 2) = v(:, 1) + pairs%free(:, e)*(v(:, 2) - v(:, 1))
     gap = pairs%gap(e)
+    h = length_along(nodes%patch%h, pairs%normal(:, e))
     if (scene%method%scheme == scheme_usavg) then
       ! half of this way with the old velocity, and in the next step half with the new one
       before = (g(1:3, 2) - g(5:7, 2)) - (g(1:3, 1) - g(5:7, 1))
@@ -208,10 +210,10 @@ contains
     associate (contact => scene%contact(pairs%pair(e)))
       if (contact%normal == moves_as_one) then
         impulse = (v(:, 2) - v(:, 1))/sum(inverse)
-      else if (gap > nodes%patch%h .or. all(abs(pairs%normal(:, e)) <= 0.0_rp)) then
+      else if (gap > h .or. all(abs(pairs%normal(:, e)) <= 0.0_rp)) then
         pairs%state(e) = is_apart              ! too far for contact within a step
       else
-        call pair_impulse(contact%law, dt, gap, slack*nodes%patch%h, &
+        call pair_impulse(contact%law, dt, gap, slack*h, &
                           merge(0.0_rp, surplus, any(inverse <= 0.0_rp)), pairs%normal(:, e), &
                           inverse, v, impulse, pairs%state(e))
       end if

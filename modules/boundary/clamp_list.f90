@@ -108,7 +108,7 @@ contains
       face = merge(clamp%upper(a), clamp%lower(a), side > 0)
       if (abs(face) >= 0.5_rp*huge(1.0_rp)) return
       y = image(nodes, x, a, face)
-      t = (face - y(a))/patch%h
+      t = (face - y(a))/patch%h(a)
       if (t <= -0.5_rp .or. t > 0.5_rp) return
       if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! on a row of nodes
       y(a) = face
@@ -121,7 +121,7 @@ contains
         step = k - 2
         if (column%weight(k) <= 0.0_rp) cycle
         other = x
-        other(a) = x(a) + patch%h*step
+        other(a) = x(a) + patch%h(a)*step
         call wrap(scene%grid, other)
         if (is_fixed(scene, nodes, other)) return
         if (step*side > 0 .and. inside_any(scene, nodes, other, c)) return
@@ -194,7 +194,7 @@ contains
       is_near(a) = .false.
       if (abs(face(a)) >= 0.5_rp*huge(1.0_rp)) cycle
       y = image(nodes, x, a, face(a))
-      depth = abs(face(a) - y(a))/nodes%patch%h
+      depth = abs(face(a) - y(a))/nodes%patch%h(a)
       if (scene%method%is_bspline) then
         is_near(a) = depth < 1.5_rp - slack
       else
@@ -211,7 +211,7 @@ contains
     real(rp) :: y(3), period
 
     y = x
-    period = nodes%patch%h*real(nodes%patch%period(a), rp)
+    period = nodes%patch%h(a)*real(nodes%patch%period(a), rp)
     if (period > 0.0_rp) y(a) = x(a) + period*anint((face - x(a))/period)
   end function image
 

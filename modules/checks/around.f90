@@ -54,7 +54,7 @@ contains
     type(around_t), intent(out) :: around
     integer :: b, i
 
-    around%gap = near*scene%grid%h
+    around%gap = near*minval(scene%grid%h)
     call plate_of(scene, solids, around%lower, around%upper)
     around%solids = pack(solids, scene%body%tool /= k)
     around%grid_lower = scene%grid%lower

@@ -197,7 +197,7 @@ contains
     do i = 1, input%count('WALL')
       wall = wall_of(input, scene%grid, i)
       if (wall%axis == 3 .and. wall%faces_up) has_floor = has_floor &
-          .or. wall%position >= bottom - scene%grid%h
+          .or. wall%position >= bottom - scene%grid%h(3)
     end do
   end function has_floor
 

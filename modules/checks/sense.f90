@@ -126,7 +126,7 @@ contains
         if (input%text('WALL', i, 'SIDE') /= input%text('WALL', j, 'SIDE')) cycle
         one = wall_of(input, scene%grid, i)
         other = wall_of(input, scene%grid, j)
-        if (abs(one%position - other%position) <= 1.0e-6_rp*scene%grid%h) then
+        if (abs(one%position - other%position) <= 1.0e-6_rp*scene%grid%h(one%axis)) then
           call input%report(diagnostics, 'WALL', i, 'SIDE', &
                             'there is a wall in this place, '//place_of(input, 'WALL', j))
         else
@@ -150,7 +150,7 @@ contains
       do j = 1, i - 1
         associate (one => scene%clamp(n + i)%clamp, other => scene%clamp(n + j)%clamp)
           if (.not. any(one%held .and. other%held)) cycle
-          if (same_box(one, other, 1.0e-6_rp*scene%grid%h)) then
+          if (same_box(one, other, 1.0e-6_rp*minval(scene%grid%h))) then
             call input%report(diagnostics, 'CLAMP', i, '', &
                               'holds the nodes of another, '//place_of(input, 'CLAMP', j))
           else if (all(min(one%upper, other%upper) > max(one%lower, other%lower)) .and. &
@@ -223,7 +223,7 @@ contains
           end do
         end do
         volume = product(size_of)*held/n**3
-        if (volume <= (least_overlap*scene%grid%h)**3) cycle
+        if (volume <= product(least_overlap*scene%grid%h)) cycle
         call input%report(diagnostics, 'BODY', b, 'NAME', 'overlaps the body '// &
                           trim(scene%body(a)%name)//' by '//str(1.0e9_rp*volume)// &
                           " mm3 (cut one away with OPERATION = 'subtract')")
@@ -257,7 +257,7 @@ contains
     integer :: i
 
     do i = 1, input%count('PROBE')
-      if (.not. is_held(solids, input%reals('PROBE', i, 'POSITION', 3), scene%grid%h)) then
+      if (.not. is_held(solids, input%reals('PROBE', i, 'POSITION', 3), minval(scene%grid%h))) then
         call input%report(diagnostics, 'PROBE', i, 'POSITION', 'lies outside the bodies')
       end if
     end do
@@ -314,7 +314,7 @@ contains
     r = input%real('SOURCE', i, 'RADIUS')
     reach = r
     if (.not. is_ball) then
-      reach = merge(1.0_rp, 0.5_rp, scene%method%has_mechanics)*scene%grid%h*(1.0_rp + 1.0e-6_rp)
+      reach = merge(1.0_rp, 0.5_rp, scene%method%has_mechanics)*scene%grid%h(3)*(1.0_rp + 1.0e-6_rp)
     end if
     do j = 0, rings
       do a = 0, merge(rays - 1, 0, j > 0)

@@ -102,7 +102,8 @@ contains
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
 
-    longest_displacement = min(most_cells*scene%grid%h, scene%grid%h - clock%displacement)
+    longest_displacement = min(most_cells*minval(scene%grid%h), &
+                               minval(scene%grid%h) - clock%displacement)
   end function longest_displacement
 
   !> 1 for each tool that a particle of this rank may be in contact with, else 0.
@@ -115,7 +116,7 @@ contains
 
     near = 0.0_rp
     do k = 1, size(tool)
-      if (any(blocks%clearance(k, :) <= skin*scene%grid%h + tool(k)%displacement())) then
+      if (any(blocks%clearance(k, :) <= skin*maxval(scene%grid%h) + tool(k)%displacement())) then
         near(k) = 1.0_rp
       end if
     end do

@@ -41,7 +41,7 @@ contains
     integer :: b
 
     do b = 1, blocks%n_awake
-      least = beyond*scene%grid%h + norm2(scene%body(particles%body(b))%spacing)
+      least = beyond*maxval(scene%grid%h) + norm2(scene%body(particles%body(b))%spacing)
       associate (tag => particles%tag(1, b))
         if (is_sorted_anew) tag = set_bit(tag, far_bit, all(blocks%clearance(:, b) > least))
         is_far(b) = btest(tag, far_bit)
@@ -79,7 +79,8 @@ contains
           .and. (size(tool) == 0 .or. all(nodes%patch%period == 0)) &
           .and. .not. scene%has_tractions()
     do k = 1, size(tool)
-      may = may .and. clock%displacement + tool(k)%displacement() <= most_displacement*scene%grid%h
+      may = may .and. clock%displacement + tool(k)%displacement() &
+            <= most_displacement*minval(scene%grid%h)
     end do
   end function may_speculate
 

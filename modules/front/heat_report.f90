@@ -56,7 +56,7 @@ contains
       if (.not. world%is_root()) return
       call line('scene', scene%output%name//'  '//scene%title)
       call line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
-                ' cells of about '//str(1.0e3_rp*scene%grid%h)//' mm, '//str(run%cells)// &
+                ' cells of about '//scene%grid%edges()//' mm, '//str(run%cells)// &
                 ' in the solid, '//str(odd)//' with rates of their own')
       call line('volume', str(1.0e9_rp*volume(1))//' mm3')
       call line('ranks', str(world%size))

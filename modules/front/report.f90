@@ -51,7 +51,7 @@ contains
     associate (grid => sim%scene%grid)
       cells = grid%cells()
       call line('grid', str(cells(1))//' x '//str(cells(2))//' x '//str(cells(3))//' cells of '// &
-                str(1.0e3_rp*grid%h)//' mm'//periodic_axes(grid))
+                grid%edges()//' mm'//periodic_axes(grid))
     end associate
     do b = 1, size(counts)
       associate (body => sim%scene%body(b))
@@ -107,7 +107,7 @@ contains
     if (.not. world%is_root()) return
     call warnings%note_overrides(sets)
     do k = 1, input%count('TOOL')
-      if (deepest(k) > 1.0e-3_rp*sim%scene%grid%h) then
+      if (deepest(k) > 1.0e-3_rp*minval(sim%scene%grid%h)) then
         call input%warn(warnings, 'TOOL', k, 'POSITION', 'the tool starts '// &
                         str(1.0e3_rp*deepest(k))// &
                         ' mm inside the material and will hit it hard: let it start '// &

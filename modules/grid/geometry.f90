@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The background grid: cubic cells, nodes numbered from 0, and a rank's patch of it.
+!> The background grid: cells with an edge for each axis, nodes numbered from 0, and a rank's patch
+!> of it.
 !>
 !> A node owns the cell centred on it. A rank owns a box of nodes; its particles are those whose
 !> nearest node lies in the box. The patch adds `halo` layers around it: a stencil reaches one node
@@ -9,11 +10,12 @@
 !> nodes 0 to n-1 are owned, but a patch may store several images of one node.
 module grid_geometry
   use base_kinds, only: i8, rp
+  use base_text, only: str
   implicit none (type, external)
   private
 
   public :: grid_t, patch_t, make_grid, make_patch, nearest_node, nearest_nodes, storage_nodes, &
-    wrap, box_t, dilate
+    wrap, box_t, dilate, length_along, mean_edge, section_across
 
   integer, parameter, public :: halo = 2
 
@@ -31,12 +33,14 @@ module grid_geometry
 
   !> The whole grid.
   type :: grid_t
-    real(rp) :: h = 1.0_rp          !! cell size [m]
+    real(rp) :: h(3) = 1.0_rp       !! edges of a cell [m]
     real(rp) :: lower(3) = 0.0_rp   !! position of node (0,0,0) [m]
     integer :: n(3) = 0             !! nodes along each axis
     integer :: period(3) = 0        !! nodes to the next image; 0: the axis is not periodic
   contains
     procedure :: cells
+    procedure :: edges
+    procedure :: is_cubic
     procedure :: upper
   end type grid_t
 
@@ -46,14 +50,47 @@ module grid_geometry
     integer :: stride(3) = [1, 1, 1]
     integer :: nn = 0               !! stored nodes, halo included
     real(rp) :: origin(3) = 0.0_rp  !! position of the first stored node [m]
-    real(rp) :: h = 1.0_rp          !! cell size [m]
+    real(rp) :: h(3) = 1.0_rp       !! edges of a cell [m]
     integer :: period(3) = 0        !! that of the grid
   contains
     procedure :: node
     procedure :: position
   end type patch_t
 
+  !> A grid of cubes, or of cells with an edge for each axis.
+  interface make_grid
+    module procedure make_grid_of_cubes
+    module procedure make_grid_of_cells
+  end interface make_grid
+
 contains
+
+  !> Length of a cell with the edges `h` along a direction [m]: that of the ellipsoid with these
+  !> axes, which for cubes is their edge.
+  pure real(rp) function length_along(h, direction) result(length)
+    real(rp), intent(in) :: h(3)            !! [m]
+    real(rp), intent(in) :: direction(3)    !! of length 1
+
+    length = h(1)
+    if (any(abs(h - h(1)) > 0.0_rp)) length = norm2(h*direction)
+  end function length_along
+
+  !> Edge of the cube with the volume of a cell with the edges `h` [m].
+  pure real(rp) function mean_edge(h)
+    real(rp), intent(in) :: h(3)            !! [m]
+
+    mean_edge = h(1)
+    if (any(abs(h - h(1)) > 0.0_rp)) mean_edge = product(h)**(1.0_rp/3.0_rp)
+  end function mean_edge
+
+  !> Section of a cell across a direction [m2]: its volume over its length along it.
+  pure real(rp) function section_across(h, direction) result(section)
+    real(rp), intent(in) :: h(3)            !! [m]
+    real(rp), intent(in) :: direction(3)    !! of length 1
+
+    section = h(1)**2
+    if (any(abs(h - h(1)) > 0.0_rp)) section = product(h)/norm2(h*direction)
+  end function section_across
 
   pure logical function is_empty(self)
     class(box_t), intent(in) :: self
@@ -95,21 +132,29 @@ contains
     has = all(ijk >= self%lo) .and. all(ijk <= self%hi)
   end function has
 
-  !> Grid of cells of size `h` that covers the box from `lower` to `upper`; along periodic axes the
-  !> box must be whole cells.
-  pure type(grid_t) function make_grid(h, lower, upper, is_periodic)
+  !> Grid of cells with the edges `h` that covers the box from `lower` to `upper`; along periodic
+  !> axes the box must be whole cells.
+  pure type(grid_t) function make_grid_of_cells(h, lower, upper, is_periodic) result(grid)
+    real(rp), intent(in) :: h(3), lower(3), upper(3)   !! [m]
+    logical, intent(in), optional :: is_periodic(3)
+
+    grid%h = h
+    grid%lower = lower
+    grid%n = ceiling((upper - lower)/h - 1.0e-9_rp) + 1
+    if (.not. present(is_periodic)) return
+    where (is_periodic)
+      grid%n = nint((upper - lower)/h)
+      grid%period = grid%n
+    end where
+  end function make_grid_of_cells
+
+  !> The same with cubes of edge `h`.
+  pure type(grid_t) function make_grid_of_cubes(h, lower, upper, is_periodic) result(grid)
     real(rp), intent(in) :: h, lower(3), upper(3)   !! [m]
     logical, intent(in), optional :: is_periodic(3)
 
-    make_grid%h = h
-    make_grid%lower = lower
-    make_grid%n = ceiling((upper - lower)/h - 1.0e-9_rp) + 1
-    if (.not. present(is_periodic)) return
-    where (is_periodic)
-      make_grid%n = nint((upper - lower)/h)
-      make_grid%period = make_grid%n
-    end where
-  end function make_grid
+    grid = make_grid_of_cells([h, h, h], lower, upper, is_periodic)
+  end function make_grid_of_cubes
 
   !> Cells along each axis.
   pure function cells(self)
@@ -118,6 +163,23 @@ contains
 
     cells = merge(self%n, self%n - 1, self%period > 0)
   end function cells
+
+  !> True if the edges of the cells are equal.
+  pure logical function is_cubic(self)
+    class(grid_t), intent(in) :: self
+
+    is_cubic = all(abs(self%h - self%h(1)) <= 0.0_rp)
+  end function is_cubic
+
+  !> Edges of the cells in mm, for people: one of cubes, else three.
+  pure function edges(self) result(text)
+    class(grid_t), intent(in) :: self
+    character(:), allocatable :: text
+
+    text = str(1.0e3_rp*self%h(1))
+    if (.not. self%is_cubic()) text = text//' x '//str(1.0e3_rp*self%h(2))//' x ' &
+        //str(1.0e3_rp*self%h(3))
+  end function edges
 
   !> Upper corner of the box [m].
   pure function upper(self)
@@ -182,7 +244,7 @@ contains
     integer :: a
 
     do a = 1, 3
-      ijk(:, a) = floor((x(:, a) - grid%lower(a))/grid%h + 0.5_rp)
+      ijk(:, a) = floor((x(:, a) - grid%lower(a))/grid%h(a) + 0.5_rp)
     end do
   end subroutine nearest_nodes
 
@@ -217,7 +279,7 @@ contains
     if (all(grid%period == 0 .or. (ijk >= 0 .and. ijk < grid%n))) return
     do a = 1, 3
       if (grid%period(a) == 0) cycle
-      x(a) = x(a) - grid%h*real(ijk(a) - modulo(ijk(a), grid%period(a)), rp)
+      x(a) = x(a) - grid%h(a)*real(ijk(a) - modulo(ijk(a), grid%period(a)), rp)
     end do
     ijk = nearest_node(grid, x)
     where (grid%period > 0 .and. ijk < 0) x = grid%lower - grid%h*inside

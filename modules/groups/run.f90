@@ -18,8 +18,9 @@ contains
     call t%key('NAME', 'text', 1, '', '', 'file name', &
       'stem of the output files; not given: stem of the input file')
 
-    call t%group('GRID', 'once required', 'Background grid: a box of cubic cells.')
-    call t%key('CELL', 'real', 1, 'm', 'required', '(0,inf)', 'edge length of a cell')
+    call t%group('GRID', 'once required', 'Background grid: a box of cells.')
+    call t%key('CELL', 'real', -3, 'm', 'required', '(0,inf)', &
+      'edge length of cubic cells, or one for each axis')
     call t%key('LOWER', 'real', 3, 'm', 'required', '', 'lower corner of the box')
     call t%key('UPPER', 'real', 3, 'm', 'required', '', 'upper corner of the box')
     call t%key('PERIODIC', 'text', 1, '', '', 'xyz', &

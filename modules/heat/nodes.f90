@@ -30,7 +30,7 @@ contains
     do m = 1, size(scene%material)
       associate (mat => scene%material(m))
         if (mat%conductivity > 0.0_rp) stable_conduction = min(stable_conduction, &
-          scene%method%fourier*scene%grid%h**2*mat%rho*mat%c_p/mat%conductivity)
+          scene%method%fourier*minval(scene%grid%h)**2*mat%rho*mat%c_p/mat%conductivity)
       end associate
     end do
   end function stable_conduction
@@ -88,18 +88,20 @@ contains
   !> Part of the differences between neighbouring particles, which nodes do not see, that goes in a
   !> conduction step of `dt`. Plastic work heats metal that flows particle by particle: there it is
   !> what conduction takes of a temperature that alternates from one to the next,
-  !> 1 - exp(-kappa (pi/spacing)^2 dt). Elsewhere less is enough and keeps gradients at films.
+  !> 1 - exp(-kappa (pi/spacing)^2 dt). Elsewhere less is enough and keeps gradients at films; the
+  !> step follows the shortest edge of the cells, so that along the longest it is a part of one.
   pure function evened_part(scene, body, dt, rate) result(part)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
     real(rp), intent(in) :: dt, rate(nlane)     !! [s], of plastic strain [1/s]
-    real(rp) :: part(nlane), physical
+    real(rp) :: part(nlane), least, physical
 
     associate (mat => scene%material(scene%body(body)%material))
       physical = 1.0_rp - exp(-dt*mat%conductivity/(mat%rho*mat%c_p) &
                               *(pi/scene%body(body)%mean_spacing())**2)
     end associate
-    part = merge(max(least_evened, physical), least_evened, rate > 0.0_rp)
+    least = least_evened*minval(scene%grid%h)/maxval(scene%grid%h)
+    part = merge(max(least, physical), least, rate > 0.0_rp)
   end function evened_part
 
   !> Sum over the ranks of what is in all nodes, also in those of sleepers.

@@ -118,7 +118,7 @@ contains
     integer, intent(in) :: b
 
     is_far = norm2(blocks%ball(1:3, b) - source%centre) &
-             > blocks%ball(4, b) + source%radius + (2.0_rp + skin)*scene%grid%h
+             > blocks%ball(4, b) + source%radius + (2.0_rp + skin)*maxval(scene%grid%h)
   end function is_far
 
   !> Area (disc) or mass (ball) of a particle that a source covers [m2, kg].
@@ -133,7 +133,7 @@ contains
     associate (spacing => scene%body(particles%body(b))%spacing)
       if (source%kind == source_disc) then
         covered = 0.0_rp
-        if (lies_at_height(particles%tag(p, b), d(3), spacing(3), scene%grid%h)) then
+        if (lies_at_height(particles%tag(p, b), d(3), spacing(3), scene%grid%h(3))) then
           covered = spacing(1)*spacing(2)
         end if
         d(3) = 0.0_rp

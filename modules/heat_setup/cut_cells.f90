@@ -48,17 +48,17 @@ contains
     holder_of = 0
   end function holder_of
 
-  !> The mesh of cells about `h` large around all that is added.
+  !> The mesh of cells with edges of about `h` around all that is added.
   subroutine mesh_of(world, h, list, mesh)
     type(world_t), intent(in) :: world
-    real(rp), intent(in) :: h                  !! [m]
+    real(rp), intent(in) :: h(3)               !! [m]
     type(solids_t), intent(in) :: list(:)
     type(mesh_t), intent(out) :: mesh
     real(rp), allocatable :: x(:), y(:), z(:)
 
-    call lay_lines(h, planes_of(list, 1), x)
-    call lay_lines(h, planes_of(list, 2), y)
-    call lay_lines(h, planes_of(list, 3), z)
+    call lay_lines(h(1), planes_of(list, 1), x)
+    call lay_lines(h(2), planes_of(list, 2), y)
+    call lay_lines(h(3), planes_of(list, 3), z)
     call mesh%init(world, x, y, z)
   end subroutine mesh_of
 

@@ -11,6 +11,7 @@ module io_frames
   use base_system, only: remove_file
   use comm_agree, only: agree
   use comm_world, only: world_t
+  use grid_geometry, only: mean_edge
   use h5_arrays, only: write_array
   use h5_file, only: h5file_t
   use h5_notes, only: write_attribute, write_text
@@ -46,7 +47,7 @@ contains
     character(*), intent(in) :: path
     real(rp), intent(in) :: time             !! [s]
     integer, intent(in) :: step
-    real(rp), intent(in) :: cell             !! cell size of the grid [m]
+    real(rp), intent(in) :: cell(3)          !! edges of the grid's cells [m]
     real(rp), intent(in), contiguous :: spacing(:)       !! distance of particles of each body [m]
     character(*), intent(in) :: names(:)     !! of the bodies
     type(particles_t), intent(in) :: particles
@@ -76,7 +77,7 @@ contains
     character(*), intent(in) :: path
     real(rp), intent(in) :: time             !! [s]
     integer, intent(in) :: step
-    real(rp), intent(in) :: cell             !! [m]
+    real(rp), intent(in) :: cell(3)          !! [m]
     character(*), intent(in) :: names(:)     !! of the bodies
     real(sp), intent(in), contiguous :: x(:, :), temperature(:)   !! (3, n) [m], (n) [K]
     integer, intent(in), contiguous :: body(:)
@@ -85,8 +86,8 @@ contains
     type(h5file_t) :: file
     integer :: b
 
-    call begin_frame(file, world, path, time, step, cell, [(cell, b=1, size(names))], names, &
-                     input_text, error)
+    call begin_frame(file, world, path, time, step, cell, [(mean_edge(cell), b=1, size(names))], &
+                     names, input_text, error)
     call write_vertices(file, x, error)
     call file%group('/VTKHDF/PointData', error)
     call write_scalar(file, 'temperature', 'K', temperature, error)
@@ -100,7 +101,7 @@ contains
     type(h5file_t), intent(out) :: file
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path, names(:), input_text
-    real(rp), intent(in) :: time, cell
+    real(rp), intent(in) :: time, cell(3)
     integer, intent(in) :: step
     real(rp), intent(in), contiguous :: spacing(:)
     type(error_t), intent(inout) :: error
@@ -108,7 +109,11 @@ contains
     call file%create(world, path, .true., error)
     call write_attribute(file, '/', 'time', time, error)
     call write_attribute(file, '/', 'step', step, error)
-    call write_attribute(file, '/', 'cell', cell, error)
+    if (all(abs(cell - cell(1)) <= 0.0_rp)) then
+      call write_attribute(file, '/', 'cell', cell(1), error)
+    else
+      call write_attribute(file, '/', 'cell', cell, error)
+    end if
     call write_attribute(file, '/', 'spacing', spacing, error)
     call write_attribute(file, '/', 'body_names', names, error)
     call file%group('/stirpoint', error)

@@ -53,9 +53,9 @@ contains
     if (a > 1) i = mod(i, nodes%patch%stride(1))
     if (a > 2) i = mod(i, nodes%patch%stride(2))
     i = i/nodes%patch%stride(a)
-    d = (ps(p, f_pos + a - 1) - nodes%patch%origin(a))/nodes%patch%h - (i + 1)
+    d = (ps(p, f_pos + a - 1) - nodes%patch%origin(a))/nodes%patch%h(a) - (i + 1)
     half = scene%domain(body)
-    spacing = scene%body(body)%spacing(a)/nodes%patch%h
+    spacing = scene%body(body)%spacing(a)/nodes%patch%h(a)
     layers = 1
     reach = half(a)
     if (scene%method%is_bspline) layers = nint(1.0_rp/spacing)

@@ -123,7 +123,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
 
-    full_mass = clock%mass_scaling*scene%grid%h**3*minval(scene%material%rho)
+    full_mass = clock%mass_scaling*product(scene%grid%h)*minval(scene%material%rho)
   end function full_mass
 
   !> Inertia against forces that a node has at least (selective mass scaling) [kg]. What is in

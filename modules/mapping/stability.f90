@@ -57,7 +57,7 @@ contains
     associate (method => scene%method)
       stable_step = method%fixed_dt
       if (stable_step > 0.0_rp) return
-      stable_step = method%cfl*scene%grid%h /(wave_speed(clock) + clock%max_speed)
+      stable_step = method%cfl*minval(scene%grid%h)/(wave_speed(clock) + clock%max_speed)
     end associate
   end function stable_step
 

@@ -62,7 +62,8 @@ contains
   pure logical function may_stray(sim)
     type(simulation_t), intent(in) :: sim
 
-    may_stray = sim%clock%displacement + 2.0_rp*sim%clock%dt*sim%clock%max_speed > sim%scene%grid%h
+    may_stray = sim%clock%displacement + 2.0_rp*sim%clock%dt*sim%clock%max_speed &
+                > minval(sim%scene%grid%h)
   end function may_stray
 
   !> Rest from which particles keep their places, whose order is for speed alone: the awake ones are

@@ -2,7 +2,7 @@
 !> From the checked input to bodies and the films on their faces; what is wrong with their shapes.
 module setup_bodies
   use base_kinds, only: rp
-  use bodies_solids, only: bounds, read_solid, solid_t
+  use bodies_solids, only: bounds, read_solid, solid_sphere, solid_t
   use bodies_stretch, only: check_stretch
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
@@ -31,7 +31,7 @@ contains
         b%spacing = scene%grid%h/per_cell
         b%own_lattice = input%text('BODY', i, 'LATTICE') /= 'grid'
         b%is_round = input%text('BODY', i, 'LATTICE') == 'round'
-        if (b%is_round) call check_round(input, i, diagnostics)
+        if (b%is_round) call check_round(input, i, b%spacing, diagnostics)
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
           call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
@@ -53,11 +53,15 @@ contains
   end subroutine read_bodies
 
   !> Rings and shells of particles need a surface to follow, and have no lattice faces and equal
-  !> masses.
-  subroutine check_round(input, body, diagnostics)
+  !> masses. Across the axis of the rings, or everywhere, they have the smallest spacing.
+  subroutine check_round(input, body, spacing, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
+    real(rp), intent(inout) :: spacing(3)      !! [m]
     type(diagnostics_t), intent(inout) :: diagnostics
+    type(diagnostics_t) :: said                !! elsewhere
+    type(solid_t) :: solid
+    logical :: is_across(3)
     character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']
     integer :: g, i
 
@@ -67,6 +71,9 @@ contains
         call input%report(diagnostics, 'BODY', body, 'LATTICE', &
                           'round: the first &SHAPE of the body must be a cylinder or a sphere')
       end if
+      call read_solid(input, i, solid, said)
+      is_across = solid%kind == solid_sphere .or. [1, 2, 3] /= solid%axis
+      where (is_across) spacing = minval(spacing, is_across)
       exit
     end do
     do g = 1, size(groups)
@@ -121,7 +128,7 @@ contains
 
     has_shape = .false.
     top = scene%grid%upper()
-    slack = 1.0e-9_rp*scene%grid%h
+    slack = 1.0e-9_rp*minval(scene%grid%h)
     do i = 1, input%count('SHAPE')
       call read_solid(input, i, solid, diagnostics)
       body = find(scene%body%name, input%text('SHAPE', i, 'BODY'))

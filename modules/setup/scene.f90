@@ -211,15 +211,23 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: lower(3), upper(3), h
+    real(rp) :: lower(3), upper(3), h(3)
+    real(rp), allocatable :: edges(:)
     logical :: is_periodic(3)
     integer :: a
 
     lower = input%reals('GRID', 1, 'LOWER', 3)
     upper = input%reals('GRID', 1, 'UPPER', 3)
-    h = input%real('GRID', 1, 'CELL')
-    if (.not. input%given('GRID', 1, 'UPPER')) return   ! is reported already
-    if (h <= 0.0_rp) return
+    allocate (edges, source=input%list('GRID', 1, 'CELL'))
+    if (.not. input%given('GRID', 1, 'UPPER') .or. size(edges) == 0) return   ! is reported already
+    if (any(edges <= 0.0_rp)) return
+    if (size(edges) == 2) then
+      call input%report(diagnostics, 'GRID', 1, 'CELL', &
+                        'must be one edge of cubes, or one for each of the three axes')
+      return
+    end if
+    h = edges(1)
+    if (size(edges) == 3) h = edges
     is_periodic = [(index(input%text('GRID', 1, 'PERIODIC'), 'xyz'(a:a)) > 0, a=1, 3)]
     if (any(upper - lower < h*(1.0_rp - 1.0e-9_rp))) then
       call input%report(diagnostics, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')

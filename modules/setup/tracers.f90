@@ -201,7 +201,8 @@ contains
     integer :: i
 
     kept = place(:, pack([(i, i=1, size(place, 2))], &
-                         [(is_held(solids, place(:, i), scene%grid%h), i=1, size(place, 2))]))
+                         [(is_held(solids, place(:, i), minval(scene%grid%h)), &
+                           i=1, size(place, 2))]))
   end function in_metal
 
 end module setup_tracers

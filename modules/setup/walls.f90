@@ -85,7 +85,7 @@ contains
     wall%faces_up = mod(side, 2) == 0
     wall%position = grid%lower(wall%axis)
     if (.not. wall%faces_up) then
-      wall%position = wall%position + grid%h*(grid%n(wall%axis) - 1)
+      wall%position = wall%position + grid%h(wall%axis)*(grid%n(wall%axis) - 1)
     end if
     if (input%given('WALL', i, 'POSITION')) wall%position = input%real('WALL', i, 'POSITION')
     wall%held = input%text('WALL', i, 'KIND') == 'fixed'
@@ -134,7 +134,7 @@ contains
     type(wall_t), intent(in) :: wall
     real(rp) :: row
 
-    row = (wall%position - grid%lower(wall%axis))/grid%h
+    row = (wall%position - grid%lower(wall%axis))/grid%h(wall%axis)
     row_of = -1
     if (row >= -0.5_rp .and. row <= grid%n(wall%axis) - 0.5_rp) row_of = nint(row)
   end function row_of
@@ -146,9 +146,9 @@ contains
     type(wall_t), intent(in) :: wall
     real(rp) :: row
 
-    row = (wall%position - grid%lower(wall%axis))/grid%h
+    row = (wall%position - grid%lower(wall%axis))/grid%h(wall%axis)
     is_symmetric = row_of(grid, wall) >= 0 .and. abs(row - row_of(grid, wall)) <= 1.0e-6_rp
-    if (is_symmetric) is_symmetric = is_bare(input, wall, 1.0e-6_rp*grid%h)
+    if (is_symmetric) is_symmetric = is_bare(input, wall, 1.0e-6_rp*grid%h(wall%axis))
   end function is_symmetric
 
   !> True if no shape reaches behind a wall.

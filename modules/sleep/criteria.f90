@@ -228,11 +228,11 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(box_t), intent(in) :: box
     logical, intent(inout) :: is_active(:, :, :)
-    real(rp) :: lower(3), reach, size_of, upper(3), x(3)
+    real(rp) :: lower(3), reach, size_of(3), upper(3), x(3)
     integer :: first(3), i, j, k, last(3), t
 
     size_of = edge*scene%grid%h
-    reach = scene%method%sleep%distance + sqrt(0.75_rp)*size_of
+    reach = scene%method%sleep%distance + sqrt(0.75_rp)*maxval(size_of)
     do t = 1, size(tool)
       call tool(t)%bounds(lower, upper)
       lower = (lower - reach - scene%grid%lower)/size_of - box%lo

@@ -4,7 +4,7 @@
 !> stress.
 module sleep_motion
   use base_kinds, only: rp
-  use grid_geometry, only: box_t
+  use grid_geometry, only: box_t, section_across
   use mapping_nodes, only: nodes_t
   use sleep_sleepers, only: edge, m_impulse, m_mass, m_momentum, motion_t, n_motion, sleepers_t
   implicit none (type, external)
@@ -94,14 +94,17 @@ contains
     if (sums(m_mass) > 0.0_rp) v = sums(m_momentum:m_momentum + 2)/sums(m_mass)
   end function mean_velocity
 
-  !> Mean force on the held nodes of a cube in `time`, over the area of a cube's face [Pa].
+  !> Mean force on the held nodes of a cube in `time` over the cube's section across it [Pa].
   pure real(rp) function mean_traction(sums, time, h) result(traction)
     real(rp), intent(in) :: sums(n_motion)
     real(rp), intent(in) :: time                 !! [s]
-    real(rp), intent(in) :: h                    !! of the cells [m]
+    real(rp), intent(in) :: h(3)                 !! edges of the cells [m]
+    real(rp) :: force
 
     traction = 0.0_rp
-    if (time > 0.0_rp) traction = norm2(sums(m_impulse:m_impulse + 2))/(time*(edge*h)**2)
+    force = norm2(sums(m_impulse:m_impulse + 2))
+    if (time > 0.0_rp .and. force > 0.0_rp) traction = force/(time &
+        *section_across(edge*h, sums(m_impulse:m_impulse + 2)/force))
   end function mean_traction
 
 end module sleep_motion

@@ -83,7 +83,7 @@ contains
         do i = 1, n(1)
           if (.not. is_there(i, j, k)) cycle
           do a = 1, 3
-            gradient(:, a) = difference(a)/(edge*scene%grid%h)
+            gradient(:, a) = difference(a)/(edge*scene%grid%h(a))
           end do
           rate = shear*(gradient + transpose(gradient))
           do a = 1, 3

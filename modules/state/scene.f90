@@ -6,7 +6,7 @@ module state_scene
   use conditions_symmetry, only: symmetry_t
   use contact_pair, only: contact_t
   use fields_field, only: field_t
-  use grid_geometry, only: grid_t
+  use grid_geometry, only: grid_t, mean_edge
   use particles_store, only: layout_t
   use physics_material, only: material_t
   implicit none (type, external)
@@ -185,10 +185,7 @@ contains
   elemental real(rp) function mean_spacing(self)
     class(body_t), intent(in) :: self
 
-    mean_spacing = self%spacing(1)
-    if (any(abs(self%spacing - mean_spacing) > 0.0_rp)) then
-      mean_spacing = product(self%spacing)**(1.0_rp/3.0_rp)
-    end if
+    mean_spacing = mean_edge(self%spacing)
   end function mean_spacing
 
   !> True if the method needs the grids of a velocity filter.

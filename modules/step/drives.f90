@@ -74,7 +74,7 @@ contains
     integer :: k, was
 
     t = sim%clock%time + dt
-    part = min(1.0_rp, dt*wave_speed(sim%clock)/(cells*sim%scene%grid%h))
+    part = min(1.0_rp, dt*wave_speed(sim%clock)/(cells*minval(sim%scene%grid%h)))
     do k = 1, size(sim%tool)
       if (.not. sim%tool(k)%watch%is_on) cycle
       associate (tool => sim%tool(k), watch => sim%tool(k)%watch)

@@ -120,7 +120,7 @@ contains
     type(tool_contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
     real(rp), intent(in) :: g(8, nodes%patch%nn)
-    real(rp) :: lower(3), upper(3), room, x(3)
+    real(rp) :: lower(3), upper(3), room(3), x(3)
     integer :: first, i, last, r
     logical :: is_bounded
 
@@ -132,17 +132,19 @@ contains
     call contact%forget(nodes%patch%nn)
     do r = 1, nodes%n_ranges
       x = nodes%patch%position(nodes%range(1, r))
-      if (any(x(1:2) < lower(1:2) - room) .or. any(x(1:2) > upper(1:2) + room)) cycle
+      if (any(x(1:2) < lower(1:2) - room(1:2)) .or. any(x(1:2) > upper(1:2) + room(1:2))) cycle
       first = nodes%range(1, r)
       last = nodes%range(2, r)
       if (is_bounded) then                       ! a run goes up
-        last = first + floor(min(real(last - first, rp), (upper(3) + room - x(3))/nodes%patch%h))
-        first = first + ceiling(max(0.0_rp, (lower(3) - room - x(3))/nodes%patch%h))
+        last = first + floor(min(real(last - first, rp), (upper(3) + room(3) - x(3)) &
+                                   /nodes%patch%h(3)))
+        first = first + ceiling(max(0.0_rp, (lower(3) - room(3) - x(3)) &
+                                            /nodes%patch%h(3)))
       end if
       do i = first, last
         if (g(8, i) <= least_mass) cycle
         if (.not. is_bounded) then
-          if (nearest_image(nodes, tool, nodes%patch%position(i)) >= room) cycle
+          if (nearest_image(nodes, tool, nodes%patch%position(i)) >= maxval(room)) cycle
         end if
         call contact%add_node(i)
       end do
@@ -217,7 +219,7 @@ contains
           values(v_push:v_push + 2) = max(min(push*t%closing, t%most), push*t%keep_out)*t%normal
           values(v_hold:v_hold + 2) = t%hold
           if (law%keeps_mean()) then
-            kept = exp(-dt/relaxation_time(clock, nodes, t%can_flow))
+            kept = exp(-dt/relaxation_time(clock, nodes, t))
             t%coulomb = kept*dt*t%coulomb &
                         + (1.0_rp - kept)*t%friction*norm2(values(v_push:v_push + 2))
           else
@@ -286,7 +288,7 @@ contains
           if (t%entry(i) > 0) unspent = unspent + t%weight(i)*contact%unspent(t%entry(i))
         end do
         associate (grip => particles%ps(t%lane, scene%layout%grip, t%block))
-          grip = t%coulomb*unspent*exp(-dt/relaxation_time(clock, nodes, t%can_flow))
+          grip = t%coulomb*unspent*exp(-dt/relaxation_time(clock, nodes, t))
           if (law%keeps_mean()) grip = t%coulomb/dt
         end associate
       end associate

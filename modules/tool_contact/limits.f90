@@ -19,6 +19,7 @@ module tool_contact_limits
   use base_kinds, only: nlane, pi, rp
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use contact_tool, only: tool_t
+  use grid_geometry, only: length_along
   use particles_store, only: f_jac, f_plastic, f_rate, f_tau, f_temp
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
@@ -27,6 +28,7 @@ module tool_contact_limits
   implicit none (type, external)
   private
 
+  public :: extent, measure_room
   public :: find_shear_layer, limit_impulses, shear_layer_t, slow_down
 
   !> Of the particles of a block.
@@ -49,6 +51,52 @@ module tool_contact_limits
                                                        !! shear strength
 
 contains
+
+  !> Extent of a particle along the normal of a tool [m]. A surface touches the ellipsoid of the
+  !> particle where this is farthest out along the normal, an edge (no room is left) where the
+  !> normal goes through it.
+  pure real(rp) function extent(spacing, normal, room)
+    real(rp), intent(in) :: spacing(3)           !! axes of the ellipsoid [m]
+    real(rp), intent(in) :: normal(3), room      !! of length 1, [m]
+
+    extent = norm2(normal*spacing)
+    if (room > 0.0_rp .or. all(abs(spacing - spacing(1)) <= 0.0_rp)) return
+    extent = 1.0_rp/norm2(normal/spacing)
+  end function extent
+
+  !> Stretch the `room` that is left to the next edge of the tool as if all edges of the cells were
+  !> h(1), by the length of a cell along the way there, which goes up the slope of the room on the
+  !> surface.
+  subroutine measure_room(h, tool, x, v, dt, normal, room)
+    real(rp), intent(in) :: h(3)                 !! edges of a cell [m]
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: x(3), v(3), dt       !! of the particle, now; of this step
+    real(rp), intent(in) :: normal(3)            !! of length 1
+    real(rp), intent(inout) :: room              !! at the end of the step [m]
+    real(rp), parameter :: small = 1.0e-3_rp     !! step of the difference [cells]
+    real(rp) :: gap, rooms(2), slope(3), step(3), unused(3)
+    integer :: a, side
+
+    if (all(abs(h - h(1)) <= 0.0_rp)) return
+    if (abs(room) < 2.0_rp*maxval(h)) then
+      do a = 1, 3
+        do side = 1, 2
+          step = 0.0_rp
+          step(a) = small*minval(h)*(2*side - 3)
+          step = step - dot_product(step, normal)*normal
+          call tool%distance(x + dt*v + step, gap, unused, rooms(side))
+        end do
+        slope(a) = rooms(2) - rooms(1)
+      end do
+    else
+      slope = 0.0_rp
+    end if
+    if (norm2(slope) > 0.0_rp) then
+      room = room*h(1)/length_along(h, slope/norm2(slope))
+    else
+      room = room*h(1)/maxval(h)
+    end if
+  end subroutine measure_room
 
   !> What limits the impulses of the touching particles, which have their `place` among the
   !> candidates: along the surface what the tool's law of friction makes of the strength of the

@@ -21,6 +21,7 @@ module tool_contact_particles
   use base_kinds, only: nlane, rp
   use contact_law, only: normal_velocity, of_nothing
   use contact_tool, only: rigid_t, tool_t
+  use grid_geometry, only: length_along
   use mapping_blocks, only: weights_of
   use mapping_faces, only: surface_weights
   use mapping_nodes, only: nodes_t
@@ -29,7 +30,7 @@ module tool_contact_particles
   use state_blocks, only: blocks_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t, scheme_usl
-  use tool_contact_limits, only: limit_impulses
+  use tool_contact_limits, only: extent, limit_impulses, measure_room
   use tool_contact_lists, only: candidates_t, contact_particle_t, tool_contact_t
   implicit none (type, external)
   private
@@ -68,7 +69,7 @@ contains
 
     rigid = tool%mean_motion(clock%time, dt)
     ! no particle moves faster than the nodes; a distance changes by no more than the way
-    displacement = dt*clock%max_speed + (0.01_rp + slop)*nodes%patch%h
+    displacement = dt*clock%max_speed + (0.01_rp + slop)*maxval(nodes%patch%h)
     reach = [(displacement + (0.5_rp + beside)*norm2(scene%body(b)%spacing), b=1, size(reach))]
     moved = clock%displacement + tool%displacement()
     call near%init(scene%layout, tool%friction_table%of /= of_nothing)
@@ -110,7 +111,7 @@ contains
       do p = 1, n
         if (d(p) > reach) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, room)
-        half = 0.5_rp*ps(p, scene%layout%surface_offset)*norm2(normal*spacing)
+        half = 0.5_rp*ps(p, scene%layout%surface_offset)*extent(spacing, normal, room)
         if (gap - half > displacement + beside*norm2(normal*spacing)) cycle
         call near%add(particles, b, p, normal, half)
         if (near%n == nlane) call list_contact_particles(scene, clock, nodes, contact, tool, &
@@ -129,7 +130,7 @@ contains
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
-    real(rp) :: friction_zone, size, w(nlane, 18), zone
+    real(rp) :: edge, friction_zone, size, w(nlane, 18), zone
     integer :: before, first(nlane), n, p, place(nlane)   ! of one that takes part among the
                                                           ! candidates
     type(contact_particle_t) :: particle
@@ -138,7 +139,6 @@ contains
     before = contact%n
     particle%can_flow = allocated(scene%material(scene%body(near%body)%material)%flow)
     at_surface = scene%method%scheme == scheme_usl .or. particle%can_flow
-    zone = merge(slop*nodes%patch%h, 0.0_rp, at_surface)
     friction_zone = merge(beside, 0.0_rp, at_surface .and. tool%has_friction())
     call near%fill_up()
     call weights_of(scene, nodes, near%body, scene%layout%n, near%ps, w, first)
@@ -158,8 +158,10 @@ contains
       particle%mass = clock%mass_scaling*near%ps(p, f_mass)
       particle%coulomb = near%ps(p, scene%layout%grip)
       size = norm2(particle%normal*scene%body(near%body)%spacing)
+      edge = length_along(nodes%patch%h, particle%normal)
+      zone = merge(slop*edge, 0.0_rp, at_surface)
       if (.not. takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone*size, &
-                           merge(1.0_rp, size/nodes%patch%h, scene%method%is_bspline), size, &
+                           merge(1.0_rp, size/edge, scene%method%is_bspline), size, &
                            width_of(scene%body(near%body)%spacing, particle%normal), &
                            near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
@@ -186,14 +188,14 @@ contains
     real(rp), intent(in) :: domain              !! of a particle [cells]
     real(rp), intent(in) :: size, width         !! of a particle along the normal, of its face [m]
     type(contact_particle_t), intent(inout) :: particle
-    real(rp) :: back, gap, relative(3), room, time, unused(3)
+    real(rp) :: back, gap, relative(3), room, stretched, time, unused(3)
 
     call tool%distance(x + dt*v, gap, particle%normal, room)
     gap = gap - particle%half
     takes_part = gap < max(zone, friction_zone)
     if (.not. takes_part) return
     relative = v - rigid%velocity_at(x - particle%half*particle%normal + 0.5_rp*dt*v)
-    time = relaxation_time(clock, nodes, particle%can_flow)  ! and no step: smaller ones give the
+    time = relaxation_time(clock, nodes, particle)  ! and no step: smaller ones give the
     back = any_recovery_speed                                ! same contact
     if (clock%mass_scaling > 1.0_rp) back = recovery_speed*wave_speed(clock)
     call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
@@ -208,7 +210,9 @@ contains
                              - sqrt(max(0.0_rp, gap*(gap + 2.0_rp*particle%half)))/width)
     end if
     particle%within = 1.0_rp
-    if (particle%can_flow) particle%within = part_within(domain, room/nodes%patch%h)
+    stretched = room
+    call measure_room(nodes%patch%h, tool, x, v, dt, particle%normal, stretched)
+    if (particle%can_flow) particle%within = part_within(domain, stretched/nodes%patch%h(1))
     particle%keep_out = 0.0_rp
     gap = gap + (1.0_rp - particle%within)*size
     if (particle%within < 1.0_rp .and. gap < zone) then
@@ -248,13 +252,14 @@ contains
     end function twice
   end function part_within
 
-  !> Time in which contact follows slow changes of gaps and forces [s].
-  pure real(rp) function relaxation_time(clock, nodes, can_flow)
+  !> Time in which contact with a particle follows slow changes of gaps and forces [s].
+  pure real(rp) function relaxation_time(clock, nodes, particle)
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
-    logical, intent(in) :: can_flow
+    type(contact_particle_t), intent(in) :: particle
 
-    relaxation_time = merge(relaxation_flow, relaxation, can_flow)*nodes%patch%h/wave_speed(clock)
+    relaxation_time = merge(relaxation_flow, relaxation, particle%can_flow) &
+                      *length_along(nodes%patch%h, particle%normal)/wave_speed(clock)
   end function relaxation_time
 
   !> Velocity of the nodes at the centre or at the surface of a particle [m/s].

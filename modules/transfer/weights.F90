@@ -11,7 +11,7 @@ module transfer_weights
 
 ! Weights and slopes on axis N with half length L of the domain, I4 = 1/(4L), I2 = 1/(2L h).
 #define AXIS(N, I, O, L, I4, I2) \
-    s = (x(p, N) - origin(N))*inv_h; \
+    s = (x(p, N) - origin(N))*inv_h(N); \
     I = int(s + 0.5_rp); d = s - real(I, rp); \
     a = max(0.0_rp, L + d); b = max(0.0_rp, d - L); \
     c = max(0.0_rp, L - d); e = max(0.0_rp, -d - L); \
@@ -26,7 +26,7 @@ contains
   !> 27 nodes. Positions are measured in cells from the first node of the patch.
   subroutine block_weights(origin, inv_h, l, stride, x, w, first)
     real(rp), intent(in) :: origin(3)        !! position of the patch's first node [m]
-    real(rp), intent(in) :: inv_h            !! 1/cell size [1/m]
+    real(rp), intent(in) :: inv_h(3)         !! 1/edges of a cell [1/m]
     real(rp), intent(in) :: l(3)             !! half lengths of a particle's domain [cells]
     integer, intent(in) :: stride(3)         !! node index steps along x, y, z
     real(rp), intent(in) :: x(nlane, 3)      !! positions [m]
@@ -48,22 +48,22 @@ contains
 
   !> The first of the 27 nodes of each particle alone.
   pure subroutine block_corners(origin, inv_h, stride, x, first)
-    real(rp), intent(in) :: origin(3), inv_h, x(nlane, 3)
+    real(rp), intent(in) :: origin(3), inv_h(3), x(nlane, 3)
     integer, intent(in) :: stride(3)
     integer, intent(out) :: first(nlane)
     integer :: p
 
     !$omp simd
     do p = 1, nlane
-      first(p) = 1 + (int((x(p, 1) - origin(1))*inv_h + 0.5_rp) - 1)*stride(1) &
-                 + (int((x(p, 2) - origin(2))*inv_h + 0.5_rp) - 1)*stride(2) &
-                 + (int((x(p, 3) - origin(3))*inv_h + 0.5_rp) - 1)*stride(3)
+      first(p) = 1 + (int((x(p, 1) - origin(1))*inv_h(1) + 0.5_rp) - 1)*stride(1) &
+                 + (int((x(p, 2) - origin(2))*inv_h(2) + 0.5_rp) - 1)*stride(2) &
+                 + (int((x(p, 3) - origin(3))*inv_h(3) + 0.5_rp) - 1)*stride(3)
     end do
   end subroutine block_corners
 
   !> Weights with half lengths `l` of each particle's own.
   subroutine own_weights(origin, inv_h, l, stride, x, w, first)
-    real(rp), intent(in) :: origin(3), inv_h, l(nlane, 3), x(nlane, 3)
+    real(rp), intent(in) :: origin(3), inv_h(3), l(nlane, 3), x(nlane, 3)
     integer, intent(in) :: stride(3)
     real(rp), intent(out) :: w(nlane, 18)
     integer, intent(out) :: first(nlane)
@@ -73,25 +73,26 @@ contains
     !$omp simd private(i, j, k, a, b, c, d, e, s, t, w1, w3, g1, g3)
     do p = 1, nlane
       t = 1.0_rp/(4.0_rp*l(p, 1))
-      AXIS(1, i, 0, l(p, 1), t, 2.0_rp*inv_h*t)
+      AXIS(1, i, 0, l(p, 1), t, 2.0_rp*inv_h(1)*t)
       t = 1.0_rp/(4.0_rp*l(p, 2))
-      AXIS(2, j, 3, l(p, 2), t, 2.0_rp*inv_h*t)
+      AXIS(2, j, 3, l(p, 2), t, 2.0_rp*inv_h(2)*t)
       t = 1.0_rp/(4.0_rp*l(p, 3))
-      AXIS(3, k, 6, l(p, 3), t, 2.0_rp*inv_h*t)
+      AXIS(3, k, 6, l(p, 3), t, 2.0_rp*inv_h(3)*t)
       first(p) = 1 + (i - 1)*stride(1) + (j - 1)*stride(2) + (k - 1)*stride(3)
     end do
   end subroutine own_weights
 
   !> First moments w (x_i - x_p) of the weights in the place of the slopes, and their second
   !> moments `square` = sum w (x_i - x_p)^2 on each axis.
-  subroutine moment_weights(origin, h, x, w, moment, square)
-    real(rp), intent(in) :: origin(3), h, x(nlane, 3), w(nlane, 18)   !! [m]
+  subroutine moment_weights(origin, edge, x, w, moment, square)
+    real(rp), intent(in) :: origin(3), edge(3), x(nlane, 3), w(nlane, 18)   !! [m]
     real(rp), intent(out) :: moment(nlane, 18), square(nlane, 3)      !! [m], [m2]
-    real(rp) :: s, d, inv_h
+    real(rp) :: s, d, h, inv_h
     integer :: a, o, p
 
-    inv_h = 1.0_rp/h                         ! the nearest node by the rounding of the weights
     do a = 1, 3
+      h = edge(a)
+      inv_h = 1.0_rp/h                       ! the nearest node by the rounding of the weights
       o = 3*(a - 1)
       !$omp simd private(s, d)
       do p = 1, nlane

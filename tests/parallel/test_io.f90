@@ -159,7 +159,8 @@ contains
     end if
     allocate (extra(p%total(), 2), source=1.0_sp)
     extra(:, 2) = 2.0_sp
-    call write_frame(world, base//'frame.hdf', 0.25_rp, 12, 5.0e-4_rp, [1.0e-4_rp, 2.0e-4_rp], &
+    call write_frame(world, base//'frame.hdf', 0.25_rp, 12, [1, 1, 1]*5.0e-4_rp, &
+                     [1.0e-4_rp, 2.0e-4_rp], &
                      ['plate  ', 'backing'], p, ['one', 'two'], ['m', '1'], extra, sample_input, &
                      error)
     call expect_no_error('frame is written', error)

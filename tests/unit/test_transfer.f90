@@ -13,7 +13,8 @@ program test_transfer
   integer, parameter :: stride(3) = [n_node(2)*n_node(3), n_node(3), 1]
   integer, parameter :: nn = n_node(1)*n_node(2)*n_node(3)
   integer, parameter :: kind_gimp = 1, kind_spline = 2, kind_hat = 3
-  real(rp), parameter :: origin(3) = [0.3_rp, -0.2_rp, 1.1_rp], h = 0.05_rp
+  real(rp), parameter :: origin(3) = [0.3_rp, -0.2_rp, 1.1_rp]
+  real(rp), parameter :: h(3) = [0.05_rp, 0.11_rp, 0.023_rp]    !! edges of a cell
 
   call begin_tests()
   call random_init(.true., .false.)
@@ -46,7 +47,7 @@ contains
     call random_number(x)
     if (present(part)) x = x*spread(part, 1, nlane)
     do a = 1, 3
-      x(:, a) = origin(a) + h*(1.0_rp + x(:, a)*(n_node(a) - 3))
+      x(:, a) = origin(a) + h(a)*(1.0_rp + x(:, a)*(n_node(a) - 3))
     end do
   end subroutine random_places
 
@@ -115,7 +116,7 @@ contains
     real(rp), intent(out) :: s, slope
     real(rp) :: d
 
-    d = (x - origin(axis))/h - i
+    d = (x - origin(axis))/h(axis) - i
     select case (kind)
     case (kind_gimp)
       call gimp(l, d, s, slope)
@@ -125,7 +126,7 @@ contains
       s = max(0.0_rp, 1.0_rp - abs(d))
       slope = merge(-sign(1.0_rp, d), 0.0_rp, abs(d) < 1.0_rp)
     end select
-    slope = slope/h
+    slope = slope/h(axis)
   end subroutine textbook
 
   subroutine test_weights(name, l, kind, tolerance)
@@ -149,17 +150,17 @@ contains
         q = first(p) - 1
         corner = [q/stride(1), mod(q, stride(1))/stride(2), mod(q, stride(2))]
         do axis = 1, 3
-          is_near = is_near .and. corner(axis) + 1 == nint((x(p, axis) - origin(axis))/h)
+          is_near = is_near .and. corner(axis) + 1 == nint((x(p, axis) - origin(axis))/h(axis))
           off_sum = max(off_sum, abs(sum(w(p, 3*axis - 2:3*axis)) - 1.0_rp))
-          off_slopes = max(off_slopes, abs(sum(w(p, 3*axis + 7:3*axis + 9)))*h)
+          off_slopes = max(off_slopes, abs(sum(w(p, 3*axis + 7:3*axis + 9)))*h(axis))
           do i = 1, 3
-            d = (x(p, axis) - origin(axis))/h - (corner(axis) + i - 1)
+            d = (x(p, axis) - origin(axis))/h(axis) - (corner(axis) + i - 1)
             call textbook(kind, l, axis, corner(axis) + i - 1, x(p, axis), s, slope)
             off_value = max(off_value, abs(w(p, 3*(axis - 1) + i) - s))
             if (kind == kind_hat) then      ! the kink of the hat is rounded within l
               if (min(abs(d), abs(abs(d) - 1.0_rp)) < 2.0_rp*l) cycle
             end if
-            off_slope = max(off_slope, abs(w(p, 9 + 3*(axis - 1) + i) - slope)*h)
+            off_slope = max(off_slope, abs(w(p, 9 + 3*(axis - 1) + i) - slope)*h(axis))
           end do
         end do
       end do
@@ -280,7 +281,8 @@ contains
     do p = 1, n
       off(1) = max(off(1), maxval(abs(v(p, :) - rec(1:3, 1, p))))
       off(2) = max(off(2), maxval(abs(dv(p, :) - rec(5:7, 1, p))))
-      off(3) = max(off(3), maxval(abs(reshape(l(p, :), [3, 3]) - transpose(rec(1:3, 2:4, p))))*h)
+      off(3) = max(off(3), maxval(abs(reshape(l(p, :), [3, 3]) &
+                               - transpose(rec(1:3, 2:4, p))))*minval(h))
     end do
     call expect_close('gathered velocities', off(1), 0.0_rp, atol=1.0e-14_rp)
     call expect_close('gathered changes of velocity', off(2), 0.0_rp, atol=1.0e-14_rp)
@@ -314,7 +316,7 @@ contains
         end do
       end do
       off_value = max(off_value, maxval(abs(rec(:, 1, p) - want(:, 1))))
-      off_slope = max(off_slope, maxval(abs(rec(1:4, 2:4, p) - want(1:4, 2:4)))*h)
+      off_slope = max(off_slope, maxval(abs(rec(1:4, 2:4, p) - want(1:4, 2:4)))*minval(h))
     end do
     call expect_close('values from the grid', off_value, 0.0_rp, atol=1.0e-13_rp)
     call expect_close('slopes from the grid', off_slope, 0.0_rp, atol=1.0e-13_rp)

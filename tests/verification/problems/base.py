@@ -70,13 +70,16 @@ class Problem:
         """The sets of all runs of one resolution (mostly one)."""
         return [self.sets(n, p)]
 
-    def solve(self, n, p, directory, sets=None, ranks=None, timeout=3600, shift=False):
-        """Run resolution n in `directory`, if asked on a shifted grid; error, figures, core-seconds."""
+    def solve(self, n, p, directory, sets=None, ranks=None, timeout=3600, shift=False, edges=None):
+        """Run resolution n in `directory`, if asked on a shifted grid, or with cells of these edges, in units of the
+        problem's; error, figures, core-seconds."""
         results, seconds = [], 0.0
         stem = self.input or self.name
         for k, own in enumerate(self.runs(n, p)):
             if shift:
                 own = own | shifted(INPUTS / f"{stem}.nml", own)
+            if edges:
+                own = own | {"GRID.CELL": values(*(own["GRID.CELL"] * edge for edge in edges))}
             place = pathlib.Path(directory) / f"{self.name}_{n}_{k}"
             place.mkdir(parents=True)
             done = driver.run(INPUTS / f"{stem}.nml", "--quiet", directory=place, ranks=ranks,
