@@ -8,6 +8,7 @@ module output_progress
   use base_system, only: peak_memory
   use base_text, only: str
   use base_timers, only: cpu_seconds, n_phases, phase_name, phase_timer_t, wall_time
+  use base_version, only: commit, release
   use comm_world, only: world_t
   use exchange_ranks, only: exchange_t
   use mapping_nodes, only: nodes_t
@@ -129,7 +130,9 @@ contains
     integer :: k
 
     share = 100.0_rp*all([(k, k=1, n_phases), n_phases + 6])/max(sum(all(1:n_phases)), tiny(1.0_rp))
-    text = '{'//nl//'  "particles": '//str(self%particles)//','//nl// &
+    text = '{'//nl//'  "version": "'//release//'",'//nl// &
+      '  "commit": "'//commit()//'",'//nl//'  "finished": "'//now()//'",'//nl// &
+      '  "particles": '//str(self%particles)//','//nl// &
       '  "steps": '//str(clock%step - self%first_step)//','//nl// &
       '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
       '  "cpu_seconds": '//str(all(n_phases + 1))//','//nl// &
@@ -151,6 +154,15 @@ contains
     end do
     text = text//nl//'  }'//nl//'}'//nl
   end function json
+
+  !> Date and time.
+  function now() result(text)
+    character(16) :: text
+    integer :: v(8)
+
+    call date_and_time(values=v)
+    write (text, '(i4.4,2("-",i2.2)," ",i2.2,":",i2.2)') v(1:3), v(5:6)
+  end function now
 
   !> A share in percent, six characters wide.
   pure function percent(share) result(text)

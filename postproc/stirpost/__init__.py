@@ -3,7 +3,7 @@
 
 cli       the command stirpost: the table of its commands
 report    stirpost report: pictures and a page of a run
-section, track, calibrate, material, heat
+section, track, compare, sweep, calibrate, material, heat
           the other commands, each a module with main(arguments)
 program   the solver that some of them start
 
@@ -17,5 +17,6 @@ tools     where the tools are, and the phases of their way
 metal     what hangs together: flash, debris, groove
 summary   the key figures and the phases
 alarms    what to be wary of
+solid     what the view that turns draws, by three.js
 page      one self-contained HTML page
 """

@@ -11,6 +11,8 @@ COMMANDS = (
     ("report", "report", "one page of a run, report.html, and its pictures"),
     ("section", "section", "grain size on a cross-section"),
     ("track", "track", "the history of one particle, as &PATH KIND = 'history' reads it"),
+    ("compare", "compare", "numbers and pictures of two runs"),
+    ("sweep", "sweep", "a study over keys of an input, and its picture"),
     ("calibrate", "calibrate", "keys of an input from measurements"),
     ("material", "material", "pictures of the curves of stirpoint --material"),
     ("heat", "heat", "thermocouples of heat alone, and temperature below the surface"),

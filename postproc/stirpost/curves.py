@@ -9,14 +9,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from . import look
+from .cooling import Record
 from .table import Column, Table
 from .tools import Tool, main_tool, supports, tools_of
 
 MANY_ROWS = 400
 
 
-def thermocouples(probes: Table) -> Figure | None:
-    """One curve a probe, labelled with where the probe sat at first."""
+def thermocouples(probes: Table, measured: Record | None = None) -> Figure | None:
+    """One curve a probe, labelled with where the probe sat at first, and dots of a record of the same names."""
     columns = probes.with_unit("K")
     if not columns:
         return None
@@ -29,11 +30,33 @@ def thermocouples(probes: Table) -> Figure | None:
             color=colour,
             label=column.name + place(probes, column.name),
         )
+        if measured is not None and column.name in measured.names:
+            readings = measured.values[:, measured.names.index(column.name)]
+            axis.plot(measured.time, readings, ".", markersize=4, color=colour)
     finish(axis, "temperature [K]")
     axis.set_xlabel("time [s]")
     celsius(axis)
     beside(axis, len(columns), offset=1.09)
     return figure
+
+
+def apart(probes: Table, measured: Record) -> list[tuple[str, str]]:
+    """What each thermocouple differs by from the record: mean, root mean square and peaks."""
+    rows = []
+    for column in probes.with_unit("K"):
+        if column.name not in measured.names:
+            continue
+        readings = measured.values[:, measured.names.index(column.name)]
+        there = np.isfinite(readings) & (measured.time >= probes["time"][0]) & (measured.time <= probes["time"][-1])
+        if not there.any():
+            continue
+        off = np.interp(measured.time[there], probes["time"], column.values) - readings[there]
+        rows.append((f"thermocouple {column.name}, computed less measured: mean; rms; of the peaks",
+                     f"{off.mean():+.1f} K; {np.sqrt(np.mean(off**2)):.1f} K; "
+                     f"{np.nanmax(column.values) - readings[there].max():+.1f} K"))
+    if not rows:
+        raise ValueError(f"no thermocouple of the record ({', '.join(measured.names)}) has the name of a probe")
+    return rows
 
 
 def place(probes: Table, name: str) -> str:

@@ -9,8 +9,9 @@ import numpy as np
 import pyvista as pv
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Colormap, LogNorm, Normalize
+from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.path import Path as Outline
 from scipy.spatial import cKDTree
 
@@ -37,7 +38,8 @@ class View:
     inside: np.ndarray | None = None  # pixels in metal (rows, columns)
     near: np.ndarray | None = None  # particles around these pixels (m, NEIGHBOURS)
     weight: np.ndarray | None = None
-    outline: list[np.ndarray] = field(default_factory=list)  # [m]
+    outline: list[np.ndarray] = field(default_factory=list)  # of the metal [m]
+    tool: list[np.ndarray] = field(default_factory=list)  # its outline [m]
 
     @property
     def across(self) -> list[int]:
@@ -84,10 +86,12 @@ def build_scene(run: Run, frames: list[Frame]) -> Scene:
     for frame, points, place in zip(frames, clouds, places):
         mesh = surface.metal(run, frame, [name for name in FIELDS if name in frame.fields])
         when = f"t = {look.seconds(frame.time)}"
-        scene.top.append(View(frame, low, high, when, mesh))
+        tool = run.tools(frame)
+        scene.top.append(View(frame, low, high, when, mesh, tool=[] if tool is None else surface.silhouette(tool)))
         for views, axis, name in ((scene.cross, 0, "x"), (scene.along, 1, "y")):
             title = f"{when},  {name} = {place[axis] * look.MM:.1f} mm"
             views.append(section(View(frame, low, high, title, mesh, axis), points, place[axis], run.spacing))
+            views[-1].tool = [] if tool is None else surface.loops(tool.clean(), axis, place[axis])
     return scene
 
 
@@ -191,6 +195,27 @@ def field_map(
     return figure
 
 
+def body_map(view: View, kind: str) -> Figure:
+    """Which body is where in a section, with a legend of their names."""
+    names = view.frame.body_names
+    picture = np.full(view.shape, np.nan)
+    picture[view.inside] = view.frame.bodies()[view.near[:, 0]]
+    left, right, bottom, top = view.extent
+    figure = look.new_figure(10.8, 9.3 * (top - bottom) / (right - left) + 0.9)
+    axis = figure.add_subplot()
+    colours = look.line_colours(len(names))
+    axis.imshow(picture, origin="lower", extent=view.extent, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(names) - 0.5,
+                interpolation="nearest", aspect="equal")
+    axis.add_collection(LineCollection([line * look.MM for line in view.tool], colors="#14233a", linewidths=1.3))
+    axis.set_facecolor(look.PAPER)
+    axis.set_xlabel(AXES[kind][0])
+    axis.set_ylabel(AXES[kind][1])
+    axis.set_title(view.title, loc="left", pad=3)
+    axis.legend(handles=[Patch(color=c, label=n.strip()) for c, n in zip(colours, names)], loc="upper right", ncols=4,
+                bbox_to_anchor=(1.0, 1.14), borderaxespad=0.0)
+    return figure
+
+
 def draw(axis, view: View, name: str, colours: Colormap, norm: Normalize) -> None:
     if view.inside is None:
         axis.imshow(surface.from_above(view.mesh, name, norm, colours, view.low, view.high), extent=view.extent)
@@ -198,6 +223,9 @@ def draw(axis, view: View, name: str, colours: Colormap, norm: Normalize) -> Non
         axis.imshow(view.values(name), origin="lower", extent=view.extent, cmap=colours, norm=norm,
                     interpolation="antialiased", aspect="equal")
         axis.add_collection(LineCollection([line * look.MM for line in view.outline], colors=look.INK, linewidths=0.5))
+    axis.add_collection(LineCollection([line * look.MM for line in view.tool], colors="#14233a", linewidths=1.3))
+    axis.set_xlim(view.extent[:2])
+    axis.set_ylim(view.extent[2:])
     axis.set_facecolor(look.PAPER)
 
 

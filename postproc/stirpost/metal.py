@@ -108,7 +108,7 @@ def groove_depth(first: np.ndarray, last: np.ndarray, face: float, spacing: floa
     """How far the surface has sunk where it was at the top face [m]. A chink between particles is no groove: a place
     counts if all within a spacing of it is as low."""
     low, high = first.min(axis=0) + 2 * spacing, first.max(axis=0) - 2 * spacing
-    if not (high > low)[:2].all():
+    if not (high > low + 0.5 * spacing)[:2].all():
         return None
     edges = [low[k] + spacing * np.arange(np.ceil((high[k] - low[k]) / spacing - 1e-6) + 1) for k in (0, 1)]
     heights = []

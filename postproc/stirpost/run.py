@@ -6,11 +6,15 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
 
 from .table import Table, read_table
+
+if TYPE_CHECKING:
+    import pyvista as pv
 
 FRAME_NAME = re.compile(r"^(?P<name>.+)_(?P<number>\d{6,})\.hdf$")
 
@@ -84,6 +88,28 @@ class Run:
         given = np.atleast_1d(self.frames[0].attributes.get("spacing", np.nan)).astype(float)
         value = given[body] if body < len(given) else np.nan
         return float(value) if np.isfinite(value) and value > 0 else self.spacing
+
+    def tools(self, frame: Frame) -> pv.PolyData | None:
+        """The surfaces of all tools at the time of a frame, with azimuth [rad], velocity [m/s] and the number of the
+        tool; None if there are none."""
+        found = FRAME_NAME.match(frame.path.name)
+        path = frame.path.with_name(f"{found['name']}_tools_{found['number']}.hdf") if found else None
+        if path is None or not path.is_file():
+            return None
+        import pyvista as pv
+
+        with h5py.File(path, "r") as file:
+            group = file["VTKHDF"]
+            mesh = pv.PolyData.from_regular_faces(group["Points"][...], group["Connectivity"][...].reshape(-1, 3))
+            for name, values in group["PointData"].items():
+                mesh.point_data[name] = values[...]
+        return mesh
+
+    @property
+    def title(self) -> str:
+        """TITLE of &RUN, '' without one."""
+        found = re.search(r"(?ims)^\s*&RUN\b[^/]*?\bTITLE\s*=\s*'((?:[^']|'')*)'", self.input_text)
+        return found[1].replace("''", "'").strip() if found else ""
 
     def setting(self, group: str, key: str) -> float | None:
         """A number of the first group of this name in the input, None if it is not given."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import look, metal
+from . import alarms, look, metal
 from .run import Run
 from .table import Column, Table
-from .tools import LOADS, Phase, supports, tools_of
+from .tools import LOADS, Phase, main_tool, supports, tools_of
 
 Rows = list[tuple[str, str]]
 
@@ -142,12 +142,106 @@ def phase_tables(run: Run) -> list[tuple[str, list[str], list[list[str]]]]:
     return tables
 
 
+Process = tuple[list[str], list[tuple[str, list[str], str]]]
+
+
+def process_table(run: Run) -> Process | None:
+    """What was asked of the process, of the tool with the most work: headings, and rows of a quantity, its values in
+    each phase and over all, and what to be wary of. None without a tool whose place is known."""
+    tool = main_tool(run.history)
+    phases = tool.phases() if tool is not None else []
+    if not phases:
+        return None
+    history = run.history
+    shown = [phase for phase in phases if phase.kind not in ("approach", "away")]
+    spans = [*shown, Phase("whole run", 1, len(history) - 1)]
+    rows = [("time [s]", [f"{history['time'][p.first - 1]:.4g} to {history['time'][p.last]:.4g}" for p in spans], "")]
+    hottest = next(iter(history.matching("temperature_max")), None)
+    if hottest is not None:
+        rows.append(("peak temperature [K]", [figure(largest(hottest.values, p), 4) for p in spans], " ".join(alarms.melting(run))))
+    inertia = " ".join(alarms.inertia(run))
+    for load, words in (("force_z", "axial force"), ("force_x", "force along the track"), ("force_y", "force across"),
+                        ("torque", "torque"), ("power", "power")):
+        column = tool.column(load)
+        if column is None:
+            continue
+        factor, unit = look.scaled(float(np.nanmax(np.abs(column.values))), column.unit)
+        values = [f"{figure(factor * tool.mean(column, p), 4)}; {figure(factor * largest(column.values, p), 4)}" for p in spans]
+        rows.append((f"{words} [{unit}], mean; peak", values, inertia if load == "force_z" else ""))
+    shares = [figure(tool.friction_share(p), 3) for p in spans]
+    rows.append(("share of friction in the heat [%]", shares, " ".join(alarms.balances(run))))
+    return [phase.kind for phase in spans], rows
+
+
+def measures(run: Run) -> dict[str, float]:
+    """What studies compare, with units: of the run, and of the tool with the most work after its plunge (all of its
+    contact where it has no other phase)."""
+    found: dict[str, float] = {}
+    history = run.history
+    if history is not None:
+        for column in history.matching("temperature_max"):
+            found["highest temperature [K]"] = float(np.nanmax(column.values))
+        for column in history.matching("friction_heat|plastic_work"):
+            found[f"{look.words(column.name)} [J]"] = last_number(column)
+    tool = main_tool(history)
+    if tool is not None:
+        phases = [p for p in tool.phases() if p.kind in ("travel", "dwell")] or [Phase("all", 1, len(history) - 1)]
+        steady = phases[-1]
+        found["from [s]"] = float(history["time"][steady.first - 1])
+        for load, words, unit in (("force_z", "axial force", "N"), ("force_x", "force along x", "N"), ("torque", "torque", "N m"),
+                                  ("power", "power", "W")):
+            column = tool.column(load)
+            if column is not None:
+                found[f"{words}, mean [{unit}]"] = tool.mean(column, steady)
+                found[f"{words}, peak [{unit}]"] = abs(largest(column.values, Phase("all", 0, len(history) - 1)))
+    if run.probes is not None:
+        for column in run.probes.with_unit("K"):
+            found[f"{column.name}, peak [K]"] = float(np.nanmax(column.values))
+    if run.frames and tool is not None:
+        shape = metal.measure(run, run.frames[-1], {t.name for t in tools_of(history)})
+        if shape is not None:
+            found["flash [mm3]"] = shape.flash_volume * look.MM**3
+            if shape.groove is not None:
+                found["groove [mm]"] = shape.groove * look.MM
+    return found
+
+
+def largest(values: np.ndarray, phase: Phase) -> float:
+    """The value of the largest magnitude in a phase."""
+    there = values[phase.first:phase.last + 1]
+    there = there[np.isfinite(there)]
+    return float(there[np.abs(there).argmax()]) if there.size else float("nan")
+
+
+def origin(run: Run) -> str:
+    """Where a page comes from: what the run knows of itself."""
+    known = run.summary or {}
+    parts = [f"run {run.name}"]
+    if known.get("finished"):
+        parts.append(str(known["finished"]))
+    if known.get("commit"):
+        parts.append(f"Stirpoint {known.get('version', '')}, commit {known['commit']}")
+    ranks = known.get("ranks")
+    if ranks:
+        parts.append(counted(int(ranks), "rank"))
+    wall = known.get("wall_seconds")
+    if wall:
+        parts.append(f"computed in {duration(float(wall))}")
+    return " \N{MIDDLE DOT} ".join(parts)
+
+
+def duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.3g} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
 def peak(column: Column) -> float:
     return float(column.values[np.nanargmax(np.abs(column.values))])
 
 
-def figure(value: float) -> str:
-    return f"{value:.4g}" if np.isfinite(value) else ""
+def figure(value: float, digits: int = 4) -> str:
+    return f"{value:.{digits}g}" if np.isfinite(value) else ""
 
 
 def counted(number: int, word: str) -> str:

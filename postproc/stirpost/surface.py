@@ -14,6 +14,7 @@ import pyvista as pv
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
+from scipy.spatial import ConvexHull, cKDTree
 
 from . import look
 from .run import Frame, Run
@@ -114,6 +115,24 @@ def add_metal(scene: pv.Plotter, mesh: pv.PolyData, name: str, norm: Normalize, 
                    show_scalar_bar=False)
 
 
+def add_tool(scene: pv.Plotter, tool: pv.PolyData | None, opacity: float) -> None:
+    """Grey, with stripes that show how it has turned."""
+    if tool is not None:
+        stripes = np.floor(tool["azimuth"] / (np.pi / 6)).astype(int) % 2
+        tool.point_data["grey"] = np.where(stripes[:, None] == 0, 158, 108).repeat(3, axis=1).astype(np.uint8)
+        scene.add_mesh(tool, scalars="grey", rgb=True, opacity=opacity, ambient=0.35, diffuse=0.7, show_scalar_bar=False)
+
+
+def silhouette(tool: pv.PolyData) -> list[np.ndarray]:
+    """Outlines of the tools seen from above: closed lines (n, 2) [m]."""
+    found = []
+    for number in np.unique(tool["tool"]):
+        places = tool.points[tool["tool"] == number][:, :2]
+        hull = places[ConvexHull(places).vertices]
+        found.append(np.vstack([hull, hull[:1]]))
+    return found
+
+
 def from_above(mesh: pv.PolyData, name: str, norm: Normalize, colours: Colormap, low, high, width: int = 1000) -> np.ndarray:
     """Rows of colours of the box low..high seen from above, x to the right, the first row at the largest y."""
     size = np.asarray(high) - np.asarray(low)
@@ -133,10 +152,12 @@ def picture_of(scene: pv.Plotter) -> np.ndarray:
     return image
 
 
-def plate_picture(frame: Frame, mesh: pv.PolyData, name: str, label: str, norm: Normalize, colours: Colormap) -> Figure:
+def plate_picture(frame: Frame, mesh: pv.PolyData, tool: pv.PolyData | None, name: str, label: str, norm: Normalize,
+                  colours: Colormap) -> Figure:
     """The lit plate at one time from the front left, with scales in mm and a colour bar."""
     scene = plotter(1400, 800)
     add_metal(scene, mesh, name, norm, colours)
+    add_tool(scene, tool, 0.45)
     shown = mesh.bounds
     middle = np.array([0.5 * (shown[2 * k] + shown[2 * k + 1]) for k in range(3)])
     reach = np.ptp(np.reshape(shown, (3, 2)), axis=1)

@@ -61,6 +61,29 @@ def write_frame(
             file["stirpoint/input"] = input_text
 
 
+def write_tools(directory: Path, turns: int = 48) -> None:
+    """A disc of the size of the shoulder, 1 mm in the plate, in every frame, as the program writes surfaces of tools."""
+    around = np.arange(turns) * 2 * np.pi / turns
+    ring = SHOULDER * np.stack([np.cos(around), np.sin(around), 0 * around], axis=1)
+    k = np.arange(turns)
+    nxt = (k + 1) % turns
+    low, high = 2 * turns, 2 * turns + 1  # the middles of the faces
+    corners = np.concatenate([np.stack(c, axis=1) for c in (
+        (k, nxt, nxt + turns), (k, nxt + turns, k + turns), (nxt, k, 0 * k + low), (k + turns, nxt + turns, 0 * k + high))])
+    for path in sorted(directory.glob("*_0*.hdf")):
+        with h5py.File(path) as file:
+            middle = [0.020 + 0.005 * float(file.attrs["time"]), SIZE[1] / 2, SIZE[2] - 0.001]
+        points = np.vstack([ring, ring + [0, 0, 0.012], [[0, 0, 0], [0, 0, 0.012]]])
+        name, number = path.stem.rsplit("_", 1)
+        with h5py.File(path.with_name(f"{name}_tools_{number}.hdf"), "w") as file:
+            group = file.create_group("VTKHDF")
+            group["Points"] = (points + middle).astype(np.float32)
+            group["Connectivity"] = corners.ravel().astype(np.int64)
+            group["PointData/azimuth"] = np.arctan2(points[:, 1], points[:, 0]).astype(np.float32)
+            group["PointData/velocity"] = np.zeros((len(points), 3), dtype=np.float32)
+            group["PointData/tool"] = np.ones(len(points), dtype=np.int32)
+
+
 def write_series(directory: Path, name: str, times: list[float]) -> None:
     entries = [{"name": f"{name}_{k:06d}.hdf", "time": time} for k, time in enumerate(times)]
     (directory / f"{name}.hdf.series").write_text(

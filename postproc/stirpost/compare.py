@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""Numbers and pictures of two runs: stirpost compare A.out B.out [-o DIR]
+
+Written to DIR (default compare_A_B): compare.csv (a row a quantity: A, B, their difference), loads.png (force, torque,
+power and highest temperature over time), thermocouples.png, sections.png (temperature in the cross-section of both at
+the end).
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+
+from . import curves, look, maps, summary
+from .run import Run
+from .tools import main_tool
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="stirpost compare", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("one", type=Path)
+    parser.add_argument("other", type=Path)
+    parser.add_argument("-o", "--output", type=Path)
+    options = parser.parse_args(arguments)
+    runs = [Run(options.one), Run(options.other)]
+    names = [run.name for run in runs] if runs[0].name != runs[1].name else [str(options.one), str(options.other)]
+    output = options.output or Path(f"compare_{runs[0].name}_{runs[1].name}")
+    output.mkdir(parents=True, exist_ok=True)
+    table = difference(*(summary.measures(run) for run in runs), names)
+    table.to_csv(output / "compare.csv")
+    print(table.to_string(float_format=lambda value: f"{value:.4g}", na_rep="-"))
+    with matplotlib.rc_context(look.STYLE):
+        for name, figure in (("loads", loads(runs, names)), ("thermocouples", thermocouples(runs, names)),
+                             ("sections", sections(runs, names))):
+            if figure is not None:
+                print(look.save(figure, output / f"{name}.png"))
+    return 0
+
+
+def difference(one: dict, other: dict, names: list[str]) -> pd.DataFrame:
+    """Quantities of both, and B less A, also in parts of A."""
+    table = pd.DataFrame({names[0]: one, names[1]: other}, dtype=float)
+    table["difference"] = table[names[1]] - table[names[0]]
+    table["difference [%]"] = 100.0 * table["difference"] / table[names[0]].abs().where(table[names[0]] != 0.0)
+    return table
+
+
+def loads(runs: list[Run], names: list[str]):
+    tools = [main_tool(run.history) for run in runs]
+    wanted = [("force_z", "axial force"), ("force_x", "force along x"), ("torque", "torque"), ("power", "power")]
+    panels = [(words, [tool.column(name) if tool else None for tool in tools]) for name, words in wanted]
+    hottest = [next(iter(run.history.matching("temperature_max")), None) if run.history else None for run in runs]
+    panels.append(("highest temperature", hottest))
+    panels = [(words, columns) for words, columns in panels if any(column is not None for column in columns)]
+    if not panels:
+        return None
+    figure = look.new_figure(9.6, 0.5 + 2.0 * len(panels))
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, (words, columns) in zip(axes, panels):
+        there = [column for column in columns if column is not None]
+        factor, unit = look.scaled(max(float(np.nanmax(np.abs(c.values))) for c in there), there[0].unit)
+        for run, column, name, colour in zip(runs, columns, names, look.LINES):
+            if column is not None:
+                axis.plot(run.history["time"], column.values * factor, color=colour, label=name, linewidth=1.0)
+        curves.finish(axis, f"{words} [{unit}]")
+    axes[0].legend()
+    axes[-1].set_xlabel("time [s]")
+    return figure
+
+
+def thermocouples(runs: list[Run], names: list[str]):
+    if any(run.probes is None for run in runs):
+        return None
+    shared = [c.name for c in runs[0].probes.with_unit("K") if c.name in runs[1].probes]
+    if not shared:
+        return None
+    figure = look.new_figure(9.6, 4.3)
+    axis = figure.add_subplot()
+    for name, colour in zip(shared, look.line_colours(len(shared))):
+        axis.plot(runs[0].probes["time"], runs[0].probes[name], color=colour, label=name)
+        axis.plot(runs[1].probes["time"], runs[1].probes[name], color=colour, linestyle="--")
+    curves.finish(axis, "temperature [K]")
+    axis.set_title(f"lines: {names[0]}; dashed: {names[1]}", loc="left")
+    axis.set_xlabel("time [s]")
+    curves.beside(axis, len(shared), offset=1.02)
+    return figure
+
+
+def sections(runs: list[Run], names: list[str]):
+    """Temperature in the cross-section through the tool at the end of both, on one scale."""
+    if not all(run.frames and "temperature" in run.frames[-1].fields for run in runs):
+        return None
+    norm = maps.temperature_norm([run.frames[-1] for run in runs])
+    views = [maps.build_scene(run, run.frames[-1:]).cross[0] for run in runs]
+    figure = look.new_figure(9.6, 5.2)
+    axes = figure.subplots(2, 1)
+    for axis, view, name in zip(axes, views, names):
+        maps.draw(axis, view, "temperature", look.TEMPERATURE, norm)
+        axis.set_title(f"{name}: {view.title}", loc="left")
+        axis.set_ylabel("z [mm]")
+    axes[-1].set_xlabel("y [mm]")
+    figure.colorbar(maps.ScalarMappable(norm, look.TEMPERATURE), ax=axes, label="temperature [K]", fraction=0.04, pad=0.012)
+    return figure

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+"""The metal and the tools of some frames for the view of the page that turns: three.js, and what it draws."""
+
+from __future__ import annotations
+
+import base64
+import json
+from importlib.resources import files
+
+import numpy as np
+import pyvista as pv
+from matplotlib.colors import Colormap, Normalize
+
+from . import look, surface
+from .run import Frame, Run
+
+MOST_FRAMES = 8
+MOST_TRIANGLES = 16000  # a frame; their points are fewer than the 65536 that 16 bits tell apart
+THREE = ("jupyter_threejs_sage", "static/r130/three.min.js")  # with its OrbitControls
+
+Field = tuple[str, str, Normalize, Colormap]  # name in the frames, label, scale, colours
+
+
+def library() -> str:
+    """The text of three.js."""
+    return files(THREE[0]).joinpath(THREE[1]).read_text(encoding="utf-8")
+
+
+def script() -> str:
+    """The text of the viewer."""
+    return files("stirpost").joinpath("assets/viewer.js").read_text(encoding="utf-8")
+
+
+def pack(run: Run, frames: list[Frame], fields: list[Field]) -> str:
+    """What the viewer draws, as JSON."""
+    names = [name for name, _, _, _ in fields]
+    meshes = [thinned(surface.metal(run, frame, names)) for frame in frames]
+    tools = [run.tools(frame) for frame in frames]
+    corners = [np.reshape(mesh.bounds, (3, 2)).T for mesh in (*meshes, *tools) if mesh is not None]
+    low, high = np.min([c[0] for c in corners], axis=0), np.max([c[1] for c in corners], axis=0)
+    metal = [np.min([np.reshape(m.bounds, (3, 2))[:, 0] for m in meshes], axis=0),
+             np.max([np.reshape(m.bounds, (3, 2))[:, 1] for m in meshes], axis=0)]
+    packed = []
+    for frame, mesh, tool in zip(frames, meshes, tools):
+        values = {name: text_of(np.clip(np.nan_to_num(np.asarray(norm(mesh[name]), dtype=float)), 0, 1) * 255, np.uint8)
+                  for name, _, norm, _ in fields}
+        one = {"time": f"t = {look.seconds(frame.time)}", "metal": geometry(mesh, low, high) | {"values": values}}
+        if tool is not None:
+            stripes = np.floor(tool["azimuth"] / (np.pi / 6)).astype(int) % 2
+            one["tool"] = geometry(tool, low, high) | {"stripe": text_of(stripes, np.uint8)}
+        packed.append(one)
+    shown = [{"name": name, "label": label, "low": f"{norm.vmin:.4g}", "high": f"{norm.vmax:.4g}",
+              "colours": (colours(np.linspace(0, 1, 256))[:, :3] * 255).astype(int).ravel().tolist()}
+             for name, label, norm, colours in fields]
+    return json.dumps({"low": low.tolist(), "high": high.tolist(), "metal": [m.tolist() for m in metal], "fields": shown,
+                       "frames": packed}, separators=(",", ":"))
+
+
+def thinned(mesh: pv.PolyData) -> pv.PolyData:
+    """With fewer triangles where there are too many; fields come from the nearest points."""
+    if mesh.n_cells <= MOST_TRIANGLES:
+        return mesh
+    fewer = mesh.decimate_pro(1.0 - MOST_TRIANGLES / mesh.n_cells, preserve_topology=True)
+    near = surface.cKDTree(mesh.points).query(fewer.points)[1]
+    for name in mesh.point_data:
+        fewer.point_data[name] = mesh.point_data[name][near]
+    return fewer
+
+
+def geometry(mesh: pv.PolyData, low: np.ndarray, high: np.ndarray) -> dict[str, str]:
+    """Points in 65535ths of the box low..high, and corners of the triangles."""
+    places = (mesh.points - low) / np.maximum(high - low, 1e-30) * 65535
+    return {"points": text_of(np.round(places).clip(0, 65535), np.uint16), "corners": text_of(mesh.regular_faces, np.uint16)}
+
+
+def text_of(values, kind) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
