@@ -47,7 +47,7 @@ module contact_motion
   type :: watch_t
     logical :: is_on = .false.
     real(rp) :: most_force = huge(1.0_rp), most_torque = huge(1.0_rp)   !! limits [N], [N m]
-    integer :: at_limit = 1                     !! 1: the run ends, 2: the feed stops, 3: all stops
+    integer :: at_limit = 1                     !! with 1 the run ends, 2 the feed stops, 3 all
     ! State.
     real(rp) :: felt(2) = 0.0_rp                !! force [N] and torque [N m], means of late
     real(rp) :: noted = 0.0_rp                  !! angular impulse before this step [N m s]
