@@ -28,6 +28,7 @@ program stirpoint
   use io_folder, only: clear_folder, take_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
   use state_scene, only: output_t
+  use setup_tool_heat, only: tell_shares
   use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
@@ -118,6 +119,7 @@ contains
       call report_scene(world, input, sim, counts, volumes)
     else if (.not. is_stopped(status)) then
       call open_results(input, sim%scene%output, sim%history%frame_times, status)
+      if (world%is_root() .and. .not. command%is_quiet) call tell_shares(sim%scene, sim%tool)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
       call tell_end(sim, status, message)
     end if

@@ -6,6 +6,7 @@ module contact_tool
   use base_kinds, only: nlane, rp
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use contact_motion, only: drive_t, motion_t, watch_t
+  use contact_tool_heat, only: tool_heat_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
@@ -53,6 +54,9 @@ module contact_tool
     type(friction_law_t) :: friction_law
     type(friction_table_t) :: friction_table   !! of the law's coefficient, if it is of something
     real(rp) :: heat_fraction = 1.0_rp        !! share of friction heat into the material
+    real(rp) :: effusivity = 0.0_rp           !! above 0, this decides about the share
+                                              !! [J/(m2 K s^0.5)]
+    type(tool_heat_t) :: heat              !! what takes the rest, if it has a temperature
     type(motion_t) :: motion
     type(drive_t) :: drive                 !! what presses it along its axis
     type(watch_t) :: watch                 !! what ends phases, and its limits
@@ -70,6 +74,7 @@ module contact_tool
     procedure :: has_shape
     procedure :: has_friction
     procedure :: has_layer
+    procedure :: heat_share
     procedure :: stirring_radius
     procedure :: move_to
     procedure :: mean_motion
@@ -181,6 +186,16 @@ contains
     has_layer = self%has_shape() .and. self%has_friction() &
                 .and. .not. self%friction_law%is_unlimited()
   end function has_layer
+
+  !> Share of the friction heat that enters a material with this effusivity, sqrt(k rho c): that of
+  !> two half spaces with one temperature at the face (thesis eq. 2.11), or what is given.
+  elemental real(rp) function heat_share(self, effusivity)
+    class(tool_t), intent(in) :: self
+    real(rp), intent(in) :: effusivity            !! [J/(m2 K s^0.5)]
+
+    heat_share = self%heat_fraction
+    if (self%effusivity > 0.0_rp) heat_share = effusivity/(effusivity + self%effusivity)
+  end function heat_share
 
   !> Radius of what stirs, 0 if there is none [m].
   elemental real(rp) function stirring_radius(self)

@@ -17,6 +17,7 @@ module front_report
   use particles_store, only: f_pos
   use particles_tracers, only: tracers_t
   use setup_scaling, only: elastic_strain, small_strain
+  use setup_tool_heat, only: tell_shares
   use state_scene, only: scheme_usl
   use step_simulation, only: simulation_t
   implicit none (type, external)
@@ -80,6 +81,7 @@ contains
               ' free core(s), measured in '//str(cost%looked)//' steps; '//str(cost%output)// &
               ' s of it for output, without the disk')
     call report_process(input, sim%scene, sim%tool)
+    call tell_shares(sim%scene, sim%tool)
     call line('skipped', what_is_skipped)
   end subroutine report_scene
 

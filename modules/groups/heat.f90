@@ -38,8 +38,20 @@ contains
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
     call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
       'faces of the body by the direction they look to')
-    call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'required', '[0,inf)', &
+    call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'required if TABLE_OF = none', '[0,inf)', &
       'heat transfer coefficient')
+    call t%key('PRESSURE_FACTOR', 'real', 1, 'W/(m2 K)', '0 if TABLE_OF = none', '[0,inf)', &
+      'what a pressure p of the body on the face adds to COEFFICIENT: '// &
+      'PRESSURE_FACTOR (p/1 MPa)^PRESSURE_EXPONENT')
+    call t%key('PRESSURE_EXPONENT', 'real', 1, '', '0.95 if TABLE_OF = none', '(0,2]', &
+      'of the pressure; 0.95: plastic contact of rough surfaces')
+    call t%key('TABLE_OF', 'choice', 1, '', 'none', 'none pressure', &
+      'what the coefficient depends on instead: pressure of the body on the face')
+    call t%key('TABLE_AT', 'real', -64, '', 'if TABLE_OF = pressure', '[0,inf)', 'rising pressures [Pa]')
+    call t%key('TABLE_COEFFICIENT', 'real', -64, 'W/(m2 K)', 'if TABLE_OF = pressure', '[0,inf)', &
+      'coefficients there; linear between, constant outside')
+    call t%key('EMISSIVITY', 'real', 1, '', '0', '[0,1]', &
+      'of the face, which radiates as well: EMISSIVITY sigma (T^4 - AMBIENT^4)')
     call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
       'temperature on the other side; not given: that of &HEAT')
 

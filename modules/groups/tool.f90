@@ -65,8 +65,31 @@ contains
       'torque, either way, at which the machine stops')
     call t%key('AT_LIMIT', 'choice', 1, '', 'end', 'end stop-feed stop', &
       'at MAX_FORCE and MAX_TORQUE: the run ends; the tool turns on where it is; it stands still')
-    call t%key('HEAT_SHARE', 'real', 1, '', '1', '[0,1]', &
-      'part of the frictional heat that enters the body')
+    call t%key('HEAT_SHARE', 'real', 1, '', '', '[0,1]', &
+      'part of the frictional heat that enters the body; not given: e/(e + e_tool) with e = '// &
+      'sqrt(CONDUCTIVITY DENSITY SPECIFIC_HEAT), 1 without a material of the tool')
+    call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '', '(0,1e6]', &
+      'of the tool, for the share of the heat and for HEATS')
+    call t%key('DENSITY', 'real', 1, 'kg/m3', '', '(0,inf)', 'of the tool, likewise')
+    call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', 'of the tool, likewise')
+    call t%key('HEATS', 'choice', 1, '', 'no', 'no rod lumped', &
+      'whether the tool takes heat from the metal under its face and gets hot: a rod behind the '// &
+      'face, or a body of one temperature')
+    call t%key('TEMPERATURE', 'real', 1, 'K', '298 if HEATS = rod or lumped', '(0,inf)', &
+      'of the tool at t = 0')
+    call t%key('CONTACT_CONDUCTANCE', 'real', 1, 'W/(m2 K)', 'if HEATS = rod or lumped', &
+      '(0,inf)', 'of the gap between face and metal; not given: perfect contact')
+    call t%key('HEAT_LENGTH', 'real', 1, 'm', '0 if HEATS = rod', '[0,inf)', &
+      'of the rod; 0: without end')
+    call t%key('HEAT_AREA', 'real', 1, 'm2', 'if HEATS = rod', '(0,inf)', &
+      'cross-section of the rod; not given: pi RADIUS^2, halved by a &WALL through the axis')
+    call t%key('HEAT_CAPACITY', 'real', 1, 'J/K', 'required if HEATS = lumped', '(0,inf)', &
+      'of the tool')
+    call t%key('COOLING', 'real', 1, 'W/K', '0 if HEATS = rod or lumped', '[0,inf)', &
+      'heat that the far end of the rod, or the lumped tool, loses for each kelvin above '// &
+      'COOLING_TEMPERATURE')
+    call t%key('COOLING_TEMPERATURE', 'real', 1, 'K', '298 if HEATS = rod or lumped', '(0,inf)', &
+      'of what cools the tool')
 
     call t%group('MOTION', 'repeat', &
       'A phase of motion of a tool; phases follow in the order of the file.')

@@ -5,20 +5,23 @@ module heat_conduction
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: book_heat, r_warming, restore
   use comm_world, only: world_t
+  use contact_tool, only: tool_t
+  use heat_films, only: films_vary
   use heat_implicit, only: foresee_temperature
   use heat_nodes, only: evened_part, gather_flux, gather_temperature, stable_conduction
   use heat_sources, only: give_source_heat, source_t
+  use heat_tools, only: find_touched, forget_touched, heat_tools_by, touched_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use mapping_probes, only: probes_t, warm_probes
   use particles_store, only: f_heat, f_mass, f_rate, f_temp, n_conduction, particles_t
   use sleep_criteria, only: swap_lists
   use state_blocks, only: blocks_t
-  use state_books, only: books_t, e_conduction, e_film, e_wall_heat
+  use state_books, only: books_t, e_conduction, e_film, e_tool, e_wall_heat
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
-  use transfer_conduction, only: heat_particles, temperature_increment
+  use transfer_conduction, only: heat_particles, least_capacity, temperature_increment
   use update_annealing, only: anneal_particles
   implicit none (type, external)
   private
@@ -61,13 +64,15 @@ contains
     end if
   end function conduction_is_due
 
-  !> One conduction step of length `dt`.
-  subroutine conduct(world, scene, clock, step, source, probes, particles, blocks, nodes, &
-                     boundary, books, dt)
+  !> Conduct for the `waited` since the last time: one step, or several if explicit and tools or
+  !> films that vary allow only shorter ones.
+  subroutine conduct(world, scene, clock, step, tool, source, probes, particles, blocks, nodes, &
+                     boundary, books, waited)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
     type(step_t), intent(inout) :: step
+    type(tool_t), intent(inout) :: tool(:)
     type(source_t), intent(inout) :: source(:)
     type(probes_t), intent(inout) :: probes
     type(particles_t), intent(inout) :: particles
@@ -75,21 +80,49 @@ contains
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
     type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: dt                  !! [s]
-    real(rp) :: lost(8, size(scene%symmetry))   ! what reflections at walls change
-    real(rp) :: gained, left                          ! by particles, through films and walls [J]
-    integer :: b, r
+    real(rp), intent(in) :: waited              !! [s]
+    real(rp) :: left
 
     call swap_lists(scene, nodes, boundary)
+    call give_source_heat(world, scene, clock, source, particles, blocks, books, waited)
+    left = waited
+    do
+      call take_conduction_step(world, scene, clock, step, tool, probes, particles, nodes, &
+                                boundary, books, waited, left)
+      if (left <= 0.0_rp) exit
+    end do
+    call forget_touched(tool, particles)
+    call anneal_particles(scene, particles, waited)
+    if (scene%method%sleep%is_on) call clear_nodes(nodes, nodes%g)
+    call swap_lists(scene, nodes, boundary)
+  end subroutine conduct
+
+  !> One conduction step of what is `left` of the time, or of as much of it as is stable.
+  subroutine take_conduction_step(world, scene, clock, step, tool, probes, particles, nodes, &
+                                  boundary, books, waited, left)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(inout) :: clock
+    type(step_t), intent(inout) :: step
+    type(tool_t), intent(inout) :: tool(:)
+    type(probes_t), intent(inout) :: probes
+    type(particles_t), intent(inout) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    type(books_t), intent(inout) :: books
+    real(rp), intent(in) :: waited              !! [s]
+    real(rp), intent(inout) :: left             !! [s]
+    real(rp) :: lost(8, size(scene%symmetry))   ! what reflections at walls change
+    real(rp) :: dt, gained, out                 ! by particles, through films, walls and tools [J]
+    type(touched_t) :: touched
+    integer :: b, r
+
     lost = 0.0_rp
     gained = 0.0_rp
-    left = books%sums(e_film) - books%sums(e_wall_heat)
-    call give_source_heat(world, scene, clock, source, particles, blocks, books, dt)
+    out = books%sums(e_film) - books%sums(e_wall_heat) + books%sums(e_tool)
     call gather_temperature(world, scene, particles, nodes, boundary, lost)
-    if (scene%method%implicit_heat) then
-      call foresee_temperature(world, scene, clock, step, particles, nodes, boundary, books, dt)
-    end if
-    call gather_flux(world, scene, particles, nodes, boundary, books, dt, lost)
+    call find_fluxes(world, scene, clock, step, tool, particles, nodes, boundary, books, touched, &
+                     waited, left, lost, dt)
     do r = 1, nodes%n_ranges
       call temperature_increment(nodes%range(2, r) - nodes%range(1, r) + 1, &
                                  nodes%g2(:, nodes%range(1, r):nodes%range(2, r), 1), &
@@ -106,12 +139,68 @@ contains
       call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
                       particles%ps(:, :, b), dt, nodes%rec, nodes%g(:, :, 1), gained)
     end do
-    books%sums(e_conduction) = books%sums(e_conduction) + gained &
-                             + books%sums(e_film) - books%sums(e_wall_heat) - left
-    call anneal_particles(scene, particles, dt)
-    if (scene%method%sleep%is_on) call clear_nodes(nodes, nodes%g)
-    call swap_lists(scene, nodes, boundary)
-  end subroutine conduct
+    call heat_tools_by(world, dt, touched, tool, books)
+    books%sums(e_conduction) = books%sums(e_conduction) + gained + books%sums(e_film) &
+                               - books%sums(e_wall_heat) + books%sums(e_tool) - out
+    left = left - dt
+  end subroutine take_conduction_step
+
+  !> What goes to the nodes in a step of `dt`, which is what is `left` or an even part of it.
+  subroutine find_fluxes(world, scene, clock, step, tool, particles, nodes, boundary, books, &
+                         touched, waited, left, lost, dt)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(inout) :: clock
+    type(step_t), intent(inout) :: step
+    type(tool_t), intent(in) :: tool(:)
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(books_t), intent(inout) :: books
+    type(touched_t), intent(inout) :: touched
+    real(rp), intent(in) :: waited, left              !! [s]
+    real(rp), intent(inout) :: lost(8, size(scene%symmetry))
+    real(rp), intent(out) :: dt                       !! [s]
+    real(rp) :: before(8, size(scene%symmetry)), film, longest
+
+    before = lost
+    film = books%sums(e_film)
+    dt = left
+    call find_touched(world, scene, particles, nodes, tool, waited, dt, touched)
+    if (scene%method%implicit_heat) then
+      call foresee_temperature(world, scene, clock, step, particles, nodes, boundary, touched, &
+                               books, dt)
+    end if
+    call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
+    if (scene%method%implicit_heat) return
+    if (.not. (films_vary(scene) .or. any(tool%heat%is_on()))) return
+    longest = longest_step(world, scene, nodes)
+    if (dt <= longest) return
+    dt = left/(aint(left/longest) + 1.0_rp)
+    lost = before
+    books%sums(e_film) = film
+    call find_touched(world, scene, particles, nodes, tool, waited, dt, touched)
+    call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
+  end subroutine find_fluxes
+
+  !> Collective. The longest explicit step [s] with the conductances in lane 6 of the second grid: the
+  !> bounds of the rates of conduction, 2 over its own longest step, and of these add up.
+  real(rp) function longest_step(world, scene, nodes)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    real(rp) :: rate(1)
+    integer :: i, r
+
+    rate = 0.0_rp
+    do r = 1, nodes%n_ranges
+      do i = nodes%range(1, r), nodes%range(2, r)
+        if (nodes%g(1, i, 1) > least_capacity) rate = max(rate, nodes%g2(6, i, 1)/nodes%g(1, i, 1))
+      end do
+    end do
+    call world%max(rate)
+    longest_step = 1.0_rp/(1.0_rp/stable_conduction(scene) + 0.5_rp*rate(1))
+  end function longest_step
 
   subroutine warm_block(scene, nodes, body, n, nf, ps, dt, rec, g, gained)
     type(scene_t), intent(in) :: scene

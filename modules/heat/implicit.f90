@@ -7,6 +7,7 @@ module heat_implicit
   use boundary_symmetry, only: r_temperature, r_warming, restore
   use comm_world, only: world_t
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
+  use heat_tools, only: touched_t
   use heat_solvers_method, only: by_petsc, most_iterations
   use heat_solvers_operator, only: operator_t
   use heat_solvers_petsc, only: solve_by_petsc
@@ -29,6 +30,7 @@ module heat_implicit
     type(particles_t), pointer :: particles => null()
     type(nodes_t), pointer :: nodes => null()
     type(boundary_t), pointer :: boundary => null()
+    type(touched_t), pointer :: touched => null()
     type(books_t), pointer :: books => null()
     logical :: is_unsolved = .false.
     real(rp) :: dt = 0.0_rp                     !! [s]
@@ -48,7 +50,8 @@ contains
   !> get, so that heat is exact whatever the tolerance. The next step follows from dt^2/2 d2T/dt2,
   !> freed of its stiff part by another solve. What is not solved for is `step%is_unsolved`, on all
   !> ranks.
-  subroutine foresee_temperature(world, scene, clock, step, particles, nodes, boundary, books, dt)
+  subroutine foresee_temperature(world, scene, clock, step, particles, nodes, boundary, touched, &
+                                 books, dt)
     type(world_t), intent(in), target :: world
     type(scene_t), intent(in), target :: scene
     type(clock_t), intent(inout), target :: clock
@@ -56,6 +59,7 @@ contains
     type(particles_t), intent(in), target :: particles
     type(nodes_t), intent(inout), target :: nodes
     type(boundary_t), intent(in), target :: boundary
+    type(touched_t), intent(inout), target :: touched
     type(books_t), intent(inout), target :: books
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! residuals at the end
@@ -66,9 +70,9 @@ contains
     lost = 0.0_rp
     film = books%sums(e_film)                     ! what is lost here is only tried
     before = nodes%g(4, :, 1)
-    call gather_flux(world, scene, particles, nodes, boundary, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
     b = nodes%g2(5, :, 1) + nodes%g(3, :, 1)
-    call start(system, world, scene, particles, nodes, boundary, books, dt)
+    call start(system, world, scene, particles, nodes, boundary, touched, books, dt)
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
     associate (method => scene%method)
@@ -89,13 +93,14 @@ contains
   end subroutine foresee_temperature
 
   !> The system of a step `dt`. Free are the nodes in use that are not empty nor behind a wall.
-  subroutine start(system, world, scene, particles, nodes, boundary, books, dt)
+  subroutine start(system, world, scene, particles, nodes, boundary, touched, books, dt)
     type(nodal_t), intent(out) :: system
     type(world_t), intent(in), target :: world
     type(scene_t), intent(in), target :: scene
     type(particles_t), intent(in), target :: particles
     type(nodes_t), intent(inout), target :: nodes
     type(boundary_t), intent(in), target :: boundary
+    type(touched_t), intent(inout), target :: touched
     type(books_t), intent(inout), target :: books
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: least_change = 1.0e-9_rp   ! of temperatures, rms [K]
@@ -107,6 +112,7 @@ contains
     system%particles => particles
     system%nodes => nodes
     system%boundary => boundary
+    system%touched => touched
     system%books => books
     system%dt = dt
     allocate (system%is_free(nodes%patch%nn), system%is_own(nodes%patch%nn), source=.false.)
@@ -120,7 +126,7 @@ contains
     system%is_own = system%is_own .and. system%is_free
     lost = 0.0_rp
     nodes%g(4, :, 1) = 0.0_rp
-    call gather_flux(world, scene, particles, nodes, boundary, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
     system%at_zero = nodes%g2(5, :, 1)
     all = sum(nodes%g(1, :, 1), mask=system%is_own)
     call world%sum(all)
@@ -191,7 +197,7 @@ contains
       g(4, :, 1) = p
       call restore(self%scene, self%nodes, self%boundary, r_warming, g(:, :, 1))
       call gather_flux(self%world, self%scene, self%particles, self%nodes, self%boundary, &
-                       self%books, self%dt, lost)
+                       self%touched, self%books, self%dt, lost)
       q = merge(g(1, :, 1)*p - (self%nodes%g2(5, :, 1) - self%at_zero), 0.0_rp, self%is_free)
     end associate
   end subroutine apply

@@ -5,13 +5,15 @@ module heat_nodes
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, restore
   use comm_world, only: world_t
+  use heat_films, only: feels_pressure, lose_heat
+  use heat_tools, only: draw_heat, touched_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
-  use particles_store, only: f_heat, f_jac, f_mass, f_pos, f_rate, f_temp, n_conduction, &
-                             particles_t, tag_faces
-  use state_books, only: books_t, e_film
+  use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t
+  use state_books, only: books_t
   use state_scene, only: scene_t
-  use transfer_conduction, only: capacity_to_grid, film_to_grid, flux_to_grid, nodal_temperature
+  use transfer_conduction, only: capacity_to_grid, flux_to_grid, nodal_pressure, &
+                                 nodal_temperature, pressure_to_grid
   implicit none (type, external)
   private
 
@@ -35,8 +37,8 @@ contains
     end do
   end function stable_conduction
 
-  !> Capacities, temperatures and waiting heat of the nodes; `lost` is what walls change of the
-  !> sums.
+  !> Capacities, temperatures and waiting heat of the nodes, and pressures across the axes if films
+  !> ask for them (lanes 6:8); `lost` is what walls change of the sums.
   subroutine gather_temperature(world, scene, particles, nodes, boundary, lost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -44,31 +46,37 @@ contains
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
     real(rp), intent(inout) :: lost(8, size(scene%symmetry))
+    logical :: with_pressure
     integer :: b, r
 
+    with_pressure = feels_pressure(scene)
     call clear_nodes(nodes, nodes%g)
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
-      call gather_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
-                        particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1))
+      call gather_block(scene, nodes, particles%body(b), particles%count(b), with_pressure, &
+                        particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1))
     end do
     call reflect(scene, nodes, boundary, r_heat, nodes%g(:, :, 1), lost, boundary%mirrors%own(:, 1))
     call sum_all_nodes(world, scene, nodes, 8, nodes%g(:, :, 1))
     do r = 1, nodes%n_ranges
       call nodal_temperature(nodes%range(2, r) - nodes%range(1, r) + 1, &
                              nodes%g(:, nodes%range(1, r):nodes%range(2, r), 1))
+      if (with_pressure) call nodal_pressure(nodes%range(2, r) - nodes%range(1, r) + 1, &
+        nodes%g(:, nodes%range(1, r):nodes%range(2, r), 1))
     end do
     call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, 1))
   end subroutine gather_temperature
 
-  !> Heat that conduction and films bring to the nodes in `dt` at the temperatures in lane 4: lane 5
-  !> of the second grid. Lane 8: capacity times what particles differ by from lane 5.
-  subroutine gather_flux(world, scene, particles, nodes, boundary, books, dt, lost)
+  !> Heat that conduction, films and tools bring to the nodes in `dt` at the temperatures in lane 4:
+  !> lane 5 of the second grid. Lane 8: capacity times what particles differ by from lane 5. Lane 6:
+  !> conductance of tools and of films that vary [W/K].
+  subroutine gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
+    type(touched_t), intent(inout) :: touched
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), intent(inout) :: lost(8, size(scene%symmetry))
@@ -81,6 +89,7 @@ contains
                          dt, particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1), &
                          nodes%g2(:, :, 1))
     end do
+    call draw_heat(world, nodes, dt, touched, nodes%g2(:, :, 1))
     call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, 1), lost)
     call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, 1))
   end subroutine gather_flux
@@ -119,10 +128,11 @@ contains
     end if
   end subroutine sum_all_nodes
 
-  subroutine gather_block(scene, nodes, body, n, nf, ps, rec, g)
+  subroutine gather_block(scene, nodes, body, n, with_pressure, nf, ps, rec, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
+    logical, intent(in) :: with_pressure
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
     integer :: first(nlane)
@@ -132,6 +142,9 @@ contains
     call capacity_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, &
                           scene%material(scene%body(body)%material)%c_p, ps(1, f_mass), &
                           ps(1, f_temp), ps(1, f_heat), rec, g)
+    if (with_pressure) call pressure_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, &
+      scene%material(scene%body(body)%material)%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_tau), &
+      rec, g)
   end subroutine gather_block
 
   subroutine diffuse_block(scene, particles, nodes, books, b, body, n, dt, nf, ps, rec, g, flux)
@@ -151,39 +164,9 @@ contains
                         1.0_rp/mat%rho, mat%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_temp), &
                         evened_part(scene, body, dt, ps(:, f_rate)), g, rec, flux)
     end associate
-    if (any(scene%body(body)%film > 0.0_rp)) then
+    if (any(scene%body(body)%film%acts())) then
       call lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
     end if
   end subroutine diffuse_block
-
-  !> Film losses of the particles of a block that lie on a face.
-  subroutine lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(books_t), intent(inout) :: books
-    integer, intent(in) :: b, body, n, nf
-    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: flux(8, nodes%patch%nn)
-    real(rp) :: x(3), area
-    integer :: axis, face, faces, p
-
-    associate (body_now => scene%body(body))
-      do p = 1, n
-        faces = tag_faces(particles%tag(p, b))
-        if (faces == 0) cycle
-        do face = 1, 6
-          if (.not. btest(faces, face - 1) .or. body_now%film(face) <= 0.0_rp) cycle
-          axis = (face + 1)/2
-          x = ps(p, f_pos:f_pos + 2)
-          x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing(axis)
-          area = product(body_now%spacing)/body_now%spacing(axis)
-          call film_to_grid(dt, body_now%film(face), area, body_now%ambient(face), &
-                            (x - nodes%patch%origin)/nodes%patch%h, nodes%patch%stride, &
-                            nodes%patch%nn, g, flux, books%sums(e_film))
-        end do
-      end do
-    end associate
-  end subroutine lose_heat
 
 end module heat_nodes

@@ -194,8 +194,9 @@ contains
         capacity = heat%property%rho*heat%property%c_ref
       end if
       call cut_mesh(heat%mesh, cuts, heat%property, heat%conductivity, capacity)
-      call heat%add_films(reshape([(scene%body(b)%film, b=1, size(solids))], [6, size(solids)]), &
-                          reshape([(scene%body(b)%ambient, b=1, size(solids))], [6, size(solids)]))
+      call heat%add_films( &
+        reshape([(scene%body(b)%film%coefficient, b=1, size(solids))], [6, size(solids)]), &
+        reshape([(scene%body(b)%film%ambient, b=1, size(solids))], [6, size(solids)]))
       call read_heat_sources(input, m, heat%property%k_ref, heat%property%rho*heat%property%c_ref, &
                              heat%source)
       call heat%prepare(world)

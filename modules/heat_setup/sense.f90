@@ -68,6 +68,20 @@ contains
     end if
   end subroutine check_stir
 
+  !> Whether the `i`-th &SURFACE lets any heat through.
+  logical function can_lose(input, i)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+
+    can_lose = input%real('SURFACE', i, 'EMISSIVITY') > 0.0_rp
+    if (input%text('SURFACE', i, 'TABLE_OF') == 'none') then
+      can_lose = can_lose .or. input%real('SURFACE', i, 'COEFFICIENT') > 0.0_rp &
+                 .or. input%real('SURFACE', i, 'PRESSURE_FACTOR') > 0.0_rp
+    else
+      can_lose = .true.
+    end if
+  end function can_lose
+
   !> A warning if no temperature will ever change in a scene of heat alone: no source, and one
   !> temperature for all bodies and all that is around them.
   subroutine check_rest(input, diagnostics)
@@ -87,7 +101,7 @@ contains
       t = input%real('HEAT', 1, 'AMBIENT')
       if (input%given('SURFACE', i, 'AMBIENT')) t = input%real('SURFACE', i, 'AMBIENT')
       is_even = is_even .and. (abs(t - first) <= 0.0_rp &
-                               .or. input%real('SURFACE', i, 'COEFFICIENT') <= 0.0_rp)
+                               .or. .not. can_lose(input, i))
     end do
     if (is_even) call input%warn(diagnostics, 'HEAT', 1, '', &
       'has nothing to do: there is no &SOURCE, and all bodies and surroundings have one '// &

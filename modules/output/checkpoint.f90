@@ -96,6 +96,7 @@ contains
     do k = 1, size(tool)
       if (tool(k)%drive%is_free) global = [global, tool(k)%drive%state()]
       global = [global, tool(k)%watch%state(tool(k)%motion, tool(k)%n_phases)]
+      global = [global, tool(k)%heat%state()]
     end do
     if (tracers%n > 0) global = [global, real(tracers%rows, rp), tracers%row_time, &
                                  real(tracers%id, rp)]

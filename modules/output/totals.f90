@@ -11,8 +11,8 @@ module output_totals
                              particles_t
   use physics_material, only: material_t
   use state_books, only: books_t, d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
-                         e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_wall, &
-                         e_wall_heat, n_sums
+                         e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
+                         e_wall, e_wall_heat, n_sums
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -168,7 +168,8 @@ contains
       t%over_internal = inner
       if (inner > 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/inner
       turned = max(t%to_bodies + books(e_plastic) + abs(books(e_film)) + abs(books(e_wall_heat)) &
-                   + abs(books(e_source)), 1.0e-6_rp*abs(now%heat), tiny(1.0_rp))
+                   + abs(books(e_source)) + abs(books(e_tool)), 1.0e-6_rp*abs(now%heat), &
+                   tiny(1.0_rp))
       t%conduction_error = 100.0_rp*books(e_conduction)/turned
     end associate
   end subroutine balance

@@ -40,6 +40,9 @@ module particles_store
                                         !! mean force of what it could (tool_contact_impulses)
     integer :: surface_offset = 0        !! of half a spacing, what is left between centre and
                                          !! surface (tools)
+    integer :: at_tool = 0               !! area at a tool times time [m2 s] and heat of the face
+                                         !! [J] since the last conduction step: for each tool that
+                                         !! takes heat
   contains
     procedure :: add => add_fields
   end type layout_t

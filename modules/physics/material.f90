@@ -35,6 +35,7 @@ module physics_material
     procedure :: elastic_energy
     procedure :: change_volume
     procedure :: anneals
+    procedure :: effusivity
   end type material_t
 
 contains
@@ -73,6 +74,13 @@ contains
 
     young = 9.0_rp*self%k*self%g/(3.0_rp*self%k + self%g)
   end function young
+
+  !> Thermal effusivity, sqrt(k rho c) [J/(m2 K s^0.5)].
+  pure real(rp) function effusivity(self)
+    class(material_t), intent(in) :: self
+
+    effusivity = sqrt(self%conductivity*self%rho*self%c_p)
+  end function effusivity
 
   !> Lame's first constant [Pa].
   pure real(rp) function lambda(self)

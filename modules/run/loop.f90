@@ -194,7 +194,7 @@ contains
     sim%exchange%balance%worst = max(sim%exchange%balance%worst, sim%exchange%balance%now)
     if (sim%scene%method%conducts) then
       if (conduction_is_due(sim%scene, sim%clock, dt)) then
-        call conduct(world, sim%scene, sim%clock, sim%step, sim%source, sim%probes, &
+        call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%source, sim%probes, &
                      sim%particles, sim%blocks, &
                      sim%nodes, sim%boundary, sim%books, sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then

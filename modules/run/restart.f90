@@ -123,7 +123,7 @@ contains
     real(rp), intent(in) :: global(:)
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
-    integer :: followed, frames, k, last, n, sums
+    integer :: followed, frames, k, last, n, n_heat, sums
 
     associate (c => sim%clock)
       c%step = nint(global(1), i8)
@@ -156,8 +156,9 @@ contains
     followed = 0
     if (sim%tracers%n > 0) followed = 1 + size(sim%tracers%row_time) + sim%tracers%n
     if (n /= sim%probes%n .or. &
-        size(global) /= sums + n_drive*count(sim%tool%drive%is_free) &
-        + sum(sim%tool%watch%size_of_state(sim%tool%n_phases)) + followed) then
+        size(global) /= sums + n_drive*count(sim%tool%drive%is_free) + followed &
+        + sum(sim%tool%watch%size_of_state(sim%tool%n_phases)) &
+        + sum([(size(sim%tool(k)%heat%state()), k=1, size(sim%tool))])) then
       call error%raise(path//other_scene)
       return
     end if
@@ -172,10 +173,14 @@ contains
         call sim%tool(k)%drive%set_state(global(sums + 1:sums + n_drive), sim%clock%time)
         sums = sums + n_drive
       end if
-      if (.not. sim%tool(k)%watch%is_on) cycle
-      n = sim%tool(k)%watch%size_of_state(sim%tool(k)%n_phases)
-      call sim%tool(k)%watch%set_state(global(sums + 1:sums + n), sim%tool(k)%motion)
-      sums = sums + n
+      if (sim%tool(k)%watch%is_on) then
+        n = sim%tool(k)%watch%size_of_state(sim%tool(k)%n_phases)
+        call sim%tool(k)%watch%set_state(global(sums + 1:sums + n), sim%tool(k)%motion)
+        sums = sums + n
+      end if
+      n_heat = size(sim%tool(k)%heat%state())
+      call sim%tool(k)%heat%set_state(global(sums + 1:sums + n_heat))
+      sums = sums + n_heat
     end do
     if (sim%tracers%n == 0) return
     associate (t => sim%tracers)

@@ -7,6 +7,7 @@ module setup_bodies
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find, known
+  use state_film, only: film_t, of_nothing, of_pressure
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -93,6 +94,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     character(4), parameter :: faces(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
     character(:), allocatable :: wanted
+    type(film_t) :: film
     integer :: body, face, i
 
     do i = 1, input%count('SURFACE')
@@ -105,16 +107,51 @@ contains
         cycle
       end if
       wanted = input%text('SURFACE', i, 'FACE')
+      film = film_of(input, i, scene%method%has_mechanics, diagnostics)
       do face = 1, 6
         if (wanted /= 'all' .and. wanted /= faces(face)) cycle
-        scene%body(body)%film(face) = input%real('SURFACE', i, 'COEFFICIENT')
-        scene%body(body)%ambient(face) = input%real('HEAT', 1, 'AMBIENT')
-        if (input%given('SURFACE', i, 'AMBIENT')) then
-          scene%body(body)%ambient(face) = input%real('SURFACE', i, 'AMBIENT')
-        end if
+        scene%body(body)%film(face) = film
       end do
     end do
   end subroutine read_surfaces
+
+  !> The film of the `i`-th &SURFACE.
+  type(film_t) function film_of(input, i, has_mechanics, diagnostics) result(film)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    logical, intent(in) :: has_mechanics
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: is_given
+
+    film%ambient = input%real('HEAT', 1, 'AMBIENT')
+    is_given = input%given('SURFACE', i, 'AMBIENT')
+    if (is_given) film%ambient = input%real('SURFACE', i, 'AMBIENT')
+    film%emissivity = input%real('SURFACE', i, 'EMISSIVITY')
+    film%of = find(['none    ', 'pressure'], input%text('SURFACE', i, 'TABLE_OF')) - 1
+    if (film%of == of_nothing) then
+      film%coefficient = input%real('SURFACE', i, 'COEFFICIENT')
+      film%factor = input%real('SURFACE', i, 'PRESSURE_FACTOR')
+      film%exponent = input%real('SURFACE', i, 'PRESSURE_EXPONENT')
+      if (film%factor > 0.0_rp) film%of = of_pressure
+    else
+      film%at = input%list('SURFACE', i, 'TABLE_AT')
+      film%there = input%list('SURFACE', i, 'TABLE_COEFFICIENT')
+      if (size(film%at) == 0 .or. size(film%at) /= size(film%there)) then
+        call input%report(diagnostics, 'SURFACE', i, 'TABLE_AT', &
+                          'needs as many values as TABLE_COEFFICIENT, at least one')
+      else if (any(film%at(2:) <= film%at(:size(film%at) - 1))) then
+        call input%report(diagnostics, 'SURFACE', i, 'TABLE_AT', 'must rise from value to value')
+      end if
+    end if
+    if (film%of == of_pressure .and. .not. has_mechanics) then
+      call input%report(diagnostics, 'SURFACE', i, '', 'a coefficient by pressure needs '// &
+        'mechanics: with MECHANICS = F no pressure is known')
+    end if
+    if (film%emissivity > 0.0_rp .and. .not. has_mechanics) then
+      call input%report(diagnostics, 'SURFACE', i, 'EMISSIVITY', 'needs mechanics: films of '// &
+                        'heat alone (MECHANICS = F) do not radiate')
+    end if
+  end function film_of
 
   !> Shapes must belong to a body and lie inside the grid; bodies must have a shape.
   subroutine check_shapes(input, scene, diagnostics)

@@ -26,6 +26,7 @@ module setup_scene
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_scaling, only: read_elastic_scaling, read_selective_scaling
   use setup_sleeping, only: read_sleeping
+  use setup_tool_heat, only: read_tool_heat
   use setup_tools, only: read_tools
   use setup_tracers, only: read_tracers
   use setup_walls, only: read_conditions
@@ -62,6 +63,7 @@ contains
     call check_shapes(input, scene, diagnostics)
     call read_conditions(input, scene, diagnostics)
     call read_tools(input, scene%body, scene%material, tool, diagnostics)
+    call read_tool_heat(input, scene, tool, diagnostics)
     call read_contacts(input, scene, diagnostics)
     call read_selective_scaling(input, scene, tool, diagnostics)
     associate (m => scene%method)

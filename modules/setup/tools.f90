@@ -38,7 +38,6 @@ contains
       tool(i)%start = input%reals('TOOL', i, 'POSITION', 3)
       tool(i)%friction = input%real('TOOL', i, 'FRICTION')
       call read_friction_law(input, i, body, material, tool(i)%friction_law, diagnostics)
-      tool(i)%heat_fraction = input%real('TOOL', i, 'HEAT_SHARE')
       call read_friction_table(input, i, tool(i), diagnostics)
       call make_shape(input%text('TOOL', i, 'KIND'), tool(i)%shape)
       if (tool(i)%has_shape()) call tool(i)%shape%read_keys(input, i, tool(i)%frame, diagnostics)

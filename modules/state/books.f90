@@ -25,7 +25,9 @@ module state_books
     ! of what has left the grid:
     d_kinetic = 14, d_elastic = 15, d_heat = 16, &
     d_mass = 17         !! [kg]
-  integer, parameter, public :: n_sums = 17
+  integer, parameter, public :: &
+    e_tool = 18         !! heat that tools take from the bodies
+  integer, parameter, public :: n_sums = 18
 
   !> All that a step adds to: what is refused is given back by one assignment
   !> (exchange_speculation).

@@ -9,6 +9,7 @@ module state_scene
   use grid_geometry, only: grid_t, mean_edge
   use particles_store, only: layout_t
   use physics_material, only: material_t
+  use state_film, only: film_t
   implicit none (type, external)
   private
 
@@ -56,8 +57,7 @@ module state_scene
     type(start_t) :: start
     type(load_t), allocatable :: load(:)
     type(traction_t), allocatable :: traction(:)   !! not allocated: none
-    real(rp) :: film(6) = 0.0_rp             !! heat transfer of the faces xmin..zmax [W/(m2 K)]
-    real(rp) :: ambient(6) = 298.0_rp        !! temperature beyond each face [K]
+    type(film_t) :: film(6)                  !! of heat, on the faces xmin..zmax
     class(field_t), allocatable :: field     !! its known motion or temperature
   contains
     procedure :: is_forced

@@ -44,7 +44,7 @@ contains
 
   !> The friction heat to the particles whose friction it is: the tool's share of it goes into the
   !> body, of what the metal sheared as much as becomes heat of its plastic work. Where there is a
-  !> layer, the books of the face.
+  !> layer, the books of the face. A tool that takes heat gets to know of the area that is covered.
   subroutine give_heat(scene, particles, contact, rigid, dt, tool)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
@@ -52,9 +52,11 @@ contains
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt                 !! [s]
     type(tool_t), intent(inout) :: tool
-    real(rp) :: heat, mean(3), slip(3), stored
-    integer :: i, p
+    real(rp) :: heat, mean(3), share(size(scene%body)), slip(3), stored
+    integer :: b, i, p
 
+    share = [(tool%heat_share(scene%material(scene%body(b)%material)%effusivity()), &
+              b=1, size(share))]
     do p = 1, contact%n
       associate (t => contact%particle(p))
         slip = 0.0_rp
@@ -72,9 +74,14 @@ contains
         associate (body => scene%body(particles%body(t%block)))
           stored = t%plastic_part*(1.0_rp - scene%material(body%material)%plastic_heat)
         end associate
-        heat = -tool%heat_fraction*(1.0_rp - stored)*dot_product(t%hold, slip)
+        heat = -share(particles%body(t%block))*(1.0_rp - stored)*dot_product(t%hold, slip)
         particles%ps(t%lane, f_heat, t%block) = particles%ps(t%lane, f_heat, t%block) + heat
         tool%sums(s_to_plate) = tool%sums(s_to_plate) + heat
+        if (.not. tool%heat%is_on()) cycle
+        associate (spacing => scene%body(particles%body(t%block))%spacing, &
+                   at_tool => particles%ps(t%lane, tool%heat%place:tool%heat%place + 1, t%block))
+          at_tool = at_tool + [dt*product(spacing)/norm2(t%normal*spacing), heat]
+        end associate
       end associate
     end do
   end subroutine give_heat

@@ -11,8 +11,8 @@ module transfer_conduction
   implicit none (type, external)
   private
 
-  public :: capacity_to_grid, nodal_temperature, flux_to_grid, temperature_increment
-  public :: heat_particles, film_to_grid
+  public :: capacity_to_grid, pressure_to_grid, nodal_temperature, nodal_pressure, flux_to_grid
+  public :: temperature_increment, heat_particles, film_to_grid
 
   real(rp), parameter, public :: least_capacity = 1.0e-30_rp   !! of a node that is not empty [J/K]
 
@@ -34,6 +34,32 @@ contains
     end do
     call p2g_values_block(n, w, first, rec, stride, nn, g)
   end subroutine capacity_to_grid
+
+  !> Add capacity times the pressure across each axis (lanes 6:8) of a block.
+  subroutine pressure_to_grid(n, w, first, stride, nn, c_p, j, mass, tau, rec, g)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), c_p
+    real(rp), intent(in) :: j(nlane), mass(nlane), tau(nlane, 3)   !! [-], [kg], Kirchhoff [Pa]
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
+    integer :: p
+
+    do p = 1, n
+      rec(:, :, p) = 0.0_rp
+      rec(6:8, 1, p) = -mass(p)*c_p*tau(p, :)/j(p)
+    end do
+    call p2g_block(n, w, first, rec, stride, nn, g)
+  end subroutine pressure_to_grid
+
+  !> Mean pressures of a run of nodes, (6:8)/(1).
+  subroutine nodal_pressure(n, g)
+    integer, intent(in) :: n
+    real(rp), intent(inout) :: g(8, n)
+    integer :: i
+
+    do i = 1, n
+      if (g(1, i) > least_capacity) g(6:8, i) = g(6:8, i)/g(1, i)
+    end do
+  end subroutine nodal_pressure
 
   !> Temperature of a run of nodes, (2)/(1), to lane 4, that which conducts, and to lane 5; 0 where
   !> a node is empty.

@@ -51,7 +51,7 @@ contains
       call copper%set_elastic(124.0e9_rp, 0.34_rp)
     end associate
     sim%scene%body(1)%spacing = spacing
-    sim%scene%body(1)%film = film
+    sim%scene%body(1)%film%coefficient = film
     sim%scene%method%conducts = .true.
     call sim%particles%init(n_fields)
     n = 2*cells
@@ -94,8 +94,8 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
 
-    call conduct(world, sim%scene, sim%clock, sim%step, sim%source, sim%probes, sim%particles, &
-                 sim%blocks, sim%nodes, sim%boundary, sim%books, dt)
+    call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%source, sim%probes, &
+                 sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%books, dt)
   end subroutine conduct_for
 
   !> Sum over the particles of all ranks of mass c_p (T - 300 K) shape, shape 1 or cos(pi x/length).
@@ -290,7 +290,7 @@ contains
     integer :: b, step
 
     call build(sim, [10, 6, 3], [0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, film, 0.0_rp])
-    sim%scene%body(1)%ambient = 300.0_rp
+    sim%scene%body(1)%film%ambient = 300.0_rp
     do b = 1, sim%particles%nblk
       sim%particles%ps(:, f_temp, b) = 400.0_rp
     end do

@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: MIT
+!> Heat through the faces of particles that lie on a face of their body: films, whose coefficient may
+!> depend on the pressure there, and radiation. Faces move with their particles and keep their area
+!> and direction.
+module heat_films
+  use base_kinds, only: nlane, rp
+  use mapping_nodes, only: nodes_t
+  use particles_store, only: f_pos, particles_t, tag_faces
+  use state_books, only: books_t, e_film
+  use state_film, only: film_t, of_pressure, stefan_boltzmann
+  use state_scene, only: scene_t
+  use transfer_conduction, only: film_to_grid, least_capacity
+  use transfer_weights, only: point_nodes
+  implicit none (type, external)
+  private
+
+  public :: feels_pressure, films_vary, lose_heat
+
+contains
+
+  !> Whether a film of the scene depends on pressure.
+  pure logical function feels_pressure(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: b
+
+    feels_pressure = any([(any(scene%body(b)%film%of == of_pressure), b=1, size(scene%body))])
+  end function feels_pressure
+
+  !> Whether a face of the scene has more than a film of one coefficient.
+  pure logical function films_vary(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: b
+
+    films_vary = any([(any(scene%body(b)%film%varies()), b=1, size(scene%body))])
+  end function films_vary
+
+  !> Losses of the particles of a block that lie on a face.
+  subroutine lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(books_t), intent(inout) :: books
+    integer, intent(in) :: b, body, n, nf
+    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: flux(8, nodes%patch%nn)
+    real(rp) :: x(3), area
+    integer :: axis, face, faces, p
+
+    associate (body_now => scene%body(body))
+      do p = 1, n
+        faces = tag_faces(particles%tag(p, b))
+        if (faces == 0) cycle
+        do face = 1, 6
+          if (.not. btest(faces, face - 1) .or. .not. body_now%film(face)%acts()) cycle
+          axis = (face + 1)/2
+          x = ps(p, f_pos:f_pos + 2)
+          x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing(axis)
+          area = product(body_now%spacing)/body_now%spacing(axis)
+          x = (x - nodes%patch%origin)/nodes%patch%h
+          associate (film => body_now%film(face))
+            if (film%varies()) then
+              call lose_by_state(dt, film, axis, area, x, nodes%patch%stride, nodes%patch%nn, &
+                                 g, flux, books%sums(e_film))
+            else
+              call film_to_grid(dt, film%coefficient, area, film%ambient, x, &
+                                nodes%patch%stride, nodes%patch%nn, g, flux, books%sums(e_film))
+            end if
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine lose_heat
+
+  !> Loss in `dt` of a face at `s` across `axis`: a film by the pressure there (lanes 6:8 of `g`), and
+  !> radiation, linear about the temperature before the step (lane 5). Lane 6 of `flux` gets what a
+  !> kelvin more would lose.
+  subroutine lose_by_state(dt, film, axis, area, s, stride, nn, g, flux, lost)
+    type(film_t), intent(in) :: film
+    integer, intent(in) :: axis, stride(3), nn
+    real(rp), intent(in) :: dt, area, s(3)            !! [s], [m2], from the first node [cells]
+    real(rp), intent(in) :: g(8, nn)
+    real(rp), intent(inout) :: flux(8, nn)
+    real(rp), intent(inout) :: lost                   !! running sum [J]
+    real(rp) :: before, h, heat, radiation, t, weight(0:7)
+    integer :: c, q(0:7)
+
+    call point_nodes(s, stride, 1, least_capacity, nn, g, q, weight)
+    if (sum(weight) <= 0.0_rp) return
+    t = sum(weight*g(4, q))
+    before = sum(weight*g(5, q))
+    h = film%coefficient_at(sum(weight*g(5 + axis, q)))
+    radiation = film%emissivity*stefan_boltzmann*before**3
+    heat = h*(t - film%ambient) + radiation*before + 4.0_rp*radiation*(t - before) &
+           - film%emissivity*stefan_boltzmann*film%ambient**4
+    heat = dt*area*heat
+    h = h + 4.0_rp*radiation
+    do c = 0, 7
+      flux(5, q(c)) = flux(5, q(c)) - heat*weight(c)
+      flux(6, q(c)) = flux(6, q(c)) + h*area*weight(c)
+    end do
+    lost = lost + heat
+  end subroutine lose_by_state
+
+end module heat_films

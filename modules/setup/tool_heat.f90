@@ -1,0 +1,202 @@
+! SPDX-License-Identifier: MIT
+!> What becomes of the heat of friction at a tool: a share by effusivities, or a tool that heats.
+module setup_tool_heat
+  use base_kinds, only: pi, rp
+  use base_log, only: say
+  use base_text, only: str
+  use contact_tool, only: tool_t
+  use contact_tool_heat, only: heat_no, heat_rod
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_names, only: find
+  use setup_walls, only: wall_of, wall_t
+  use state_scene, only: scene_t, scheme_usl
+  implicit none (type, external)
+  private
+
+  public :: read_tool_heat, tell_shares
+
+  character(16), parameter :: property(3) = [character(16) :: 'CONDUCTIVITY', 'DENSITY', &
+                                             'SPECIFIC_HEAT']
+
+contains
+
+  !> Materials and heat of all &TOOL groups, and the fields of the particles that they need.
+  subroutine read_tool_heat(input, scene, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(tool_t), intent(inout) :: tool(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i, n
+
+    n = 0
+    do i = 1, input%count('TOOL')
+      call read_share(input, i, scene, tool(i), diagnostics)
+      tool(i)%heat%kind = find(['no    ', 'rod   ', 'lumped'], &
+                               input%text('TOOL', i, 'HEATS')) - 1
+      if (tool(i)%heat%is_on()) n = n + 1
+    end do
+    if (n == 0) return
+    call scene%layout%add(2*n, scene%layout%at_tool)
+    n = 0
+    do i = 1, input%count('TOOL')
+      if (.not. tool(i)%heat%is_on()) cycle
+      tool(i)%heat%place = scene%layout%at_tool + 2*n
+      n = n + 1
+      call check_heating(input, i, scene, diagnostics)
+      call read_heating(input, i, scene, tool(i), diagnostics)
+    end do
+  end subroutine read_tool_heat
+
+  !> The share of the friction heat that enters the bodies: that given, or by the tool's material.
+  subroutine read_share(input, i, scene, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(inout) :: tool
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: heats, is_given(3), share_is_given
+    integer :: b, k
+
+    is_given = [(input%given('TOOL', i, trim(property(k))), k=1, 3)]
+    share_is_given = input%given('TOOL', i, 'HEAT_SHARE')
+    heats = input%text('TOOL', i, 'HEATS') /= 'no'
+    if (share_is_given) tool%heat_fraction = input%real('TOOL', i, 'HEAT_SHARE')
+    if (share_is_given .and. heats) call input%report(diagnostics, 'TOOL', i, 'HEAT_SHARE', &
+      'does not go with HEATS: the share then follows from the temperatures')
+    if (.not. any(is_given)) return
+    if (.not. all(is_given)) then
+      call input%report(diagnostics, 'TOOL', i, trim(property(findloc(is_given, .true., dim=1))), &
+                        'needs CONDUCTIVITY, DENSITY and SPECIFIC_HEAT of the tool together')
+    else if (share_is_given .and. .not. heats) then
+      call input%report(diagnostics, 'TOOL', i, 'CONDUCTIVITY', &
+                        'the material of the tool has no effect with HEAT_SHARE')
+    end if
+    if (heats .or. share_is_given) return
+    tool%effusivity = sqrt(product([(input%real('TOOL', i, trim(property(k))), k=1, 3)]))
+    do b = 1, size(scene%body)
+      if (scene%body(b)%material == 0) cycle
+      associate (mat => scene%material(scene%body(b)%material))
+        if (mat%conductivity > 0.0_rp .and. mat%knows_heat) cycle
+        call input%report(diagnostics, 'TOOL', i, 'CONDUCTIVITY', "the share of '"// &
+          trim(scene%body(b)%name)//"' needs a CONDUCTIVITY above 0 and the SPECIFIC_HEAT of '"// &
+          trim(mat%name)//"'")
+      end associate
+    end do
+  end subroutine read_share
+
+  !> What a tool that heats does not go with.
+  subroutine check_heating(input, i, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: b
+
+    if (.not. scene%method%conducts) then
+      call input%report(diagnostics, 'TOOL', i, 'HEATS', 'needs a &HEAT group')
+    else
+      do b = 1, size(scene%body)
+        if (scene%body(b)%material == 0) cycle
+        if (scene%material(scene%body(b)%material)%conductivity > 0.0_rp) cycle
+        call input%report(diagnostics, 'TOOL', i, 'HEATS', "needs bodies that conduct: '"// &
+                          trim(scene%body(b)%name)//"' has a CONDUCTIVITY of 0")
+      end do
+    end if
+    if (scene%method%scheme /= scheme_usl) then
+      call input%report(diagnostics, 'TOOL', i, 'HEATS', &
+                        'needs SCHEME = usl: with others the area in contact is not known')
+    end if
+  end subroutine check_heating
+
+  !> The body behind the face.
+  subroutine read_heating(input, i, scene, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(inout) :: tool
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: area, first, k, length, start
+    logical :: is_given
+    integer :: b
+
+    associate (heat => tool%heat)
+      is_given = input%given('TOOL', i, 'CONTACT_CONDUCTANCE')
+      if (is_given) heat%conductance = input%real('TOOL', i, 'CONTACT_CONDUCTANCE')
+      heat%cooling = input%real('TOOL', i, 'COOLING')
+      heat%coolant = input%real('TOOL', i, 'COOLING_TEMPERATURE')
+      start = input%real('TOOL', i, 'TEMPERATURE')
+      if (heat%kind /= heat_rod) then
+        call heat%make_lumped(input%real('TOOL', i, 'HEAT_CAPACITY'), start)
+        return
+      end if
+      length = input%real('TOOL', i, 'HEAT_LENGTH')
+      if (length <= 0.0_rp .and. heat%cooling > 0.0_rp) then
+        call input%report(diagnostics, 'TOOL', i, 'COOLING', 'needs a HEAT_LENGTH: a rod '// &
+                          'without end is cooled by itself')
+      end if
+      area = face_area(input, i, scene, tool)
+      if (area <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, 'HEAT_AREA', &
+        'must be given: this tool has no RADIUS from which it would follow')
+      k = input%real('TOOL', i, 'CONDUCTIVITY')
+      is_given = input%given('TOOL', i, 'CONDUCTIVITY')
+      if (.not. is_given) call input%report(diagnostics, 'TOOL', i, 'HEATS', &
+        'a rod needs CONDUCTIVITY, DENSITY and SPECIFIC_HEAT of the tool')
+      if (diagnostics%count() > 0) then
+        heat%kind = heat_no
+        return
+      end if
+      first = minval([(0.25_rp*minval(scene%body(b)%spacing), b=1, size(scene%body))])
+      call heat%make_rod(area, length, first, k, input%real('TOOL', i, 'DENSITY') &
+                         *input%real('TOOL', i, 'SPECIFIC_HEAT'), start)
+    end associate
+  end subroutine read_heating
+
+  !> Cross-section of the rod behind the face [m2]: of a tool with a RADIUS that of its face, halved
+  !> by each wall through its axis. 0: not known.
+  real(rp) function face_area(input, i, scene, tool) result(area)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool
+    real(rp), parameter :: slack = 1.0e-6_rp      !! over the radius
+    type(wall_t) :: wall
+    logical :: is_given
+    integer :: w
+
+    is_given = input%given('TOOL', i, 'HEAT_AREA')
+    area = 0.0_rp
+    if (is_given) then
+      area = input%real('TOOL', i, 'HEAT_AREA')
+      return
+    end if
+    associate (radius => tool%stirring_radius())
+      area = pi*radius**2
+      do w = 1, input%count('WALL')
+        wall = wall_of(input, scene%grid, w)
+        if (abs(tool%start(wall%axis) - wall%position) <= slack*radius &
+            .and. abs(tool%frame(wall%axis, 3)) <= slack) area = 0.5_rp*area
+      end do
+    end associate
+  end function face_area
+
+  !> Say which share of the friction heat enters each body, where materials decide.
+  subroutine tell_shares(scene, tool)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    real(rp) :: e
+    integer :: b, k
+
+    do k = 1, size(tool)
+      if (tool(k)%effusivity <= 0.0_rp) cycle
+      do b = 1, size(scene%body)
+        if (scene%body(b)%is_rigid()) cycle
+        e = scene%material(scene%body(b)%material)%effusivity()
+        call say('friction     '//trim(tool(k)%name)//': '//str(100.0_rp*tool(k)%heat_share(e))// &
+                 ' % of its heat enters '//trim(scene%body(b)%name)//' (effusivities '//str(e)// &
+                 ' and '//str(tool(k)%effusivity)//' J/(m2 K s^0.5))')
+      end do
+    end do
+  end subroutine tell_shares
+
+end module setup_tool_heat
