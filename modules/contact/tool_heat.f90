@@ -10,13 +10,11 @@ module contact_tool_heat
 
   public :: tool_heat_t
 
-  integer, parameter, public :: heat_no = 0, heat_rod = 1, heat_lumped = 2
-
   real(rp), parameter :: without_end = 10.0_rp    !! as long as a rod that never feels its end [m]
   real(rp), parameter :: growth = 1.1_rp          !! of the cells behind the face
 
   type :: tool_heat_t
-    integer :: kind = heat_no
+    logical :: is_on = .false.                    !! its temperature follows the heat that it takes
     integer :: place = 0                          !! of its fields of the particles: area in contact
                                                   !! times time [m2 s], heat of the face [J]
     real(rp) :: conductance = huge(1.0_rp)        !! of the gap at the face [W/(m2 K)]
@@ -31,7 +29,6 @@ module contact_tool_heat
     real(rp) :: face = 298.0_rp                   !! temperature of the face [K]
     real(rp) :: gained = 0.0_rp, lost = 0.0_rp    !! heat taken from the bodies, given away [J]
   contains
-    procedure :: is_on
     procedure :: make_rod
     procedure :: make_lumped
     procedure :: answer
@@ -42,13 +39,6 @@ module contact_tool_heat
   end type tool_heat_t
 
 contains
-
-  !> Whether its temperature follows the heat that it takes.
-  elemental logical function is_on(self)
-    class(tool_heat_t), intent(in) :: self
-
-    is_on = self%kind /= heat_no
-  end function is_on
 
   !> A rod of this cross-section and length (0: without end) at temperature `start`, whose cells
   !> grow from `first` at the face.
@@ -67,7 +57,7 @@ contains
     n = max(3, ceiling(log(1.0_rp + (growth - 1.0_rp)*whole/first)/log(growth)))
     allocate (width(n), source=[(growth**i, i=0, n - 1)])
     width = whole*width/sum(width)
-    self%kind = heat_rod
+    self%is_on = .true.
     self%capacity = capacity*area*width
     allocate (self%between(n))
     self%between(:n - 1) = 2.0_rp*conductivity*area/(width(:n - 1) + width(2:))
@@ -86,7 +76,7 @@ contains
     real(rp), intent(in) :: capacity              !! [J/K]
     real(rp), intent(in) :: start                 !! [K]
 
-    self%kind = heat_lumped
+    self%is_on = .true.
     self%capacity = [capacity]
     self%between = [self%cooling]
     self%temperature = [start]
@@ -154,7 +144,7 @@ contains
     class(tool_heat_t), intent(in) :: self
 
     content = 0.0_rp
-    if (self%is_on()) content = sum(self%capacity*self%temperature)
+    if (self%is_on) content = sum(self%capacity*self%temperature)
   end function content
 
   !> What a checkpoint keeps of it.
@@ -163,7 +153,7 @@ contains
     real(rp), allocatable :: values(:)
 
     allocate (values(0))
-    if (self%is_on()) values = [self%face, self%gained, self%lost, self%temperature]
+    if (self%is_on) values = [self%face, self%gained, self%lost, self%temperature]
   end function state
 
   !> The same from a checkpoint.
@@ -171,7 +161,7 @@ contains
     class(tool_heat_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
 
-    if (.not. self%is_on()) return
+    if (.not. self%is_on) return
     self%face = values(1)
     self%gained = values(2)
     self%lost = values(3)

@@ -47,7 +47,8 @@ contains
       'of the pressure; 0.95: plastic contact of rough surfaces')
     call t%key('TABLE_OF', 'choice', 1, '', 'none', 'none pressure', &
       'what the coefficient depends on instead: pressure of the body on the face')
-    call t%key('TABLE_AT', 'real', -64, '', 'if TABLE_OF = pressure', '[0,inf)', 'rising pressures [Pa]')
+    call t%key('TABLE_AT', 'real', -64, 'Pa', 'if TABLE_OF = pressure', '[0,inf)', &
+      'rising pressures')
     call t%key('TABLE_COEFFICIENT', 'real', -64, 'W/(m2 K)', 'if TABLE_OF = pressure', '[0,inf)', &
       'coefficients there; linear between, constant outside')
     call t%key('EMISSIVITY', 'real', 1, '', '0', '[0,1]', &

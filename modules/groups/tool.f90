@@ -73,8 +73,8 @@ contains
     call t%key('DENSITY', 'real', 1, 'kg/m3', '', '(0,inf)', 'of the tool, likewise')
     call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', 'of the tool, likewise')
     call t%key('HEATS', 'choice', 1, '', 'no', 'no rod lumped', &
-      'whether the tool takes heat from the metal under its face and gets hot: a rod behind the '// &
-      'face, or a body of one temperature')
+      'whether the tool takes heat from the metal under its face and gets hot: a rod behind '// &
+      'the face, or a body of one temperature')
     call t%key('TEMPERATURE', 'real', 1, 'K', '298 if HEATS = rod or lumped', '(0,inf)', &
       'of the tool at t = 0')
     call t%key('CONTACT_CONDUCTANCE', 'real', 1, 'W/(m2 K)', 'if HEATS = rod or lumped', &

@@ -173,7 +173,7 @@ contains
     end if
     call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
     if (scene%method%implicit_heat) return
-    if (.not. (films_vary(scene) .or. any(tool%heat%is_on()))) return
+    if (.not. (films_vary(scene) .or. any(tool%heat%is_on))) return
     longest = longest_step(world, scene, nodes)
     if (dt <= longest) return
     dt = left/(aint(left/longest) + 1.0_rp)
@@ -183,8 +183,8 @@ contains
     call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
   end subroutine find_fluxes
 
-  !> Collective. The longest explicit step [s] with the conductances in lane 6 of the second grid: the
-  !> bounds of the rates of conduction, 2 over its own longest step, and of these add up.
+  !> Collective. The longest explicit step [s] with the conductances in lane 6 of the second grid:
+  !> the bounds of the rates of conduction, 2 over its own longest step, and of these add up.
   real(rp) function longest_step(world, scene, nodes)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

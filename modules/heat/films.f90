@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Heat through the faces of particles that lie on a face of their body: films, whose coefficient may
-!> depend on the pressure there, and radiation. Faces move with their particles and keep their area
-!> and direction.
+!> Heat through the faces of particles that lie on a face of their body: films, whose coefficient
+!> may depend on the pressure there, and radiation. Faces move with their particles and keep their
+!> area and direction.
 module heat_films
   use base_kinds, only: nlane, rp
   use mapping_nodes, only: nodes_t
@@ -71,9 +71,9 @@ contains
     end associate
   end subroutine lose_heat
 
-  !> Loss in `dt` of a face at `s` across `axis`: a film by the pressure there (lanes 6:8 of `g`), and
-  !> radiation, linear about the temperature before the step (lane 5). Lane 6 of `flux` gets what a
-  !> kelvin more would lose.
+  !> Loss in `dt` of a face at `s` across `axis`: a film by the pressure there (lanes 6:8 of `g`),
+  !> and radiation, linear about the temperature before the step (lane 5). Lane 6 of `flux`
+  !> gets what a kelvin more would lose.
   subroutine lose_by_state(dt, film, axis, area, s, stride, nn, g, flux, lost)
     type(film_t), intent(in) :: film
     integer, intent(in) :: axis, stride(3), nn

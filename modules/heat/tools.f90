@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Heat that tools take from the metal under their faces. A particle that was in contact since the
-!> last conduction step gives h A (T_s - T_f): A is its mean area in contact, 1/h the half spacing of
-!> metal between its centre and the face and the gap, T_s its temperature and, of the heat that the
-!> face makes, what that drives through the metal. The temperature T_f of the face is that at the
-!> end of the step (contact_tool_heat).
+!> last conduction step gives h A (T_s - T_f): A is its mean area in contact, 1/h the half spacing
+!> of metal between its centre and the face and the gap, T_s its temperature and, of the heat that
+!> the face makes, what that drives through the metal. The temperature T_f of the face is that at
+!> the end of the step (contact_tool_heat).
 module heat_tools
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -45,10 +45,10 @@ contains
     integer :: b, k, n
 
     touched%n = 0
-    if (.not. any(tool%heat%is_on())) return
+    if (.not. any(tool%heat%is_on)) return
     n = 0
     do k = 1, size(tool)
-      if (.not. tool(k)%heat%is_on()) cycle
+      if (.not. tool(k)%heat%is_on) cycle
       do b = 1, particles%nblk
         n = n + count(particles%ps(:particles%count(b), tool(k)%heat%place, b) > 0.0_rp)
       end do
@@ -59,7 +59,7 @@ contains
     allocate (touched%whole(size(tool)), touched%still(size(tool)), &
               touched%per_power(size(tool)), touched%power(size(tool)), source=0.0_rp)
     do k = 1, size(tool)
-      if (.not. tool(k)%heat%is_on()) cycle
+      if (.not. tool(k)%heat%is_on) cycle
       call tool(k)%heat%answer(dt, touched%still(k), touched%per_power(k))
       do b = 1, particles%nblk
         if (.not. any(particles%ps(:particles%count(b), tool(k)%heat%place, b) > 0.0_rp)) cycle
@@ -152,7 +152,7 @@ contains
     integer :: k
 
     do k = 1, size(tool)
-      if (.not. tool(k)%heat%is_on()) cycle
+      if (.not. tool(k)%heat%is_on) cycle
       call tool(k)%heat%take(dt, touched%power(k))
       if (world%is_root()) books%sums(e_tool) = books%sums(e_tool) + dt*touched%power(k)
     end do
@@ -165,7 +165,7 @@ contains
     integer :: k
 
     do k = 1, size(tool)
-      if (.not. tool(k)%heat%is_on()) cycle
+      if (.not. tool(k)%heat%is_on) cycle
       particles%ps(:, tool(k)%heat%place:tool(k)%heat%place + 1, :particles%nblk) = 0.0_rp
     end do
   end subroutine forget_touched

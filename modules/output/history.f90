@@ -162,7 +162,7 @@ contains
     call row%add(name//'_angle', 'rad', tool%angle)
     call row%add(name//'_tilt', 'rad', tool%tilt())
     if (tool%watch%is_on) call row%add(name//'_phase', '', real(tool%watch%phase, rp))
-    if (.not. tool%heat%is_on()) return
+    if (.not. tool%heat%is_on) return
     call row%add(name//'_face_temperature', 'K', tool%heat%face)
     call row%add(name//'_heat_content', 'J', tool%heat%content())
     call row%add(name//'_heat_gained', 'J', tool%heat%gained)

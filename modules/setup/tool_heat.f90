@@ -5,10 +5,8 @@ module setup_tool_heat
   use base_log, only: say
   use base_text, only: str
   use contact_tool, only: tool_t
-  use contact_tool_heat, only: heat_no, heat_rod
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use keys_names, only: find
   use setup_walls, only: wall_of, wall_t
   use state_scene, only: scene_t, scheme_usl
   implicit none (type, external)
@@ -32,15 +30,14 @@ contains
     n = 0
     do i = 1, input%count('TOOL')
       call read_share(input, i, scene, tool(i), diagnostics)
-      tool(i)%heat%kind = find(['no    ', 'rod   ', 'lumped'], &
-                               input%text('TOOL', i, 'HEATS')) - 1
-      if (tool(i)%heat%is_on()) n = n + 1
+      tool(i)%heat%is_on = input%text('TOOL', i, 'HEATS') /= 'no'
+      if (tool(i)%heat%is_on) n = n + 1
     end do
     if (n == 0) return
     call scene%layout%add(2*n, scene%layout%at_tool)
     n = 0
     do i = 1, input%count('TOOL')
-      if (.not. tool(i)%heat%is_on()) cycle
+      if (.not. tool(i)%heat%is_on) cycle
       tool(i)%heat%place = scene%layout%at_tool + 2*n
       n = n + 1
       call check_heating(input, i, scene, diagnostics)
@@ -126,7 +123,7 @@ contains
       heat%cooling = input%real('TOOL', i, 'COOLING')
       heat%coolant = input%real('TOOL', i, 'COOLING_TEMPERATURE')
       start = input%real('TOOL', i, 'TEMPERATURE')
-      if (heat%kind /= heat_rod) then
+      if (input%text('TOOL', i, 'HEATS') /= 'rod') then
         call heat%make_lumped(input%real('TOOL', i, 'HEAT_CAPACITY'), start)
         return
       end if
@@ -143,7 +140,7 @@ contains
       if (.not. is_given) call input%report(diagnostics, 'TOOL', i, 'HEATS', &
         'a rod needs CONDUCTIVITY, DENSITY and SPECIFIC_HEAT of the tool')
       if (diagnostics%count() > 0) then
-        heat%kind = heat_no
+        heat%is_on = .false.
         return
       end if
       first = minval([(0.25_rp*minval(scene%body(b)%spacing), b=1, size(scene%body))])

@@ -77,7 +77,7 @@ contains
         heat = -share(particles%body(t%block))*(1.0_rp - stored)*dot_product(t%hold, slip)
         particles%ps(t%lane, f_heat, t%block) = particles%ps(t%lane, f_heat, t%block) + heat
         tool%sums(s_to_plate) = tool%sums(s_to_plate) + heat
-        if (.not. tool%heat%is_on()) cycle
+        if (.not. tool%heat%is_on) cycle
         associate (spacing => scene%body(particles%body(t%block))%spacing, &
                    at_tool => particles%ps(t%lane, tool%heat%place:tool%heat%place + 1, t%block))
           at_tool = at_tool + [dt*product(spacing)/norm2(t%normal*spacing), heat]

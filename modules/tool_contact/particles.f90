@@ -140,7 +140,7 @@ contains
     particle%can_flow = allocated(scene%material(scene%body(near%body)%material)%flow)
     at_surface = scene%method%scheme == scheme_usl .or. particle%can_flow
     friction_zone = merge(beside, 0.0_rp, at_surface .and. (tool%has_friction() &
-                                                            .or. tool%heat%is_on()))
+                                                            .or. tool%heat%is_on))
     call near%fill_up()
     call weights_of(scene, nodes, near%body, scene%layout%n, near%ps, w, first)
     do p = 1, near%n
