@@ -15,6 +15,8 @@ maps      top views and sections of a field
 curves    thermocouples, tool loads, energies
 tools     where the tools are, and the phases of their way
 metal     what hangs together: flash, debris, groove
+scene     the input of a run: groups, solids, cavities
+flow      stirpost flow: volumes, stir zone, layers of a pass
 summary   the key figures and the phases
 alarms    what to be wary of
 solid     what the view that turns draws, by three.js

@@ -9,6 +9,7 @@ from importlib import import_module
 # Name, module with `main(arguments) -> exit status`, what it does. A module is imported only when it is asked for.
 COMMANDS = (
     ("report", "report", "one page of a run, report.html, and its pictures"),
+    ("flow", "flow", "flash, groove, cavity, stir zone, displacement of layers of a pass"),
     ("section", "section", "grain size on a cross-section"),
     ("track", "track", "the history of one particle, as &PATH KIND = 'history' reads it"),
     ("compare", "compare", "numbers and pictures of two runs"),

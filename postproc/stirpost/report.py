@@ -10,7 +10,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from . import alarms, cooling, curves, look, maps, page, solid, summary, surface
+from . import alarms, cooling, curves, flow, look, maps, page, solid, summary, surface
 from .run import Run
 
 # Field, colours, its scale, whether that ends early, label, caption, chapter.
@@ -29,12 +29,20 @@ def main(arguments: list[str] | None = None) -> int:
     measured = cooling.Record.read(options.measured) if options.measured else None
     output = options.output or options.run_directory / "report"
     output.mkdir(parents=True, exist_ok=True)
+    stirred = flow_of(run)
     with matplotlib.rc_context(look.STYLE):
         pictures = draw_all(run, output, measured)
+        if stirred is not None and stirred.cavity is not None:
+            pictures.append(page.Picture(look.save(flow.cavity_picture(stirred), output / "flow_cavity.png"),
+                                         "Three sections through the cavity at the end."))
     for text in alarms.alarms(run):
         print(f"warning: {text}")
     written = output / "report.html"
     made = compose(run, pictures)
+    if stirred is not None:
+        measures = stirred.measures()
+        made.results += flow.rows(measures)
+        made.tables += flow.tables(measures)
     if measured is not None and run.probes is not None:
         made.results += curves.apart(run.probes, measured)
     made.write(written)
@@ -75,6 +83,18 @@ def turning(run: Run) -> str:
     fields = [(name, label, scale(frames), colours) for name, colours, scale, _, label, _, _ in KINDS
               if frames and all(name in frame.fields for frame in frames)]
     return solid.pack(run, frames, fields) if fields else ""
+
+
+def flow_of(run: Run) -> flow.Flow | None:
+    """What the tool did to the metal; None without a tool that travels, or without frames to compare."""
+    if len(run.frames) < 2 or "id" not in run.frames[-1].fields:
+        return None
+    try:
+        found = flow.Flow(run, run.frames[-1])
+    except ValueError as problem:
+        print(f"warning: no measures of flow: {problem}")
+        return None
+    return found if found.way is not None else None
 
 
 def draw_all(run: Run, output: Path, measured: cooling.Record | None = None) -> list[page.Picture]:
