@@ -34,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
         pictures = draw_all(run, output, measured)
         if stirred is not None and stirred.cavity is not None:
             pictures.append(page.Picture(look.save(flow.cavity_picture(stirred), output / "flow_cavity.png"),
-                                         "Three sections through the cavity at the end."))
+                                         "Three sections through the cavity at the end.", "Flow"))
     for text in alarms.alarms(run):
         print(f"warning: {text}")
     written = output / "report.html"
