@@ -172,7 +172,8 @@ class Started:
         return self.process.wait(timeout)
 
     def text(self):
-        self.log.flush()
+        if not self.log.closed:
+            self.log.flush()
         return (self.directory / "log.txt").read_text(encoding="utf-8")
 
     def end(self):
