@@ -50,6 +50,15 @@ contains
       'between, constant outside')
     call t%key('SHEAR_LIMIT', 'logical', 1, '', '.true. if FRICTION_LAW = coulomb', '', &
       'friction does not exceed the shear yield stress of the body')
+    call add_machine(t)
+    call add_tool_heat(t)
+    call add_motion(t)
+  end subroutine add_tool
+
+  !> Keys of &TOOL: the machine that it hangs on, and its limits.
+  subroutine add_machine(t)
+    type(key_table_t), intent(inout) :: t
+
     call t%key('STIFFNESS', 'real', 1, 'N/m', '0', '[0,inf)', &
       'of the machine between slide and tool, along the axis of the tool: &MOTION moves the '// &
       'slide; 0: rigid')
@@ -65,6 +74,12 @@ contains
       'torque, either way, at which the machine stops')
     call t%key('AT_LIMIT', 'choice', 1, '', 'end', 'end stop-feed stop', &
       'at MAX_FORCE and MAX_TORQUE: the run ends; the tool turns on where it is; it stands still')
+  end subroutine add_machine
+
+  !> Keys of &TOOL: which part of the heat of friction it takes, and where that goes.
+  subroutine add_tool_heat(t)
+    type(key_table_t), intent(inout) :: t
+
     call t%key('HEAT_SHARE', 'real', 1, '', '', '[0,1]', &
       'part of the frictional heat that enters the body; not given: e/(e + e_tool) with e = '// &
       'sqrt(CONDUCTIVITY DENSITY SPECIFIC_HEAT), 1 without a material of the tool')
@@ -90,6 +105,11 @@ contains
       'COOLING_TEMPERATURE')
     call t%key('COOLING_TEMPERATURE', 'real', 1, 'K', '298 if HEATS = rod or lumped', '(0,inf)', &
       'of what cools the tool')
+  end subroutine add_tool_heat
+
+  !> Rows of &MOTION.
+  subroutine add_motion(t)
+    type(key_table_t), intent(inout) :: t
 
     call t%group('MOTION', 'repeat', &
       'A phase of motion of a tool; phases follow in the order of the file.')
@@ -116,6 +136,6 @@ contains
       'NAME of the &PROBE that UNTIL_TEMPERATURE is of; not given: the hottest metal')
     call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
       'time in which velocity, spin and FORCE change linearly from the phase before')
-  end subroutine add_tool
+  end subroutine add_motion
 
 end module groups_tool
