@@ -5,6 +5,12 @@ if(NOT MPI_Fortran_HAVE_F08_MODULE)
   message(FATAL_ERROR "Stirpoint needs an MPI with the mpi_f08 module (Debian: libopenmpi-dev)")
 endif()
 
+# MPICH's Fortran options are not C's, where they would meet a target that has both.
+get_target_property(options MPI::MPI_Fortran INTERFACE_COMPILE_OPTIONS)
+if(options)
+  set_property(TARGET MPI::MPI_Fortran PROPERTY INTERFACE_COMPILE_OPTIONS "$<$<COMPILE_LANGUAGE:Fortran>:${options}>")
+endif()
+
 # Debian keeps one HDF5 for each MPI. Its compiler wrappers, which CMake would ask, fail in a path with
 # blanks: name the place instead.
 if(NOT DEFINED HDF5_ROOT AND NOT DEFINED ENV{HDF5_ROOT} AND MPI_Fortran_LIBRARY_VERSION_STRING MATCHES "Open MPI|MPICH")
