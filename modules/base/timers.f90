@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Wall-clock and CPU time, and the shares of the phases of a step.
+!> Date, wall-clock and CPU time, and the shares of the phases of a step.
 module base_timers
   use base_kinds, only: i8, rp
   implicit none (type, external)
   private
 
-  public :: wall_time, cpu_seconds, phase_timer_t
+  public :: wall_time, cpu_seconds, now, phase_timer_t
 
   integer, parameter, public :: n_phases = 7
 
@@ -34,6 +34,15 @@ contains
     call system_clock(ticks, rate)
     wall_time = real(ticks, rp)/real(rate, rp)
   end function wall_time
+
+  !> Date and time, to the second.
+  function now() result(text)
+    character(19) :: text
+    integer :: v(8)
+
+    call date_and_time(values=v)
+    write (text, '(i4.4,2("-",i2.2)," ",i2.2,2(":",i2.2))') v(1:3), v(5:7)
+  end function now
 
   !> Seconds of processor time used by this process.
   real(rp) function cpu_seconds()

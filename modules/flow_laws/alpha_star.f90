@@ -4,9 +4,10 @@ module flow_laws_alpha_star
   use base_kinds, only: nlane, rp
   use base_text, only: str
   use input_diagnostics, only: diagnostics_t
+  use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use physics_flow_law, only: check_rising, most_points
+  use physics_flow_law, only: most_points
   implicit none (type, external)
   private
 
@@ -77,7 +78,7 @@ contains
       self%value = input%list('MATERIAL', i, 'TP_STAR')
       self%t = [1.0_rp]
       if (size(self%value) > 1) self%t = input%list('MATERIAL', i, 'TP_STAR_T')
-      call check_rising(input, i, 'TP_STAR_T', self%t, diagnostics)
+      call check_rising(input, 'MATERIAL', i, 'TP_STAR_T', self%t, diagnostics)
       if (size(self%t) /= size(self%value)) then
         call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR', &
                           'has '//str(size(self%value))//' values, TP_STAR_T '//str(size(self%t)))

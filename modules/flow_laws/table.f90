@@ -5,9 +5,10 @@ module flow_laws_table
   use base_kinds, only: nlane, rp
   use base_text, only: str
   use input_diagnostics, only: diagnostics_t
+  use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use physics_flow_law, only: check_rising, flow_law_t, most_points, n_work
+  use physics_flow_law, only: flow_law_t, most_points, n_work
   implicit none (type, external)
   private
 
@@ -54,9 +55,9 @@ contains
     self%log_rate = log(input%list('MATERIAL', i, 'TABLE_RATE'))
     self%temp = input%list('MATERIAL', i, 'TABLE_T')
     allocate (values, source=input%list('MATERIAL', i, 'TABLE_STRESS'))
-    call check_rising(input, i, 'TABLE_STRAIN', self%strain, diagnostics)
-    call check_rising(input, i, 'TABLE_RATE', self%log_rate, diagnostics)
-    call check_rising(input, i, 'TABLE_T', self%temp, diagnostics)
+    call check_rising(input, 'MATERIAL', i, 'TABLE_STRAIN', self%strain, diagnostics)
+    call check_rising(input, 'MATERIAL', i, 'TABLE_RATE', self%log_rate, diagnostics)
+    call check_rising(input, 'MATERIAL', i, 'TABLE_T', self%temp, diagnostics)
     wanted = size(self%strain)*size(self%log_rate)*size(self%temp)
     if (wanted > 0 .and. size(values) == wanted) then
       self%sigma = reshape(values, [size(self%strain), size(self%log_rate), size(self%temp)])

@@ -3,6 +3,7 @@
 module heat_setup_tables
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
+  use input_tables, only: rises
   use input_values, only: input_t
   implicit none (type, external)
   private
@@ -25,7 +26,7 @@ contains
         n = n_values(input, i, trim(tables(k)))
         if (n == 0) cycle
         call pairs(input, i, trim(tables(k)), t, v)
-        if (mod(n, 2) == 1 .or. any(t(2:) <= t(:size(t) - 1))) then
+        if (mod(n, 2) == 1 .or. .not. rises(t)) then
           call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
                             'must be pairs in rising temperature')
         else if (k < 3 .and. any(v <= 0.0_rp)) then

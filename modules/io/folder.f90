@@ -12,6 +12,7 @@ module io_folder
   use base_kinds, only: rp
   use base_system, only: make_directory, remove_file, rename_file
   use base_text, only: str
+  use base_timers, only: now
   use comm_agree, only: agree
   use comm_world, only: world_t
   use h5_seal, only: previous_of, seal_bytes
@@ -255,15 +256,6 @@ contains
     call file%close()
     if (file%code /= 0) call error%raise(path//' cannot be written: '//reason_of(file%code))
   end subroutine write_text
-
-  !> Date and time.
-  function now() result(text)
-    character(19) :: text
-    integer :: v(8)
-
-    call date_and_time(values=v)
-    write (text, '(i4.4,2("-",i2.2)," ",i2.2,2(":",i2.2))') v(1:3), v(5:7)
-  end function now
 
   !> The job of Slurm in which this process runs; '' if none.
   function job() result(text)

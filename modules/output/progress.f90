@@ -7,7 +7,7 @@ module output_progress
   use base_log, only: say
   use base_system, only: peak_memory
   use base_text, only: str
-  use base_timers, only: cpu_seconds, n_phases, phase_name, phase_timer_t, wall_time
+  use base_timers, only: cpu_seconds, n_phases, now, phase_name, phase_timer_t, wall_time
   use base_version, only: commit, release
   use comm_world, only: world_t
   use exchange_ranks, only: exchange_t
@@ -154,15 +154,6 @@ contains
     end do
     text = text//nl//'  }'//nl//'}'//nl
   end function json
-
-  !> Date and time.
-  function now() result(text)
-    character(16) :: text
-    integer :: v(8)
-
-    call date_and_time(values=v)
-    write (text, '(i4.4,2("-",i2.2)," ",i2.2,":",i2.2)') v(1:3), v(5:6)
-  end function now
 
   !> A share in percent, six characters wide.
   pure function percent(share) result(text)

@@ -12,7 +12,7 @@ module physics_flow_law
   implicit none (type, external)
   private
 
-  public :: check_rising, flow_law_t, law_output_t, softening_from
+  public :: flow_law_t, law_output_t, softening_from
 
   integer, parameter, public :: n_work = 9   !! reals a law may prepare per particle
   integer, parameter, public :: most_warnings = 8   !! kinds of warnings of a law
@@ -207,19 +207,5 @@ contains
 
     softening_from = max(0.95_rp*t_melt, min(calibrated, 0.999_rp*t_melt))
   end function softening_from
-
-  !> Complain if the points of a table do not rise.
-  subroutine check_rising(input, i, key, points, diagnostics)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i                          !! number of the &MATERIAL
-    character(*), intent(in) :: key
-    real(rp), intent(in) :: points(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
-
-    if (size(points) == 0) return
-    if (any(points(2:) <= points(:size(points) - 1))) then
-      call input%report(diagnostics, 'MATERIAL', i, key, 'must rise from value to value')
-    end if
-  end subroutine check_rising
 
 end module physics_flow_law

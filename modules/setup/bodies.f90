@@ -5,6 +5,7 @@ module setup_bodies
   use bodies_solids, only: bounds, read_solid, solid_sphere, solid_t
   use bodies_stretch, only: check_stretch
   use input_diagnostics, only: diagnostics_t
+  use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_names, only: find, known
   use state_film, only: film_t, of_nothing, of_pressure
@@ -139,8 +140,8 @@ contains
       if (size(film%at) == 0 .or. size(film%at) /= size(film%there)) then
         call input%report(diagnostics, 'SURFACE', i, 'TABLE_AT', &
                           'needs as many values as TABLE_COEFFICIENT, at least one')
-      else if (any(film%at(2:) <= film%at(:size(film%at) - 1))) then
-        call input%report(diagnostics, 'SURFACE', i, 'TABLE_AT', 'must rise from value to value')
+      else
+        call check_rising(input, 'SURFACE', i, 'TABLE_AT', film%at, diagnostics)
       end if
     end if
     if (film%of == of_pressure .and. .not. has_mechanics) then

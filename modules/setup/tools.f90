@@ -7,6 +7,7 @@ module setup_tools
   use contact_motion, only: most_forces, motion_t, phase_t
   use contact_tool, only: tool_t
   use input_diagnostics, only: diagnostics_t
+  use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_names, only: find, known
   use physics_material, only: material_t
@@ -354,9 +355,10 @@ contains
                                     'takes the place of FORCE: give one of them')
     if (mod(n, 2) /= 0 .or. n > 2*most_forces) then
       call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must be pairs of time and force')
-    else if (any(phase%forces(1, 2:n/2) <= phase%forces(1, :n/2 - 1))) then
-      call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must have rising times')
+      return
     end if
+    call check_rising(input, 'MOTION', i, 'FORCE_TABLE', phase%forces(1, :n/2), diagnostics, &
+                      'times')
   end subroutine check_phase
 
 end module setup_tools
