@@ -6,7 +6,7 @@ module contact_tool
   use base_kinds, only: nlane, rp
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use contact_motion, only: drive_t, motion_t, watch_t
-  use contact_tool_heat, only: tool_heat_t
+  use contact_heat_sink, only: heat_sink_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
@@ -56,7 +56,7 @@ module contact_tool
     real(rp) :: heat_fraction = 1.0_rp        !! share of friction heat into the material
     real(rp) :: effusivity = 0.0_rp           !! above 0, this decides about the share
                                               !! [J/(m2 K s^0.5)]
-    type(tool_heat_t) :: heat              !! what takes the rest, if it has a temperature
+    type(heat_sink_t) :: heat              !! what takes the rest, if it has a temperature
     type(motion_t) :: motion
     type(drive_t) :: drive                 !! what presses it along its axis
     type(watch_t) :: watch                 !! what ends phases, and its limits

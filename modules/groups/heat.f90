@@ -55,6 +55,24 @@ contains
       'of the face, which radiates as well: EMISSIVITY sigma (T^4 - AMBIENT^4)')
     call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
       'temperature on the other side; not given: that of &HEAT')
+    call t%key('BACKING', 'choice', 1, '', 'none', 'none plate lumped', &
+      'what is behind the film and gets hot, by itself and without particles: a plate, in which '// &
+      'heat goes straight away from the face, or a body of one temperature')
+    call t%key('BACKING_CONDUCTIVITY', 'real', 1, 'W/(m K)', 'required if BACKING = plate', &
+      '(0,1e6]', 'of the plate')
+    call t%key('BACKING_DENSITY', 'real', 1, 'kg/m3', 'required if BACKING = plate', '(0,inf)', &
+      'of the plate')
+    call t%key('BACKING_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', 'required if BACKING = plate', &
+      '[1,1e6]', 'of the plate')
+    call t%key('BACKING_THICKNESS', 'real', 1, 'm', '0 if BACKING = plate', '[0,inf)', &
+      'of the plate; 0: without end')
+    call t%key('BACKING_CAPACITY', 'real', 1, 'J/K', 'required if BACKING = lumped', '(0,inf)', &
+      'of the body of one temperature')
+    call t%key('BACKING_TEMPERATURE', 'real', 1, 'K', 'if BACKING = plate or lumped', '(0,inf)', &
+      'of what is behind the film at t = 0; not given: AMBIENT')
+    call t%key('BACKING_COOLING', 'real', 1, 'W/(m2 K)', '0 if BACKING = plate or lumped', &
+      '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &
+      'temperature, over the area of the face')
 
     call t%group('SOURCE', 'repeat', 'A moving source of heat.')
     call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball stir', &

@@ -5,12 +5,13 @@ module heat_conduction
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: book_heat, r_warming, restore
   use comm_world, only: world_t
+  use contact_backing, only: backing_t
   use contact_tool, only: tool_t
   use heat_films, only: films_vary
   use heat_implicit, only: foresee_temperature
   use heat_nodes, only: evened_part, gather_flux, gather_temperature, stable_conduction
+  use heat_sinks, only: find_touched, forget_touched, heat_sinks_by, touched_t
   use heat_sources, only: give_source_heat, source_t
-  use heat_tools, only: find_touched, forget_touched, heat_tools_by, touched_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use mapping_probes, only: probes_t, warm_probes
@@ -66,13 +67,14 @@ contains
 
   !> Conduct for the `waited` since the last time: one step, or several if explicit and tools or
   !> films that vary allow only shorter ones.
-  subroutine conduct(world, scene, clock, step, tool, source, probes, particles, blocks, nodes, &
+  subroutine conduct(world, scene, clock, step, tool, backing, source, probes, particles, blocks, nodes, &
                      boundary, books, waited)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
     type(step_t), intent(inout) :: step
     type(tool_t), intent(inout) :: tool(:)
+    type(backing_t), intent(inout) :: backing(:)
     type(source_t), intent(inout) :: source(:)
     type(probes_t), intent(inout) :: probes
     type(particles_t), intent(inout) :: particles
@@ -87,7 +89,7 @@ contains
     call give_source_heat(world, scene, clock, source, particles, blocks, books, waited)
     left = waited
     do
-      call take_conduction_step(world, scene, clock, step, tool, probes, particles, nodes, &
+      call take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, nodes, &
                                 boundary, books, waited, left)
       if (left <= 0.0_rp) exit
     end do
@@ -98,13 +100,14 @@ contains
   end subroutine conduct
 
   !> One conduction step of what is `left` of the time, or of as much of it as is stable.
-  subroutine take_conduction_step(world, scene, clock, step, tool, probes, particles, nodes, &
+  subroutine take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, nodes, &
                                   boundary, books, waited, left)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
     type(step_t), intent(inout) :: step
     type(tool_t), intent(inout) :: tool(:)
+    type(backing_t), intent(inout) :: backing(:)
     type(probes_t), intent(inout) :: probes
     type(particles_t), intent(inout) :: particles
     type(nodes_t), intent(inout) :: nodes
@@ -121,7 +124,7 @@ contains
     gained = 0.0_rp
     out = books%sums(e_film) - books%sums(e_wall_heat) + books%sums(e_tool)
     call gather_temperature(world, scene, particles, nodes, boundary, lost)
-    call find_fluxes(world, scene, clock, step, tool, particles, nodes, boundary, books, touched, &
+    call find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, books, touched, &
                      waited, left, lost, dt)
     do r = 1, nodes%n_ranges
       call temperature_increment(nodes%range(2, r) - nodes%range(1, r) + 1, &
@@ -139,20 +142,21 @@ contains
       call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
                       particles%ps(:, :, b), dt, nodes%rec, nodes%g(:, :, 1), gained)
     end do
-    call heat_tools_by(world, dt, touched, tool, books)
+    call heat_sinks_by(world, dt, touched, tool, backing, books)
     books%sums(e_conduction) = books%sums(e_conduction) + gained + books%sums(e_film) &
                                - books%sums(e_wall_heat) + books%sums(e_tool) - out
     left = left - dt
   end subroutine take_conduction_step
 
   !> What goes to the nodes in a step of `dt`, which is what is `left` or an even part of it.
-  subroutine find_fluxes(world, scene, clock, step, tool, particles, nodes, boundary, books, &
+  subroutine find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, books, &
                          touched, waited, left, lost, dt)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
     type(step_t), intent(inout) :: step
     type(tool_t), intent(in) :: tool(:)
+    type(backing_t), intent(in) :: backing(:)
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
@@ -166,7 +170,7 @@ contains
     before = lost
     film = books%sums(e_film)
     dt = left
-    call find_touched(world, scene, particles, nodes, tool, waited, dt, touched)
+    call find_touched(world, scene, particles, nodes, tool, backing, waited, dt, touched)
     if (scene%method%implicit_heat) then
       call foresee_temperature(world, scene, clock, step, particles, nodes, boundary, touched, &
                                books, dt)
@@ -179,7 +183,7 @@ contains
     dt = left/(aint(left/longest) + 1.0_rp)
     lost = before
     books%sums(e_film) = film
-    call find_touched(world, scene, particles, nodes, tool, waited, dt, touched)
+    call find_touched(world, scene, particles, nodes, tool, backing, waited, dt, touched)
     call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
   end subroutine find_fluxes
 

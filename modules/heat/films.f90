@@ -8,13 +8,13 @@ module heat_films
   use particles_store, only: f_pos, particles_t, tag_faces
   use state_books, only: books_t, e_film
   use state_film, only: film_t, of_pressure, stefan_boltzmann
-  use state_scene, only: scene_t
+  use state_scene, only: body_t, scene_t
   use transfer_conduction, only: film_to_grid, least_capacity
   use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
 
-  public :: feels_pressure, films_vary, lose_heat
+  public :: face_of, feels_pressure, films_vary, lose_heat
 
 contains
 
@@ -52,10 +52,8 @@ contains
         if (faces == 0) cycle
         do face = 1, 6
           if (.not. btest(faces, face - 1) .or. .not. body_now%film(face)%acts()) cycle
-          axis = (face + 1)/2
-          x = ps(p, f_pos:f_pos + 2)
-          x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body_now%spacing(axis)
-          area = product(body_now%spacing)/body_now%spacing(axis)
+          if (body_now%film(face)%has_backing) cycle     ! heat_sinks
+          call face_of(body_now, face, ps(p, f_pos:f_pos + 2), axis, x, area)
           x = (x - nodes%patch%origin)/nodes%patch%h
           associate (film => body_now%film(face))
             if (film%varies()) then
@@ -70,6 +68,20 @@ contains
       end do
     end associate
   end subroutine lose_heat
+
+  !> Axis, place and area of face number `face` of a particle at `centre`.
+  pure subroutine face_of(body, face, centre, axis, x, area)
+    type(body_t), intent(in) :: body
+    integer, intent(in) :: face
+    real(rp), intent(in) :: centre(3)                 !! [m]
+    integer, intent(out) :: axis
+    real(rp), intent(out) :: x(3), area               !! [m], [m2]
+
+    axis = (face + 1)/2
+    x = centre
+    x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body%spacing(axis)
+    area = product(body%spacing)/body%spacing(axis)
+  end subroutine face_of
 
   !> Loss in `dt` of a face at `s` across `axis`: a film by the pressure there (lanes 6:8 of `g`),
   !> and radiation, linear about the temperature before the step (lane 5). Lane 6 of `flux`

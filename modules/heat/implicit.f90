@@ -7,10 +7,10 @@ module heat_implicit
   use boundary_symmetry, only: r_temperature, r_warming, restore
   use comm_world, only: world_t
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
+  use heat_sinks, only: touched_t
   use heat_solvers_method, only: by_petsc, most_iterations
   use heat_solvers_operator, only: operator_t
   use heat_solvers_petsc, only: solve_by_petsc
-  use heat_tools, only: touched_t
   use mapping_nodes, only: nodes_t
   use particles_store, only: particles_t
   use state_books, only: books_t, e_film

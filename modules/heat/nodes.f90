@@ -6,7 +6,7 @@ module heat_nodes
   use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, restore
   use comm_world, only: world_t
   use heat_films, only: feels_pressure, lose_heat
-  use heat_tools, only: draw_heat, touched_t
+  use heat_sinks, only: draw_heat, touched_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t

@@ -4,6 +4,7 @@ module output_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: rp
   use comm_world, only: world_t
+  use contact_backing, only: backing_t
   use contact_tool, only: tool_t
   use exchange_ranks, only: exchange_t
   use io_checkpoint, only: notes_t, write_checkpoint
@@ -55,13 +56,14 @@ contains
 
   !> Write the state between two steps, to `path` or the usual place, in memory only if it is ''
   !> (h5_file). It changes nothing in the run.
-  subroutine save_checkpoint(world, scene, clock, step, tool, probes, tracers, particles, &
+  subroutine save_checkpoint(world, scene, clock, step, tool, backing, probes, tracers, particles, &
                              sleepers, exchange, books, history, error, path)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
     type(tool_t), intent(in) :: tool(:)
+    type(backing_t), intent(in) :: backing(:)
     type(probes_t), intent(inout) :: probes
     type(tracers_t), intent(in) :: tracers
     type(particles_t), intent(in) :: particles
@@ -97,6 +99,9 @@ contains
       if (tool(k)%drive%is_free) global = [global, tool(k)%drive%state()]
       global = [global, tool(k)%watch%state(tool(k)%motion, tool(k)%n_phases)]
       global = [global, tool(k)%heat%state()]
+    end do
+    do k = 1, size(backing)
+      global = [global, backing(k)%state()]
     end do
     if (tracers%n > 0) global = [global, real(tracers%rows, rp), tracers%row_time, &
                                  real(tracers%id, rp)]

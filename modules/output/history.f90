@@ -4,6 +4,7 @@
 module output_history
   use base_kinds, only: rp
   use comm_world, only: world_t
+  use contact_backing, only: backing_t
   use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_heat, s_press, s_slide, &
                           s_torque, s_work, tool_t
   use io_row, only: row_t
@@ -26,26 +27,28 @@ module output_history
 contains
 
   !> Names and units of the columns.
-  function history_headings(scene, clock, tool, history) result(headings)
+  function history_headings(scene, clock, tool, backing, history) result(headings)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
+    type(backing_t), intent(in) :: backing(:)
     type(history_t), intent(in) :: history
     character(:), allocatable :: headings(:)
     type(row_t) :: row
 
-    call add_columns(scene, clock, tool, history, no_totals(scene, size(tool)), no_means(scene), &
+    call add_columns(scene, clock, tool, backing, history, no_totals(scene, size(tool)), no_means(scene), &
                      row)
     headings = row%headings()
   end function history_headings
 
   !> Collective. One row of the history; the next one starts from here.
-  subroutine history_row(world, scene, clock, step, tool, particles, books, history, row)
+  subroutine history_row(world, scene, clock, step, tool, backing, particles, books, history, row)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(inout) :: step
     type(tool_t), intent(in) :: tool(:)
+    type(backing_t), intent(in) :: backing(:)
     type(particles_t), intent(in) :: particles
     type(books_t), intent(in) :: books
     type(history_t), intent(inout) :: history
@@ -56,17 +59,18 @@ contains
     call sum_totals(world, scene, clock, tool, particles, books, history, totals)
     call microstructure_means(world, scene, particles, micro)
     step%is_broken = step%is_broken .or. .not. totals%is_sound
-    call add_columns(scene, clock, tool, history, totals, micro, row)
+    call add_columns(scene, clock, tool, backing, history, totals, micro, row)
     history%row_sums = totals%tool
     history%row_impulse = totals%impulse
     history%row_time = clock%time
   end subroutine history_row
 
   !> All columns, in their order.
-  subroutine add_columns(scene, clock, tool, history, totals, micro, row)
+  subroutine add_columns(scene, clock, tool, backing, history, totals, micro, row)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
+    type(backing_t), intent(in) :: backing(:)
     type(history_t), intent(in) :: history
     type(totals_t), intent(in) :: totals
     type(micro_means_t), intent(in) :: micro
@@ -83,6 +87,9 @@ contains
         call add_face(trim(tool(k)%name), totals%tool(:, k) - history%row_sums(:, k), per_second, &
                       totals%face(k), row)
       end if
+    end do
+    do k = 1, size(backing)
+      call add_backing(backing(k), row)
     end do
     do k = 1, size(scene%condition)
       call add_force(scene%condition(k), &
@@ -168,6 +175,17 @@ contains
     call row%add(name//'_heat_gained', 'J', tool%heat%gained)
     call row%add(name//'_heat_lost', 'J', tool%heat%lost)
   end subroutine add_tool
+
+  !> Temperature and heat of what is behind a film.
+  subroutine add_backing(backing, row)
+    type(backing_t), intent(in) :: backing
+    type(row_t), intent(inout) :: row
+
+    call row%add(backing%name//'_temperature_max', 'K', backing%hottest())
+    call row%add(backing%name//'_heat_content', 'J', backing%content())
+    call row%add(backing%name//'_heat_gained', 'J', sum(backing%column%gained))
+    call row%add(backing%name//'_heat_lost', 'J', sum(backing%column%lost))
+  end subroutine add_backing
 
   !> Mean force since the last row: on a tool, or of a wall or clamp on the bodies.
   subroutine add_force(name, force, row)

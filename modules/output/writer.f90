@@ -5,6 +5,7 @@ module output_writer
   use base_kinds, only: i8, rp, sp
   use base_timers, only: phase_timer_t, wall_time
   use comm_world, only: world_t
+  use contact_backing, only: backing_t
   use contact_tool, only: tool_t
   use exchange_ranks, only: exchange_t
   use io_frames, only: write_frame, write_series
@@ -58,7 +59,7 @@ module output_writer
 contains
 
   !> Open the histories; a resumed run goes on in those it has.
-  subroutine init(self, world, scene, clock, step, tool, probes, tracers, particles, history, &
+  subroutine init(self, world, scene, clock, step, tool, backing, probes, tracers, particles, history, &
                   is_resumed, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -66,6 +67,7 @@ contains
     type(clock_t), intent(inout) :: clock
     type(step_t), intent(inout) :: step
     type(tool_t), intent(in) :: tool(:)
+    type(backing_t), intent(in) :: backing(:)
     type(probes_t), intent(in) :: probes
     type(tracers_t), intent(inout) :: tracers
     type(particles_t), intent(in) :: particles
@@ -81,7 +83,7 @@ contains
     rows = merge(history%rows, -1_i8, is_resumed)
     stem = scene%output%directory//'/'//scene%output%name
     call self%history%open(world, stem//'_history.csv', scene%title, &
-                           history_headings(scene, clock, tool, history), rows, &
+                           history_headings(scene, clock, tool, backing, history), rows, &
                            history%row_time, error)
     if (probes%n > 0) then
       row = probe_row(clock, probes)
@@ -132,7 +134,7 @@ contains
   !> Write what is due at the present time, rows before a checkpoint, which counts them. What is
   !> `last` leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they
   !> were not due.
-  subroutine due(self, world, scene, clock, step, tool, probes, tracers, particles, sleepers, &
+  subroutine due(self, world, scene, clock, step, tool, backing, probes, tracers, particles, sleepers, &
                  exchange, books, history, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -140,6 +142,7 @@ contains
     type(clock_t), intent(inout) :: clock
     type(step_t), intent(inout) :: step
     type(tool_t), intent(in) :: tool(:)
+    type(backing_t), intent(in) :: backing(:)
     type(probes_t), intent(inout) :: probes
     type(tracers_t), intent(inout) :: tracers
     type(particles_t), intent(in) :: particles
@@ -155,7 +158,7 @@ contains
     now = clock%time*(1.0_rp + 1.0e-12_rp)
     associate (output => scene%output)
       if (now >= clock%next_history) then
-        call self%row(world, scene, clock, step, tool, probes, particles, books, history)
+        call self%row(world, scene, clock, step, tool, backing, probes, particles, books, history)
         clock%next_history = next_time(output%history_interval, clock%time)
       end if
       call self%follow(world, scene, clock, step, particles, tracers, .false.)
@@ -172,14 +175,14 @@ contains
         if (.not. world%all_true(is_finite(particles))) then
           step%is_broken = .true.
         else if (world%all_true(.not. step%lost_row)) then
-          call save_checkpoint(world, scene, clock, step, tool, probes, tracers, particles, &
+          call save_checkpoint(world, scene, clock, step, tool, backing, probes, tracers, particles, &
                                sleepers, exchange, books, history, error)
         end if
         step%secured = wall_time()
       end if
     end associate
     if (.not. last) return
-    call self%row(world, scene, clock, step, tool, probes, particles, books, history)
+    call self%row(world, scene, clock, step, tool, backing, probes, particles, books, history)
     call self%follow(world, scene, clock, step, particles, tracers, .true.)
     call self%frame(world, scene, clock, tool, particles, history, error)
   end subroutine due
@@ -275,13 +278,14 @@ contains
                      outputs, scene%output%input_text, error)
   end subroutine put_frame
 
-  subroutine row(self, world, scene, clock, step, tool, probes, particles, books, history)
+  subroutine row(self, world, scene, clock, step, tool, backing, probes, particles, books, history)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
     type(step_t), intent(inout) :: step
     type(tool_t), intent(in) :: tool(:)
+    type(backing_t), intent(in) :: backing(:)
     type(probes_t), intent(inout) :: probes
     type(particles_t), intent(in) :: particles
     type(books_t), intent(in) :: books
@@ -289,7 +293,7 @@ contains
     type(row_t) :: columns
 
     if (history%row_time >= clock%time .and. history%rows > 0) return   ! has it already
-    call history_row(world, scene, clock, step, tool, particles, books, history, columns)
+    call history_row(world, scene, clock, step, tool, backing, particles, books, history, columns)
     call self%warnings%watch(world, scene, clock, step, particles, books, history, columns)
     call self%history%row(columns%values())
     if (probes%n > 0) then

@@ -158,7 +158,8 @@ contains
     if (n /= sim%probes%n .or. &
         size(global) /= sums + n_drive*count(sim%tool%drive%is_free) + followed &
         + sum(sim%tool%watch%size_of_state(sim%tool%n_phases)) &
-        + sum([(size(sim%tool(k)%heat%state()), k=1, size(sim%tool))])) then
+        + sum([(size(sim%tool(k)%heat%state()), k=1, size(sim%tool))]) &
+        + sum([(size(sim%backing(k)%state()), k=1, size(sim%backing))])) then
       call error%raise(path//other_scene)
       return
     end if
@@ -180,6 +181,11 @@ contains
       end if
       n_heat = size(sim%tool(k)%heat%state())
       call sim%tool(k)%heat%set_state(global(sums + 1:sums + n_heat))
+      sums = sums + n_heat
+    end do
+    do k = 1, size(sim%backing)
+      n_heat = size(sim%backing(k)%state())
+      call sim%backing(k)%set_state(global(sums + 1:sums + n_heat))
       sums = sums + n_heat
     end do
     if (sim%tracers%n == 0) return

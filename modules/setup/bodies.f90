@@ -128,6 +128,7 @@ contains
     is_given = input%given('SURFACE', i, 'AMBIENT')
     if (is_given) film%ambient = input%real('SURFACE', i, 'AMBIENT')
     film%emissivity = input%real('SURFACE', i, 'EMISSIVITY')
+    film%has_backing = input%text('SURFACE', i, 'BACKING') /= 'none'
     film%of = find(['none    ', 'pressure'], input%text('SURFACE', i, 'TABLE_OF')) - 1
     if (film%of == of_nothing) then
       film%coefficient = input%real('SURFACE', i, 'COEFFICIENT')

@@ -5,6 +5,7 @@ module setup_scene
   use base_kinds, only: i8, rp
   use base_text, only: str
   use bodies_fields, only: read_fields
+  use contact_backing, only: backing_t
   use contact_tool, only: tool_t
   use grid_geometry, only: make_grid
   use heat_setup_scene, only: check_heat_scene
@@ -19,6 +20,7 @@ module setup_scene
   use materials_needed, only: check_properties
   use materials_properties, only: read_materials
   use particles_tracers, only: tracers_t
+  use setup_backings, only: read_backings
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
   use setup_contacts, only: read_contacts
   use setup_flow, only: read_flow
@@ -39,10 +41,11 @@ module setup_scene
 contains
 
   !> Fill `sim%scene`, the tools, the probes and the places of the tracers.
-  subroutine build_scene(input, scene, tool, source, probes, tracers, diagnostics)
+  subroutine build_scene(input, scene, tool, backing, source, probes, tracers, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), allocatable, intent(inout) :: tool(:)
+    type(backing_t), allocatable, intent(inout) :: backing(:)
     type(source_t), allocatable, intent(inout) :: source(:)
     type(probes_t), intent(inout) :: probes
     type(tracers_t), intent(inout) :: tracers
@@ -57,6 +60,7 @@ contains
     call read_bodies(input, scene, diagnostics)
     call read_flow(input, scene)
     call read_surfaces(input, scene, diagnostics)
+    call read_backings(input, scene, backing, diagnostics)
     call read_fields(input, scene, diagnostics)
     call read_tractions(input, scene, diagnostics)
     call read_sources(input, scene, source, diagnostics)

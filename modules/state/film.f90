@@ -21,6 +21,7 @@ module state_film
     real(rp), allocatable :: at(:), there(:)      !! table: [Pa], [W/(m2 K)]
     real(rp) :: emissivity = 0.0_rp
     real(rp) :: ambient = 298.0_rp                !! temperature beyond the face [K]
+    logical :: has_backing = .false.              !! beyond it is a body that gets hot
   contains
     procedure :: acts
     procedure :: varies
@@ -40,7 +41,7 @@ contains
   elemental logical function varies(self)
     class(film_t), intent(in) :: self
 
-    varies = self%emissivity > 0.0_rp .or. self%of /= of_nothing
+    varies = self%emissivity > 0.0_rp .or. self%of /= of_nothing .or. self%has_backing
   end function varies
 
   !> The coefficient at a pressure: linear in the table and constant outside, or the power law.

@@ -5,6 +5,7 @@ module step_simulation
   use base_timers, only: phase_timer_t
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
+  use contact_backing, only: backing_t
   use contact_tool, only: n_tool_sums, tool_t
   use exchange_ranks, only: exchange_t
   use heat_sources, only: source_t
@@ -33,6 +34,7 @@ module step_simulation
     type(clock_t) :: clock
     type(step_t) :: step
     type(tool_t), allocatable :: tool(:)
+    type(backing_t), allocatable :: backing(:)   !! behind films
     type(source_t), allocatable :: source(:)  !! of heat
     type(probes_t) :: probes
     type(tracers_t) :: tracers

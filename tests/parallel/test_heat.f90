@@ -94,7 +94,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
 
-    call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%source, sim%probes, &
+    call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, sim%probes, &
                  sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%books, dt)
   end subroutine conduct_for
 

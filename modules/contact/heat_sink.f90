@@ -1,19 +1,19 @@
 ! SPDX-License-Identifier: MIT
-!> A tool that takes heat: a rod behind its face in which heat is conducted along one axis, or a
-!> body of one temperature. A step is one of backward Euler; what the face answers to a flow of heat
-!> is linear, so that the temperatures of metal and tool at the end of a step are solved for
-!> together.
-module contact_tool_heat
+!> What takes heat from bodies, a tool or a column of a backing plate: a rod behind its face in
+!> which heat is conducted along one axis, or a body of one temperature. A step is one of backward
+!> Euler; what the face answers to a flow of heat is linear, so that the temperatures of metal and
+!> sink at the end of a step are solved for together.
+module contact_heat_sink
   use base_kinds, only: rp
   implicit none (type, external)
   private
 
-  public :: tool_heat_t
+  public :: heat_sink_t
 
   real(rp), parameter :: without_end = 10.0_rp    !! as long as a rod that never feels its end [m]
   real(rp), parameter :: growth = 1.1_rp          !! of the cells behind the face
 
-  type :: tool_heat_t
+  type :: heat_sink_t
     logical :: is_on = .false.                    !! its temperature follows the heat that it takes
     integer :: place = 0                          !! of its fields of the particles: area in contact
                                                   !! times time [m2 s], heat of the face [J]
@@ -36,14 +36,14 @@ module contact_tool_heat
     procedure :: content
     procedure :: state
     procedure :: set_state
-  end type tool_heat_t
+  end type heat_sink_t
 
 contains
 
   !> A rod of this cross-section and length (0: without end) at temperature `start`, whose cells
   !> grow from `first` at the face.
   pure subroutine make_rod(self, area, length, first, conductivity, capacity, start)
-    class(tool_heat_t), intent(inout) :: self
+    class(heat_sink_t), intent(inout) :: self
     real(rp), intent(in) :: area, length, first   !! [m2], [m], [m]
     real(rp), intent(in) :: conductivity          !! [W/(m K)]
     real(rp), intent(in) :: capacity              !! density times specific heat [J/(m3 K)]
@@ -72,7 +72,7 @@ contains
 
   !> A body of one temperature, at first `start`.
   pure subroutine make_lumped(self, capacity, start)
-    class(tool_heat_t), intent(inout) :: self
+    class(heat_sink_t), intent(inout) :: self
     real(rp), intent(in) :: capacity              !! [J/K]
     real(rp), intent(in) :: start                 !! [K]
 
@@ -86,7 +86,7 @@ contains
   !> Temperature of the face at the end of a step, `still` [K] without heat from the bodies and
   !> `per_power` [K/W] more for each watt.
   pure subroutine answer(self, dt, still, per_power)
-    class(tool_heat_t), intent(in) :: self
+    class(heat_sink_t), intent(in) :: self
     real(rp), intent(in) :: dt                    !! [s]
     real(rp), intent(out) :: still, per_power
     real(rp), dimension(size(self%temperature)) :: cold, unit
@@ -99,7 +99,7 @@ contains
 
   !> A step in which the bodies give `power`.
   pure subroutine take(self, dt, power)
-    class(tool_heat_t), intent(inout) :: self
+    class(heat_sink_t), intent(inout) :: self
     real(rp), intent(in) :: dt, power             !! [s], [W]
     real(rp), dimension(size(self%temperature)) :: t
     integer :: n
@@ -115,7 +115,7 @@ contains
   !> Temperatures after a step of backward Euler with `power` into the first cell: elimination from
   !> the far end.
   pure subroutine solve(self, dt, power, t)
-    class(tool_heat_t), intent(in) :: self
+    class(heat_sink_t), intent(in) :: self
     real(rp), intent(in) :: dt, power
     real(rp), intent(out) :: t(size(self%temperature))
     real(rp), dimension(size(self%temperature)) :: diagonal, right
@@ -141,7 +141,7 @@ contains
 
   !> Heat above 0 K [J].
   pure real(rp) function content(self)
-    class(tool_heat_t), intent(in) :: self
+    class(heat_sink_t), intent(in) :: self
 
     content = 0.0_rp
     if (self%is_on) content = sum(self%capacity*self%temperature)
@@ -149,7 +149,7 @@ contains
 
   !> What a checkpoint keeps of it.
   pure function state(self) result(values)
-    class(tool_heat_t), intent(in) :: self
+    class(heat_sink_t), intent(in) :: self
     real(rp), allocatable :: values(:)
 
     allocate (values(0))
@@ -158,7 +158,7 @@ contains
 
   !> The same from a checkpoint.
   pure subroutine set_state(self, values)
-    class(tool_heat_t), intent(inout) :: self
+    class(heat_sink_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
 
     if (.not. self%is_on) return
@@ -168,4 +168,4 @@ contains
     self%temperature = values(4:)
   end subroutine set_state
 
-end module contact_tool_heat
+end module contact_heat_sink

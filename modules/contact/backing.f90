@@ -1,0 +1,95 @@
+! SPDX-License-Identifier: MIT
+!> What is behind a film on a face of a body, stands still and gets hot: a plate in which heat is
+!> conducted away from the face, by columns side by side, or a body of one temperature.
+module contact_backing
+  use base_kinds, only: rp
+  use contact_heat_sink, only: heat_sink_t
+  implicit none (type, external)
+  private
+
+  public :: backing_t, find_backing
+
+  type :: backing_t
+    character(:), allocatable :: name
+    integer :: body = 0, face = 0                 !! 1 to 6: xmin, xmax, ymin, ...
+    integer :: across(2) = 0                      !! axes along the face
+    real(rp) :: lower(2) = 0.0_rp                 !! corner of the columns [m]
+    real(rp) :: width(2) = 1.0_rp                 !! of a column [m]
+    integer :: n(2) = 1                           !! columns along these axes
+    type(heat_sink_t), allocatable :: column(:)
+  contains
+    procedure :: column_at
+    procedure :: hottest
+    procedure :: content
+    procedure :: state
+    procedure :: set_state
+  end type backing_t
+
+contains
+
+  !> The column that a place is in front of, or nearest to.
+  pure integer function column_at(self, x)
+    class(backing_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)                  !! [m]
+    integer :: place(2)
+
+    place = max(0, min(self%n - 1, floor((x(self%across) - self%lower)/self%width)))
+    column_at = 1 + place(1) + self%n(1)*place(2)
+  end function column_at
+
+  !> The highest temperature of its face [K].
+  pure real(rp) function hottest(self)
+    class(backing_t), intent(in) :: self
+
+    hottest = maxval(self%column%face)
+  end function hottest
+
+  !> Heat above 0 K [J].
+  pure real(rp) function content(self)
+    class(backing_t), intent(in) :: self
+    integer :: i
+
+    content = 0.0_rp
+    do i = 1, size(self%column)
+      content = content + self%column(i)%content()
+    end do
+  end function content
+
+  !> What a checkpoint keeps of it.
+  pure function state(self) result(values)
+    class(backing_t), intent(in) :: self
+    real(rp), allocatable :: values(:)
+    integer :: i, n
+
+    n = 0
+    if (size(self%column) > 0) n = size(self%column(1)%state())
+    allocate (values(n*size(self%column)))
+    do i = 1, size(self%column)
+      values(n*(i - 1) + 1:n*i) = self%column(i)%state()
+    end do
+  end function state
+
+  !> The same from a checkpoint.
+  pure subroutine set_state(self, values)
+    class(backing_t), intent(inout) :: self
+    real(rp), intent(in) :: values(:)
+    integer :: i, n
+
+    if (size(self%column) == 0) return
+    n = size(values)/size(self%column)
+    do i = 1, size(self%column)
+      call self%column(i)%set_state(values(n*(i - 1) + 1:n*i))
+    end do
+  end subroutine set_state
+
+  !> Number of the backing of a face of a body; 0 if it has none.
+  pure integer function find_backing(backing, body, face) result(k)
+    type(backing_t), intent(in) :: backing(:)
+    integer, intent(in) :: body, face
+
+    do k = size(backing), 1, -1
+      if (backing(k)%body == body .and. backing(k)%face == face) exit
+    end do
+  end function find_backing
+
+end module contact_backing

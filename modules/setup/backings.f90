@@ -1,0 +1,134 @@
+! SPDX-License-Identifier: MIT
+!> What is behind the films of faces and gets hot.
+module setup_backings
+  use base_kinds, only: rp
+  use bodies_solids, only: bounds, read_solid, solid_t
+  use contact_backing, only: backing_t, find_backing
+  use contact_heat_sink, only: heat_sink_t
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_names, only: find
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: read_backings
+
+  character(4), parameter :: face_names(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
+
+contains
+
+  !> The backings of all &SURFACE groups, after their films; of two for a face the last holds.
+  subroutine read_backings(input, scene, backing, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(backing_t), allocatable, intent(out) :: backing(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(backing_t) :: one
+    integer :: body, face, i, k
+
+    allocate (backing(0))
+    do i = 1, input%count('SURFACE')
+      if (input%text('SURFACE', i, 'BACKING') == 'none') cycle
+      call check_backing(input, i, scene, diagnostics)
+      body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
+      if (body == 0 .or. diagnostics%count() > 0) cycle
+      do face = 1, 6
+        if (all(input%text('SURFACE', i, 'FACE') /= ['all ', face_names(face)])) cycle
+        if (.not. scene%body(body)%film(face)%has_backing) cycle
+        call make_backing(input, i, scene, body, face, one)
+        k = find_backing(backing, body, face)
+        if (k > 0) then
+          backing(k) = one
+        else
+          backing = [backing, one]
+        end if
+      end do
+    end do
+  end subroutine read_backings
+
+  !> What a backing does not go with.
+  subroutine check_backing(input, i, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    if (.not. scene%method%has_mechanics) then
+      call input%report(diagnostics, 'SURFACE', i, 'BACKING', 'needs mechanics: with '// &
+                        'MECHANICS = F make the backing plate a &BODY')
+    end if
+    if (input%real('SURFACE', i, 'EMISSIVITY') > 0.0_rp) then
+      call input%report(diagnostics, 'SURFACE', i, 'EMISSIVITY', &
+                        'does not go with BACKING: a face radiates to what is not in contact')
+    end if
+    if (input%text('SURFACE', i, 'BACKING') == 'plate' .and. &
+        input%real('SURFACE', i, 'BACKING_THICKNESS') <= 0.0_rp .and. &
+        input%real('SURFACE', i, 'BACKING_COOLING') > 0.0_rp) then
+      call input%report(diagnostics, 'SURFACE', i, 'BACKING_COOLING', &
+                        'needs a BACKING_THICKNESS: a plate without end has no far side')
+    end if
+  end subroutine check_backing
+
+  !> The backing of face `face` of a body by its &SURFACE: columns about as wide as cells.
+  subroutine make_backing(input, i, scene, body, face, backing)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i, body, face
+    type(scene_t), intent(in) :: scene
+    type(backing_t), intent(out) :: backing
+    real(rp), parameter :: rounding = 1.0e-9_rp
+    type(heat_sink_t) :: column
+    real(rp) :: area, extent(2), start, upper(2)
+    logical :: is_given, is_plate
+
+    backing%name = trim(scene%body(body)%name)//'_'//face_names(face)//'_backing'
+    backing%body = body
+    backing%face = face
+    backing%across = pack([1, 2, 3], [1, 2, 3] /= (face + 1)/2)
+    call find_rectangle(input, scene%body(body)%name, backing%across, backing%lower, upper)
+    extent = upper - backing%lower
+    is_plate = input%text('SURFACE', i, 'BACKING') == 'plate'
+    if (is_plate) backing%n = max(1, ceiling(extent/scene%grid%h(backing%across) - rounding))
+    backing%width = extent/backing%n
+    area = product(backing%width)
+    column%cooling = area*input%real('SURFACE', i, 'BACKING_COOLING')
+    column%coolant = scene%body(body)%film(face)%ambient
+    start = column%coolant
+    is_given = input%given('SURFACE', i, 'BACKING_TEMPERATURE')
+    if (is_given) start = input%real('SURFACE', i, 'BACKING_TEMPERATURE')
+    if (is_plate) then
+      call column%make_rod(area, input%real('SURFACE', i, 'BACKING_THICKNESS'), &
+                           0.25_rp*minval(scene%body(body)%spacing), &
+                           input%real('SURFACE', i, 'BACKING_CONDUCTIVITY'), &
+                           input%real('SURFACE', i, 'BACKING_DENSITY') &
+                           *input%real('SURFACE', i, 'BACKING_SPECIFIC_HEAT'), start)
+    else
+      call column%make_lumped(input%real('SURFACE', i, 'BACKING_CAPACITY'), start)
+    end if
+    allocate (backing%column(product(backing%n)), source=column)
+  end subroutine make_backing
+
+  !> The rectangle around a body across an axis.
+  subroutine find_rectangle(input, name, across, lower, upper)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: name
+    integer, intent(in) :: across(2)
+    real(rp), intent(out) :: lower(2), upper(2)   !! [m]
+    type(diagnostics_t) :: said                   !! elsewhere
+    type(solid_t) :: solid
+    real(rp) :: corner(3, 2)
+    integer :: i
+
+    lower = huge(1.0_rp)
+    upper = -huge(1.0_rp)
+    do i = 1, input%count('SHAPE')
+      if (input%text('SHAPE', i, 'BODY') /= name) cycle
+      call read_solid(input, i, solid, said)
+      if (.not. solid%adds) cycle
+      call bounds(solid, corner(:, 1), corner(:, 2))
+      lower = min(lower, corner(across, 1))
+      upper = max(upper, corner(across, 2))
+    end do
+  end subroutine find_rectangle
+
+end module setup_backings

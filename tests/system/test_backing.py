@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: MIT
+"""Backings that get hot behind a film, without particles: plates and bodies of one temperature."""
+
+import re
+
+import driver
+import numpy as np
+import pytest
+from test_tool_heat import conserves, draw, effusivity, heat_through
+
+BACKING = "column_zmin_backing"
+CELL = 2.5e-4
+PLATE = re.compile(r"BACKING = 'plate'.*?/", re.DOTALL)
+
+
+def sets_of(metal, plate, hot, cold, depth=4.5e-3, cell=CELL, columns=1):
+    """The column of these materials until heat has gone sqrt(kappa t) = `depth`."""
+    kappa = metal["CONDUCTIVITY"] / metal["DENSITY"] / metal["SPECIFIC_HEAT"]
+    end = depth**2 / kappa
+    sets = {f"MATERIAL.{key}": value for key, value in metal.items()}
+    sets |= {f"SURFACE.BACKING_{key}": value for key, value in plate.items()}
+    return sets | {"BODY.TEMPERATURE": hot, "SURFACE.BACKING_TEMPERATURE": cold, "TIME.END": end,
+                   "TIME.DT": 0.1 * cell**2 / kappa, "OUTPUT.HISTORY_INTERVAL": end / 50, "OUTPUT.CHECKPOINT_INTERVAL": end,
+                   "GRID.CELL": cell, "GRID.UPPER": f"{(columns + 4) * cell},{5 * cell},22e-3",
+                   "SHAPE.UPPER": f"{columns * cell},{cell},20e-3"}
+
+
+def lumped_scene(directory):
+    """An input whose backing is of one temperature."""
+    text = PLATE.sub("BACKING = 'lumped', BACKING_CAPACITY = 1 /", (driver.INPUTS / "backed_column.nml").read_text())
+    path = directory / "column.nml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("seed, gap, integrator", [(1, 10.0, "explicit"), (2, 1.0, "explicit"), (3, 3.0, "explicit"),
+                                                   (4, 0.2, "explicit"), (5, 1.0, "backward-euler")])
+def test_two_half_spaces(run, seed, gap, integrator):
+    """Metal and a plate without end: heat that went through the film within 1 % once it has gone nine cells deep. `gap` is
+    the film over the conductance of a millimetre of metal."""
+    metal, plate, hot, cold = draw(seed)
+    film = gap * metal["CONDUCTIVITY"] / 1e-3
+    sets = sets_of(metal, plate, hot, cold) | {"SURFACE.COEFFICIENT": film, "HEAT.INTEGRATOR": integrator}
+    if integrator != "explicit":
+        sets["HEAT.EVERY"] = 2
+    history = run("backed_column", "--quiet", sets=sets).results("backed_column").history()
+    conserves(history, BACKING)
+    assert history["film_loss[J]"][-1] == pytest.approx(history[f"{BACKING}_heat_gained[J]"][-1], rel=1e-6)
+    late = history["time[s]"] > 0.249 * history["time[s]"][-1]
+    wanted = CELL**2 * np.array([heat_through(t, effusivity(metal), effusivity(plate), hot - cold, film)
+                                 for t in history["time[s]"][late]])
+    error = history[f"{BACKING}_heat_gained[J]"][late] / wanted - 1.0
+    print(seed, gap, integrator, error[0], error[-1])
+    assert np.abs(error).max() < 0.01
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_plate_that_is_cooled(run, seed, tmp_path):
+    """Steady: a wall at a temperature, metal, film, plate and its film to the surroundings in a row. Heat that the plate
+    loses and the temperature of its face within 1 %, and columns side by side know nothing of each other."""
+    random = np.random.default_rng(seed)
+    metal, plate, hot, around = draw(20 + seed)
+    length, thickness = 4e-3, random.uniform(1e-3, 5e-3)
+    film, cooling = random.uniform(3e3, 3e4), random.uniform(1e3, 1e4)
+    sets = sets_of(metal, plate, hot, around, depth=0.03, cell=5e-4, columns=3)
+    sets |= {"SURFACE.COEFFICIENT": film, "SURFACE.BACKING_THICKNESS": thickness, "SURFACE.BACKING_COOLING": cooling,
+             "HEAT.AMBIENT": around, "SHAPE.UPPER": f"{3 * 5e-4},5e-4,{length}", "HEAT.INTEGRATOR": "backward-euler",
+             "HEAT.EVERY": 20}
+    text = (driver.INPUTS / "backed_column.nml").read_text()
+    path = tmp_path / "column.nml"
+    path.write_text(text + f"&WALL SIDE = 'zmax', POSITION = {length}, TEMPERATURE = {hot} /\n")
+    history = run(path, "--quiet", sets=sets).results("column").history()
+    whole = 1 / (length / metal["CONDUCTIVITY"] + 1 / film + thickness / plate["CONDUCTIVITY"] + 1 / cooling)
+    flux = whole * (hot - around)
+    rows = slice(-10, None)
+    found = np.polyfit(history["time[s]"][rows], history[f"{BACKING}_heat_lost[J]"][rows], 1)[0] / (3 * 5e-4 * 5e-4)
+    face = around + flux * (thickness / plate["CONDUCTIVITY"] + 1 / cooling)
+    print(seed, found / flux - 1, history[f"{BACKING}_temperature_max[K]"][-1] - face, hot - around)
+    assert found == pytest.approx(flux, rel=0.01)
+    assert history[f"{BACKING}_temperature_max[K]"][-1] == pytest.approx(face, abs=0.01 * (hot - around))
+
+
+def test_columns_are_apart(run, tmp_path):
+    """Two columns of metal, one hot and one as cold as the plate: only the hot one loses heat, as much as alone."""
+    metal, plate, hot, cold = draw(7)
+    sets = sets_of(metal, plate, hot, cold, depth=1.5e-3, cell=5e-4)
+    lost = {}
+    for name in ("alone", "beside"):
+        (tmp_path / name).mkdir()
+        text = (driver.INPUTS / "backed_column.nml").read_text()
+        if name == "beside":
+            text = text.replace("&HEAT ", f"&BODY NAME = 'cold', MATERIAL = 'metal', TEMPERATURE = {cold} /\n"
+                                "&SHAPE BODY = 'cold', LOWER = 20e-4, 0, 0, UPPER = 25e-4, 5e-4, 20e-3 /\n"
+                                "&SURFACE BODY = 'cold', FACE = 'zmin', COEFFICIENT = 5e3, BACKING = 'plate'\n"
+                                "  BACKING_CONDUCTIVITY = 30, BACKING_DENSITY = 7800, BACKING_SPECIFIC_HEAT = 460 /\n&HEAT ")
+        path = tmp_path / name / "column.nml"
+        path.write_text(text)
+        of_first = {key.replace("BODY.", "BODY(column)."): value for key, value in sets.items()
+                    if key not in ("SHAPE.UPPER", "GRID.UPPER")}
+        history = run(path, "--quiet", sets=of_first, directory=tmp_path / name).results("column").history()
+        lost[name] = history[f"{BACKING}_heat_gained[J]"][-1]
+        if name == "beside":
+            assert abs(history["cold_zmin_backing_heat_gained[J]"][-1]) < 1e-9 * abs(lost[name])
+    assert lost["beside"] == pytest.approx(lost["alone"], rel=1e-9)
+
+
+@pytest.mark.parametrize("seed, integrator", [(1, "explicit"), (2, "backward-euler")])
+def test_lumped(run, seed, integrator, tmp_path):
+    """Of two bodies of one temperature each: heat against the exponential of their 2 x 2 matrix, 1 % of the difference."""
+    random = np.random.default_rng(seed)
+    cell, height = 5e-4, 2e-3
+    metal, flow = 2700 * 900 * cell**2 * height, random.uniform(500, 3000) * cell**2
+    capacity, cooling = random.uniform(0.5, 3.0) * metal, random.uniform(200, 2000) * cell**2
+    hot, cold, around = random.uniform(500, 700), random.uniform(300, 400), random.uniform(280, 300)
+    end, conductivity = 1.5 * metal / flow, 400 * flow / cell**2 * height
+    sets = {"SHAPE.UPPER": f"{cell},{cell},{height}", "MATERIAL.CONDUCTIVITY": conductivity,
+            "SURFACE.BACKING_CAPACITY": capacity, "SURFACE.COEFFICIENT": flow / cell**2,
+            "SURFACE.BACKING_COOLING": cooling / cell**2, "SURFACE.BACKING_TEMPERATURE": cold, "HEAT.AMBIENT": around,
+            "BODY.TEMPERATURE": hot, "TIME.END": end, "OUTPUT.HISTORY_INTERVAL": end / 20, "OUTPUT.CHECKPOINT_INTERVAL": end,
+            "HEAT.INTEGRATOR": integrator, "TIME.DT": min(end / 400, 0.1 * cell**2 * 2.43e6 / conductivity)}
+    if integrator == "backward-euler":
+        sets |= {"TIME.DT": end / 800, "HEAT.EVERY": 2}
+    history = run(lumped_scene(tmp_path), "--quiet", sets=sets).results("column").history()
+    conserves(history, BACKING)
+    rate = np.array([[-flow / metal, flow / metal], [flow / capacity, -(flow + cooling) / capacity]])
+    values, vectors = np.linalg.eig(rate)
+    start = np.linalg.solve(vectors, [hot - around, cold - around])
+    wanted = around + np.array([(vectors[1] * np.exp(values * t) * start).sum() for t in history["time[s]"]])
+    error = history[f"{BACKING}_temperature_max[K]"] - wanted
+    print(seed, np.abs(error).max() / (hot - cold))
+    assert np.abs(error).max() < 0.01 * (hot - cold)
+
+
+def test_film_by_pressure(run, tmp_path):
+    """A squeezed slab on a backing too large to get warm loses what it loses to the surroundings, with a film by pressure."""
+    text = (driver.INPUTS / "squeezed_slab.nml").read_text()
+    lost = {}
+    for name, more in (("film", ""), ("backing", ", BACKING = 'lumped', BACKING_CAPACITY = 1e12")):
+        (tmp_path / name).mkdir()
+        path = tmp_path / name / "slab.nml"
+        path.write_text(text.replace("PRESSURE_FACTOR = 100", "PRESSURE_FACTOR = 100" + more))
+        lost[name] = run(path, "--quiet", sets={"TIME.END": 0.2}, directory=tmp_path / name).results("slab").history()
+    there = lost["film"]["film_loss[J]"]
+    assert there[-1] > 0.1
+    assert np.abs(lost["backing"]["film_loss[J]"] - there).max() < 1e-6 * there[-1]
+
+
+def test_goes_on_bitwise(run, tmp_path):
+    """Exact: stopped and continued, backing and metal are those of the run in one piece; on three ranks to rounding."""
+    metal, plate, hot, cold = draw(5)
+    sets = sets_of(metal, plate, hot, cold, cell=5e-4, depth=2e-3, columns=4)
+    found = {}
+    for name, ranks in (("one", None), ("part", None), ("three", 3)):
+        (tmp_path / name).mkdir()
+        more = {"TIME.MAX_STEPS": 77} if name == "part" else {}
+        found[name] = run("backed_column", "--quiet", sets=sets | more, ranks=ranks, directory=tmp_path / name)
+    part = found["part"].results("backed_column")
+    run("backed_column", "--quiet", "--restart", part.path("_checkpoint.h5"), sets=sets, directory=tmp_path / "part")
+    one, three = (found[name].results("backed_column") for name in ("one", "three"))
+    assert one.history().text == part.history().text
+    assert driver.distance(one.checkpoint(), three.checkpoint(), ["temp"])["temp"] < 1e-9
+    for name in (f"{BACKING}_temperature_max[K]", f"{BACKING}_heat_gained[J]"):
+        assert three.history()[name] == pytest.approx(one.history()[name], rel=1e-9, abs=1e-12)
+
+
+REFUSED = [({"SURFACE.EMISSIVITY": 0.5}, "does not go with BACKING"), ({"SURFACE.BACKING_COOLING": 10}, "no far side"),
+           ({"SURFACE.BACKING_CAPACITY": 10}, "BACKING_CAPACITY"),
+           ({"METHOD.MECHANICS": "F", "TIME.MASS_SCALING": 1}, "make the backing plate a &BODY")]
+
+
+@pytest.mark.parametrize("sets, words", REFUSED)
+def test_what_does_not_go_together_is_refused(run, sets, words):
+    assert words in run("backed_column", "--check", sets=sets, expect=driver.BAD_INPUT).err
