@@ -4,9 +4,9 @@
 !> nodes.
 module contact_tool
   use base_kinds, only: nlane, rp
+  use contact_heat_sink, only: heat_sink_t
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use contact_motion, only: drive_t, motion_t, watch_t
-  use contact_heat_sink, only: heat_sink_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private

@@ -40,8 +40,8 @@ contains
 
     if (.not. allocated(sim%history%frame_times)) allocate (sim%history%frame_times(0))
     spent(1) = cpu_seconds()
-    call history_row(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%particles, sim%books, &
-                     sim%history, columns)
+    call history_row(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
+                     sim%particles, sim%books, sim%history, columns)
     if (has_fields(sim%scene)) then
       call error_row(world, sim%scene, sim%clock, sim%particles, columns)
     end if

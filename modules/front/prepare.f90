@@ -68,8 +68,8 @@ contains
     end if
     if (.not. error%is_set()) then
       if (input%is_whole() .and. (diagnostics%count() == 0 .or. input%is_short())) then
-        call build_scene(input, sim%scene, sim%tool, sim%backing, sim%source, sim%probes, sim%tracers, &
-                         diagnostics)
+        call build_scene(input, sim%scene, sim%tool, sim%backing, sim%source, sim%probes, &
+                         sim%tracers, diagnostics)
         sim%clock%mass_scaling = sim%scene%method%mass_scaling
       end if
     end if

@@ -56,8 +56,8 @@ contains
     call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
       'temperature on the other side; not given: that of &HEAT')
     call t%key('BACKING', 'choice', 1, '', 'none', 'none plate lumped', &
-      'what is behind the film and gets hot, by itself and without particles: a plate, in which '// &
-      'heat goes straight away from the face, or a body of one temperature')
+      'what is behind the film and gets hot, by itself and without particles: a plate, in '// &
+      'which heat goes straight away from the face, or a body of one temperature')
     call t%key('BACKING_CONDUCTIVITY', 'real', 1, 'W/(m K)', 'required if BACKING = plate', &
       '(0,1e6]', 'of the plate')
     call t%key('BACKING_DENSITY', 'real', 1, 'kg/m3', 'required if BACKING = plate', '(0,inf)', &

@@ -67,8 +67,8 @@ contains
 
   !> Conduct for the `waited` since the last time: one step, or several if explicit and tools or
   !> films that vary allow only shorter ones.
-  subroutine conduct(world, scene, clock, step, tool, backing, source, probes, particles, blocks, nodes, &
-                     boundary, books, waited)
+  subroutine conduct(world, scene, clock, step, tool, backing, source, probes, particles, &
+                     blocks, nodes, boundary, books, waited)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -89,8 +89,8 @@ contains
     call give_source_heat(world, scene, clock, source, particles, blocks, books, waited)
     left = waited
     do
-      call take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, nodes, &
-                                boundary, books, waited, left)
+      call take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &
+                                nodes, boundary, books, waited, left)
       if (left <= 0.0_rp) exit
     end do
     call forget_touched(tool, particles)
@@ -100,8 +100,8 @@ contains
   end subroutine conduct
 
   !> One conduction step of what is `left` of the time, or of as much of it as is stable.
-  subroutine take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, nodes, &
-                                  boundary, books, waited, left)
+  subroutine take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &
+                                  nodes, boundary, books, waited, left)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -124,8 +124,8 @@ contains
     gained = 0.0_rp
     out = books%sums(e_film) - books%sums(e_wall_heat) + books%sums(e_tool)
     call gather_temperature(world, scene, particles, nodes, boundary, lost)
-    call find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, books, touched, &
-                     waited, left, lost, dt)
+    call find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, &
+                     books, touched, waited, left, lost, dt)
     do r = 1, nodes%n_ranges
       call temperature_increment(nodes%range(2, r) - nodes%range(1, r) + 1, &
                                  nodes%g2(:, nodes%range(1, r):nodes%range(2, r), 1), &
@@ -149,8 +149,8 @@ contains
   end subroutine take_conduction_step
 
   !> What goes to the nodes in a step of `dt`, which is what is `left` or an even part of it.
-  subroutine find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, books, &
-                         touched, waited, left, lost, dt)
+  subroutine find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, &
+                         books, touched, waited, left, lost, dt)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock

@@ -24,8 +24,8 @@ module heat_sinks
 
   public :: touched_t, draw_heat, find_touched, forget_touched, heat_sinks_by
 
-  !> The particles of this rank at sinks, in a conduction step: tools, and behind them the columns of
-  !> all backings.
+  !> The particles of this rank at sinks, in a conduction step: tools, and behind them the columns
+  !> of all backings.
   type :: touched_t
     integer :: n = 0
     integer, allocatable :: sink(:), node(:, :)        !! (27, n)
@@ -101,8 +101,8 @@ contains
         if (.not. any(film%has_backing)) cycle
         do p = 1, particles%count(b)
           do face = 1, 6
-            if (film(face)%has_backing .and. btest(tag_faces(particles%tag(p, b)), face - 1)) &
-              n = n + 1
+            if (.not. film(face)%has_backing) cycle
+            if (btest(tag_faces(particles%tag(p, b)), face - 1)) n = n + 1
           end do
         end do
       end associate

@@ -36,8 +36,8 @@ contains
     character(:), allocatable :: headings(:)
     type(row_t) :: row
 
-    call add_columns(scene, clock, tool, backing, history, no_totals(scene, size(tool)), no_means(scene), &
-                     row)
+    call add_columns(scene, clock, tool, backing, history, no_totals(scene, size(tool)), &
+                     no_means(scene), row)
     headings = row%headings()
   end function history_headings
 

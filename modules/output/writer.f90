@@ -59,8 +59,8 @@ module output_writer
 contains
 
   !> Open the histories; a resumed run goes on in those it has.
-  subroutine init(self, world, scene, clock, step, tool, backing, probes, tracers, particles, history, &
-                  is_resumed, error)
+  subroutine init(self, world, scene, clock, step, tool, backing, probes, tracers, particles, &
+                  history, is_resumed, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -134,8 +134,8 @@ contains
   !> Write what is due at the present time, rows before a checkpoint, which counts them. What is
   !> `last` leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they
   !> were not due.
-  subroutine due(self, world, scene, clock, step, tool, backing, probes, tracers, particles, sleepers, &
-                 exchange, books, history, last, error)
+  subroutine due(self, world, scene, clock, step, tool, backing, probes, tracers, particles, &
+                 sleepers, exchange, books, history, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -175,8 +175,8 @@ contains
         if (.not. world%all_true(is_finite(particles))) then
           step%is_broken = .true.
         else if (world%all_true(.not. step%lost_row)) then
-          call save_checkpoint(world, scene, clock, step, tool, backing, probes, tracers, particles, &
-                               sleepers, exchange, books, history, error)
+          call save_checkpoint(world, scene, clock, step, tool, backing, probes, tracers, &
+                               particles, sleepers, exchange, books, history, error)
         end if
         step%secured = wall_time()
       end if

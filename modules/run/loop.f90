@@ -81,11 +81,12 @@ contains
 
     status = ended_well
     message = ''
-    call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, sim%tracers, &
-                     sim%particles, sim%history, is_resumed, error)
+    call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
+                     sim%tracers, sim%particles, sim%history, is_resumed, error)
     if (.not. is_resumed) call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, &
-                                          sim%backing, sim%probes, sim%tracers, sim%particles, sim%sleepers, &
-                                          sim%exchange, sim%books, sim%history, .false., error)
+                                          sim%backing, sim%probes, sim%tracers, sim%particles, &
+                                          sim%sleepers, sim%exchange, sim%books, sim%history, &
+                                          .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call advance(world, sim, status, message)
@@ -143,15 +144,15 @@ contains
     is_there = .not. world%all_true(.not. is_there)
     is_good = world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
     if (is_good .and. (is_sound .or. .not. is_there)) then
-      call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
-                           sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%books, &
-                           sim%history, error)
+      call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
+                           sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
+                           sim%books, sim%history, error)
       message = message//'; checkpoint '//checkpoint_path(sim%scene)
       return
     end if
-    call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
-                         sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%books, &
-                         sim%history, error, broken_path(sim%scene))
+    call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
+                         sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
+                         sim%books, sim%history, error, broken_path(sim%scene))
     message = message//'; this state is in '//broken_path(sim%scene)
     if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim%scene)
   end subroutine save_last_state
@@ -194,9 +195,9 @@ contains
     sim%exchange%balance%worst = max(sim%exchange%balance%worst, sim%exchange%balance%now)
     if (sim%scene%method%conducts) then
       if (conduction_is_due(sim%scene, sim%clock, dt)) then
-        call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, sim%probes, &
-                     sim%particles, sim%blocks, &
-                     sim%nodes, sim%boundary, sim%books, sim%clock%time - sim%clock%heat_time)
+        call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, &
+                     sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%books, &
+                     sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then
           status = ended_broken
           message = 'conduction: a step of '//str(sim%clock%time - sim%clock%heat_time)// &
@@ -250,8 +251,9 @@ contains
       if (status == ended_broken) return
       call find_motion(world, sim)
     end if
-    call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, sim%tracers, &
-                    sim%particles, sim%sleepers, sim%exchange, sim%books, sim%history, last, error)
+    call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
+                    sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%books, &
+                    sim%history, last, error)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
   end subroutine write_due
 
