@@ -19,6 +19,7 @@ scene     the input of a run: groups, solids, cavities
 flow      stirpost flow: volumes, stir zone, layers of a pass
 summary   the key figures and the phases
 alarms    what to be wary of
+trials    runs of one input with other values, each kept and computed once
 solid     what the view that turns draws, by three.js
 page      one self-contained HTML page
 """

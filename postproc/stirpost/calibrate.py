@@ -9,6 +9,7 @@ from .cli import run_command
 
 COMMANDS = (
     ("law", "calibrate_law", "numbers of a flow law from stress-strain curves"),
+    ("run", "calibrate_run", "keys of any input from thermocouples, forces and torques"),
     ("heat", "calibrate_heat", "inputs of the thermal model from thermocouples and cooling records"),
 )
 

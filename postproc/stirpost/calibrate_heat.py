@@ -129,23 +129,12 @@ def readings(apart: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def show_fit(options) -> int:
     measured = cooling.Record.read(options.record, options.unit)
-    names, limits = [], []
-    for text in options.vary:
-        name, _, values = text.partition("=")
-        try:
-            numbers = [float(value) for value in values.split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) != 3 or not numbers[1] < numbers[0] < numbers[2]:
-            raise ValueError(f"--vary {text}: expected GROUP.KEY=START,LOW,HIGH with LOW < START < HIGH")
-        names.append(name)
-        limits.append(numbers)
+    names, start, low, high = cooling.varied(options.vary)
 
     def apart(values) -> list[np.ndarray]:
         model = run_model(options, dict(zip(names, values)))
         return list(readings(cooling.residuals(model, measured)).values())
 
-    start, low, high = np.array(limits).T
     result = cooling.fit(apart, start, low, high)
     for name, value, error, lower, upper in zip(names, result.values, result.errors, low, high):
         held = min(value - lower, upper - value) <= 1e-6 * (upper - lower)

@@ -14,22 +14,25 @@ import numpy as np
 HEADING = re.compile(r"\s*(?P<name>[^\[(]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?\s*")
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
 ABOVE_KELVIN = {"k": 0.0, "kelvin": 0.0, "c": 273.15, "°c": 273.15, "degc": 273.15, "celsius": 273.15}
+LOADS = {"n": ("N", 1.0), "kn": ("N", 1e3), "nm": ("Nm", 1.0), "n m": ("Nm", 1.0), "knm": ("Nm", 1e3), "w": ("W", 1.0), "kw": ("W", 1e3)}
 COLDEST = 200.0  # [K] below which a reading is taken for degrees Celsius
 MOST_COMPLAINTS = 20
 
 
 @dataclass
 class Record:
-    """Temperatures over time, a column a thermocouple; NaN where it has no reading."""
+    """Temperatures over time, a column a thermocouple (and loads, where asked for); NaN where it has no reading."""
 
     time: np.ndarray
     names: list[str]
     values: np.ndarray
+    units: list[str] | None = None  # None: K of all
 
     @classmethod
-    def read(cls, path: Path | str, unit: str | None = None) -> "Record":
-        """A table as text: time first, then thermocouples, units in brackets: time[s], T1[K], T2[C]. Columns of other
-        units, as the places of a run's NAME_probes.csv, and lines with # are left out. Values are parted by commas,
+    def read(cls, path: Path | str, unit: str | None = None, loads: bool = False) -> "Record":
+        """A table as text: time first, then thermocouples, units in brackets: time[s], T1[K], T2[C]; with `loads` also
+        forces, torques and powers, tool_force_z[kN], in N, Nm and W. Columns of other units, as the places of a run's
+        NAME_probes.csv, and lines with # are left out. Values are parted by commas,
         semicolons or tabs; with the latter two, numbers may have decimal commas. An empty value is no reading.
         `unit` is that of thermocouples without one. All that is wrong is one ValueError, with the numbers of lines."""
         lines = [(k, line) for k, line in enumerate(text_of(path).splitlines(), 1)
@@ -39,7 +42,7 @@ class Record:
         (first, header), *lines = lines
         mark = next((c for c in ";\t" if c in header), ",")
         wrong: list[str] = []
-        factor, columns = read_header(next(csv.reader([header], delimiter=mark)), unit, wrong)
+        factor, columns = read_header(next(csv.reader([header], delimiter=mark)), unit, wrong, loads)
         wrong = [f"{path}:{first}: {text}" for text in wrong]
         table = np.full((len(lines), 1 + len(columns)), np.nan)
         for row, (k, line) in enumerate(lines):
@@ -47,9 +50,9 @@ class Record:
             table[row] = read_row(items, header.count(mark) + 1, columns, mark, f"{path}:{k}", wrong)
             if row and not table[row, 0] > table[row - 1, 0] and np.isfinite(table[row - 1:row + 1, 0]).all():
                 wrong.append(f"{path}:{k}: time does not rise")
-        for c, (_, name, zero) in enumerate(columns, 1):
+        for c, (_, name, zero, _, own) in enumerate(columns, 1):
             cold = np.flatnonzero(table[:, c] < COLDEST)
-            if cold.size and zero == 0.0 and unit != "K":
+            if cold.size and own == "K" and zero == 0.0 and unit != "K":
                 wrong.append(f"{path}:{lines[cold[0]][0]}: {name} is {table[cold[0], c]:g} K: if that is degrees Celsius, "
                              f"its heading is {name}[C]; if not, give --unit K")
             if not wrong and not np.isfinite(table[:, c]).any():
@@ -57,14 +60,14 @@ class Record:
         if wrong:
             more = [f"and {len(wrong) - MOST_COMPLAINTS} more"] if len(wrong) > MOST_COMPLAINTS else []
             raise ValueError("\n".join(wrong[:MOST_COMPLAINTS] + more))
-        return cls(factor * table[:, 0], [name for _, name, _ in columns], table[:, 1:])
+        return cls(factor * table[:, 0], [column[1] for column in columns], table[:, 1:], [column[4] for column in columns])
 
     def after(self, start: float) -> "Record":
         """The rows from `start` on [s]."""
         kept = self.time >= start
         if kept.sum() < 3:
             raise ValueError(f"fewer than 3 rows after {start} s")
-        return Record(self.time[kept], self.names, self.values[kept])
+        return Record(self.time[kept], self.names, self.values[kept], self.units)
 
     def curves(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Times and readings of each thermocouple."""
@@ -83,8 +86,9 @@ def text_of(path: Path | str) -> str:
         return raw.decode("cp1252", errors="replace")
 
 
-def read_header(headings: list[str], unit: str | None, wrong: list[str]) -> tuple[float, list[tuple[int, str, float]]]:
-    """Seconds of a unit of time, and the thermocouples: column, name, what makes it kelvin."""
+def read_header(headings: list[str], unit: str | None, wrong: list[str], loads: bool = False):
+    """Seconds of a unit of time, and of each thermocouple (and load): column, name, what is added and what it is then
+    multiplied with to be in its unit, this unit."""
     found = [HEADING.fullmatch(text) for text in headings]
     parts = [(text.strip(), "?") if match is None else (match["name"], match["unit"])
              for text, match in zip(headings, found)]
@@ -95,10 +99,12 @@ def read_header(headings: list[str], unit: str | None, wrong: list[str]) -> tupl
     for k, (name, own) in enumerate(parts[1:], 1):
         known = (own or unit or "").lower()
         if known in ABOVE_KELVIN:
-            columns.append((k, name, ABOVE_KELVIN[known]))
+            columns.append((k, name, ABOVE_KELVIN[known], 1.0, "K"))
+        elif loads and known in LOADS:
+            columns.append((k, name, 0.0, LOADS[known][1], LOADS[known][0]))
         elif not known or known.strip("°deg") in ("f", "fahrenheit"):
             wrong.append(f"column '{headings[k].strip()}': expected {name or 'NAME'}[K] or {name or 'NAME'}[C], or --unit")
-    names = [name for _, name, _ in columns]
+    names = [column[1] for column in columns]
     wrong += [f"two columns are called {name}" for name in sorted(set(names)) if names.count(name) > 1]
     if not columns and not wrong:
         wrong.append("no column of temperatures, as T1[K] or T1[C]")
@@ -106,13 +112,13 @@ def read_header(headings: list[str], unit: str | None, wrong: list[str]) -> tupl
 
 
 def read_row(items: list[str], count: int, columns, mark: str, place: str, wrong: list[str]) -> list[float]:
-    """Time and temperatures [K] of a line."""
+    """Time and values of a line, in the units of their columns."""
     if len(items) != count:
         hint = " (numbers with decimal commas need ; or tabs between them)" if mark == "," and len(items) > count else ""
         wrong.append(f"{place}: {len(items)} values in a table of {count} columns{hint}")
         return [np.nan] * (1 + len(columns))
     row = []
-    for k, name, zero in [(0, "time", 0.0), *columns]:
+    for k, name, zero, factor, _ in [(0, "time", 0.0, 1.0, "s"), *columns]:
         text = items[k].strip()
         if mark != "," and "." not in text:
             text = text.replace(",", ".")
@@ -124,7 +130,7 @@ def read_row(items: list[str], count: int, columns, mark: str, place: str, wrong
         else:
             if text and not np.isfinite(value):
                 wrong.append(f"{place}: {text} for {name}")
-        row.append(value + zero)
+        row.append((value + zero) * factor)
     return row
 
 
@@ -214,14 +220,36 @@ def fit(apart: Callable[[np.ndarray], list[np.ndarray]], start, low, high) -> Fi
                           xtol=1e-5, ftol=1e-7)
     left = apart(found.x)
     free = (found.x - low > 1e-6 * scale) & (high - found.x > 1e-6 * scale)
-    errors = np.full(len(found.x), np.nan)
-    slopes = found.jac[:, free]
-    points = len(found.fun) / max(memory(each) for each in left)
-    if free.any() and points > free.sum() and np.linalg.matrix_rank(slopes / np.linalg.norm(slopes, axis=0)) == free.sum():
-        variance = np.mean(found.fun**2) * points / (points - free.sum())
-        repeats = len(found.fun) / points
+    return Fit(found.x, standard_errors(found.jac, left, free), left, found.nfev)
+
+
+def standard_errors(slopes: np.ndarray, left: list[np.ndarray], free: np.ndarray) -> np.ndarray:
+    """Of the numbers that are `free` of bounds, from the slopes of the curves `left`; NaN: held, or not determined."""
+    errors, everything = np.full(len(free), np.nan), np.concatenate(left)
+    slopes = slopes[:, free]
+    points = len(everything) / max(memory(each) for each in left)
+    sizes = np.linalg.norm(slopes, axis=0)
+    if free.any() and points > free.sum() and (sizes > 0).all() and np.linalg.matrix_rank(slopes / sizes) == free.sum():
+        variance = np.mean(everything**2) * points / (points - free.sum())
+        repeats = len(everything) / points
         errors[free] = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)) * variance * repeats)
-    return Fit(found.x, errors, left, found.nfev)
+    return errors
+
+
+def varied(texts: list[str]) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+    """Names, starts and bounds of GROUP.KEY=START,LOW,HIGH."""
+    names, limits = [], []
+    for text in texts:
+        name, _, values = text.partition("=")
+        try:
+            numbers = [float(value) for value in values.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != 3 or not numbers[1] < numbers[0] < numbers[2]:
+            raise ValueError(f"--vary {text}: expected GROUP.KEY=START,LOW,HIGH with LOW < START < HIGH")
+        names.append(name)
+        limits.append(numbers)
+    return names, *np.array(limits).T
 
 
 def memory(apart: np.ndarray) -> float:

@@ -3,12 +3,15 @@
 
 usage: stirpost flow RUN_DIRECTORY [--time T] [--section X ...] [--strain 1] [--isotherm K ...] [--json] [-o DIR]
 
-The last frame (or the first at or after T) is compared with the first one, particle by particle. Particles are cubes
-of their volume, which is that at rest times what temperature and pressure make of it. The top face is that of the
+The last frame (or the first at or after T) is compared with the first one, particle by particle. Particles are boxes
+of their volume, which is that at rest times what temperature and pressure make of it; they are stretched as far as
+their neighbours of the first frame have moved apart, or cubes where these are no neighbours any more. The top face is that of the
 first frame. The advancing side is where the tool's surface moves with the travel: +y for travel along +x and spin
 clockwise seen from above. The groove is what is missing below the top face, outside the cavity, where the tool's face
-has passed. What left the groove lies above the face (ridges and flash, by side), in the cavity, beyond ends and sides,
-below the bottom, or is debris; `closure` is their sum less thermal and elastic expansion over the groove, less 1.
+has passed or within a particle of it, as metal does not show its rim finer. What left the groove lies above the face (ridges and flash, by side), in the cavity, beyond ends and sides,
+below the bottom, or is debris; `closure` is their sum less thermal and elastic expansion over the groove, less 1; what it
+leaves is what is missing below the face beside the groove (`sunk_beside`): where sides bulge, the face sinks a little,
+and the places of particles enclose a few thousandths less or more than their volumes.
 
 Written to DIR (default RUN_DIRECTORY/report): flow.json, and flow_cavity.png if there is a cavity.
 """
@@ -29,7 +32,8 @@ from .scene import Cavity, Scene, cavity_of
 from .tools import Tool, main_tool, tools_of
 
 REGIONS = ("plate", "cavity", "above_advancing", "above_retreating", "ends", "sides", "below", "debris")
-PARTS = 5  # sub-points along each edge of a particle that lies in several regions
+PARTS = 5  # points along each edge of a particle that lies in several regions
+SHIFTS = 0.5 * np.array([np.sqrt(2.0), np.sqrt(3.0), np.sqrt(5.0)])  # of these points from particle to particle
 STRAIGHT = 0.1  # of the tool's radius: a way that bends more has no advancing side
 
 
@@ -96,13 +100,13 @@ class Way:
     def length(self) -> float:
         return float(((self.place - self.place[0]) @ self.along).max())
 
-    def passed(self, x: np.ndarray, margin: float = 0.0) -> np.ndarray:
-        """Where the face has been, up to `margin` radii within its ends."""
+    def passed(self, x: np.ndarray, margin: float = 0.0, beyond: float = 0.0) -> np.ndarray:
+        """Where the face has been, up to `margin` radii within its ends, or `beyond` its rim [m]."""
         s, n = self.progress(x), self.side(x)
         past = np.maximum(np.maximum(-s, s - self.length) + margin * self.radius, 0.0)
         if margin > 0:
             return (past == 0.0) & (np.abs(n) < self.radius)
-        return past**2 + n**2 < self.radius**2
+        return past**2 + n**2 < (self.radius + beyond)**2
 
     def seconds_under(self, x: np.ndarray) -> np.ndarray:
         """Time that places at rest were under the face [s], of way and time that are linear between the rows."""
@@ -174,7 +178,7 @@ class Flow:
         self.face = float(self.high[2])
         self.volume0 = self.edge0**3
         self.volume = self.volume0 * self.expansion()
-        self.edge = np.cbrt(self.volume)
+        self.edges = metal.stretches(self.x0, self.x, self.edge0, self.body) * np.cbrt(self.volume)[:, None]
         reach = run.cell if np.isfinite(run.cell) else 2.0 * run.spacing
         self.whole, self.pieces = metal.hangs_together(self.x, self.body, max(reach, 1.01 * run.spacing))
         self.way = way_of(run, self.scene, frame.time)
@@ -208,50 +212,54 @@ class Flow:
 
     # -- where the metal is ---------------------------------------------------------------------------------------
 
-    def region(self, x: np.ndarray) -> np.ndarray:
-        """Number of the region (of REGIONS) of each point."""
-        found = np.zeros(len(x), dtype=np.int8)
-        if self.cavity is not None:
-            found[self.cavity.holds(x)] = 1
-        ends, sides = self.outside(x)
-        found[sides] = 5
-        found[ends] = 4
-        found[x[:, 2] < self.low[2]] = 6
-        above = x[:, 2] >= self.face
-        found[above] = 3
-        found[above & (self.side(x) > 0)] = 2
-        return found
-
     def side(self, x: np.ndarray) -> np.ndarray:
         return self.way.side(x) if self.way is not None else x[:, 1] - 0.5 * (self.low[1] + self.high[1])
 
-    def outside(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Beyond the first box along the travel, and across it."""
-        beyond = (x[:, :2] < self.low[:2]) | (x[:, :2] >= self.high[:2])
-        axis = 0 if self.way is None else int(np.abs(self.way.along).argmax())
-        return beyond[:, axis], beyond[:, 1 - axis]
-
     def shares(self, x: np.ndarray, edge: np.ndarray) -> np.ndarray:
-        """Part of each cube in each region (n, len(REGIONS)); `whole` metal only."""
+        """Part of each box of edges (n, 3) in each region (n, len(REGIONS)): exact where planes bound it, else of points in it."""
+        axis = 0 if self.way is None else int(np.abs(self.way.along).argmax())
+        low, high = x - 0.5 * edge, x + 0.5 * edge
+        inner = np.clip(low, self.low, self.high), np.clip(high, self.low, self.high)
+        size = inner[1] - inner[0]
+        part = size / edge
+        part[edge - size < 1e-6 * edge] = 1.0
+        above = np.clip((high[:, 2] - np.maximum(low[:, 2], self.face)) / edge[:, 2], 0.0, 1.0) * (part[:, 2] < 1.0)
+        within, ends, sides = part[:, 2], 1.0 - part[:, axis], 1.0 - part[:, 1 - axis]
         result = np.zeros((len(x), len(REGIONS)))
-        corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * 0.5 * (1.0 - 1e-6)
-        numbers = self.region(x)
-        one = np.ones(len(x), dtype=bool)
-        for corner in corners:
-            one &= self.region(x + corner * edge[:, None]) == numbers
-        result[np.flatnonzero(one), numbers[one]] = 1.0
-        mixed = np.flatnonzero(~one)
-        steps = (np.arange(PARTS) + 0.5) / PARTS - 0.5
-        for a in steps:
-            for b in steps:
-                for c in steps:
-                    there = self.region(x[mixed] + np.array([a, b, c]) * edge[mixed, None])
-                    result[mixed, there] += PARTS**-3.0
+        top = np.maximum(low, [-np.inf, -np.inf, self.face]), high
+        advancing = self.sampled(np.flatnonzero(above > 0.0), *top, lambda points: self.side(points) > 0)
+        result[:, 2], result[:, 3] = above * advancing, above * (1.0 - advancing)
+        result[:, 4], result[:, 5] = within * ends, within * (1.0 - ends) * sides
+        result[:, 6] = np.clip(1.0 - within - above, 0.0, 1.0)
+        inside = within * (1.0 - ends) * (1.0 - sides)
+        if self.cavity is not None:
+            result[:, 1] = inside * self.sampled(np.flatnonzero(inside > 0.0), *inner, self.cavity.holds)
+        result[:, 0] = inside - result[:, 1]
         return result
+
+    def sampled(self, chosen: np.ndarray, low: np.ndarray, high: np.ndarray, holds) -> np.ndarray:
+        """Part of the chosen boxes that `holds` holds, 0 of the others. Boxes whose corners differ are told by points
+        that are shifted from box to box, so that what lies along a lattice is not counted by steps."""
+        found = np.zeros(len(low))
+        corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]) * (1.0 - 4e-5) + 2e-5
+        size = high - low
+        first = holds(low[chosen] + corners[0] * size[chosen])
+        one = np.ones(len(chosen), dtype=bool)
+        for corner in corners[1:]:
+            one &= holds(low[chosen] + corner * size[chosen]) == first
+        found[chosen[one]] = first[one]
+        mixed = chosen[~one]
+        shift = (np.arange(len(mixed))[:, None] * SHIFTS) % 1.0
+        for a in range(PARTS):
+            for b in range(PARTS):
+                for c in range(PARTS):
+                    place = (np.array([a, b, c]) + shift) / PARTS
+                    found[mixed] += holds(low[mixed] + place * size[mixed]) * PARTS**-3.0
+        return found
 
     def budget(self) -> dict:
         """Volumes [m3]: what is more in each region than in the first frame, groove, expansion."""
-        now, then = self.shares(self.x, self.edge), self.shares(self.x0, self.edge0)
+        now, then = self.shares(self.x, self.edges), self.shares(self.x0, np.repeat(self.edge0[:, None], 3, axis=1))
         now[~self.whole] = np.eye(len(REGIONS))[REGIONS.index("debris")]
         gain = {name: float((now[:, k] * self.volume).sum() - (then[:, k] * self.volume0).sum())
                 for k, name in enumerate(REGIONS)}
@@ -261,10 +269,11 @@ class Flow:
         if self.way is None:
             return result
         depth, centres = self.depths(now[:, 0] * self.volume, then[:, 0] * self.volume0)
-        strip = self.way.passed(np.column_stack([centres, np.zeros(len(centres))]))
+        strip = self.way.passed(np.column_stack([centres, np.zeros(len(centres))]), beyond=self.spacing)
         groove = float(depth[strip].sum()) * self.spacing**2
         left = sum(gain[name] for name in REGIONS[1:]) - result["expansion[m3]"]
         result["groove[m3]"] = groove
+        result["sunk_beside[m3]"] = float(depth[~strip].sum()) * self.spacing**2
         result["closure"] = left / groove - 1.0 if groove > 0 else None
         result["groove_mean_depth[m]"] = groove / (strip.sum() * self.spacing**2) if strip.any() else None
         return result
@@ -274,8 +283,8 @@ class Flow:
         counts = np.maximum(1, np.round((self.high - self.low)[:2] / self.spacing)).astype(int)
         size = (self.high - self.low)[:2] / counts
         missing = np.zeros(counts)
-        for x, edge, volume, sign in ((self.x0, self.edge0, then, 1.0), (self.x, self.edge, now, -1.0)):
-            spread(missing, (x[:, :2] - self.low[:2]) / size, edge[:, None] / size, sign * volume)
+        for x, edge, volume, sign in ((self.x0, self.edge0[:, None], then, 1.0), (self.x, self.edges[:, :2], now, -1.0)):
+            spread(missing, (x[:, :2] - self.low[:2]) / size, edge / size, sign * volume)
         axes = [low + (np.arange(n) + 0.5) * s for low, n, s in zip(self.low, counts, size)]
         centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         return missing.reshape(-1) / self.spacing**2, centres
@@ -493,6 +502,7 @@ def rows(result: dict) -> list[tuple[str, str]]:
                   "; ".join(mm(volume[f"{k}[m3]"], 3) for k in ("ends", "sides", "below", "debris"))))
     found.append(("thermal and elastic expansion", mm(volume["expansion[m3]"], 3)))
     if volume.get("closure") is not None:
+        found.append(("missing below the first face beside the groove", mm(volume["sunk_beside[m3]"], 3)))
         found.append(("all that left the groove, less expansion, over the groove, less 1", percent(volume["closure"])))
     if "cavity" in result:
         found.append(("cavity: filled; metal in it", f"{percent(result['cavity']['filled'])}; {mm(volume['cavity[m3]'], 3)}"))

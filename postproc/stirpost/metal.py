@@ -16,6 +16,7 @@ from .run import Frame, Run
 
 ROUNDING = 1e-3  # of a particle's edge: frames hold places in single precision
 LEAST = 0.01  # of the particles of its body: a piece with fewer is debris
+MOST_STRETCH = 1.5  # of a particle along an axis; beyond it neighbours of the start are not taken for such
 
 
 @dataclass
@@ -118,3 +119,25 @@ def groove_depth(first: np.ndarray, last: np.ndarray, face: float, spacing: floa
         heights.append(highest)
     at_top = np.isfinite(heights[0]) & (heights[0] > face - 0.5 * spacing) & np.isfinite(heights[1])
     return max(0.0, float(face - heights[1][at_top].min())) if at_top.any() else None
+
+
+def stretches(x0: np.ndarray, x: np.ndarray, edge: np.ndarray, body: np.ndarray) -> np.ndarray:
+    """Edges of particles (n, 3) over those of cubes of their volume, from how far neighbours along each axis of the
+    lattice they began on have moved apart; 1 where these are no neighbours any more."""
+    found = np.ones((len(x), 3))
+    for number in np.unique(body):
+        own = np.flatnonzero(body == number)
+        h = edge[own[0]]
+        place = np.round((x0[own] - x0[own].min(axis=0)) / h).astype(int) + 1
+        lattice = np.full(place.max(axis=0) + 2, -1)
+        lattice[tuple(place.T)] = own
+        for axis in range(3):
+            step = np.eye(3, dtype=int)[axis]
+            after, before = (lattice[tuple((place + sign * step).T)] for sign in (1, -1))
+            low, high = np.where(before >= 0, before, own), np.where(after >= 0, after, own)
+            apart = x0[high, axis] - x0[low, axis]
+            there = apart > 0
+            found[own[there], axis] = (x[high, axis] - x[low, axis])[there] / apart[there]
+    torn = ((found < 1.0 / MOST_STRETCH) | (found > MOST_STRETCH)).any(axis=1)
+    found[torn] = 1.0
+    return found / np.cbrt(found.prod(axis=1))[:, None]
