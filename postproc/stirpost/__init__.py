@@ -17,6 +17,7 @@ tools     where the tools are, and the phases of their way
 metal     what hangs together: flash, debris, groove
 scene     the input of a run: groups, solids, cavities
 flow      stirpost flow: volumes, stir zone, layers of a pass
+tracks    pathlines of tracers: pictures, and lines for VTK
 summary   the key figures and the phases
 alarms    what to be wary of
 trials    runs of one input with other values, each kept and computed once

@@ -12,6 +12,7 @@ COMMANDS = (
     ("flow", "flow", "flash, groove, cavity, stir zone, displacement of layers of a pass"),
     ("section", "section", "grain size on a cross-section"),
     ("track", "track", "the history of one particle, as &PATH KIND = 'history' reads it"),
+    ("tracks", "tracks", "pathlines of the tracers: pictures, and lines for VTK"),
     ("compare", "compare", "numbers and pictures of two runs"),
     ("sweep", "sweep", "a study over keys of an input, and its picture"),
     ("calibrate", "calibrate", "keys of an input from measurements"),

@@ -15,7 +15,7 @@ import driver
 import h5py
 
 ROOT = driver.ROOT
-TABLES = ("_history.csv", "_probes.csv", "_errors.csv")
+TABLES = ("_history.csv", "_probes.csv", "_tracers.csv", "_errors.csv")
 
 
 def digest(path):
@@ -44,10 +44,10 @@ def differences(one, two):
 
 
 class Scene:
-    """An input with its overrides on so many ranks (None: without mpirun)."""
+    """An input, and more groups behind its own, with its overrides on so many ranks (None: without mpirun)."""
 
-    def __init__(self, label, name, sets, ranks):
-        self.label, self.sets, self.ranks = label, sets, ranks
+    def __init__(self, label, name, sets, ranks, more=""):
+        self.label, self.sets, self.ranks, self.more = label, sets, ranks, more
         path = driver.INPUTS / f"{name}.nml"
         self.path = path if path.exists() else pathlib.Path(name)
         self.name = self.path.stem
@@ -55,8 +55,12 @@ class Scene:
     def folder(self, directory):
         return directory / f"{self.name}.out"
 
-    def command(self, *options):
-        return driver.command_of(str(self.path), ["--quiet", *options], self.ranks, self.sets)
+    def command(self, directory, *options):
+        path = self.path
+        if self.more:
+            path = directory / path.name
+            path.write_text(self.path.read_text(encoding="utf-8") + self.more, encoding="utf-8")
+        return driver.command_of(str(path), ["--quiet", *options], self.ranks, self.sets)
 
 
 class Process:
@@ -65,7 +69,7 @@ class Process:
     def __init__(self, scene, directory, *options):
         self.log = open(directory / "log.txt", "a+", encoding="utf-8")
         self.begun = time.monotonic()
-        self.process = subprocess.Popen(scene.command(*options), cwd=directory, env=driver.ENVIRONMENT,
+        self.process = subprocess.Popen(scene.command(directory, *options), cwd=directory, env=driver.ENVIRONMENT,
                                         stdout=self.log, stderr=subprocess.STDOUT, start_new_session=True)
 
     def ranks(self):

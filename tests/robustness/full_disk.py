@@ -43,7 +43,7 @@ def run(scene, directory, library=None, file="", room=0, options=()):
     environment = dict(driver.ENVIRONMENT)
     if library:
         environment |= {"LD_PRELOAD": str(library), "SMALL_DISK_FILE": scene.name + file, "SMALL_DISK_BYTES": str(room)}
-    done = subprocess.run(scene.command(*options), cwd=directory, env=environment, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(scene.command(directory, *options), cwd=directory, env=environment, capture_output=True, text=True, timeout=120)
     return done.returncode, done.stdout + done.stderr
 
 

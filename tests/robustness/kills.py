@@ -18,9 +18,12 @@ from chain import Process, ROOT, Scene, differences, driver, state_of
 
 PLAIN = ROOT / "input" / "heat_copper_plain.nml"
 STIR = {"OUTPUT.CHECKPOINT_INTERVAL": 0.0031, "OUTPUT.SAFETY_INTERVAL": 0.3}
+TRACED = """&TRACER NAME = 'path', KIND = 'line', FROM = 2e-3, 20e-3, 12e-3, TO = 46e-3, 20e-3, 12e-3, SPACING = 4e-3 /
+&TRACER NAME = 'layer', KIND = 'box', LOWER = 10e-3, 10e-3, 10e-3, UPPER = 30e-3, 30e-3, 12e-3, NUMBER = 4, INTERVAL = 7e-4 /
+"""
 HEAT = {"GRID.CELL": 2e-3, "TIME.END": 9.05, "OUTPUT.CHECKPOINT_INTERVAL": 0.07, "OUTPUT.HISTORY_INTERVAL": 0.05,
         "OUTPUT.FRAME_INTERVAL": 3, "OUTPUT.SAFETY_INTERVAL": 0.3}
-SCENES = [Scene("stir, 2 ranks", "stir", STIR, 2), Scene("stir, 1 rank", "stir", STIR, None),
+SCENES = [Scene("stir, 2 ranks", "stir", STIR, 2, TRACED), Scene("stir, 1 rank", "stir", STIR, None, TRACED),
           Scene("heat rkl2, 2 ranks", PLAIN, HEAT, 2),
           Scene("heat tr-bdf2, 1 rank", PLAIN, HEAT | {"HEAT.INTEGRATOR": "tr-bdf2", "HEAT.SOLVER": "cg",
                                                       "HEAT.TOLERANCE": 0.05}, None)]
