@@ -64,38 +64,39 @@ contains
     extent = 1.0_rp/norm2(normal/spacing)
   end function extent
 
-  !> Stretch the `room` that is left to the next edge of the tool as if all edges of the cells were
-  !> h(1), by the length of a cell along the way there, which goes up the slope of the room on the
-  !> surface.
-  subroutine measure_room(h, tool, x, v, dt, normal, room)
-    real(rp), intent(in) :: h(3)                 !! edges of a cell [m]
+  !> The `room` [m] that is left to the next edge of the tool, and the width of a particle's domain
+  !> there, in cells: by the length of a cell along the way to the edge, which goes up the slope of
+  !> the room on the surface.
+  subroutine measure_room(h, spacing, is_bspline, tool, x, normal, room, cells, width)
+    real(rp), intent(in) :: h(3), spacing(3)     !! edges of a cell, of a particle [m]
+    logical, intent(in) :: is_bspline            !! domains are cells
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: x(3), v(3), dt       !! of the particle, now; of this step
-    real(rp), intent(in) :: normal(3)            !! of length 1
-    real(rp), intent(inout) :: room              !! at the end of the step [m]
+    real(rp), intent(in) :: x(3)                 !! of the particle [m]
+    real(rp), intent(in) :: normal(3), room      !! of length 1, [m]
+    real(rp), intent(out) :: cells, width
     real(rp), parameter :: small = 1.0e-3_rp     !! step of the difference [cells]
     real(rp) :: gap, rooms(2), slope(3), step(3), unused(3)
     integer :: a, side
 
-    if (all(abs(h - h(1)) <= 0.0_rp)) return
-    if (abs(room) < 2.0_rp*maxval(h)) then
-      do a = 1, 3
-        do side = 1, 2
-          step = 0.0_rp
-          step(a) = small*minval(h)*(2*side - 3)
-          step = step - dot_product(step, normal)*normal
-          call tool%distance(x + dt*v + step, gap, unused, rooms(side))
-        end do
-        slope(a) = rooms(2) - rooms(1)
+    cells = room/maxval(h)
+    width = 1.0_rp
+    if (.not. is_bspline) width = maxval(spacing/h)
+    if (all(abs(h - h(1)) <= 0.0_rp) .and. &
+        (is_bspline .or. all(abs(spacing - spacing(1)) <= 0.0_rp))) return
+    if (abs(room) >= 2.0_rp*maxval(h)) return
+    do a = 1, 3
+      do side = 1, 2
+        step = 0.0_rp
+        step(a) = small*minval(h)*(2*side - 3)
+        step = step - dot_product(step, normal)*normal
+        call tool%distance(x + step, gap, unused, rooms(side))
       end do
-    else
-      slope = 0.0_rp
-    end if
-    if (norm2(slope) > 0.0_rp) then
-      room = room*h(1)/length_along(h, slope/norm2(slope))
-    else
-      room = room*h(1)/maxval(h)
-    end if
+      slope(a) = rooms(2) - rooms(1)
+    end do
+    if (.not. norm2(slope) > 0.0_rp) return
+    slope = slope/norm2(slope)
+    cells = room/length_along(h, slope)
+    if (.not. is_bspline) width = norm2(slope*spacing)/length_along(h, slope)
   end subroutine measure_room
 
   !> What limits the impulses of the touching particles, which have their `place` among the
@@ -155,12 +156,12 @@ contains
           face = product(body%spacing)/norm2(t%normal*body%spacing)
           shear = dt*face*max(0.0_rp, strength)
           if (t%within < 1.0_rp) t%most = t%within*edge_pressure*shear
-          shear = t%covered*shear
+          shear = t%within*shear
           call law%limits(coefficient(i), max(molten, shear), t%friction, t%shear, t%bend)
           if (law%is_unlimited() .and. shear > 0.0_rp) t%shear = unlimited
           if (t%shear >= unlimited .or. shear <= 0.0_rp) cycle
           t%depth = depth(place(i))
-          t%face = t%covered*face
+          t%face = t%within*face
           t%softening = layer%softening(place(i))
           t%rise = layer%rise(place(i))
           t%log_rate = layer%log_rate(place(i))

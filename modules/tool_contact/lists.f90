@@ -48,7 +48,6 @@ module tool_contact_lists
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
     real(rp) :: keep_out = 0.0_rp              !! what it takes in any case, at an edge [m/s]
     real(rp) :: within = 1.0_rp                !! part of its weight function inside the edges
-    real(rp) :: covered = 1.0_rp               !! part of its face that lies under the tool's
     real(rp) :: most = 0.0_rp                  !! impulse along its normal, beyond that [N s]
     real(rp) :: slip(3) = 0.0_rp               !! along the tool's surface [m/s]
     real(rp) :: friction = 0.0_rp

@@ -162,8 +162,7 @@ contains
       edge = length_along(nodes%patch%h, particle%normal)
       zone = merge(slop*edge, 0.0_rp, at_surface)
       if (.not. takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone*size, &
-                           merge(1.0_rp, size/edge, scene%method%is_bspline), size, &
-                           width_of(scene%body(near%body)%spacing, particle%normal), &
+                           scene%method%is_bspline, scene%body(near%body)%spacing, &
                            near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
       call contact%add_particle_in_contact(particle)
@@ -177,19 +176,17 @@ contains
   !> Whether a particle at `x`, with velocity `v` of its surface, takes part in contact: the surface
   !> would be inside the tool at the end of the step, comes too fast through the soft zone, or is
   !> within the friction zone; how fast it is to be, its slip, and what of it the tool covers.
-  !> Across an edge of the tool lies the part of its face, `width` wide, that a straight edge would
-  !> cut off.
-  logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, domain, size, &
-                              width, x, v, particle)
+  logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, is_bspline, &
+                              spacing, x, v, particle)
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, zone, friction_zone, x(3), v(3)
-    real(rp), intent(in) :: domain              !! of a particle [cells]
-    real(rp), intent(in) :: size, width         !! of a particle along the normal, of its face [m]
+    logical, intent(in) :: is_bspline
+    real(rp), intent(in) :: spacing(3)          !! of particles [m]
     type(contact_particle_t), intent(inout) :: particle
-    real(rp) :: back, gap, relative(3), room, stretched, time, unused(3)
+    real(rp) :: back, cells, domain, gap, relative(3), room, time, unused(3)
 
     call tool%distance(x + dt*v, gap, particle%normal, room)
     gap = gap - particle%half
@@ -204,31 +201,20 @@ contains
     particle%friction = tool%friction
     particle%touches = gap < zone .and. particle%closing > 0.0_rp
     takes_part = particle%touches .or. gap < friction_zone
-    if (room > 0.0_rp) then
-      particle%covered = min(1.0_rp, 0.5_rp + room/width)
-    else                                     ! its surface as high as the edge
-      particle%covered = max(0.0_rp, 0.5_rp &
-                             - sqrt(max(0.0_rp, gap*(gap + 2.0_rp*particle%half)))/width)
-    end if
     particle%within = 1.0_rp
-    stretched = room
-    call measure_room(nodes%patch%h, tool, x, v, dt, particle%normal, stretched)
-    if (particle%can_flow) particle%within = part_within(domain, stretched/nodes%patch%h(1))
+    if (particle%can_flow) then
+      call measure_room(nodes%patch%h, spacing, is_bspline, tool, x + dt*v, particle%normal, room, &
+                        cells, domain)
+      particle%within = part_within(domain, cells)
+    end if
     particle%keep_out = 0.0_rp
-    gap = gap + (1.0_rp - particle%within)*size
+    gap = gap + (1.0_rp - particle%within)*norm2(particle%normal*spacing)
     if (particle%within < 1.0_rp .and. gap < zone) then
       call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
                            particle%keep_out, unused)
     end if
     if (particle%within <= 0.0_rp .or. .not. particle%touches) particle%closing = 0.0_rp
   end function takes_part
-
-  !> Width of a particle's face across `normal` [m].
-  pure real(rp) function width_of(spacing, normal)
-    real(rp), intent(in) :: spacing(3), normal(3)    !! [m]
-
-    width_of = sqrt(product(spacing)/norm2(normal*spacing))
-  end function width_of
 
   !> Part of a particle's weight function that is on the inner side of an edge `room` cells away
   !> (below 0: the particle is beyond it). The function is a hat of a cell averaged over the domain:

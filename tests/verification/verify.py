@@ -45,6 +45,7 @@ def arguments():
 def show_list():
     for problem in problems.ALL.values():
         extra = f", order >= {problem.least_order}" if problem.least_order else ""
+        extra += "".join(f", bound {most:.0%} at {n}" for n, most in problem.bounds.items())
         print(f"{problem.name:20} {problem.section:5} {problem.norm}; pass <= {problem.passes:.2%}{extra}")
         print(f"{'':26} n = {', '.join(map(str, problem.resolutions))} | {', '.join(map(str, problem.fine))}"
               f" {problem.cells}")
@@ -84,9 +85,12 @@ def order(rows):
 
 
 def verdict(problem, rows, is_last, at):
-    """'pass', 'FAIL', or '' for a resolution that is not judged."""
+    """'pass', 'FAIL', 'bound' for what the documents say why it is not reached, or '' for a resolution that is not judged."""
     if not is_last:
         return ""
+    n = rows[-1][0]
+    if problem.passes < at <= problem.limit(n):
+        return f"bound {problem.limit(n):.0%}, asked {problem.passes:.0%}"
     good = at <= problem.passes
     if problem.least_order is not None and len(rows) > 1:
         good = good and order(rows) >= problem.least_order

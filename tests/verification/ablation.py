@@ -1,0 +1,285 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What the constants of contact are worth: each at half and twice its value, on rows of verification.
+
+usage: tests/verification/ablation.py [--list] [--only CONSTANT]... [--rows ROW]... [--scratch DIR] [--json FILE]
+       tests/verification/ablation.py --table FILE       the table of measured results, for ablation.md
+
+The sources are copied to DIR (a new one if none is given; a second call with the same DIR builds only what changed), changed there,
+built, and run. A row is a problem of verify.py at one resolution; its figures have an exact value or that of the unchanged program, and a
+tolerance: what is asked of them. A constant matters where half or twice its value moves a figure by more than that.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+import exact  # noqa: E402
+import problems  # noqa: E402
+from problems.base import Problem, driver, values  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TOOL, BODIES = "tool", "bodies"
+
+# Constant: which rows, file, text, what takes its place for half and twice.
+PARTICLES, LIMITS, IMPULSES = (f"modules/tool_contact/{name}.f90" for name in ("particles", "limits", "impulses"))
+NORMALS, PAIRS, GAPS, LINKS = (f"modules/body_contact/{name}.f90" for name in ("normals", "pairs", "gaps", "links"))
+
+
+def number(name, value, half, twice):
+    """A parameter of kind rp: its text, and those with half and twice its value."""
+    return tuple(f":: {name} = {text}_rp" for text in (value, half, twice))
+
+
+CONSTANTS = {
+    "impulse_fraction": (TOOL, IMPULSES, *number("impulse_fraction", "0.7", "0.35", "1.4")),
+    "least_returned": (TOOL, IMPULSES, *number("least_returned", "1.0e-3", "0.5e-3", "2.0e-3")),
+    "band": (TOOL, IMPULSES, *number("band", "3.51", "3.01", "7.01")),
+    "slop": (TOOL, PARTICLES, *number("slop", "0.02", "0.01", "0.04")),
+    "relaxation": (TOOL, PARTICLES, *number("relaxation", "60.0", "30.0", "120.0")),
+    "relaxation_flow": (TOOL, PARTICLES, *number("relaxation_flow", "30.0", "15.0", "60.0")),
+    "recovery_speed": (TOOL, PARTICLES, *number("recovery_speed", "3.0e-3", "1.5e-3", "6.0e-3")),
+    "any_recovery_speed": (TOOL, PARTICLES, "if (clock%mass_scaling > 1.0_rp) back", "back", "if (.false.) back"),
+    "beside": (TOOL, PARTICLES, *number("beside", "0.5", "0.25", "1.0")),
+    "least_offset": (TOOL, PARTICLES, *number("least_offset", "0.1", "0.05", "0.2")),
+    "edge_pressure": (TOOL, LIMITS, *(f":: edge_pressure = {part}" for part in (
+        "2.0_rp + pi", "0.5_rp*(2.0_rp + pi)", "2.0_rp*(2.0_rp + pi)"))),
+    "step": (TOOL, LIMITS, *number("step", "1.0", "0.5", "2.0")),
+    "least_softening": (TOOL, LIMITS, *number("least_softening", "1.0e-4", "0.5e-4", "2.0e-4")),
+    "least_sensitivity": (TOOL, LIMITS, *number("least_sensitivity", "1.0e-3", "0.5e-3", "2.0e-3")),
+    "least_slope": (TOOL, LIMITS, *number("least_slope", "1.0e-3", "0.5e-3", "2.0e-3")),
+    "everywhere": (TOOL, "modules/contact/law.f90", *number("everywhere", "1.0e3", "0.5e3", "2.0e3")),
+    "ridge": (BODIES, NORMALS, *number("ridge", "1.0e-3", "0.5e-3", "2.0e-3")),
+    "thin": (BODIES, NORMALS, *number("thin", "0.05", "0.025", "0.1")),
+    "overlap": (BODIES, NORMALS, *number("overlap", "0.02", "0.01", "0.04")),
+    "clearly": (BODIES, GAPS, *number("clearly", "1.0e-3", "0.5e-3", "2.0e-3")),
+    "least_weight": (BODIES, LINKS, *number("least_weight", "1.0e-6", "0.5e-6", "2.0e-6")),
+    "reserve": (BODIES, PAIRS, *number("reserve", "0.05", "0.025", "0.1")),
+    "slack": (BODIES, PAIRS, *number("slack", "0.05", "0.025", "0.1")),
+}
+
+
+class Row:
+    """A problem at one resolution, with the figures that are looked at: {name: (exact, tolerance)}. 'error' is that of the
+    problem; exact None is what the unchanged program has, the tolerance a part of it."""
+
+    def __init__(self, name, problem, n, figures, parameters=(), sets=None):
+        self.name, self.problem, self.n, self.figures, self.sets = name, problem, n, figures, sets
+        self.parameters = dict(parameters)
+
+    def measure(self):
+        """{figure: value}, not a number where the run broke down."""
+        problem = OTHERS.get(self.problem) or problems.ALL[self.problem]
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                error, figures, _ = problem.solve(self.n, problem.parameters | self.parameters, folder, self.sets, timeout=900)
+            except AssertionError:
+                return dict.fromkeys(self.figures, math.nan)
+        return {name: float((figures | {"error": error})[name]) for name in self.figures}
+
+
+STICK = {"friction": 1000.0, "slowness": 3.0}
+ROWS = {
+    TOOL: (
+        Row("plane punch, 5", "punch_plane", 5, {"error": (0.0, 0.03), "ripple": (0.0, 0.03)}),
+        Row("round punch, 5", "punch_circle", 5, {"error": (0.0, 0.03), "ripple": (0.0, 0.03)}),
+        Row("elastic punch, 2", "punch_elastic", 2, {"error": (0.0, 0.03)}),
+        Row("sliding disc, 6", "tool_torque", 6, {"torque": (1.0, 0.02), "force": (1.0, 0.02)}),
+        Row("sticking disc, 6", "tool_torque_stick", 6, {"torque": (1.0, 0.02), "loss": (0.0, 0.01)}, STICK),
+        Row("the same, true mass", "tool_torque_stick", 6, {"torque": (1.0, 0.02), "loss": (0.0, 0.01)}, STICK | {"scaling": 1.0}),
+        Row("pushed block, 1", "friction_block", 1, {"error": (0.0, 0.01), "turned [rad]": (0.0, 1e-4)}),
+        Row("block on a slope, 4", "incline_block", 4, {"error": (0.0, 0.02)}),
+        Row("rolling cylinder, 16", "incline_cylinder", 16, {"error": (0.0, 0.02)}),
+        Row("Hertz, line, 40", "hertz_line", 40, {"error": (0.0, 0.05)}),
+        Row("bar on a plane, 50", "bar_impact", 50, {"error": (0.0, 0.03)}),
+        Row("Taylor, 6", "taylor", 6, {"foot [mm]": (None, 0.04), "loss": (0.0, 0.04)}),
+        Row("groove, 4", "groove", 4, {"undisplaced": (0.0, 0.02), "contact loss/work": (0.0, 0.02)}),
+        Row("stirred layer, 5", "stirred_layer", 5, {"tau": (1.0, 0.05), "work": (1.0, 0.05)}),
+        Row("disc on a plate, 4", "face_on_plate", 4, {"torque": (1.0, 0.03), "area": (1.0, 0.025), "force": (None, 0.03)}),
+    ),
+    BODIES: (
+        Row("discs, 8, six grids", "discs", 8, {"energy lost": (0.0, 0.02), "gained": (0.0, 1e-3), "touch/h": (0.0, 0.1)}),
+        *(Row(f"discs anyhow {k}", "discs_anyhow", 8, {"lost": (0.0, 0.02), "gained": (0.0, 2e-3), "spin": (1.0, 2e-2 if friction else 3e-3)},
+              {"seed": k, "friction": friction}) for k, friction in ((1, 0.0), (2, 0.3), (3, 0.0), (4, 0.6))),
+        Row("the same by regression", "discs_anyhow", 8, {"lost": (0.0, 0.02), "gained": (0.0, 2e-3), "spin": (1.0, 3e-3)},
+            {"seed": 5}, {"CONTACT.NORMAL": "regression"}),
+        Row("slow discs, 10", "discs_nairn", 10, {"error": (0.0, 0.02)}),
+        Row("spheres, 12", "hertz_impact", 12, {"approach": (None, 0.05), "energy lost": (0.0, 0.05)}),
+        Row("block on a slab", "block_on_slab", 1, {"speed": (1.0, 5e-3), "force": (1.0, 5e-3)}),
+        Row("the same, B-splines", "block_on_slab", 1, {"speed": (1.0, 5e-3), "force": (1.0, 5e-3)}, sets={"METHOD.SHAPE": "bspline"}),
+        Row("box of particles, 8", "box_of_particles", 8, {"force": (None, 0.02)}),
+    ),
+}
+
+
+class FaceOnPlate(Problem):
+    """A disc that spins on a plate wider than it, of metal that hardly knows rate and temperature."""
+
+    folder, input, name = ROOT / "benchmarks", "disc_on_plate", "face_on_plate"
+    radius, factor, deep = 9.3e-3, 0.7, 50e-6
+
+    def sets(self, n, p):
+        cell = self.radius / n
+        side, height = 20 * cell, 4 * cell
+        return {"GRID.CELL": cell, "GRID.LOWER": values(-2 * cell, -2 * cell, -2 * cell), "TOOL.RADIUS": self.radius,
+                "GRID.UPPER": values(side + 2 * cell, side + 2 * cell, height + 3 * cell), "SHAPE.UPPER": values(side, side, height),
+                "CLAMP(3).LOWER": values(-1, side, -1), "CLAMP(5).LOWER": values(side, -1, -1), "TOOL.FRICTION_LAW": "shear-factor",
+                "TOOL.POSITION": values(10.3 * cell, 9.6 * cell, height), "TOOL.SHEAR_FACTOR": self.factor, "TIME.END": 12e-3,
+                "MOTION(1).DURATION": 4e-3, "MOTION(1).VELOCITY": values(0, 0, -self.deep / 4e-3), "MOTION(2).VELOCITY": values(0, 0, 0),
+                "OUTPUT.HISTORY_INTERVAL": 5e-4, "MATERIAL.JC_A": 200e6, "MATERIAL.JC_B": 0, "MATERIAL.JC_C": 0.002,
+                "MATERIAL.T_MELT": 1e4, "METHOD.SLEEPING": "on"}
+
+    def measure(self, run, n, p):
+        history = run.history()
+        late = history["time[s]"] > 8e-3
+        area, strength, torque, force = (history[f"disc_{name}"][late].mean() for name in (
+            "face_area[m2]", "shear_strength[Pa]", "torque[Nm]", "force_z[N]"))
+        face = math.pi * self.radius**2
+        wanted = self.factor * strength * face * (2.0 / 3.0 * self.radius + 2.0 * self.deep)
+        return abs(torque / wanted - 1.0), {"torque": torque / wanted, "area": area / face, "force": force}
+
+
+class BlockOnSlab(Problem):
+    """A block pushed and pressed on a rigid slab of particles."""
+
+    folder, input, name = driver.INPUTS, "blocks", "block_on_slab"
+
+    def sets(self, n, p):
+        return {"TIME.END": 2e-3, "OUTPUT.CHECKPOINT_INTERVAL": 2e-3}
+
+    def measure(self, run, n, p):
+        history, state = run.history(), run.checkpoint()
+        block = state.body == 1
+        speed = state.mass[block] @ state.v[block, 0] / state.mass[block].sum()
+        wanted = exact.ramped_speed(0.5 * 35.294 / 3e-3, 1e-4, 2e-3)
+        return abs(speed / wanted - 1.0), {"speed": speed / wanted, "force": -history["slab_force_z[N]"][-20:].mean() / 35.294}
+
+
+class BoxOfParticles(Problem):
+    """A rigid box of particles pressed into an elastic block."""
+
+    folder, input, name = driver.INPUTS, "press", "box_of_particles"
+
+    def sets(self, n, p):
+        return {"TIME.END": 4e-5, "OUTPUT.CHECKPOINT_INTERVAL": 4e-5, "TIME.CFL": 0.1, "GRID.CELL": 8e-3 / n}
+
+    def measure(self, run, n, p):
+        return 0.0, {"force": run.history()["punch_force_z[N]"][-10:].mean()}
+
+
+OTHERS = {problem.name: problem for problem in (FaceOnPlate(), BlockOnSlab(), BoxOfParticles())}
+
+
+def build(scratch, jobs):
+    """The program from the sources in `scratch`."""
+    folder = scratch / "build"
+    if not (folder / "CMakeCache.txt").exists():
+        subprocess.run(["cmake", "-S", scratch, "-B", folder, "-D", "CMAKE_BUILD_TYPE=Release", "-D", "STIRPOINT_TESTS=OFF"], check=True,
+                       stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", folder, "--parallel", str(jobs)], check=True, stdout=subprocess.DEVNULL)
+    return str(folder / "stirpoint")
+
+
+def measure(rows):
+    """{row: {figure: value}}."""
+    return {row.name: row.measure() for row in rows}
+
+
+def changed(scratch, constant, k):
+    """Change a constant in `scratch` to half (k = 3) or twice (4) its value; its file and text before."""
+    path, before = scratch / CONSTANTS[constant][1], CONSTANTS[constant][2]
+    text = path.read_text(encoding="utf-8")
+    if text.count(before) != 1:
+        sys.exit(f"ablation.py: {constant}: not once in {path.name}: {before}")
+    path.write_text(text.replace(before, CONSTANTS[constant][k]), encoding="utf-8")
+    return path, text
+
+
+def moved(row, figure, value, base):
+    """By how many tolerances a figure is moved."""
+    exact, tolerance = row.figures[figure]
+    scale = tolerance * (abs(base) if exact is None else 1.0)
+    return math.inf if math.isnan(value) else abs(value - base) / scale
+
+
+def show(results):
+    """A table in Markdown: constants by the two figures that they move most, and how many they move by a tenth of a tolerance or more."""
+    rows = {row.name: row for group in ROWS.values() for row in group}
+    print("| constant | half | twice |")
+    print("|---|---|---|")
+    for constant, found in results.items():
+        if constant in ROWS:
+            continue
+        base, cells = results[found["rows"]]["default"], []
+        for side in ("half", "twice"):
+            moves = sorted(((moved(rows[row], figure, value, base[row][figure]), row, figure, value, base[row][figure])
+                            for row, figures in found[side].items() for figure, value in figures.items()), reverse=True)
+            words = [f"{row}: {figure} {value:.3g} ({before:.3g}), {by:.1f}" for by, row, figure, value, before in moves[:3] if by >= 0.1]
+            cells.append("; ".join(words) or f"less than {max(0.001, moves[0][0]):.1g}")
+        print(f"| {constant} | {cells[0]} | {cells[1]} |")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true", help="constants and rows")
+    parser.add_argument("--only", action="append", metavar="CONSTANT", help="these constants; not given: all")
+    parser.add_argument("--rows", action="append", metavar="ROW", help="rows whose names contain this; not given: all")
+    parser.add_argument("--scratch", metavar="DIR", type=pathlib.Path, help="where the copy of the sources is or will be")
+    parser.add_argument("--jobs", metavar="N", type=int, default=2, help="of the build (2)")
+    parser.add_argument("--json", metavar="FILE", type=pathlib.Path, help="keep what was measured there, and go on from it")
+    parser.add_argument("--table", metavar="FILE", type=pathlib.Path, help="show the table of what was kept, and measure nothing")
+    options = parser.parse_args()
+    if options.table:
+        show(json.loads(options.table.read_text(encoding="utf-8")))
+        return
+    if options.list:
+        for name, (group, path, *texts) in CONSTANTS.items():
+            print(f"{name:20} {group:7} {path:36} {' | '.join(texts)}")
+        for group, rows in ROWS.items():
+            for row in rows:
+                print(f"{group:7} {row.name:24} {row.problem} --resolution {row.n}: {', '.join(row.figures)}")
+        return
+    run(options)
+
+
+def run(options):
+    """Measure what is asked, keep it, and show the table."""
+    results = {}
+    if options.json and options.json.exists():
+        results = json.loads(options.json.read_text(encoding="utf-8"))
+    with tempfile.TemporaryDirectory() as new:
+        scratch = (options.scratch or pathlib.Path(new) / "stirpoint").resolve()
+        if not scratch.exists():
+            shutil.copytree(ROOT, scratch, ignore=shutil.ignore_patterns("build", ".git"))
+        wanted = {group: [row for row in rows if not options.rows or any(part in row.name for part in options.rows)]
+                  for group, rows in ROWS.items()}
+        for constant in options.only or CONSTANTS:
+            group = CONSTANTS[constant][0]
+            if group not in results:
+                driver.EXECUTABLE = build(scratch, options.jobs)
+                results[group] = {"default": measure(wanted[group])}
+            if constant not in results:
+                found = {"rows": group}
+                for k, side in ((3, "half"), (4, "twice")):
+                    path, before = changed(scratch, constant, k)
+                    try:
+                        driver.EXECUTABLE = build(scratch, options.jobs)
+                        found[side] = measure(wanted[group])
+                    finally:
+                        path.write_text(before, encoding="utf-8")
+                results[constant] = found
+                print(f"{constant} is measured", file=sys.stderr, flush=True)
+            if options.json:
+                options.json.write_text(json.dumps(results, indent=1), encoding="utf-8")
+    show(results)
+
+
+if __name__ == "__main__":
+    main()
