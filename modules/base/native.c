@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: MIT
- * What only C can say: signal flags, libraries opened late, cache prefetch, peak memory, transposition in registers. */
+ * What only C can say: signal flags, libraries opened late, memory that grows where it is, cache prefetch, peak memory,
+ * transposition in registers. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <time.h>
@@ -94,6 +97,18 @@ void stirpoint_fetch_some(int lines)
 {
     const char *end = ahead + 64 * lines < ahead_end ? ahead + 64 * lines : ahead_end;
     for (; ahead < end; ahead += 64) __builtin_prefetch(ahead, 0, 2);
+}
+
+/* Memory of aligned_alloc(64, ...) with another size; 0 and the old memory as it was if there is none. realloc moves pages
+ * instead of what they hold where it can, but need not keep the boundary. */
+void *stirpoint_resize(void *old, size_t bytes)
+{
+    char *p = realloc(old, bytes);
+    if (!p || (uintptr_t)p % 64 == 0) return p;
+    char *q = aligned_alloc(64, bytes);
+    if (q) memcpy(q, p, bytes);
+    free(p);
+    return q;
 }
 
 double stirpoint_peak_memory(void)

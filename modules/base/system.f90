@@ -9,7 +9,7 @@ module base_system
   implicit none (type, external)
   private
 
-  public :: allocate_aligned, free_aligned, rename_file, make_directory, remove_file
+  public :: allocate_aligned, resize_aligned, free_aligned, rename_file, make_directory, remove_file
   public :: watch_signals, leave_signals, stop_signal, raise_signal, peak_memory
   public :: need_soon, fetch_some, to_records
   public :: open_library, symbol_of, data_file
@@ -21,6 +21,14 @@ module base_system
       integer(c_size_t), value :: alignment, size
       type(c_ptr) :: p
     end function c_aligned_alloc
+
+    function c_resize(old, size) bind(c, name='stirpoint_resize') result(p)
+      import :: c_ptr, c_size_t
+      implicit none (type, external)
+      type(c_ptr), value :: old
+      integer(c_size_t), value :: size
+      type(c_ptr) :: p
+    end function c_resize
 
     subroutine c_free(p) bind(c, name='free')
       import :: c_ptr
@@ -131,14 +139,34 @@ contains
     integer(i8), intent(in) :: n
     real(rp), pointer, contiguous, intent(out) :: a(:)
     type(c_ptr) :: p
-    integer(c_size_t) :: bytes
 
-    bytes = 64_c_size_t*((8_c_size_t*max(n, 1_i8) + 63_c_size_t)/64_c_size_t)
-    p = c_aligned_alloc(64_c_size_t, bytes)
+    p = c_aligned_alloc(64_c_size_t, whole_lines(n))
     if (.not. c_associated(p)) call fatal('out of memory')
     call c_f_pointer(p, a, [n])
     a = 0.0_rp
   end subroutine allocate_aligned
+
+  !> Memory of `allocate_aligned` for `n` reals instead: the first ones stay, new ones are 0. Of
+  !> large memory nothing is copied.
+  subroutine resize_aligned(n, a)
+    integer(i8), intent(in) :: n
+    real(rp), pointer, contiguous, intent(inout) :: a(:)
+    type(c_ptr) :: p
+    integer(i8) :: old
+
+    old = size(a, kind=i8)
+    p = c_resize(c_loc(a), whole_lines(n))
+    if (.not. c_associated(p)) call fatal('out of memory')
+    call c_f_pointer(p, a, [n])
+    a(old + 1:) = 0.0_rp
+  end subroutine resize_aligned
+
+  !> Bytes of the cache lines that hold `n` reals.
+  pure integer(c_size_t) function whole_lines(n)
+    integer(i8), intent(in) :: n
+
+    whole_lines = 64_c_size_t*((8_c_size_t*max(n, 1_i8) + 63_c_size_t)/64_c_size_t)
+  end function whole_lines
 
   !> Give back memory of `allocate_aligned`.
   subroutine free_aligned(a)

@@ -65,6 +65,7 @@ contains
       end do
       offset = offset + product(int(lattice%n, i8))
     end do
+    call particles%fit()
   end subroutine fill_bodies
 
   subroutine fill_plane(input, scene, body, solids, lattice, i, offset, particles)

@@ -43,8 +43,7 @@ contains
     dt = stable_step(sim%scene, sim%clock)
     limited_by = limit(sim)
     what_is_skipped = skipped(sim)
-    memory = real(sim%particles%bytes(), rp) + 64.0_rp*sim%nodes%patch%nn*merge(2, 1, &
-      associated(sim%nodes%g2))
+    memory = real(sim%particles%bytes() + sim%nodes%bytes(), rp)
     call world%sum(memory)
     call estimate_run(world, sim, dt, cost)
     if (.not. world%is_root()) return

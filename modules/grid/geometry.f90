@@ -189,14 +189,22 @@ contains
     upper = self%lower + self%h*real(self%cells(), rp)
   end function upper
 
-  !> Storage of the owned box `own`.
-  pure type(patch_t) function make_patch(grid, own)
+  !> Storage of the owned box `own`. Above `room`, which has all nodes that particles may touch, one
+  !> layer is stored, so that each of them has its neighbours; below the first node is where the
+  !> owned box has it, since weights are measured from there.
+  pure type(patch_t) function make_patch(grid, own, room)
     type(grid_t), intent(in) :: grid
     type(box_t), intent(in) :: own
+    type(box_t), intent(in), optional :: room
     integer :: n(3)
 
     make_patch%own = own
     make_patch%all = own%grown(halo)
+    if (present(room)) then
+      associate (all => make_patch%all)
+        where (grid%period == 0) all%hi = min(all%hi, max(room%hi + 1, all%lo))
+      end associate
+    end if
     make_patch%h = grid%h
     make_patch%period = grid%period
     n = 0

@@ -5,7 +5,7 @@
 module mapping_nodes
   use base_kinds, only: i8, nlane, rp
   use base_system, only: allocate_aligned, free_aligned
-  use grid_geometry, only: patch_t
+  use grid_geometry, only: box_t, patch_t
   use grid_halo, only: halo_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t, scheme_usl
@@ -16,6 +16,7 @@ module mapping_nodes
   !> field of its own.
   type :: nodes_t
     type(patch_t) :: patch
+    type(box_t) :: room                      !! nodes that particles of any rank may touch
     type(halo_t) :: halo                     !! of the nodes of steps
     type(halo_t) :: resting_halo             !! of the nodes of all particles, while some sleep
     integer :: n_groups = 1
@@ -34,6 +35,7 @@ module mapping_nodes
   contains
     procedure :: allocate_grids
     procedure :: allocate_scratch
+    procedure :: bytes
     procedure :: free
   end type nodes_t
 
@@ -79,6 +81,15 @@ contains
     call allocate_aligned(32_i8*nlane, self%rec_memory)
     self%rec(1:8, 1:4, 1:nlane) => self%rec_memory
   end subroutine allocate_scratch
+
+  !> Memory of the grids and of volume averaging on this rank [bytes].
+  pure integer(i8) function bytes(self)
+    class(nodes_t), intent(in) :: self
+
+    bytes = 64_i8*self%patch%nn*self%n_groups*count([associated(self%g), associated(self%g2), &
+                                                     associated(self%increment)])
+    if (allocated(self%volume)) bytes = bytes + 8_i8*size(self%volume, kind=i8)
+  end function bytes
 
   subroutine free(self)
     class(nodes_t), intent(inout) :: self

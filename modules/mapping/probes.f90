@@ -86,7 +86,7 @@ contains
     end do
   end subroutine share_probes
 
-  !> A probe is moved by the rank that owns its nearest node.
+  !> A probe is moved by the rank that owns its nearest node, unless there is no material around.
   subroutine claim_probes(grid, patch, probes)
     type(grid_t), intent(in) :: grid
     type(patch_t), intent(in) :: patch
@@ -97,7 +97,8 @@ contains
     do n = 1, probes%n
       x = probes%x(:, n)
       call wrap(grid, x)
-      probes%is_mine(n) = patch%own%has(nearest_node(grid, x))
+      probes%is_mine(n) = patch%own%has(nearest_node(grid, x)) .and. &
+                          all(patch%period > 0 .or. nearest_node(grid, x) < patch%all%hi)
     end do
   end subroutine claim_probes
 

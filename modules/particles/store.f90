@@ -3,7 +3,7 @@
 !> All particles of a block belong to one body; unused lanes of a block are neutral (no mass).
 module particles_store
   use base_kinds, only: i8, nlane, rp
-  use base_system, only: allocate_aligned, free_aligned, need_soon
+  use base_system, only: allocate_aligned, free_aligned, need_soon, resize_aligned
   implicit none (type, external)
   private
 
@@ -74,6 +74,7 @@ module particles_store
     procedure :: init
     procedure :: free
     procedure :: reserve
+    procedure :: fit
     procedure :: change_fields
     procedure :: fetch
     procedure :: remove
@@ -121,20 +122,34 @@ contains
   subroutine reserve(self, nblk)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: nblk
-    real(rp), pointer, contiguous :: memory(:), ps(:, :, :)
+
+    if (nblk > self%capacity) call resize(self, nblk + nblk/32 + 4)
+  end subroutine reserve
+
+  !> Give back what is allocated beyond the blocks in use, but for a few: sorts put particles of
+  !> other bodies and other rest into blocks of their own.
+  subroutine fit(self)
+    class(particles_t), intent(inout) :: self
+    integer, parameter :: few = 4
+
+    if (self%capacity > self%nblk + few) call resize(self, self%nblk + few)
+  end subroutine fit
+
+  !> Storage for `n` blocks.
+  subroutine resize(self, n)
+    class(particles_t), intent(inout) :: self
+    integer, intent(in) :: n
     integer(i8), allocatable :: tag(:, :)
     integer, allocatable :: list(:)
-    integer :: n, old
+    integer :: old
 
-    if (nblk <= self%capacity) return
-    n = nblk + nblk/32 + 4
-    old = self%capacity
-    call allocate_aligned(int(nlane, i8)*self%nf*n, memory)
-    ps(1:nlane, 1:self%nf, 1:n) => memory
-    if (old > 0) ps(:, :, 1:old) = self%ps(:, :, 1:old)
-    if (associated(self%memory)) call free_aligned(self%memory)
-    self%memory => memory
-    self%ps => ps
+    old = min(self%capacity, n)
+    if (associated(self%memory)) then
+      call resize_aligned(int(nlane, i8)*self%nf*n, self%memory)
+    else
+      call allocate_aligned(int(nlane, i8)*self%nf*n, self%memory)
+    end if
+    self%ps(1:nlane, 1:self%nf, 1:n) => self%memory
     allocate (tag(nlane, n), source=0_i8)
     if (old > 0) tag(:, 1:old) = self%tag(:, 1:old)
     call move_alloc(tag, self%tag)
@@ -145,7 +160,7 @@ contains
     if (old > 0) list(1:old) = self%body(1:old)
     call move_alloc(list, self%body)
     self%capacity = n
-  end subroutine reserve
+  end subroutine resize
 
   !> Remove the chosen particles of block `b`; the last ones take their places, empty lanes are 0.
   pure subroutine remove(self, b, chosen)

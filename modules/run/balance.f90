@@ -4,7 +4,7 @@
 module run_balance
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use grid_geometry, only: box_t, make_patch, nearest_node, storage_nodes
+  use grid_geometry, only: box_t, grid_t, halo, make_patch, nearest_node, storage_nodes
   use grid_partition, only: bisect, imbalance, owner_of
   use particles_migrate, only: wrap_positions
   use particles_store, only: f_pos
@@ -13,7 +13,7 @@ module run_balance
   implicit none (type, external)
   private
 
-  public :: first_partition, rebalance, note_balance
+  public :: first_partition, find_room, note_balance, reach_of, rebalance, store_nodes
 
 contains
 
@@ -25,8 +25,41 @@ contains
     if (.not. allocated(sim%exchange%boxes)) allocate (sim%exchange%boxes(0:world%size - 1), &
                                                        source=box_t())
     call wrap_positions(sim%scene%grid, sim%particles)
+    call find_room(world, sim)
     call partition(world, sim)
   end subroutine first_partition
+
+  !> Collective. The box of nodes that any particle of any rank may touch until the next sort.
+  subroutine find_room(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: extent(6)
+
+    extent = sim%particles%extent(1, sim%particles%nblk)
+    call world%max(extent)
+    sim%nodes%room = reach_of(sim%scene%grid, extent)
+  end subroutine find_room
+
+  !> The box of nodes that particles may touch until the next sort that now are within `extent`
+  !> (particles_store).
+  pure type(box_t) function reach_of(grid, extent) result(box)
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: extent(6)        !! [m]
+
+    box = box_t()
+    if (extent(1) < -extent(4)) return
+    box%lo = nearest_node(grid, -extent(4:6)) - halo
+    box%hi = nearest_node(grid, extent(1:3)) + halo
+  end function reach_of
+
+  !> Storage for the nodes of this rank's box that are in the room of the particles.
+  subroutine store_nodes(world, sim)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+
+    sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(world%rank), sim%nodes%room)
+    call sim%nodes%allocate_grids(sim%scene)
+  end subroutine store_nodes
 
   !> Collective, before particles migrate: new boxes if a rank would have too much with the old
   !> ones; all blocks may have to move then. The imbalance of the steps until the next sort is
@@ -116,8 +149,7 @@ contains
               r=0, world%size - 1)]) .and. associated(sim%nodes%g)) return   ! no better cut
     sim%exchange%balance%cuts = sim%exchange%balance%cuts + 1
     sim%exchange%boxes = boxes
-    sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(world%rank))
-    call sim%nodes%allocate_grids(sim%scene)
+    call store_nodes(world, sim)
   end subroutine partition
 
 end module run_balance

@@ -7,13 +7,13 @@ module run_regrid
   use comm_world, only: world_t
   use exchange_order, only: list_turns, mark_border
   use exchange_speculation, only: list_order
-  use grid_geometry, only: box_t, dilate, halo, nearest_node, storage_nodes
+  use grid_geometry, only: box_t, dilate, halo, storage_nodes
   use mapping_nodes, only: append, clear_nodes
   use mapping_probes, only: claim_probes, share_probes
   use particles_migrate, only: redistribute, wrap_positions
   use particles_sort, only: keep_none
   use particles_store, only: awake, f_pos, held
-  use run_balance, only: note_balance, rebalance
+  use run_balance, only: note_balance, reach_of, rebalance, store_nodes
   use run_mass_scaling, only: adapt_mass
   use sleep_criteria, only: count_awake, update_sleep
   use sleep_held_force, only: find_borne
@@ -31,7 +31,7 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer :: n_moving                      ! blocks whose particles may have to go elsewhere
-    integer :: keep
+    integer :: cuts, keep
     logical :: can_wait, is_new, others_sleep, sleepers_stay
 
     is_new = sim%blocks%n_awake < 0
@@ -45,12 +45,14 @@ contains
     call share_probes(world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
     n_moving = merge(sim%particles%nblk, sim%blocks%n_awake, is_new)
+    cuts = sim%exchange%balance%cuts
     call rebalance(world, sim, n_moving)
     keep = oldest_order(sim)
     if (is_new) keep = keep_none
     call redistribute(world, sim%scene%grid, sim%nodes%patch, sim%exchange%boxes, &
                       size(sim%scene%body), &
                       n_moving, keep, others_sleep, sim%particles, sleepers_stay)
+    if (is_new .or. sim%exchange%balance%cuts > cuts) call sim%particles%fit()
     sim%clock%displacement = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
     call relist(world, sim, .true., sleepers_stay)
@@ -111,12 +113,18 @@ contains
     logical, intent(in) :: sleepers_stay     !! as they were before
     logical, allocatable :: near(:, :, :)    !! nodes in reach of awake particles
     type(box_t) :: active(2)
-    logical :: some_rest
+    logical :: is_outgrown, some_rest
 
     some_rest = sim%scene%method%sleep%is_on
     call count_awake(sim%particles, sim%blocks, sim%sleepers)
     if (.not. sleepers_stay) call note_sleepers(sim)
     active = boxes_in_use(world, sim)
+    is_outgrown = any(active(1)%hi > sim%nodes%room%hi)
+    if (is_outgrown) then
+      sim%nodes%room%hi = max(sim%nodes%room%hi, active(1)%hi)
+      call store_nodes(world, sim)
+      call note_sleepers(sim)
+    end if
     call sim%nodes%halo%init(world, sim%nodes%patch, sim%exchange%boxes, active(2))
     if (some_rest) call sim%nodes%resting_halo%init(world, sim%nodes%patch, sim%exchange%boxes, &
                                                     active(1))
@@ -125,7 +133,8 @@ contains
     call list_mirrors(sim%scene, sim%nodes, sim%boundary)
     call list_clamps(world, sim%scene, sim%nodes, sim%boundary)
     call find_borne(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
-                    sim%boundary, sim%sleepers, sim%books, sleepers_stay)
+                    sim%boundary, sim%sleepers, sim%books, &
+                    sleepers_stay .and. .not. is_outgrown)
     call mark_border(sim%scene, sim%particles, sim%blocks, sim%nodes, sim%boundary, is_sorted_anew)
     call list_turns(sim%particles, sim%blocks)
     if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
@@ -204,11 +213,8 @@ contains
     flat = reshape(extent, [12])
     call world%max(flat)
     extent = reshape(flat, [6, 2])
-    boxes = box_t()
     do i = 1, 2
-      if (extent(1, i) < -extent(4, i)) cycle
-      boxes(i)%lo = nearest_node(sim%scene%grid, -extent(4:6, i)) - halo
-      boxes(i)%hi = nearest_node(sim%scene%grid, extent(1:3, i)) + halo
+      boxes(i) = reach_of(sim%scene%grid, extent(:, i))
     end do
   end function boxes_in_use
 

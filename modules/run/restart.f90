@@ -6,12 +6,12 @@ module run_restart
   use comm_world, only: world_t
   use contact_motion, only: n_drive
   use contact_tool, only: n_tool_sums
-  use grid_geometry, only: box_t, make_patch
+  use grid_geometry, only: box_t
   use io_checkpoint, only: read_checkpoint
   use output_checkpoint, only: n_clock
   use particles_migrate, only: find_outside
   use particles_store, only: awake, particles_t, set_rest, tag_rest
-  use run_balance, only: first_partition
+  use run_balance, only: find_room, first_partition, store_nodes
   use run_debris, only: let_debris_go
   use run_regrid, only: regrid, relist
   use sleep_motion, only: start_tracking
@@ -78,8 +78,8 @@ contains
     if (.not. sim%scene%method%sleep%is_on) call wake_all(world, sim%particles, same_ranks)
     if (same_ranks) then
       call move_alloc(boxes, sim%exchange%boxes)
-      sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(world%rank))
-      call sim%nodes%allocate_grids(sim%scene)
+      call find_room(world, sim)
+      call store_nodes(world, sim)
       call relist(world, sim, .false., .false.)
     else
       call first_partition(world, sim)

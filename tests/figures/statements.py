@@ -205,6 +205,9 @@ DEFINITIONS = (
     ("docs/speed.md", "it fails above 3 %", ASKED),
     ("docs/speed.md", "a particle-step of 200 ns", KEY),
     ("docs/speed.md", "has 2 us and 10 GB/s", KEY),
+    ("docs/speed.md", "at most 300 in the passes of copper", ASKED),
+    ("docs/speed.md", "it has 28 fields and a tag, 232 bytes. The rest are nodes: two grids of 64 bytes a node, and 16 bytes", KEY),
+    ("docs/speed.md", "takes 40 bytes a particle more while it lasts, and a frame 92", KEY),
     ("docs/speed.md", "is 1 awake, more where one of its block flows or touches a tool, 0.035 asleep", KEY),
 )
 

@@ -49,6 +49,12 @@ contains
                 .and. patch%node(a%hi + halo) == patch%nn .and. patch%stride(3) == 1 &
                 .and. patch%nn == (4 + 2*halo)*(5 + 2*halo)*(6 + 2*halo))
     call expect_close('origin of a patch', patch%origin(2), 1.0_rp - 0.1_rp*halo)
+    patch = make_patch(grid, a, box_t([0, -2, 1], [1, 9, 3]))
+    call expect('one layer above the room of the particles, and no more than without it', &
+                all(patch%all%lo == a%lo - halo) .and. all(patch%all%hi == [2, 6, 4]))
+    patch = make_patch(grid, a, box_t([-9, -9, -9], [-7, -7, -7]))
+    call expect('a rank without particles stores a layer', all(patch%all%hi == a%lo - halo) &
+                .and. patch%nn == 1)
     call expect('nearest node', all(nearest_node(grid, [0.149_rp, 1.151_rp, 2.0_rp]) == [1, 2, 0]))
   end subroutine test_geometry
 

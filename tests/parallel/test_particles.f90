@@ -3,6 +3,7 @@
 program test_particles
   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
                                            ieee_set_halting_mode, ieee_value
+  use, intrinsic :: iso_c_binding, only: c_loc
   use base_kinds, only: i8, nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_equal
   use comm_world, only: start_world, world_t
@@ -119,6 +120,15 @@ contains
     call expect('fields are kept', all([(all(abs(particles%ps(:, :, b) - b) <= 0.0_rp), b=1, n)]))
     call expect('and what else blocks hold', all([(all(particles%tag(:, b) == b) &
                 .and. particles%count(b) == b .and. particles%body(b) == -b, b=1, n)]))
+    call particles%reserve(3000)                 ! beyond what memory is copied for
+    call expect('much more', all([(all(abs(particles%ps(:, :, b) - b) <= 0.0_rp), b=1, n)]) &
+                .and. all(abs(particles%ps(:, :, n + 1:)) <= 0.0_rp) &
+                .and. modulo(transfer(c_loc(particles%ps), 0_i8), 64_i8) == 0)
+    call particles%fit()
+    call expect('only a few more than are in use', particles%capacity <= 6 &
+                .and. size(particles%ps, 3) == particles%capacity &
+                .and. all([(all(abs(particles%ps(:, :, b) - b) <= 0.0_rp) &
+                            .and. all(particles%tag(:, b) == b), b=1, 2)]))
     call particles%free()
   end subroutine test_reserve
 
