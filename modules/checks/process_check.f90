@@ -85,7 +85,7 @@ contains
 
     call plate_of(scene, solids, lower, upper)
     call tool%shape%check_size(input, k, maxval(scene%grid%upper() - scene%grid%lower), &
-                               maxval(upper(:2) - lower(:2)), &
+                               scene%grid%h, maxval(upper(:2) - lower(:2)), &
                                any(abs(tool%motion%phase%spin) > 0.0_rp), diagnostics)
   end subroutine check_size
 

@@ -12,7 +12,7 @@ module setup_tools
   use keys_names, only: find, known
   use physics_material, only: material_t
   use state_scene, only: body_t
-  use tool_shapes_list, only: make_shape
+  use tool_shapes_list, only: read_shape
   implicit none (type, external)
   private
 
@@ -40,8 +40,7 @@ contains
       tool(i)%friction = input%real('TOOL', i, 'FRICTION')
       call read_friction_law(input, i, body, material, tool(i)%friction_law, diagnostics)
       call read_friction_table(input, i, tool(i), diagnostics)
-      call make_shape(input%text('TOOL', i, 'KIND'), tool(i)%shape)
-      if (tool(i)%has_shape()) call tool(i)%shape%read_keys(input, i, tool(i)%frame, diagnostics)
+      call read_shape(input, i, tool(i)%shape, tool(i)%frame, diagnostics)
       tool(i)%motion = motion_of(input, tool(i)%name)
       call read_watch(input, i, tool(i), diagnostics)
       call read_drive(input, i, body, material, tool(i), diagnostics)

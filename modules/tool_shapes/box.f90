@@ -46,11 +46,11 @@ contains
     frame = tilted_frame(input, i)
   end subroutine read_keys
 
-  subroutine check_size(self, input, i, grid, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
     class(box_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(in) :: grid, width
+    real(rp), intent(in) :: grid, cell(3), width
     logical, intent(in) :: spins
     type(diagnostics_t), intent(inout) :: diagnostics
 

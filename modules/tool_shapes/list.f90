@@ -1,17 +1,23 @@
 ! SPDX-License-Identifier: MIT
 !> The shapes that a tool may have: what KIND of a &TOOL names.
 module tool_shapes_list
+  use base_kinds, only: rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
   use keys_names, only: find
   use keys_table, only: key_table_t
   use tool_shapes_box, only: box_t
+  use tool_shapes_cut_keys, only: asks_for_cuts
+  use tool_shapes_cut_shoulder, only: cut_shoulder_t
   use tool_shapes_plane, only: plane_t
   use tool_shapes_shape, only: shape_t
   use tool_shapes_shoulder, only: shoulder_t
   use tool_shapes_sphere, only: sphere_t
+  use tool_shapes_stl, only: stl_shape_t
   implicit none (type, external)
   private
 
-  public :: add_shape_keys, make_shape, shape_names
+  public :: add_shape_keys, make_shape, read_shape, shape_names
 
   integer, parameter :: most = 32
 
@@ -38,6 +44,7 @@ contains
     call shapes%add('plane', plane_t())
     call shapes%add('sphere', sphere_t())
     call shapes%add('box', box_t())
+    call shapes%add('stl', stl_shape_t())
   end subroutine list_shapes
 
   subroutine add(self, name, shape)
@@ -88,5 +95,25 @@ contains
     k = find(shapes%one%name, name)
     if (k > 0) call move_alloc(shapes%one(k)%shape, shape)
   end subroutine make_shape
+
+  !> The shape of the `i`-th &TOOL, and the tool's axes at t = 0; unallocated if KIND names none.
+  !> A shoulder with cuts is another shape than one without.
+  subroutine read_shape(input, i, shape, frame, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    class(shape_t), allocatable, intent(out) :: shape
+    real(rp), intent(inout) :: frame(3, 3)         !! columns: its axes
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    call make_shape(input%text('TOOL', i, 'KIND'), shape)
+    if (.not. allocated(shape)) return
+    if (input%text('TOOL', i, 'KIND') == 'shoulder') then
+      if (asks_for_cuts(input, i)) then
+        deallocate (shape)
+        allocate (cut_shoulder_t :: shape)
+      end if
+    end if
+    call shape%read_keys(input, i, frame, diagnostics)
+  end subroutine read_shape
 
 end module tool_shapes_list

@@ -9,13 +9,11 @@ module tool_shapes_shape
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
+  use tool_meshes_ridges, only: no_edge
   implicit none (type, external)
   private
 
-  public :: shape_t, add_radius, add_tilt, far_larger, tilted_frame, length_text
-
-  real(rp), parameter, public :: no_edge = 1.0e100_rp   !! room where there is none: far, and may be
-                                                        !! divided by the edge of a cell [m]
+  public :: shape_t, add_radius, add_tilt, far_larger, no_edge, tilted_frame, length_text
 
   type, abstract :: shape_t
     real(rp) :: radius = 0.0_rp   !! of what stirs; 0: it has none [m]
@@ -102,11 +100,12 @@ module tool_shapes_shape
 contains
 
   !> Sizes that look like another unit or do not go with the bodies; all are fine if not overridden.
-  subroutine check_size(self, input, i, grid, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
     class(shape_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i                      !! number of the &TOOL
     real(rp), intent(in) :: grid                  !! longest side of the grid [m]
+    real(rp), intent(in) :: cell(3)               !! edges of a cell [m]
     real(rp), intent(in) :: width                 !! of the bodies that deform, seen from above [m]
     logical, intent(in) :: spins                  !! at any time
     type(diagnostics_t), intent(inout) :: diagnostics

@@ -5,6 +5,7 @@ module tool_shapes_shoulder
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
+  use tool_shapes_cut_keys, only: add_cut_keys
   use tool_shapes_revolved, only: profile_t, revolved_t
   use tool_shapes_shape, only: add_radius, add_tilt, far_larger, length_text, tilted_frame
   implicit none (type, external)
@@ -55,6 +56,7 @@ contains
                'radius of the pin at its tip; 0: as at the face (a cylinder)')
     call t%key('PIN_LENGTH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
                'length of the pin below the face')
+    call add_cut_keys(t)
     call add_tilt(t, 'shoulder')
   end subroutine add_keys
 
@@ -91,11 +93,11 @@ contains
     frame = tilted_frame(input, i)
   end subroutine read_keys
 
-  subroutine check_size(self, input, i, grid, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
     class(shoulder_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(in) :: grid, width
+    real(rp), intent(in) :: grid, cell(3), width
     logical, intent(in) :: spins
     type(diagnostics_t), intent(inout) :: diagnostics
 

@@ -1,0 +1,380 @@
+! SPDX-License-Identifier: MIT
+!> A closed surface of triangles: exact distances by a tree of boxes. The nearest point lies on a
+!> facet, an edge or a corner, whose normal says whether a place is inside: of an edge the mean of
+!> its two facets', of a corner that of its facets by their angles (Baerentzen & Aanaes 2005).
+module tool_meshes_mesh
+  use base_kinds, only: pi, rp
+  use tool_meshes_boxes, only: boxes_t, build_boxes, gap2, most_levels, order_of
+  use tool_meshes_facets, only: cross, facets_t, match_edges
+  use tool_meshes_ridges, only: find_ridges, no_edge, ridges_t
+  implicit none (type, external)
+  private
+
+  public :: mesh_t, new_mesh
+
+  integer, parameter :: on_face = 0   !! else 1 to 3: on an edge, 4 to 6: on a corner
+
+  type :: mesh_t
+    type(facets_t) :: facets                       !! in the order of the tree
+    type(boxes_t) :: tree
+    type(ridges_t) :: ridges                       !! edges that stand out
+    real(rp), allocatable :: place(:, :, :)        !! (3, 4, facets) first corner, ways to the
+                                                   !! others [m], normal
+    real(rp), allocatable :: edge_normal(:, :, :)  !! (3, 3, facets)
+    real(rp), allocatable :: normal(:, :)          !! (3, points)
+    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! [m]
+    real(rp) :: radius = 0.0_rp                    !! about the last axis [m]
+    real(rp) :: approach = 0.0_rp                  !! at which its surface comes nearer when it
+                                                   !! turns about that axis, at most [m/rad]
+    real(rp) :: volume = 0.0_rp                    !! [m3]
+  contains
+    procedure :: distance
+    procedure :: distances
+    procedure :: bounds
+    procedure :: sweep
+    procedure :: outline
+    procedure :: surface
+    procedure, private :: nearest
+    procedure, private :: side_of
+  end type mesh_t
+
+contains
+
+  !> The mesh of facets that close; their corners are joined.
+  subroutine new_mesh(facets, mesh)
+    type(facets_t), intent(in) :: facets
+    type(mesh_t), intent(out) :: mesh
+    integer, allocatable :: order(:)
+    integer :: i
+
+    mesh%facets%x = facets%x
+    associate (x => facets%x, c => facets%corner)
+      call build_boxes(min(x(:, c(1, :)), x(:, c(2, :)), x(:, c(3, :))), &
+                       max(x(:, c(1, :)), x(:, c(2, :)), x(:, c(3, :))), mesh%tree, order)
+      mesh%facets%corner = c(:, order)
+    end associate
+    call match_edges(mesh%facets)
+    associate (x => mesh%facets%x, c => mesh%facets%corner)
+      allocate (mesh%place(3, 4, size(c, 2)))
+      do i = 1, size(c, 2)
+        mesh%place(:, 1, i) = x(:, c(1, i))
+        mesh%place(:, 2, i) = x(:, c(2, i)) - x(:, c(1, i))
+        mesh%place(:, 3, i) = x(:, c(3, i)) - x(:, c(1, i))
+        mesh%place(:, 4, i) = cross(mesh%place(:, 2, i), mesh%place(:, 3, i))
+        mesh%volume = mesh%volume + dot_product(x(:, c(1, i)), mesh%place(:, 4, i))/6.0_rp
+        mesh%place(:, 4, i) = mesh%place(:, 4, i)/norm2(mesh%place(:, 4, i))
+      end do
+      mesh%lower = minval(x, 2)
+      mesh%upper = maxval(x, 2)
+      mesh%radius = sqrt(maxval(x(1, :)**2 + x(2, :)**2))
+    end associate
+    call find_normals(mesh)
+    mesh%approach = fastest_approach(mesh)
+    call find_ridges(mesh%facets, mesh%place(:, 4, :), mesh%ridges)
+  end subroutine new_mesh
+
+  !> Normals of edges and points.
+  subroutine find_normals(mesh)
+    type(mesh_t), intent(inout) :: mesh
+    real(rp) :: a(3), b(3)
+    integer :: i, k, p
+
+    allocate (mesh%normal(3, size(mesh%facets%x, 2)), source=0.0_rp)
+    allocate (mesh%edge_normal(3, 3, size(mesh%facets%corner, 2)))
+    associate (x => mesh%facets%x, c => mesh%facets%corner, n => mesh%place(:, 4, :))
+      do i = 1, size(c, 2)
+        do k = 1, 3
+          a = n(:, i) + n(:, (mesh%facets%across(k, i) + 2)/3)
+          mesh%edge_normal(:, k, i) = a/max(tiny(1.0_rp), norm2(a))
+          p = c(k, i)
+          a = x(:, c(modulo(k, 3) + 1, i)) - x(:, p)
+          b = x(:, c(modulo(k + 1, 3) + 1, i)) - x(:, p)
+          mesh%normal(:, p) = mesh%normal(:, p) &
+                              + atan2(norm2(cross(a, b)), dot_product(a, b))*n(:, i)
+        end do
+      end do
+    end associate
+    do p = 1, size(mesh%normal, 2)
+      mesh%normal(:, p) = mesh%normal(:, p)/max(tiny(1.0_rp), norm2(mesh%normal(:, p)))
+    end do
+  end subroutine find_normals
+
+  !> How fast, at most, the surface comes nearer to anything when it turns about the last axis: the
+  !> velocity of its nearest point along the way there. Along a facet it is linear; ways from edges
+  !> and corners lie between the normals n of their facets, and no combination of those with length
+  !> 1 goes faster than the fastest of them over the least of n . m, m any direction.
+  pure real(rp) function fastest_approach(mesh) result(most)
+    type(mesh_t), intent(in) :: mesh
+    real(rp) :: fastest(size(mesh%facets%x, 2)), least(size(mesh%facets%x, 2)), v(3)
+    integer :: i, k, p
+
+    fastest = 0.0_rp
+    least = 1.0_rp
+    do i = 1, size(mesh%facets%corner, 2)
+      do k = 1, 3
+        p = mesh%facets%corner(k, i)
+        v = [-mesh%facets%x(2, p), mesh%facets%x(1, p), 0.0_rp]
+        fastest(p) = max(fastest(p), abs(dot_product(v, mesh%place(:, 4, i))))
+        least(p) = min(least(p), dot_product(mesh%normal(:, p), mesh%place(:, 4, i)))
+      end do
+    end do
+    most = 0.0_rp
+    do p = 1, size(fastest)
+      v = [mesh%facets%x(:2, p), 0.0_rp]
+      if (least(p)*norm2(v) > fastest(p)) then
+        most = max(most, fastest(p)/least(p))
+      else
+        most = max(most, norm2(v))
+      end if
+    end do
+  end function fastest_approach
+
+  !> Signed distance of `x`, its gradient, and the room along the surface to the nearest edge that
+  !> stands out, below 0 beyond it.
+  pure subroutine distance(self, x, d, normal, room)
+    class(mesh_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp), intent(out) :: d, normal(3), room
+    real(rp) :: at(3), way(3)
+    integer :: corner, facet, region
+
+    call self%nearest(x, huge(1.0_rp), facet, region, at)
+    call self%side_of(x, facet, region, at, d, normal)
+    way = x - at
+    if (region == on_face) then
+      normal = self%place(:, 4, facet)
+    else if (abs(d) > 1.0e-12_rp*self%radius) then   ! else the way is rounding
+      normal = way/d
+    end if
+    corner = 0
+    if (region > 3) corner = self%facets%corner(region - 3, facet)
+    if (d > 0.0_rp .and. region /= on_face) then
+      room = -self%ridges%beyond(region, facet, corner, way)
+      if (room > -no_edge .and. room < no_edge) return
+    end if
+    room = self%ridges%room(facet, at)
+  end subroutine distance
+
+  !> Distances of `n` places; those in a row are often near to each other.
+  pure subroutine distances(self, n, x, d)
+    class(mesh_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(out) :: d(n)
+    real(rp), parameter :: slack = 1.0_rp + 1.0e-9_rp
+    real(rp) :: at(3), most, normal(3)
+    integer :: facet, p, region
+
+    most = huge(1.0_rp)
+    do p = 1, n
+      call self%nearest(x(p, :), most, facet, region, at)
+      call self%side_of(x(p, :), facet, region, at, d(p), normal)
+      if (p < n) most = (slack*(abs(d(p)) + norm2(x(p + 1, :) - x(p, :))) &
+                         + 1.0e-9_rp*self%radius)**2
+    end do
+  end subroutine distances
+
+  !> Signed distance of `x`, whose nearest point is `at`, and the normal there.
+  pure subroutine side_of(self, x, facet, region, at, d, normal)
+    class(mesh_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), at(3)
+    integer, intent(in) :: facet, region
+    real(rp), intent(out) :: d, normal(3)
+
+    select case (region)
+    case (on_face)
+      normal = self%place(:, 4, facet)
+      d = dot_product(x - self%place(:, 1, facet), normal)
+      return
+    case (1:3)
+      normal = self%edge_normal(:, region, facet)
+    case default
+      normal = self%normal(:, self%facets%corner(region - 3, facet))
+    end select
+    d = sign(norm2(x - at), dot_product(x - at, normal))
+  end subroutine side_of
+
+  !> The facet nearest to `x`, the place `at` of it that is, and where on the facet that lies. No
+  !> farther than `most` [m2], which there must be.
+  pure subroutine nearest(self, x, most, facet, region, at)
+    class(mesh_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), most
+    integer, intent(out) :: facet, region
+    real(rp), intent(out) :: at(3)
+    real(rp) :: best, d2, far(most_levels), gap(2), y(3)
+    integer :: child, i, k, node, stack(most_levels), top
+
+    best = most
+    facet = 1
+    region = on_face
+    at = x
+    top = 1
+    stack(1) = 1
+    far(1) = 0.0_rp
+    do while (top > 0)
+      node = stack(top)
+      top = top - 1
+      if (far(top + 1) >= best) cycle
+      if (self%tree%count(node) > 0) then
+        do i = self%tree%first(node), self%tree%first(node) + self%tree%count(node) - 1
+          call project(self%place(:, :, i), x, k, d2, y)
+          if (d2 >= best) cycle
+          best = d2
+          facet = i
+          region = k
+          at = y
+        end do
+        cycle
+      end if
+      child = self%tree%first(node)
+      gap = [gap2(self%tree%lower(:, child), self%tree%upper(:, child), x), &
+             gap2(self%tree%lower(:, child + 1), self%tree%upper(:, child + 1), x)]
+      k = merge(0, 1, gap(1) > gap(2))           ! the nearer one last, so that it comes first
+      stack(top + 1) = child + k
+      stack(top + 2) = child + 1 - k
+      far(top + 1) = gap(k + 1)
+      far(top + 2) = gap(2 - k)
+      top = top + 2
+    end do
+  end subroutine nearest
+
+  !> The place of a facet that is nearest to `x`, where on the facet it lies, and the square of the
+  !> distance (C. Ericson, Real-Time Collision Detection, 5.1.5).
+  pure subroutine project(place, x, region, d2, at)
+    real(rp), intent(in) :: place(3, 4), x(3)
+    integer, intent(out) :: region
+    real(rp), intent(out) :: d2, at(3)
+    real(rp) :: a(2), b(2), c(2), u, v, w, way(3)
+
+    way = x - place(:, 1)
+    a = [dot_product(place(:, 2), way), dot_product(place(:, 3), way)]
+    associate (bb => dot_product(place(:, 2), place(:, 2)), &
+               bc => dot_product(place(:, 2), place(:, 3)), &
+               cc => dot_product(place(:, 3), place(:, 3)))
+      b = a - [bb, bc]
+      c = a - [bc, cc]
+    end associate
+    u = b(1)*c(2) - c(1)*b(2)
+    v = c(1)*a(2) - a(1)*c(2)
+    w = a(1)*b(2) - b(1)*a(2)
+    if (all(a <= 0.0_rp)) then
+      region = 4
+      at = place(:, 1)
+    else if (b(1) >= 0.0_rp .and. b(2) <= b(1)) then
+      region = 5
+      at = place(:, 1) + place(:, 2)
+    else if (c(2) >= 0.0_rp .and. c(1) <= c(2)) then
+      region = 6
+      at = place(:, 1) + place(:, 3)
+    else if (w <= 0.0_rp .and. a(1) >= 0.0_rp .and. b(1) <= 0.0_rp) then
+      region = 1
+      at = place(:, 1) + a(1)/(a(1) - b(1))*place(:, 2)
+    else if (v <= 0.0_rp .and. a(2) >= 0.0_rp .and. c(2) <= 0.0_rp) then
+      region = 3
+      at = place(:, 1) + a(2)/(a(2) - c(2))*place(:, 3)
+    else if (u <= 0.0_rp .and. b(2) >= b(1) .and. c(1) >= c(2)) then
+      region = 2
+      u = (b(2) - b(1))/((b(2) - b(1)) + (c(1) - c(2)))
+      at = place(:, 1) + (1.0_rp - u)*place(:, 2) + u*place(:, 3)
+    else
+      region = on_face
+      d2 = dot_product(way, place(:, 4))
+      at = x - d2*place(:, 4)
+      d2 = d2**2
+      return
+    end if
+    d2 = sum((x - at)**2)
+  end subroutine project
+
+  !> A box around it when its axes are `axes`: that around its box, cut to that around the cylinder
+  !> that encloses it.
+  pure subroutine bounds(self, axes, middle, half)
+    class(mesh_t), intent(in) :: self
+    real(rp), intent(in) :: axes(3, 3)
+    real(rp), intent(out) :: middle(3), half(3)
+    real(rp), dimension(3) :: centre, lower, upper, way
+
+    centre = matmul(axes, 0.5_rp*(self%lower + self%upper))
+    way = matmul(abs(axes), 0.5_rp*(self%upper - self%lower))
+    lower = centre - way
+    upper = centre + way
+    associate (axis => axes(:, 3))
+      centre = 0.5_rp*(self%upper(3) + self%lower(3))*axis
+      way = 0.5_rp*(self%upper(3) - self%lower(3))*abs(axis) &
+            + self%radius*sqrt(max(0.0_rp, 1.0_rp - axis**2))
+    end associate
+    lower = max(lower, centre - way)
+    upper = min(upper, centre + way)
+    middle = 0.5_rp*(lower + upper)
+    half = 0.5_rp*(upper - lower)
+  end subroutine bounds
+
+  !> How far, at most, its surface comes nearer to anything while it turns about its last axis.
+  pure real(rp) function sweep(self, before, after)
+    class(mesh_t), intent(in) :: self
+    real(rp), intent(in) :: before(3, 3), after(3, 3)   !! its axes
+    real(rp) :: chord
+
+    chord = min(1.0_rp, 0.5_rp*norm2(after(:, 1) - before(:, 1)))
+    sweep = self%approach*2.0_rp*asin(chord)
+    if (chord >= 1.0_rp) sweep = self%approach*pi
+  end function sweep
+
+  !> Points spread over its surface, some `parts` along its longest side: corners of facets, and
+  !> lattices on large ones.
+  subroutine outline(self, x)
+    class(mesh_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, parameter :: parts = 24
+    real(rp) :: spacing
+    integer :: i, j, k, m, n, p, round
+
+    spacing = maxval(self%upper - self%lower)/parts
+    do round = 1, 2                             ! count, then list
+      p = size(self%facets%x, 2)
+      if (round == 2) x(:, :p) = self%facets%x
+      do i = 1, size(self%place, 3)
+        associate (a => self%place(:, 1, i), b => self%place(:, 2, i), c => self%place(:, 3, i))
+          n = ceiling(max(norm2(b), norm2(c), norm2(b - c))/spacing)
+          do j = 0, n
+            do k = 0, n - j
+              m = n - j - k
+              if (max(j, k, m) == n) cycle       ! a corner
+              p = p + 1
+              if (round == 2) x(:, p) = a + real(j, rp)/n*b + real(k, rp)/n*c
+            end do
+          end do
+        end associate
+      end do
+      if (round == 1) allocate (x(3, p))
+    end do
+  end subroutine outline
+
+  !> Its facets; points on edges that show are there once a side.
+  subroutine surface(self, x, corner)
+    class(mesh_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, allocatable, intent(out) :: corner(:, :)
+    real(rp), allocatable :: key(:, :)
+    integer, allocatable :: order(:)
+    integer :: i, n
+
+    allocate (key(2, size(self%facets%corner)), order(size(self%facets%corner)))
+    key(1, :) = real([self%facets%corner], rp)
+    key(2, :) = real([spread(self%ridges%patch, 1, 3)], rp)
+    order = order_of(key)
+    allocate (corner(3, size(order)/3), x(3, size(order)))
+    n = 0
+    do i = 1, size(order)
+      if (i == 1) then
+        n = 1
+      else if (any(abs(key(:, order(i)) - key(:, order(i - 1))) > 0.0_rp)) then
+        n = n + 1
+      end if
+      x(:, n) = self%facets%x(:, nint(key(1, order(i))))
+      corner(modulo(order(i) - 1, 3) + 1, (order(i) + 2)/3) = n
+    end do
+    x = x(:, :n)
+  end subroutine surface
+
+end module tool_meshes_mesh

@@ -1,0 +1,348 @@
+! SPDX-License-Identifier: MIT
+!> Facets from an STL file, of text or binary, and all that is wrong with them: lines that do not
+!> belong there, numbers that are none, edges that do not close.
+module tool_meshes_stl_file
+  use, intrinsic :: iso_fortran_env, only: int32, real32
+  use base_kinds, only: rp
+  use base_text, only: lower, str
+  use input_diagnostics, only: diagnostics_t, excerpt
+  use keys_written, only: split_words, to_real
+  use tool_meshes_facets, only: cross, facets_t, flaw_t, is_open, is_turned, join_corners, &
+                                list_flaws, match_edges
+  implicit none (type, external)
+  private
+
+  public :: read_stl
+
+  integer, parameter :: head = 80, record = 50    !! bytes of a binary file: its head, a facet
+  integer, parameter :: most_complaints = 20
+
+  !> What a file says.
+  type :: stl_t
+    character(:), allocatable :: path
+    logical :: is_binary = .false.
+    integer :: n = 0
+    real(rp), allocatable :: y(:, :)        !! (3, 3 facets) corners, in the unit of the file
+    integer, allocatable :: line(:)         !! of each facet; of a binary file its number
+    integer :: n_complaints = 0
+  contains
+    procedure :: add
+    procedure :: complain
+  end type stl_t
+
+contains
+
+  !> The facets of a file in its own unit, joined and matched; of use if nothing was complained of.
+  !> `opened` is false if it cannot be read.
+  subroutine read_stl(path, facets, opened, diagnostics)
+    character(*), intent(in) :: path
+    type(facets_t), intent(out) :: facets
+    logical, intent(out) :: opened
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: bytes
+    type(stl_t) :: stl
+
+    stl%path = path
+    call read_bytes(path, bytes, opened)
+    if (.not. opened) return
+    allocate (stl%y(3, 3072), stl%line(1024))
+    if (is_binary(bytes)) then
+      call read_records(bytes, stl, diagnostics)
+    else if (lower(bytes(:min(5, len(bytes)))) == 'solid') then
+      call read_lines(bytes, stl, diagnostics)
+    else
+      call diagnostics%add(path, 0, "is no STL file: it neither begins with 'solid' nor has "// &
+                           'the 84 + 50 n bytes of n binary facets')
+      return
+    end if
+    if (stl%n_complaints == 0) call check(stl, facets, diagnostics)
+    if (stl%n_complaints > most_complaints) call diagnostics%add(path, 0, 'and '// &
+      str(stl%n_complaints - most_complaints)//' more')
+  end subroutine read_stl
+
+  !> All bytes of a file.
+  subroutine read_bytes(path, bytes, opened)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: bytes
+    logical, intent(out) :: opened
+    integer :: n, status, unit
+
+    opened = .false.
+    open (newunit=unit, file=path, access='stream', form='unformatted', action='read', &
+          status='old', iostat=status)
+    if (status /= 0) return
+    inquire (unit=unit, size=n)
+    if (n >= 0) then
+      allocate (character(n) :: bytes)
+      if (n > 0) read (unit, iostat=status) bytes
+      opened = status == 0
+    end if
+    close (unit)
+  end subroutine read_bytes
+
+  !> Whether the length is that of the number of facets behind the head.
+  pure logical function is_binary(bytes)
+    character(*), intent(in) :: bytes
+
+    is_binary = .false.
+    if (len(bytes) < head + 4) return
+    if (integer_at(bytes, head + 1) < 0) return
+    is_binary = modulo(len(bytes) - head - 4, record) == 0 &
+                .and. (len(bytes) - head - 4)/record == integer_at(bytes, head + 1)
+  end function is_binary
+
+  !> Four bytes, the lowest first.
+  pure integer(int32) function integer_at(bytes, i)
+    character(*), intent(in) :: bytes
+    integer, intent(in) :: i
+    integer :: k
+
+    integer_at = 0_int32
+    do k = 3, 0, -1
+      integer_at = ior(ishft(integer_at, 8), int(ichar(bytes(i + k:i + k)), int32))
+    end do
+  end function integer_at
+
+  !> Facets of a binary file.
+  subroutine read_records(bytes, stl, diagnostics)
+    character(*), intent(in) :: bytes
+    type(stl_t), intent(inout) :: stl
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: x(3, 4)
+    integer :: a, i, k
+
+    stl%is_binary = .true.
+    do i = 1, integer_at(bytes, head + 1)
+      do k = 1, 4                                ! the normal, then the corners
+        do a = 1, 3
+          x(a, k) = real(transfer(integer_at(bytes, head + 5 + record*(i - 1) &
+                                             + 12*(k - 1) + 4*(a - 1)), 1.0_real32), rp)
+        end do
+      end do
+      call stl%add(x(:, 2:), i)
+      if (.not. all(abs(x(:, 2:)) <= huge(1.0_real32))) then
+        call stl%complain(i, 'has a corner that is no finite number', diagnostics)
+      end if
+    end do
+  end subroutine read_records
+
+  !> Facets of a text.
+  subroutine read_lines(bytes, stl, diagnostics)
+    character(*), intent(in) :: bytes
+    type(stl_t), intent(inout) :: stl
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(48), allocatable :: word(:)
+    character(:), allocatable :: expected, row
+    real(rp) :: x(3, 3)
+    integer :: corners, facet, first, last, number
+    logical :: ok
+
+    first = 1
+    number = 0
+    facet = 0
+    corners = 0
+    expected = 'solid'
+    do while (first <= len(bytes) .and. stl%n_complaints <= most_complaints)
+      last = index(bytes(first:), new_line('a')) + first - 2
+      if (last < first - 1) last = len(bytes)
+      row = lower(cleaned(bytes(first:last)))
+      first = last + 2
+      number = number + 1
+      if (row == '') cycle
+      call split_words(row, word)
+      ok = is_expected(word, expected)
+      if (ok .and. word(1) == 'vertex') then
+        corners = corners + 1
+        call read_place(word, x(:, corners), ok)
+      end if
+      if (.not. ok) then
+        call stl%complain(number, what_is_missing(expected)//", and not '"// &
+                          excerpt(trim(row))//"'", diagnostics)
+        exit                                     ! what follows is no more known
+      end if
+      select case (word(1))
+      case ('facet')
+        facet = number
+        corners = 0
+      case ('endfacet')
+        call stl%add(x, facet)
+      case default
+        continue
+      end select
+      expected = next_words(trim(word(1)), corners)
+    end do
+    if (stl%n_complaints == 0 .and. index(expected, 'solid ') /= 1) then
+      call stl%complain(number, 'the file ends where '//what_is_missing(expected), diagnostics)
+    end if
+  end subroutine read_lines
+
+  !> What a line must begin with behind one that began with `word`; a facet has three corners.
+  pure function next_words(word, corners) result(expected)
+    character(*), intent(in) :: word
+    integer, intent(in) :: corners
+    character(:), allocatable :: expected
+
+    select case (word)
+    case ('solid', 'endfacet')
+      expected = 'facet endsolid'
+    case ('facet')
+      expected = 'outer'
+    case ('outer')
+      expected = 'vertex'
+    case ('vertex')
+      expected = 'vertex'
+      if (corners == 3) expected = 'endloop'
+    case ('endloop')
+      expected = 'endfacet'
+    case default
+      expected = 'solid (or the end)'
+    end select
+  end function next_words
+
+  pure function what_is_missing(expected) result(text)
+    character(*), intent(in) :: expected
+    character(:), allocatable :: text
+
+    select case (expected)
+    case ('facet endsolid')
+      text = "'facet normal' or 'endsolid' must stand here"
+    case ('outer')
+      text = "'outer loop' must stand here"
+    case ('vertex')
+      text = "'vertex' and three numbers must stand here"
+    case ('solid (or the end)')
+      text = "'solid' must stand here"
+    case default
+      text = "'"//expected//"' must stand here"
+    end select
+  end function what_is_missing
+
+  pure logical function is_expected(word, expected)
+    character(48), intent(in) :: word(:)
+    character(*), intent(in) :: expected
+
+    is_expected = index(' '//expected//' ', ' '//trim(word(1))//' ') > 0
+    if (word(1) == 'outer') is_expected = is_expected .and. size(word) == 2
+    if (word(1) == 'vertex') is_expected = is_expected .and. size(word) == 4
+  end function is_expected
+
+  !> A corner.
+  pure subroutine read_place(word, x, ok)
+    character(48), intent(in) :: word(:)
+    real(rp), intent(out) :: x(3)
+    logical, intent(out) :: ok
+    integer :: a
+    logical :: is_number
+
+    ok = .true.
+    do a = 1, 3
+      call to_real(trim(word(a + 1)), x(a), is_number)
+      ok = ok .and. is_number
+    end do
+  end subroutine read_place
+
+  !> A line without tabulators and the end that Windows gives it.
+  pure function cleaned(line) result(row)
+    character(*), intent(in) :: line
+    character(len(line)) :: row
+    integer :: i
+
+    row = line
+    do i = 1, len(line)
+      if (ichar(line(i:i)) < 32) row(i:i) = ' '
+    end do
+  end function cleaned
+
+  !> Add a facet.
+  subroutine add(self, x, line)
+    class(stl_t), intent(inout) :: self
+    real(rp), intent(in) :: x(3, 3)
+    integer, intent(in) :: line
+    real(rp), allocatable :: y(:, :)
+    integer, allocatable :: lines(:)
+
+    if (self%n == size(self%line)) then
+      allocate (y(3, 6*self%n), lines(2*self%n))
+      y(:, :3*self%n) = self%y
+      lines(:self%n) = self%line
+      call move_alloc(y, self%y)
+      call move_alloc(lines, self%line)
+    end if
+    self%n = self%n + 1
+    self%y(:, 3*self%n - 2:3*self%n) = x
+    self%line(self%n) = line
+  end subroutine add
+
+  !> Complain where a facet is, of the first ones that are wrong.
+  subroutine complain(self, line, message, diagnostics)
+    class(stl_t), intent(inout) :: self
+    integer, intent(in) :: line             !! or number
+    character(*), intent(in) :: message
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    self%n_complaints = self%n_complaints + 1
+    if (self%n_complaints > most_complaints) return
+    if (self%is_binary) then
+      call diagnostics%add(self%path, 0, 'facet '//str(line)//' '//message)
+    else
+      call diagnostics%add(self%path, line, message)
+    end if
+  end subroutine complain
+
+  !> Join the facets, and complain of those that do not close, have no area or face inwards.
+  subroutine check(stl, facets, diagnostics)
+    type(stl_t), intent(inout) :: stl
+    type(facets_t), intent(out) :: facets
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(flaw_t), allocatable :: flaw(:)
+    integer, allocatable :: kept(:)
+    real(rp) :: volume
+    integer :: i
+
+    if (stl%n == 0) then
+      call stl%complain(1, 'there are no facets', diagnostics)
+      return
+    end if
+    call join_corners(stl%y(:, :3*stl%n), facets, kept)
+    call match_edges(facets)
+    call list_flaws(facets, flaw)
+    do i = 1, size(flaw)
+      call stl%complain(stl%line(kept(flaw(i)%facet)), text_of(flaw(i)), diagnostics)
+    end do
+    volume = 0.0_rp
+    do i = 1, size(kept)
+      associate (a => facets%x(:, facets%corner(1, i)), b => facets%x(:, facets%corner(2, i)), &
+                 c => facets%x(:, facets%corner(3, i)))
+        if (norm2(cross(b - a, c - a)) <= 0.0_rp) call stl%complain(stl%line(kept(i)), &
+          'the facet has no area: its corners lie on a line', diagnostics)
+        volume = volume + dot_product(a, cross(b, c))
+      end associate
+    end do
+    if (stl%n_complaints > 0) return
+    if (volume <= 0.0_rp) call stl%complain(stl%line(1), 'all facets face inwards: their '// &
+      'corners must be counterclockwise seen from outside', diagnostics)
+  end subroutine check
+
+  function text_of(flaw) result(text)
+    type(flaw_t), intent(in) :: flaw
+    character(:), allocatable :: text
+
+    text = 'the edge from ('//place(flaw%from)//') to ('//place(flaw%to)//') '
+    select case (flaw%kind)
+    case (is_open)
+      text = text//'has no other facet: the surface is not closed'
+    case (is_turned)
+      text = text//'has two facets that face opposite sides'
+    case default
+      text = text//'has more than two facets'
+    end select
+  end function text_of
+
+  function place(x) result(text)
+    real(rp), intent(in) :: x(3)
+    character(:), allocatable :: text
+
+    text = str(x(1))//', '//str(x(2))//', '//str(x(3))
+  end function place
+
+end module tool_meshes_stl_file

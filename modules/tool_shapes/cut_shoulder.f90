@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: MIT
+!> A shoulder with a thread or flats on its pin, or a scroll in its face: a mesh.
+module tool_shapes_cut_shoulder
+  use base_kinds, only: pi, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
+  use tool_meshes_cuts, only: cuts_t, mesh_of
+  use tool_shapes_cut_keys, only: add_cut_keys, check_cuts, read_cuts
+  use tool_shapes_meshed, only: meshed_t
+  use tool_shapes_shoulder, only: shoulder_t
+  implicit none (type, external)
+  private
+
+  public :: cut_shoulder_t
+
+  type, extends(meshed_t) :: cut_shoulder_t
+    type(shoulder_t) :: plain          !! without cuts, which judges the sizes
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
+    procedure :: check_size
+  end type cut_shoulder_t
+
+contains
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call add_cut_keys(t)
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, frame, diagnostics)
+    class(cut_shoulder_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(out) :: frame(3, 3)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(cuts_t) :: cuts
+    logical :: is_sound
+
+    call self%plain%read_keys(input, i, frame, diagnostics)
+    self%radius = self%plain%radius
+    cuts%radius = input%real('TOOL', i, 'RADIUS')
+    cuts%height = input%real('TOOL', i, 'HEIGHT')
+    cuts%slope = tan(input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp)
+    cuts%pin_radius = input%real('TOOL', i, 'PIN_RADIUS')
+    cuts%tip_radius = input%real('TOOL', i, 'PIN_TIP_RADIUS')
+    cuts%pin_length = input%real('TOOL', i, 'PIN_LENGTH')
+    if (cuts%tip_radius <= 0.0_rp) cuts%tip_radius = cuts%pin_radius
+    call read_cuts(input, i, cuts, is_sound, diagnostics)
+    if (is_sound) call mesh_of(cuts, self%mesh)
+  end subroutine read_keys
+
+  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
+    class(cut_shoulder_t), intent(in) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: grid, cell(3), width
+    logical, intent(in) :: spins
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    call self%plain%check_size(input, i, grid, cell, width, spins, diagnostics)
+    call check_cuts(input, i, cell, diagnostics)
+  end subroutine check_size
+
+end module tool_shapes_cut_shoulder

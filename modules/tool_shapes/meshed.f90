@@ -1,0 +1,72 @@
+! SPDX-License-Identifier: MIT
+!> Shapes whose surface is a mesh. One that extends this type reads its keys and makes the mesh.
+module tool_shapes_meshed
+  use base_kinds, only: rp
+  use tool_meshes_mesh, only: mesh_t
+  use tool_shapes_shape, only: shape_t
+  implicit none (type, external)
+  private
+
+  public :: meshed_t
+
+  type, abstract, extends(shape_t) :: meshed_t
+    type(mesh_t) :: mesh
+  contains
+    procedure :: distance
+    procedure :: distances
+    procedure :: bounds
+    procedure :: sweep
+    procedure :: outline
+    procedure :: surface
+  end type meshed_t
+
+contains
+
+  pure subroutine distance(self, x, d, normal, room)
+    class(meshed_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp), intent(out) :: d, normal(3), room
+
+    call self%mesh%distance(x, d, normal, room)
+  end subroutine distance
+
+  pure subroutine distances(self, n, x, d)
+    class(meshed_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(out) :: d(n)
+
+    call self%mesh%distances(n, x, d)
+  end subroutine distances
+
+  pure subroutine bounds(self, axes, middle, half)
+    class(meshed_t), intent(in) :: self
+    real(rp), intent(in) :: axes(3, 3)
+    real(rp), intent(out) :: middle(3), half(3)
+
+    call self%mesh%bounds(axes, middle, half)
+  end subroutine bounds
+
+  pure real(rp) function sweep(self, before, after)
+    class(meshed_t), intent(in) :: self
+    real(rp), intent(in) :: before(3, 3), after(3, 3)
+
+    sweep = self%mesh%sweep(before, after)
+  end function sweep
+
+  subroutine outline(self, x)
+    class(meshed_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+
+    call self%mesh%outline(x)
+  end subroutine outline
+
+  subroutine surface(self, x, corner)
+    class(meshed_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)
+    integer, allocatable, intent(out) :: corner(:, :)
+
+    call self%mesh%surface(x, corner)
+  end subroutine surface
+
+end module tool_shapes_meshed

@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: MIT
+!> A tool whose surface is that of an STL file, in any unit, orientation and place.
+module tool_shapes_stl
+  use base_kinds, only: pi, rp
+  use input_diagnostics, only: diagnostics_t
+  use input_values, only: input_t
+  use keys_table, only: key_table_t
+  use tool_meshes_facets, only: cross, facets_t
+  use tool_meshes_mesh, only: new_mesh
+  use tool_meshes_stl_file, only: read_stl
+  use tool_shapes_meshed, only: meshed_t
+  use tool_shapes_shape, only: add_tilt, far_larger, tilted_frame
+  implicit none (type, external)
+  private
+
+  public :: stl_shape_t
+
+  type, extends(meshed_t) :: stl_shape_t
+  contains
+    procedure, nopass :: add_keys
+    procedure :: read_keys
+    procedure :: check_size
+  end type stl_shape_t
+
+contains
+
+  subroutine add_keys(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('FILE', 'text', 1, '', 'required if KIND = stl', '', &
+               'STL file of a closed surface, text or binary, beside the input')
+    call t%key('UNIT', 'choice', 1, '', 'required if KIND = stl', 'm cm mm um in', &
+               'length of 1 in the file')
+    call t%key('ORIGIN', 'real', 3, 'm', '0 0 0 if KIND = stl', '', &
+               'place of the model that comes to POSITION, where its axis of rotation is')
+    call t%key('AXIS', 'real', 3, '', '0 0 1 if KIND = stl', '', &
+               'direction of the model that points up along the axis of the tool')
+    call t%key('TURN_DEG', 'real', 1, 'deg', '0 if KIND = stl', '[-360,360]', &
+               'turns the model about that axis, counterclockwise seen from above')
+    call add_tilt(t, 'stl')
+  end subroutine add_keys
+
+  subroutine read_keys(self, input, i, frame, diagnostics)
+    class(stl_shape_t), intent(inout) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(out) :: frame(3, 3)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: path
+    type(facets_t) :: facets
+    real(rp) :: axes(3, 3), axis(3), origin(3), unit
+    integer :: before, p
+    logical :: opened
+
+    frame = tilted_frame(input, i)
+    axis = input%reals('TOOL', i, 'AXIS', 3)
+    if (norm2(axis) <= 0.0_rp) then
+      call input%report(diagnostics, 'TOOL', i, 'AXIS', 'must not be zero')
+      return
+    end if
+    path = input%text('TOOL', i, 'FILE')
+    unit = metres(input%text('TOOL', i, 'UNIT'))
+    if (path == '' .or. unit <= 0.0_rp) return   ! is complained of already
+    if (index(path, '/') /= 1) path = input%file(:index(input%file, '/', back=.true.))//path
+    before = diagnostics%count()
+    call read_stl(path, facets, opened, diagnostics)
+    if (.not. opened) call input%report(diagnostics, 'TOOL', i, 'FILE', path//' cannot be read')
+    if (diagnostics%count() > before) return
+    axes = axes_of(axis/norm2(axis), input%real('TOOL', i, 'TURN_DEG')*pi/180.0_rp)
+    origin = input%reals('TOOL', i, 'ORIGIN', 3)
+    do p = 1, size(facets%x, 2)
+      facets%x(:, p) = matmul(axes, unit*facets%x(:, p) - origin)
+    end do
+    call new_mesh(facets, self%mesh)
+    self%radius = self%mesh%radius
+  end subroutine read_keys
+
+  !> Length of a unit [m]; 0: there is no such unit.
+  pure real(rp) function metres(unit)
+    character(*), intent(in) :: unit
+
+    select case (unit)
+    case ('m')
+      metres = 1.0_rp
+    case ('cm')
+      metres = 1.0e-2_rp
+    case ('mm')
+      metres = 1.0e-3_rp
+    case ('um')
+      metres = 1.0e-6_rp
+    case ('in')
+      metres = 25.4e-3_rp
+    case default
+      metres = 0.0_rp
+    end select
+  end function metres
+
+  !> Rows that turn `axis` of a model to z, and the x axis of the model to x as far as it is across
+  !> that (or y, if x is along it); then by `angle` about z.
+  pure function axes_of(axis, angle) result(axes)
+    real(rp), intent(in) :: axis(3), angle          !! of length 1, [rad]
+    real(rp) :: axes(3, 3), ahead(3), left(3)
+
+    ahead = merge([0.0_rp, 1.0_rp, 0.0_rp], [1.0_rp, 0.0_rp, 0.0_rp], abs(axis(1)) > 0.9_rp)
+    ahead = ahead - dot_product(ahead, axis)*axis
+    ahead = ahead/norm2(ahead)
+    left = cross(axis, ahead)
+    axes(1, :) = cos(angle)*ahead - sin(angle)*left
+    axes(2, :) = sin(angle)*ahead + cos(angle)*left
+    axes(3, :) = axis
+  end function axes_of
+
+  !> A unit that is not that of the file shows.
+  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
+    class(stl_shape_t), intent(in) :: self
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), intent(in) :: grid, cell(3), width
+    logical, intent(in) :: spins
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    if (maxval(self%mesh%upper - self%mesh%lower) > 10.0_rp*grid) then
+      call input%report(diagnostics, 'TOOL', i, 'UNIT', 'the model '//far_larger(grid))
+    else if (maxval(self%mesh%upper - self%mesh%lower) < minval(cell)) then
+      call input%report(diagnostics, 'TOOL', i, 'UNIT', 'the model is smaller than a cell')
+    end if
+  end subroutine check_size
+
+end module tool_shapes_stl
