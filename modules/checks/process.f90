@@ -222,7 +222,7 @@ contains
     type(around_t), intent(in) :: around
     type(tool_t), intent(in) :: now
     real(rp), intent(in) :: x(:, :)
-    real(rp) :: y(3)
+    real(rp) :: lower(3), upper(3), y(3)
     integer :: a, p, side
 
     touches = .true.
@@ -237,7 +237,11 @@ contains
         end do
       end do
     end do
+    call now%bounds(lower, upper)
+    lower = lower - 0.02_rp*around%gap
+    upper = upper + 0.02_rp*around%gap
     do p = 1, size(around%metal, 2)
+      if (any(around%metal(:, p) < lower .or. around%metal(:, p) > upper)) cycle
       if (now%clearance(around%metal(:, p)) < 0.02_rp*around%gap) return
     end do
     touches = .false.

@@ -231,11 +231,11 @@ contains
     call self%distance(x, clearance, n, room)
   end function clearance
 
-  !> The same of `n` places, x(:, 1:3) [m].
-  pure subroutine clearances(self, n, x, d)
+  !> The same of `n` places, x(:, 1:3) [m]; of those beyond `most` any number beyond it will do.
+  pure subroutine clearances(self, n, x, most, d)
     class(tool_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(nlane, 3)
+    real(rp), intent(in) :: x(nlane, 3), most   !! [m]
     real(rp), intent(out) :: d(n)               !! [m]
     real(rp) :: y(n, 3)
     integer :: a
@@ -247,7 +247,7 @@ contains
                 + (x(:n, 2) - self%position(2))*self%axes(2, a) &
                 + (x(:n, 3) - self%position(3))*self%axes(3, a)
     end do
-    call self%shape%distances(n, y, d)
+    call self%shape%distances(n, y, most, d)
   end subroutine clearances
 
   !> Remember where the tool is.

@@ -41,7 +41,7 @@ contains
       end if
       do k = 1, size(sim%tool)
         if (is_far(sim, k, b, reach)) cycle
-        call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), d)
+        call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), reach, d)
         where (is_awake(:n) .and. d(:n) < reach) load(:n) = load(:n) + contact_cost
       end do
     end associate

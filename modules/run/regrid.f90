@@ -326,7 +326,7 @@ contains
                  body => sim%scene%body(sim%particles%body(b)))
         least = huge(1.0_rp)
         do k = 1, size(sim%tool)
-          call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), d)
+          call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), huge(1.0_rp), d)
           least(:n) = min(least(:n), d(:n))
           sim%blocks%clearance(k, b) = minval(d(:n))
         end do

@@ -107,7 +107,7 @@ contains
     integer :: p
 
     associate (ps => particles%ps(:, :, b), spacing => scene%body(particles%body(b))%spacing)
-      call tool%clearances(n, ps(:, f_pos:f_pos + 2), d)
+      call tool%clearances(n, ps(:, f_pos:f_pos + 2), reach, d)
       do p = 1, n
         if (d(p) > reach) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, room)

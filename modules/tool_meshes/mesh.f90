@@ -4,7 +4,7 @@
 !> its two facets', of a corner that of its facets by their angles (Baerentzen & Aanaes 2005).
 module tool_meshes_mesh
   use base_kinds, only: pi, rp
-  use tool_meshes_boxes, only: boxes_t, build_boxes, gap2, most_levels, order_of
+  use tool_meshes_boxes, only: boxes_t, build_boxes, gap2, most_levels
   use tool_meshes_facets, only: cross, facets_t, match_edges
   use tool_meshes_ridges, only: find_ridges, no_edge, ridges_t
   implicit none (type, external)
@@ -12,6 +12,7 @@ module tool_meshes_mesh
 
   public :: mesh_t, new_mesh
 
+  real(rp), parameter :: slack = 1.0_rp + 1.0e-9_rp    !! of bounds, for rounding
   integer, parameter :: on_face = 0   !! else 1 to 3: on an edge, 4 to 6: on a corner
 
   type :: mesh_t
@@ -27,13 +28,14 @@ module tool_meshes_mesh
     real(rp) :: approach = 0.0_rp                  !! at which its surface comes nearer when it
                                                    !! turns about that axis, at most [m/rad]
     real(rp) :: volume = 0.0_rp                    !! [m3]
+    real(rp) :: step = 0.0_rp                      !! edge of the cells of a grid around it [m]
+    real(rp), allocatable :: known(:, :, :)        !! distances of their middles [m]
   contains
     procedure :: distance
     procedure :: distances
     procedure :: bounds
     procedure :: sweep
-    procedure :: outline
-    procedure :: surface
+    procedure, private :: bracket
     procedure, private :: nearest
     procedure, private :: side_of
   end type mesh_t
@@ -71,7 +73,28 @@ contains
     call find_normals(mesh)
     mesh%approach = fastest_approach(mesh)
     call find_ridges(mesh%facets, mesh%place(:, 4, :), mesh%ridges)
+    call fill_grid(mesh)
   end subroutine new_mesh
+
+  !> Distances on a grid, by which most places are known to be far.
+  subroutine fill_grid(mesh)
+    type(mesh_t), intent(inout) :: mesh
+    integer, parameter :: parts = 32               ! along the longest side
+    real(rp), allocatable :: x(:, :)
+    integer :: i, j, k, n(3)
+
+    mesh%step = maxval(mesh%upper - mesh%lower)/parts
+    n = max(1, ceiling((mesh%upper - mesh%lower)/mesh%step))
+    allocate (mesh%known(n(1), n(2), n(3)), x(n(1), 3))
+    x(:, 1) = mesh%lower(1) + mesh%step*[(i - 0.5_rp, i=1, n(1))]
+    do k = 1, n(3)
+      x(:, 3) = mesh%lower(3) + mesh%step*(k - 0.5_rp)
+      do j = 1, n(2)
+        x(:, 2) = mesh%lower(2) + mesh%step*(j - 0.5_rp)
+        call exact_distances(mesh, n(1), x, mesh%known(:, j, k))
+      end do
+    end do
+  end subroutine fill_grid
 
   !> Normals of edges and points.
   subroutine find_normals(mesh)
@@ -135,10 +158,11 @@ contains
     class(mesh_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     real(rp), intent(out) :: d, normal(3), room
-    real(rp) :: at(3), way(3)
+    real(rp) :: at(3), least, limit, way(3)
     integer :: corner, facet, region
 
-    call self%nearest(x, huge(1.0_rp), facet, region, at)
+    call self%bracket(x, least, limit)
+    call self%nearest(x, limit**2, facet, region, at)
     call self%side_of(x, facet, region, at, d, normal)
     way = x - at
     if (region == on_face) then
@@ -155,24 +179,59 @@ contains
     room = self%ridges%room(facet, at)
   end subroutine distance
 
-  !> Distances of `n` places; those in a row are often near to each other.
-  pure subroutine distances(self, n, x, d)
+  !> Distances of `n` places; of those beyond `most` any number beyond it will do.
+  pure subroutine distances(self, n, x, most, d)
     class(mesh_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3), most
+    real(rp), intent(out) :: d(n)
+    real(rp) :: at(3), least, limit, normal(3)
+    integer :: facet, p, region
+
+    do p = 1, n
+      call self%bracket(x(p, :), least, limit)
+      d(p) = least
+      if (least > most) cycle
+      call self%nearest(x(p, :), limit**2, facet, region, at)
+      call self%side_of(x(p, :), facet, region, at, d(p), normal)
+    end do
+  end subroutine distances
+
+  !> The least that a distance may be, and the most that it is in either direction, by the grid.
+  pure subroutine bracket(self, x, least, limit)
+    class(mesh_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)
+    real(rp), intent(out) :: least, limit
+    real(rp) :: inside(3), way
+    integer :: i(3)
+
+    inside = min(max(x, self%lower), self%upper)
+    i = min(int((inside - self%lower)/self%step) + 1, shape(self%known))
+    way = norm2(x - (self%lower + self%step*(i - 0.5_rp)))
+    associate (d => self%known(i(1), i(2), i(3)))
+      least = d - way
+      limit = slack*(abs(d) + way + 1.0e-9_rp*self%radius)
+    end associate
+    if (any(abs(x - inside) > 0.0_rp)) least = max(least, norm2(x - inside))
+  end subroutine bracket
+
+  !> Distances of `n` places; those in a row are near to each other.
+  pure subroutine exact_distances(self, n, x, d)
+    type(mesh_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: x(n, 3)
     real(rp), intent(out) :: d(n)
-    real(rp), parameter :: slack = 1.0_rp + 1.0e-9_rp
-    real(rp) :: at(3), most, normal(3)
+    real(rp) :: at(3), limit, normal(3)
     integer :: facet, p, region
 
-    most = huge(1.0_rp)
+    limit = huge(1.0_rp)
     do p = 1, n
-      call self%nearest(x(p, :), most, facet, region, at)
+      call self%nearest(x(p, :), limit, facet, region, at)
       call self%side_of(x(p, :), facet, region, at, d(p), normal)
-      if (p < n) most = (slack*(abs(d(p)) + norm2(x(p + 1, :) - x(p, :))) &
-                         + 1.0e-9_rp*self%radius)**2
+      if (p < n) limit = (slack*(abs(d(p)) + norm2(x(p + 1, :) - x(p, :)) &
+                                 + 1.0e-9_rp*self%radius))**2
     end do
-  end subroutine distances
+  end subroutine exact_distances
 
   !> Signed distance of `x`, whose nearest point is `at`, and the normal there.
   pure subroutine side_of(self, x, facet, region, at, d, normal)
@@ -217,6 +276,7 @@ contains
       if (far(top + 1) >= best) cycle
       if (self%tree%count(node) > 0) then
         do i = self%tree%first(node), self%tree%first(node) + self%tree%count(node) - 1
+          if (dot_product(x - self%place(:, 1, i), self%place(:, 4, i))**2 >= best) cycle
           call project(self%place(:, :, i), x, k, d2, y)
           if (d2 >= best) cycle
           best = d2
@@ -319,62 +379,5 @@ contains
     sweep = self%approach*2.0_rp*asin(chord)
     if (chord >= 1.0_rp) sweep = self%approach*pi
   end function sweep
-
-  !> Points spread over its surface, some `parts` along its longest side: corners of facets, and
-  !> lattices on large ones.
-  subroutine outline(self, x)
-    class(mesh_t), intent(in) :: self
-    real(rp), allocatable, intent(out) :: x(:, :)
-    integer, parameter :: parts = 24
-    real(rp) :: spacing
-    integer :: i, j, k, m, n, p, round
-
-    spacing = maxval(self%upper - self%lower)/parts
-    do round = 1, 2                             ! count, then list
-      p = size(self%facets%x, 2)
-      if (round == 2) x(:, :p) = self%facets%x
-      do i = 1, size(self%place, 3)
-        associate (a => self%place(:, 1, i), b => self%place(:, 2, i), c => self%place(:, 3, i))
-          n = ceiling(max(norm2(b), norm2(c), norm2(b - c))/spacing)
-          do j = 0, n
-            do k = 0, n - j
-              m = n - j - k
-              if (max(j, k, m) == n) cycle       ! a corner
-              p = p + 1
-              if (round == 2) x(:, p) = a + real(j, rp)/n*b + real(k, rp)/n*c
-            end do
-          end do
-        end associate
-      end do
-      if (round == 1) allocate (x(3, p))
-    end do
-  end subroutine outline
-
-  !> Its facets; points on edges that show are there once a side.
-  subroutine surface(self, x, corner)
-    class(mesh_t), intent(in) :: self
-    real(rp), allocatable, intent(out) :: x(:, :)
-    integer, allocatable, intent(out) :: corner(:, :)
-    real(rp), allocatable :: key(:, :)
-    integer, allocatable :: order(:)
-    integer :: i, n
-
-    allocate (key(2, size(self%facets%corner)), order(size(self%facets%corner)))
-    key(1, :) = real([self%facets%corner], rp)
-    key(2, :) = real([spread(self%ridges%patch, 1, 3)], rp)
-    order = order_of(key)
-    allocate (corner(3, size(order)/3), x(3, size(order)))
-    n = 0
-    do i = 1, size(order)
-      if (i == 1) then
-        n = 1
-      else if (any(abs(key(:, order(i)) - key(:, order(i - 1))) > 0.0_rp)) then
-        n = n + 1
-      end if
-      x(:, n) = self%facets%x(:, nint(key(1, order(i))))
-      corner(modulo(order(i) - 1, 3) + 1, (order(i) + 2)/3) = n
-    end do
-    x = x(:, :n)
-  end subroutine surface
 
 end module tool_meshes_mesh

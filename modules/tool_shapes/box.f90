@@ -83,10 +83,10 @@ contains
     room = -maxval(q)
   end subroutine distance
 
-  pure subroutine distances(self, n, x, d)
+  pure subroutine distances(self, n, x, most, d)
     class(box_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(in) :: x(n, 3), most
     real(rp), intent(out) :: d(n)
     real(rp) :: q(3)
     integer :: p

@@ -2,6 +2,7 @@
 !> Shapes whose surface is a mesh. One that extends this type reads its keys and makes the mesh.
 module tool_shapes_meshed
   use base_kinds, only: rp
+  use tool_meshes_drawing, only: outline_of, surface_of
   use tool_meshes_mesh, only: mesh_t
   use tool_shapes_shape, only: shape_t
   implicit none (type, external)
@@ -30,13 +31,13 @@ contains
     call self%mesh%distance(x, d, normal, room)
   end subroutine distance
 
-  pure subroutine distances(self, n, x, d)
+  pure subroutine distances(self, n, x, most, d)
     class(meshed_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(in) :: x(n, 3), most
     real(rp), intent(out) :: d(n)
 
-    call self%mesh%distances(n, x, d)
+    call self%mesh%distances(n, x, most, d)
   end subroutine distances
 
   pure subroutine bounds(self, axes, middle, half)
@@ -58,7 +59,7 @@ contains
     class(meshed_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)
 
-    call self%mesh%outline(x)
+    call outline_of(self%mesh%facets, x)
   end subroutine outline
 
   subroutine surface(self, x, corner)
@@ -66,7 +67,7 @@ contains
     real(rp), allocatable, intent(out) :: x(:, :)
     integer, allocatable, intent(out) :: corner(:, :)
 
-    call self%mesh%surface(x, corner)
+    call surface_of(self%mesh%facets, self%mesh%ridges%patch, x, corner)
   end subroutine surface
 
 end module tool_shapes_meshed

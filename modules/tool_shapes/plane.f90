@@ -67,10 +67,10 @@ contains
     room = no_edge
   end subroutine distance
 
-  pure subroutine distances(self, n, x, d)
+  pure subroutine distances(self, n, x, most, d)
     class(plane_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(in) :: x(n, 3), most
     real(rp), intent(out) :: d(n)
 
     d = x(:, 3)

@@ -99,10 +99,10 @@ contains
   end subroutine distance
 
   !> Distances of `n` places.
-  pure subroutine distances(self, n, x, d)
+  pure subroutine distances(self, n, x, most, d)
     class(revolved_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(in) :: x(n, 3), most
     real(rp), intent(out) :: d(n)
     real(rp) :: r(n)
 

@@ -59,13 +59,13 @@ module tool_shapes_shape
       real(rp), intent(out) :: d, normal(3), room      !! [m], [-], [m]
     end subroutine distance_interface
 
-    !> Distances of `n` places.
-    pure subroutine distances_interface(self, n, x, d)
+    !> Distances of `n` places; of those beyond `most` any number beyond it will do.
+    pure subroutine distances_interface(self, n, x, most, d)
       import :: shape_t, rp
       implicit none (type, external)
       class(shape_t), intent(in) :: self
       integer, intent(in) :: n
-      real(rp), intent(in) :: x(n, 3)                  !! [m]
+      real(rp), intent(in) :: x(n, 3), most            !! [m]
       real(rp), intent(out) :: d(n)                    !! [m]
     end subroutine distances_interface
 

@@ -70,10 +70,10 @@ contains
     room = no_edge
   end subroutine distance
 
-  pure subroutine distances(self, n, x, d)
+  pure subroutine distances(self, n, x, most, d)
     class(sphere_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(in) :: x(n, 3), most
     real(rp), intent(out) :: d(n)
 
     d = sqrt(x(:, 1)**2 + x(:, 2)**2 + x(:, 3)**2) - self%radius

@@ -343,9 +343,9 @@ contains
     call tool%note_place()
     call expect_close('no way at first', tool%displacement(), 0.0_rp, atol=0.0_rp)
     call random_points(points, 0.02_rp, 0.0_rp)
-    call tool%clearances(nlane, points%x, before)
+    call tool%clearances(nlane, points%x, huge(1.0_rp), before)
     call tool%move_to(0.06_rp)
-    call tool%clearances(nlane, points%x, after)
+    call tool%clearances(nlane, points%x, huge(1.0_rp), after)
     call expect_close('way of a plunge', tool%displacement(), 0.01_rp*norm2([1.8e-3_rp, 0.1_rp]), &
                       rtol=1.0e-9_rp)
     call expect('a plunge brings nothing nearer than by the way', &
@@ -356,9 +356,9 @@ contains
     tool%motion%phase(1)%velocity = 0.0_rp
     call tool%move_to(0.05_rp)
     call tool%note_place()
-    call tool%clearances(nlane, points%x, before)
+    call tool%clearances(nlane, points%x, huge(1.0_rp), before)
     call tool%move_to(0.055_rp)
-    call tool%clearances(nlane, points%x, after)
+    call tool%clearances(nlane, points%x, huge(1.0_rp), after)
     way = tool%displacement()
     call expect('a box that spins comes nearer, by no more than its way', &
                 any(after < before - 1.0e-6_rp) .and. all(before - after &
@@ -431,7 +431,7 @@ contains
     call expect('no shape', .not. tool%has_shape())
     call tool%distance([0.0_rp, 0.0_rp, 0.0_rp], d(1), n, room)
     call expect('a tool without a shape is far', d(1) > 1.0e30_rp)
-    call tool%clearances(nlane, x, d)
+    call tool%clearances(nlane, x, huge(1.0_rp), d)
     call expect('from many places', all(d > 1.0e30_rp))
     call tool%bounds(lower, upper)
     call expect('and has no ends', all(lower < -1.0e30_rp) .and. all(upper > 1.0e30_rp))

@@ -244,6 +244,7 @@ contains
     character(*), intent(in) :: name
     class(shape_t), intent(in) :: shape
     integer, parameter :: n = 1000
+    real(rp), parameter :: most = 1.0e-3_rp
     real(rp) :: many(n), normal(3), one(n), room, x(n, 3)
     integer :: p
 
@@ -251,10 +252,13 @@ contains
       x(p, :) = random_place()
       call shape%distance(x(p, :), one(p), normal, room)
     end do
-    call shape%distances(n, x, many)
+    call shape%distances(n, x, huge(1.0_rp), many)
     call expect(name//': some inside, some outside', &
                 count(one < 0.0_rp) > 20 .and. count(one > 0.0_rp) > 20)
     call expect(name//': many distances at once', all(abs(many - one) < 1.0e-15_rp))
+    call shape%distances(n, x, most, many)
+    call expect(name//': those that are not far', all(abs(many - one) < 1.0e-15_rp .or. &
+                                                      one > most .and. many > most))
   end subroutine test_distances
 
   !> From outside, the way along the normal ends on the surface: the distance there is zero. The
@@ -334,7 +338,7 @@ contains
     call expect(name//': an outline if it has ends', size(x, 2) > 0 .eqv. all(half < huge(1.0_rp)))
     if (size(x, 2) == 0) return
     allocate (d(size(x, 2)))
-    call shape%distances(size(d), transpose(x), d)
+    call shape%distances(size(d), transpose(x), huge(1.0_rp), d)
     call expect(name//': the outline is nowhere outside', maxval(d) < 1.0e-15_rp)
     call expect(name//': most of it on the surface', count(abs(d) < 1.0e-15_rp) > size(d)/3)
     call expect_close(name//': it reaches down', minval(x(3, :)), middle(3) - half(3), &

@@ -8,6 +8,7 @@ program test_tool_meshes
   use check, only: begin_tests, end_tests, expect, expect_close
   use input_diagnostics, only: diagnostics_t
   use tool_meshes_cuts, only: cuts_t, mesh_of
+  use tool_meshes_drawing, only: surface_of
   use tool_meshes_facets, only: cross, facets_t
   use tool_meshes_mesh, only: mesh_t, new_mesh
   use tool_meshes_stl_file, only: read_stl
@@ -74,7 +75,7 @@ contains
     n_in = 0
     do k = 1, 4
       call mesh_of(random_cuts(k), mesh)
-      call mesh%surface(x, corner)
+      call surface_of(mesh%facets, mesh%ridges%patch, x, corner)
       do i = 1, 100
         if (modulo(i, 2) == 0) then
           y = [random(-10.0e-3_rp, 10.0e-3_rp), random(-10.0e-3_rp, 10.0e-3_rp), &
