@@ -240,6 +240,7 @@ def kept(path, title):
 
 SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
 PLATE = "benchmarks/stirred_plate.json"
+PASSES = "benchmarks/passes/results/tables.json"
 ALL = {
     "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "speed": speed, "kernels": kernels, "cooling": cooling, "calibration": calibration,
@@ -248,6 +249,8 @@ ALL = {
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
     "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
     "disc on a hot plate": kept(PLATE, "disc on a hot plate"),
+    **{f"passes, {title}": kept(PASSES, title) for title in ("calibration", "cavity 1", "cavities", "AA5005", "Johnson and Cook", "two phases",
+                                                            "runs")},
 }
 
 SERIES = "docs/accuracy.md"

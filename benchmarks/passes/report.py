@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: MIT
+"""Tables of docs/validation.md from the results of the passes."""
+
+import csv
+import json
+
+import scenes
+from calculate import HERE, kept
+
+COMMAND = "benchmarks/passes/run.sh"
+TABLES = HERE / "results/tables.json"
+LAWS = {"jc": "Johnson-Cook", "tp": "two-phase"}
+NUMERICAL = ("cells", "steps")  # experiments that give the error bar
+
+# Quantity, experiment, thesis's model, measure, format.
+CAVITY1 = (
+    ("peak of T1, K", "peak T1", "+11 %; less", "T1 peak, K", ".0f"),
+    ("peak of T2, K", "peak T2", "+5 %; less", "T2 peak, K", ".0f"),
+    ("peak of T3, K", "peak T3", "+8 %; less", "T3 peak, K", ".0f"),
+    ("its time, T1, s", "time T1", "", "T1 time of the peak, s", ".1f"),
+    ("T2, s", "time T2", "", "T2 time of the peak, s", ".1f"),
+    ("T3, s", "time T3", "", "T3 time of the peak, s", ".1f"),
+    ("dip over the cavity of T1, K", "yes", "", "T1 dip over the cavity, K", ".0f"),
+    ("of T2, K", "yes", "", "T2 dip over the cavity, K", ".0f"),
+    ("of T3, K", "yes", "", "T3 dip over the cavity, K", ".0f"),
+    ("cavity filled, %", "68", "61; 66", "cavity filled, %", ".0f"),
+    ("of this in the rear advancing quarter, %", "most", "", "in the rear advancing quarter, %", ".0f"),
+    ("flash, retreating side, mm", "8", "14", "flash, retreating side, mm", ".1f"),
+    ("flash, advancing side, mm", "less", "less", "flash, advancing side, mm", ".1f"),
+    ("metal above the plate, retreating side, mm3", "", "", "metal above the plate, retreating side, mm3", ".0f"),
+    ("advancing side, mm3", "", "", "metal above the plate, advancing side, mm3", ".0f"),
+    ("groove, mm3", "", "1970 (geometry)", "groove, mm3", ".0f"),
+    ("metal beyond sides and ends, mm3", "", "", "beyond sides and ends, mm3", ".0f"),
+    ("stir zone (strain > 1) at 25 mm, mm", "3-4", "3-4", "stir zone at 25 mm, depth, mm", ".1f"),
+    ("at 65 mm, mm", "3-4", "3-4", "stir zone at 65 mm, depth, mm", ".1f"),
+    ("interface velocity, % of the tool's", "", "0.5-2.5", "interface velocity, % of the tool's", ".2f"),
+    ("largest, %", "", "14", "interface velocity, largest, % of the tool's", ".2f"),
+    ("strain under the tool at 15 s, mean", "", "about 30", "strain under the tool at 15 s, mean", ".2g"),
+    ("largest", "", "", "strain under the tool at 15 s, largest", ".2g"),
+    ("share of friction, %", "", "90-99", "share of friction, %", ".1f"),
+    ("farthest metal ahead, tool diameters", "", "1.5", "largest way of a tracer, tool diameters", ".2f"),
+    ("moved metal on the advancing side, %", "", "56", "of the moved metal on the advancing side, %", ".0f"),
+    ("grains at 65 mm, stir zone, nm", "", "323-331", "grain size, stir zone, nm", ".0f"),
+    ("surface, nm", "", "350", "grain size, surface, nm", ".0f"),
+    ("edge of the zone, nm", "", "600", "grain size, edge of the zone, nm", ".0f"),
+    ("axial force at 12.5 s, kN", "", "", "force at 12.5 s, kN", ".1f"),
+    ("at 50 s, kN", "", "", "force at 50 s, kN", ".1f"),
+    ("torque at 12.5 s, N m", "", "", "torque at 12.5 s, N m", ".1f"),
+    ("at 50 s, N m", "", "", "torque at 50 s, N m", ".1f"),
+    ("hottest metal, K", "", "", "hottest metal, K", ".0f"),
+    ("inertial over flow stress, %", "", "", "inertial over flow stress, largest, %", ".2g"),
+    ("energy audit, %", "", "", "energy audit, largest, %", ".1g"),
+    ("volumes close to, %", "", "", "volumes close to, %", ".1f"),
+)
+FILLED = {"cavity1": ("68", "61; 66"), "cavity2": ("59", "59; 80"), "cavity3": ("69", "53; 77")}
+AA5005 = (
+    ("peak of T1, K", "", "", "T1 peak, K", ".0f", 1.0), ("T2, K", "", "", "T2 peak, K", ".0f", 1.0), ("T3, K", "", "", "T3 peak, K", ".0f", 1.0),
+    ("flash, retreating side, mm", "", "", "flash, retreating side, mm", ".1f", 1.0),
+    ("stir zone at 65 mm, mm", "", "", "stir zone at 65 mm, depth, mm", ".1f", 1.0),
+    ("grains at 65 mm, stir zone, um", "", "3.65-3.87", "grain size, stir zone, nm", ".2f", 1e-3),
+    ("edge of the zone, um", "", "5.5-7", "grain size, edge of the zone, nm", ".2f", 1e-3),
+    ("axial force at 12.5 s, kN", "", "", "force at 12.5 s, kN", ".1f", 1.0),
+    ("torque at 12.5 s, N m", "", "", "torque at 12.5 s, N m", ".1f", 1.0),
+    ("hottest metal, K", "", "", "hottest metal, K", ".0f", 1.0),
+)
+STUDIED = ("T1 peak, K", "T2 peak, K", "T3 peak, K", "cavity filled, %", "flash, retreating side, mm", "flash, advancing side, mm",
+           "groove, mm3", "beyond sides and ends, mm3", "stir zone at 65 mm, depth, mm", "interface velocity, % of the tool's",
+           "strain under the tool at 15 s, mean", "share of friction, %", "largest way of a tracer, tool diameters",
+           "grain size, stir zone, nm", "force at 12.5 s, kN", "torque at 12.5 s, N m", "power at 12.5 s, kW", "power at 50 s, kW",
+           "hottest metal, K", "inertial over flow stress, largest, %")
+
+
+def load(folder):
+    """Results by (pass, kind)."""
+    found = {}
+    for path in sorted(folder.glob("*_*.json")):
+        one = json.loads(path.read_text(encoding="utf-8"))
+        found[one["pass"], one["kind"]] = one
+    return found
+
+
+def shown(all_of, name, kind, measure, form, factor=1.0):
+    one = all_of.get((name, kind))
+    value = None if one is None else one["measures"].get(measure)
+    return "" if value is None else format(factor * value, form)
+
+
+def record():
+    """Peaks of the record of cavity 1 and their times."""
+    rows = list(csv.DictReader((HERE / "cavity1_record.csv").read_text(encoding="utf-8").splitlines()))
+    found = {}
+    for name in ("T1", "T2", "T3"):
+        best = max(rows, key=lambda row: float(row[f"{name}[K]"]))
+        found |= {f"peak {name}": f"{float(best[f'{name}[K]']):.0f}", f"time {name}": best["time[s]"]}
+    return found
+
+
+def spread(all_of, measure, form):
+    """Largest change by a numerical experiment on cavity 1, of either law."""
+    apart = []
+    for law in LAWS:
+        base = all_of.get((f"cavity1_{law}", "printed"))
+        for kind in NUMERICAL:
+            other = all_of.get((f"cavity1_{law}", kind))
+            values = [one["measures"].get(measure) if one else None for one in (base, other)]
+            if None not in values:
+                apart.append(abs(values[1] - values[0]))
+    return f"{max(apart):{form}}" if apart else ""
+
+
+def cavity1(all_of):
+    peaks = record()
+    rows = [["quantity", "experiment", "thesis's model: Johnson-Cook; two-phase", "as printed: Johnson-Cook", "two-phase",
+             "calibrated: Johnson-Cook", "two-phase", "error bar"]]
+    for label, experiment, thesis, measure, form in CAVITY1:
+        values = [shown(all_of, f"cavity1_{law}", kind, measure, form) for kind in ("printed", "calibrated") for law in LAWS]
+        rows.append([label, peaks.get(experiment, experiment), thesis, *values, spread(all_of, measure, form)])
+    return rows
+
+
+def cavities(all_of):
+    rows = [["filled, %", "experiment", "thesis's model: Johnson-Cook; two-phase", "as printed: Johnson-Cook", "two-phase",
+             "calibrated: Johnson-Cook", "two-phase"]]
+    columns = [(kind, law) for kind in ("printed", "calibrated") for law in LAWS]
+    for plate, (experiment, thesis) in FILLED.items():
+        rows.append([plate.replace("cavity", "cavity "), experiment, thesis,
+                     *(shown(all_of, f"{plate}_{law}", kind, "cavity filled, %", ".0f") for kind, law in columns)])
+    for what, measure, form in (("flash, retreating side, mm", "flash, retreating side, mm", ".1f"),
+                                ("peak of T2, K", "T2 peak, K", ".0f"), ("stir zone at 65 mm, mm", "stir zone at 65 mm, depth, mm", ".1f")):
+        for plate in ("cavity2", "cavity3", "plain"):
+            name = {"cavity2": "cavity 2", "cavity3": "cavity 3", "plain": "no cavity"}[plate]
+            rows.append([f"{name}: {what}", "", "", *(shown(all_of, f"{plate}_{law}", kind, measure, form) for kind, law in columns)])
+    return rows
+
+
+def aa5005(all_of):
+    rows = [["quantity", "experiment", "thesis's model", "as printed", "calibrated on copper"]]
+    for label, experiment, thesis, measure, form, factor in AA5005:
+        rows.append([label, experiment, thesis,
+                     *(shown(all_of, "aa5005_tp", kind, measure, form, factor) for kind in ("printed", "calibrated"))])
+    return rows
+
+
+def experiments(all_of, law):
+    name = f"cavity1_{law}"
+    kinds = [kind for kind in scenes.EXPERIMENTS if (name, kind) in all_of]
+    rows = [["quantity", "as printed", *(scenes.EXPERIMENTS[kind][0] for kind in kinds)]]
+    for measure in STUDIED:
+        rows.append([measure, *(shown(all_of, name, kind, measure, ".3g") for kind in ("printed", *kinds))])
+    return rows
+
+
+def runs(all_of):
+    rows = [["pass", "kind", "particles", "apart, mm", "mass scaling", "elastic scaling", "steps", "processor time, s", "solver"]]
+    for (name, kind), one in all_of.items():
+        m, keys = one["measures"], one["keys"]
+        rows.append([name, kind, f"{m['particles']:.0f}", f"{m['distance of particles, mm']:.3g}", keys.get("TIME.MASS_SCALING", "1e5"),
+                     keys.get("TIME.ELASTIC_SCALING", "1"), f"{m['steps']:.0f}", f"{sum(one_['cpu_seconds'] for one_ in one['made']):.0f}",
+                     one["solver"]])
+    return rows
+
+
+def calibrated(_):
+    found = json.loads(scenes.CALIBRATED.read_text(encoding="utf-8"))
+    rows = [["key", "value", "standard error", "bounds"]]
+    for name, key in found["fit"]["keys"].items():
+        error = "at a bound" if key["at_a_bound"] else "not determined" if key["standard_error"] is None else f"{key['standard_error']:.2g}"
+        rows.append([f"`{name}`", f"{key['value']:.3g}", error, f"{key['low']:g} to {key['high']:g}"])
+    for name, left in found["fit"]["curves"].items():
+        rows.append([f"{name}, computed less record, K", f"mean {left['mean']:+.0f}", f"rms {left['rms']:.0f}", f"largest {left['largest']:+.0f}"])
+    return rows
+
+
+def write(folder):
+    all_of = load(folder)
+    tables = {"cavity 1": cavity1(all_of), "cavities": cavities(all_of), "AA5005": aa5005(all_of), "calibration": calibrated(all_of),
+              "Johnson and Cook": experiments(all_of, "jc"), "two phases": experiments(all_of, "tp"), "runs": runs(all_of)}
+    for title, rows in tables.items():
+        kept.show(title, rows)
+    kept.keep(TABLES, COMMAND, tables)
