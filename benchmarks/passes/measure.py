@@ -19,9 +19,12 @@ def number(value):
 
 
 def dip(time, values, begin=18.0, end=40.0):
-    """How far a curve falls between two higher places while the tool is over the cavity [K]."""
+    """How far a curve falls between two higher places while the tool is over the cavity [K]; medians over 2 s, as single
+    rows of a probe may stand out where the particles around it change."""
     there = (time >= begin) & (time <= end)
-    t = values[there]
+    wide = max(1, int(np.sum((time >= begin) & (time <= begin + 2.0))) // 2)
+    padded = np.pad(values[there], wide, mode="edge")
+    t = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * wide + 1), axis=1)
     return float(np.max(np.minimum(np.maximum.accumulate(t), np.maximum.accumulate(t[::-1])[::-1]) - t))
 
 

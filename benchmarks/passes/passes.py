@@ -48,7 +48,7 @@ def main():
     if options.tables:
         import report
 
-        report.write(RESULTS)
+        report.write(RESULTS, folder_of(options))
         return 0
     for name, kind in chosen(parser, options.passes):
         one_pass(options, name, kind)
@@ -65,12 +65,17 @@ def chosen(parser, words):
     return found
 
 
+def folder_of(options):
+    """Of the runs with the same numbers."""
+    return options.output / f"{options.particles:g}mm_{options.mass_scaling:g}"
+
+
 def one_pass(options, name, kind):
     particles = options.particles / (2 if kind == "cells" else 1)
     mass = options.mass_scaling / (10 if kind == "steps" else 1)
     elastic = min(10.0, options.elastic_scaling) if kind == "steps" else options.elastic_scaling
     keys = calculate.keys_of(name, kind, particles, mass, elastic)
-    folder = options.output / f"{options.particles:g}mm_{options.mass_scaling:g}" / f"{name}_{kind}"
+    folder = folder_of(options) / f"{name}_{kind}"
     results = calculate.calculate(folder, name, kind, keys, options.ranks, tell=lambda text: print(text, flush=True))
     made = [json.loads(line) for line in (folder / "machine.jsonl").read_text(encoding="utf-8").splitlines()]
     RESULTS.mkdir(exist_ok=True)

@@ -5,7 +5,8 @@ import csv
 import json
 
 import scenes
-from calculate import HERE, kept
+import measure  # noqa: F401  (the path to stirpost)
+from calculate import HERE, driver, kept
 
 COMMAND = "benchmarks/passes/run.sh"
 TABLES = HERE / "results/tables.json"
@@ -171,10 +172,38 @@ def calibrated(_):
     return rows
 
 
-def write(folder):
+def picture(place):
+    """Thermocouples of cavity 1 beside the record, from the folders of the runs; not drawn without them."""
+    import matplotlib
+    from stirpost import look
+
+    kinds = [(law, kind) for law in LAWS for kind in ("printed", "calibrated")]
+    found = {(law, kind): driver.Results(place / f"cavity1_{law}_{kind}/cavity1_{law}.out", f"cavity1_{law}") for law, kind in kinds}
+    if not all(results.path("_probes.csv").is_file() for results in found.values()):
+        return
+    rows = list(csv.DictReader((HERE / "cavity1_record.csv").read_text(encoding="utf-8").splitlines()))
+    with matplotlib.rc_context(look.STYLE):
+        figure = look.new_figure(9.6, 3.4)
+        for panel, name in zip(figure.subplots(1, 3, sharex=True, sharey=True), ("T1", "T2", "T3")):
+            panel.plot([float(row["time[s]"]) for row in rows], [float(row[f"{name}[K]"]) for row in rows], ".", color=look.INK,
+                       markersize=4, label="record")
+            for (law, kind), results in found.items():
+                probes = results.probes()
+                panel.plot(probes["time[s]"], probes[f"{name}[K]"], color=look.LINES[list(LAWS).index(law)],
+                           linestyle="-" if kind == "calibrated" else "--", label=f"{LAWS[law]}, {kind}")
+            panel.set_title(name)
+            panel.set_xlabel("time [s]")
+            panel.grid(True)
+        figure.axes[0].set_ylabel("temperature [K]")
+        figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=5)
+        look.save(figure, HERE.parents[1] / "docs/pictures/passes_thermocouples.png")
+
+
+def write(folder, place):
     all_of = load(folder)
     tables = {"cavity 1": cavity1(all_of), "cavities": cavities(all_of), "AA5005": aa5005(all_of), "calibration": calibrated(all_of),
               "Johnson and Cook": experiments(all_of, "jc"), "two phases": experiments(all_of, "tp"), "runs": runs(all_of)}
     for title, rows in tables.items():
         kept.show(title, rows)
     kept.keep(TABLES, COMMAND, tables)
+    picture(place)
