@@ -92,7 +92,8 @@ def record():
     found = {}
     for name in ("T1", "T2", "T3"):
         best = max(rows, key=lambda row: float(row[f"{name}[K]"]))
-        found |= {f"peak {name}": f"{float(best[f'{name}[K]']):.0f}", f"time {name}": best["time[s]"]}
+        found |= {f"peak {name}": f"{float(best[f'{name}[K]']):.0f}", f"time {name}": best["time[s]"],
+                  f"dip {name}": f"{record_dip(rows, name):.0f}"}
     return found
 
 
