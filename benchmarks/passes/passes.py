@@ -8,7 +8,7 @@ usage: benchmarks/passes/run.sh [NAME[:KIND] ...] [--particles MM] [--mass-scali
 
 NAME is a plate and a flow law: cavity1_jc, cavity1_tp, ... plain_tp, aa5005_tp (default: all). KIND is 'printed', as the
 thesis has it, 'calibrated', with the numbers that were fitted to cavity 1 (default: these two), or an experiment: cells
-(halved), steps (shorter ones), stick, half, soft, film, stuck_film, held,
+(halved), coarse (half as large again), steps (shorter ones), stick, half, soft, film, stuck_film, held,
 stuck_held. Each pass has a folder in DIR (default build/passes); what is done is
 not repeated, what was stopped goes on from its checkpoint. Its numbers go into results/NAME_KIND.json with the machine.
 """
@@ -71,7 +71,7 @@ def folder_of(options):
 
 
 def one_pass(options, name, kind):
-    particles = options.particles / (2 if kind == "cells" else 1)
+    particles = options.particles * {"cells": 0.5, "coarse": 1.5}.get(kind, 1.0)
     mass = options.mass_scaling / (10 if kind == "steps" else 1)
     elastic = min(10.0, options.elastic_scaling) if kind == "steps" else options.elastic_scaling
     keys = calculate.keys_of(name, kind, particles, mass, elastic)

@@ -11,7 +11,7 @@ from calculate import HERE, driver, kept
 COMMAND = "benchmarks/passes/run.sh"
 TABLES = HERE / "results/tables.json"
 LAWS = {"jc": "Johnson-Cook", "tp": "two-phase"}
-NUMERICAL = ("cells", "steps")  # experiments that give the error bar
+NUMERICAL = ("cells", "coarse", "steps")  # experiments that give the error bar
 
 # Quantity, experiment, thesis's model, measure, format.
 CAVITY1 = (

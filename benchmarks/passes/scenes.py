@@ -47,6 +47,7 @@ def text_of(name, kind="printed"):
 # What is changed to learn what a number depends on: keys beside those of the pass as printed.
 EXPERIMENTS = {
     "cells": ("cells halved", {}),  # its particles are half as far apart
+    "coarse": ("cells half as large again", {}),
     "steps": ("mass scaling a tenth, elastic scaling 10", {}),
     "stick": ("metal sticks to the face", {"TOOL.FRICTION_LAW": "shear-factor", "TOOL.SHEAR_FACTOR": "1"}),
     "half": ("half the shear strength", {"TOOL.FRICTION_LAW": "shear-factor", "TOOL.SHEAR_FACTOR": "0.5"}),
