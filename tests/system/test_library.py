@@ -110,5 +110,23 @@ def test_what_cannot_be_taken(run, tmp_path, material, complaint):
 def test_list(run):
     """--materials lists what FROM may name."""
     out = run(None, "--materials").out
-    for name in ("copper", "AA5005", "AA6061-T6", "AA2024-T3", "AA7075-T6", "Ti-6Al-4V", "304L", "AZ31", "H13"):
+    for name in ("copper", "copper-hot", "AA5005", "AA6061-T6", "AA2024-T3", "AA7075-T6", "Ti-6Al-4V", "304L", "AZ31", "H13"):
         assert f"\n{name}  (" in out
+
+
+def test_hot_copper(run, tmp_path):
+    """copper-hot has the two stresses that it is made from, and the published exponent and activation energy."""
+    places = {"a": (773.0, 1.0), "b": (773.0, 100.0), "c": (1123.0, 1.0)}
+    paths = [f"&PATH NAME = '{name}', MATERIAL = 'm', TEMPERATURE = {temp}, RATE = {rate}, STRAIN = 1 /"
+             for name, (temp, rate) in places.items()]
+    text = "\n".join(["&MATERIAL NAME = 'm', FROM = 'copper-hot' /", *paths, ""])
+    (tmp_path / "hot.nml").write_text(text, encoding="utf-8")
+    run(None, "--material", "hot.nml")
+    a, b, c = (1e-6 * driver.Table(tmp_path / f"hot.out/{name}.csv")["stress[Pa]"][-1] for name in places)
+    assert abs(a / 119.27 - 1.0) < 0.005
+    assert abs(b / 166.6 - 1.0) < 0.005
+    alpha = 0.0193
+    n = np.log(100.0) / np.log(np.sinh(alpha * b) / np.sinh(alpha * a))
+    q = n * np.log(np.sinh(alpha * a) / np.sinh(alpha * c)) * 8.314462618 / (1.0 / 773.0 - 1.0 / 1123.0)
+    assert abs(n - 5.0) < 0.02
+    assert abs(q / 145e3 - 1.0) < 0.005

@@ -7,7 +7,10 @@ import exact
 import limit_punch
 import numpy as np
 import pytest
+import stirred_layer
 from pytest import approx
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 
 def test_bars():
@@ -165,3 +168,28 @@ def test_punches():
     for wanted, block in ((exact.prandtl(1.0), (False, 6.0, 4.0)), (exact.circular_punch(1.0), (True, 4.0, 3.0))):
         found = limit_punch.punch(8, *block)[0]
         assert wanted < found < 1.02 * wanted
+
+
+@pytest.mark.parametrize("temp, stresses", [(298.0, (295.30, 362.32, 561.22)), (773.0, (119.27, 144.98, 223.84)),
+                                            (1123.0, (21.32, 25.18, 36.99))])
+def test_two_phase_law_of_the_layer(temp, stresses):
+    """Stress [MPa] of copper at 1/s and strains of 0.5, 1, 4 by the law of the stirred layer: the references of the
+    material point, to their digits."""
+    law, at = stirred_layer.TWO_PHASE, np.array([temp])
+    states = solve_ivp(lambda _, y: law.by_strain(at, y[:, None], 0.0)[:, 0], (0.0, 4.0), law.begin(), method="LSODA",
+                       rtol=1e-8, t_eval=(0.5, 1.0, 4.0)).y
+    for state, stress in zip(states.T, stresses):
+        found = brentq(lambda sigma: law.log_rate(sigma, at, state[:, None])[0][0], 1e5, 1e9)
+        assert found == approx(1e6 * stress, abs=0.006e6)
+
+
+def test_slopes_of_laws_of_the_layer():
+    """d ln(rate)/d sigma of each law is the difference quotient of its ln(rate)."""
+    temp = np.array([600.0, 900.0, 1320.0])
+    for name, law in stirred_layer.LAWS.items():
+        state = np.repeat(np.array(law.begin())[:, None], 3, axis=1) + np.array([[0.3]] + [[0.0]] * (len(law.begin()) - 1))
+        sigma, step = np.array([300e6, 200e6, 40e6]), 1e3
+        above, below = (law.log_rate(sigma + sign * step, temp, state)[0] for sign in (1.0, -1.0))
+        flows = np.isfinite(below)
+        assert flows.any(), name
+        assert law.log_rate(sigma, temp, state)[1][flows] == approx(((above - below) / (2.0 * step))[flows], rel=1e-4)

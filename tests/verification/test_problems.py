@@ -111,6 +111,19 @@ def test_stirred_layer_of_any_metal(seed, tmp_path):
     assert abs(figures["T of the face off"]) < 15.0
 
 
+def test_stirred_layer_of_hot_copper(tmp_path):
+    """The same limits with a law whose stress follows the rate: 0.2 s at cells of 2 mm."""
+    draw = np.random.default_rng(11)
+    problem = problems.ALL["stirred_layer_hot"]
+    parameters = problem.parameters | {"speed": draw.uniform(0.05, 0.3), "start": draw.uniform(600.0, 900.0)}
+    error, figures, _ = problem.solve(5, parameters, tmp_path)
+    print(parameters, error, figures)
+    assert error < 0.05
+    for deep in ("0.5", "1", "2"):
+        assert abs(figures[f"strain at {deep} mm"] - 1.0) < 0.25
+    assert abs(figures["T of the face off"]) < 15.0
+
+
 def test_books_of_the_face(tmp_path):
     """What the history says of the face of a plane that moves at V: slip by shear, by sliding and the metal's own make V, the
     powers make that of friction. With a shear factor m the stress is m times the strength, and all but a little slides; with

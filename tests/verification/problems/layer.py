@@ -35,14 +35,16 @@ class StirredLayer(Problem):
     parameters = {"speed": 0.5, "start": 700.0, "time": 0.5, "strength": 200e6, "rate_factor": 0.05, "conductivity": 391.0}
     depth = 10e-3
 
+    def metal(self, p):
+        """Keys of the material."""
+        return {"MATERIAL.JC_A": p["strength"], "MATERIAL.JC_C": p["rate_factor"]}
+
     def sets(self, n, p):
         h = self.depth / n
-        return {
+        return self.metal(p) | {
             "GRID.CELL": h,
             "GRID.UPPER": values(h, h, self.depth + 2 * h),
             "SHAPE.UPPER": values(h, h, self.depth),
-            "MATERIAL.JC_A": p["strength"],
-            "MATERIAL.JC_C": p["rate_factor"],
             "MATERIAL.CONDUCTIVITY": p["conductivity"],
             "MOTION(1).VELOCITY": values(p["speed"], 0, -1e-3),
             "MOTION(2).VELOCITY": values(p["speed"], 0, 0),
@@ -59,9 +61,12 @@ class StirredLayer(Problem):
         """Of the plane between the last two frames: less than a cell, the period [m]."""
         return min(0.4 * self.depth / n, 0.02 * p["time"] * p["speed"])
 
+    def law(self, p):
+        """The same metal for the reference."""
+        return stirred_layer.JohnsonCook(a=p["strength"], c=p["rate_factor"])
+
     def layer(self, p):
-        law = stirred_layer.JohnsonCook(a=p["strength"], c=p["rate_factor"])
-        return stirred_layer.Layer(p["speed"], p["start"], law, conductivity=p["conductivity"])
+        return stirred_layer.Layer(p["speed"], p["start"], self.law(p), conductivity=p["conductivity"])
 
     def measure(self, run, n, p):
         before, wanted = reference(self.layer(p), p["time"])
@@ -107,4 +112,30 @@ def mean_over(f, top, bottom):
     return float(np.mean(f(np.linspace(top, bottom, 101))))
 
 
-PROBLEMS = (StirredLayer(),)
+class StirredLayerOf(StirredLayer):
+    """The same with another law; by the command only, as the reference takes a minute."""
+
+    quick = ()
+    input = "stirred_layer"
+    parameters = {"speed": 0.1, "start": 700.0, "time": 0.2, "conductivity": 391.0}
+
+    def __init__(self, name, law, keys):
+        self.name = f"stirred_layer_{name}"
+        self.own, self.keys = law, keys
+
+    def metal(self, p):
+        return {f"MATERIAL.{key}": value for key, value in self.keys.items()}
+
+    def law(self, p):
+        return self.own
+
+
+HOT = StirredLayerOf("hot", stirred_layer.HOT, {"LAW": "sellars-tegart"} | {
+    f"ST_{key.upper()}": getattr(stirred_layer.HOT, field) for key, field in
+    (("alpha", "alpha"), ("n", "n"), ("ln_a", "log_a"), ("q", "q"))})
+TWO_PHASE = StirredLayerOf("two_phase", stirred_layer.TWO_PHASE, {"LAW": "two-phase"} | {
+    f"TP_{key}": getattr(stirred_layer.TWO_PHASE, field) for key, field in
+    (("BURGERS", "burgers"), ("WALLS", "walls"), ("INTERIOR", "interior"), ("SIZE", "size"), ("BETA", "beta"), ("K0", "k0"))} | {
+    f"TP_STAR_{key}": values(*getattr(stirred_layer.TWO_PHASE, field)) for key, field in
+    (("FIT", "star"), ("RANGE", "star_range"), ("ENDS", "star_ends"))})
+PROBLEMS = (StirredLayer(), HOT, TWO_PHASE)
