@@ -60,7 +60,8 @@ class JohnsonCook(Law):
 
     def log_rate(self, sigma, temp, state):
         theta = np.clip((temp - self.room)/(self.melting - self.room), 1e-30, 1.0 - 1e-9)
-        static = (self.a + self.b*(np.maximum(state[0], 0.0) + 1e-9)**self.n)*(1.0 - theta**self.m)
+        hardening = self.b*(np.maximum(state[0], 0.0) + 1e-9)**self.n if self.b else 0.0
+        static = (self.a + hardening)*(1.0 - theta**self.m)
         factor = sigma/static
         slope = 1.0/(self.c*static)
         return np.where(factor > 0.5, (factor - 1.0)/self.c + np.log(self.rate0), -np.inf), slope
