@@ -197,6 +197,8 @@ DEFINITIONS = (
     ("docs/results.md", "plunged at x = 25 mm", KEY),
     ("docs/results.md", "The first 10 s of the same pass", KEY),
     ("docs/results.md", "SHEAR_FACTOR = 1), a factor of 0.9, and Coulomb's law with 0.4", KEY),
+    ("docs/results.md", "the true ones for 2 mm and 1e5, and for metal that sticks at 1 mm", KEY),
+    ("docs/results.md", "No flash forms in 10 s", KEY),
     ("docs/results.md", "between particles 1 and 2 mm apart", KEY),
     ("docs/results.md", "below its melting temperature (1356 K)", KEY),
     ("docs/results.md", "at 0.9 of its strength", KEY),
