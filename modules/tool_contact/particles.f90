@@ -46,7 +46,6 @@ module tool_contact_particles
   real(rp), parameter :: any_recovery_speed = huge(1.0_rp)   !! with true masses: limit loads are
                                                              !! more even then
   real(rp), parameter :: beside = 0.5_rp   !! up to which particles take part in friction [spacings]
-  real(rp), parameter :: least_offset = 0.1_rp  !! of the surface [half a spacing]
 
 contains
 
@@ -295,7 +294,7 @@ contains
         end do
         rate = dot_product(t%normal, apart)/t%half
         associate (offset => particles%ps(t%lane, scene%layout%surface_offset, t%block))
-          offset = max(least_offset, min(1.0_rp, offset*(1.0_rp + dt*rate)))
+          offset = min(1.0_rp, offset*exp(dt*rate))
         end associate
       end associate
     end do

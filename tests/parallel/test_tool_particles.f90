@@ -146,7 +146,7 @@ contains
   end subroutine compare
 
   !> Metal between centre and surface becomes thinner at the rate of the strain along the normal,
-  !> between a tenth and the whole of half a spacing; elastic material does not.
+  !> and at most half a spacing thick; elastic material does not.
   subroutine test_flatten()
     type(simulation_t) :: sim
     real(rp), allocatable :: kept(:, :), want(:, :)
@@ -160,7 +160,7 @@ contains
       allocate (kept(nlane, sim%particles%nblk), source=0.0_rp)
       do b = 1, sim%particles%nblk
         do p = 1, sim%particles%count(b)
-          kept(p, b) = 0.15_rp + 0.8_rp*noise(number_of(sim%particles%tag(p, b)), i)
+          kept(p, b) = 0.01_rp + 0.98_rp*noise(number_of(sim%particles%tag(p, b)), i)
         end do
         sim%particles%ps(:, k, b) = kept(:, b)
       end do
@@ -174,8 +174,8 @@ contains
         associate (t => sim%contact%particle(c))
           if (.not. t%touches) cycle
           call sim%tool(1)%distance(sim%particles%ps(t%lane, f_pos:f_pos + 2, t%block), d, n, room)
-          want(t%lane, t%block) = max(0.1_rp, min(1.0_rp, kept(t%lane, t%block) &
-                                      *(1.0_rp + dt*dot_product(t%normal, matmul(l, n)))))
+          want(t%lane, t%block) = min(1.0_rp, kept(t%lane, t%block) &
+                                      *exp(dt*dot_product(t%normal, matmul(l, n))))
         end associate
       end do
       sim%particles%ps(:, k, :sim%particles%nblk) = kept

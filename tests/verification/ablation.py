@@ -48,7 +48,6 @@ CONSTANTS = {
     "recovery_speed": (TOOL, PARTICLES, *number("recovery_speed", "3.0e-3", "1.5e-3", "6.0e-3")),
     "any_recovery_speed": (TOOL, PARTICLES, "if (clock%mass_scaling > 1.0_rp) back", "back", "if (.false.) back"),
     "beside": (TOOL, PARTICLES, *number("beside", "0.5", "0.25", "1.0")),
-    "least_offset": (TOOL, PARTICLES, *number("least_offset", "0.1", "0.05", "0.2")),
     "edge_pressure": (TOOL, LIMITS, *(f":: edge_pressure = {part}" for part in (
         "2.0_rp + pi", "0.5_rp*(2.0_rp + pi)", "2.0_rp*(2.0_rp + pi)"))),
     "step": (TOOL, LIMITS, *number("step", "1.0", "0.5", "2.0")),

@@ -22,7 +22,7 @@ class Groove(Problem):
     resolutions = (4, 6)
     fine = (8,)
     quick = (4,)
-    bounds = {4: 0.18, 6: 0.12, 8: 0.1}  # docs/method.md, Edges
+    bounds = {4: 0.18, 6: 0.12, 8: 0.12}  # docs/method.md, Edges
     parameters = {"tilt": 6.0, "dip": 0.02, "speed": 8.0, "friction": 0.1, "way": 3.5}
 
     def place(self, p):
