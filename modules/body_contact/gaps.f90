@@ -5,8 +5,7 @@ module body_contact_gaps
   use base_kinds, only: rp
   use body_contact_links, only: find_surfaces, list_links
   use body_contact_node_pairs, only: n_sums_all, n_sums_gradient, n_trials, node_pairs_t
-  use body_contact_normals, only: average_normals, choose_normals, ignore_thin_overlaps, &
-                                  try_normals
+  use body_contact_normals, only: average_normals, choose_normals, try_normals
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
   use contact_pair, only: normal_regression
@@ -50,7 +49,6 @@ contains
     call sum_entries(world, nodes, pairs, .false., 3, pairs%trial(:, n_trials, :))
     call find_all_surfaces(world, scene, nodes, pairs, n_trials, n_trials)
     call choose_normals(pairs, n_trials, -clearly*minval(nodes%patch%h))
-    call ignore_thin_overlaps(nodes, pairs)
     pairs%is_known = .true.
   end subroutine find_node_pairs
 

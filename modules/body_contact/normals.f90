@@ -11,16 +11,15 @@ module body_contact_normals
   use base_kinds, only: rp
   use body_contact_node_pairs, only: node_pairs_t, s_moment
   use contact_pair, only: normal_regression
-  use grid_geometry, only: length_along, mean_edge, section_across
+  use grid_geometry, only: length_along, mean_edge
   use mapping_nodes, only: nodes_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: try_normals, choose_normals, average_normals, ignore_thin_overlaps
+  public :: try_normals, choose_normals, average_normals
 
-  real(rp), parameter :: ridge = 1.0e-3_rp          !! of the regression [cells^2]
-  real(rp), parameter :: thin = 0.05_rp             !! volume gradient of a full surface: about 0.5
+  real(rp), parameter :: ridge = sqrt(epsilon(1.0_rp))   !! against singular matrices [cells^2]
   real(rp), parameter :: far = 1.0e30_rp            !! beyond any surface [m]
 
 contains
@@ -135,28 +134,6 @@ contains
       mean(:, e) = unit(pairs%free(:, e)*mean(:, e))
     end do
   end subroutine average_normals
-
-  !> No overlap is believed where a node sees too little of a body to tell its surface.
-  subroutine ignore_thin_overlaps(nodes, pairs)
-    type(nodes_t), intent(in) :: nodes
-    type(node_pairs_t), intent(inout) :: pairs
-    integer :: e
-
-    associate (s => pairs%sums)
-      do e = 1, pairs%n
-        if (.not. (is_thin(nodes, s(1:3, e)) .or. is_thin(nodes, s(4:6, e)))) cycle
-        pairs%gap(e) = max(0.0_rp, pairs%gap(e))
-      end do
-    end associate
-  end subroutine ignore_thin_overlaps
-
-  !> Whether a volume gradient [m2] is small against that of a surface across it.
-  pure logical function is_thin(nodes, gradient)
-    type(nodes_t), intent(in) :: nodes
-    real(rp), intent(in) :: gradient(3)
-
-    is_thin = norm2(gradient) <= thin*section_across(nodes%patch%h, unit(gradient))
-  end function is_thin
 
   !> Weight of a normal that leaves a gap [cells]: little if the bodies overlap.
   pure real(rp) function trust(gap)

@@ -39,8 +39,6 @@ module tool_contact_particles
 
   real(rp), parameter :: slop = 0.02_rp        !! zone where gaps close slowly [cells]
   real(rp), parameter :: relaxation = 60.0_rp  !! time in which they do: waves cross so many cells
-  real(rp), parameter :: relaxation_flow = 30.0_rp   !! in metal that flows, which does not rock on
-                                                     !! its surface
   real(rp), parameter :: recovery_speed = 3.0e-3_rp  !! at which depth is lost in any case [wave
                                                      !! speeds]
   real(rp), parameter :: any_recovery_speed = huge(1.0_rp)   !! with true masses: limit loads are
@@ -244,8 +242,7 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(contact_particle_t), intent(in) :: particle
 
-    relaxation_time = merge(relaxation_flow, relaxation, particle%can_flow) &
-                      *length_along(nodes%patch%h, particle%normal)/wave_speed(clock)
+    relaxation_time = relaxation*length_along(nodes%patch%h, particle%normal)/wave_speed(clock)
   end function relaxation_time
 
   !> Velocity of the nodes at the centre or at the surface of a particle [m/s].
