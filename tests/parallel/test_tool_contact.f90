@@ -119,7 +119,7 @@ contains
     real(rp) :: back, speed, time, wave
 
     wave = sqrt(sim%clock%stiffness/m%mass_scaling)
-    time = max(dt, merge(30.0_rp, 60.0_rp, m%strength > 0.0_rp)*h/wave)
+    time = max(dt, 60.0_rp*h/wave)
     speed = dot_product(m%v - m%w, normal_of(m))
     if (m%gap >= 0.0_rp) then
       e = -speed - min(m%gap, 0.02_rp*h)/time - max(0.0_rp, m%gap - 0.02_rp*h)/dt
@@ -311,7 +311,7 @@ contains
       sums = books_of(sim)
       kept = sum_of_grip(sim)
       call world%sum(kept)
-      relaxation = merge(30.0_rp, 60.0_rp, i > 3)*h/sqrt(sim%clock%stiffness)
+      relaxation = 60.0_rp*h/sqrt(sim%clock%stiffness)
       call expect_close('friction that is kept', kept(1), &
                         m%friction*sums(s_press)*exp(-dt/relaxation), rtol=1.0e-11_rp)
       call expect_close('nothing slides', norm2(sums(s_force:s_force + 2) + sums(s_press)*n), &

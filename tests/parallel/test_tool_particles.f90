@@ -120,7 +120,7 @@ contains
         call sim%tool(1)%distance(x + dt*u, gap, normal, room)
         gap = gap - half
         call normal_velocity(dt, dt, zone, &
-                             merge(30.0_rp, 60.0_rp, can_flow)*h /sqrt(sim%clock%stiffness), &
+                             60.0_rp*h/sqrt(sim%clock%stiffness), &
                              huge(1.0_rp), gap, normal, &
                              u - rigid%velocity_at(x - half*normal + 0.5_rp*dt*u), closing, slip)
         touches = gap < zone .and. closing > 0.0_rp
