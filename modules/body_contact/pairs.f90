@@ -25,7 +25,7 @@ module body_contact_pairs
   real(rp), parameter :: reserve = 0.05_rp   !! of what nodes lose is not given back
   !> Half the overlap from which impulses are doubled to part bodies, and the gap up to which those
   !> that stick touch [cells].
-  real(rp), parameter :: slack = 0.05_rp
+  real(rp), parameter, public :: slack = 0.05_rp
 
 contains
 

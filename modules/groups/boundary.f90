@@ -58,6 +58,12 @@ contains
     call t%key('NORMAL', 'choice', 1, '', 'regression', 'gradient regression', &
       'direction of the surface: from gradients of volume, or from a plane between the '// &
       'particles; that of either body instead where it separates them better')
+    call t%key('CONDUCTANCE', 'real', 1, 'W/(m2 K)', '', '[0,inf)', &
+      'heat through the area of contact for each kelvin between the bodies; not given: they '// &
+      'conduct perfectly')
+    call t%key('CONDUCTANCE_TABLE', 'real', -64, '', '', '[0,inf)', &
+      'instead of CONDUCTANCE, pairs of pressure [Pa] and conductance [W/(m2 K)]; linear '// &
+      'between, constant outside')
 
     call t%may_change('LOAD', 'FORCE')
     call t%may_change('TRACTION', 'PRESSURE VECTOR')

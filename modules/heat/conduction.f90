@@ -2,12 +2,14 @@
 !> Conduction on its own time step: as many mechanical steps are gathered as stability allows.
 module heat_conduction
   use base_kinds, only: i8, nlane, rp
+  use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: book_heat, r_warming, restore
   use comm_world, only: world_t
   use contact_backing, only: backing_t
   use contact_tool, only: tool_t
   use heat_films, only: films_vary
+  use heat_gaps, only: find_gaps, gaps_t
   use heat_implicit, only: foresee_temperature
   use heat_nodes, only: evened_part, gather_flux, gather_temperature, stable_conduction
   use heat_sinks, only: find_touched, forget_touched, heat_sinks_by, touched_t
@@ -68,7 +70,7 @@ contains
   !> Conduct for the `waited` since the last time: one step, or several if explicit and tools or
   !> films that vary allow only shorter ones.
   subroutine conduct(world, scene, clock, step, tool, backing, source, probes, particles, &
-                     blocks, nodes, boundary, books, waited)
+                     blocks, nodes, boundary, pairs, books, waited)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -81,6 +83,7 @@ contains
     type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
+    type(node_pairs_t), intent(in) :: pairs
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: waited              !! [s]
     real(rp) :: left
@@ -90,7 +93,7 @@ contains
     left = waited
     do
       call take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &
-                                nodes, boundary, books, waited, left)
+                                nodes, boundary, pairs, books, waited, left)
       if (left <= 0.0_rp) exit
     end do
     call forget_touched(tool, particles)
@@ -101,7 +104,7 @@ contains
 
   !> One conduction step of what is `left` of the time, or of as much of it as is stable.
   subroutine take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &
-                                  nodes, boundary, books, waited, left)
+                                  nodes, boundary, pairs, books, waited, left)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -112,35 +115,44 @@ contains
     type(particles_t), intent(inout) :: particles
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
+    type(node_pairs_t), intent(in) :: pairs
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: waited              !! [s]
     real(rp), intent(inout) :: left             !! [s]
     real(rp) :: lost(8, size(scene%symmetry))   ! what reflections at walls change
     real(rp) :: dt, gained, out                 ! by particles, through films, walls and tools [J]
     type(touched_t) :: touched
-    integer :: b, r
+    type(gaps_t) :: gaps
+    integer :: b, k, r
 
     lost = 0.0_rp
     gained = 0.0_rp
     out = books%sums(e_film) - books%sums(e_wall_heat) + books%sums(e_tool)
     call gather_temperature(world, scene, particles, nodes, boundary, lost)
+    call find_gaps(world, scene, particles, nodes, boundary, pairs, gaps)
     call find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, &
-                     books, touched, waited, left, lost, dt)
-    do r = 1, nodes%n_ranges
-      call temperature_increment(nodes%range(2, r) - nodes%range(1, r) + 1, &
-                                 nodes%g2(:, nodes%range(1, r):nodes%range(2, r), 1), &
-                                 nodes%g(:, nodes%range(1, r):nodes%range(2, r), 1))
+                     books, touched, gaps, waited, left, lost, dt)
+    do k = 1, scene%n_heat_groups
+      do r = 1, nodes%n_ranges
+        call temperature_increment(nodes%range(2, r) - nodes%range(1, r) + 1, &
+                                   nodes%g2(:, nodes%range(1, r):nodes%range(2, r), k), &
+                                   nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
+      end do
     end do
     ! mechanical steps set the temperature of probes, but not where the material sleeps
     if (scene%method%sleep%is_on) call warm_probes(nodes%patch, nodes%g(:, :, 1), probes)
-    call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, 1))
-    call book_heat(scene, nodes, boundary, books, lost(3, :) + lost(5, :), 5, &
-                   nodes%g(:, :, 1))
-    call book_heat(scene, nodes, boundary, books, lost(8, :), 7, nodes%g(:, :, 1))
+    do k = 1, scene%n_heat_groups
+      call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, k))
+      call book_heat(scene, nodes, boundary, books, lost(3, :) + lost(5, :), k, 5, &
+                     nodes%g(:, :, k))
+      call book_heat(scene, nodes, boundary, books, lost(8, :), k, 7, nodes%g(:, :, k))
+      lost = 0.0_rp
+    end do
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
+      k = scene%body(particles%body(b))%heat_group
       call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
-                      particles%ps(:, :, b), dt, nodes%rec, nodes%g(:, :, 1), gained)
+                      particles%ps(:, :, b), dt, nodes%rec, nodes%g(:, :, k), gained)
     end do
     call heat_sinks_by(world, dt, touched, tool, backing, books)
     books%sums(e_conduction) = books%sums(e_conduction) + gained + books%sums(e_film) &
@@ -150,7 +162,7 @@ contains
 
   !> What goes to the nodes in a step of `dt`, which is what is `left` or an even part of it.
   subroutine find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, &
-                         books, touched, waited, left, lost, dt)
+                         books, touched, gaps, waited, left, lost, dt)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -162,6 +174,7 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
     type(touched_t), intent(inout) :: touched
+    type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: waited, left              !! [s]
     real(rp), intent(inout) :: lost(8, size(scene%symmetry))
     real(rp), intent(out) :: dt                       !! [s]
@@ -173,18 +186,18 @@ contains
     call find_touched(world, scene, particles, nodes, tool, backing, waited, dt, touched)
     if (scene%method%implicit_heat) then
       call foresee_temperature(world, scene, clock, step, particles, nodes, boundary, touched, &
-                               books, dt)
+                               gaps, books, dt)
     end if
-    call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
     if (scene%method%implicit_heat) return
-    if (.not. (films_vary(scene) .or. any(tool%heat%is_on))) return
+    if (.not. (films_vary(scene) .or. any(tool%heat%is_on) .or. allocated(scene%gap))) return
     longest = longest_step(world, scene, nodes)
     if (dt <= longest) return
     dt = left/(aint(left/longest) + 1.0_rp)
     lost = before
     books%sums(e_film) = film
     call find_touched(world, scene, particles, nodes, tool, backing, waited, dt, touched)
-    call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
   end subroutine find_fluxes
 
   !> Collective. The longest explicit step [s] with the conductances in lane 6 of the second grid:
@@ -194,12 +207,15 @@ contains
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     real(rp) :: rate(1)
-    integer :: i, r
+    integer :: i, k, r
 
     rate = 0.0_rp
-    do r = 1, nodes%n_ranges
-      do i = nodes%range(1, r), nodes%range(2, r)
-        if (nodes%g(1, i, 1) > least_capacity) rate = max(rate, nodes%g2(6, i, 1)/nodes%g(1, i, 1))
+    do k = 1, scene%n_heat_groups
+      do r = 1, nodes%n_ranges
+        do i = nodes%range(1, r), nodes%range(2, r)
+          if (nodes%g(1, i, k) <= least_capacity) cycle
+          rate = max(rate, nodes%g2(6, i, k)/nodes%g(1, i, k))
+        end do
       end do
     end do
     call world%max(rate)

@@ -6,6 +6,7 @@ module heat_implicit
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_temperature, r_warming, restore
   use comm_world, only: world_t
+  use heat_gaps, only: gaps_t
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use heat_sinks, only: touched_t
   use heat_solvers_method, only: by_petsc, most_iterations
@@ -31,12 +32,14 @@ module heat_implicit
     type(nodes_t), pointer :: nodes => null()
     type(boundary_t), pointer :: boundary => null()
     type(touched_t), pointer :: touched => null()
+    type(gaps_t), pointer :: gaps => null()
     type(books_t), pointer :: books => null()
     logical :: is_unsolved = .false.
     real(rp) :: dt = 0.0_rp                     !! [s]
-    real(rp), allocatable :: at_zero(:)         !! F(0) [J]
-    logical, allocatable :: is_free(:)          !! has a temperature of its own
-    logical, allocatable :: is_own(:)           !! such, and a row of this rank
+    integer :: n = 1                            !! groups of heat, each with all nodes
+    real(rp), allocatable :: at_zero(:, :)      !! F(0) [J]
+    logical, allocatable :: is_free(:, :)       !! has a temperature of its own
+    logical, allocatable :: is_own(:, :)        !! such, and a row of this rank
     real(rp) :: nothing = 0.0_rp                !! residual, weighted by 1/C, that is rounding
   contains
     procedure :: multiply => multiply_rows
@@ -51,7 +54,7 @@ contains
   !> freed of its stiff part by another solve. What is not solved for is `step%is_unsolved`, on all
   !> ranks.
   subroutine foresee_temperature(world, scene, clock, step, particles, nodes, boundary, touched, &
-                                 books, dt)
+                                 gaps, books, dt)
     type(world_t), intent(in), target :: world
     type(scene_t), intent(in), target :: scene
     type(clock_t), intent(inout), target :: clock
@@ -60,24 +63,27 @@ contains
     type(nodes_t), intent(inout), target :: nodes
     type(boundary_t), intent(in), target :: boundary
     type(touched_t), intent(inout), target :: touched
+    type(gaps_t), intent(in), target :: gaps
     type(books_t), intent(inout), target :: books
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! residuals at the end
-    real(rp), dimension(nodes%patch%nn) :: before, b, error, x
+    real(rp), dimension(nodes%patch%nn, scene%n_heat_groups) :: before, b, error, x
     real(rp) :: lost(8, size(scene%symmetry)), film, worst(1)
     type(nodal_t) :: system
+    integer :: k, n
 
     lost = 0.0_rp
     film = books%sums(e_film)                     ! what is lost here is only tried
-    before = nodes%g(4, :, 1)
-    call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
-    b = nodes%g2(5, :, 1) + nodes%g(3, :, 1)
-    call start(system, world, scene, particles, nodes, boundary, touched, books, dt)
+    n = scene%n_heat_groups
+    before = nodes%g(4, :, :n)
+    call gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
+    b = nodes%g2(5, :, :n) + nodes%g(3, :, :n)
+    call start(system, world, scene, particles, nodes, boundary, touched, gaps, books, dt)
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
     associate (method => scene%method)
       if (method%heat_every == 0 .and. method%heat_step <= 0.0_rp) then
-        b = merge(0.5_rp*(nodes%g(1, :, 1)*x - b), 0.0_rp, system%is_free)
+        b = merge(0.5_rp*(nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
         call solve(system, rough, b, error)
         worst = maxval(abs(error), mask=system%is_own)
         worst = max(worst, tiny(1.0_rp))
@@ -86,14 +92,16 @@ contains
                               0.8_rp*sqrt(method%heat_tolerance/worst(1)))))
       end if
     end associate
-    nodes%g(4, :, 1) = before + x
+    nodes%g(4, :, :n) = before + x
     if (system%is_unsolved) step%is_unsolved = .true.
-    call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, 1))
+    do k = 1, n
+      call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
+    end do
     books%sums(e_film) = film
   end subroutine foresee_temperature
 
   !> The system of a step `dt`. Free are the nodes in use that are not empty nor behind a wall.
-  subroutine start(system, world, scene, particles, nodes, boundary, touched, books, dt)
+  subroutine start(system, world, scene, particles, nodes, boundary, touched, gaps, books, dt)
     type(nodal_t), intent(out) :: system
     type(world_t), intent(in), target :: world
     type(scene_t), intent(in), target :: scene
@@ -101,6 +109,7 @@ contains
     type(nodes_t), intent(inout), target :: nodes
     type(boundary_t), intent(in), target :: boundary
     type(touched_t), intent(inout), target :: touched
+    type(gaps_t), intent(in), target :: gaps
     type(books_t), intent(inout), target :: books
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: least_change = 1.0e-9_rp   ! of temperatures, rms [K]
@@ -113,22 +122,25 @@ contains
     system%nodes => nodes
     system%boundary => boundary
     system%touched => touched
+    system%gaps => gaps
     system%books => books
     system%dt = dt
-    allocate (system%is_free(nodes%patch%nn), system%is_own(nodes%patch%nn), source=.false.)
+    system%n = scene%n_heat_groups
+    allocate (system%is_free(nodes%patch%nn, system%n), system%is_own(nodes%patch%nn, system%n), &
+              source=.false.)
     do r = 1, nodes%n_ranges
       associate (first => nodes%range(1, r), last => nodes%range(2, r))
-        system%is_free(first:last) = nodes%g(1, first:last, 1) > least_capacity
-        system%is_own(first:last) = nodes%range(3, r) == 1
+        system%is_free(first:last, :) = nodes%g(1, first:last, :system%n) > least_capacity
+        system%is_own(first:last, :) = nodes%range(3, r) == 1
       end associate
     end do
-    system%is_free(boundary%mirrors%pair(1, :boundary%mirrors%n_pairs)) = .false.
+    system%is_free(boundary%mirrors%pair(1, :boundary%mirrors%n_pairs), :) = .false.
     system%is_own = system%is_own .and. system%is_free
     lost = 0.0_rp
-    nodes%g(4, :, 1) = 0.0_rp
-    call gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
-    system%at_zero = nodes%g2(5, :, 1)
-    all = sum(nodes%g(1, :, 1), mask=system%is_own)
+    nodes%g(4, :, :system%n) = 0.0_rp
+    call gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
+    system%at_zero = nodes%g2(5, :, :system%n)
+    all = sum(nodes%g(1, :, :system%n), mask=system%is_own)
     call world%sum(all)
     system%nothing = least_change*sqrt(all(1))
   end subroutine start
@@ -137,8 +149,8 @@ contains
   !> weighted by 1/C is `relative` of that of b, or rounding.
   subroutine solve(system, relative, b, x)
     type(nodal_t), intent(inout) :: system
-    real(rp), intent(in) :: relative, b(:)      !! [J]
-    real(rp), intent(out) :: x(:)               !! [K]
+    real(rp), intent(in) :: relative, b(:, :)      !! [J]
+    real(rp), intent(out) :: x(:, :)            !! [K]
     real(rp), allocatable :: rows(:)
     integer :: iterations
 
@@ -147,7 +159,8 @@ contains
       return
     end if
     allocate (rows(count(system%is_own)))
-    call solve_by_petsc(system%world, system, pack(system%nodes%g(1, :, 1), system%is_own), &
+    call solve_by_petsc(system%world, system, pack(system%nodes%g(1, :, :system%n), &
+                                                            system%is_own), &
                         pack(b, system%is_own), relative, system%nothing, rows, iterations)
     call tell_all(system, rows, x)
   end subroutine solve
@@ -155,9 +168,9 @@ contains
   !> The solver of a program without PETSc.
   subroutine conjugate_gradients(system, relative, b, x)
     type(nodal_t), intent(inout) :: system
-    real(rp), intent(in) :: relative, b(:)
-    real(rp), intent(out) :: x(:)
-    real(rp), dimension(size(b)) :: p, q, r
+    real(rp), intent(in) :: relative, b(:, :)
+    real(rp), intent(out) :: x(:, :)
+    real(rp), dimension(size(b, 1), size(b, 2)) :: p, q, r
     real(rp) :: rho(1), first, last, curvature(1)
     integer :: i
 
@@ -168,7 +181,7 @@ contains
     last = 1.0_rp
     do i = 1, most_iterations
       q = 0.0_rp
-      where (system%is_free) q = r/system%nodes%g(1, :, 1)
+      where (system%is_free) q = r/system%nodes%g(1, :, :system%n)
       rho = sum(r*q, mask=system%is_own)
       call system%world%sum(rho)
       if (first < 0.0_rp) first = rho(1)
@@ -188,17 +201,20 @@ contains
   !> Collective. Q = A p on all nodes, from the same p on all ranks that store a node.
   subroutine apply(self, p, q)
     class(nodal_t), intent(inout) :: self
-    real(rp), intent(in) :: p(:)                !! [K]
-    real(rp), intent(out) :: q(:)               !! [J]
+    real(rp), intent(in) :: p(:, :)             !! [K]
+    real(rp), intent(out) :: q(:, :)            !! [J]
     real(rp) :: lost(8, size(self%scene%symmetry))
+    integer :: k
 
     lost = 0.0_rp
-    associate (g => self%nodes%g)
-      g(4, :, 1) = p
-      call restore(self%scene, self%nodes, self%boundary, r_warming, g(:, :, 1))
+    associate (g => self%nodes%g, n => self%n)
+      g(4, :, :n) = p
+      do k = 1, n
+        call restore(self%scene, self%nodes, self%boundary, r_warming, g(:, :, k))
+      end do
       call gather_flux(self%world, self%scene, self%particles, self%nodes, self%boundary, &
-                       self%touched, self%books, self%dt, lost)
-      q = merge(g(1, :, 1)*p - (self%nodes%g2(5, :, 1) - self%at_zero), 0.0_rp, self%is_free)
+                       self%touched, self%gaps, self%books, self%dt, lost)
+      q = merge(g(1, :, :n)*p - (self%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
     end associate
   end subroutine apply
 
@@ -207,7 +223,7 @@ contains
     class(nodal_t), intent(inout) :: self
     real(rp), intent(in) :: x(:)
     real(rp), intent(out) :: y(:)
-    real(rp), dimension(size(self%is_own)) :: p, q
+    real(rp), dimension(size(self%is_own, 1), size(self%is_own, 2)) :: p, q
 
     call tell_all(self, x, p)
     call self%apply(p, q)
@@ -218,10 +234,13 @@ contains
   subroutine tell_all(system, rows, all)
     class(nodal_t), intent(inout) :: system
     real(rp), intent(in) :: rows(:)
-    real(rp), intent(out) :: all(:)
+    real(rp), intent(out) :: all(:, :)
+    integer :: k
 
     all = unpack(rows, system%is_own, 0.0_rp)
-    call sum_all_nodes(system%world, system%scene, system%nodes, 1, all)
+    do k = 1, system%n
+      call sum_all_nodes(system%world, system%scene, system%nodes, 1, all(:, k))
+    end do
   end subroutine tell_all
 
 end module heat_implicit

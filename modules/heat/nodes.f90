@@ -6,6 +6,7 @@ module heat_nodes
   use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, restore
   use comm_world, only: world_t
   use heat_films, only: feels_pressure, lose_heat
+  use heat_gaps, only: cross_gaps, gaps_t
   use heat_sinks, only: draw_heat, touched_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
@@ -47,51 +48,61 @@ contains
     type(boundary_t), intent(inout) :: boundary
     real(rp), intent(inout) :: lost(8, size(scene%symmetry))
     logical :: with_pressure
-    integer :: b, r
+    integer :: b, k, r
 
     with_pressure = feels_pressure(scene)
     call clear_nodes(nodes, nodes%g)
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
+      k = scene%body(particles%body(b))%heat_group
       call gather_block(scene, nodes, particles%body(b), particles%count(b), with_pressure, &
-                        particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1))
+                        particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, k))
     end do
-    call reflect(scene, nodes, boundary, r_heat, nodes%g(:, :, 1), lost, boundary%mirrors%own(:, 1))
-    call sum_all_nodes(world, scene, nodes, 8, nodes%g(:, :, 1))
-    do r = 1, nodes%n_ranges
-      call nodal_temperature(nodes%range(2, r) - nodes%range(1, r) + 1, &
-                             nodes%g(:, nodes%range(1, r):nodes%range(2, r), 1))
-      if (with_pressure) call nodal_pressure(nodes%range(2, r) - nodes%range(1, r) + 1, &
-        nodes%g(:, nodes%range(1, r):nodes%range(2, r), 1))
+    do k = 1, scene%n_heat_groups
+      call reflect(scene, nodes, boundary, r_heat, nodes%g(:, :, k), lost, &
+                   boundary%mirrors%own(:, k))
+      call sum_all_nodes(world, scene, nodes, 8, nodes%g(:, :, k))
+      do r = 1, nodes%n_ranges
+        call nodal_temperature(nodes%range(2, r) - nodes%range(1, r) + 1, &
+                               nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
+        if (with_pressure) call nodal_pressure(nodes%range(2, r) - nodes%range(1, r) + 1, &
+          nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
+      end do
+      call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
     end do
-    call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, 1))
   end subroutine gather_temperature
 
-  !> Heat that conduction, films and tools bring to the nodes in `dt` at the temperatures in lane 4:
+  !> Heat that conduction, films, tools and gaps bring to the nodes in `dt` at the temperatures in
+  !> lane 4:
   !> lane 5 of the second grid. Lane 8: capacity times what particles differ by from lane 5. Lane 6:
   !> conductance of tools and of films that vary [W/K].
-  subroutine gather_flux(world, scene, particles, nodes, boundary, touched, books, dt, lost)
+  subroutine gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(touched_t), intent(inout) :: touched
+    type(gaps_t), intent(in) :: gaps
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), intent(inout) :: lost(8, size(scene%symmetry))
-    integer :: b
+    integer :: b, k
 
     call clear_nodes(nodes, nodes%g2)
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
+      k = scene%body(particles%body(b))%heat_group
       call diffuse_block(scene, particles, nodes, books, b, particles%body(b), particles%count(b), &
-                         dt, particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1), &
-                         nodes%g2(:, :, 1))
+                         dt, particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, k), &
+                         nodes%g2(:, :, k))
     end do
-    call draw_heat(world, nodes, dt, touched, nodes%g2(:, :, 1))
-    call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, 1), lost)
-    call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, 1))
+    call draw_heat(world, nodes, dt, touched)
+    call cross_gaps(nodes, gaps, dt)
+    do k = 1, scene%n_heat_groups
+      call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, k), lost)
+      call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, k))
+    end do
   end subroutine gather_flux
 
   !> Part of the differences between neighbouring particles, which nodes do not see, that goes in a

@@ -28,7 +28,8 @@ module heat_sinks
   !> of all backings.
   type :: touched_t
     integer :: n = 0
-    integer, allocatable :: sink(:), node(:, :)        !! (27, n)
+    integer, allocatable :: sink(:), group(:)          !! of each; of heat
+    integer, allocatable :: node(:, :)                 !! (27, n)
     real(rp), allocatable :: weight(:, :)              !! (27, n)
     real(rp), allocatable :: conductance(:)            !! h A [W/K]
     real(rp), allocatable :: beyond(:)                 !! T_s over that of the nodes [K]
@@ -62,7 +63,7 @@ contains
       end do
     end do
     touched = touched_t()
-    allocate (touched%sink(n), touched%node(27, n), touched%weight(27, n), &
+    allocate (touched%sink(n), touched%group(n), touched%node(27, n), touched%weight(27, n), &
               touched%conductance(n), touched%beyond(n))
     sinks = size(tool) + sum([(size(backing(k)%column), k=1, size(backing))])
     allocate (touched%whole(sinks), touched%still(sinks), touched%per_power(sinks), &
@@ -132,15 +133,16 @@ contains
             t%n = t%n + 1
             t%sink(t%n) = n_tools + backing(k)%column_at(x) &
                           + sum([(size(backing(i)%column), i=1, k - 1)])
+            t%group(t%n) = body%heat_group
             call point_nodes((x - patch%origin)/patch%h, patch%stride, 1, least_capacity, &
-                             patch%nn, nodes%g(:, :, 1), q, weight)
+                             patch%nn, nodes%g(:, :, body%heat_group), q, weight)
             t%node(:, t%n) = q(0)
             t%node(:8, t%n) = q
             t%weight(:, t%n) = 0.0_rp
             t%weight(:8, t%n) = weight
             t%beyond(t%n) = 0.0_rp
             t%conductance(t%n) = area*sum(weight)*body%film(face)%coefficient_at( &
-              sum(weight*nodes%g(5 + axis, q, 1)))
+              sum(weight*nodes%g(5 + axis, q, body%heat_group)))
             t%whole(t%sink(t%n)) = t%whole(t%sink(t%n)) + t%conductance(t%n)
           end do
         end do
@@ -180,22 +182,23 @@ contains
         metal = 0.5_rp*norm2(normal*spacing)/mat%conductivity
         area = ps(p, tool%heat%place)/waited
         t%sink(t%n) = k
+        t%group(t%n) = scene%body(body)%heat_group
         t%conductance(t%n) = area/(metal + 1.0_rp/tool%heat%conductance)
         t%whole(k) = t%whole(k) + t%conductance(t%n)
-        t%beyond(t%n) = ps(p, f_temp) - sum(t%weight(:, t%n)*nodes%g(5, t%node(:, t%n), 1)) &
+        t%beyond(t%n) = ps(p, f_temp) - sum(t%weight(:, t%n)*nodes%g(5, t%node(:, t%n), &
+        t%group(t%n))) &
                         + metal*ps(p, tool%heat%place + 1)/(waited*area)
       end do
     end associate
   end subroutine list_block
 
   !> Collective. Take from the nodes in `dt`, at the temperatures in lane 4, what goes into the
-  !> sinks: lane 5 of `flux`; to lane 6 the conductance.
-  subroutine draw_heat(world, nodes, dt, touched, flux)
+  !> sinks: lane 5 of the second grid; to lane 6 the conductance.
+  subroutine draw_heat(world, nodes, dt, touched)
     type(world_t), intent(in) :: world
-    type(nodes_t), intent(in) :: nodes
+    type(nodes_t), intent(inout) :: nodes
     real(rp), intent(in) :: dt                         !! [s]
     type(touched_t), intent(inout) :: touched
-    real(rp), intent(inout) :: flux(8, nodes%patch%nn)
     real(rp) :: heat, surface(touched%n)
     integer :: c, i
 
@@ -203,7 +206,7 @@ contains
     associate (t => touched)
       t%power = 0.0_rp
       do i = 1, t%n
-        surface(i) = t%beyond(i) + sum(t%weight(:, i)*nodes%g(4, t%node(:, i), 1))
+        surface(i) = t%beyond(i) + sum(t%weight(:, i)*nodes%g(4, t%node(:, i), t%group(i)))
         t%power(t%sink(i)) = t%power(t%sink(i)) + t%conductance(i)*surface(i)
       end do
       call world%sum(t%power)
@@ -212,10 +215,12 @@ contains
         associate (k => t%sink(i))
           heat = dt*t%conductance(i)*(surface(i) - t%still(k) - t%per_power(k)*t%power(k))
         end associate
-        do c = 1, 27
-          flux(5, t%node(c, i)) = flux(5, t%node(c, i)) - t%weight(c, i)*heat
-          flux(6, t%node(c, i)) = flux(6, t%node(c, i)) + t%weight(c, i)*t%conductance(i)
-        end do
+        associate (flux => nodes%g2(:, :, t%group(i)))
+          do c = 1, 27
+            flux(5, t%node(c, i)) = flux(5, t%node(c, i)) - t%weight(c, i)*heat
+            flux(6, t%node(c, i)) = flux(6, t%node(c, i)) + t%weight(c, i)*t%conductance(i)
+          end do
+        end associate
       end do
     end associate
   end subroutine draw_heat

@@ -196,7 +196,8 @@ contains
     if (sim%scene%method%conducts) then
       if (conduction_is_due(sim%scene, sim%clock, dt)) then
         call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, &
-                     sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%books, &
+                     sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%pairs, &
+                     sim%books, &
                      sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then
           status = ended_broken

@@ -24,6 +24,7 @@ module setup_scene
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
   use setup_contacts, only: read_contacts
   use setup_flow, only: read_flow
+  use setup_gaps, only: read_gaps
   use setup_laws, only: lay_out_laws
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_scaling, only: read_elastic_scaling, read_selective_scaling
@@ -69,6 +70,7 @@ contains
     call read_tools(input, scene%body, scene%material, tool, diagnostics)
     call read_tool_heat(input, scene, tool, diagnostics)
     call read_contacts(input, scene, diagnostics)
+    call read_gaps(input, scene, diagnostics)
     call read_selective_scaling(input, scene, tool, diagnostics)
     associate (m => scene%method)
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)

@@ -49,6 +49,7 @@ module state_scene
     character(32) :: name = ''
     integer :: material = 1
     integer :: group = 1                     !! bodies of a group share a velocity field
+    integer :: heat_group = 1                !! and of such a group a temperature at each node
     integer :: tool = 0                      !! rigid: the tool whose schedule it follows
     real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
     logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
@@ -135,6 +136,8 @@ module state_scene
     type(symmetry_t), allocatable :: symmetry(:)
     type(held_t), allocatable :: clamp(:)        !! in the order of the conditions
     type(contact_t), allocatable :: contact(:)   !! one for every two groups of bodies
+    type(film_t), allocatable :: gap(:)          !! conductance of each; not allocated: all perfect
+    integer :: n_heat_groups = 1                 !! groups with a temperature of their own
     integer, allocatable :: tool_of(:)       !! tool of each group of bodies; 0: not rigid
     type(method_t) :: method
     type(layout_t) :: layout             !! of the particles' fields

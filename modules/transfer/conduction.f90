@@ -12,7 +12,7 @@ module transfer_conduction
   private
 
   public :: capacity_to_grid, pressure_to_grid, nodal_temperature, nodal_pressure, flux_to_grid
-  public :: temperature_increment, heat_particles, film_to_grid
+  public :: temperature_increment, heat_particles, film_to_grid, surface_to_grid
 
   real(rp), parameter, public :: least_capacity = 1.0e-30_rp   !! of a node that is not empty [J/K]
 
@@ -98,6 +98,26 @@ contains
     end do
     call p2g_block(n, w, first, rec, stride, nn, flux)
   end subroutine flux_to_grid
+
+  !> Add the surface of a block, its area times the direction outwards (lanes 1:3): integrals of the
+  !> slopes of the nodes over the volume; and with the stress the forces on it (lanes 4:6).
+  subroutine surface_to_grid(n, w, first, stride, nn, volume, j, mass, tau, rec, g)
+    integer, intent(in) :: n, first(nlane), stride(3), nn
+    real(rp), intent(in) :: w(nlane, 18), volume         !! initial volume over mass [m3/kg]
+    real(rp), intent(in) :: j(nlane), mass(nlane), tau(nlane, 6)   !! Kirchhoff [Pa]
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
+    integer, parameter :: place(3, 3) = reshape([1, 4, 6, 4, 2, 5, 6, 5, 3], [3, 3])
+    integer :: a, p
+
+    do p = 1, n
+      rec(:, :, p) = 0.0_rp
+      do a = 1, 3
+        rec(a, 1 + a, p) = j(p)*mass(p)*volume
+        rec(4:6, 1 + a, p) = mass(p)*volume*tau(p, place(:, a))
+      end do
+    end do
+    call p2g_block(n, w, first, rec, stride, nn, g)
+  end subroutine surface_to_grid
 
   !> Film loss in `dt` of a face at `s`, with linear weights on the nodes: lane 5 of `flux`.
   subroutine film_to_grid(dt, film, area, ambient, s, stride, nn, g, flux, lost)

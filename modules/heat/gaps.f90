@@ -1,0 +1,189 @@
+! SPDX-License-Identifier: MIT
+!> Heat through the gap between bodies in contact, h A (T_1 - T_2), for each node that both have
+!> mass on: A is the integral of the node's weight over the surface of contact, T the temperatures
+!> of the
+!> bodies at the place of that surface in front of the node.
+module heat_gaps
+  use base_kinds, only: nlane, rp
+  use body_contact_node_pairs, only: n_trials, node_pairs_t
+  use body_contact_pairs, only: slack
+  use boundary_held, only: boundary_t
+  use boundary_symmetry, only: r_flux, reflect
+  use comm_world, only: world_t
+  use grid_geometry, only: length_along
+  use mapping_blocks, only: weights_of
+  use mapping_nodes, only: clear_nodes, nodes_t
+  use particles_store, only: f_jac, f_mass, f_tau, n_conduction, particles_t
+  use state_scene, only: scene_t
+  use transfer_conduction, only: least_capacity, surface_to_grid
+  use transfer_weights, only: point_nodes
+  implicit none (type, external)
+  private
+
+  public :: cross_gaps, find_gaps, gaps_t
+
+  !> Places where bodies are in contact through a gap, one for each node.
+  type :: gaps_t
+    integer :: n = 0
+    integer, allocatable :: group(:, :)          !! (2, n) of heat
+    integer, allocatable :: node(:, :, :)        !! (8, 2, n) around the place, of both bodies
+    real(rp), allocatable :: weight(:, :, :)     !! (8, 2, n) there
+    real(rp), allocatable :: conductance(:)      !! h A [W/K]
+  end type gaps_t
+
+contains
+
+  !> Collective. List the gaps where bodies touch, as the last step found them. The second grid is
+  !> scratch.
+  subroutine find_gaps(world, scene, particles, nodes, boundary, pairs, gaps)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(node_pairs_t), intent(in) :: pairs
+    type(gaps_t), intent(inout) :: gaps
+    real(rp) :: lost(8, size(scene%symmetry))
+    integer :: b, e, groups(2), k
+
+    gaps%n = 0
+    if (.not. allocated(scene%gap)) return
+    call clear_nodes(nodes, nodes%g2)
+    do b = 1, particles%nblk
+      call particles%fetch(b + 1, n_conduction)
+      k = scene%body(particles%body(b))%heat_group
+      call add_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
+                     particles%ps(:, :, b), nodes%rec, nodes%g2(:, :, k))
+    end do
+    lost = 0.0_rp
+    do k = 1, scene%n_heat_groups
+      call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, k), lost)
+      call nodes%halo%sum(world, 8, nodes%patch%nn, nodes%g2(:, :, k))
+    end do
+    if (allocated(gaps%node)) deallocate (gaps%node, gaps%weight, gaps%group, gaps%conductance)
+    allocate (gaps%node(8, 2, pairs%n), gaps%weight(8, 2, pairs%n), gaps%group(2, pairs%n), &
+              gaps%conductance(pairs%n))
+    do e = 1, pairs%n
+      groups = heat_groups(scene, scene%contact(pairs%pair(e))%group)
+      if (groups(1) == groups(2) .or. .not. pairs%is_owned(e)) cycle
+      if (pairs%gap(e) > slack*length_along(nodes%patch%h, pairs%normal(:, e))) cycle
+      call add_place(scene, nodes, pairs, e, groups, gaps)
+    end do
+  end subroutine find_gaps
+
+  !> Add the place in front of the node of entry `e`, if both bodies are there.
+  subroutine add_place(scene, nodes, pairs, e, groups, gaps)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(in) :: pairs
+    integer, intent(in) :: e, groups(2)
+    type(gaps_t), intent(inout) :: gaps
+    real(rp) :: conductance, weight(0:7, 2), x(3)
+    integer :: k, node(0:7, 2)
+
+    conductance = conductance_at(scene, pairs%pair(e), pairs%normal(:, e), &
+                                 nodes%g2(:6, pairs%node(e), groups))
+    if (conductance <= 0.0_rp) return
+    x = (pairs%x(:, e) + offset(pairs, e)*pairs%normal(:, e) - nodes%patch%origin)/nodes%patch%h
+    do k = 1, 2
+      call point_nodes(x, nodes%patch%stride, 1, least_capacity, nodes%patch%nn, &
+                       nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
+    end do
+    if (any(sum(weight, 1) <= 0.0_rp)) return
+    gaps%n = gaps%n + 1
+    gaps%group(:, gaps%n) = groups
+    gaps%node(:, :, gaps%n) = node
+    gaps%weight(:, :, gaps%n) = weight
+    gaps%conductance(gaps%n) = conductance
+  end subroutine add_place
+
+  !> How far from its node, along the normal, the surface of contact of entry `e` is [m]: the middle
+  !> between those of both bodies.
+  pure real(rp) function offset(pairs, e)
+    type(node_pairs_t), intent(in) :: pairs
+    integer, intent(in) :: e
+    integer :: k
+
+    offset = 0.0_rp
+    do k = 1, n_trials
+      if (any(abs(pairs%trial(:, k, e) - pairs%normal(:, e)) > 0.0_rp)) cycle
+      offset = 0.5_rp*(pairs%surface(2*k - 1, e) - pairs%surface(2*k, e))
+    end do
+  end function offset
+
+  !> Groups of heat of two groups of bodies.
+  pure function heat_groups(scene, group) result(groups)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: group(2)
+    integer :: groups(2), k
+
+    do k = 1, 2
+      groups(k) = scene%body(findloc(scene%body%group, group(k), dim=1))%heat_group
+    end do
+  end function heat_groups
+
+  !> Conductance of a contact at a node [W/K] from surfaces and forces of both bodies: the lesser of
+  !> their areas across the normal out of the first, at the mean pressure of those that have one.
+  pure real(rp) function conductance_at(scene, contact, normal, surface) result(conductance)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: contact
+    real(rp), intent(in) :: normal(3), surface(6, 2)   !! [m2], [N]
+    real(rp) :: area(2), pressure
+    integer :: k, n
+
+    area = [dot_product(surface(1:3, 1), normal), -dot_product(surface(1:3, 2), normal)]
+    conductance = 0.0_rp
+    if (any(area <= 0.0_rp)) return
+    pressure = 0.0_rp
+    n = 0
+    do k = 1, 2
+      if (scene%is_rigid_group(scene%contact(contact)%group(k))) cycle
+      n = n + 1
+      pressure = pressure - merge(1.0_rp, -1.0_rp, k == 1)*dot_product(surface(4:6, k), normal) &
+                 /area(k)
+    end do
+    conductance = minval(area)*scene%gap(contact)%coefficient_at(pressure/max(1, n))
+  end function conductance_at
+
+  subroutine add_block(scene, nodes, body, n, nf, ps, rec, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
+    integer :: first(nlane)
+    real(rp) :: w(nlane, 18)
+
+    call weights_of(scene, nodes, body, nf, ps, w, first)
+    call surface_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, &
+                         1.0_rp/scene%material(scene%body(body)%material)%rho, ps(1, f_jac), &
+                         ps(1, f_mass), ps(1, f_tau), rec, g)
+  end subroutine add_block
+
+  !> Heat that crosses the gaps of this rank in `dt` at the temperatures in lane 4, to lane 5 of the
+  !> second grid; to lane 6 the conductance.
+  subroutine cross_gaps(nodes, gaps, dt)
+    type(nodes_t), intent(inout) :: nodes
+    type(gaps_t), intent(in) :: gaps
+    real(rp), intent(in) :: dt                    !! [s]
+    real(rp) :: heat, t(2)
+    integer :: c, e, k
+
+    do e = 1, gaps%n
+      do k = 1, 2
+        t(k) = sum(gaps%weight(:, k, e)*nodes%g(4, gaps%node(:, k, e), gaps%group(k, e)))
+      end do
+      heat = dt*gaps%conductance(e)*(t(1) - t(2))
+      do k = 1, 2
+        do c = 1, 8
+          associate (flux => nodes%g2(:, gaps%node(c, k, e), gaps%group(k, e)))
+            flux(5) = flux(5) - merge(1.0_rp, -1.0_rp, k == 1)*gaps%weight(c, k, e)*heat
+            ! of both bodies, which may change against each other
+            flux(6) = flux(6) + 2.0_rp*gaps%weight(c, k, e)*gaps%conductance(e)
+          end associate
+        end do
+      end do
+    end do
+  end subroutine cross_gaps
+
+end module heat_gaps

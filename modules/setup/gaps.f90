@@ -1,0 +1,135 @@
+! SPDX-License-Identifier: MIT
+!> Heat between bodies in contact: conductances, and which bodies have a temperature of their own at
+!> the nodes where they meet.
+module setup_gaps
+  use input_diagnostics, only: diagnostics_t
+  use input_tables, only: check_rising
+  use input_values, only: input_t
+  use keys_names, only: find
+  use state_film, only: film_t, of_pressure
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: read_gaps
+
+contains
+
+  !> Conductances of all &CONTACT groups, after the contacts. Bodies between which none is given
+  !> conduct perfectly and share their temperatures at the nodes.
+  subroutine read_gaps(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: has_gap(size(scene%body), size(scene%body))
+    integer :: body(2), c, i
+
+    has_gap = .false.
+    do i = 1, input%count('CONTACT')
+      if (.not. conducts_by_gap(input, i)) cycle
+      call check_gap(input, i, scene, diagnostics)
+      body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
+              find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
+      if (any(body == 0) .or. diagnostics%count() > 0) cycle
+      if (.not. allocated(scene%gap)) allocate (scene%gap(size(scene%contact)))
+      has_gap(body(1), body(2)) = .true.
+      has_gap(body(2), body(1)) = .true.
+      do c = 1, size(scene%contact)
+        if (minval(scene%contact(c)%group) /= minval(scene%body(body)%group)) cycle
+        if (maxval(scene%contact(c)%group) /= maxval(scene%body(body)%group)) cycle
+        scene%gap(c) = film_of(input, i)
+      end do
+    end do
+    if (.not. any(has_gap)) return
+    call divide_groups(scene, has_gap)
+    do i = 1, input%count('CONTACT')
+      if (.not. conducts_by_gap(input, i)) cycle
+      body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
+              find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
+      if (any(body == 0)) cycle
+      if (scene%body(body(1))%heat_group == scene%body(body(2))%heat_group) then
+        call input%report(diagnostics, 'CONTACT', i, '', 'both bodies conduct perfectly to a '// &
+                          'third, and so to each other: give a &CONTACT with CONDUCTANCE '// &
+                          'for one of these pairs')
+      end if
+    end do
+  end subroutine read_gaps
+
+  !> Whether heat passes through a gap in this &CONTACT.
+  logical function conducts_by_gap(input, i)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+
+    conducts_by_gap = input%given('CONTACT', i, 'CONDUCTANCE')
+    if (.not. conducts_by_gap) conducts_by_gap = input%given('CONTACT', i, 'CONDUCTANCE_TABLE')
+  end function conducts_by_gap
+
+  !> What a conductance does not go with.
+  subroutine check_gap(input, i, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: is_constant
+    integer :: n
+
+    is_constant = input%given('CONTACT', i, 'CONDUCTANCE')
+    if (.not. scene%method%conducts) call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', &
+                                                       'has no effect without a &HEAT group')
+    n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
+    if (n == 0) return
+    if (is_constant) call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE_TABLE', &
+                                       'takes the place of CONDUCTANCE: give one of them')
+    if (mod(n, 2) /= 0) then
+      call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE_TABLE', &
+                        'must be pairs of pressure and conductance')
+      return
+    end if
+    associate (table => reshape(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'), [2, n/2]))
+      call check_rising(input, 'CONTACT', i, 'CONDUCTANCE_TABLE', table(1, :), diagnostics, &
+                        'pressures')
+    end associate
+  end subroutine check_gap
+
+  !> The conductance of the `i`-th &CONTACT.
+  type(film_t) function film_of(input, i) result(film)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    integer :: n
+
+    n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
+    if (n == 0) then
+      film%coefficient = input%real('CONTACT', i, 'CONDUCTANCE')
+      return
+    end if
+    film%of = of_pressure
+    associate (table => reshape(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'), [2, n/2]))
+      film%at = table(1, :)
+      film%there = table(2, :)
+    end associate
+  end function film_of
+
+  !> Number the groups of heat: bodies without a gap between them are of one, directly or by others.
+  pure subroutine divide_groups(scene, has_gap)
+    type(scene_t), intent(inout) :: scene
+    logical, intent(in) :: has_gap(:, :)
+    integer :: a, b, group(size(scene%body)), n, turn
+
+    group = [(a, a=1, size(group))]
+    do turn = 1, size(group)
+      do a = 1, size(group)
+        do b = 1, size(group)
+          if (.not. has_gap(a, b)) group([a, b]) = minval(group([a, b]))
+        end do
+      end do
+    end do
+    n = 0
+    do a = 1, size(group)
+      if (group(a) == a) n = n + 1
+      scene%body(a)%heat_group = n
+      if (group(a) /= a) scene%body(a)%heat_group = scene%body(group(a))%heat_group
+    end do
+    scene%n_heat_groups = n
+  end subroutine divide_groups
+
+end module setup_gaps
