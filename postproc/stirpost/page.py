@@ -89,7 +89,7 @@ class Page:
             more = "\n".join(table(*one) for one in self.tables)
             parts.append(("All figures", f'<div class="wide">{pairs(self.figures)}</div>{more}'))
         if self.input_text.strip():
-            parts.append(("Input", f"<details><summary>The input of the run</summary><pre>{escape(self.input_text)}</pre></details>"))
+            parts.append(("Input", f"<details><summary>The input as it was run, with the defaults of what it does not give</summary><pre>{escape(self.input_text)}</pre></details>"))
         warned = "".join(f"<li>{escape(text)}</li>" for text in self.alarms)
         warned = f'<ul class="alarms">{warned}</ul>' if warned else ""
         links = "".join(f'<a href="#c{k}">{escape(title)}</a>' for k, (title, _) in enumerate(parts))

@@ -73,7 +73,7 @@ def compose(run: Run, pictures: list[page.Picture]) -> page.Page:
         pictures=pictures,
         tables=summary.phase_tables(run),
         figures=summary.key_figures(run),
-        input_text=run.input_text,
+        input_text=run.resolved_text,
     )
 
 

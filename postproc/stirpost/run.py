@@ -78,6 +78,7 @@ class Run:
             )
         self.summary: dict | None = read_summary(self.directory / f"{self.name}_summary.json")
         self.input_text = read_input_text(self.frames)
+        self.resolved_text = read_resolved(self.directory / f"{self.name}_input.nml") or self.input_text
         self.spacing = particle_spacing(self.frames[0]) if self.frames else np.nan
         self.cell = (
             float(np.max(self.frames[0].attributes.get("cell", np.nan))) if self.frames else np.nan
@@ -172,6 +173,14 @@ def read_summary(path: Path) -> dict | None:
     except (OSError, ValueError):
         return None
     return found if isinstance(found, dict) else None
+
+
+def read_resolved(path: Path) -> str:
+    """The input as it was run, with its defaults as comments; '' if the run has not left it."""
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
 
 
 def read_input_text(frames: list[Frame]) -> str:

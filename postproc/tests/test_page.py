@@ -26,6 +26,7 @@ def run(tmp_path_factory):
     synthetic.write_tools(directory)
     synthetic.write_summary(directory, version="0.1.0", commit="abc", finished="2030-01-02 03:04", ranks=2, wall_seconds=90.0,
                             hottest_over_melting_K=12.0, melted_share_max=0.001)
+    (directory / "plate_input.nml").write_text("&TIME\n  END = 12 ! <s>\n  ! default: STEPS_SAFETY = 0.5\n/\n")
     assert cli.main(["report", str(directory)]) == 0
     return directory
 
@@ -50,6 +51,14 @@ def test_the_process_table_has_means_and_peaks_of_each_phase(run):
     mean, peak = (float(x) for x in found["axial force [kN], mean; peak"][0].split(";"))
     assert 7.0 < mean < 8.2 and 8.2 < peak < 9.5
     assert set(found) >= {"time [s]", "peak temperature [K]", "torque [N m], mean; peak", "power [kW], mean; peak"}
+
+
+def test_the_input_stands_there_with_its_defaults(run, tmp_path):
+    """As the run has resolved it; the input in the frames where that file is missing."""
+    text = (run / "report" / "report.html").read_text()
+    assert "END = 12 ! &lt;s&gt;\n  ! default: STEPS_SAFETY = 0.5" in text and "OMEGA = 800.0" not in text
+    bare = synthetic.make_run(tmp_path / "bare.out", spacing=0.004, frames=1)
+    assert Run(bare).resolved_text == Run(bare).input_text != ""
 
 
 def test_sections_and_top_views_go_through_the_tool(run):
@@ -120,6 +129,12 @@ def test_the_page_in_a_browser(run, browser):
     driver, width = browser
     driver.get((run / "report" / "report.html").as_uri())
     assert driver.execute_script("return document.documentElement.scrollWidth") <= width
+    smallest = driver.execute_script("""
+        const sizes = [...document.querySelectorAll('td, th, p, a, h1, h2, figcaption, li')].map(e => parseFloat(getComputedStyle(e).fontSize));
+        return Math.min(...sizes);""")
+    assert smallest >= 13
+    shown = driver.execute_script("return [...document.querySelectorAll('figure img')].map(e => e.getBoundingClientRect().width)")
+    assert min(shown) >= min(600, width)   # labels in pictures stay legible
     seen = [pixels(driver)]
     assert np.std(np.reshape(seen[0], (-1, 4)), axis=0).max() > 20
     assert driver.find_element("css selector", ".time").text == "t = 12.00 s"
