@@ -4,10 +4,12 @@
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/auxv.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
@@ -73,11 +75,14 @@ const char *stirpoint_open_library(const char *name)
 
 void *stirpoint_symbol(const char *name) { return dlsym(library, name); }
 
-/* Folder of the program's file with a / at its end; empty if it is not known. */
-void stirpoint_program_folder(char *path, int n)
+/* Folder of the program's file with a / at its end; empty if it is not known. `link` is what the kernel says of it,
+ * usually /proc/self/exe; without a /proc the name counts under which the program was started. n is at least PATH_MAX. */
+void stirpoint_program_folder(const char *link, char *path, int n)
 {
-    ssize_t length = readlink("/proc/self/exe", path, (size_t)n - 1);
+    ssize_t length = readlink(link, path, (size_t)n - 1);
     path[length > 0 ? length : 0] = 0;
+    const char *started = (const char *)getauxval(AT_EXECFN);
+    if (length <= 0 && (!started || n < PATH_MAX || !realpath(started, path))) path[0] = 0;
     char *slash = strrchr(path, '/');
     if (slash) slash[1] = 0;
 }

@@ -12,7 +12,7 @@ module base_system
   public :: allocate_aligned, resize_aligned, free_aligned, rename_file, make_directory, remove_file
   public :: watch_signals, leave_signals, stop_signal, raise_signal, peak_memory
   public :: need_soon, fetch_some, to_records
-  public :: open_library, symbol_of, data_file
+  public :: open_library, symbol_of, data_file, program_folder
 
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
@@ -118,9 +118,10 @@ module base_system
       type(c_funptr) :: address
     end function c_symbol
 
-    subroutine c_program_folder(path, n) bind(c, name='stirpoint_program_folder')
+    subroutine c_program_folder(link, path, n) bind(c, name='stirpoint_program_folder')
       import :: c_char, c_int
       implicit none (type, external)
+      character(kind=c_char), intent(in) :: link(*)
       character(kind=c_char), intent(inout) :: path(4096)
       integer(c_int), value :: n
     end subroutine c_program_folder
@@ -207,24 +208,33 @@ contains
     if (status /= 0) return
   end subroutine remove_file
 
-  !> A file that comes with the program: in ../share/stirpoint from where it is installed, in
-  !> share/stirpoint where it was built. `problem` says that it is in neither, else it is ''.
-  subroutine data_file(name, path, problem)
-    character(*), intent(in) :: name
-    character(:), allocatable, intent(out) :: path, problem
-    character(kind=c_char) :: folder(4096)
+  !> Folder of the program's file with a / at its end, '' if it is not known; `link` is asked for it first.
+  function program_folder(link) result(here)
+    character(*), intent(in) :: link
     character(:), allocatable :: here
-    character(*), parameter :: places(2) = [character(18) :: '../share/stirpoint', &
-                                            'share/stirpoint']
-    logical :: is_there
+    character(kind=c_char) :: folder(4096)
     integer :: k, n
 
-    call c_program_folder(folder, int(size(folder), c_int))
+    call c_program_folder(link//c_null_char, folder, int(size(folder), c_int))
     n = findloc(folder, c_null_char, dim=1) - 1
     here = repeat(' ', n)
     do k = 1, n
       here(k:k) = folder(k)
     end do
+  end function program_folder
+
+  !> A file that comes with the program: in ../share/stirpoint from where it is installed, in
+  !> share/stirpoint where it was built. `problem` says that it is in neither, else it is ''.
+  subroutine data_file(name, path, problem)
+    character(*), intent(in) :: name
+    character(:), allocatable, intent(out) :: path, problem
+    character(:), allocatable :: here
+    character(*), parameter :: places(2) = [character(18) :: '../share/stirpoint', &
+                                            'share/stirpoint']
+    logical :: is_there
+    integer :: k
+
+    here = program_folder('/proc/self/exe')
     problem = ''
     do k = 1, size(places)
       path = here//trim(places(k))//'/'//name

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Materials from a library: FROM = 'library' and entries by name, own values, own libraries, restarts."""
 
+import pathlib
 import re
+import shutil
+import subprocess
 
 import driver
 import numpy as np
@@ -42,6 +45,22 @@ def test_taken_values_act_as_if_written(run, tmp_path):
     )
     assert "  JC_B = 292e6: our own compression tests" in weaker.out
     assert not np.array_equal(state.tau, weaker.results("block").checkpoint().tau)
+
+
+def test_found_without_proc(tmp_path):
+    """Where no /proc is mounted the library beside the program is found as well, from any folder, also through a link and a
+    path with blanks."""
+    if shutil.which("unshare") is None:
+        pytest.skip("no unshare")
+    (tmp_path / "a b").mkdir()
+    (tmp_path / "a b" / "linked").symlink_to(driver.EXECUTABLE)
+    hidden = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", 'mount -t tmpfs none /proc && exec "$@"', "sh"]
+    if subprocess.run([*hidden, "true"], capture_output=True).returncode != 0:
+        pytest.skip("nothing may be mounted here")
+    for name in (driver.EXECUTABLE, "a b/linked"):
+        done = subprocess.run([*hidden, name, "--materials"], cwd=tmp_path, env=driver.ENVIRONMENT, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert str(pathlib.Path(driver.EXECUTABLE).resolve().parent) in done.stdout.split("\nfrom ")[1]
 
 
 def test_restart_keeps_what_was_taken(run, tmp_path):
