@@ -167,7 +167,7 @@ def plate_picture(frame: Frame, mesh: pv.PolyData, tool: pv.PolyData | None, nam
     scene.camera_position = [middle + reach.max() * np.array([-0.55, -1.2, 0.95]), middle, (0, 0, 1)]
     scene.camera.view_angle = 24
     scene.reset_camera()
-    scene.camera.zoom(1.25)
+    scene.camera.zoom(1.1)
     image = picture_of(scene)
     figure = look.new_figure(10.8, 10.8 * 0.88 * image.shape[0] / image.shape[1] + 0.3)
     axis = figure.add_subplot()

@@ -47,6 +47,16 @@ def test_taken_values_act_as_if_written(run, tmp_path):
     assert not np.array_equal(state.tau, weaker.results("block").checkpoint().tau)
 
 
+def test_sources_say_whether_they_were_seen():
+    """Each source of the literature in the program's library ends with a mark; what follows from other values has none."""
+    text = (driver.ROOT / "share/stirpoint/materials.nml").read_text(encoding="utf-8")
+    sources = re.findall(r"TEXT = '([^']*)'", text)
+    assert len(sources) > 25
+    for source in sources:
+        derived = source.startswith(("mean from", "a choice of this library", "this two-phase law"))
+        assert derived or re.search(r" \[(seen: .+|not seen.*|taken over with the model, not compared again)\]$", source), source
+
+
 def test_found_without_proc(tmp_path):
     """Where no /proc is mounted the library beside the program is found as well, from any folder, also through a link and a
     path with blanks."""
