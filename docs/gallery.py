@@ -28,7 +28,7 @@ from stirpost import look, maps, surface  # noqa: E402
 from stirpost.run import Run  # noqa: E402
 
 # Name of the picture: the input, and the time that is shown [s].
-SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 8.0)}
+SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 5.5)}
 SCENES |= {name: (ROOT / f"share/stirpoint/new/{name}.nml", time)
            for name, time in (("pin", 4.5), ("shoulder", 6.0), ("butt", 5.0), ("lap", 5.0), ("heat", 15.0))}
 WIDTH = 900
