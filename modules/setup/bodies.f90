@@ -2,6 +2,7 @@
 !> From the checked input to bodies and the films on their faces; what is wrong with their shapes.
 module setup_bodies
   use base_kinds, only: rp
+  use base_text, only: str
   use bodies_solids, only: bounds, read_solid, solid_sphere, solid_t
   use bodies_stretch, only: check_stretch
   use input_diagnostics, only: diagnostics_t
@@ -181,7 +182,8 @@ contains
       call bounds(solid, lower, upper)
       if (scene%grid%n(1) == 0) cycle
       if (any(lower < scene%grid%lower - slack) .or. any(upper > top + slack)) then
-        call input%report(diagnostics, 'SHAPE', i, '', 'reaches outside the grid')
+        call input%report(diagnostics, 'SHAPE', i, '', 'reaches outside the grid: '// &
+                          beyond(lower, upper, scene%grid%lower, top, slack))
       end if
     end do
     do body = 1, size(scene%body)
@@ -189,5 +191,24 @@ contains
                                                    'no &SHAPE adds material to this body')
     end do
   end subroutine check_shapes
+
+  !> Where a box reaches beyond another, as 'y to 0.05 m (grid to 0.046 m)', all axes [m].
+  function beyond(lower, upper, bottom, top, slack) result(text)
+    real(rp), intent(in) :: lower(3), upper(3), bottom(3), top(3), slack
+    character(:), allocatable :: text
+    character(1), parameter :: axes(3) = ['x', 'y', 'z']
+    integer :: k
+
+    text = ''
+    do k = 1, 3
+      if (lower(k) < bottom(k) - slack) then
+        text = text//', '//axes(k)//' from '//str(lower(k))//' m (grid from '//str(bottom(k))//' m)'
+      end if
+      if (upper(k) > top(k) + slack) then
+        text = text//', '//axes(k)//' to '//str(upper(k))//' m (grid to '//str(top(k))//' m)'
+      end if
+    end do
+    text = text(3:)
+  end function beyond
 
 end module setup_bodies
