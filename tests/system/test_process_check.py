@@ -34,8 +34,8 @@ CASES = {
 
 @pytest.fixture(scope="module")
 def outcome(tmp_path_factory):
-    """--check of every case, at cells of 4 mm."""
-    grid = {"GRID.CELL": 4e-3, "GRID.LOWER": "-8e-3,-8e-3,0", "GRID.UPPER": "104e-3,48e-3,24e-3"}
+    """--check of every case, at cells of 4 mm and for 5 s."""
+    grid = {"TIME.END": 5, "GRID.CELL": 4e-3, "GRID.LOWER": "-8e-3,-8e-3,0", "GRID.UPPER": "104e-3,48e-3,24e-3"}
     cases = {name: ((QUICK, "--check"), {"sets": grid | sets}) for name, (sets, *_) in CASES.items()}
     cases["run"] = ((QUICK, "--quiet"), {"sets": grid | CASES["never touches"][0] | {"TIME.MAX_STEPS": 1}})
     return driver.run_all(cases, tmp_path_factory.mktemp("process"))
