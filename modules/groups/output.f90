@@ -25,6 +25,8 @@ contains
       'longer, a twentieth of the time so far; a terminal has one line, drawn every second')
     call t%key('SAFETY_INTERVAL', 'real', 1, 's', '600', '[0,inf)', &
       'wall-clock time between two checkpoints against a breakdown; 0: none')
+    call t%key('INITIAL_POSITION', 'logical', 1, '', '.false.', '', &
+      'frames hold the position of each particle at t = 0')
 
     call t%group('PROBE', 'repeat', 'A point of observation with a history of its own.')
     call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the probe')
@@ -49,7 +51,8 @@ contains
     call t%key('INTERVAL', 'real', 1, 's', '0', '[0,inf)', &
       'between two rows of a tracer; 0: &OUTPUT HISTORY_INTERVAL')
 
-    call t%may_change('OUTPUT', '*')
+    call t%may_change('OUTPUT', 'FRAME_INTERVAL HISTORY_INTERVAL CHECKPOINT_INTERVAL '// &
+                      'PROGRESS_INTERVAL SAFETY_INTERVAL')
     call t%may_change('TRACER', 'INTERVAL')
   end subroutine add_output
 

@@ -15,6 +15,7 @@ module io_frames
   use h5_arrays, only: write_array
   use h5_file, only: h5file_t
   use h5_notes, only: write_attribute, write_text
+  use io_field_data, only: note, note_unit, note_units, write_notes
   use particles_store, only: f_flow, f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp, &
                              particles_t, tag_id
   implicit none (type, external)
@@ -41,8 +42,8 @@ contains
   end function frame_name
 
   !> One frame.
-  subroutine write_frame(world, path, time, step, cell, spacing, names, particles, extra_names, &
-                         extra_units, extra, input_text, error)
+  subroutine write_frame(world, path, time, step, cell, spacing, names, made_of, material, &
+                         origin, particles, extra_names, extra_units, extra, input_text, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in) :: time             !! [s]
@@ -50,6 +51,9 @@ contains
     real(rp), intent(in) :: cell(3)          !! edges of the grid's cells [m]
     real(rp), intent(in), contiguous :: spacing(:)       !! distance of particles of each body [m]
     character(*), intent(in) :: names(:)     !! of the bodies
+    integer, intent(in) :: made_of(:)        !! material of each
+    character(*), intent(in) :: material(:)  !! names
+    integer, intent(in) :: origin            !! field of the position at t = 0, 0: not kept
     type(particles_t), intent(in) :: particles
     character(*), intent(in) :: extra_names(:), extra_units(:)
     real(sp), intent(in), contiguous :: extra(:, :)      !! further scalars of each particle
@@ -64,9 +68,22 @@ contains
     call pack_vector(particles, f_pos, x)
     call write_vertices(file, x, error)
     call write_point_data(file, particles, error)
+    call write_materials(file, particles, made_of, error)
+    if (origin > 0) then
+      call pack_vector(particles, origin, x)
+      call write_array(file, point_data//'initial_position', x, error)
+      call write_attribute(file, point_data//'initial_position', 'units', 'm', error)
+    end if
     do k = 1, size(extra_names)
       call write_scalar(file, trim(extra_names(k)), trim(extra_units(k)), extra(:, k), error)
     end do
+    call write_attribute(file, '/', 'material_names', material(made_of), error)
+    call write_notes(file, time, step, 'body', names, error)
+    do k = 1, size(names)
+      call note(file, 'material of '//trim(names(k))//': '//trim(material(made_of(k))), made_of(k), &
+                error)
+    end do
+    call note_units(file, extra_names, extra_units, error)
     call file%close(error)
   end subroutine write_frame
 
@@ -93,6 +110,8 @@ contains
     call write_scalar(file, 'temperature', 'K', temperature, error)
     call write_array(file, point_data//'body', body, error)
     call write_attribute(file, point_data//'body', 'units', '1', error)
+    call write_notes(file, time, step, 'body', names, error)
+    call note_unit(file, 'temperature', 'K', error)
     call file%close(error)
   end subroutine write_heat_frame
 
@@ -179,6 +198,25 @@ contains
     call write_array(file, point_data//'id', id, error)
     call write_attribute(file, point_data//'id', 'units', '1', error)
   end subroutine write_point_data
+
+  !> The material of each particle.
+  subroutine write_materials(file, particles, made_of, error)
+    type(h5file_t), intent(in) :: file
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: made_of(:)        !! material of each body
+    type(error_t), intent(inout) :: error
+    integer, allocatable :: material(:)
+    integer :: b, n
+
+    allocate (material(particles%total()))
+    n = 0
+    do b = 1, particles%nblk
+      material(n + 1:n + particles%count(b)) = made_of(particles%body(b))
+      n = n + particles%count(b)
+    end do
+    call write_array(file, point_data//'material', material, error)
+    call write_attribute(file, point_data//'material', 'units', '1', error)
+  end subroutine write_materials
 
   subroutine write_scalar(file, name, units, a, error)
     type(h5file_t), intent(in) :: file

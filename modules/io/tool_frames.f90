@@ -9,6 +9,7 @@ module io_tool_frames
   use h5_arrays, only: write_array
   use h5_file, only: h5file_t
   use h5_notes, only: write_attribute
+  use io_field_data, only: note_unit, write_notes
   implicit none (type, external)
   private
 
@@ -68,6 +69,10 @@ contains
     call write_attribute(file, point_data//'azimuth', 'units', 'rad', error)
     call write_array(file, point_data//'tool', tool(:points), error)
     call write_attribute(file, point_data//'tool', 'units', '1', error)
+    call write_notes(file, time, step, 'tool', names, error)
+    call note_unit(file, 'Points', 'm', error)
+    call note_unit(file, 'velocity', 'm/s', error)
+    call note_unit(file, 'azimuth', 'rad', error)
     call file%close(error)
   end subroutine write_tool_frame
 

@@ -274,7 +274,8 @@ contains
     allocate (list, source=frame_outputs(scene))
     call pack_outputs(scene, particles, outputs)
     call write_frame(world, path, clock%time, int(clock%step), scene%grid%h, &
-                     scene%body%mean_spacing(), scene%body%name, particles, list%name, list%unit, &
+                     scene%body%mean_spacing(), scene%body%name, scene%body%material, &
+                     scene%material%name, scene%layout%origin, particles, list%name, list%unit, &
                      outputs, scene%output%input_text, error)
   end subroutine put_frame
 

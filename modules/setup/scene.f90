@@ -204,6 +204,7 @@ contains
       if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
       if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
       if (tractions_have_boxes(input)) call layout%add(3, layout%origin)
+      if (input%logical('OUTPUT', 1, 'INITIAL_POSITION')) call layout%add(3, layout%origin)
       if (input%count('TOOL') > 0) call layout%add(1, layout%surface_offset)
       if (input%count('TOOL') > 0) call layout%add(1, layout%grip)
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 UNITS = {"x": "m", "temperature": "K", "plastic_strain": "1", "strain_rate": "1/s", "flow_stress": "Pa",
-         "pressure": "Pa", "von_mises": "Pa", "stress": "Pa", "velocity": "m/s", "body": "1", "id": "1"}
+         "pressure": "Pa", "von_mises": "Pa", "stress": "Pa", "velocity": "m/s", "body": "1", "material": "1", "id": "1"}
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +52,56 @@ def test_frames_are_vtkhdf(small):
     assert np.all(first["velocity"] == 0.0) and np.all(first["von_mises"] == 0.0)
     assert first["x"].min(axis=0) == pytest.approx([2.25e-3] * 3, rel=1e-6)
     assert first["x"].max(axis=0) == pytest.approx([5.75e-3, 5.75e-3, 6.75e-3], rel=1e-6)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_vtk_reads_names_units_and_time(run, ranks):
+    """A single frame says in VTK's field data what bodies and materials its numbers mean, its time and its units; with
+    INITIAL_POSITION where each particle began."""
+    vtk = pytest.importorskip("vtk")
+    results = run("small", "--quiet", ranks=ranks, sets={"OUTPUT.INITIAL_POSITION": "T"}).results("small")
+
+    def read(path):
+        reader = vtk.vtkHDFReader()
+        reader.SetFileName(str(path))
+        reader.Update()
+        grid = reader.GetOutput()
+        grid = grid if isinstance(grid, vtk.vtkUnstructuredGrid) else grid.GetPartition(0)
+        fields = grid.GetFieldData()
+        arrays = [fields.GetArray(k) for k in range(fields.GetNumberOfArrays())]
+        return grid, {array.GetName(): array.GetValue(0) for array in arrays}
+
+    grid, notes = read(results.path("_000002.hdf"))
+    assert notes["TimeValue"] == results.series()["files"][2]["time"]
+    assert notes["unit of velocity: m per s"] == 1.0 and notes["unit of temperature: K"] == 1.0
+    first, _, attributes = driver.read_frame(results.path("_000000.hdf"))
+    last, units, _ = driver.read_frame(results.path("_000002.hdf"))
+    names = [bytes(name).decode() for name in attributes["body_names"]]
+    made_of = [bytes(name).decode() for name in attributes["material_names"]]
+    assert len(names) == len(made_of) == 2
+    for k, (name, material) in enumerate(zip(names, made_of), 1):
+        assert notes[f"body {k}: {name}"] == k
+        assert notes[f"material of {name}: {material}"] == last["material"][last["body"] == k][0]
+    assert units["initial_position"] == "m"
+    a, b = np.argsort(first["id"]), np.argsort(last["id"])
+    assert np.array_equal(first["x"][a], last["initial_position"][b])
+    assert np.abs(last["x"][b] - first["x"][a]).max() > 0
+    _, notes = read(results.path("_tools_000002.hdf"))
+    assert notes["TimeValue"] == results.series()["files"][2]["time"] and notes["tool 1: punch"] == 1
+
+
+def test_initial_positions_go_on_after_a_restart(run, tmp_path):
+    """Kept in checkpoints; a restart cannot ask for what was not kept."""
+    keep = {"OUTPUT.INITIAL_POSITION": "T"}
+    results = run("small", "--quiet", sets=keep).results("small")
+    begin = driver.read_frame(results.path("_000000.hdf"))[0]
+    run(None, "--quiet", "--restart", results.path("_checkpoint.h5"), sets={"TIME.END": 4e-6})
+    last = driver.read_frame(results.path("_000004.hdf"))[0]
+    a, b = np.argsort(begin["id"]), np.argsort(last["id"])
+    assert np.array_equal(begin["x"][a], last["initial_position"][b])
+    done = run(None, "--restart", results.path("_checkpoint.h5"), sets={"OUTPUT.INITIAL_POSITION": "F", "TIME.END": 5e-6},
+               expect=driver.BAD_INPUT)
+    assert "&OUTPUT INITIAL_POSITION = F: a restart cannot change it" in done.err
 
 
 def test_frames_on_two_ranks(run, small):

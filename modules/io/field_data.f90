@@ -1,0 +1,102 @@
+! SPDX-License-Identifier: MIT
+!> What a VTKHDF frame says of itself where ParaView shows it: field data of one number whose name
+!> is the text, since readers of VTK take no texts of fixed length and parallel HDF5 writes no
+!> others.
+module io_field_data
+  use base_errors, only: error_t
+  use base_kinds, only: rp
+  use base_text, only: str
+  use h5_arrays, only: write_array
+  use h5_file, only: h5file_t
+  implicit none (type, external)
+  private
+
+  public :: note, note_unit, note_units, write_notes
+
+  character(*), parameter :: field_data = '/VTKHDF/FieldData'
+
+contains
+
+  !> Time and step of a frame, and the names of its `kind`, numbered as in its point data.
+  subroutine write_notes(file, time, step, kind, names, error)
+    type(h5file_t), intent(in) :: file
+    real(rp), intent(in) :: time                !! [s]
+    integer, intent(in) :: step
+    character(*), intent(in) :: kind, names(:)
+    type(error_t), intent(inout) :: error
+    integer :: k
+
+    call file%group(field_data, error)
+    call write_array(file, field_data//'/TimeValue', of_root(file, time), error)
+    call note(file, 'step', step, error)
+    do k = 1, size(names)
+      call note(file, kind//' '//str(k)//': '//trim(names(k)), k, error)
+    end do
+  end subroutine write_notes
+
+  !> A number with its name.
+  subroutine note(file, name, value, error)
+    type(h5file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: value
+    type(error_t), intent(inout) :: error
+
+    call write_array(file, field_data//'/'//without_slash(name), of_root(file, real(value, rp)), &
+                     error)
+  end subroutine note
+
+  !> The unit of a field.
+  subroutine note_unit(file, field, unit, error)
+    type(h5file_t), intent(in) :: file
+    character(*), intent(in) :: field, unit
+    type(error_t), intent(inout) :: error
+
+    call note(file, 'unit of '//field//': '//unit, 1, error)
+  end subroutine note_unit
+
+  !> Units of all fields that have one, where ParaView shows them.
+  subroutine note_units(file, extra_names, extra_units, error)
+    type(h5file_t), intent(in) :: file
+    character(*), intent(in) :: extra_names(:), extra_units(:)
+    type(error_t), intent(inout) :: error
+    character(16), parameter :: fields(8) = [character(16) :: 'Points', 'temperature', &
+      'strain_rate', 'flow_stress', 'pressure', 'von_mises', 'stress', 'velocity']
+    character(4), parameter :: units(8) = [character(4) :: 'm', 'K', '1/s', 'Pa', 'Pa', 'Pa', &
+                                           'Pa', 'm/s']
+    integer :: k
+
+    do k = 1, size(fields)
+      call note_unit(file, trim(fields(k)), trim(units(k)), error)
+    end do
+    do k = 1, size(extra_names)
+      call note_unit(file, trim(extra_names(k)), trim(extra_units(k)), error)
+    end do
+  end subroutine note_units
+
+  !> A number of rank 0; nothing of the others.
+  function of_root(file, value) result(values)
+    type(h5file_t), intent(in) :: file
+    real(rp), intent(in) :: value
+    real(rp), allocatable :: values(:)
+
+    allocate (values(merge(1, 0, file%world%is_root())))
+    values = value
+  end function of_root
+
+  !> A text as a name in HDF5, where a slash divides groups.
+  pure function without_slash(text) result(name)
+    character(*), intent(in) :: text
+    character(:), allocatable :: name
+    integer :: i
+
+    name = ''
+    do i = 1, len_trim(text)
+      if (text(i:i) == '/') then
+        name = name//' per '
+      else
+        name = name//text(i:i)
+      end if
+    end do
+  end function without_slash
+
+end module io_field_data
