@@ -80,8 +80,8 @@ contains
     call write_attribute(file, '/', 'material_names', material(made_of), error)
     call write_notes(file, time, step, 'body', names, error)
     do k = 1, size(names)
-      call note(file, 'material of '//trim(names(k))//': '//trim(material(made_of(k))), made_of(k), &
-                error)
+      call note(file, 'material of '//trim(names(k))//': '//trim(material(made_of(k))), &
+                made_of(k), error)
     end do
     call note_units(file, extra_names, extra_units, error)
     call file%close(error)

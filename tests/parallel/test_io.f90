@@ -161,7 +161,8 @@ contains
     extra(:, 2) = 2.0_sp
     call write_frame(world, base//'frame.hdf', 0.25_rp, 12, [1, 1, 1]*5.0e-4_rp, &
                      [1.0e-4_rp, 2.0e-4_rp], &
-                     ['plate  ', 'backing'], [1, 1], ['metal'], 0, p, ['one', 'two'], ['m', '1'], extra, sample_input, &
+                     ['plate  ', 'backing'], [1, 1], ['metal'], 0, p, &
+                     ['one', 'two'], ['m', '1'], extra, sample_input, &
                      error)
     call expect_no_error('frame is written', error)
 
