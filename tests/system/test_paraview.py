@@ -21,7 +21,7 @@ def pvpython():
         return [program]
     if shutil.which("xvfb-run") is None:
         pytest.skip("no display for ParaView, and xvfb-run is not installed")
-    return ["xvfb-run", "-a", program]
+    return ["xvfb-run", "-a", "-n", str(200 + os.getpid() % 20000), program]   # two that start at once must not share one
 
 
 MACRO = """
