@@ -5,6 +5,7 @@ import importlib.machinery
 import importlib.util
 import os
 import pathlib
+import types
 
 import pytest
 
@@ -21,6 +22,31 @@ def test_messages_and_bytes(ranks):
     messages, sent, most, _ = scaling.exchange(23, ranks)
     assert (messages, sent) == scaling.counted(ranks, str(pathlib.Path(executable).resolve()))
     assert 0 < most <= ranks
+
+
+def test_plate_with_sleepers():
+    """Exact: messages and bytes of a step of a plate with a tool and sleepers; the imbalance to rounding."""
+    executable = os.environ.get("STIRPOINT_EXECUTABLE", str(HERE.parent / "build/release/stirpoint"))
+    options = types.SimpleNamespace(executable=str(pathlib.Path(executable).resolve()))
+    for row in scaling.plates.compare(options, (2, 8, 16)):
+        print(row)
+        assert 0.5 < row["awake_share"][0] < 0.9
+        for key in ("messages_a_step", "bytes_a_step"):
+            assert row[key][0] == row[key][1], row
+        for key in ("imbalance", "awake_share"):
+            assert abs(row[key][0] - row[key][1]) <= 0.002, row
+
+
+def test_plate_model():
+    """The boxes of the modelled plate hold all its load, and a rank no less than the mean."""
+    plate = scaling.plates.make_plate((100.0, 40.0, 12.0), 1.0)
+    top = tuple(n - 1 for n in plate.n)
+    assert abs(plate.particles((0, 0, 0), top) - 8*100*40*12) < 1
+    whole = plate.load((0, 0, 0), top)
+    assert abs(sum(plate.profile((0, 0, 0), top, 2)) - whole) < 1e-6*whole
+    for ranks in (3, 16, 200):
+        loads = [plate.load(*box) for box in scaling.plates.bisect(plate, (0, 0, 0), top, ranks)]
+        assert abs(sum(loads) - whole) < 1e-6*whole and max(loads) >= whole/ranks
 
 
 def test_prediction_is_sound():

@@ -55,23 +55,24 @@ contains
     type(box_t), intent(in) :: boxes(0:)
     type(box_t), intent(in) :: active  !! box of the nodes in use on any rank, but on periodic axes
     type(line_t) :: line(3)
-    type(box_t) :: other
     logical, allocatable :: is_shared(:)
+    integer, allocatable :: others(:)
     integer :: r, i
 
-    self%n = 0
-    if (allocated(self%neighbour)) deallocate (self%neighbour)
-    allocate (self%neighbour(world%size))
-    allocate (is_shared(patch%nn), source=.false.)
+    allocate (others(0))
     do r = 0, world%size - 1
       if (r == world%rank .or. patch%nn == 0) cycle
-      other = boxes(r)%grown(halo)
-      if (other%is_empty()) cycle
-      line = common_lines(patch, other, active)
-      if (any([(size(line(i)%i) == 0, i=1, 3)])) cycle
-      self%n = self%n + 1
-      associate (nb => self%neighbour(self%n))
-        nb%rank = r
+      line = common_lines(patch, boxes(r)%grown(halo), active)
+      if (all([(size(line(i)%i) > 0, i=1, 3)])) others = [others, r]
+    end do
+    self%n = size(others)
+    if (allocated(self%neighbour)) deallocate (self%neighbour)
+    allocate (self%neighbour(self%n))
+    allocate (is_shared(patch%nn), source=.false.)
+    do r = 1, self%n
+      associate (nb => self%neighbour(r))
+        nb%rank = others(r)
+        line = common_lines(patch, boxes(nb%rank)%grown(halo), active)
         nb%count = product([(size(line(i)%i), i=1, 3)])
         allocate (nb%node(nb%count))
         call list_nodes(patch, line, nb%node)

@@ -32,6 +32,12 @@ contains
     type(box_t) :: shared
     integer :: a, i
 
+    if (other%is_empty()) then
+      do a = 1, 3
+        allocate (line(a)%i(0))
+      end do
+      return
+    end if
     shared = patch%all%meet(other)
     shared = shared%meet(active)
     do a = 1, 3

@@ -25,17 +25,21 @@ contains
     real(rp), intent(in) :: weight(:)        !! load of each
     type(box_t), intent(out) :: boxes(0:world%size - 1)
     type(box_t) :: whole
+    integer :: i
 
     whole%lo = 0
     whole%hi = grid%n - 1
-    call cut(world, nodes, weight, whole, 0, world%size - 1, boxes)
+    call cut(world, nodes, weight, pack([(i, i=1, size(weight))], &
+                                        [(whole%has(nodes(:, i)), i=1, size(weight))]), &
+             whole, 0, world%size - 1, boxes)
   end subroutine bisect
 
   !> Give `box` to ranks `first..last`: cut across its loaded length in proportion to the ranks.
-  recursive subroutine cut(world, nodes, weight, box, first, last, boxes)
+  recursive subroutine cut(world, nodes, weight, inside, box, first, last, boxes)
     type(world_t), intent(in) :: world
     integer, intent(in) :: nodes(:, :)
     real(rp), intent(in) :: weight(:)
+    integer, intent(in) :: inside(:)         !! this rank's loads in the box
     type(box_t), intent(in) :: box
     integer, intent(in) :: first, last
     type(box_t), intent(inout) :: boxes(0:)
@@ -47,22 +51,25 @@ contains
       return
     end if
     middle = (first + last)/2
-    call best_cut(world, nodes, weight, box, &
+    call best_cut(world, nodes, weight, inside, box, &
                   real(middle - first + 1, rp)/real(last - first + 1, rp), axis, place)
     lower_half = box
     upper_half = box
     lower_half%hi(axis) = place
     upper_half%lo(axis) = place + 1
-    call cut(world, nodes, weight, lower_half, first, middle, boxes)
-    call cut(world, nodes, weight, upper_half, middle + 1, last, boxes)
+    call cut(world, nodes, weight, pack(inside, nodes(axis, inside) <= place), &
+             lower_half, first, middle, boxes)
+    call cut(world, nodes, weight, pack(inside, nodes(axis, inside) > place), &
+             upper_half, middle + 1, last, boxes)
   end subroutine cut
 
   !> Axis and last node of the lower part of the best cut: across the longest loaded stretch, since
   !> that shares the fewest nodes, unless planes of nodes divide a shorter one so much more evenly.
-  subroutine best_cut(world, nodes, weight, box, share, axis, place)
+  subroutine best_cut(world, nodes, weight, inside, box, share, axis, place)
     type(world_t), intent(in) :: world
     integer, intent(in) :: nodes(:, :)
     real(rp), intent(in) :: weight(:)
+    integer, intent(in) :: inside(:)
     type(box_t), intent(in) :: box
     real(rp), intent(in) :: share            !! wanted share of the lower part
     integer, intent(out) :: axis, place
@@ -73,11 +80,10 @@ contains
     n = max(0, box%hi - box%lo + 1)
     start = [0, n(1), n(1) + n(2), sum(n)]
     allocate (profile(max(1, sum(n))), source=0.0_rp)
-    do i = 1, size(weight)
-      if (.not. box%has(nodes(:, i))) cycle
+    do i = 1, size(inside)
       do a = 1, 3
-        associate (at => profile(start(a) + nodes(a, i) - box%lo(a) + 1))
-          at = at + weight(i)
+        associate (at => profile(start(a) + nodes(a, inside(i)) - box%lo(a) + 1))
+          at = at + weight(inside(i))
         end associate
       end do
     end do

@@ -194,6 +194,8 @@ def command(*words):
 
 
 MODELLED = (8, 64, 1024)  # ranks
+PLATE_RANKS = {"1e+08": (16, 100, 1000, 10000), "1e+09": (100, 1000, 10000)}
+PLATE_KEYS = ("milliseconds_a_step", "imbalance", "efficiency", "megabytes_of_a_rank", "steps_of_a_frame", "steps_of_a_division")
 
 
 def scaling():
@@ -204,6 +206,10 @@ def scaling():
             row = json.loads(line)
             for key in ("efficiency", "efficiency_without_overlap", "imbalance") if row["ranks"] in MODELLED else ():
                 values[f"{label}{row['scaling']}, {row['ranks']}, {key}"] = row[key]
+    for line in command("benchmarks/scaling", "--shape", "plate", "--latency", "2e-6", "--bandwidth", "10e9").splitlines():
+        row = json.loads(line)
+        for key in PLATE_KEYS:
+            values[f"plate, {row['particles']:.0e}, {row['ranks']}, {key}"] = row[key]
     return values
 
 

@@ -99,6 +99,24 @@ def scaling(record):
                   "both with a network"], rows)
 
 
+def plates(record):
+    """A stirred plate on many ranks, by the model."""
+    values, rows = record["scaling"], []
+    for particles, every in measures.PLATE_RANKS.items():
+        for ranks in every:
+            step, imbalance, efficiency, memory, frame, division = (values[f"plate, {particles}, {ranks}, {key}"]
+                                                                    for key in measures.PLATE_KEYS)
+            rows.append([particles.replace("+0", ""), f"{ranks:,}", f"{step:.3g} ms", f"{efficiency:.2f}", f"{imbalance:.2f}",
+                         f"{1e-3*memory:.2g} GB", f"{frame:.0f}", f"{division:.0f}"])
+    return table(["particles", "ranks", "a step", "efficiency", "imbalance", "memory of the fullest rank", "a frame [steps]",
+                  "a division of the grid [steps]"], rows)
+
+
+def versions(_):
+    """As benchmarks/speed --versions prints it."""
+    return measures.command("benchmarks/speed", "--versions")
+
+
 def speed(_):
     """As benchmarks/speed --markdown prints it."""
     text = measures.command("benchmarks/speed", "--markdown", "benchmarks/speed_results.jsonl")
@@ -243,7 +261,7 @@ PLATE = "benchmarks/stirred_plate.json"
 PASSES = "benchmarks/passes/results/tables.json"
 ALL = {
     "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
-    "scaling": scaling, "speed": speed, "kernels": kernels, "cooling": cooling, "calibration": calibration,
+    "scaling": scaling, "plates": plates, "versions": versions, "speed": speed, "kernels": kernels, "cooling": cooling, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"), "sleeping, cavity": kept(SLEEPING, "tool in the cavity, 890 K"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
@@ -267,7 +285,7 @@ def has_series(text):
 # Which measurements a table holds, where not that of its name.
 HOLDS = {"disc on plate": ("disc_on_plate",), "mass scaling": ("mass_scaling",), "choices": ("precision",),
          "verification": tuple(measure.name for measure in measures.of_verification()), "heat steps": ("heat slab",),
-         "heat solvers": ("heat crossing",)}
+         "heat solvers": ("heat crossing",), "plates": ("scaling",)}
 
 
 def documents_of(measure):

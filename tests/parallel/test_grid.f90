@@ -113,6 +113,9 @@ contains
     nodes = reshape([0, 0, 0, 1, 0, 0, 2, 0, 0], [3, 3])
     call bisect(world, grid, nodes, weight, boxes)
     call expect_cover(world, 'three nodes', grid, boxes)
+    nodes = reshape([0, 0, 0, 7, 0, 0, -1, 0, 0], [3, 3])
+    call bisect(world, grid, nodes, weight, boxes)
+    call expect_cover(world, 'loads outside the grid do not count', grid, boxes)
     call expect('nodes outside belong to nobody', &
                 owner_of(boxes, [3, 0, 0]) == -1 .and. owner_of(boxes, [-1, 0, 0]) == -1)
   end subroutine test_few_nodes
@@ -133,6 +136,8 @@ contains
     patch = make_patch(grid, boxes(world%rank))
     active = box_t([-1, 0, 1], n - [2, 1, 0])
     call exchange%init(world, patch, boxes, active)
+    call expect('nothing is kept of ranks that share no node', &
+                size(exchange%neighbour) == exchange%n)
     call expect_sums(exchange, patch, boxes, active, 8)
     call expect_sums(exchange, patch, boxes, active, 2)
     call expect_sums(exchange, patch, boxes, active, 12)
