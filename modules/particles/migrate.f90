@@ -186,6 +186,7 @@ contains
     end do
     call mpi_alltoallv(outgoing, n_out, at_out, mpi_double_precision, &
                        incoming, n_in, at_in, mpi_double_precision, world%comm)
+    deallocate (outgoing)                        ! before there is room for those that arrive
     arrivals = sum(n_in)/width
     call append_arrivals(world, grid, patch, particles, arrivals, width, incoming, &
                          slot, node, body, owner)
