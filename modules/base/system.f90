@@ -208,7 +208,8 @@ contains
     if (status /= 0) return
   end subroutine remove_file
 
-  !> Folder of the program's file with a / at its end, '' if it is not known; `link` is asked for it first.
+  !> Folder of the program's file with a / at its end, '' if it is not known; `link` is asked for it
+  !> first.
   function program_folder(link) result(here)
     character(*), intent(in) :: link
     character(:), allocatable :: here

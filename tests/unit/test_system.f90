@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Where the program is: the folder is known with and without a /proc, and what lies beside it is found.
+!> Where the program is: the folder is known with and without a /proc, and what lies beside it is
+!> found.
 program test_system
   use base_system, only: data_file, program_folder
   use check, only: begin_tests, end_tests, expect, expect_equal
