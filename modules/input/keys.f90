@@ -44,7 +44,8 @@ contains
           t%keys(k)%is_required))//' if '//trim(t%keys(k)%condition)
         about = trim(about)
         if (t%keys(k)%allowed /= '') about = about//' ('//describe_allowed(t%keys(k))//')'
-        write (unit, '(2x,a20,a21,2a)') t%keys(k)%name, kind_of(t%keys(k), with_unit=.true.), &
+        write (unit, '(2x,4a)') padded(trim(t%keys(k)%name), 19), &
+          padded(trim(kind_of(t%keys(k), with_unit=.true.)), 19), &
           padded(default_of(t%keys(k), with_condition=.false.), 8), about
       end do
       write (unit, '()')
@@ -136,7 +137,7 @@ contains
   pure function kind_of(row, with_unit) result(r)
     type(key_row_t), intent(in) :: row
     logical, intent(in) :: with_unit
-    character(20) :: r
+    character(32) :: r
 
     r = row%kind
     if (row%n > 1) write (r, '(i0,1x,a)') row%n, trim(row%kind)
