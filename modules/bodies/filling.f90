@@ -91,11 +91,11 @@ contains
         x = lattice%point(i, j, k)
         if (.not. is_inside(solids, x)) cycle
         faces = 0
-        if (lattice%is_straight()) faces = open_faces(scene%grid, solids, x, lattice%spacing)
+        if (lattice%is_straight()) faces = open_faces(scene%grid, solids, lattice, [i, j, k])
         id = offset + 1 + k + lattice%n(3)*(j + int(lattice%n(2), i8)*i)
         call add_particle(particles, body, scene%body(body)%start, x, &
                           velocity + matmul(gradient, x - centre), temperature, &
-                          mass*lattice%share(i, j), make_tag(id, faces))
+                          mass*lattice%share(i, j, k), make_tag(id, faces))
         call add_extras(scene, body, gradient, particles)
       end do
     end do
@@ -119,18 +119,25 @@ contains
 
   !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside;
   !> behind a periodic side comes the other one.
-  pure integer function open_faces(grid, solids, x, spacing)
+  pure integer function open_faces(grid, solids, lattice, ijk)
     type(grid_t), intent(in) :: grid
     type(solid_t), intent(in) :: solids(:)
-    real(rp), intent(in) :: x(3), spacing(3)
-    real(rp) :: y(3), length
-    integer :: axis, side
+    type(lattice_t), intent(in) :: lattice
+    integer, intent(in) :: ijk(3)
+    real(rp) :: x(3), y(3), length
+    integer :: axis, next(3), side
 
     open_faces = 0
+    x = lattice%point(ijk(1), ijk(2), ijk(3))
     do axis = 1, 3
       do side = 0, 1
         y = x
-        y(axis) = x(axis) + spacing(axis)*(2*side - 1)
+        y(axis) = x(axis) + lattice%spacing(axis)*(2*side - 1)
+        if (axis == lattice%grading%axis) then
+          next = ijk
+          next(axis) = ijk(axis) + 2*side - 1
+          y = lattice%point(next(1), next(2), next(3))
+        end if
         length = grid%h(axis)*grid%period(axis)
         if (length > 0.0_rp) y(axis) = grid%lower(axis) + modulo(y(axis) - grid%lower(axis), length)
         if (.not. is_inside(solids, y)) open_faces = ibset(open_faces, 2*(axis - 1) + side)
@@ -197,16 +204,18 @@ contains
   end subroutine add_extras
 
   !> Particles of each body (all ranks together) without making them; this rank counts its share.
-  subroutine count_particles(world, input, scene, counts)
+  subroutine count_particles(world, input, scene, counts, shares)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     integer(i8), intent(out) :: counts(:)
+    real(rp), intent(out) :: shares(:)       !! their volumes in particles of the least spacing
     type(solid_t), allocatable :: solids(:)
     type(lattice_t) :: lattice
     integer :: body, i, j, k
 
     counts = 0
+    shares = 0.0_rp
     do body = 1, size(scene%body)
       call body_solids(input, body, solids)
       lattice = lattice_of(scene, scene%body(body), solids)
@@ -215,18 +224,20 @@ contains
           do k = 0, lattice%n(3) - 1
             if (is_inside(solids, lattice%point(i, j, k))) then
               counts(body) = counts(body) + 1
+              shares(body) = shares(body) + lattice%share(i, j, k)
             end if
           end do
         end do
       end do
     end do
     call world%sum(counts)
+    call world%sum(shares)
   end subroutine count_particles
 
   !> Share the forces of &LOAD groups over the masses of their bodies.
-  subroutine load_bodies(input, counts, scene)
+  subroutine load_bodies(input, shares, scene)
     type(input_t), intent(in) :: input
-    integer(i8), intent(in) :: counts(:)
+    real(rp), intent(in) :: shares(:)        !! as `count_particles` has them
     type(scene_t), intent(inout) :: scene
     real(rp) :: mass
     type(load_t) :: load
@@ -234,7 +245,7 @@ contains
 
     do b = 1, size(scene%body)
       associate (body => scene%body(b))
-        mass = real(counts(b), rp)*particle_mass(scene, body)
+        mass = shares(b)*particle_mass(scene, body)
         allocate (body%load(0))
         do i = 1, input%count('LOAD')
           if (body%name /= input%text('LOAD', i, 'BODY')) cycle

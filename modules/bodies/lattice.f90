@@ -5,6 +5,7 @@
 module bodies_lattice
   use base_kinds, only: rp
   use bodies_solids, only: bounds, reference, solid_sphere, solid_t
+  use grid_grading, only: grading_t
   use state_scene, only: body_t, scene_t
   implicit none (type, external)
   private
@@ -21,7 +22,11 @@ module bodies_lattice
     integer :: n(3) = 0
     integer :: axis = 3
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
+    type(grading_t) :: grading   !! along its axis straight rows are even in places of the grid,
+                                 !! `layer` apart, the first at `bottom` [cells]
+    real(rp) :: layer = 0.0_rp, bottom = 0.0_rp
   contains
+    procedure :: edges
     procedure :: is_straight
     procedure :: on_ring
     procedure :: pitch
@@ -55,6 +60,7 @@ contains
     first = floor((low - corner)/lattice%spacing + 1.0e-6_rp)
     lattice%origin = corner + lattice%spacing*(real(first, rp) + 0.5_rp)
     lattice%n = ceiling((high - lattice%origin)/lattice%spacing) + 1
+    if (scene%grid%grading%axis > 0) call grade_rows(scene, body, corner, low, high, lattice)
     if (.not. body%is_round) return
     associate (solid => solids(findloc(solids%adds, .true., 1)))
       lattice%kind = merge(shells, rings, solid%kind == solid_sphere)
@@ -66,6 +72,39 @@ contains
       lattice%n(3) = merge(1, lattice%n(lattice%axis), lattice%kind == shells)
     end associate
   end function lattice_of
+
+  !> Rows along the graded axis of the grid.
+  pure subroutine grade_rows(scene, body, corner, low, high, lattice)
+    type(scene_t), intent(in) :: scene
+    type(body_t), intent(in) :: body
+    real(rp), intent(in) :: corner(3), low(3), high(3)
+    type(lattice_t), intent(inout) :: lattice
+
+    associate (grading => scene%grid%grading, a => scene%grid%grading%axis)
+      lattice%grading = grading
+      lattice%layer = body%spacing(a)/scene%grid%h(a)
+      lattice%bottom = grading%place(corner(a))
+      lattice%bottom = lattice%bottom + lattice%layer*(0.5_rp + &
+        floor((grading%place(low(a)) - lattice%bottom)/lattice%layer + 1.0e-6_rp))
+      lattice%n(a) = ceiling((grading%place(high(a)) - lattice%bottom)/lattice%layer) + 1
+    end associate
+  end subroutine grade_rows
+
+  !> Edges of point (i, j, k) of a straight lattice [m].
+  pure function edges(self, i, j, k) result(h)
+    class(lattice_t), intent(in) :: self
+    integer, intent(in) :: i, j, k
+    real(rp) :: h(3), ends(2)
+    integer :: ijk(3)
+
+    h = self%spacing
+    associate (a => self%grading%axis)
+      if (a == 0) return
+      ijk = [i, j, k]
+      ends = self%bottom + self%layer*(ijk(a) + [-0.5_rp, 0.5_rp])
+      h(a) = self%grading%position(ends(2)) - self%grading%position(ends(1))
+    end associate
+  end function edges
 
   !> A corner between points of a body's lattice [m].
   pure function lattice_corner(scene, body, solids) result(corner)
@@ -163,6 +202,11 @@ contains
     integer :: a, at, b, band
 
     x = self%origin + self%spacing*[i, j, k]
+    if (self%grading%axis > 0) then
+      a = self%grading%axis
+      at = int(dot_product([i, j, k], merge(1, 0, [1, 2, 3] == a)))
+      x(a) = self%grading%position(self%bottom + self%layer*at)
+    end if
     if (self%kind == straight) return
     a = mod(self%axis, 3) + 1
     b = mod(a, 3) + 1
@@ -183,13 +227,14 @@ contains
 
   !> Volume of a point over the product of the spacings; the points of all bands and shells together
   !> have the volume of the shells.
-  pure real(rp) function share(self, i, j)
+  pure real(rp) function share(self, i, j, k)
     class(lattice_t), intent(in) :: self
-    integer, intent(in) :: i, j
+    integer, intent(in) :: i, j, k
     real(rp) :: r, s
     integer :: at, band
 
     share = 1.0_rp
+    if (self%grading%axis > 0) share = product(self%edges(i, j, k))/product(self%spacing)
     if (self%kind == straight) return
     s = self%pitch()
     r = ring_radius(self, i)

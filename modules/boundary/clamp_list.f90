@@ -101,27 +101,33 @@ contains
     integer, intent(in) :: c, q, a, side
     real(rp), intent(in) :: x(3)
     type(column_t) :: column
-    real(rp) :: face, other(3), t, y(3)
+    real(rp) :: face, other(3), parts(3), t, y(3)
     integer :: ijk(3), k, step
 
     associate (clamp => scene%clamp(c)%clamp, patch => nodes%patch)
       face = merge(clamp%upper(a), clamp%lower(a), side > 0)
       if (abs(face) >= 0.5_rp*huge(1.0_rp)) return
       y = image(nodes, x, a, face)
-      t = (face - y(a))/patch%h(a)
+      ijk = indices(nodes, q)
+      t = cells_between(nodes, a, y(a), face)
       if (t <= -0.5_rp .or. t > 0.5_rp) return
       if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! on a row of nodes
       y(a) = face
       if (.not. holds(nodes, clamp, y)) return
       column%clamp = c
       column%weight = weights_at(scene, t)
-      column%tail = tails(scene, column%weight)
-      ijk = indices(nodes, q)
+      parts = 0.5_rp
+      if (a == patch%grading%axis) then
+        column%weight = patch%grading%weights(ijk(a), t)
+        parts([1, 3]) = patch%grading%span(3:4, ijk(a))
+      end if
+      column%tail = tails(scene, parts, column%weight)
       do k = 1, 3
         step = k - 2
         if (column%weight(k) <= 0.0_rp) cycle
         other = x
         other(a) = x(a) + patch%h(a)*step
+        if (a == patch%grading%axis) other(a) = patch%grading%middle(ijk(a) + step)
         call wrap(scene%grid, other)
         if (is_fixed(scene, nodes, other)) return
         if (step*side > 0 .and. inside_any(scene, nodes, other, c)) return
@@ -148,14 +154,14 @@ contains
   end function weights_at
 
   !> Integral of a node's shape function beyond the point where it has fallen to `w` [cells]: w**2/2
-  !> of a linear one, sqrt(2) w**1.5/3 of the outer part of a B-spline.
-  pure function tails(scene, w) result(tail)
+  !> of a linear one, w**1.5/(3 sqrt(f)) of the outer part f d**2 of a B-spline.
+  pure function tails(scene, parts, w) result(tail)
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: w(3)
+    real(rp), intent(in) :: parts(3), w(3)   !! f, 1/2 in equal cells
     real(rp) :: tail(3)
 
     if (scene%method%is_bspline) then
-      tail = sqrt(2.0_rp)/3.0_rp*w**1.5_rp
+      tail = sqrt(1.0_rp/parts)/3.0_rp*w**1.5_rp
     else
       tail = 0.5_rp*w**2
     end if
@@ -194,7 +200,7 @@ contains
       is_near(a) = .false.
       if (abs(face(a)) >= 0.5_rp*huge(1.0_rp)) cycle
       y = image(nodes, x, a, face(a))
-      depth = abs(face(a) - y(a))/nodes%patch%h(a)
+      depth = abs(cells_between(nodes, a, y(a), face(a)))
       if (scene%method%is_bspline) then
         is_near(a) = depth < 1.5_rp - slack
       else
@@ -202,6 +208,19 @@ contains
       end if
     end do
   end function near_face
+
+  !> Cells from the node at `node` up to a face.
+  pure real(rp) function cells_between(nodes, a, node, face) result(cells)
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: a
+    real(rp), intent(in) :: node, face      !! [m]
+
+    if (a == nodes%patch%grading%axis) then
+      cells = nodes%patch%grading%place(face) - anint(nodes%patch%grading%place(node))
+    else
+      cells = (face - node)/nodes%patch%h(a)
+    end if
+  end function cells_between
 
   !> The image of `x` along axis `a` that is nearest to `face`.
   pure function image(nodes, x, a, face) result(y)

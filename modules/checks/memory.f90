@@ -31,7 +31,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
     type(solid_t), allocatable :: solids(:)
-    real(rp) :: points, particles, nodes, bytes, share, lower(3), upper(3), lacking(1)
+    real(rp) :: points, particles, nodes, bytes, share, cells(3), lower(3), upper(3), lacking(1)
     character(:), allocatable :: what
     integer :: b
 
@@ -41,10 +41,11 @@ contains
     do b = 1, size(scene%body)
       call body_solids(input, b, solids)
       call box_of(solids, lower, upper)
-      points = points + product((upper - lower)/scene%body(b)%spacing)
-      particles = particles + filled(solids, lower, &
-                                     upper)*product((upper - lower)/scene%body(b)%spacing)
-      nodes = max(nodes, product((upper - lower)/scene%grid%h))
+      cells = cells_in(scene, lower, upper)
+      points = points + product(cells*scene%grid%h/scene%body(b)%spacing)
+      particles = particles + filled(solids, lower, upper) &
+                  *product(cells*scene%grid%h/scene%body(b)%spacing)
+      nodes = max(nodes, product(cells))
     end do
     if (scene%method%has_mechanics) then
       bytes = per_field*scene%layout%n*particles + per_node*nodes
@@ -66,6 +67,19 @@ contains
                         ' a rank can be looked at')
     end if
   end subroutine check_memory
+
+  !> Cells along each axis from `lower` to `upper`.
+  pure function cells_in(scene, lower, upper) result(cells)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: lower(3), upper(3)   !! [m]
+    real(rp) :: cells(3)
+
+    cells = (upper - lower)/scene%grid%h
+    associate (grading => scene%grid%grading)
+      if (grading%axis > 0) cells(grading%axis) = grading%place(upper(grading%axis)) &
+                                                  - grading%place(lower(grading%axis))
+    end associate
+  end function cells_in
 
   !> Box around the solids that add material.
   subroutine box_of(solids, lower, upper)

@@ -145,8 +145,8 @@ contains
     lattice = lattice_of(scene, scene%body(body), solid)
     do i = world%rank, lattice%n(1) - 1, world%size
       do j = 0, lattice%on_ring(i) - 1
-        volume = product(scene%body(body)%spacing)*lattice%share(i, j)
         do k = 0, lattice%n(3) - 1
+          volume = product(scene%body(body)%spacing)*lattice%share(i, j, k)
           x = lattice%point(i, j, k)
           is_in = .false.
           do s = 1, size(solid)

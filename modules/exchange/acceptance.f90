@@ -116,7 +116,7 @@ contains
 
     near = 0.0_rp
     do k = 1, size(tool)
-      if (any(blocks%clearance(k, :) <= skin*maxval(scene%grid%h) + tool(k)%displacement())) then
+      if (any(blocks%clearance(k, :) <= skin*scene%grid%longest() + tool(k)%displacement())) then
         near(k) = 1.0_rp
       end if
     end do

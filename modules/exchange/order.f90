@@ -6,7 +6,8 @@ module exchange_order
   use base_kinds, only: nlane, rp
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: split_mirrors
-  use grid_geometry, only: dilate, halo, storage_nodes
+  use grid_geometry, only: halo, storage_nodes
+  use grid_marks, only: dilate
   use mapping_nodes, only: nodes_t
   use particles_store, only: border_bit, f_pos, particles_t, set_bit
   use state_blocks, only: blocks_t

@@ -41,7 +41,7 @@ contains
     integer :: b
 
     do b = 1, blocks%n_awake
-      least = beyond*maxval(scene%grid%h) + norm2(scene%body(particles%body(b))%spacing)
+      least = beyond*scene%grid%longest() + scene%body(particles%body(b))%longest_diagonal()
       associate (tag => particles%tag(1, b))
         if (is_sorted_anew) tag = set_bit(tag, far_bit, all(blocks%clearance(:, b) > least))
         is_far(b) = btest(tag, far_bit)

@@ -3,7 +3,7 @@
 module front_prepare
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
-  use base_kinds, only: i8
+  use base_kinds, only: i8, rp
   use bodies_fields, only: add_noise
   use bodies_filling, only: count_particles, fill_bodies, load_bodies, warm_probes
   use bodies_stretch, only: stretch_bodies
@@ -48,6 +48,7 @@ contains
     type(error_t) :: error
     type(notes_t) :: notes
     type(input_t) :: old
+    real(rp), allocatable :: shares(:)
     character(1) :: no_sets(0)
 
     if (command%restart /= '') call read_checkpoint_notes(world, command%restart, notes, error)
@@ -87,8 +88,8 @@ contains
         call check_process(input, sim%scene, sim%tool, diagnostics)
       end if
       if (sim%scene%method%has_mechanics) then
-        allocate (counts(size(sim%scene%body)))
-        call count_particles(world, input, sim%scene, counts)
+        allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))
+        call count_particles(world, input, sim%scene, counts, shares)
         call require_particles(input, counts, diagnostics)
         call measure_volumes(world, input, sim%scene, volumes)
         if (all(counts > 0)) call check_volumes(input, volumes, diagnostics)
@@ -106,7 +107,7 @@ contains
     end if
     if (sim%scene%method%has_mechanics) then
       call stretch_bodies(input, sim%scene)
-      call load_bodies(input, counts, sim%scene)
+      call load_bodies(input, shares, sim%scene)
       call warm_probes(input, sim%scene, sim%probes)
     end if
     sim%scene%output%input_text = input%text_of_file()

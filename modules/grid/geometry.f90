@@ -8,14 +8,17 @@
 !>
 !> Along a periodic axis of n cells there are n nodes; node i + k n is an image of node i. Only the
 !> nodes 0 to n-1 are owned, but a patch may store several images of one node.
+!>
+!> Along a graded axis cells are spans of any widths (grid_grading), and `h` is the narrowest.
 module grid_geometry
   use base_kinds, only: i8, rp
   use base_text, only: str
+  use grid_grading, only: grading_t
   implicit none (type, external)
   private
 
-  public :: grid_t, patch_t, make_grid, make_patch, nearest_node, nearest_nodes, storage_nodes, &
-    wrap, box_t, dilate, length_along, mean_edge, section_across
+  public :: grid_t, patch_t, grade, make_grid, make_patch, nearest_node, nearest_nodes, &
+    storage_nodes, wrap, box_t, length_along, mean_edge, section_across
 
   integer, parameter, public :: halo = 2
 
@@ -37,8 +40,11 @@ module grid_geometry
     real(rp) :: lower(3) = 0.0_rp   !! position of node (0,0,0) [m]
     integer :: n(3) = 0             !! nodes along each axis
     integer :: period(3) = 0        !! nodes to the next image; 0: the axis is not periodic
+    type(grading_t) :: grading      !! of one axis, or of none
   contains
     procedure :: cells
+    procedure :: edges_at => grid_edges_at
+    procedure :: longest
     procedure :: edges
     procedure :: is_cubic
     procedure :: upper
@@ -52,7 +58,11 @@ module grid_geometry
     real(rp) :: origin(3) = 0.0_rp  !! position of the first stored node [m]
     real(rp) :: h(3) = 1.0_rp       !! edges of a cell [m]
     integer :: period(3) = 0        !! that of the grid
+    type(grading_t) :: grading      !! that of the grid
   contains
+    procedure :: edges_at => patch_edges_at
+    procedure :: indices
+    procedure :: linear_place
     procedure :: node
     procedure :: position
   end type patch_t
@@ -156,6 +166,37 @@ contains
     grid = make_grid_of_cells([h, h, h], lower, upper, is_periodic)
   end function make_grid_of_cubes
 
+  !> Edges of the cell at `x` [m].
+  pure function grid_edges_at(self, x) result(h)
+    class(grid_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)    !! [m]
+    real(rp) :: h(3)
+
+    h = self%h
+    associate (a => self%grading%axis)
+      if (a > 0) h(a) = self%grading%width_at(x(a))
+    end associate
+  end function grid_edges_at
+
+  !> Longest edge of any cell [m].
+  pure real(rp) function longest(self)
+    class(grid_t), intent(in) :: self
+
+    longest = maxval(self%h)
+    if (self%grading%axis > 0) longest = max(longest, self%grading%longest())
+  end function longest
+
+  !> Give an axis that is not periodic the spans of `grading`, with `n` nodes.
+  pure subroutine grade(grid, grading, n)
+    type(grid_t), intent(inout) :: grid
+    type(grading_t), intent(in) :: grading
+    integer, intent(in) :: n
+
+    grid%grading = grading
+    grid%n(grading%axis) = n
+    grid%h(grading%axis) = minval(grading%span(5, :))
+  end subroutine grade
+
   !> Cells along each axis.
   pure function cells(self)
     class(grid_t), intent(in) :: self
@@ -179,6 +220,8 @@ contains
     text = str(1.0e3_rp*self%h(1))
     if (.not. self%is_cubic()) text = text//' x '//str(1.0e3_rp*self%h(2))//' x ' &
         //str(1.0e3_rp*self%h(3))
+    if (self%grading%axis > 0) text = text//' to '//str(1.0e3_rp*self%grading%longest()) &
+        //' along '//'xyz'(self%grading%axis:self%grading%axis)
   end function edges
 
   !> Upper corner of the box [m].
@@ -187,6 +230,9 @@ contains
     real(rp) :: upper(3)
 
     upper = self%lower + self%h*real(self%cells(), rp)
+    associate (a => self%grading%axis)
+      if (a > 0) upper(a) = self%grading%middle(self%n(a) - 1)
+    end associate
   end function upper
 
   !> Storage of the owned box `own`. Above `room`, which has all nodes that particles may touch, one
@@ -212,6 +258,7 @@ contains
     make_patch%stride = [n(2)*n(3), n(3), 1]
     make_patch%nn = product(n)
     make_patch%origin = grid%lower + grid%h*real(make_patch%all%lo, rp)
+    make_patch%grading = grid%grading
   end function make_patch
 
   !> Storage index (from 1) of node `ijk`.
@@ -227,12 +274,50 @@ contains
     class(patch_t), intent(in) :: self
     integer, intent(in) :: q
     real(rp) :: x(3)
-    integer :: i, j
+    integer :: ijk(3)
 
-    i = (q - 1)/self%stride(1)
-    j = (q - 1 - i*self%stride(1))/self%stride(2)
-    x = self%origin + self%h*real([i, j, q - 1 - i*self%stride(1) - j*self%stride(2)], rp)
+    ijk = self%indices(q)
+    x = self%origin + self%h*real(ijk - self%all%lo, rp)
+    associate (a => self%grading%axis)
+      if (a > 0) x(a) = self%grading%middle(ijk(a))
+    end associate
   end function position
+
+  !> Indices of the node with storage index `q`.
+  pure function indices(self, q) result(ijk)
+    class(patch_t), intent(in) :: self
+    integer, intent(in) :: q
+    integer :: ijk(3)
+
+    ijk(1) = (q - 1)/self%stride(1)
+    ijk(2) = (q - 1 - ijk(1)*self%stride(1))/self%stride(2)
+    ijk(3) = q - 1 - ijk(1)*self%stride(1) - ijk(2)*self%stride(2)
+    ijk = ijk + self%all%lo
+  end function indices
+
+  !> Edges of the cell at `x` [m].
+  pure function patch_edges_at(self, x) result(h)
+    class(patch_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)    !! [m]
+    real(rp) :: h(3)
+
+    h = self%h
+    associate (a => self%grading%axis)
+      if (a > 0) h(a) = self%grading%width_at(x(a))
+    end associate
+  end function patch_edges_at
+
+  !> Place of `x` from the first stored node, linear between nodes.
+  pure function linear_place(self, x) result(s)
+    class(patch_t), intent(in) :: self
+    real(rp), intent(in) :: x(3)    !! [m]
+    real(rp) :: s(3)
+
+    s = (x - self%origin)/self%h
+    associate (a => self%grading%axis)
+      if (a > 0) s(a) = self%grading%linear_place(x(a)) - self%all%lo(a)
+    end associate
+  end function linear_place
 
   !> Grid node nearest to `x`, by the same rounding as the kernels use.
   pure function nearest_node(grid, x) result(ijk)
@@ -241,6 +326,9 @@ contains
     integer :: ijk(3)
 
     ijk = floor((x - grid%lower)/grid%h + 0.5_rp)
+    associate (a => grid%grading%axis)
+      if (a > 0) ijk(a) = grid%grading%span_of(x(a))
+    end associate
   end function nearest_node
 
   !> The nodes nearest to `n` places; inside one loop instead of a call each.
@@ -249,9 +337,13 @@ contains
     integer, intent(in) :: n
     real(rp), intent(in) :: x(n, 3)
     integer, intent(out) :: ijk(n, 3)
-    integer :: a
+    integer :: a, p
 
     do a = 1, 3
+      if (a == grid%grading%axis) then
+        ijk(:, a) = [(grid%grading%span_of(x(p, a)), p=1, n)]
+        cycle
+      end if
       ijk(:, a) = floor((x(:, a) - grid%lower(a))/grid%h(a) + 0.5_rp)
     end do
   end subroutine nearest_nodes
@@ -293,38 +385,5 @@ contains
     where (grid%period > 0 .and. ijk < 0) x = grid%lower - grid%h*inside
     where (grid%period > 0 .and. ijk >= grid%n) x = grid%upper() - grid%h*(1.0_rp - inside)
   end subroutine wrap
-
-  !> Mark all up to `reach` away from a marked one along each axis.
-  pure subroutine dilate(used, reach)
-    logical, intent(inout), contiguous :: used(:, :, :)
-    integer, intent(in) :: reach
-    integer :: n(3)
-
-    n = shape(used)
-    call dilate_axis(1, n(1), n(2)*n(3), reach, used)
-    call dilate_axis(n(1), n(2), n(3), reach, used)
-    call dilate_axis(n(1)*n(2), n(3), 1, reach, used)
-  end subroutine dilate
-
-  !> The same along an axis of `n` places, each of `width` values, in `many` arrays; by integers,
-  !> whose `or` the compiler does many at a time.
-  pure subroutine dilate_axis(width, n, many, reach, used)
-    integer, intent(in) :: width, n, many, reach
-    logical, intent(inout) :: used(width*n, many)
-    integer, dimension(width*n) :: marked, old
-    integer :: i, away, rest, s
-
-    do i = 1, many
-      old = merge(1, 0, used(:, i))
-      marked = old
-      do s = 1, min(reach, n - 1)
-        away = s*width
-        rest = (n - s)*width
-        marked(:rest) = ior(marked(:rest), old(away + 1:))
-        marked(away + 1:) = ior(marked(away + 1:), old(:rest))
-      end do
-      used(:, i) = marked > 0
-    end do
-  end subroutine dilate_axis
 
 end module grid_geometry

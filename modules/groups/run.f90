@@ -25,6 +25,15 @@ contains
     call t%key('UPPER', 'real', 3, 'm', 'required', '', 'upper corner of the box')
     call t%key('PERIODIC', 'text', 1, '', '', 'xyz', &
       'axes along which the box repeats itself; its length there must be whole cells')
+    call t%key('GRADED', 'choice', 1, '', 'none', 'none x y z', &
+      'axis along which only the cells between the places FINE have the edge of CELL; they '// &
+      'grow from there to both sides')
+    call t%key('FINE', 'real', 2, 'm', 'required if GRADED = x or y or z', '', &
+      'ends of the part with equal cells along the graded axis; its length must be whole cells')
+    call t%key('GROWTH', 'real', 1, '', '1.2 if GRADED = x or y or z', '[1,2]', &
+      'most that a cell is longer than its neighbour')
+    call t%key('LARGEST_CELL', 'real', 1, 'm', '0 if GRADED = x or y or z', '[0,inf)', &
+      'edge along the graded axis at which cells stop growing; 0: the longest edge in CELL')
 
     call t%group('TIME', 'once required', 'Time span, time step and loads on everything.')
     call t%key('END', 'real', 1, 's', 'required', '[0,inf)', 'end of the run (it starts at 0)')

@@ -234,8 +234,8 @@ contains
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call heat_particles(n, w, first, nodes%patch%stride, nodes%patch%nn, g, &
                         scene%material(scene%body(body)%material)%c_p, ps(1, f_mass), &
-                        evened_part(scene, body, dt, ps(:, f_rate)), rec, ps(1, f_temp), &
-                        ps(1, f_heat), gained)
+                        evened_part(scene, body, dt, ps(:, f_mass), ps(:, f_rate)), rec, &
+                        ps(1, f_temp), ps(1, f_heat), gained)
   end subroutine warm_block
 
 end module heat_conduction

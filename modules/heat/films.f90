@@ -5,10 +5,10 @@
 module heat_films
   use base_kinds, only: nlane, rp
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_pos, particles_t, tag_faces
+  use particles_store, only: f_mass, f_pos, particles_t, tag_faces
   use state_books, only: books_t, e_film
   use state_film, only: film_t, of_pressure, stefan_boltzmann
-  use state_scene, only: body_t, scene_t
+  use state_scene, only: scene_t
   use transfer_conduction, only: film_to_grid, least_capacity
   use transfer_weights, only: point_nodes
   implicit none (type, external)
@@ -43,18 +43,19 @@ contains
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, nodes%patch%nn)
     real(rp), intent(inout) :: flux(8, nodes%patch%nn)
-    real(rp) :: x(3), area
+    real(rp) :: x(3), area, spacing(3)
     integer :: axis, face, faces, p
 
     associate (body_now => scene%body(body))
       do p = 1, n
         faces = tag_faces(particles%tag(p, b))
         if (faces == 0) cycle
+        spacing = scene%spacing_of(body, ps(p, f_mass))
         do face = 1, 6
           if (.not. btest(faces, face - 1) .or. .not. body_now%film(face)%acts()) cycle
           if (body_now%film(face)%has_backing) cycle     ! heat_sinks
-          call face_of(body_now, face, ps(p, f_pos:f_pos + 2), axis, x, area)
-          x = (x - nodes%patch%origin)/nodes%patch%h
+          call face_of(spacing, face, ps(p, f_pos:f_pos + 2), axis, x, area)
+          x = nodes%patch%linear_place(x)
           associate (film => body_now%film(face))
             if (film%varies()) then
               call lose_by_state(dt, film, axis, area, x, nodes%patch%stride, nodes%patch%nn, &
@@ -70,8 +71,8 @@ contains
   end subroutine lose_heat
 
   !> Axis, place and area of face number `face` of a particle at `centre`.
-  pure subroutine face_of(body, face, centre, axis, x, area)
-    type(body_t), intent(in) :: body
+  pure subroutine face_of(spacing, face, centre, axis, x, area)
+    real(rp), intent(in) :: spacing(3)                !! of the particle [m]
     integer, intent(in) :: face
     real(rp), intent(in) :: centre(3)                 !! [m]
     integer, intent(out) :: axis
@@ -79,8 +80,8 @@ contains
 
     axis = (face + 1)/2
     x = centre
-    x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*body%spacing(axis)
-    area = product(body%spacing)/body%spacing(axis)
+    x(axis) = x(axis) + merge(0.5_rp, -0.5_rp, mod(face, 2) == 0)*spacing(axis)
+    area = product(spacing)/spacing(axis)
   end subroutine face_of
 
   !> Loss in `dt` of a face at `s` across `axis`: a film by the pressure there (lanes 6:8 of `g`),

@@ -5,6 +5,7 @@ module heat_nodes
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, restore
   use comm_world, only: world_t
+  use grid_geometry, only: mean_edge
   use heat_films, only: feels_pressure, lose_heat
   use heat_gaps, only: cross_gaps, gaps_t
   use heat_sinks, only: draw_heat, touched_t
@@ -13,7 +14,7 @@ module heat_nodes
   use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t
   use state_books, only: books_t
   use state_scene, only: scene_t
-  use transfer_conduction, only: capacity_to_grid, flux_to_grid, nodal_pressure, &
+  use transfer_conduction, only: capacity_to_grid, flux_to_grid, least_capacity, nodal_pressure, &
                                  nodal_temperature, pressure_to_grid
   implicit none (type, external)
   private
@@ -69,8 +70,64 @@ contains
           nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
       end do
       call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
+      if (scene%grid%grading%axis == 0) cycle
+      call centre_temperature(world, scene, nodes, nodes%g(:, :, k))
+      call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
     end do
   end subroutine gather_temperature
+
+  !> The mean that a node gets is that at the centre of its function, which is not at the node where
+  !> cells grow. Along the graded axis the temperature is taken from there to the node by its
+  !> slope between the centres of the neighbours: linear temperatures are exact. Each node is done
+  !> by its owner.
+  subroutine centre_temperature(world, scene, nodes, g)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp) :: temp(1, nodes%patch%nn)
+    logical :: has_any(nodes%patch%nn)
+    integer :: ijk(3), q, r
+
+    temp = 0.0_rp
+    has_any = .false.
+    associate (patch => nodes%patch, a => scene%grid%grading%axis)
+      do r = 1, nodes%n_ranges
+        do q = nodes%range(1, r), nodes%range(2, r)
+          has_any(q) = g(1, q) > least_capacity
+        end do
+      end do
+      do q = 1, patch%nn
+        if (.not. has_any(q)) cycle
+        ijk = patch%indices(q)
+        if (.not. patch%own%has(ijk)) cycle
+        associate (below => q - patch%stride(a), above => q + patch%stride(a))
+          temp(1, q) = at_node(ijk(a), [has_any(below), has_any(above)], g(4, [below, q, above]))
+        end associate
+      end do
+      call sum_all_nodes(world, scene, nodes, 1, temp)
+      do q = 1, patch%nn                  ! nodes beyond the ends have no owner
+        if (has_any(q) .and. temp(1, q) > 0.0_rp) g(4:5, q) = temp(1, q)
+      end do
+    end associate
+  contains
+    !> Temperature at node `i` from the means of the node below, its own and that above.
+    pure real(rp) function at_node(i, is_there, mean) result(t)
+      integer, intent(in) :: i
+      logical, intent(in) :: is_there(2)     !! the nodes below and above
+      real(rp), intent(in) :: mean(3)
+      real(rp) :: distance(2), rise(2)
+
+      associate (grading => scene%grid%grading)
+        distance = [grading%centre(i) - grading%centre(i - 1), &
+                    grading%centre(i + 1) - grading%centre(i)]
+        rise = mean(2:3) - mean(1:2)
+        t = mean(2)
+        if (any(is_there)) t = t + (grading%middle(i) - grading%centre(i)) &
+                               *sum(rise, is_there)/sum(distance, is_there)
+      end associate
+    end function at_node
+  end subroutine centre_temperature
 
   !> Heat that conduction, films, tools and gaps bring to the nodes in `dt` at the temperatures in
   !> lane 4:
@@ -110,18 +167,28 @@ contains
   !> what conduction takes of a temperature that alternates from one to the next,
   !> 1 - exp(-kappa (pi/spacing)^2 dt). Elsewhere less is enough and keeps gradients at films; the
   !> step follows the shortest edge of the cells, so that along the longest it is a part of one.
-  pure function evened_part(scene, body, dt, rate) result(part)
+  pure function evened_part(scene, body, dt, mass, rate) result(part)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
-    real(rp), intent(in) :: dt, rate(nlane)     !! [s], of plastic strain [1/s]
+    real(rp), intent(in) :: dt, mass(nlane), rate(nlane)   !! [s], [kg], of plastic strain [1/s]
     real(rp) :: part(nlane), least, physical
+    integer :: p
 
     associate (mat => scene%material(scene%body(body)%material))
       physical = 1.0_rp - exp(-dt*mat%conductivity/(mat%rho*mat%c_p) &
                               *(pi/scene%body(body)%mean_spacing())**2)
     end associate
-    least = least_evened*minval(scene%grid%h)/maxval(scene%grid%h)
+    least = least_evened*minval(scene%grid%h)/scene%grid%longest()
     part = merge(max(least, physical), least, rate > 0.0_rp)
+    if (scene%grid%grading%axis == 0) return
+    associate (mat => scene%material(scene%body(body)%material))
+      do p = 1, nlane
+        if (rate(p) <= 0.0_rp) cycle
+        physical = 1.0_rp - exp(-dt*mat%conductivity/(mat%rho*mat%c_p) &
+                                *(pi/mean_edge(scene%spacing_of(body, mass(p))))**2)
+        part(p) = max(least, physical)
+      end do
+    end associate
   end function evened_part
 
   !> Sum over the ranks of what is in all nodes, also in those of sleepers.
@@ -173,7 +240,7 @@ contains
     associate (mat => scene%material(scene%body(body)%material))
       call flux_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, dt, mat%conductivity, &
                         1.0_rp/mat%rho, mat%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_temp), &
-                        evened_part(scene, body, dt, ps(:, f_rate)), g, rec, flux)
+                        evened_part(scene, body, dt, ps(:, f_mass), ps(:, f_rate)), g, rec, flux)
     end associate
     if (any(scene%body(body)%film%acts())) then
       call lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)

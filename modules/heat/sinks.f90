@@ -14,7 +14,7 @@ module heat_sinks
   use heat_films, only: face_of
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_pos, f_temp, particles_t, tag_faces
+  use particles_store, only: f_mass, f_pos, f_temp, particles_t, tag_faces
   use state_books, only: books_t, e_film, e_tool
   use state_scene, only: scene_t
   use transfer_conduction, only: least_capacity
@@ -128,14 +128,15 @@ contains
           do face = 1, 6
             if (.not. body%film(face)%has_backing) cycle
             if (.not. btest(tag_faces(particles%tag(p, b)), face - 1)) cycle
-            call face_of(body, face, particles%ps(p, f_pos:f_pos + 2, b), axis, x, area)
+            call face_of(scene%spacing_of(particles%body(b), particles%ps(p, f_mass, b)), face, &
+                         particles%ps(p, f_pos:f_pos + 2, b), axis, x, area)
             k = find_backing(backing, particles%body(b), face)
             t%n = t%n + 1
             t%sink(t%n) = n_tools + backing(k)%column_at(x) &
                           + sum([(size(backing(i)%column), i=1, k - 1)])
             t%group(t%n) = body%heat_group
-            call point_nodes((x - patch%origin)/patch%h, patch%stride, 1, least_capacity, &
-                             patch%nn, nodes%g(:, :, body%heat_group), q, weight)
+            call point_nodes(patch%linear_place(x), patch%stride, 1, least_capacity, patch%nn, &
+                             nodes%g(:, :, body%heat_group), q, weight)
             t%node(:, t%n) = q(0)
             t%node(:8, t%n) = q
             t%weight(:, t%n) = 0.0_rp
@@ -162,8 +163,7 @@ contains
     real(rp) :: area, gap, metal, normal(3), room, w(nlane, 18)
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    associate (mat => scene%material(scene%body(body)%material), t => touched, &
-               spacing => scene%body(body)%spacing)
+    associate (mat => scene%material(scene%body(body)%material), t => touched)
       do p = 1, n
         if (ps(p, tool%heat%place) <= 0.0_rp) cycle
         t%n = t%n + 1
@@ -179,7 +179,7 @@ contains
           end do
         end do
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, room)
-        metal = 0.5_rp*norm2(normal*spacing)/mat%conductivity
+        metal = 0.5_rp*norm2(normal*scene%spacing_of(body, ps(p, f_mass)))/mat%conductivity
         area = ps(p, tool%heat%place)/waited
         t%sink(t%n) = k
         t%group(t%n) = scene%body(body)%heat_group

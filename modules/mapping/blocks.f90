@@ -8,7 +8,7 @@ module mapping_blocks
   use particles_store, only: f_pos
   use state_scene, only: scene_t
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_weights, only: block_weights, own_weights
+  use transfer_weights, only: block_weights, graded_weights, own_weights
   implicit none (type, external)
   private
 
@@ -29,8 +29,19 @@ contains
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(out) :: w(nlane, 18)
     integer, intent(out) :: first(nlane)
+    integer :: at(nlane), p
 
-    if (scene%layout%half > 0) then
+    if (nodes%patch%grading%axis > 0) then
+      associate (patch => nodes%patch, a => nodes%patch%grading%axis)
+        do p = 1, nlane
+          at(p) = max(1, min(patch%all%hi(a) - patch%all%lo(a) - 1, &
+                             patch%grading%span_of(ps(p, f_pos + a - 1)) - patch%all%lo(a)))
+        end do
+        call graded_weights(a, patch%all%hi(a) - patch%all%lo(a) + 1, &
+                            patch%grading%span(1, patch%all%lo(a)), at, patch%origin, &
+                            1.0_rp/patch%h, patch%stride, ps(1, f_pos), w, first)
+      end associate
+    else if (scene%layout%half > 0) then
       call own_weights(nodes%patch%origin, 1.0_rp/nodes%patch%h, ps(1, scene%layout%half), &
                        nodes%patch%stride, ps(1, f_pos), w, first)
     else

@@ -6,7 +6,7 @@
 module mapping_faces
   use base_kinds, only: nlane, rp
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_pos
+  use particles_store, only: f_mass, f_pos
   use state_scene, only: scene_t
   use transfer_weights, only: face_weights
   implicit none (type, external)
@@ -54,6 +54,9 @@ contains
     if (a > 2) i = mod(i, nodes%patch%stride(2))
     i = i/nodes%patch%stride(a)
     d = (ps(p, f_pos + a - 1) - nodes%patch%origin(a))/nodes%patch%h(a) - (i + 1)
+    if (a == nodes%patch%grading%axis) then
+      d = nodes%patch%grading%place(ps(p, f_pos + a - 1)) - nodes%patch%all%lo(a) - (i + 1)
+    end if
     half = scene%domain(body)
     spacing = scene%body(body)%spacing(a)/nodes%patch%h(a)
     layers = 1
@@ -80,7 +83,7 @@ contains
     real(rp) :: at(3, 3), part
     integer :: a, side
 
-    associate (spacing => scene%body(body)%spacing)
+    associate (spacing => scene%spacing_of(body, ps(p, f_mass)))
       do a = 1, 3
         at(:, a) = w(p, 3*a - 2:3*a)
         part = surface_offset*min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
@@ -93,11 +96,14 @@ contains
   end function surface_weights
 
   !> Initial area of face `k` of a particle of `body` [m2].
-  pure real(rp) function face_area(scene, body, k)
+  pure real(rp) function face_area(scene, body, mass, k)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, k
+    real(rp), intent(in) :: mass               !! [kg]
+    real(rp) :: spacing(3)
 
-    face_area = product(scene%body(body)%spacing)/scene%body(body)%spacing((k + 1)/2)
+    spacing = scene%spacing_of(body, mass)
+    face_area = product(spacing)/spacing((k + 1)/2)
   end function face_area
 
   !> Add the weighted `value` to the lanes from `lane` on of the nodes of a face.

@@ -36,12 +36,19 @@ contains
 
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
-      s = (probes%x(:, n) - patch%origin)/patch%h
+      s = patch%linear_place(probes%x(:, n))
       where (patch%period > 0) s = 0.5_rp + modulo(s - 0.5_rp, real(patch%period, rp))
       associate (nodes => g(:, :, probes%group(n)))
         call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
         record = matmul(nodes(:, q), weight)
+        if (patch%grading%axis > 0) then
+          associate (a => patch%grading%axis)
+            s(a) = patch%grading%mean_place(probes%x(a, n)) - patch%all%lo(a)
+          end associate
+          call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
+          record(4) = sum(nodes(4, q)*weight)
+        end if
       end associate
       probes%x(:, n) = probes%x(:, n) + dt*record(1:3)
       probes%temperature(n) = record(4)
@@ -58,7 +65,7 @@ contains
 
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
-      call point_nodes((probes%x(:, n) - patch%origin)/patch%h, patch%stride, 1, 0.0_rp, patch%nn, &
+      call point_nodes(patch%linear_place(probes%x(:, n)), patch%stride, 1, 0.0_rp, patch%nn, &
                        g, q, weight)
       if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q))
     end do

@@ -107,7 +107,7 @@ contains
     type(nodes_t), intent(in) :: nodes
     character(:), allocatable :: text
     real(rp) :: most(1), mine, x(3), d, least
-    integer :: b, p, q
+    integer :: b, p
 
     text = ''
     mine = 0.0_rp
@@ -115,9 +115,7 @@ contains
     most = mine
     call world%max(most)
     if (step%fastest_node == 0 .or. mine < most(1)) return
-    q = step%fastest_node - 1
-    x = nodes%patch%origin + nodes%patch%h*real([q/nodes%patch%stride(1), &
-        mod(q, nodes%patch%stride(1))/nodes%patch%stride(2), mod(q, nodes%patch%stride(2))], rp)
+    x = nodes%patch%position(step%fastest_node)
     least = huge(1.0_rp)
     do b = 1, particles%nblk
       do p = 1, particles%count(b)

@@ -5,7 +5,7 @@
 module output_numerical_fracture
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use particles_store, only: f_bbar, f_jac, particles_t
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -37,7 +37,7 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp) :: half(3), distance(3), start(3)
+    real(rp) :: half(3), distance(3), edges(3), start(3)
     integer :: p
 
     apart_in_block = 0.0_rp
@@ -47,10 +47,11 @@ contains
     end associate
     do p = 1, n
       if (scene%layout%half > 0) half = ps(p, scene%layout%half:scene%layout%half + 2)
-      distance = scene%body(body)%spacing*sqrt(ps(p, f_bbar:f_bbar + 2)) &
+      edges = scene%grid%edges_at(ps(p, f_pos:f_pos + 2))
+      distance = scene%spacing_of(body, ps(p, f_mass))*sqrt(ps(p, f_bbar:f_bbar + 2)) &
                  *ps(p, f_jac)**(1.0_rp/3.0_rp)/start
       apart_in_block = max(apart_in_block, &
-                           maxval(distance/(scene%grid%h*(1.0_rp + 2.0_rp*half))))
+                           maxval(distance/(edges*(1.0_rp + 2.0_rp*half))))
     end do
   end function apart_in_block
 

@@ -7,7 +7,8 @@ module run_regrid
   use comm_world, only: world_t
   use exchange_order, only: list_turns, mark_border
   use exchange_speculation, only: list_order
-  use grid_geometry, only: box_t, dilate, halo, storage_nodes
+  use grid_geometry, only: box_t, halo, storage_nodes
+  use grid_marks, only: dilate
   use mapping_nodes, only: append, clear_nodes
   use mapping_probes, only: claim_probes, share_probes
   use particles_migrate, only: redistribute, wrap_positions
@@ -331,7 +332,7 @@ contains
           sim%blocks%clearance(k, b) = minval(d(:n))
         end do
         if (.not. (is_sorted_anew .and. sim%scene%layout%grip > 0)) cycle
-        where (least(:n) > norm2(body%spacing)) ps(:n, sim%scene%layout%grip) = 0.0_rp
+        where (least(:n) > body%longest_diagonal()) ps(:n, sim%scene%layout%grip) = 0.0_rp
       end associate
     end do
   end subroutine measure_clearances

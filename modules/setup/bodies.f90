@@ -32,9 +32,16 @@ contains
         per_cell = input%integers('BODY', i, 'PARTICLES_PER_CELL', 3)
         where (per_cell == 0) per_cell = max(1, per_cell(1))
         b%spacing = scene%grid%h/per_cell
+        b%widest = b%spacing
+        associate (a => scene%grid%grading%axis)
+          if (a > 0) b%widest(a) = scene%grid%longest()/per_cell(a)
+        end associate
         b%own_lattice = input%text('BODY', i, 'LATTICE') /= 'grid'
         b%is_round = input%text('BODY', i, 'LATTICE') == 'round'
-        if (b%is_round) call check_round(input, i, b%spacing, diagnostics)
+        if (b%is_round) then
+          call check_round(input, i, b%spacing, diagnostics)
+          b%widest = b%spacing
+        end if
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         if (b%material == 0) then
           call input%report(diagnostics, 'BODY', i, 'MATERIAL', &

@@ -25,6 +25,7 @@ module setup_scene
   use setup_contacts, only: read_contacts
   use setup_flow, only: read_flow
   use setup_gaps, only: read_gaps
+  use setup_grading, only: check_grading, read_grading
   use setup_laws, only: lay_out_laws
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
   use setup_scaling, only: read_elastic_scaling, read_selective_scaling
@@ -71,6 +72,7 @@ contains
     call read_tool_heat(input, scene, tool, diagnostics)
     call read_contacts(input, scene, diagnostics)
     call read_gaps(input, scene, diagnostics)
+    call check_grading(input, scene, diagnostics)
     call read_selective_scaling(input, scene, tool, diagnostics)
     associate (m => scene%method)
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
@@ -251,6 +253,7 @@ contains
                         'along a periodic axis UPPER - LOWER must be a whole number of cells')
     else
       scene%grid = make_grid(h, lower, upper, is_periodic)
+      call read_grading(input, upper, scene%grid, diagnostics)
     end if
   end subroutine read_grid
 

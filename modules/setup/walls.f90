@@ -86,6 +86,9 @@ contains
     wall%position = grid%lower(wall%axis)
     if (.not. wall%faces_up) then
       wall%position = wall%position + grid%h(wall%axis)*(grid%n(wall%axis) - 1)
+      if (wall%axis == grid%grading%axis) then
+        wall%position = grid%grading%middle(grid%n(wall%axis) - 1)
+      end if
     end if
     if (input%given('WALL', i, 'POSITION')) wall%position = input%real('WALL', i, 'POSITION')
     wall%held = input%text('WALL', i, 'KIND') == 'fixed'
@@ -128,13 +131,25 @@ contains
     end if
   end subroutine read_wall
 
+  !> Place of a wall, in rows of nodes from the lowest.
+  pure real(rp) function place_of(grid, wall)
+    type(grid_t), intent(in) :: grid
+    type(wall_t), intent(in) :: wall
+
+    if (wall%axis == grid%grading%axis) then
+      place_of = grid%grading%place(wall%position)
+    else
+      place_of = (wall%position - grid%lower(wall%axis))/grid%h(wall%axis)
+    end if
+  end function place_of
+
   !> The row of grid nodes that is nearest to a wall, from 0; below 0 if it is outside.
   pure integer function row_of(grid, wall)
     type(grid_t), intent(in) :: grid
     type(wall_t), intent(in) :: wall
     real(rp) :: row
 
-    row = (wall%position - grid%lower(wall%axis))/grid%h(wall%axis)
+    row = place_of(grid, wall)
     row_of = -1
     if (row >= -0.5_rp .and. row <= grid%n(wall%axis) - 0.5_rp) row_of = nint(row)
   end function row_of
@@ -146,8 +161,11 @@ contains
     type(wall_t), intent(in) :: wall
     real(rp) :: row
 
-    row = (wall%position - grid%lower(wall%axis))/grid%h(wall%axis)
+    row = place_of(grid, wall)
     is_symmetric = row_of(grid, wall) >= 0 .and. abs(row - row_of(grid, wall)) <= 1.0e-6_rp
+    if (is_symmetric .and. wall%axis == grid%grading%axis) then
+      is_symmetric = grid%grading%is_mirrored(row_of(grid, wall))
+    end if
     if (is_symmetric) is_symmetric = is_bare(input, wall, 1.0e-6_rp*grid%h(wall%axis))
   end function is_symmetric
 

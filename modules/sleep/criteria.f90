@@ -12,7 +12,8 @@ module sleep_criteria
   use boundary_held, only: boundary_t, mirrors_t
   use comm_world, only: world_t
   use contact_tool, only: tool_t
-  use grid_geometry, only: box_t, dilate, grid_t, nearest_node, nearest_nodes
+  use grid_geometry, only: box_t, grid_t, nearest_node, nearest_nodes
+  use grid_marks, only: dilate
   use mapping_nodes, only: nodes_t
   use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, &
                              particles_t, rests, set_rest, tag_rest

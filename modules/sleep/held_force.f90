@@ -8,7 +8,8 @@ module sleep_held_force
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: add_lost, reflect, r_momentum
   use comm_world, only: world_t
-  use grid_geometry, only: dilate, halo, storage_nodes
+  use grid_geometry, only: halo, storage_nodes
+  use grid_marks, only: dilate
   use mapping_blocks, only: force_records, weights_of
   use mapping_nodes, only: clear_nodes, nodes_t, update_nodes
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t

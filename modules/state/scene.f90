@@ -51,7 +51,9 @@ module state_scene
     integer :: group = 1                     !! bodies of a group share a velocity field
     integer :: heat_group = 1                !! and of such a group a temperature at each node
     integer :: tool = 0                      !! rigid: the tool whose schedule it follows
-    real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles [m]
+    real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles, the least along
+                                             !! a graded axis [m]
+    real(rp) :: widest(3) = 0.0_rp           !! the most [m]
     logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
     integer :: averaging = average_flowing   !! of J in each cell: average_*
     logical :: is_round = .false.            !! they lie on rings around the axis of a cylinder
@@ -64,6 +66,7 @@ module state_scene
     procedure :: is_forced
     procedure :: is_rigid
     procedure :: mean_spacing
+    procedure :: longest_diagonal
   end type body_t
 
   !> When material sleeps (sleep_criteria).
@@ -147,6 +150,7 @@ module state_scene
   contains
     procedure :: domain
     procedure :: has_tractions
+    procedure :: spacing_of
     procedure :: can_flow
     procedure :: is_rigid_group
   end type scene_t
@@ -190,6 +194,27 @@ contains
 
     mean_spacing = mean_edge(self%spacing)
   end function mean_spacing
+
+  !> Longest diagonal of its particles [m].
+  pure real(rp) function longest_diagonal(self)
+    class(body_t), intent(in) :: self
+
+    longest_diagonal = norm2(self%widest)
+  end function longest_diagonal
+
+  !> Initial edges of a particle of a body [m]: along a graded axis its mass tells.
+  pure function spacing_of(self, body, mass) result(spacing)
+    class(scene_t), intent(in) :: self
+    integer, intent(in) :: body
+    real(rp), intent(in) :: mass             !! [kg]
+    real(rp) :: spacing(3)
+
+    associate (b => self%body(body), a => self%grid%grading%axis)
+      spacing = b%spacing
+      if (a > 0) spacing(a) = mass*b%start%jac*spacing(a) &
+                              /(self%material(b%material)%rho*product(spacing))
+    end associate
+  end function spacing_of
 
   !> True if the method needs the grids of a velocity filter.
   pure logical function filters(self)

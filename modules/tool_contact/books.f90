@@ -78,9 +78,8 @@ contains
         particles%ps(t%lane, f_heat, t%block) = particles%ps(t%lane, f_heat, t%block) + heat
         tool%sums(s_to_plate) = tool%sums(s_to_plate) + heat
         if (.not. tool%heat%is_on) cycle
-        associate (spacing => scene%body(particles%body(t%block))%spacing, &
-                   at_tool => particles%ps(t%lane, tool%heat%place:tool%heat%place + 1, t%block))
-          at_tool = at_tool + [dt*product(spacing)/norm2(t%normal*spacing), heat]
+        associate (at_tool => particles%ps(t%lane, tool%heat%place:tool%heat%place + 1, t%block))
+          at_tool = at_tool + [dt*product(t%spacing)/norm2(t%normal*t%spacing), heat]
         end associate
       end associate
     end do
@@ -138,8 +137,7 @@ contains
         body = particles%body(t%block)
         n = n + 1
         at(n) = p
-        call slow_down(used_strength(contact, p), norm2(t%normal*scene%body(body)%spacing), t, &
-                       slower)
+        call slow_down(used_strength(contact, p), norm2(t%normal*t%spacing), t, slower)
         log_rate(n) = t%log_rate + slower
         x(n) = dt*max(0.0_rp, exp(log_rate(n)) - t%resolved_rate)
       end associate

@@ -122,9 +122,11 @@ contains
     real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp) :: lower(3), upper(3), room(3), x(3)
     integer :: first, i, last, r
-    logical :: is_bounded
+    logical :: is_bounded, z_is_graded
 
     room = band*nodes%patch%h
+    z_is_graded = scene%grid%grading%axis == 3
+    if (scene%grid%grading%axis > 0) room(scene%grid%grading%axis) = band*scene%grid%longest()
     call tool%bounds(lower, upper)
     where (scene%grid%period > 0) lower = -huge(1.0_rp)
     where (scene%grid%period > 0) upper = huge(1.0_rp)
@@ -135,7 +137,10 @@ contains
       if (any(x(1:2) < lower(1:2) - room(1:2)) .or. any(x(1:2) > upper(1:2) + room(1:2))) cycle
       first = nodes%range(1, r)
       last = nodes%range(2, r)
-      if (is_bounded) then                       ! a run goes up
+      if (is_bounded .and. z_is_graded) then
+        last = first + floor(min(real(last - first, rp), places_up(x(3), upper(3) + room(3))))
+        first = first + ceiling(max(0.0_rp, places_up(x(3), lower(3) - room(3))))
+      else if (is_bounded) then                  ! a run goes up
         last = first + floor(min(real(last - first, rp), (upper(3) + room(3) - x(3)) &
                                    /nodes%patch%h(3)))
         first = first + ceiling(max(0.0_rp, (lower(3) - room(3) - x(3)) &
@@ -150,6 +155,15 @@ contains
       end do
     end do
     call contact%prepare()
+  contains
+    !> Nodes from the one at `z` up to `limit`.
+    pure real(rp) function places_up(z, limit)
+      real(rp), intent(in) :: z, limit       !! [m]
+
+      associate (grading => scene%grid%grading)
+        places_up = grading%place(limit) - grading%place(z)
+      end associate
+    end function places_up
   end subroutine list_nodes
 
   !> Distance of the tool from the image of `x` that is nearest to it [m].
@@ -219,7 +233,7 @@ contains
           values(v_push:v_push + 2) = max(min(push*t%closing, t%most), push*t%keep_out)*t%normal
           values(v_hold:v_hold + 2) = t%hold
           if (law%keeps_mean()) then
-            kept = exp(-dt/relaxation_time(clock, nodes, t))
+            kept = exp(-dt/relaxation_time(clock, t))
             t%coulomb = kept*dt*t%coulomb &
                         + (1.0_rp - kept)*t%friction*norm2(values(v_push:v_push + 2))
           else
@@ -288,7 +302,7 @@ contains
           if (t%entry(i) > 0) unspent = unspent + t%weight(i)*contact%unspent(t%entry(i))
         end do
         associate (grip => particles%ps(t%lane, scene%layout%grip, t%block))
-          grip = t%coulomb*unspent*exp(-dt/relaxation_time(clock, nodes, t))
+          grip = t%coulomb*unspent*exp(-dt/relaxation_time(clock, t))
           if (law%keeps_mean()) grip = t%coulomb/dt
         end associate
       end associate

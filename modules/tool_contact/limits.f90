@@ -153,7 +153,7 @@ contains
                             near%ps(:, layout%law:layout%law + layout%n_law - 1), depth, v, layer)
       do i = 1, n
         associate (t => particle(i), strength => layer%stress(place(i)))
-          face = product(body%spacing)/norm2(t%normal*body%spacing)
+          face = product(t%spacing)/norm2(t%normal*t%spacing)
           shear = dt*face*max(0.0_rp, strength)
           if (t%within < 1.0_rp) t%most = t%within*edge_pressure*shear
           shear = t%within*shear

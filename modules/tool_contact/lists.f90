@@ -45,6 +45,8 @@ module tool_contact_lists
     real(rp) :: weight(27) = 0.0_rp            !! of its surface on its nodes
     real(rp) :: mass = 0.0_rp                  !! inertial [kg]
     real(rp) :: normal(3) = 0.0_rp             !! out of the tool
+    real(rp) :: edges(3) = 0.0_rp              !! of the cell where it is [m]
+    real(rp) :: spacing(3) = 0.0_rp            !! its initial edges [m]
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
     real(rp) :: keep_out = 0.0_rp              !! what it takes in any case, at an edge [m/s]
     real(rp) :: within = 1.0_rp                !! part of its weight function inside the edges

@@ -66,8 +66,8 @@ contains
 
     rigid = tool%mean_motion(clock%time, dt)
     ! no particle moves faster than the nodes; a distance changes by no more than the way
-    displacement = dt*clock%max_speed + (0.01_rp + slop)*maxval(nodes%patch%h)
-    reach = [(displacement + (0.5_rp + beside)*norm2(scene%body(b)%spacing), b=1, size(reach))]
+    displacement = dt*clock%max_speed + (0.01_rp + slop)*scene%grid%longest()
+    reach = [(displacement + (0.5_rp + beside)*scene%body(b)%longest_diagonal(), b=1, size(reach))]
     moved = clock%displacement + tool%displacement()
     call near%init(scene%layout, tool%friction_table%of /= of_nothing)
     do b = 1, blocks%n_awake
@@ -100,14 +100,15 @@ contains
     real(rp), intent(in) :: displacement                 !! by which a gap may close in the step [m]
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
-    real(rp) :: d(n), gap, half, normal(3), room
+    real(rp) :: d(n), gap, half, normal(3), room, spacing(3)
     integer :: p
 
-    associate (ps => particles%ps(:, :, b), spacing => scene%body(particles%body(b))%spacing)
+    associate (ps => particles%ps(:, :, b))
       call tool%clearances(n, ps(:, f_pos:f_pos + 2), reach, d)
       do p = 1, n
         if (d(p) > reach) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, room)
+        spacing = scene%spacing_of(particles%body(b), ps(p, f_mass))
         half = 0.5_rp*ps(p, scene%layout%surface_offset)*extent(spacing, normal, room)
         if (gap - half > displacement + beside*norm2(normal*spacing)) cycle
         call near%add(particles, b, p, normal, half)
@@ -155,11 +156,13 @@ contains
           scene%layout%surface_offset), p, scene%layout%n, near%ps, w, first)
       particle%mass = clock%mass_scaling*near%ps(p, f_mass)
       particle%coulomb = near%ps(p, scene%layout%grip)
-      size = norm2(particle%normal*scene%body(near%body)%spacing)
-      edge = length_along(nodes%patch%h, particle%normal)
+      particle%spacing = scene%spacing_of(near%body, near%ps(p, f_mass))
+      particle%edges = nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))
+      size = norm2(particle%normal*particle%spacing)
+      edge = length_along(particle%edges, particle%normal)
       zone = merge(slop*edge, 0.0_rp, at_surface)
-      if (.not. takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone*size, &
-                           scene%method%is_bspline, scene%body(near%body)%spacing, &
+      if (.not. takes_part(clock, tool, rigid, dt, zone, friction_zone*size, &
+                           scene%method%is_bspline, particle%spacing, &
                            near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
       call contact%add_particle_in_contact(particle)
@@ -173,10 +176,9 @@ contains
   !> Whether a particle at `x`, with velocity `v` of its surface, takes part in contact: the surface
   !> would be inside the tool at the end of the step, comes too fast through the soft zone, or is
   !> within the friction zone; how fast it is to be, its slip, and what of it the tool covers.
-  logical function takes_part(clock, nodes, tool, rigid, dt, zone, friction_zone, is_bspline, &
+  logical function takes_part(clock, tool, rigid, dt, zone, friction_zone, is_bspline, &
                               spacing, x, v, particle)
     type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, zone, friction_zone, x(3), v(3)
@@ -190,7 +192,7 @@ contains
     takes_part = gap < max(zone, friction_zone)
     if (.not. takes_part) return
     relative = v - rigid%velocity_at(x - particle%half*particle%normal + 0.5_rp*dt*v)
-    time = relaxation_time(clock, nodes, particle)  ! and no step: smaller ones give the
+    time = relaxation_time(clock, particle)         ! and no step: smaller ones give the
     back = any_recovery_speed                                ! same contact
     if (clock%mass_scaling > 1.0_rp) back = recovery_speed*wave_speed(clock)
     call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
@@ -200,8 +202,8 @@ contains
     takes_part = particle%touches .or. gap < friction_zone
     particle%within = 1.0_rp
     if (particle%can_flow) then
-      call measure_room(nodes%patch%h, spacing, is_bspline, tool, x + dt*v, particle%normal, room, &
-                        cells, domain)
+      call measure_room(particle%edges, spacing, is_bspline, tool, x + dt*v, particle%normal, &
+                        room, cells, domain)
       particle%within = part_within(domain, cells)
     end if
     particle%keep_out = 0.0_rp
@@ -237,12 +239,11 @@ contains
   end function part_within
 
   !> Time in which contact with a particle follows slow changes of gaps and forces [s].
-  pure real(rp) function relaxation_time(clock, nodes, particle)
+  pure real(rp) function relaxation_time(clock, particle)
     type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
     type(contact_particle_t), intent(in) :: particle
 
-    relaxation_time = relaxation*length_along(nodes%patch%h, particle%normal)/wave_speed(clock)
+    relaxation_time = relaxation*length_along(particle%edges, particle%normal)/wave_speed(clock)
   end function relaxation_time
 
   !> Velocity of the nodes at the centre or at the surface of a particle [m/s].

@@ -5,7 +5,7 @@ module update_tractions
   use mapping_blocks, only: weights_of
   use mapping_faces, only: add_to_nodes, face_area, face_of, face_t, mean_velocity
   use mapping_nodes, only: nodes_t
-  use particles_store, only: particles_t, tag_faces
+  use particles_store, only: f_mass, particles_t, tag_faces
   use state_books, only: books_t, e_body
   use state_scene, only: scene_t
   use state_step, only: step_t
@@ -90,7 +90,7 @@ contains
         if (all(abs(stress) <= 0.0_rp)) cycle
         n = n + 1
         face(n) = face_of(scene, nodes, body, k, p, nf, ps, w, first)
-        force(:, n) = face_area(scene, body, k)*stress
+        force(:, n) = face_area(scene, body, ps(p, f_mass), k)*stress
       end do
     end do
   end subroutine loaded_faces

@@ -223,6 +223,7 @@ contains
     real(rp) :: x(3)
 
     sim%scene%body(body)%spacing = h/per_cell
+    sim%scene%body(body)%widest = h/per_cell
     if (sim%particles%capacity == 0) call sim%particles%init(sim%scene%layout%n)
     n = nint((upper - lower)*per_cell)
     call sim%particles%reserve(sim%particles%nblk + product(n)/nlane + 2)

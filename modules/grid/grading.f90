@@ -1,0 +1,289 @@
+! SPDX-License-Identifier: MIT
+!> Cells graded along one axis. Shape functions are the quadratic B-splines on a row of spans of
+!> any widths: node i has span i, and stands in its middle, which is the mean of the two inner knots
+!> (Greville abscissa), so that linear fields are exact. With all widths equal they are the cells of
+!> a uniform grid.
+!>
+!> The place of a point is measured in spans: i + (x - middle of i)/width of i. It is what the
+!> number of a node is on a uniform axis.
+module grid_grading
+  use base_kinds, only: rp
+  use base_text, only: str
+  implicit none (type, external)
+  private
+
+  public :: grading_t, make_grading
+
+  integer, parameter :: pad = 3            !! spans beyond each end, mirrored
+
+  !> The spans of an axis; none is graded if `axis` is 0.
+  type :: grading_t
+    integer :: axis = 0
+    integer :: first = 0                   !! number of the first span kept, below 0
+    real(rp), allocatable :: edge(:)       !! lower edges of the spans, and the last upper one [m]
+    real(rp), allocatable :: span(:, :)    !! (5, spans) middle [m], 1/width [1/m], parts of the
+                                           !! lower and upper neighbour's function, width [m]
+    integer, allocatable :: bin(:)         !! the span in which each bin of equal length begins
+    real(rp) :: inv_bin = 0.0_rp           !! 1/length of a bin [1/m]
+  contains
+    procedure :: width
+    procedure :: width_at
+    procedure :: longest
+    procedure :: middle
+    procedure :: centre
+    procedure :: span_of
+    procedure :: place
+    procedure :: position
+    procedure :: linear_place
+    procedure :: mean_place
+    procedure :: weights
+    procedure :: is_mirrored
+  end type grading_t
+
+contains
+
+  !> Spans from `lower` to `upper`, nodes on both: as wide as `cell` in the zone, whose ends are
+  !> nodes, and growing from there to both sides by no more than the factor `growth` from one to the
+  !> next, up to `largest`. `message` says what does not fit, else it is empty.
+  pure subroutine make_grading(axis, lower, upper, zone, cell, growth, largest, grading, n, message)
+    integer, intent(in) :: axis
+    real(rp), intent(in) :: lower, upper, zone(2), cell, growth, largest   !! [m], [m], [m], [m],
+                                                                           !! [-], [m]
+    type(grading_t), intent(out) :: grading
+    integer, intent(out) :: n                           !! nodes
+    character(:), allocatable, intent(out) :: message
+    real(rp), allocatable :: above(:), below(:), w(:)
+    integer :: fine, i, m
+
+    n = 0
+    fine = nint((zone(2) - zone(1))/cell)
+    call grow(zone(1) - lower, cell, growth, largest, 'below', below, message)
+    if (len(message) > 0) return
+    call grow(upper - zone(2), cell, growth, largest, 'above', above, message)
+    if (len(message) > 0) return
+    n = size(below) + fine + 1 + size(above)
+    w = [below(size(below):1:-1), [(cell, i=0, fine)], above]
+    grading%axis = axis
+    grading%first = -pad
+    allocate (grading%edge(-pad:n + pad))
+    m = size(below)
+    grading%edge(m) = zone(1) - 0.5_rp*cell
+    do i = m + 1, n + pad
+      grading%edge(i) = grading%edge(i - 1) + w(mirrored(i - 1, n) + 1)
+    end do
+    do i = m + 1, m + fine + 1
+      grading%edge(i) = zone(1) + (i - m - 0.5_rp)*cell
+    end do
+    do i = m + fine + 2, n + pad
+      grading%edge(i) = grading%edge(i - 1) + w(mirrored(i - 1, n) + 1)
+    end do
+    do i = m - 1, -pad, -1
+      grading%edge(i) = grading%edge(i + 1) - w(mirrored(i, n) + 1)
+    end do
+    call tabulate(grading, n)
+  end subroutine make_grading
+
+  !> The span that the spans beyond the ends are images of.
+  pure integer function mirrored(i, n)
+    integer, intent(in) :: i, n
+
+    mirrored = i
+    if (i < 0) mirrored = -i
+    if (i > n - 1) mirrored = 2*(n - 1) - i
+    mirrored = max(0, min(n - 1, mirrored))
+  end function mirrored
+
+  !> Widths of the spans from the end of the zone of equal ones to the end of the box, `length`
+  !> away, in the middle of the last of them.
+  pure subroutine grow(length, cell, growth, largest, side, w, message)
+    real(rp), intent(in) :: length, cell, growth, largest
+    character(*), intent(in) :: side
+    real(rp), allocatable, intent(out) :: w(:)
+    character(:), allocatable, intent(out) :: message
+    real(rp), parameter :: small = 1.0e-9_rp
+    real(rp) :: low, high, factor
+    integer :: i, m
+
+    message = ''
+    allocate (w(0))
+    if (length <= small*cell) return
+    m = 1
+    do while (reach(m, growth) < length*(1.0_rp - small))
+      m = m + 1
+    end do
+    if (reach(m, 1.0_rp) > length*(1.0_rp + small)) then
+      message = 'no cells that grow by at most GROWTH fit into the '//str(1.0e3_rp*length) &
+                //' mm of the box '//side//' it; '//str(m)//' cells take '// &
+                str(1.0e3_rp*reach(m, 1.0_rp))//' to '//str(1.0e3_rp*reach(m, growth))//' mm'
+      return
+    end if
+    low = 1.0_rp
+    high = growth
+    do i = 1, 60
+      factor = 0.5_rp*(low + high)
+      if (reach(m, factor) < length) low = factor
+      if (reach(m, factor) >= length) high = factor
+    end do
+    w = [(min(largest, cell*high**i), i=1, m)]
+  contains
+    !> From the middle of the last equal span to that of the `m`-th wider one [m].
+    pure real(rp) function reach(m, factor)
+      integer, intent(in) :: m
+      real(rp), intent(in) :: factor
+      integer :: k
+
+      reach = 0.5_rp*(cell + min(largest, cell*factor**m)) &
+              + sum([(min(largest, cell*factor**k), k=1, m - 1)])
+    end function reach
+  end subroutine grow
+
+  !> What lookups and weights need, from the edges.
+  pure subroutine tabulate(grading, n)
+    type(grading_t), intent(inout) :: grading
+    integer, intent(in) :: n
+    real(rp) :: length, w(-pad:n + pad - 1)
+    integer :: b, bins, i
+
+    associate (edge => grading%edge)
+      w = edge(-pad + 1:n + pad) - edge(-pad:n + pad - 1)
+      allocate (grading%span(5, -pad:n + pad - 1))
+      do i = -pad, n + pad - 1
+        grading%span(1, i) = 0.5_rp*(edge(i) + edge(i + 1))
+        grading%span(2, i) = 1.0_rp/w(i)
+        grading%span(3, i) = w(i)/(w(i) + w(max(-pad, i - 1)))
+        grading%span(4, i) = w(i)/(w(i) + w(min(n + pad - 1, i + 1)))
+        grading%span(5, i) = w(i)
+      end do
+      length = edge(n + pad) - edge(-pad)
+      bins = ceiling(1.01_rp*length/minval(w)) + 1   ! no more than one edge in each
+      grading%inv_bin = (bins - 1)/length
+      allocate (grading%bin(0:bins))
+      i = -pad
+      do b = 0, bins
+        do while (i < n + pad - 1)
+          if (edge(i + 1) > edge(-pad) + b/grading%inv_bin) exit
+          i = i + 1
+        end do
+        grading%bin(b) = i
+      end do
+    end associate
+  end subroutine tabulate
+
+  !> Width of span `i` [m].
+  pure real(rp) function width(self, i)
+    class(grading_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    width = self%span(5, i)
+  end function width
+
+  !> Width of the span at `x` [m].
+  pure real(rp) function width_at(self, x)
+    class(grading_t), intent(in) :: self
+    real(rp), intent(in) :: x               !! [m]
+
+    width_at = self%span(5, self%span_of(x))
+  end function width_at
+
+  !> Width of the widest span [m].
+  pure real(rp) function longest(self)
+    class(grading_t), intent(in) :: self
+
+    longest = maxval(self%span(5, :))
+  end function longest
+
+  !> Position of node `i` [m].
+  pure real(rp) function middle(self, i)
+    class(grading_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    middle = self%span(1, i)
+  end function middle
+
+  !> Centre of the function of node `i` [m]: the mean of its four knots.
+  pure real(rp) function centre(self, i)
+    class(grading_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    centre = 0.25_rp*sum(self%edge(i - 1:i + 2))
+  end function centre
+
+  !> The span that holds `x`; the first or last one for what is beyond.
+  pure integer function span_of(self, x)
+    class(grading_t), intent(in) :: self
+    real(rp), intent(in) :: x               !! [m]
+
+    associate (last => ubound(self%span, 2))
+      span_of = self%bin(int(max(0.0_rp, min(real(ubound(self%bin, 1), rp), &
+                                             (x - self%edge(self%first))*self%inv_bin))))
+      if (span_of < last) then
+        if (x >= self%edge(span_of + 1)) span_of = span_of + 1
+      end if
+    end associate
+  end function span_of
+
+  !> Place of `x` in spans from the middle of span 0.
+  pure real(rp) function place(self, x)
+    class(grading_t), intent(in) :: self
+    real(rp), intent(in) :: x               !! [m]
+    integer :: i
+
+    i = self%span_of(x)
+    place = i + (x - self%span(1, i))*self%span(2, i)
+  end function place
+
+  !> The point at a place [m].
+  pure real(rp) function position(self, place) result(x)
+    class(grading_t), intent(in) :: self
+    real(rp), intent(in) :: place           !! [spans]
+    integer :: i
+
+    i = max(self%first, min(ubound(self%span, 2), floor(place + 0.5_rp)))
+    x = self%span(1, i) + (place - i)*self%span(5, i)
+  end function position
+
+  !> Number of the node below `x` and the part of the way to the next one, for linear weights.
+  pure real(rp) function linear_place(self, x)
+    class(grading_t), intent(in) :: self
+    real(rp), intent(in) :: x               !! [m]
+    integer :: i
+
+    i = self%span_of(x)
+    if (x < self%span(1, i)) i = i - 1
+    i = max(self%first, min(ubound(self%span, 2) - 1, i))
+    linear_place = i + (x - self%span(1, i))/(self%span(1, i + 1) - self%span(1, i))
+  end function linear_place
+
+  !> The same between the centres of the nodes' functions, which what particles give to the nodes
+  !> is the mean at.
+  pure real(rp) function mean_place(self, x)
+    class(grading_t), intent(in) :: self
+    real(rp), intent(in) :: x               !! [m]
+    integer :: i
+
+    i = max(self%first + 1, min(ubound(self%span, 2) - 2, self%span_of(x)))
+    if (x < self%centre(i)) i = max(self%first + 1, i - 1)
+    mean_place = i + (x - self%centre(i))/(self%centre(i + 1) - self%centre(i))
+  end function mean_place
+
+  !> Weights of span `i` and its neighbours at a point `d` widths above its middle.
+  pure function weights(self, i, d) result(w)
+    class(grading_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(rp), intent(in) :: d
+    real(rp) :: w(3)
+
+    w(1) = self%span(3, i)*(0.5_rp - d)**2
+    w(3) = self%span(4, i)*(0.5_rp + d)**2
+    w(2) = 1.0_rp - w(1) - w(3)
+  end function weights
+
+  !> True if the spans on both sides of node `i` have equal widths.
+  pure logical function is_mirrored(self, i)
+    class(grading_t), intent(in) :: self
+    integer, intent(in) :: i
+
+    is_mirrored = abs(self%span(5, i - 1) - self%span(5, i + 1)) <= 1.0e-6_rp*self%span(5, i)
+  end function is_mirrored
+
+end module grid_grading

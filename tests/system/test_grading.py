@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: MIT
+"""Grids graded along an axis: patch tests, order, heat, tools, ranks, restart, output, input."""
+
+import re
+
+import driver
+import numpy as np
+import pytest
+
+AXES = "xyz"
+
+
+def graded(axis, edges, fine, growth, largest):
+    """Sets of a grid of so large cells, graded along an axis."""
+    return {"METHOD.SHAPE": "bspline", "GRID.CELL": ",".join(map(str, edges)), "GRID.GRADED": axis,
+            "GRID.FINE": f"{fine[0]},{fine[1]}", "GRID.GROWTH": growth, "GRID.LARGEST_CELL": largest}
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("per_cell", [2, 3])
+def test_uniform_stress(run, axis, per_cell):
+    """Exact: a block that starts stretched between walls on all sides stays at rest, whatever its cells: its particles
+    have the mass of the block, and no node feels a force (1e-11 m/s)."""
+    edges = [0.4e-3, 0.5e-3, 0.8e-3]
+    edges[AXES.index(axis)] = 0.25e-3
+    sets = graded(axis, edges, (1e-3, 1.5e-3), 1.25, 0.7e-3) | {"BODY.PARTICLES_PER_CELL": per_cell, "TIME.END": 2e-4}
+    state = run("stretched", "--quiet", sets=sets).results("stretched").checkpoint()
+    stress = state.tau.std(axis=0) / np.abs(state.tau).max()
+    print(axis, per_cell, len(state.x), np.abs(state.v).max(), stress.max(), np.unique(state.mass.round(12)).size)
+    assert np.abs(state.v).max() < 1e-11 and stress.max() < 1e-10
+    assert state.mass.sum() == pytest.approx(64e-9 * 1000 / (1.3 * 0.8 * 1.1), rel=1e-12)
+    assert state.mass.max() > 2 * state.mass.min()
+
+
+SLAB = """&RUN TITLE = 'Slab between two walls' /
+&GRID CELL = 1e-3, LOWER = 0, 0, 0, UPPER = {upper} /
+&TIME END = 0.3, MASS_SCALING = 1e10 /
+&MATERIAL NAME = 'copper', DENSITY = 8960, YOUNGS_MODULUS = 124e9, POISSON_RATIO = 0.34
+  SPECIFIC_HEAT = 386, CONDUCTIVITY = 391 /
+&BODY NAME = 'slab', MATERIAL = 'copper', TEMPERATURE = 350 /
+&SHAPE BODY = 'slab', LOWER = 0, 0, 0, UPPER = {upper} /
+{walls}&HEAT AMBIENT = 298 /
+&PROBE NAME = 'inside', POSITION = {inside} /
+&OUTPUT CHECKPOINT_INTERVAL = 0.3 /
+"""
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_linear_temperature(run, tmp_path, axis):
+    """Exact: between walls of 300 and 500 K across the graded axis the temperature becomes linear at all particles and
+    at a probe, to 0.01 K of 200 K: with two particles in a cell a node's mean is 0.3 % off the centre of its function,
+    which is 0.1 cells from the node (without that distance 2.1 K)."""
+    a = AXES.index(axis)
+    edges, upper, inside = [1e-3] * 3, [1e-3] * 3, [0.3e-3] * 3
+    edges[a], upper[a], inside[a] = 0.25e-3, 4e-3, 2.9e-3
+    walls = "".join(f"&WALL SIDE = '{x}min' /\n&WALL SIDE = '{x}max' /\n" for x in AXES)
+    walls = walls.replace(f"'{axis}min'", f"'{axis}min', TEMPERATURE = 300").replace(
+        f"'{axis}max'", f"'{axis}max', TEMPERATURE = 500")
+    path = tmp_path / "slab.nml"
+    words = {"upper": upper, "inside": inside}
+    path.write_text(SLAB.format(walls=walls, **{key: ", ".join(map(str, value)) for key, value in words.items()}))
+    results = run(str(path), "--quiet", sets=graded(axis, edges, (1e-3, 1.5e-3), 1.25, 0.7e-3)).results("slab")
+    state = results.checkpoint()
+    exact = 300 + 200 * state.x[:, a] / 4e-3
+    probe = results.probes()["inside[K]"][-1]
+    print(axis, len(state.x), np.abs(state.temp - exact).max(), probe)
+    assert np.abs(state.temp - exact).max() < 1e-2
+    assert probe == pytest.approx(300 + 200 * 2.9 / 4, abs=1e-2)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.5 * np.pi])
+def test_standing_wave(run, tmp_path_factory, phase):
+    """Exact: the wave of test_fields in cells of 1 to 4 mm, and all of them half as long: the rms error of the
+    displacement falls with order above 1.8 to below 1.5 % of A, that of the velocity with order above 1.8."""
+    errors = []
+    for half in (1, 2):
+        sets = graded("x", (1e-3 / half, 4e-3, 4e-3), (30e-3, 34e-3), 1.2 ** (1 / half), 4e-3 / half)
+        sets |= {"FIELD.PHASE": f"{phase},0,0", "TIME.DT": 0.4e-6 / half}
+        place = tmp_path_factory.mktemp("mode")
+        done = run("mode", "--quiet", sets=sets, directory=place)
+        errors.append(driver.Table(done.results("mode").path("_errors.csv")))
+    for name in ("bar_displacement_rms[m]", "bar_velocity_rms[m/s]"):
+        order = np.log2(errors[0][name].max() / errors[1][name].max())
+        print(name, errors[0][name].max(), errors[1][name].max(), order)
+        assert order > 1.8
+    assert errors[1]["bar_displacement_rms[m]"].max() < 1.5e-2 * 1e-6
+
+
+@pytest.mark.parametrize("integrator", ["explicit", "backward-euler"])
+def test_heat_mode(run, tmp_path_factory, integrator):
+    """Exact: the decaying cosine of test_conduction in cells of 0.5 to 2 mm, with explicit and implicit steps, to 0.5 K
+    of 50 K, as in cells of 2 mm."""
+    sets = graded("x", (0.5e-3, 2e-3, 2e-3), (10e-3, 12e-3), 1.2, 2e-3) | {"HEAT.INTEGRATOR": integrator}
+    if integrator == "backward-euler":
+        sets |= {"HEAT.STEP": 5e-3}
+    results = run("heat_mode", "--quiet", sets=sets).results("heat_mode")
+    error = driver.Table(results.path("_errors.csv"))["bar_temperature_max[K]"].max()
+    print(integrator, error)
+    assert error < 0.5
+
+
+KEYS = ("GRID.GRADED", "GRID.FINE", "GRID.GROWTH", "GRID.LARGEST_CELL")
+
+
+def stirred(**more):
+    """Sets of the short stirring in cells of 4 x 4 mm, 1 to 4 mm in depth."""
+    sets = graded("z", (4e-3, 4e-3, 1e-3), (8e-3, 14e-3), 1.3, 4e-3)
+    return sets | {"METHOD.SLEEPING": "off", "TIME.END": 0.04, "OUTPUT.CHECKPOINT_INTERVAL": 0.02,
+                   "MOTION(1).VELOCITY": "0,0,-20e-3", "TIME.MASS_SCALING": 1e6} | more
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_stirring_on_ranks_and_after_a_restart(run, tmp_path_factory, ranks):
+    """Exact: the graded plate, stirred with heat and friction, is the same on one and two ranks (to 1e-6 of the
+    largest), and a run that goes on from a checkpoint has the same doubles."""
+    fields = ["x", "v", "tau", "temp"]
+    whole = run("stir", "--quiet", ranks=ranks, sets=stirred()).results("stir")
+    alone = run("stir", "--quiet", sets=stirred(), directory=tmp_path_factory.mktemp("one")).results("stir").checkpoint()
+    apart = driver.distance(alone, whole.checkpoint(), fields)
+    print(ranks, apart, whole.history()["tool_force_z[N]"][-1])
+    assert max(apart.values()) <= (1e-6 if ranks else 0.0), apart
+    assert whole.history()["tool_force_z[N]"][-1] > 1000.0
+    place = tmp_path_factory.mktemp("parts")
+    steps = {"TIME.MAX_STEPS": 3 * whole.checkpoint().step // 4}
+    part = run("stir", "--quiet", ranks=ranks, sets=stirred(**steps), directory=place).results("stir")
+    assert part.checkpoint().step < whole.checkpoint().step
+    run("stir", "--quiet", "--restart", part.path("_checkpoint.h5"), ranks=ranks, sets=stirred(), directory=place)
+    assert max(driver.distance(part.checkpoint(), whole.checkpoint(), fields).values()) == 0.0
+
+
+def test_stirring_as_in_equal_cells(run, tmp_path_factory):
+    """Under a tool in the fine part of the grid the plate bears what it bears in cells of 1 mm in all of its depth:
+    force within 1 %, torque within 1 %, hottest within 2 K; with fewer particles."""
+    rows, particles = [], []
+    for sets in (stirred(), {key: stirred()[key] for key in stirred() if key not in KEYS}):
+        place = tmp_path_factory.mktemp("stir")
+        results = run("stir", "--quiet", sets=sets, directory=place).results("stir")
+        rows.append(results.history())
+        particles.append(len(results.checkpoint().x))
+    print(particles, [[table[name][-1] for name in ("tool_force_z[N]", "tool_torque[Nm]", "temperature_max[K]")]
+                      for table in rows])
+    assert particles[0] <= 0.75 * particles[1]
+    for name in ("tool_force_z[N]", "tool_torque[Nm]"):
+        one, other = (table[name][-10:].mean() for table in rows)
+        assert one == pytest.approx(other, rel=1e-2), name
+    assert rows[0]["temperature_max[K]"][-1] == pytest.approx(rows[1]["temperature_max[K]"][-1], abs=2.0)
+
+
+def test_restart_in_another_grading_is_refused(run):
+    """The grading of a grid cannot change at a restart; the message names the key."""
+    sets = stirred() | {"TIME.MAX_STEPS": 5, "OUTPUT.CHECKPOINT_INTERVAL": 0}
+    part = run("stir", "--quiet", sets=sets).results("stir")
+    done = run("stir", "--restart", part.path("_checkpoint.h5"), sets=sets | {"GRID.GROWTH": 1.25},
+               expect=driver.BAD_INPUT)
+    assert "GROWTH" in done.out + done.err
+
+
+def test_check_says_the_cells(run):
+    """--check names the shortest and the longest cell."""
+    done = run("stir", "--check", sets=stirred())
+    assert re.search(r"cells of 4 x 4 x 1 to 4 along z mm", done.out), done.out
+
+
+WRONG = [
+    ({"GRID.FINE": "8e-3,13.5e-3"}, "whole number of cells"),
+    ({"GRID.FINE": "14e-3,8e-3"}, "the lower one first"),
+    ({"GRID.FINE": "8e-3,33e-3"}, "the lower one first"),
+    ({"GRID.FINE": "1.5e-3,14.5e-3"}, "no cells that grow"),
+    ({"GRID.LARGEST_CELL": 1e-3}, "must be more than the edge 1 mm"),
+    ({"GRID.PERIODIC": "z"}, "cannot be periodic"),
+    ({"METHOD.SHAPE": "ugimp"}, "must be bspline"),
+    ({"METHOD.TRANSFER": "apic"}, "cannot be apic"),
+    ({"METHOD.SLEEPING": "on"}, "a graded grid"),
+    ({"BODY.LATTICE": "round"}, "cannot be round"),
+    ({"GRID.GRADED": "none"}, "only with GRADED = x or y or z"),
+    ({"GRID.GROWTH": 0.9}, "GROWTH"),
+]
+
+
+@pytest.mark.parametrize("sets, said", WRONG)
+def test_wrong_gradings(run, sets, said):
+    """What makes no grid, or does not go with a graded one, is refused with its reason."""
+    done = run("stir", "--check", sets=stirred() | sets, expect=driver.BAD_INPUT)
+    assert said in done.err, done.err
+
+
+def test_tractions_across_are_refused(run):
+    """Tractions on faces across the graded axis are not exact and refused; &TRACTION on the others is."""
+    sets = graded("z", (1e-3, 1e-3, 0.5e-3), (4e-3, 6e-3), 1.2, 1e-3)
+    done = run("pressed", "--check", sets=sets, expect=driver.BAD_INPUT)
+    assert "no &TRACTION can act on faces across the graded axis" in done.err, done.err
+
+
+def test_sources_are_refused(run):
+    """Sources of heat do not go with a graded grid."""
+    sets = graded("x", (1e-3, 2e-3, 2e-3), (-2e-3, 20e-3), 1.2, 2e-3)
+    done = run("line", "--check", sets=sets, expect=driver.BAD_INPUT)
+    assert "cannot be on a graded grid" in done.err, done.err
