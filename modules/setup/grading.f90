@@ -80,8 +80,10 @@ contains
       'TRANSFER', 'cannot be apic on a graded grid')
     if (.not. scene%method%has_mechanics) call input%report(diagnostics, 'METHOD', 1, 'MECHANICS', &
       'must be T on a graded grid: the cells of heat alone follow the shapes by themselves')
-    if (size(scene%tool_of) > 1 .or. scene%n_heat_groups > 1) call input%report(diagnostics, 'GRID', 1, 'GRADED', &
-      'does not go with contact between bodies, nor with tools of particles')
+    if (size(scene%tool_of) > 1 .or. scene%n_heat_groups > 1) then
+      call input%report(diagnostics, 'GRID', 1, 'GRADED', &
+                        'does not go with contact between bodies, nor with tools of particles')
+    end if
     if (input%count('SOURCE') > 0) call input%report(diagnostics, 'SOURCE', 1, '', &
       'cannot be on a graded grid')
     do b = 1, size(scene%body)
