@@ -43,7 +43,8 @@ contains
     margin = 3.0_rp*h
     sim%scene%grid = make_grid(h, [-margin, -margin, -margin], cells*h + margin)
     allocate (sim%scene%material(1), sim%scene%body(1), sim%scene%symmetry(0), &
-              sim%scene%clamp(0), sim%scene%condition(0), sim%tool(0), sim%source(0))
+              sim%scene%clamp(0), sim%scene%condition(0), sim%tool(0), sim%backing(0), &
+              sim%source(0))
     associate (copper => sim%scene%material(1))
       copper%rho = 8960.0_rp
       copper%c_p = 386.0_rp
