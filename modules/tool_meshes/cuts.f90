@@ -14,7 +14,7 @@ module tool_meshes_cuts
 
   public :: cuts_t, mesh_of
 
-  integer, parameter :: turns = 96             !! columns: chords of a circle are within 0.05 % of
+  integer, parameter :: turns = 96             !! columns; chords of a circle are within 0.05 % of
                                                !! its radius
   integer, parameter :: parts = 4              !! of a column: wall, face, ledge, pin
 
