@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Heat through the gap between bodies in contact, h A (T_1 - T_2), for each node that both have
-!> mass on: A is the integral of the node's weight over the surface of contact, T the temperatures
-!> of the
-!> bodies at the place of that surface in front of the node.
+!> mass on: A is the integral of the node's weight over the surface of contact. T are the
+!> temperatures half a spacing inside the bodies, before the place of that surface in front of the
+!> node, and that metal is in series with the gap: at the surface itself nodes may have so little
+!> capacity that they would ask for tiny steps.
 module heat_gaps
   use base_kinds, only: nlane, rp
   use body_contact_node_pairs, only: n_trials, node_pairs_t
@@ -78,15 +79,22 @@ contains
     type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: e, groups(2)
     type(gaps_t), intent(inout) :: gaps
-    real(rp) :: conductance, weight(0:7, 2), x(3)
+    real(rp) :: area, at(3), coefficient, depth, resistance, weight(0:7, 2), x(3)
     integer :: k, node(0:7, 2)
 
-    conductance = conductance_at(scene, pairs%pair(e), pairs%normal(:, e), &
-                                 nodes%g2(:6, pairs%node(e), groups))
-    if (conductance <= 0.0_rp) return
-    x = (pairs%x(:, e) + offset(pairs, e)*pairs%normal(:, e) - nodes%patch%origin)/nodes%patch%h
+    call look_at(scene, pairs%pair(e), pairs%normal(:, e), nodes%g2(:6, pairs%node(e), groups), &
+                 area, coefficient)
+    if (area <= 0.0_rp .or. coefficient <= 0.0_rp) return
+    x = pairs%x(:, e) + offset(pairs, e)*pairs%normal(:, e) - nodes%patch%origin
+    resistance = 1.0_rp/coefficient
     do k = 1, 2
-      call point_nodes(x, nodes%patch%stride, 1, least_capacity, nodes%patch%nn, &
+      associate (body => scene%body(findloc(scene%body%group, &
+                                            scene%contact(pairs%pair(e))%group(k), dim=1)))
+        depth = 0.5_rp*norm2(pairs%normal(:, e)*body%spacing)
+        resistance = resistance + depth/scene%material(body%material)%conductivity
+      end associate
+      at = (x + (2*k - 3)*depth*pairs%normal(:, e))/nodes%patch%h
+      call point_nodes(at, nodes%patch%stride, 1, least_capacity, nodes%patch%nn, &
                        nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
     end do
     if (any(sum(weight, 1) <= 0.0_rp)) return
@@ -94,7 +102,7 @@ contains
     gaps%group(:, gaps%n) = groups
     gaps%node(:, :, gaps%n) = node
     gaps%weight(:, :, gaps%n) = weight
-    gaps%conductance(gaps%n) = conductance
+    gaps%conductance(gaps%n) = area/resistance
   end subroutine add_place
 
   !> How far from its node, along the normal, the surface of contact of entry `e` is [m]: the middle
@@ -122,28 +130,31 @@ contains
     end do
   end function heat_groups
 
-  !> Conductance of a contact at a node [W/K] from surfaces and forces of both bodies: the lesser of
-  !> their areas across the normal out of the first, at the mean pressure of those that have one.
-  pure real(rp) function conductance_at(scene, contact, normal, surface) result(conductance)
+  !> Area of a contact at a node from surfaces and forces of both bodies, the lesser of theirs
+  !> across the normal out of the first, and the coefficient at the mean pressure of those that
+  !> have one.
+  pure subroutine look_at(scene, contact, normal, surface, area, coefficient)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: contact
     real(rp), intent(in) :: normal(3), surface(6, 2)   !! [m2], [N]
-    real(rp) :: area(2), pressure
+    real(rp), intent(out) :: area, coefficient         !! [m2], [W/(m2 K)]
+    real(rp) :: both(2), outwards, pressure
     integer :: k, n
 
-    area = [dot_product(surface(1:3, 1), normal), -dot_product(surface(1:3, 2), normal)]
-    conductance = 0.0_rp
-    if (any(area <= 0.0_rp)) return
+    both = [dot_product(surface(1:3, 1), normal), -dot_product(surface(1:3, 2), normal)]
+    area = minval(both)
+    coefficient = 0.0_rp
+    if (area <= 0.0_rp) return
     pressure = 0.0_rp
     n = 0
     do k = 1, 2
       if (scene%is_rigid_group(scene%contact(contact)%group(k))) cycle
       n = n + 1
-      pressure = pressure - merge(1.0_rp, -1.0_rp, k == 1)*dot_product(surface(4:6, k), normal) &
-                 /area(k)
+      outwards = 3.0_rp - 2.0_rp*k
+      pressure = pressure - outwards*dot_product(surface(4:6, k), normal)/both(k)
     end do
-    conductance = minval(area)*scene%gap(contact)%coefficient_at(pressure/max(1, n))
-  end function conductance_at
+    coefficient = scene%gap(contact)%coefficient_at(pressure/max(1, n))
+  end subroutine look_at
 
   subroutine add_block(scene, nodes, body, n, nf, ps, rec, g)
     type(scene_t), intent(in) :: scene

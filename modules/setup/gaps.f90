@@ -2,6 +2,7 @@
 !> Heat between bodies in contact: conductances, and which bodies have a temperature of their own at
 !> the nodes where they meet.
 module setup_gaps
+  use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
   use input_tables, only: check_rising
   use input_values, only: input_t
@@ -71,11 +72,19 @@ contains
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
     logical :: is_constant
-    integer :: n
+    integer :: b, n
 
     is_constant = input%given('CONTACT', i, 'CONDUCTANCE')
     if (.not. scene%method%conducts) call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', &
                                                        'has no effect without a &HEAT group')
+    do b = 1, size(scene%body)
+      if (scene%body(b)%name /= input%text('CONTACT', i, 'BODY') .and. &
+          scene%body(b)%name /= input%text('CONTACT', i, 'OTHER')) cycle
+      if (scene%body(b)%material == 0) cycle
+      if (scene%material(scene%body(b)%material)%conductivity > 0.0_rp) cycle
+      call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', "needs bodies that conduct: '"// &
+                        trim(scene%body(b)%name)//"' has a CONDUCTIVITY of 0")
+    end do
     n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
     if (n == 0) return
     if (is_constant) call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE_TABLE', &

@@ -133,7 +133,7 @@ DEFINITIONS = (
     ("docs/heat.md", "come out within 1 %", ASKED),
     ("docs/heat.md", "0, 500, 10e6, 3000, 100e6, 12000", KEY),
     ("docs/heat.md", "half spaces is within 1 % once it", ASKED),
-    ("docs/heat.md", "between walls within 1 %; the particle next to the gap is up to 3 % of the", ASKED),
+    ("docs/heat.md", "24 cells deep, heat through two bars of 16 cells between walls within 1 %; the particle next to the gap is up to 3 % of the", ASKED),
     ("docs/heat.md", "Exact problems, within 1 %", ASKED),
     ("docs/validation.md", "friction 0.2 (0.3 for AA5005), a film of 700 or 560 W/(m2 K) below copper and 200 W/(m2 K) below AA5005", QUOTED),
     ("docs/validation.md", "trailing edge 1.1 mm deep", QUOTED),

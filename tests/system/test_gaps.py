@@ -23,7 +23,7 @@ def end_of(upper, lower, depth):
     return depth**2 / min(m["CONDUCTIVITY"] / m["DENSITY"] / m["SPECIFIC_HEAT"] for m in (upper, lower))
 
 
-def sets_of(upper, lower, hot, cold, cell=CELL, depth=18 * CELL, shift=0.0):
+def sets_of(upper, lower, hot, cold, cell=CELL, depth=24 * CELL, shift=0.0):
     """Columns of these materials until heat has gone `depth` deep in the slower; they meet at `shift` over the grid's plane."""
     kappa = max(m["CONDUCTIVITY"] / m["DENSITY"] / m["SPECIFIC_HEAT"] for m in (upper, lower))
     end = end_of(upper, lower, depth)
@@ -51,7 +51,7 @@ CASES = [(1, 10.0, 0.0, "explicit"), (2, 1.0, 0.3, "explicit"), (3, 0.2, 0.5, "e
 @pytest.mark.parametrize("seed, gap, shift, integrator", CASES)
 def test_two_half_spaces(run, seed, gap, shift, integrator):
     """Two columns brought together wherever the grid is: heat that went through the gap within 1 % once it has gone
-    18 cells deep, nothing lost."""
+    24 cells deep, nothing lost."""
     upper, lower, hot, cold = pair(seed)
     conductance = gap * upper["CONDUCTIVITY"] / 1e-3
     sets = sets_of(upper, lower, hot, cold, shift=shift) | {"CONTACT.CONDUCTANCE": conductance, "HEAT.INTEGRATOR": integrator}
@@ -68,7 +68,7 @@ def test_two_half_spaces(run, seed, gap, shift, integrator):
 
 @pytest.mark.parametrize("seed, integrator", [(1, "explicit"), (2, "explicit"), (3, "backward-euler")])
 def test_steady(run, seed, integrator, tmp_path):
-    """Two bars between walls at temperatures: the heat through both within 1 %, and temperatures but for the particles
+    """Two bars between walls at temperatures: of 16 cells each: the heat through both within 1 %, and temperatures but for the particles
     next to gap and walls within 1 % of the difference."""
     random = np.random.default_rng(seed)
     upper, lower, hot, cold = pair(30 + seed)
@@ -77,8 +77,8 @@ def test_steady(run, seed, integrator, tmp_path):
     path = tmp_path / "bars.nml"
     path.write_text(text + f"&WALL SIDE = 'zmax', POSITION = {length}, TEMPERATURE = {hot} /\n"
                     f"&WALL SIDE = 'zmin', POSITION = {-length}, TEMPERATURE = {cold} /\n")
-    sets = sets_of(upper, lower, hot, cold, cell=5e-4, depth=20e-3)
-    sets |= {"SHAPE(1).UPPER": f"5e-4,5e-4,{length}", "SHAPE(2).LOWER": f"0,0,{-length}", "CONTACT.CONDUCTANCE": conductance,
+    sets = sets_of(upper, lower, hot, cold, depth=12e-3)
+    sets |= {"SHAPE(1).UPPER": f"{CELL},{CELL},{length}", "SHAPE(2).LOWER": f"0,0,{-length}", "CONTACT.CONDUCTANCE": conductance,
              "HEAT.INTEGRATOR": integrator}
     if integrator != "explicit":
         sets["HEAT.EVERY"] = 10
@@ -103,7 +103,7 @@ def test_ends(run):
         sets = {"CONTACT.CONDUCTANCE": conductance, "HEAT.INTEGRATOR": "backward-euler", "HEAT.EVERY": 2}
         results = run("two_columns", "--quiet", sets=sets_of(upper, lower, hot, cold) | sets)
         found[name] = heat_below(results.results("two_columns"), lower, cold)
-    wanted = heat_through(end_of(upper, lower, 18 * CELL), effusivity(upper), effusivity(lower), hot - cold, None)
+    wanted = heat_through(end_of(upper, lower, 24 * CELL), effusivity(upper), effusivity(lower), hot - cold, None)
     print(found, wanted)
     assert abs(found["none"]) < 1e-9 * wanted
     assert found["large"] == pytest.approx(wanted, rel=0.01)
@@ -162,7 +162,8 @@ def test_goes_on_bitwise(run, tmp_path):
 THIRD = """&BODY NAME = 'third', MATERIAL = 'lower', TEMPERATURE = 300 /
 &SHAPE BODY = 'third', LOWER = 1e-3, 0, 0, UPPER = 15e-4, 5e-4, 5e-3 /
 """
-REFUSED = [("", {"CONTACT.CONDUCTANCE_TABLE": "0,1,1e6,2"}, "give one of them"),
+REFUSED = [("", {"MATERIAL(lower).CONDUCTIVITY": 0}, "needs bodies that conduct"),
+           ("", {"CONTACT.CONDUCTANCE_TABLE": "0,1,1e6,2"}, "give one of them"),
            (THIRD, {}, "both bodies conduct perfectly to a third")]
 
 
