@@ -28,6 +28,19 @@ def test_scene_runs_as_it_is(run, tmp_path, scene):
     assert len(done.results("my").history()["time[s]"]) > 1
 
 
+def test_weld_on_a_backing_plate(run):
+    """The shipped weld warns of nothing, heats tool and backing, and its plunge takes its first tenths of a millimetre."""
+    name = driver.ROOT / "input/fsw_aa6061_backing.nml"
+    checked = run(name, "--check")
+    assert "warning" not in checked.out + checked.err
+    done = run(name, sets={"TIME.END": 0.15, "OUTPUT.FRAME_INTERVAL": 0})
+    assert "warning" not in done.out + done.err
+    history = done.results("fsw_aa6061_backing").history()
+    assert history["tool_heat_gained[J]"][-1] > 0 and history["plate_zmin_backing_heat_gained[J]"][-1] >= 0
+    assert history["tool_z[m]"][-1] == pytest.approx(13.1e-3 - 0.15e-3, abs=1e-6)
+    assert abs(history["conduction_error[%]"][-1]) < 1e-6
+
+
 def test_scenes_are_those_of_the_help(run):
     """Each file is known, and each known scene has a file."""
     files = sorted(path.stem for path in (driver.ROOT / "share/stirpoint/new").glob("*.nml"))
