@@ -20,6 +20,7 @@ module checks_process_check
   public :: check_process, report_process
 
   real(rp), parameter :: mm = 1.0e3_rp
+  real(rp), parameter :: reach = 3.0_rp           !! of a quadratic B-spline [cells]
 
 contains
 
@@ -35,6 +36,7 @@ contains
 
     call check_phases(input, tool, diagnostics)
     call all_solids(input, solids)
+    if (size(tool) > 0) call check_thickness(input, scene, solids, diagnostics)
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       if (k <= input%count('TOOL')) then
@@ -46,6 +48,36 @@ contains
       end if
     end do
   end subroutine check_process
+
+  !> Metal so thin between a tool and a wall that holds it, that both have the same nodes: friction
+  !> goes from one to the other past the metal and has no limit.
+  subroutine check_thickness(input, scene, solids, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    type(wall_t) :: wall
+    real(rp) :: cells, lower(3), upper(3)
+    integer :: i
+
+    do i = 1, input%count('WALL')
+      wall = wall_of(input, scene%grid, i)
+      if (.not. all(wall%held)) cycle
+      call plate_of(scene, solids, lower, upper)
+      associate (a => wall%axis, x => wall%position, grid => scene%grid)
+        if (merge(lower(a) - x, x - upper(a), wall%faces_up) > grid%h(a)) cycle
+        if (wall%faces_up) lower(a) = max(lower(a), x)
+        if (.not. wall%faces_up) upper(a) = min(upper(a), x)
+        cells = (upper(a) - lower(a))/grid%h(a)
+        if (grid%grading%axis == a) cells = grid%grading%place(upper(a)) &
+                                            - grid%grading%place(lower(a))
+      end associate
+      if (cells > reach*(1.0_rp - 1.0e-6_rp)) cycle
+      call input%warn(diagnostics, 'WALL', i, 'KIND', &
+                      'holds metal of '//str(cells)//' cells between it and a tool: friction '// &
+                      'passes through it without a limit below 3 cells')
+    end do
+  end subroutine check_thickness
 
   !> Phases that never come, and ramps that are cut off.
   subroutine check_phases(input, tool, diagnostics)
