@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The passes of the thesis: bash benchmarks/passes/run.sh --help
+# The passes of the thesis; --help tells more.
+#
+#     benchmarks/passes/run.sh [NAME[:KIND]...] [--particles MM] [--ranks N] [--calibrate] [--tables] [--draw]
 set -e
 here=$(cd "$(dirname "$0")" && pwd)
 python=$here/../../build/venv/bin/python
