@@ -53,7 +53,7 @@ def test_sources_say_whether_they_were_seen():
     sources = re.findall(r"TEXT = '([^']*)'", text)
     assert len(sources) > 25
     for source in sources:
-        derived = source.startswith(("mean from", "a choice of this library", "this two-phase law"))
+        derived = source.startswith(("mean from", "a choice of this library", "this two-phase law", "as those of"))
         assert derived or re.search(r" \[(seen: .+|not seen.*|taken over with the model, not compared again)\]$", source), source
 
 
