@@ -154,21 +154,22 @@ contains
                              dot_product(b, [er, ez])/norm2(b)))
   end function beyond
 
-  !> How much a corner stands out: 1 - cos of the angle by which the outline turns, at most 1; tiny
-  !> on the axis and where it turns inwards.
+  !> How much a corner stands out: 1 - cos of the angle by which the outline turns, at most 1; next
+  !> to nothing on the axis and where it turns inwards.
   pure real(rp) function sharpness(profile, i)
     type(profile_t), intent(in) :: profile
     integer, intent(in) :: i
+    real(rp), parameter :: none = 1.0e-200_rp    ! lengths over it are finite
     real(rp) :: ar, az, br, bz
 
-    sharpness = tiny(1.0_rp)
+    sharpness = none
     if (i == 1 .or. i == profile%n) return
     ar = profile%r(i) - profile%r(i - 1)
     az = profile%z(i) - profile%z(i - 1)
     br = profile%r(i + 1) - profile%r(i)
     bz = profile%z(i + 1) - profile%z(i)
     if (ar*bz - az*br >= 0.0_rp) return         ! the body is on the right
-    sharpness = max(tiny(1.0_rp), min(1.0_rp, &
+    sharpness = max(none, min(1.0_rp, &
       1.0_rp - (ar*br + az*bz)/sqrt((ar*ar + az*az)*(br*br + bz*bz))))
   end function sharpness
 
