@@ -32,6 +32,8 @@ module tool_shapes_revolved
     procedure :: surface
   end type revolved_t
 
+  real(rp), parameter :: no_corner = 1.0e-200_rp   !! sharpness of none; lengths over it are finite
+
 contains
 
   !> Go on to the next corner of an outline [m].
@@ -147,7 +149,7 @@ contains
     real(rp) :: a(2), b(2)
 
     beyond = -no_edge
-    if (.not. sharpness(profile, i) > tiny(1.0_rp)) return
+    if (.not. sharpness(profile, i) > no_corner) return
     a = [profile%r(i) - profile%r(i - 1), profile%z(i) - profile%z(i - 1)]
     b = [profile%r(i) - profile%r(i + 1), profile%z(i) - profile%z(i + 1)]
     beyond = max(0.0_rp, min(dot_product(a, [er, ez])/norm2(a), &
@@ -159,17 +161,16 @@ contains
   pure real(rp) function sharpness(profile, i)
     type(profile_t), intent(in) :: profile
     integer, intent(in) :: i
-    real(rp), parameter :: none = 1.0e-200_rp    ! lengths over it are finite
     real(rp) :: ar, az, br, bz
 
-    sharpness = none
+    sharpness = no_corner
     if (i == 1 .or. i == profile%n) return
     ar = profile%r(i) - profile%r(i - 1)
     az = profile%z(i) - profile%z(i - 1)
     br = profile%r(i + 1) - profile%r(i)
     bz = profile%z(i + 1) - profile%z(i)
     if (ar*bz - az*br >= 0.0_rp) return         ! the body is on the right
-    sharpness = max(none, min(1.0_rp, &
+    sharpness = max(no_corner, min(1.0_rp, &
       1.0_rp - (ar*br + az*bz)/sqrt((ar*ar + az*az)*(br*br + bz*bz))))
   end function sharpness
 
