@@ -172,10 +172,7 @@ contains
     real(rp), intent(in) :: x(3)    !! [m]
     real(rp) :: h(3)
 
-    h = self%h
-    associate (a => self%grading%axis)
-      if (a > 0) h(a) = self%grading%width_at(x(a))
-    end associate
+    h = self%grading%edges_at(self%h, x)
   end function grid_edges_at
 
   !> Longest edge of any cell [m].
@@ -276,7 +273,7 @@ contains
     real(rp) :: x(3)
     integer :: ijk(3)
 
-    ijk = self%indices(q)
+    ijk = indices(self, q)
     x = self%origin + self%h*real(ijk - self%all%lo, rp)
     associate (a => self%grading%axis)
       if (a > 0) x(a) = self%grading%middle(ijk(a))
@@ -301,10 +298,7 @@ contains
     real(rp), intent(in) :: x(3)    !! [m]
     real(rp) :: h(3)
 
-    h = self%h
-    associate (a => self%grading%axis)
-      if (a > 0) h(a) = self%grading%width_at(x(a))
-    end associate
+    h = self%grading%edges_at(self%h, x)
   end function patch_edges_at
 
   !> Place of `x` from the first stored node, linear between nodes.

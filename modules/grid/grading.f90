@@ -26,8 +26,7 @@ module grid_grading
     integer, allocatable :: bin(:)         !! the span in which each bin of equal length begins
     real(rp) :: inv_bin = 0.0_rp           !! 1/length of a bin [1/m]
   contains
-    procedure :: width
-    procedure :: width_at
+    procedure :: edges_at
     procedure :: longest
     procedure :: middle
     procedure :: centre
@@ -169,21 +168,15 @@ contains
     end associate
   end subroutine tabulate
 
-  !> Width of span `i` [m].
-  pure real(rp) function width(self, i)
+  !> Edges of the cell at `x`, where those of a uniform grid would be `h` [m].
+  pure function edges_at(self, h, x) result(edges)
     class(grading_t), intent(in) :: self
-    integer, intent(in) :: i
+    real(rp), intent(in) :: h(3), x(3)      !! [m]
+    real(rp) :: edges(3)
 
-    width = self%span(5, i)
-  end function width
-
-  !> Width of the span at `x` [m].
-  pure real(rp) function width_at(self, x)
-    class(grading_t), intent(in) :: self
-    real(rp), intent(in) :: x               !! [m]
-
-    width_at = self%span(5, self%span_of(x))
-  end function width_at
+    edges = h
+    if (self%axis > 0) edges(self%axis) = self%span(5, self%span_of(x(self%axis)))
+  end function edges_at
 
   !> Width of the widest span [m].
   pure real(rp) function longest(self)

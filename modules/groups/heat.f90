@@ -13,6 +13,16 @@ contains
   subroutine add_heat(t)
     type(key_table_t), intent(inout) :: t
 
+    call add_conduction(t)
+    call add_surface(t)
+    call add_backing(t)
+    call add_source(t)
+    call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
+  end subroutine add_heat
+
+  subroutine add_conduction(t)
+    type(key_table_t), intent(inout) :: t
+
     call t%group('HEAT', 'once', 'Heat conduction; the presence of this group switches it on.')
     call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', &
       'temperature of the surroundings, where a &SURFACE gives none')
@@ -33,6 +43,10 @@ contains
     call t%key('EVERY', 'integer', 1, '', '0', '[0,inf)', &
       'backward-euler beside mechanics: a step every so many mechanical ones; 0: by STEP or '// &
       'TOLERANCE')
+  end subroutine add_conduction
+
+  subroutine add_surface(t)
+    type(key_table_t), intent(inout) :: t
 
     call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
     call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
@@ -55,6 +69,12 @@ contains
       'of the face, which radiates as well: EMISSIVITY sigma (T^4 - AMBIENT^4)')
     call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
       'temperature on the other side; not given: that of &HEAT')
+  end subroutine add_surface
+
+  !> More of &SURFACE.
+  subroutine add_backing(t)
+    type(key_table_t), intent(inout) :: t
+
     call t%key('BACKING', 'choice', 1, '', 'none', 'none plate lumped', &
       'what is behind the film and gets hot, by itself and without particles: a plate, in '// &
       'which heat goes straight away from the face, or a body of one temperature')
@@ -73,6 +93,10 @@ contains
     call t%key('BACKING_COOLING', 'real', 1, 'W/(m2 K)', '0 if BACKING = plate or lumped', &
       '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &
       'temperature, over the area of the face')
+  end subroutine add_backing
+
+  subroutine add_source(t)
+    type(key_table_t), intent(inout) :: t
 
     call t%group('SOURCE', 'repeat', 'A moving source of heat.')
     call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball stir', &
@@ -106,8 +130,6 @@ contains
       'stir: for the SHARE')
     call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4 if KIND = stir', '[0,inf)', &
       'stir: for the SHARE')
-
-    call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
-  end subroutine add_heat
+  end subroutine add_source
 
 end module groups_heat

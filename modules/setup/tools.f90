@@ -224,8 +224,8 @@ contains
     if (size(table%at) == 0 .or. size(table%at) /= size(table%mu)) then
       call input%report(diagnostics, 'TOOL', i, 'FRICTION_AT', &
                         'needs as many values as FRICTION_MU, at least one')
-    else if (any(table%at(2:) <= table%at(:size(table%at) - 1))) then
-      call input%report(diagnostics, 'TOOL', i, 'FRICTION_AT', 'must rise from value to value')
+    else
+      call check_rising(input, 'TOOL', i, 'FRICTION_AT', table%at, diagnostics)
     end if
     if (tool%friction_law%kind /= law_coulomb .and. any(table%mu > 1.0_rp)) then
       call input%report(diagnostics, 'TOOL', i, 'FRICTION_MU', &

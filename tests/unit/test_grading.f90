@@ -71,12 +71,13 @@ contains
     associate (g => grid%grading, n => grid%n(axis))
       do i = 0, n - 2
         call expect('cells grow as much as they may', &
-                    max(g%width(i)/g%width(i + 1), g%width(i + 1)/g%width(i)) &
+                    max(g%span(5, i)/g%span(5, i + 1), g%span(5, i + 1)/g%span(5, i)) &
                     <= growth*(1.0_rp + 1.0e-9_rp))
       end do
       call expect('no cell is longer than the largest', g%longest() <= largest*(1.0_rp + 1.0e-9_rp))
       call expect('ends are mirrors', g%is_mirrored(0) .and. g%is_mirrored(n - 1))
-      call expect_close('cells in the zone', g%width_at(0.5_rp*sum(zone)), cell, rtol=1.0e-9_rp)
+      call expect_close('cells in the zone', g%span(5, g%span_of(0.5_rp*sum(zone))), cell, &
+                        rtol=1.0e-9_rp)
       call expect_close('the zone begins at a node', &
                         modulo(g%place(zone(1)) + 0.5_rp, 1.0_rp), 0.5_rp, atol=1.0e-9_rp)
     end associate
@@ -177,8 +178,9 @@ contains
         do j = 1, m
           d = (j - 0.5_rp)/m - 0.5_rp
           w = g%weights(i, d)
-          slope = (g%weights(i, d + 1.0e-4_rp) - g%weights(i, d - 1.0e-4_rp))/(2.0e-4_rp*g%width(i))
-          force(i - 1:i + 1) = force(i - 1:i + 1) + slope*g%width(i)/m
+          slope = (g%weights(i, d + 1.0e-4_rp) - g%weights(i, d - 1.0e-4_rp)) &
+                  /(2.0e-4_rp*g%span(5, i))
+          force(i - 1:i + 1) = force(i - 1:i + 1) + slope*g%span(5, i)/m
           call expect_close('weights add up', sum(w), 1.0_rp)
         end do
       end do
