@@ -72,7 +72,7 @@ contains
         allocate (field, source=ring(input, i, material, diagnostics))
       case ('heat-mode')
         allocate (field, source=heat_mode(input, i, input%real('BODY', body, 'TEMPERATURE'), &
-                                          material, scene%method%conducts))
+                                          material, scene%method%conducts, diagnostics))
       case default
       end select
     end associate
@@ -226,12 +226,13 @@ contains
                                                 'the outer one must be above the inner one')
   end function radii_of
 
-  type(heat_mode_t) function heat_mode(input, i, mean, material, conducts)
+  type(heat_mode_t) function heat_mode(input, i, mean, material, conducts, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: mean
     type(material_t), intent(in) :: material
     logical, intent(in) :: conducts
+    type(diagnostics_t), intent(inout) :: diagnostics
 
     heat_mode%has_temperature = .true.
     heat_mode%mean = mean
@@ -239,7 +240,12 @@ contains
     heat_mode%takes_part = axes_of(input, i)
     heat_mode%number = 2.0_rp*pi/max(input%reals('FIELD', i, 'WAVELENGTH', 3), tiny(1.0_rp))
     heat_mode%shift = input%reals('FIELD', i, 'SHIFT', 3)
-    if (conducts) heat_mode%diffusivity = material%conductivity/(material%rho*material%c_p)
+    if (.not. conducts) return
+    heat_mode%diffusivity = material%conductivity/(material%rho*material%c_p)
+    if (allocated(material%c_table) .or. allocated(material%k_table)) then
+      call input%report(diagnostics, 'FIELD', i, 'KIND', 'needs a material without tables over '// &
+                        'temperature: the solution is known for constant properties')
+    end if
   end function heat_mode
 
   !> Add random or alternating velocities to particles that stand on the lattice.

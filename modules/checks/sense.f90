@@ -41,13 +41,12 @@ contains
     call check_sources(input, scene, solids, diagnostics)
   end subroutine check_sense
 
-  !> Properties of heat alone.
+  !> Strengths of heat alone.
   subroutine check_tables(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(20), parameter :: tables(4) = [character(20) :: &
-      'SPECIFIC_HEAT_TABLE', 'CONDUCTIVITY_TABLE', 'YIELD_TABLE', 'YIELD_LOGISTIC']
+    character(14), parameter :: tables(2) = [character(14) :: 'YIELD_TABLE', 'YIELD_LOGISTIC']
     integer :: i, k
     logical :: is_given
 

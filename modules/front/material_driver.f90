@@ -100,7 +100,8 @@ contains
         call input%report(diagnostics, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
       else
         if (input%logical(group, i, 'ADIABATIC')) then
-          call need_property(input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', diagnostics)
+          if (.not. material(m)%knows_heat) call need_property( &
+            input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', diagnostics)
           call need_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
         end if
         if (material(m)%flow%knows_melting()) then

@@ -36,14 +36,14 @@ contains
       'johnson-cook, where a law with strength is heated, and with a &SOURCE; metal above it '// &
       'is reported')
     call t%key('SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '', '[1,1e6]', &
-      'specific heat capacity; required where something heats or conducts')
+      'specific heat capacity; it or its table is required where something heats or conducts')
     call t%key('CONDUCTIVITY', 'real', 1, 'W/(m K)', '', '[0,1e6]', &
-      'thermal conductivity; required with &HEAT')
+      'thermal conductivity; it or its table is required with &HEAT')
     call t%key('SPECIFIC_HEAT_TABLE', 'real', -64, '', '', '[0,inf)', &
-      'heat alone: pairs of temperature and SPECIFIC_HEAT, linear between them; it replaces '// &
-      'the constant')
+      'pairs of temperature and SPECIFIC_HEAT, linear between them and constant beyond; it '// &
+      'replaces the constant')
     call t%key('CONDUCTIVITY_TABLE', 'real', -64, '', '', '[0,inf)', &
-      'heat alone: pairs of temperature and CONDUCTIVITY')
+      'pairs of temperature and CONDUCTIVITY, likewise')
     call t%key('YIELD_TABLE', 'real', -64, '', '', '[0,inf)', &
       'heat alone: pairs of temperature and yield stress [Pa], for stirring sources')
     call t%key('YIELD_LOGISTIC', 'real', -25, '', '', '', &

@@ -229,13 +229,18 @@ contains
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
+    real(rp) :: before(nlane), c_p(nlane), w(nlane, 18)
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    call heat_particles(n, w, first, nodes%patch%stride, nodes%patch%nn, g, &
-                        scene%material(scene%body(body)%material)%c_p, ps(1, f_mass), &
-                        evened_part(scene, body, dt, ps(:, f_mass), ps(:, f_rate)), rec, &
-                        ps(1, f_temp), ps(1, f_heat), gained)
+    associate (material => scene%material(scene%body(body)%material))
+      before = ps(:, f_temp)
+      c_p = material%specific_heat_at(before)
+      call heat_particles(n, w, first, nodes%patch%stride, nodes%patch%nn, g, c_p, &
+                          ps(1, f_mass), evened_part(scene, body, dt, ps(:, f_mass), before, &
+                                                     ps(:, f_rate)), rec, ps(1, f_temp), &
+                          ps(1, f_heat), gained)
+      call material%take_up(c_p, before, ps(1, f_temp))
+    end associate
   end subroutine warm_block
 
 end module heat_conduction

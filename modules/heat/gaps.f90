@@ -79,7 +79,7 @@ contains
     type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: e, groups(2)
     type(gaps_t), intent(inout) :: gaps
-    real(rp) :: area, at(3), coefficient, depth, resistance, weight(0:7, 2), x(3)
+    real(rp) :: area, at(3), coefficient, depth, resistance, temp, weight(0:7, 2), x(3)
     integer :: k, node(0:7, 2)
 
     call look_at(scene, pairs%pair(e), pairs%normal(:, e), nodes%g2(:6, pairs%node(e), groups), &
@@ -91,13 +91,14 @@ contains
       associate (body => scene%body(findloc(scene%body%group, &
                                             scene%contact(pairs%pair(e))%group(k), dim=1)))
         depth = 0.5_rp*norm2(pairs%normal(:, e)*body%spacing)
-        resistance = resistance + depth/scene%material(body%material)%conductivity
+        at = (x + (2*k - 3)*depth*pairs%normal(:, e))/nodes%patch%h
+        call point_nodes(at, nodes%patch%stride, 1, least_capacity, nodes%patch%nn, &
+                         nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
+        if (sum(weight(:, k)) <= 0.0_rp) return
+        temp = sum(weight(:, k)*nodes%g(4, node(:, k), groups(k)))
+        resistance = resistance + depth/scene%material(body%material)%conductivity_at(temp)
       end associate
-      at = (x + (2*k - 3)*depth*pairs%normal(:, e))/nodes%patch%h
-      call point_nodes(at, nodes%patch%stride, 1, least_capacity, nodes%patch%nn, &
-                       nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
     end do
-    if (any(sum(weight, 1) <= 0.0_rp)) return
     gaps%n = gaps%n + 1
     gaps%group(:, gaps%n) = groups
     gaps%node(:, :, gaps%n) = node

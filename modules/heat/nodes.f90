@@ -28,14 +28,14 @@ contains
   !> Explicit step [s]: FOURIER h^2 rho c/k over all materials.
   pure real(rp) function stable_conduction(scene)
     type(scene_t), intent(in) :: scene
+    real(rp) :: c, k
     integer :: m
 
     stable_conduction = huge(1.0_rp)
     do m = 1, size(scene%material)
-      associate (mat => scene%material(m))
-        if (mat%conductivity > 0.0_rp) stable_conduction = min(stable_conduction, &
-          scene%method%fourier*minval(scene%grid%h)**2*mat%rho*mat%c_p/mat%conductivity)
-      end associate
+      call scene%material(m)%most_diffusive(k, c)
+      if (k > 0.0_rp) stable_conduction = min(stable_conduction, &
+        scene%method%fourier*minval(scene%grid%h)**2*scene%material(m)%rho*c/k)
     end do
   end function stable_conduction
 
@@ -167,28 +167,28 @@ contains
   !> what conduction takes of a temperature that alternates from one to the next,
   !> 1 - exp(-kappa (pi/spacing)^2 dt). Elsewhere less is enough and keeps gradients at films; the
   !> step follows the shortest edge of the cells, so that along the longest it is a part of one.
-  pure function evened_part(scene, body, dt, mass, rate) result(part)
+  pure function evened_part(scene, body, dt, mass, temp, rate) result(part)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
-    real(rp), intent(in) :: dt, mass(nlane), rate(nlane)   !! [s], [kg], of plastic strain [1/s]
-    real(rp) :: part(nlane), least, physical
+    real(rp), intent(in) :: dt, mass(nlane), temp(nlane)   !! [s], [kg], [K]
+    real(rp), intent(in) :: rate(nlane)                    !! of plastic strain [1/s]
+    real(rp), dimension(nlane) :: capacity, k, part, physical
+    real(rp) :: least
     integer :: p
 
     associate (mat => scene%material(scene%body(body)%material))
-      physical = 1.0_rp - exp(-dt*mat%conductivity/(mat%rho*mat%c_p) &
-                              *(pi/scene%body(body)%mean_spacing())**2)
+      k = mat%conductivity_at(temp)
+      capacity = mat%rho*mat%specific_heat_at(temp)
     end associate
+    physical = 1.0_rp - exp(-dt*k/capacity*(pi/scene%body(body)%mean_spacing())**2)
     least = least_evened*minval(scene%grid%h)/scene%grid%longest()
     part = merge(max(least, physical), least, rate > 0.0_rp)
     if (scene%grid%grading%axis == 0) return
-    associate (mat => scene%material(scene%body(body)%material))
-      do p = 1, nlane
-        if (rate(p) <= 0.0_rp) cycle
-        physical = 1.0_rp - exp(-dt*mat%conductivity/(mat%rho*mat%c_p) &
-                                *(pi/mean_edge(scene%spacing_of(body, mass(p))))**2)
-        part(p) = max(least, physical)
-      end do
-    end associate
+    do p = 1, nlane
+      if (rate(p) <= 0.0_rp) cycle
+      part(p) = max(least, 1.0_rp - exp(-dt*k(p)/capacity(p) &
+                                        *(pi/mean_edge(scene%spacing_of(body, mass(p))))**2))
+    end do
   end function evened_part
 
   !> Sum over the ranks of what is in all nodes, also in those of sleepers.
@@ -214,15 +214,14 @@ contains
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18)
+    real(rp) :: c_p(nlane), w(nlane, 18)
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    call capacity_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, &
-                          scene%material(scene%body(body)%material)%c_p, ps(1, f_mass), &
+    c_p = scene%material(scene%body(body)%material)%specific_heat_at(ps(:, f_temp))
+    call capacity_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, c_p, ps(1, f_mass), &
                           ps(1, f_temp), ps(1, f_heat), rec, g)
     if (with_pressure) call pressure_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, &
-      scene%material(scene%body(body)%material)%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_tau), &
-      rec, g)
+      c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_tau), rec, g)
   end subroutine gather_block
 
   subroutine diffuse_block(scene, particles, nodes, books, b, body, n, dt, nf, ps, rec, g, flux)
@@ -238,9 +237,11 @@ contains
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
     associate (mat => scene%material(scene%body(body)%material))
-      call flux_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, dt, mat%conductivity, &
-                        1.0_rp/mat%rho, mat%c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_temp), &
-                        evened_part(scene, body, dt, ps(:, f_mass), ps(:, f_rate)), g, rec, flux)
+      call flux_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, dt, &
+                        mat%conductivity_at(ps(:, f_temp)), 1.0_rp/mat%rho, &
+                        mat%specific_heat_at(ps(:, f_temp)), ps(1, f_jac), ps(1, f_mass), &
+                        ps(1, f_temp), evened_part(scene, body, dt, ps(:, f_mass), &
+                                                   ps(:, f_temp), ps(:, f_rate)), g, rec, flux)
     end associate
     if (any(scene%body(body)%film%acts())) then
       call lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)

@@ -179,7 +179,8 @@ contains
           end do
         end do
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, room)
-        metal = 0.5_rp*norm2(normal*scene%spacing_of(body, ps(p, f_mass)))/mat%conductivity
+        metal = 0.5_rp*norm2(normal*scene%spacing_of(body, ps(p, f_mass))) &
+                /mat%conductivity_at(ps(p, f_temp))
         area = ps(p, tool%heat%place)/waited
         t%sink(t%n) = k
         t%group(t%n) = scene%body(body)%heat_group

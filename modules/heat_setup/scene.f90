@@ -10,7 +10,7 @@ module heat_setup_scene
   use heat_mesh_rates, only: heat_t
   use heat_setup_cut_cells, only: all_solids, cut_cells, holder_of, mesh_of, solids_t
   use heat_setup_sources, only: read_heat_sources
-  use heat_setup_tables, only: check_tables, n_values, pairs
+  use heat_setup_tables, only: check_tables, n_values
   use heat_solvers_fft, only: has_fft
   use heat_solvers_integrator, only: integrator_t
   use heat_solvers_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
@@ -115,8 +115,7 @@ contains
     if (all(scene%body%material == scene%body(1)%material)) return
     do i = 1, size(scene%body)
       m = scene%body(i)%material
-      if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0 .or. &
-          n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) then
+      if (allocated(scene%material(m)%c_table) .or. allocated(scene%material(m)%k_table)) then
         call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
                           'with MECHANICS = F tables need all bodies to be of one material')
       end if
@@ -173,12 +172,16 @@ contains
     k = [input%real('MATERIAL', m, 'CONDUCTIVITY')]
     t_c = [298.0_rp]
     t_k = t_c
-    if (n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) then
-      call pairs(input, m, 'SPECIFIC_HEAT_TABLE', t_c, c)
-    end if
-    if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0) then
-      call pairs(input, m, 'CONDUCTIVITY_TABLE', t_k, k)
-    end if
+    associate (material => scene%material(m))
+      if (allocated(material%c_table)) then
+        t_c = material%c_table%t
+        c = material%c_table%y
+      end if
+      if (allocated(material%k_table)) then
+        t_k = material%k_table%t
+        k = material%k_table%y
+      end if
+    end associate
     associate (heat => run%heat)
       heat%property = make_property(scene%material(m)%rho, t_c, c, t_k, k)
       call all_solids(input, solids)
@@ -186,11 +189,11 @@ contains
       call cut_cells(solids, heat%mesh, cuts)
       heat%conductivity = [(input%real('MATERIAL', scene%body(b)%material, 'CONDUCTIVITY'), &
                             b=1, size(solids))]
-      if (n_values(input, m, 'CONDUCTIVITY_TABLE') > 0) heat%conductivity = heat%property%k_ref
+      if (allocated(scene%material(m)%k_table)) heat%conductivity = heat%property%k_ref
       capacity = [(scene%material(scene%body(b)%material)%rho &
                    *input%real('MATERIAL', scene%body(b)%material, 'SPECIFIC_HEAT'), &
                    b=1, size(solids))]
-      if (n_values(input, m, 'SPECIFIC_HEAT_TABLE') > 0) then
+      if (allocated(scene%material(m)%c_table)) then
         capacity = heat%property%rho*heat%property%c_ref
       end if
       call cut_mesh(heat%mesh, cuts, heat%property, heat%conductivity, capacity)

@@ -12,27 +12,20 @@ module heat_setup_tables
 
 contains
 
-  !> Tables are whole pairs in rising temperature; pieces have five values.
+  !> Strengths are whole pairs in rising temperature; pieces have five values.
   subroutine check_tables(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(20), parameter :: tables(3) = [character(20) :: 'SPECIFIC_HEAT_TABLE', &
-                                             'CONDUCTIVITY_TABLE', 'YIELD_TABLE']
     real(rp), allocatable :: t(:), v(:)
-    integer :: i, k, n
+    integer :: i, n
 
     do i = 1, input%count('MATERIAL')
-      do k = 1, 3
-        n = n_values(input, i, trim(tables(k)))
-        if (n == 0) cycle
-        call pairs(input, i, trim(tables(k)), t, v)
-        if (mod(n, 2) == 1 .or. .not. rises(t)) then
-          call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
-                            'must be pairs in rising temperature')
-        else if (k < 3 .and. any(v <= 0.0_rp)) then
-          call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), 'must be above 0')
-        end if
-      end do
+      n = n_values(input, i, 'YIELD_TABLE')
+      if (n > 0) then
+        call pairs(input, i, 'YIELD_TABLE', t, v)
+        if (.not. rises(t)) call input%report(diagnostics, 'MATERIAL', i, 'YIELD_TABLE', &
+                                              'must be pairs in rising temperature')
+      end if
       if (mod(n_values(input, i, 'YIELD_LOGISTIC'), 5) /= 0) then
         call input%report(diagnostics, 'MATERIAL', i, 'YIELD_LOGISTIC', &
                           'must be pieces of five values')

@@ -37,6 +37,7 @@ contains
     call t%key('MATERIAL', 'text', 1, '', 'required', '', 'NAME of the &MATERIAL')
     call t%key('KEYS', 'text', 1, '', 'required', '', 'names of its keys')
     call t%key('TEXT', 'text', 1, '', 'required', '', 'the source')
+    call t%key('SEEN', 'logical', 1, '', 'F', '', 'whether the values were compared with it')
   end function library_table
 
   !> A library, scanned; its values are checked when they are taken.
@@ -146,7 +147,7 @@ contains
         associate (row => input%table%keys(k))
           if (any(row%name == [character(24) :: own, 'NAME', 'FROM', 'LIBRARY'])) cycle
           if (.not. library%given(group, m, trim(row%name))) cycle
-          if (.not. is_wanted(input, i, row, own)) cycle
+          if (.not. is_wanted(input, i, library, m, row, own)) cycle
           value = library%values(group, m, trim(row%name))
           message = check_value(row, 0, value)
           if (message /= '') then
@@ -161,21 +162,28 @@ contains
     end associate
   end subroutine take_entry
 
-  !> Whether the `i`-th &MATERIAL, as it is, has use for a key: its law asks for it, no key of its
-  !> `own` stands for it, and tables over temperature act.
-  logical function is_wanted(input, i, row, own)
+  !> Whether the `i`-th &MATERIAL, as it is, has use for a key of entry number `m`: its law asks for
+  !> it, and no key of its `own` stands for it. Tables of heat are for heat alone in one material,
+  !> and beside mechanics where they were compared with their source.
+  logical function is_wanted(input, i, library, m, row, own)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
+    type(input_t), intent(in) :: library
+    integer, intent(in) :: m
     type(key_row_t), intent(in) :: row
     character(*), intent(in) :: own(:)
-    logical :: alone
+    logical :: acts, alone
     integer :: a
 
     is_wanted = input%holds(group, i, row%condition)
     alone = .not. input%logical('METHOD', 1, 'MECHANICS')
     if (row%name(:6) == 'YIELD_') is_wanted = is_wanted .and. alone
-    if (any(row%name == alternatives(2, :2))) is_wanted = is_wanted .and. alone &
-        .and. input%count(group) == 1
+    do a = 1, 2
+      if (all(row%name /= alternatives(:, a))) cycle
+      acts = was_seen(library, m, alternatives(2, a))
+      if (alone) acts = input%count(group) == 1 .and. library%given(group, m, alternatives(2, a))
+      is_wanted = is_wanted .and. (acts .eqv. row%name == alternatives(2, a))
+    end do
     do a = 1, size(alternatives, 2)
       if (row%name == alternatives(1, a)) is_wanted = is_wanted &
           .and. .not. any(own == alternatives(2, a))
@@ -190,18 +198,39 @@ contains
     integer, intent(in) :: m
     character(*), intent(in) :: key
     character(:), allocatable :: text
-    character(48), allocatable :: keys(:)
     integer :: r
+
+    text = 'no source is named'
+    r = reference_number(library, m, key)
+    if (r > 0) text = library%text('REFERENCE', r, 'TEXT')
+  end function reference_of
+
+  !> Whether the value of a key of entry number `m` was compared with its source.
+  logical function was_seen(library, m, key)
+    type(input_t), intent(in) :: library
+    integer, intent(in) :: m
+    character(*), intent(in) :: key
+    integer :: r
+
+    was_seen = .false.
+    r = reference_number(library, m, key)
+    if (r > 0) was_seen = library%logical('REFERENCE', r, 'SEEN')
+  end function was_seen
+
+  !> Number of the reference of a key of entry number `m`, 0 if there is none.
+  integer function reference_number(library, m, key) result(r)
+    type(input_t), intent(in) :: library
+    integer, intent(in) :: m
+    character(*), intent(in) :: key
+    character(48), allocatable :: keys(:)
 
     do r = 1, library%count('REFERENCE')
       if (library%text('REFERENCE', r, 'MATERIAL') /= library%text(group, m, 'NAME')) cycle
       call split_words(library%text('REFERENCE', r, 'KEYS'), keys)
-      if (.not. any(keys == key)) cycle
-      text = library%text('REFERENCE', r, 'TEXT')
-      return
+      if (any(keys == key)) return
     end do
-    text = 'no source is named'
-  end function reference_of
+    r = 0
+  end function reference_number
 
   !> What was taken for the `i`-th &MATERIAL from source number `s` of those it has: a line for the
   !> log, '' if there is no such source.

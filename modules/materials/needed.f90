@@ -22,7 +22,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: heated, law
     class(flow_law_t), allocatable :: flow
-    logical :: alone, conducts, is_heated, knows_melting
+    logical :: alone, conducts, has_table, is_heated, knows_melting
     integer :: i
 
     conducts = input%count('HEAT') > 0
@@ -38,10 +38,12 @@ contains
         heated = 'plastic work heats it (PLASTIC_HEAT)'
       end if
       if (conducts) heated = 'the scene conducts heat (&HEAT)'
-      if (heated /= '' .and. .not. (alone .and. input%given(group, i, 'SPECIFIC_HEAT_TABLE'))) then
+      has_table = input%given(group, i, 'SPECIFIC_HEAT_TABLE')
+      if (heated /= '' .and. .not. has_table) then
         call need_property(input, i, 'SPECIFIC_HEAT', heated, diagnostics)
       end if
-      if (conducts .and. .not. (alone .and. input%given(group, i, 'CONDUCTIVITY_TABLE'))) then
+      has_table = input%given(group, i, 'CONDUCTIVITY_TABLE')
+      if (conducts .and. .not. has_table) then
         call need_property(input, i, 'CONDUCTIVITY', heated, diagnostics)
       end if
       if (knows_melting .and. .not. alone) then

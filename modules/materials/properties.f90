@@ -4,13 +4,16 @@ module materials_properties
   use base_kinds, only: rp
   use flow_laws_list, only: make_law
   use input_diagnostics, only: diagnostics_t
+  use input_tables, only: rises
   use input_values, only: input_t
   use keys_names, only: find
-  use physics_material, only: material_t
+  use physics_material, only: heat_table_t, material_t
   implicit none (type, external)
   private
 
   public :: read_materials
+
+  real(rp), parameter :: reference = 298.0_rp   !! temperature of c_p where there is a table [K]
 
 contains
 
@@ -29,6 +32,12 @@ contains
         m%rho = input%real('MATERIAL', i, 'DENSITY')
         m%knows_heat = input%given('MATERIAL', i, 'SPECIFIC_HEAT')
         if (m%knows_heat) m%c_p = input%real('MATERIAL', i, 'SPECIFIC_HEAT')
+        call read_table(input, i, 'SPECIFIC_HEAT_TABLE', m%c_table, diagnostics)
+        call read_table(input, i, 'CONDUCTIVITY_TABLE', m%k_table, diagnostics)
+        if (allocated(m%c_table)) then
+          m%knows_heat = .true.
+          m%c_p = m%c_table%at(reference)
+        end if
         is_given = input%given('MATERIAL', i, 'T_MELT')
         if (is_given) m%t_melt = input%real('MATERIAL', i, 'T_MELT')
         m%conductivity = input%real('MATERIAL', i, 'CONDUCTIVITY')
@@ -42,6 +51,29 @@ contains
       end associate
     end do
   end subroutine read_materials
+
+  !> A table over temperature, if it is given and whole.
+  subroutine read_table(input, i, key, table, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key
+    type(heat_table_t), allocatable, intent(out) :: table
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp), allocatable :: x(:)
+    logical :: is_given
+
+    is_given = input%given('MATERIAL', i, key)
+    if (.not. is_given) return
+    x = input%list('MATERIAL', i, key)
+    if (mod(size(x), 2) == 1 .or. .not. rises(x(1::2))) then
+      call input%report(diagnostics, 'MATERIAL', i, key, 'must be pairs in rising temperature')
+    else if (any(x(2::2) <= 0.0_rp)) then
+      call input%report(diagnostics, 'MATERIAL', i, key, 'must be above 0')
+    else
+      allocate (table)
+      call table%init(size(x)/2, x(1::2), x(2::2))
+    end if
+  end subroutine read_table
 
   subroutine read_elasticity(input, i, material, diagnostics)
     type(input_t), intent(in) :: input

@@ -63,7 +63,8 @@ contains
       n = particles%count(b)
       associate (ps => particles%ps(:, :, b), &
                  mat => scene%material(scene%body(particles%body(b))%material))
-        now%heat = now%heat + mat%c_p*sum(ps(1:n, f_mass)*ps(1:n, f_temp)) + sum(ps(1:n, f_heat))
+        now%heat = now%heat + mat%heat_content(n, ps(1:n, f_mass), ps(1:n, f_temp)) &
+                   + sum(ps(1:n, f_heat))
         now%hottest = max(now%hottest, maxval(ps(1:n, f_temp)))
         if (scene%body(particles%body(b))%is_rigid()) cycle
         now%kinetic = now%kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))

@@ -8,7 +8,21 @@ module physics_material
   implicit none (type, external)
   private
 
-  public :: material_t
+  public :: heat_table_t, material_t
+
+  !> A property over temperature: linear between the points of a table, constant beyond its ends,
+  !> with its exact integral and the inverse of that.
+  type :: heat_table_t
+    real(rp), allocatable :: t(:)         !! temperatures, rising [K]
+    real(rp), allocatable :: y(:)         !! property there, above 0
+    real(rp), allocatable :: slope(:)     !! behind each temperature, 0 behind the last
+    real(rp), allocatable :: area(:)      !! integral of the property from 0 K
+  contains
+    procedure :: init
+    procedure :: at
+    procedure :: integral
+    procedure :: rise
+  end type heat_table_t
 
   type :: material_t
     character(32) :: name = ''
@@ -19,10 +33,12 @@ module physics_material
     logical :: is_coupled = .false.    !! energy of physics_coupled instead of physics_elastic
     real(rp) :: expansion = 0.0_rp     !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp       !! temperature without thermal strain [K]
-    real(rp) :: c_p = 400.0_rp         !! specific heat [J/(kg K)]
+    real(rp) :: c_p = 400.0_rp         !! specific heat, without a table [J/(kg K)]
     logical :: knows_heat = .false.  !! c_p was given; else only a scale for rounding errors sees it
     real(rp) :: t_melt = huge(1.0_rp)  !! melting temperature; huge: not given [K]
-    real(rp) :: conductivity = 0.0_rp  !! [W/(m K)]
+    real(rp) :: conductivity = 0.0_rp  !! without a table [W/(m K)]
+    type(heat_table_t), allocatable :: c_table   !! specific heat; its integral is the enthalpy
+    type(heat_table_t), allocatable :: k_table   !! conductivity
     real(rp) :: plastic_heat = 0.9_rp  !! share of plastic work that becomes heat
     class(flow_law_t), allocatable :: flow   !! unallocated: elastic only
     integer :: warning(most_warnings) = 0    !! places of its law's warnings among the scene's
@@ -35,7 +51,14 @@ module physics_material
     procedure :: elastic_energy
     procedure :: change_volume
     procedure :: anneals
+    procedure :: conducts
+    procedure :: conductivity_at
     procedure :: effusivity
+    procedure :: heat_content
+    procedure :: most_diffusive
+    procedure :: specific_heat_at
+    procedure :: take_up
+    procedure :: warming
   end type material_t
 
 contains
@@ -75,12 +98,97 @@ contains
     young = 9.0_rp*self%k*self%g/(3.0_rp*self%k + self%g)
   end function young
 
-  !> Thermal effusivity, sqrt(k rho c) [J/(m2 K s^0.5)].
-  pure real(rp) function effusivity(self)
+  !> Whether heat flows in it.
+  elemental logical function conducts(self)
     class(material_t), intent(in) :: self
 
-    effusivity = sqrt(self%conductivity*self%rho*self%c_p)
+    conducts = self%conductivity > 0.0_rp .or. allocated(self%k_table)
+  end function conducts
+
+  !> Specific heat at a temperature [J/(kg K)].
+  elemental real(rp) function specific_heat_at(self, temp) result(c)
+    class(material_t), intent(in) :: self
+    real(rp), intent(in) :: temp                  !! [K]
+
+    c = self%c_p
+    if (allocated(self%c_table)) c = self%c_table%at(temp)
+  end function specific_heat_at
+
+  !> Conductivity at a temperature [W/(m K)].
+  elemental real(rp) function conductivity_at(self, temp) result(k)
+    class(material_t), intent(in) :: self
+    real(rp), intent(in) :: temp                  !! [K]
+
+    k = self%conductivity
+    if (allocated(self%k_table)) k = self%k_table%at(temp)
+  end function conductivity_at
+
+  !> Thermal effusivity at a temperature, sqrt(k rho c) [J/(m2 K s^0.5)].
+  elemental real(rp) function effusivity(self, temp)
+    class(material_t), intent(in) :: self
+    real(rp), intent(in) :: temp                  !! [K]
+
+    effusivity = sqrt(self%conductivity_at(temp)*self%rho*self%specific_heat_at(temp))
   end function effusivity
+
+  !> Conductivity [W/(m K)] and specific heat [J/(kg K)] where their ratio is largest. Between the
+  !> points of both tables it is a ratio of linear functions, which is monotone.
+  pure subroutine most_diffusive(self, k, c)
+    class(material_t), intent(in) :: self
+    real(rp), intent(out) :: k, c
+
+    k = self%conductivity_at(self%t_ref)
+    c = self%specific_heat_at(self%t_ref)
+    if (allocated(self%c_table)) call look_for(self, self%c_table%t, k, c)
+    if (allocated(self%k_table)) call look_for(self, self%k_table%t, k, c)
+  end subroutine most_diffusive
+
+  !> Take over the properties at those temperatures [K] where heat spreads faster.
+  pure subroutine look_for(material, temp, k, c)
+    class(material_t), intent(in) :: material
+    real(rp), intent(in) :: temp(:)
+    real(rp), intent(inout) :: k, c               !! [W/(m K)], [J/(kg K)]
+    integer :: i
+
+    do i = 1, size(temp)
+      if (material%conductivity_at(temp(i))*c <= k*material%specific_heat_at(temp(i))) cycle
+      k = material%conductivity_at(temp(i))
+      c = material%specific_heat_at(temp(i))
+    end do
+  end subroutine look_for
+
+  !> Heat that `n` particles have over 0 K [J].
+  pure real(rp) function heat_content(self, n, mass, temp)
+    class(material_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: mass(n), temp(n)      !! [kg], [K]
+
+    if (allocated(self%c_table)) then
+      heat_content = sum(mass*self%c_table%integral(temp))
+    else
+      heat_content = self%c_p*sum(mass*temp)
+    end if
+  end function heat_content
+
+  !> How much a temperature rises [K] by the heat that would make a rise with the constant c_p.
+  elemental real(rp) function warming(self, temp, rise)
+    class(material_t), intent(in) :: self
+    real(rp), intent(in) :: temp, rise            !! [K]
+
+    warming = rise
+    if (allocated(self%c_table)) warming = self%c_table%rise(temp, self%c_p*rise)
+  end function warming
+
+  !> Temperatures that rose from `before` as if the specific heat had stayed `c`, to where the same
+  !> heat takes them.
+  pure subroutine take_up(self, c, before, temp)
+    class(material_t), intent(in) :: self
+    real(rp), intent(in) :: c(nlane), before(nlane)   !! [J/(kg K)], [K]
+    real(rp), intent(inout) :: temp(nlane)            !! [K]
+
+    if (.not. allocated(self%c_table)) return
+    temp = before + self%c_table%rise(before, c*(temp - before))
+  end subroutine take_up
 
   !> Lame's first constant [Pa].
   pure real(rp) function lambda(self)
@@ -128,5 +236,78 @@ contains
                             after, tau, energy)
     end if
   end subroutine change_volume
+
+  !> Table of a property with values `y` at `n` rising temperatures `t` [K].
+  pure subroutine init(self, n, t, y)
+    class(heat_table_t), intent(inout) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: t(n), y(n)
+    integer :: i
+
+    allocate (self%t, source=t)
+    allocate (self%y, source=y)
+    allocate (self%slope(n), self%area(n), source=0.0_rp)
+    self%slope(:n - 1) = (y(2:) - y(:n - 1))/(t(2:) - t(:n - 1))
+    self%area(1) = t(1)*y(1)
+    do i = 2, n
+      self%area(i) = self%area(i - 1) + 0.5_rp*(t(i) - t(i - 1))*(y(i) + y(i - 1))
+    end do
+  end subroutine init
+
+  !> The property at a temperature [K].
+  elemental real(rp) function at(self, t)
+    class(heat_table_t), intent(in) :: self
+    real(rp), intent(in) :: t
+    integer :: i
+
+    i = count(self%t <= t)
+    at = self%y(max(1, i))
+    if (i > 0) at = at + self%slope(i)*(t - self%t(i))
+  end function at
+
+  !> Its integral from 0 K to a temperature [K].
+  elemental real(rp) function integral(self, t)
+    class(heat_table_t), intent(in) :: self
+    real(rp), intent(in) :: t
+    integer :: i
+
+    i = count(self%t <= t)
+    if (i == 0) then
+      integral = self%y(1)*t
+    else
+      integral = self%area(i) + (t - self%t(i))*(self%y(i) + 0.5_rp*self%slope(i)*(t - self%t(i)))
+    end if
+  end function integral
+
+  !> How far temperature rises from `t` [K] until the integral has grown by `d`, of any sign: piece
+  !> by piece, without the rounding of differences of integrals.
+  elemental real(rp) function rise(self, t, d)
+    class(heat_table_t), intent(in) :: self
+    real(rp), intent(in) :: t, d
+    real(rp) :: ahead, left, now, y
+    integer :: i, n, next
+
+    n = size(self%t)
+    now = t
+    left = d
+    rise = 0.0_rp
+    i = count(self%t <= now)
+    if (d < 0.0_rp .and. i > 0) i = count(self%t < now)   ! the piece below
+    next = merge(1, 0, d > 0.0_rp)
+    do
+      y = self%at(now)
+      if (i + next < 1 .or. i + next > n) exit
+      ahead = self%integral(self%t(i + next)) - self%integral(now)
+      if (abs(left) <= abs(ahead)) exit
+      rise = self%t(i + next) - t
+      now = self%t(i + next)
+      left = left - ahead
+      i = i + 2*next - 1
+    end do
+    ahead = 0.0_rp
+    if (i > 0) ahead = self%slope(i)
+    ! y x + slope x^2/2 = left, the root without a difference
+    rise = rise + 2.0_rp*left/(y + sqrt(max(0.0_rp, y*y + 2.0_rp*ahead*left)))
+  end function rise
 
 end module physics_material

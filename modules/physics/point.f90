@@ -72,12 +72,14 @@ contains
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: x, rate
     type(point_t) :: trial
-    real(rp) :: heat
+    real(rp) :: heat, rise
 
     heat = material%plastic_heat/(material%rho*material%c_p)*x
     trial = self
-    call trial%strain_to(material, x, rate, self%temp + heat*self%sigma)
-    call self%strain_to(material, x, rate, self%temp + 0.5_rp*heat*(self%sigma + trial%sigma))
+    rise = material%warming(self%temp, heat*self%sigma)
+    call trial%strain_to(material, x, rate, self%temp + rise)
+    rise = material%warming(self%temp, 0.5_rp*heat*(self%sigma + trial%sigma))
+    call self%strain_to(material, x, rate, self%temp + rise)
   end subroutine strain_adiabatic
 
   !> What `dt` at the point's temperature and rate does to its state.

@@ -37,9 +37,9 @@ contains
     integer, intent(in) :: n_state                     !! at least the law's
     real(rp), intent(inout) :: state(nlane, n_state)   !! internal variables of the law
     type(stress_sums_t), intent(inout) :: sums
-    real(rp), dimension(nlane) :: q, mean, x, g3
+    real(rp), dimension(nlane) :: before, q, mean, x, g3
     real(rp) :: stiffness
-    logical :: plastic
+    logical :: has_table, plastic
 
     sums%stress_work = sums%stress_work + 0.5_rp*dt/material%rho*stress_power(n, mass, tau, l)
     call trial_state(dt, material%g, l, b, j, tau, q, mean)
@@ -48,9 +48,12 @@ contains
       call return_map(material%flow, n, dt, t_node, alpha, rate, q, g3, state, x, flow, &
                       plastic, sums%failed)
       if (plastic) then
+        has_table = allocated(material%c_table)
+        if (has_table) before = temp
         call apply_return(n, material%g, material%plastic_heat/(material%rho*material%c_p), &
                           1.0_rp/material%rho, dt, q, g3, x, flow, mass, mean, b, alpha, temp, &
                           tau, rate, sums%plastic_work)
+        if (has_table) temp = before + material%warming(before, temp - before)
         call material%flow%inspect(n, t_node, rate, state, sums%warnings, sums%lane)
       else
         rate = 0.0_rp

@@ -96,7 +96,8 @@ contains
       sums = [mass_scaling*kinetic_energy(mass, ps(:, f_vel:f_vel + 2)), &
               mat%elastic_energy(particles%count(b), mass, ps(:, f_temp), ps(:, f_jac), &
                                  ps(:, f_bbar:f_bbar + 5)), &
-              mat%c_p*sum(mass*ps(:, f_temp)) + sum(merge(ps(:, f_heat), 0.0_rp, chosen)), &
+              mat%heat_content(nlane, mass, ps(:, f_temp)) &
+              + sum(merge(ps(:, f_heat), 0.0_rp, chosen)), &
               sum(mass)]
     end associate
   end function energies_of

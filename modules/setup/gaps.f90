@@ -81,7 +81,7 @@ contains
       if (scene%body(b)%name /= input%text('CONTACT', i, 'BODY') .and. &
           scene%body(b)%name /= input%text('CONTACT', i, 'OTHER')) cycle
       if (scene%body(b)%material == 0) cycle
-      if (scene%material(scene%body(b)%material)%conductivity > 0.0_rp) cycle
+      if (scene%material(scene%body(b)%material)%conducts()) cycle
       call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', "needs bodies that conduct: '"// &
                         trim(scene%body(b)%name)//"' has a CONDUCTIVITY of 0")
     end do

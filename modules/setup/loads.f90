@@ -114,7 +114,7 @@ contains
       end associate
       if (.not. scene%method%conducts) then
         call input%report(diagnostics, 'SOURCE', i, '', 'has no effect without a &HEAT group')
-      else if (scene%method%has_mechanics .and. all(scene%material%conductivity <= 0.0_rp)) then
+      else if (scene%method%has_mechanics .and. .not. any(scene%material%conducts())) then
         call input%report(diagnostics, 'SOURCE', i, '', &
                           'has no effect without a &MATERIAL with CONDUCTIVITY')
       end if

@@ -74,7 +74,7 @@ contains
     do b = 1, size(scene%body)
       if (scene%body(b)%material == 0) cycle
       associate (mat => scene%material(scene%body(b)%material))
-        if (mat%conductivity > 0.0_rp .and. mat%knows_heat) cycle
+        if (mat%conducts() .and. mat%knows_heat) cycle
         call input%report(diagnostics, 'TOOL', i, 'CONDUCTIVITY', "the share of '"// &
           trim(scene%body(b)%name)//"' needs a CONDUCTIVITY above 0 and the SPECIFIC_HEAT of '"// &
           trim(mat%name)//"'")
@@ -95,7 +95,7 @@ contains
     else
       do b = 1, size(scene%body)
         if (scene%body(b)%material == 0) cycle
-        if (scene%material(scene%body(b)%material)%conductivity > 0.0_rp) cycle
+        if (scene%material(scene%body(b)%material)%conducts()) cycle
         call input%report(diagnostics, 'TOOL', i, 'HEATS', "needs bodies that conduct: '"// &
                           trim(scene%body(b)%name)//"' has a CONDUCTIVITY of 0")
       end do
@@ -181,6 +181,7 @@ contains
   subroutine tell_shares(scene, tool)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
+    character(:), allocatable :: at
     real(rp) :: e
     integer :: b, k
 
@@ -188,10 +189,14 @@ contains
       if (tool(k)%effusivity <= 0.0_rp) cycle
       do b = 1, size(scene%body)
         if (scene%body(b)%is_rigid()) cycle
-        e = scene%material(scene%body(b)%material)%effusivity()
+        associate (mat => scene%material(scene%body(b)%material))
+          e = mat%effusivity(mat%t_ref)
+          at = ''
+          if (allocated(mat%c_table) .or. allocated(mat%k_table)) at = ' at '//str(mat%t_ref)//' K'
+        end associate
         call say('friction     '//trim(tool(k)%name)//': '//str(100.0_rp*tool(k)%heat_share(e))// &
                  ' % of its heat enters '//trim(scene%body(b)%name)//' (effusivities '//str(e)// &
-                 ' and '//str(tool(k)%effusivity)//' J/(m2 K s^0.5))')
+                 ' and '//str(tool(k)%effusivity)//' J/(m2 K s^0.5))'//at)
       end do
     end do
   end subroutine tell_shares

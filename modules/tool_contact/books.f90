@@ -52,11 +52,9 @@ contains
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt                 !! [s]
     type(tool_t), intent(inout) :: tool
-    real(rp) :: heat, mean(3), share(size(scene%body)), slip(3), stored
-    integer :: b, i, p
+    real(rp) :: heat, mean(3), share, slip(3), stored
+    integer :: i, p
 
-    share = [(tool%heat_share(scene%material(scene%body(b)%material)%effusivity()), &
-              b=1, size(share))]
     do p = 1, contact%n
       associate (t => contact%particle(p))
         slip = 0.0_rp
@@ -71,10 +69,11 @@ contains
                          particles%ps(t%lane, f_temp, t%block), mean, -dot_product(t%hold, slip), &
                          tool)
         end if
-        associate (body => scene%body(particles%body(t%block)))
-          stored = t%plastic_part*(1.0_rp - scene%material(body%material)%plastic_heat)
+        associate (material => scene%material(scene%body(particles%body(t%block))%material))
+          stored = t%plastic_part*(1.0_rp - material%plastic_heat)
+          share = tool%heat_share(material%effusivity(particles%ps(t%lane, f_temp, t%block)))
         end associate
-        heat = -share(particles%body(t%block))*(1.0_rp - stored)*dot_product(t%hold, slip)
+        heat = -share*(1.0_rp - stored)*dot_product(t%hold, slip)
         particles%ps(t%lane, f_heat, t%block) = particles%ps(t%lane, f_heat, t%block) + heat
         tool%sums(s_to_plate) = tool%sums(s_to_plate) + heat
         if (.not. tool%heat%is_on) cycle

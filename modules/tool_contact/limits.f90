@@ -209,7 +209,7 @@ contains
     real(rp), intent(in) :: alpha(nlane), temp(nlane), z(nlane), v(nlane)
     real(rp), intent(in) :: state(nlane, n_state)
     type(shear_layer_t), intent(out) :: layer
-    real(rp), dimension(nlane) :: base, hot_slope, rate, rise, sigma, slope
+    real(rp), dimension(nlane) :: base, conductivity, hot_slope, rate, rise, sigma, slope
 
     rate = max(v/(root3*z), material%flow%slowest)
     call flow_strength(material, alpha, temp, rate, n_state, state, base, slope)
@@ -217,18 +217,19 @@ contains
     layer%sensitivity = slope/root3
     layer%log_rate = log(rate)
     layer%thickness = z
-    if (material%conductivity <= 0.0_rp) return
-    layer%rise = material%plastic_heat*v*z/(2.0_rp*material%conductivity)*layer%stress
+    if (.not. material%conducts()) return
+    conductivity = material%conductivity_at(temp)
+    layer%rise = material%plastic_heat*v*z/(2.0_rp*conductivity)*layer%stress
     rise = max(step, layer%rise)
     call flow_strength(material, alpha, temp + rise, rate, n_state, state, sigma, hot_slope)
-    call balance(material, n, z, v, base, max(0.0_rp, (base - sigma)/rise), &
-                 0.5_rp*(slope + hot_slope), layer)
+    call balance(material%plastic_heat, conductivity, n, z, v, base, &
+                 max(0.0_rp, (base - sigma)/rise), 0.5_rp*(slope + hot_slope), layer)
   end subroutine find_shear_layer
 
   !> The layer under the linear law sigma = base + slope ln(rate/even rate) - fall rise, by
   !> Newton's method in the stress, on which the rise of temperature depends almost linearly.
-  pure subroutine balance(material, n, z, v, base, fall, slope, layer)
-    type(material_t), intent(in) :: material
+  pure subroutine balance(plastic_heat, conductivity, n, z, v, base, fall, slope, layer)
+    real(rp), intent(in) :: plastic_heat, conductivity(nlane)   !! [-], [W/(m K)]
     integer, intent(in) :: n
     real(rp), dimension(nlane), intent(in) :: z, v, base, fall, slope
     type(shear_layer_t), intent(inout) :: layer      !! of an even rate before
@@ -241,7 +242,7 @@ contains
     do p = 1, n
       if (base(p) <= 0.0_rp) cycle
       a = fall(p)/max(slope(p), least_slope*base(p))
-      per_stress = material%plastic_heat*v(p)*z(p)/(2.0_rp*root3*material%conductivity)
+      per_stress = plastic_heat*v(p)*z(p)/(2.0_rp*root3*conductivity(p))
       if (a*per_stress*base(p) < least_softening) cycle
       sigma = base(p)
       do round = 1, rounds

@@ -21,14 +21,14 @@ contains
   !> Add capacity (lane 1), capacity times temperature (2) and waiting heat (3) of a block.
   subroutine capacity_to_grid(n, w, first, stride, nn, c_p, mass, temp, heat, rec, g)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), c_p
+    real(rp), intent(in) :: w(nlane, 18), c_p(nlane)                !! [J/(kg K)]
     real(rp), intent(in) :: mass(nlane), temp(nlane), heat(nlane)   !! [kg], [K], [J]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
     integer :: p
 
     do p = 1, n
-      rec(1, 1, p) = mass(p)*c_p
-      rec(2, 1, p) = mass(p)*c_p*temp(p)
+      rec(1, 1, p) = mass(p)*c_p(p)
+      rec(2, 1, p) = mass(p)*c_p(p)*temp(p)
       rec(3, 1, p) = heat(p)
       rec(4, 1, p) = 0.0_rp
     end do
@@ -38,14 +38,14 @@ contains
   !> Add capacity times the pressure across each axis (lanes 6:8) of a block.
   subroutine pressure_to_grid(n, w, first, stride, nn, c_p, j, mass, tau, rec, g)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), c_p
+    real(rp), intent(in) :: w(nlane, 18), c_p(nlane)               !! [J/(kg K)]
     real(rp), intent(in) :: j(nlane), mass(nlane), tau(nlane, 3)   !! [-], [kg], Kirchhoff [Pa]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nn)
     integer :: p
 
     do p = 1, n
       rec(:, :, p) = 0.0_rp
-      rec(6:8, 1, p) = -mass(p)*c_p*tau(p, :)/j(p)
+      rec(6:8, 1, p) = -mass(p)*c_p(p)*tau(p, :)/j(p)
     end do
     call p2g_block(n, w, first, rec, stride, nn, g)
   end subroutine pressure_to_grid
@@ -81,8 +81,10 @@ contains
   subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, c_p, j, mass, temp, &
                           even, g, rec, flux)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), dt, conductivity   !! [s], [W/(m K)]
-    real(rp), intent(in) :: volume, c_p                      !! initial volume over mass [m3/kg]
+    real(rp), intent(in) :: w(nlane, 18), dt                 !! [s]
+    real(rp), intent(in) :: conductivity(nlane)              !! [W/(m K)]
+    real(rp), intent(in) :: volume                           !! initial volume over mass [m3/kg]
+    real(rp), intent(in) :: c_p(nlane)                       !! [J/(kg K)]
     real(rp), intent(in) :: j(nlane), mass(nlane), temp(nlane)
     real(rp), intent(in) :: even(nlane), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nn)
@@ -93,8 +95,8 @@ contains
     call gather_block(wanted, n, w, first, stride, nn, g, rec, conducting, slope, mean)
     do p = 1, n
       rec(:, :, p) = 0.0_rp
-      rec(8, 1, p) = mass(p)*c_p*even(p)*(temp(p) - mean(p, 1))
-      rec(5, 2:4, p) = -dt*conductivity*j(p)*mass(p)*volume*slope(p, :)
+      rec(8, 1, p) = mass(p)*c_p(p)*even(p)*(temp(p) - mean(p, 1))
+      rec(5, 2:4, p) = -dt*conductivity(p)*j(p)*mass(p)*volume*slope(p, :)
     end do
     call p2g_block(n, w, first, rec, stride, nn, flux)
   end subroutine flux_to_grid
@@ -166,7 +168,7 @@ contains
   !> (k h)^4 only.
   subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, even, rec, temp, heat, gained)
     integer, intent(in) :: n, first(nlane), stride(3), nn
-    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p, mass(nlane), even(nlane)
+    real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p(nlane), mass(nlane), even(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
     real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
     type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=5, n_plain=4)
@@ -176,7 +178,7 @@ contains
     call gather_block(wanted, n, w, first, stride, nn, g, rec, no_value, no_slope, at)
     do p = 1, n
       change = at(p, 1) - (even(p)*(temp(p) - at(p, 4)) - at(p, 3))
-      gained = gained + (mass(p)*c_p*change - heat(p))
+      gained = gained + (mass(p)*c_p(p)*change - heat(p))
       temp(p) = temp(p) + change
       heat(p) = 0.0_rp
     end do

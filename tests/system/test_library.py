@@ -92,9 +92,9 @@ def test_restart_keeps_what_was_taken(run, tmp_path):
     assert "a restart cannot change materials" in other.err
 
 
-def test_heat_alone_takes_the_tables(run, tmp_path):
-    """Beside mechanics constants are taken, in heat alone tables over temperature, and what the input gives
-    itself stands for either."""
+def test_who_takes_the_tables(run, tmp_path):
+    """Heat alone takes tables over temperature; beside mechanics those that were compared with their source are taken,
+    and else constants. What the input gives itself stands for either."""
     text = (driver.INPUTS / "heat_slab.nml").read_text(encoding="utf-8")
     text = WRITTEN.sub("&MATERIAL NAME = 'AA6061-T6', FROM = 'library' /\n", text)
     text = re.sub(r"MATERIAL = '[^']*'", "MATERIAL = 'AA6061-T6'", text)
@@ -107,6 +107,9 @@ def test_heat_alone_takes_the_tables(run, tmp_path):
     beside = run(block(tmp_path, "NAME = 'copper', FROM = 'AA6061-T6'"), "--check")
     assert "CONDUCTIVITY = 211" in beside.out
     assert "_TABLE" not in beside.out
+    seen = run(block(tmp_path, "NAME = 'copper', FROM = 'copper', CONDUCTIVITY = 390"), "--check")
+    assert "SPECIFIC_HEAT_TABLE = 298, 385" in seen.out
+    assert "SPECIFIC_HEAT = " not in seen.out and "CONDUCTIVITY_TABLE" not in seen.out
 
 
 def test_another_law_keeps_the_rest(run, tmp_path):
