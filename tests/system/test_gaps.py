@@ -56,7 +56,7 @@ def test_two_half_spaces(run, seed, gap, shift, integrator):
     conductance = gap * upper["CONDUCTIVITY"] / 1e-3
     sets = sets_of(upper, lower, hot, cold, shift=shift) | {"CONTACT.CONDUCTANCE": conductance, "HEAT.INTEGRATOR": integrator}
     if integrator != "explicit":
-        sets["HEAT.EVERY"] = 2
+        sets["HEAT.EVERY"] = 5
     results = run("two_columns", "--quiet", sets=sets).results("two_columns")
     wanted = heat_through(sets["TIME.END"], effusivity(upper), effusivity(lower), hot - cold, conductance)
     found = heat_below(results, lower, cold)
@@ -100,7 +100,7 @@ def test_ends(run):
     upper, lower, hot, cold = pair(6)
     found = {}
     for name, conductance in (("none", 0), ("large", 1e9)):
-        sets = {"CONTACT.CONDUCTANCE": conductance, "HEAT.INTEGRATOR": "backward-euler", "HEAT.EVERY": 2}
+        sets = {"CONTACT.CONDUCTANCE": conductance, "HEAT.INTEGRATOR": "backward-euler", "HEAT.EVERY": 5}
         results = run("two_columns", "--quiet", sets=sets_of(upper, lower, hot, cold) | sets)
         found[name] = heat_below(results.results("two_columns"), lower, cold)
     wanted = heat_through(end_of(upper, lower, 24 * CELL), effusivity(upper), effusivity(lower), hot - cold, None)

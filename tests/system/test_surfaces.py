@@ -48,8 +48,7 @@ def table_scene(name, directory, table):
     return path
 
 
-@pytest.mark.parametrize("integrator", ["explicit", "backward-euler"])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed, integrator", [(0, "explicit"), (1, "backward-euler"), (2, "backward-euler"), (3, "explicit")])
 def test_coefficient_by_pressure(run, tmp_path, seed, integrator):
     """A slab squeezed between walls: temperatures within 1 % of the Robin slab with the coefficient at its pressure, and
     what it lost is booked."""
@@ -93,13 +92,13 @@ def test_radiation(run, seed, how):
     """A small cube that radiates from all faces, hot as steel in the forge: its temperature within 1 % of the difference to
     the surroundings at any time of an integral in closed form."""
     random = np.random.default_rng(seed)
-    start, around, emissivity = random.uniform(900, 1600), random.uniform(250, 500), random.uniform(0.1, 1.0)
+    start, around, emissivity = random.uniform(900, 1600), random.uniform(250, 500), random.uniform(0.3, 1.0)
     capacity, area = 3.6e6 * 4e-3**3, 6 * 4e-3**2
     end = 0.9 * cooling_time(around + 0.3 * (start - around), start, around, emissivity, capacity, area)
     sets = {"BODY.TEMPERATURE": start, "HEAT.AMBIENT": around, "SURFACE.EMISSIVITY": emissivity, "TIME.END": end,
-            "OUTPUT.HISTORY_INTERVAL": end / 10, "OUTPUT.CHECKPOINT_INTERVAL": end, "TIME.DT": end / 4000}
+            "OUTPUT.HISTORY_INTERVAL": end / 10, "OUTPUT.CHECKPOINT_INTERVAL": end, "TIME.DT": end / 1000}
     if how == "backward-euler":
-        sets |= {"HEAT.INTEGRATOR": how, "HEAT.EVERY": 10, "TIME.DT": end / 2000}
+        sets |= {"HEAT.INTEGRATOR": how, "HEAT.EVERY": 5}
     history = run("radiating_cube", "--quiet", sets=sets).results("radiating_cube").history()
     lost = history["film_loss[J]"]
     found = start - lost / capacity
