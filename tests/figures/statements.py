@@ -125,6 +125,8 @@ DEFINITIONS = (
     ("docs/heat.md", "has 167 W/(m K), 2700 kg/m3 and 896 J/(kg K)", QUOTED),
     ("docs/heat.md", "hot work steel 24.4 W/(m K), 7800 kg/m3 and 460 J/(kg K)", QUOTED),
     ("docs/heat.md", "the metal gets 68 %", FORMULA),
+    ("docs/heat.md", "the enthalpy over 0 K", KEY),
+    ("docs/heat.md", "a wall and a film, within 1 % from two cells off the film on", ASKED),
     ("docs/heat.md", "heat is within 1 % once it has gone nine cells deep", ASKED),
     ("docs/heat.md", "(p/1 MPa)^PRESSURE_EXPONENT", KEY),
     ("docs/heat.md", "h = 1.25 k m/s (p/H)^0.95", QUOTED),
