@@ -7,7 +7,7 @@ module base_disk
   private
 
   public :: file_sum, sum_words, sync_file, keep_file, lock_file, list_directory, random_number64
-  public :: process_number, host_name, file_bytes, read_head, write_head
+  public :: process_number, host_name, full_path, file_bytes, read_head, write_head
   public :: locked, locked_elsewhere, has_no_locks
 
   integer, parameter, public :: name_length = 255   !! of a file, at most
@@ -68,6 +68,14 @@ module base_disk
       import :: c_int
       implicit none (type, external)
     end function process_number
+
+    subroutine c_full_path(path, full, size) bind(c, name='stirpoint_full_path')
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: path(*)
+      character(kind=c_char), intent(inout) :: full(*)
+      integer(c_int), value :: size
+    end subroutine c_full_path
 
     subroutine c_host(name, size) bind(c, name='stirpoint_host')
       import :: c_char, c_int
@@ -144,6 +152,17 @@ contains
     call c_host(buffer, len(buffer, c_int))
     name = buffer(:index(buffer, c_null_char) - 1)
   end function host_name
+
+  !> Path of something that exists from the root on; '' if it cannot be known.
+  function full_path(path) result(full)
+    character(*), intent(in) :: path
+    character(:), allocatable :: full
+    character(4096) :: buffer
+
+    buffer = ''
+    call c_full_path(trim(path)//c_null_char, buffer, len(buffer, c_int))
+    full = buffer(:index(buffer, c_null_char) - 1)
+  end function full_path
 
   !> Size of a file, -1 if there is none.
   integer(i8) function file_bytes(path)

@@ -21,7 +21,7 @@ module base_log
   character(:), allocatable :: early   !! what was said before it
 
   interface
-    !> 0, errno, or -1 if the reader has gone (files.c).
+    !> 0, errno, or -1 if the reader has gone (disk.c).
     integer(c_int) function c_say(text, n) bind(c, name='stirpoint_say')
       import :: c_char, c_int, c_long_long
       implicit none (type, external)

@@ -6,6 +6,7 @@ module checks_same_scene
   use base_text, only: lower, str
   use contact_motion, only: motion_t
   use input_diagnostics, only: diagnostics_t, excerpt
+  use input_files, only: sums_of_files
   use input_values, only: input_t
   use keys_table, only: key_row_t
   use keys_written, only: items_t, split_values, to_logical, to_real, to_text
@@ -13,7 +14,7 @@ module checks_same_scene
   implicit none (type, external)
   private
 
-  public :: compare_scenes
+  public :: compare_files, compare_scenes
 
   real(rp), parameter :: slack = 1.0e-12_rp   !! relative, of times and ways
 
@@ -35,6 +36,27 @@ contains
     end associate
     call compare_motions(old, new, time, diagnostics)
   end subroutine compare_scenes
+
+  !> Complain of files that the scene names and whose content is another than in the checkpoint,
+  !> which has these `sums` (input_files).
+  subroutine compare_files(sums, new, diagnostics)
+    character(*), intent(in) :: sums
+    type(input_t), intent(in) :: new
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: line, rest
+    character(24) :: group
+    integer :: i, status
+
+    rest = sums_of_files(new)
+    do while (rest /= '')
+      line = rest(:index(rest, new_line('a')))
+      rest = rest(len(line) + 1:)
+      if (index(new_line('a')//sums, new_line('a')//line) > 0) cycle
+      read (line, *, iostat=status) group, i
+      if (status == 0) call new%report(diagnostics, trim(group), i, 'FILE', 'a restart cannot '// &
+        'change it: the content of the file is not that with which the run began')
+    end do
+  end subroutine compare_files
 
   !> All groups of one name.
   subroutine compare_groups(old, new, g, time, diagnostics)

@@ -9,7 +9,7 @@ module front_prepare
   use bodies_stretch, only: stretch_bodies
   use checks_memory, only: check_memory
   use checks_process_check, only: check_process
-  use checks_same_scene, only: compare_scenes
+  use checks_same_scene, only: compare_files, compare_scenes
   use checks_sense, only: check_sense
   use checks_volumes, only: check_volumes, measure_volumes, volumes_t
   use comm_world, only: world_t
@@ -17,6 +17,7 @@ module front_prepare
   use front_library, only: tell_sources
   use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
+  use input_files, only: folder_of_files, sums_of_files
   use input_reading, only: read_input, read_input_text
   use input_values, only: input_t
   use io_checkpoint, only: notes_t, read_checkpoint_notes
@@ -66,6 +67,7 @@ contains
       call read_input_text(key_table(), command%restart, notes%input, command%sets, input, &
                            diagnostics, resumed=.true.)
       call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
+      if (allocated(notes%folder)) input%folder = notes%folder
     end if
     if (.not. error%is_set()) then
       if (input%is_whole() .and. (diagnostics%count() == 0 .or. input%is_short())) then
@@ -76,6 +78,7 @@ contains
     end if
     if (diagnostics%count() == 0 .and. command%restart /= '') then
       call compare_scenes(old, input, notes%time, diagnostics)
+      call compare_files(notes%files, input, diagnostics)
       if (strange%count() > 0) then
         call diagnostics%add(command%restart, 0, 'its scene is that of '// &
                              'another version of the program: '//strange%text(1))
@@ -112,6 +115,8 @@ contains
     end if
     sim%scene%output%input_text = input%text_of_file()
     sim%scene%output%scene_text = input%text_of_scene()
+    sim%scene%output%files = sums_of_files(input)
+    sim%scene%output%folder = folder_of_files(input)
     sim%scene%output%run = notes%run
     sim%scene%output%is_quiet = command%is_quiet
     sim%scene%output%directory = sim%scene%output%name//'.out'

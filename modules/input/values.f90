@@ -27,6 +27,7 @@ module input_values
     type(scan_t) :: written                            !! its groups (input_reading fills both)
     type(key_table_t) :: table
     type(taken_t), allocatable :: taken(:)             !! from libraries (input_library)
+    character(:), allocatable :: folder                !! of files that it names, if not its own
   contains
     procedure :: count => count_groups
     procedure :: is_whole

@@ -14,7 +14,7 @@ module io_checkpoint
   use grid_geometry, only: box_t
   use h5_arrays, only: read_array, write_array
   use h5_file, only: h5file_t
-  use h5_notes, only: read_attribute, read_text, write_attribute, write_text
+  use h5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
   use h5_seal, only: check_seal, previous_of
   use particles_store, only: particles_t
   implicit none (type, external)
@@ -30,6 +30,8 @@ module io_checkpoint
     character(:), allocatable :: scene   !! the same with every default: what the state belongs to
     character(:), allocatable :: run     !! name of the run, by which its results are known
     real(rp) :: time = 0.0_rp            !! of the state [s]
+    character(:), allocatable :: files   !! checksums of files that the scene names; '' without any
+    character(:), allocatable :: folder  !! from which their paths count, if there are any
   end type notes_t
 
 contains
@@ -80,6 +82,10 @@ contains
     call write_text(file, '/scene', notes%scene, error)
     call write_attribute(file, '/', 'run', notes%run, error)
     call write_attribute(file, '/', 'time', notes%time, error)
+    if (.not. allocated(notes%files)) return
+    if (notes%files == '') return
+    call write_attribute(file, '/', 'files', notes%files, error)
+    call write_attribute(file, '/', 'folder', notes%folder, error)
   end subroutine write_notes
 
   !> The blocks of all ranks, one after the other.
@@ -160,12 +166,20 @@ contains
     type(notes_t), intent(out) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
+    logical :: has_files
 
     call open_checkpoint(file, world, path, error)
     call read_text(file, '/input', notes%input, error)
     call read_text(file, '/scene', notes%scene, error)
     call read_attribute(file, '/', 'run', notes%run, error)
     call read_attribute(file, '/', 'time', notes%time, error)
+    notes%files = ''
+    has_files = .false.
+    if (.not. error%is_set()) has_files = has_attribute(file, '/', 'files')
+    if (has_files) then
+      call read_attribute(file, '/', 'files', notes%files, error)
+      call read_attribute(file, '/', 'folder', notes%folder, error)
+    end if
     call file%close(error)
   end subroutine read_checkpoint_notes
 

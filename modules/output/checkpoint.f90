@@ -52,6 +52,8 @@ contains
     notes%scene = output%scene_text
     notes%run = output%run
     notes%time = time
+    notes%files = output%files
+    notes%folder = output%folder
   end subroutine note_run
 
   !> Write the state between two steps, to `path` or the usual place, in memory only if it is ''

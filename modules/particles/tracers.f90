@@ -3,6 +3,7 @@
 !> at t = 0; a bit of its tag says so, which goes with it through sorts, ranks and checkpoints.
 module particles_tracers
   use base_kinds, only: i8, rp
+  use base_sort, only: order_of
   use comm_world, only: world_t
   use particles_store, only: f_plastic, f_pos, f_temp, particles_t, set_bit, tag_id, tracer_bit
   implicit none (type, external)
@@ -125,38 +126,9 @@ contains
   subroutine set_ids(self, id)
     class(tracers_t), intent(inout) :: self
     integer(i8), intent(in) :: id(self%n)
-    integer, allocatable :: from(:), to(:)
-    integer :: i, j, k, m, step
 
     self%id = id
-    allocate (from(self%n))
-    from(:) = [(i, i=1, self%n)]
-    step = 1
-    do while (step < self%n)                 ! merge runs of `step`, which keeps equals in order
-      allocate (to(self%n))
-      do m = 1, self%n, 2*step
-        i = m
-        j = m + step
-        do k = m, min(m + 2*step - 1, self%n)
-          if (i >= m + step .or. i > self%n) then
-            to(k) = from(j)
-            j = j + 1
-          else if (j > min(m + 2*step - 1, self%n)) then
-            to(k) = from(i)
-            i = i + 1
-          else if (id(from(j)) < id(from(i))) then
-            to(k) = from(j)
-            j = j + 1
-          else
-            to(k) = from(i)
-            i = i + 1
-          end if
-        end do
-      end do
-      call move_alloc(to, from)
-      step = 2*step
-    end do
-    call move_alloc(from, self%order)
+    self%order = order_of(reshape(real(id, rp), [1, self%n]))
   end subroutine set_ids
 
   !> Where in the order the places of particle `id` begin; 0 if it is no tracer.

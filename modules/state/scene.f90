@@ -118,6 +118,7 @@ module state_scene
   type :: output_t
     character(:), allocatable :: directory, name, input_text
     character(:), allocatable :: scene_text   !! the input with every default
+    character(:), allocatable :: files, folder   !! that the input names: checksums, where they are
     character(:), allocatable :: run          !! identity of the run (io_folder)
     real(rp) :: frame_interval = 0.0_rp
     real(rp) :: history_interval = 0.0_rp

@@ -28,7 +28,7 @@ module tool_contact_limits
   implicit none (type, external)
   private
 
-  public :: extent, measure_room
+  public :: extent, part_covered
   public :: find_shear_layer, limit_impulses, shear_layer_t, slow_down
 
   !> Of the particles of a block.
@@ -64,40 +64,63 @@ contains
     extent = 1.0_rp/norm2(normal/spacing)
   end function extent
 
-  !> The `room` [m] that is left to the next edge of the tool, and the width of a particle's domain
-  !> there, in cells: by the length of a cell along the way to the edge, which goes up the slope of
-  !> the room on the surface.
-  subroutine measure_room(h, spacing, is_bspline, tool, x, normal, room, cells, width)
-    real(rp), intent(in) :: h(3), spacing(3)     !! edges of a cell, of a particle [m]
-    logical, intent(in) :: is_bspline            !! domains are cells
+  !> Part of the weight function of a particle at `x` that the tool covers, `room` away from the
+  !> tool's next edge: both count in cells, by the length of a cell along the way to the edge, which
+  !> goes up the slope of the room on the surface.
+  real(rp) function part_covered(tool, is_bspline, x, room, particle) result(part)
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: x(3)                 !! of the particle [m]
-    real(rp), intent(in) :: normal(3), room      !! of length 1, [m]
-    real(rp), intent(out) :: cells, width
+    logical, intent(in) :: is_bspline            !! domains are cells
+    real(rp), intent(in) :: x(3), room           !! [m]
+    type(contact_particle_t), intent(in) :: particle
     real(rp), parameter :: small = 1.0e-3_rp     !! step of the difference [cells]
-    real(rp) :: gap, rooms(2), slope(3), step(3), unused(3)
+    real(rp) :: gap, rooms(2), slope(3), step(3), unused(3), width
     integer :: a, side
 
-    cells = room/maxval(h)
-    width = 1.0_rp
-    if (.not. is_bspline) width = maxval(spacing/h)
-    if (all(abs(h - h(1)) <= 0.0_rp) .and. &
-        (is_bspline .or. all(abs(spacing - spacing(1)) <= 0.0_rp))) return
-    if (abs(room) >= 2.0_rp*maxval(h)) return
-    do a = 1, 3
-      do side = 1, 2
-        step = 0.0_rp
-        step(a) = small*minval(h)*(2*side - 3)
-        step = step - dot_product(step, normal)*normal
-        call tool%distance(x + step, gap, unused, rooms(side))
+    associate (h => particle%edges, spacing => particle%spacing)
+      width = 1.0_rp
+      if (.not. is_bspline) width = maxval(spacing/h)
+      part = part_within(width, room/maxval(h))
+      if (all(abs(h - h(1)) <= 0.0_rp) .and. &
+          (is_bspline .or. all(abs(spacing - spacing(1)) <= 0.0_rp))) return
+      if (abs(room) >= 2.0_rp*maxval(h)) return
+      do a = 1, 3
+        do side = 1, 2
+          step = 0.0_rp
+          step(a) = small*minval(h)*(2*side - 3)
+          step = step - dot_product(step, particle%normal)*particle%normal
+          call tool%distance(x + step, gap, unused, rooms(side))
+        end do
+        slope(a) = rooms(2) - rooms(1)
       end do
-      slope(a) = rooms(2) - rooms(1)
-    end do
-    if (.not. norm2(slope) > 0.0_rp) return
-    slope = slope/norm2(slope)
-    cells = room/length_along(h, slope)
-    if (.not. is_bspline) width = norm2(slope*spacing)/length_along(h, slope)
-  end subroutine measure_room
+      if (.not. norm2(slope) > 0.0_rp) return
+      slope = slope/norm2(slope)
+      if (.not. is_bspline) width = norm2(slope*spacing)/length_along(h, slope)
+      part = part_within(width, room/length_along(h, slope))
+    end associate
+  end function part_covered
+
+  !> Part of a particle's weight function that is on the inner side of an edge `room` cells away
+  !> (below 0: the particle is beyond it). The function is a hat of a cell averaged over the domain:
+  !> half a particle on the edge, all of it a cell and half a domain inside.
+  elemental real(rp) function part_within(width, room) result(part)
+    real(rp), intent(in) :: width               !! of the domain: a cell for B-splines [cells]
+    real(rp), intent(in) :: room
+
+    real(rp) :: x
+
+    x = max(-2.0_rp, min(2.0_rp, room))         ! no domain is wider than a cell
+    part = (twice(x + 0.5_rp*width) - twice(x - 0.5_rp*width))/width
+    part = max(0.0_rp, min(1.0_rp, part))
+  contains
+    !> The hat integrated twice, from far outside on.
+    elemental real(rp) function twice(x)
+      real(rp), intent(in) :: x
+      real(rp) :: r
+
+      r = max(-1.0_rp, min(1.0_rp, x))
+      twice = max(0.0_rp, x - 1.0_rp) + 1.0_rp/6.0_rp + 0.5_rp*(r + r*r) - abs(r)**3/6.0_rp
+    end function twice
+  end function part_within
 
   !> What limits the impulses of the touching particles, which have their `place` among the
   !> candidates: along the surface what the tool's law of friction makes of the strength of the

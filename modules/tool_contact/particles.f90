@@ -30,7 +30,7 @@ module tool_contact_particles
   use state_blocks, only: blocks_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t, scheme_usl
-  use tool_contact_limits, only: extent, limit_impulses, measure_room
+  use tool_contact_limits, only: extent, limit_impulses, part_covered
   use tool_contact_lists, only: candidates_t, contact_particle_t, tool_contact_t
   implicit none (type, external)
   private
@@ -162,8 +162,7 @@ contains
       edge = length_along(particle%edges, particle%normal)
       zone = merge(slop*edge, 0.0_rp, at_surface)
       if (.not. takes_part(clock, tool, rigid, dt, zone, friction_zone*size, &
-                           scene%method%is_bspline, particle%spacing, &
-                           near%ps(p, f_pos:f_pos + 2), &
+                           scene%method%is_bspline, near%ps(p, f_pos:f_pos + 2), &
                            velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
       call contact%add_particle_in_contact(particle)
       place(contact%n - before) = p
@@ -176,16 +175,15 @@ contains
   !> Whether a particle at `x`, with velocity `v` of its surface, takes part in contact: the surface
   !> would be inside the tool at the end of the step, comes too fast through the soft zone, or is
   !> within the friction zone; how fast it is to be, its slip, and what of it the tool covers.
-  logical function takes_part(clock, tool, rigid, dt, zone, friction_zone, is_bspline, &
-                              spacing, x, v, particle)
+  logical function takes_part(clock, tool, rigid, dt, zone, friction_zone, is_bspline, x, v, &
+                              particle)
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt, zone, friction_zone, x(3), v(3)
     logical, intent(in) :: is_bspline
-    real(rp), intent(in) :: spacing(3)          !! of particles [m]
     type(contact_particle_t), intent(inout) :: particle
-    real(rp) :: back, cells, domain, gap, relative(3), room, time, unused(3)
+    real(rp) :: back, gap, relative(3), room, time, unused(3)
 
     call tool%distance(x + dt*v, gap, particle%normal, room)
     gap = gap - particle%half
@@ -201,42 +199,16 @@ contains
     particle%touches = gap < zone .and. particle%closing > 0.0_rp
     takes_part = particle%touches .or. gap < friction_zone
     particle%within = 1.0_rp
-    if (particle%can_flow) then
-      call measure_room(particle%edges, spacing, is_bspline, tool, x + dt*v, particle%normal, &
-                        room, cells, domain)
-      particle%within = part_within(domain, cells)
-    end if
+    if (particle%can_flow) particle%within = part_covered(tool, is_bspline, x + dt*v, room, &
+                                                          particle)
     particle%keep_out = 0.0_rp
-    gap = gap + (1.0_rp - particle%within)*norm2(particle%normal*spacing)
+    gap = gap + (1.0_rp - particle%within)*norm2(particle%normal*particle%spacing)
     if (particle%within < 1.0_rp .and. gap < zone) then
       call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
                            particle%keep_out, unused)
     end if
     if (particle%within <= 0.0_rp .or. .not. particle%touches) particle%closing = 0.0_rp
   end function takes_part
-
-  !> Part of a particle's weight function that is on the inner side of an edge `room` cells away
-  !> (below 0: the particle is beyond it). The function is a hat of a cell averaged over the domain:
-  !> half a particle on the edge, all of it a cell and half a domain inside.
-  elemental real(rp) function part_within(width, room) result(part)
-    real(rp), intent(in) :: width               !! of the domain: a cell for B-splines [cells]
-    real(rp), intent(in) :: room
-
-    real(rp) :: x
-
-    x = max(-2.0_rp, min(2.0_rp, room))         ! no domain is wider than a cell
-    part = (twice(x + 0.5_rp*width) - twice(x - 0.5_rp*width))/width
-    part = max(0.0_rp, min(1.0_rp, part))
-  contains
-    !> The hat integrated twice, from far outside on.
-    elemental real(rp) function twice(x)
-      real(rp), intent(in) :: x
-      real(rp) :: r
-
-      r = max(-1.0_rp, min(1.0_rp, x))
-      twice = max(0.0_rp, x - 1.0_rp) + 1.0_rp/6.0_rp + 0.5_rp*(r + r*r) - abs(r)**3/6.0_rp
-    end function twice
-  end function part_within
 
   !> Time in which contact with a particle follows slow changes of gaps and forces [s].
   pure real(rp) function relaxation_time(clock, particle)

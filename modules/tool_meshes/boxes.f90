@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> A tree of boxes around things in space, by which the nearest of them is found; and the sorting
-!> that it takes to build one.
+!> A tree of boxes around things in space, by which the nearest of them is found.
 module tool_meshes_boxes
   use base_kinds, only: rp
+  use base_sort, only: order_of
   implicit none (type, external)
   private
 
-  public :: boxes_t, build_boxes, gap2, order_of
+  public :: boxes_t, build_boxes, descent_t
 
-  integer, parameter, public :: most_levels = 64   !! of a tree whose halves are even
+  integer, parameter :: most_levels = 64   !! of a tree whose halves are even
 
   !> Node 1 is the root. Things of a node are those in places first, ..., first + count - 1 of the
   !> sorted things; a node of count 0 has two children, `first` and the one behind it.
@@ -17,6 +17,16 @@ module tool_meshes_boxes
     integer, allocatable :: first(:), count(:)
     real(rp), allocatable :: lower(:, :), upper(:, :)   !! (3, n) [m]
   end type boxes_t
+
+  !> The way down a tree to the things near to a place: nodes to look at, the nearest last.
+  type :: descent_t
+    integer, private :: top, node(most_levels)
+    real(rp), private :: far(most_levels)               !! squares of their distances [m2]
+  contains
+    procedure :: begin
+    procedure :: next_leaf
+    procedure :: next_meeting
+  end type descent_t
 
 contains
 
@@ -67,55 +77,64 @@ contains
            + max(0.0_rp, lower(3) - x(3), x(3) - upper(3))**2
   end function gap2
 
-  !> The order in which columns of `key` rise, by their first row, then by the second, and so on;
-  !> equal ones stay as they are.
-  pure function order_of(key) result(order)
-    real(rp), intent(in) :: key(:, :)
-    integer :: order(size(key, 2)), merged(size(key, 2))
-    integer :: a, b, first, i, middle, n, last, width
+  !> Begin at the root.
+  pure subroutine begin(self)
+    class(descent_t), intent(inout) :: self
 
-    n = size(order)
-    order = [(i, i=1, n)]
-    width = 1
-    do while (width < n)
-      do first = 1, n, 2*width
-        middle = min(first + width, n + 1)
-        last = min(first + 2*width, n + 1)
-        a = first
-        b = middle
-        do i = first, last - 1
-          if (a < middle .and. b < last) then
-            if (is_less(key(:, order(b)), key(:, order(a)))) then
-              merged(i) = order(b)
-              b = b + 1
-            else
-              merged(i) = order(a)
-              a = a + 1
-            end if
-          else if (a < middle) then
-            merged(i) = order(a)
-            a = a + 1
-          else
-            merged(i) = order(b)
-            b = b + 1
-          end if
-        end do
-      end do
-      order = merged
-      width = 2*width
+    self%top = 1
+    self%node(1) = 1
+    self%far(1) = 0.0_rp
+  end subroutine begin
+
+  !> Places first to last of the things of the next leaf whose box is nearer to `x` than `best`,
+  !> which may have become less since the leaf before; none are left if last < first.
+  pure subroutine next_leaf(self, tree, x, best, first, last)
+    class(descent_t), intent(inout) :: self
+    type(boxes_t), intent(in) :: tree
+    real(rp), intent(in) :: x(3), best               !! [m], square of a distance [m2]
+    integer, intent(out) :: first, last
+    real(rp) :: gap(2)
+    integer :: child, k, node
+
+    do while (self%top > 0)
+      node = self%node(self%top)
+      self%top = self%top - 1
+      if (self%far(self%top + 1) >= best) cycle
+      first = tree%first(node)
+      last = first + tree%count(node) - 1
+      if (last >= first) return
+      child = first
+      gap = [gap2(tree%lower(:, child), tree%upper(:, child), x), &
+             gap2(tree%lower(:, child + 1), tree%upper(:, child + 1), x)]
+      k = merge(0, 1, gap(1) > gap(2))           ! the nearer one last, so that it comes first
+      self%node(self%top + 1:self%top + 2) = child + [k, 1 - k]
+      self%far(self%top + 1:self%top + 2) = gap([k + 1, 2 - k])
+      self%top = self%top + 2
     end do
-  end function order_of
+    first = 1
+    last = 0
+  end subroutine next_leaf
 
-  !> Whether `a` comes before `b`.
-  pure logical function is_less(a, b)
-    real(rp), intent(in) :: a(:), b(:)
-    integer :: i
+  !> The same of the next leaf whose box meets another.
+  pure subroutine next_meeting(self, tree, lower, upper, first, last)
+    class(descent_t), intent(inout) :: self
+    type(boxes_t), intent(in) :: tree
+    real(rp), intent(in) :: lower(3), upper(3)       !! [m]
+    integer, intent(out) :: first, last
+    integer :: node
 
-    is_less = .false.
-    do i = 1, size(a)
-      is_less = a(i) < b(i)
-      if (is_less .or. a(i) > b(i)) return
+    do while (self%top > 0)
+      node = self%node(self%top)
+      self%top = self%top - 1
+      if (any(tree%lower(:, node) > upper .or. tree%upper(:, node) < lower)) cycle
+      first = tree%first(node)
+      last = first + tree%count(node) - 1
+      if (last >= first) return
+      self%node(self%top + 1:self%top + 2) = [first, first + 1]
+      self%top = self%top + 2
     end do
-  end function is_less
+    first = 1
+    last = 0
+  end subroutine next_meeting
 
 end module tool_meshes_boxes

@@ -5,7 +5,7 @@
 module tool_meshes_cuts
   use base_errors, only: fatal
   use base_kinds, only: pi, rp
-  use tool_meshes_boxes, only: order_of
+  use base_sort, only: order_of
   use tool_meshes_facets, only: facets_t, flaw_t, join_corners, list_flaws, match_edges
   use tool_meshes_grooves, only: grooves_t
   use tool_meshes_mesh, only: mesh_t, new_mesh

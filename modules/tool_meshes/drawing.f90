@@ -2,7 +2,7 @@
 !> What others see of a surface of facets: points on it, and triangles for pictures.
 module tool_meshes_drawing
   use base_kinds, only: rp
-  use tool_meshes_boxes, only: order_of
+  use base_sort, only: order_of
   use tool_meshes_facets, only: facets_t
   implicit none (type, external)
   private

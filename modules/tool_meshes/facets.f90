@@ -3,7 +3,7 @@
 !> across each of their edges, and what is wrong with them.
 module tool_meshes_facets
   use base_kinds, only: rp
-  use tool_meshes_boxes, only: order_of
+  use base_sort, only: order_of
   implicit none (type, external)
   private
 

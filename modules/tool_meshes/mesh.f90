@@ -4,7 +4,7 @@
 !> its two facets', of a corner that of its facets by their angles (Baerentzen & Aanaes 2005).
 module tool_meshes_mesh
   use base_kinds, only: pi, rp
-  use tool_meshes_boxes, only: boxes_t, build_boxes, gap2, most_levels
+  use tool_meshes_boxes, only: boxes_t, build_boxes, descent_t
   use tool_meshes_facets, only: cross, facets_t, match_edges
   use tool_meshes_ridges, only: find_ridges, no_edge, ridges_t
   implicit none (type, external)
@@ -260,41 +260,27 @@ contains
     real(rp), intent(in) :: x(3), most
     integer, intent(out) :: facet, region
     real(rp), intent(out) :: at(3)
-    real(rp) :: best, d2, far(most_levels), gap(2), y(3)
-    integer :: child, i, k, node, stack(most_levels), top
+    type(descent_t) :: descent
+    real(rp) :: best, d2, y(3)
+    integer :: first, i, k, last
 
     best = most
     facet = 1
     region = on_face
     at = x
-    top = 1
-    stack(1) = 1
-    far(1) = 0.0_rp
-    do while (top > 0)
-      node = stack(top)
-      top = top - 1
-      if (far(top + 1) >= best) cycle
-      if (self%tree%count(node) > 0) then
-        do i = self%tree%first(node), self%tree%first(node) + self%tree%count(node) - 1
-          if (dot_product(x - self%place(:, 1, i), self%place(:, 4, i))**2 >= best) cycle
-          call project(self%place(:, :, i), x, k, d2, y)
-          if (d2 >= best) cycle
-          best = d2
-          facet = i
-          region = k
-          at = y
-        end do
-        cycle
-      end if
-      child = self%tree%first(node)
-      gap = [gap2(self%tree%lower(:, child), self%tree%upper(:, child), x), &
-             gap2(self%tree%lower(:, child + 1), self%tree%upper(:, child + 1), x)]
-      k = merge(0, 1, gap(1) > gap(2))           ! the nearer one last, so that it comes first
-      stack(top + 1) = child + k
-      stack(top + 2) = child + 1 - k
-      far(top + 1) = gap(k + 1)
-      far(top + 2) = gap(2 - k)
-      top = top + 2
+    call descent%begin()
+    do
+      call descent%next_leaf(self%tree, x, best, first, last)
+      if (last < first) exit
+      do i = first, last
+        if (dot_product(x - self%place(:, 1, i), self%place(:, 4, i))**2 >= best) cycle
+        call project(self%place(:, :, i), x, k, d2, y)
+        if (d2 >= best) cycle
+        best = d2
+        facet = i
+        region = k
+        at = y
+      end do
     end do
   end subroutine nearest
 

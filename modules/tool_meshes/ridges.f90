@@ -4,7 +4,7 @@
 !> no rims between them.
 module tool_meshes_ridges
   use base_kinds, only: pi, rp
-  use tool_meshes_boxes, only: boxes_t, build_boxes, gap2, most_levels
+  use tool_meshes_boxes, only: boxes_t, build_boxes, descent_t
   use tool_meshes_facets, only: cross, facets_t
   implicit none (type, external)
   private
@@ -205,38 +205,24 @@ contains
     class(ridges_t), intent(in) :: self
     integer, intent(in) :: facet
     real(rp), intent(in) :: at(3)
-    real(rp) :: far(most_levels), gap(2), length
-    integer :: child, i, k, node, patch, stack(most_levels), top
+    type(descent_t) :: descent
+    real(rp) :: length
+    integer :: first, i, last, patch
 
     room = no_edge
     if (self%n == 0) return
     patch = self%patch(facet)
-    top = 1
-    stack(1) = 1
-    far(1) = 0.0_rp
-    do while (top > 0)
-      node = stack(top)
-      top = top - 1
-      if (far(top + 1) >= room) cycle
-      if (self%tree%count(node) > 0) then
-        do i = self%tree%first(node), self%tree%first(node) + self%tree%count(node) - 1
-          if (all(self%beside(:, i) /= patch)) cycle
-          associate (from => self%place(:, 1, i), way => self%place(:, 2, i))
-            length = max(0.0_rp, min(1.0_rp, dot_product(at - from, way)/dot_product(way, way)))
-            room = min(room, norm2(at - from - length*way)/self%sharpness(i))
-          end associate
-        end do
-        cycle
-      end if
-      child = self%tree%first(node)
-      gap = [sqrt(gap2(self%tree%lower(:, child), self%tree%upper(:, child), at)), &
-             sqrt(gap2(self%tree%lower(:, child + 1), self%tree%upper(:, child + 1), at))]
-      k = merge(0, 1, gap(1) > gap(2))
-      stack(top + 1) = child + k
-      stack(top + 2) = child + 1 - k
-      far(top + 1) = gap(k + 1)
-      far(top + 2) = gap(2 - k)
-      top = top + 2
+    call descent%begin()
+    do
+      call descent%next_leaf(self%tree, at, room**2, first, last)
+      if (last < first) exit
+      do i = first, last
+        if (all(self%beside(:, i) /= patch)) cycle
+        associate (from => self%place(:, 1, i), way => self%place(:, 2, i))
+          length = max(0.0_rp, min(1.0_rp, dot_product(at - from, way)/dot_product(way, way)))
+          room = min(room, norm2(at - from - length*way)/self%sharpness(i))
+        end associate
+      end do
     end do
   end function room
 

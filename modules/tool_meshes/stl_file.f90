@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> Facets from an STL file, of text or binary, and all that is wrong with them: lines that do not
-!> belong there, numbers that are none, edges that do not close.
+!> belong there, numbers that are none, edges that do not close, facets that intersect.
 module tool_meshes_stl_file
   use, intrinsic :: iso_fortran_env, only: int32, real32
   use base_kinds, only: rp
   use base_text, only: lower, str
   use input_diagnostics, only: diagnostics_t, excerpt
   use keys_written, only: split_words, to_real
+  use tool_meshes_crossings, only: find_crossings
   use tool_meshes_facets, only: cross, facets_t, flaw_t, is_open, is_turned, join_corners, &
                                 list_flaws, match_edges
   implicit none (type, external)
@@ -295,7 +296,7 @@ contains
     type(facets_t), intent(out) :: facets
     type(diagnostics_t), intent(inout) :: diagnostics
     type(flaw_t), allocatable :: flaw(:)
-    integer, allocatable :: kept(:)
+    integer, allocatable :: crossed(:), kept(:)
     real(rp) :: volume
     integer :: i
 
@@ -321,6 +322,12 @@ contains
     if (stl%n_complaints > 0) return
     if (volume <= 0.0_rp) call stl%complain(stl%line(1), 'all facets face inwards: their '// &
       'corners must be counterclockwise seen from outside', diagnostics)
+    call find_crossings(facets, crossed)
+    do i = 1, size(kept)
+      if (crossed(i) > 0) call stl%complain(stl%line(kept(i)), 'the facet goes through that of '// &
+        trim(merge('number', 'line  ', stl%is_binary))//' '//str(stl%line(kept(crossed(i))))// &
+        ': the surface must not intersect itself', diagnostics)
+    end do
   end subroutine check
 
   function text_of(flaw) result(text)

@@ -3,6 +3,7 @@
 module tool_shapes_stl
   use base_kinds, only: pi, rp
   use input_diagnostics, only: diagnostics_t
+  use input_files, only: file_path
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_meshes_facets, only: cross, facets_t
@@ -58,10 +59,9 @@ contains
       call input%report(diagnostics, 'TOOL', i, 'AXIS', 'must not be zero')
       return
     end if
-    path = input%text('TOOL', i, 'FILE')
+    path = file_path(input, 'TOOL', i)
     unit = metres(input%text('TOOL', i, 'UNIT'))
     if (path == '' .or. unit <= 0.0_rp) return   ! is complained of already
-    if (index(path, '/') /= 1) path = input%file(:index(input%file, '/', back=.true.))//path
     before = diagnostics%count()
     call read_stl(path, facets, opened, diagnostics)
     if (.not. opened) call input%report(diagnostics, 'TOOL', i, 'FILE', path//' cannot be read')

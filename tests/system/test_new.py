@@ -15,17 +15,23 @@ COMPLETION = driver.ROOT / "share/bash-completion/completions/stirpoint"
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_scene_runs_as_it_is(run, tmp_path, scene):
-    """--new prints a commented input that passes --check without a warning and takes its first steps."""
+    """--new prints a commented input that passes --check without a warning. The short ones run to an early END, stay below
+    melting and warn of nothing; the others take their first steps."""
     text = run(None, "--new", scene).out
     assert text.count("\n!") > 4
     (tmp_path / "my.nml").write_text(text, encoding="utf-8")
     checked = run("my.nml", "--check")
     assert "warning" not in checked.out + checked.err
-    end = {"TIME.END": 0.05} if scene == "heat" else {"TIME.MAX_STEPS": 30}
+    end = {"TIME.END": {"heat": 2.0, "shoulder": 0.6}[scene]} if scene in ("heat", "shoulder") else {"TIME.MAX_STEPS": 30}
     done = run("my.nml", sets=end)
     assert "results in my.out" in done.out
     assert "warning" not in done.out + done.err
-    assert len(done.results("my").history()["time[s]"]) > 1
+    history = done.results("my").history()
+    assert len(history["time[s]"]) > 1
+    if "TIME.END" in end:
+        solidus = float(re.search(r"T_MELT = (\d+)", checked.out).group(1))
+        assert history["time[s]"][-1] == end["TIME.END"]
+        assert 400 < history["temperature_max[K]"].max() < solidus
 
 
 def test_weld_on_a_backing_plate(run):

@@ -164,6 +164,30 @@ def test_ranks_and_restart(run, tmp_path, kind):
     assert np.abs(turned - y).max() < 1e-8
 
 
+def test_restart_knows_its_stl_file(run, tmp_path):
+    """A restart without an input finds the file where the run had it; a file with other content is refused, even if the
+    same bytes stand in another order."""
+    for folder in ("there", "here"):
+        (tmp_path / folder).mkdir()
+    facets = cylinder(3.0, 3.0, 5)
+    write_binary(tmp_path / "there/tool.stl", facets)
+    tool = "KIND = 'stl', FILE = 'tool.stl', UNIT = 'mm', POSITION = 0, 0, 6.1e-3"
+    (tmp_path / "there/scene.nml").write_text(scene(tool, "VELOCITY = 0, 0, -0.1, SPIN_RPM = 900"))
+    run("there/scene.nml", "--quiet", sets={"TIME.MAX_STEPS": 3})
+    checkpoint = tmp_path / "scene.out/scene_checkpoint.h5"
+    again = ("--quiet", "--restart", checkpoint)
+    run(None, *again, sets={"TIME.MAX_STEPS": 5}, directory=tmp_path / "here")
+    for words in ((None, *again), (tmp_path / "there/scene.nml", *again)):
+        write_binary(tmp_path / "there/tool.stl", facets[::-1])
+        refused = run(*words, directory=tmp_path / "here", expect=driver.BAD_INPUT).err
+        assert "&TOOL FILE = 'tool.stl': a restart cannot change it: the content of the file" in refused
+        write_binary(tmp_path / "there/tool.stl", facets)
+        run(*words, sets={"TIME.MAX_STEPS": 6}, directory=tmp_path / "here")
+    (tmp_path / "there/tool.stl").unlink()
+    missing = run(None, *again, directory=tmp_path / "here", expect=driver.BAD_INPUT).err
+    assert f"{tmp_path}/there/tool.stl cannot be read" in missing
+
+
 def test_cells_too_coarse_for_grooves(run, tmp_path):
     """Less than two cells a pitch are warned of; two are enough."""
     pin = "RADIUS = 6e-3, HEIGHT = 4e-3, PIN_RADIUS = 2.5e-3, PIN_LENGTH = 2.5e-3, POSITION = 0, 0, 8.7e-3"
@@ -204,6 +228,9 @@ def broken_files():
     lines = text_of(good).splitlines()
     hole, turned, crowded = good[1:], good.copy(), np.concatenate([good, good[:1, [0, 2, 1]], good[:1]])
     turned[3] = turned[3, [0, 2, 1]]
+    shells = np.concatenate([good, 0.5 * good + [3.0, 0.0, 1.0]])
+    spike = np.array(good)
+    spike[np.all(spike == [0, 0, 4], axis=2)] = [0, 0, -1]   # the middle of the top, pulled through the bottom
     number, word = lines.copy(), lines.copy()
     number[11] = "vertex 1 2 three"
     word[9] = "outer"
@@ -214,6 +241,8 @@ def broken_files():
         "turned says": (text_of(turned), "has two facets that face opposite sides"),
         "crowded": (text_of(crowded), "has more than two facets"),
         "inwards": (text_of(good[:, [0, 2, 1]]), "tool.stl:2: error: all facets face inwards"),
+        "shells": (text_of(shells), "goes through that of line "),
+        "spike": (text_of(spike), ": the surface must not intersect itself"),
         "number": ("\n".join(number), "tool.stl:12: error: 'vertex' and three numbers must stand here, and not 'vertex 1 2 three'"),
         "word": ("\n".join(word), "tool.stl:10: error: 'outer loop' must stand here, and not 'outer'"),
         "end": ("\n".join(lines[:-3]), "the file ends where 'endloop' must stand here"),

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Text helpers: case, numbers as text, likeness of words; and the error value.
+!> Text helpers: case, numbers as text, likeness of words; the error value; sorting.
 program test_text
   use, intrinsic :: ieee_arithmetic, only: ieee_invalid, ieee_quiet_nan, ieee_set_flag, &
                                            ieee_set_halting_mode, ieee_value
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
+  use base_sort, only: order_of
   use base_text, only: edit_distance, lower, str, upper
   use check, only: begin_tests, end_tests, expect, expect_close, expect_equal
   implicit none (type, external)
@@ -15,9 +16,35 @@ program test_text
   call test_numbers_read_back()
   call test_distance()
   call test_error()
+  call test_order()
   call end_tests()
 
 contains
+
+  !> Columns rise by their rows in turn, and equal ones keep their order, for any number of them.
+  subroutine test_order()
+    real(rp) :: key(2, 41), step
+    integer :: i, n, order(41)
+    logical :: rises
+
+    call random_init(.true., .false.)
+    rises = .true.
+    do n = 0, size(key, 2)
+      call random_number(key)
+      key = real(int(4.0_rp*key), rp)               ! with many equal ones
+      order(:n) = order_of(key(:, :n))
+      do i = 2, n
+        associate (a => order(i - 1), b => order(i))
+          step = 5.0_rp*(key(1, b) - key(1, a)) + key(2, b) - key(2, a)
+          rises = rises .and. (step > 0.0_rp .or. abs(step) <= 0.0_rp .and. b > a)
+        end associate
+      end do
+      rises = rises .and. sum(order(:n)) == n*(n + 1)/2
+    end do
+    call expect('columns in their order', rises)
+    order(:4) = order_of(reshape([3.0_rp, -1.0_rp, 2.0_rp, -1.0_rp], [1, 4]))
+    call expect('numbers in their order', all(order(:4) == [2, 4, 3, 1]))
+  end subroutine test_order
 
   subroutine test_case()
     call expect_equal('upper', upper('abz XYZ_09 {'), 'ABZ XYZ_09 {')
