@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""cmake --install into a prefix with a blank, find_package from another project, the Debian package."""
+"""cmake --install into a prefix with a blank, find_package from another project, the Debian package, stirpost, CI."""
 
 import pathlib
+import re
 import shutil
 import subprocess
+import sys
 
 import driver
 import pytest
@@ -53,6 +55,7 @@ def test_installed_program_runs(prefix, tmp_path):
         call(program, heat, *words, cwd=tmp_path)
     man = call("man", "-l", prefix / "share/man/man1/stirpoint.1") if shutil.which("man") else "--restart"
     assert "--restart" in man
+    assert (prefix / "share/paraview/stirpoint.py").read_bytes() == (driver.ROOT / "share/paraview/stirpoint.py").read_bytes()
     (module,) = (prefix / "share/modulefiles/stirpoint").iterdir()
     assert module.read_text(encoding="utf-8").startswith("#%Module1.0")
 
@@ -63,13 +66,32 @@ def test_find_package(prefix, tmp_path):
     assert "found 0.1" in out and "Stirpoint 0.1" in out
 
 
+def test_package_of_stirpost(tmp_path):
+    """What goes into a wheel is every file of the package, data included."""
+    copy = shutil.copytree(driver.ROOT / "postproc", tmp_path / "copy", ignore=shutil.ignore_patterns("build", "*.egg-info"))
+    call(sys.executable, "-c", "import setuptools; setuptools.setup()", "build", "--build-lib", tmp_path / "built", cwd=copy)
+    package = copy / "stirpost"
+    files = {path.relative_to(copy) for path in package.rglob("*") if path.is_file() and path.suffix != ".pyc"}
+    assert any(path.suffix not in (".py",) for path in files)
+    assert files == {path.relative_to(tmp_path / "built") for path in (tmp_path / "built").rglob("*") if path.is_file()}
+
+
+def test_workflow_runs_the_stages():
+    """Those of .ci/run, all of them."""
+    stages = re.search(r"stage: \[(.*)\]", (driver.ROOT / ".github/workflows/ci.yml").read_text()).group(1).split(", ")
+    script = (driver.ROOT / ".ci/run").read_text()
+    known = re.findall(r"^#   (\S+) ", script, re.MULTILINE)
+    assert sorted(stages) == sorted(known)
+    assert all(re.search(rf"^{stage}\(\) {{", script, re.MULTILINE) for stage in stages)
+
+
 @pytest.mark.skipif(shutil.which("dpkg-deb") is None, reason="no dpkg-deb")
 def test_debian_package(tmp_path):
     """It has the program and its files, names the libraries it needs, and runs where it is unpacked."""
     call("cpack", "--config", BUILD / "CPackConfig.cmake", "-G", "DEB", "-B", tmp_path)
     (package,) = tmp_path.glob("stirpoint_*.deb")
     content = call("dpkg-deb", "--contents", package)
-    for file in ("bin/stirpoint", "share/stirpoint/materials.nml", "share/stirpoint/new/pin.nml", "share/man/man1/stirpoint.1"):
+    for file in ("bin/stirpoint", "share/paraview/stirpoint.py", "share/stirpoint/materials.nml", "share/stirpoint/new/pin.nml", "share/man/man1/stirpoint.1"):
         assert f" ./usr/{file}\n" in content
     assert ".mod\n" not in content and ".a\n" not in content
     needs = call("dpkg-deb", "--field", package, "Depends")
