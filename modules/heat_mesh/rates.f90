@@ -5,6 +5,7 @@ module heat_mesh_rates
   use base_kinds, only: rp
   use comm_world, only: world_t
   use heat_mesh_curve, only: property_t
+  use heat_mesh_films, only: film_t
   use heat_mesh_mesh, only: mesh_t
   use heat_mesh_sources, only: heat_source_t, kind_stir
   implicit none (type, external)
@@ -13,15 +14,6 @@ module heat_mesh_rates
   public :: heat_t, b_source, b_film, n_books
 
   integer, parameter :: b_source = 1, b_film = 2, n_books = 2   !! powers in and out [W], and heats
-
-  !> Walls that lose heat.
-  type :: film_t
-    integer :: n = 0
-    integer, allocatable :: cell(:)
-    real(rp), allocatable :: area(:), coefficient(:), depth(:), ambient(:)   !! [m2] [W/(m2 K)] ..
-    real(rp), allocatable :: conductance(:)       !! A/(1/h + d/k) with the reference k [W/K]
-    real(rp), allocatable :: per_capacity(:)      !! that over the capacity of the cell [1/s]
-  end type film_t
 
   !> All that determines how a field of temperature changes.
   type :: heat_t
@@ -65,7 +57,7 @@ contains
     class(heat_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     real(rp), allocatable :: rate(:, :)
-    real(rp) :: most(1), loss(self%size())
+    real(rp) :: most(1), loss(self%size()), stiffer
     integer :: c, i, n
 
     self%world = world
@@ -80,7 +72,9 @@ contains
     loss = 0.0_rp
     do i = 1, self%film%n
       c = self%film%cell(i)
-      loss(c) = loss(c) + self%film%conductance(i)/self%mesh%capacity(c)
+      stiffer = 1.0_rp
+      if (self%film%radiation(i) > 0.0_rp) stiffer = stiffening(self%property)
+      loss(c) = loss(c) + stiffer*self%film%steepest(i)/self%mesh%capacity(c)
     end do
     most = 0.0_rp
     if (n > 0) most = maxval(2.0_rp*sum(rate, dim=1)*stiffening(self%property) + loss)
@@ -102,31 +96,14 @@ contains
       maxval(1.0_rp/(property%resistivity%value*property%k_ref*property%capacity%value))
   end function stiffening
 
-  !> Give walls film coefficients and ambient temperatures by body and face.
-  subroutine add_films(self, coefficient, ambient)
+  !> Give walls film coefficients, radiation and ambient temperatures by body and face.
+  subroutine add_films(self, coefficient, radiation, ambient)
     class(heat_t), intent(inout) :: self
-    real(rp), intent(in) :: coefficient(:, :), ambient(:, :)   !! (6, bodies) [W/(m2 K)], [K]
-    integer :: i, n
+    real(rp), intent(in) :: coefficient(:, :), radiation(:, :)   !! [W/(m2 K)], [W/(m2 K4)]
+    real(rp), intent(in) :: ambient(:, :)                        !! (6, bodies) [K]
 
-    n = size(self%mesh%wall)
-    allocate (self%film%cell(n), self%film%area(n), self%film%coefficient(n), &
-              self%film%depth(n), self%film%ambient(n), self%film%conductance(n), &
-              self%film%per_capacity(n))
-    n = 0
-    do i = 1, size(self%mesh%wall)
-      associate (w => self%mesh%wall(i), f => self%film)
-        if (coefficient(w%face, w%body) <= 0.0_rp) cycle
-        n = n + 1
-        f%cell(n) = w%cell
-        f%area(n) = w%area
-        f%coefficient(n) = coefficient(w%face, w%body)
-        f%depth(n) = w%depth
-        f%ambient(n) = ambient(w%face, w%body)
-        f%conductance(n) = w%area/(1.0_rp/f%coefficient(n) + w%depth/self%conductivity(w%body))
-        f%per_capacity(n) = f%conductance(n)/self%mesh%capacity(w%cell)
-      end associate
-    end do
-    self%film%n = n
+    call self%film%init(self%mesh%wall, self%mesh%capacity, self%conductivity, coefficient, &
+                        radiation, ambient)
   end subroutine add_films
 
   !> Collective. What the sources cover in a step. Sources must not begin or end within it.
@@ -278,13 +255,13 @@ contains
     integer :: c, i, s
 
     power = 0.0_rp
-    if (self%property%is_constant) then
+    if (self%property%is_constant .and. .not. self%film%radiates) then
       call add_films_here(n, self%film%n, self%film%cell, self%film%conductance, &
                           self%film%per_capacity, self%film%ambient, factor, t, out, power(b_film))
     else
       do i = 1, self%film%n
         c = self%film%cell(i)
-        heat = film_conductance(self, i, t(c))*(t(c) - self%film%ambient(i))
+        call self%film%loss(i, t(c), resistivity(self, c, t(c)), heat, slope)
         out(c) = out(c) - factor*heat/self%mesh%capacity(c)
         power(b_film) = power(b_film) + heat
       end do
@@ -319,17 +296,6 @@ contains
     end do
   end subroutine add_films_here
 
-  pure real(rp) function film_conductance(self, i, t)
-    class(heat_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp), intent(in) :: t
-
-    film_conductance = self%film%conductance(i)
-    if (.not. self%property%is_constant) film_conductance = &
-      self%film%area(i)/(1.0_rp/self%film%coefficient(i) + self%film%depth(i) &
-                         *self%property%resistivity%at(t))
-  end function film_conductance
-
   !> 1/k of a cell at a temperature [m K/W].
   pure real(rp) function resistivity(self, c, t)
     class(heat_t), intent(in) :: self
@@ -354,7 +320,9 @@ contains
     d = 0.0_rp
     do i = 1, self%film%n
       c = self%film%cell(i)
-      d(c) = d(c) - film_conductance(self, i, self%property%temperature_at(y(c)))
+      t = self%property%temperature_at(y(c))
+      call self%film%loss(i, t, resistivity(self, c, t), heat, one)
+      d(c) = d(c) - one
     end do
     do s = 1, size(self%source)
       if (.not. self%is_on(s)) cycle

@@ -17,6 +17,7 @@ module heat_setup_scene
   use heat_solvers_petsc, only: petsc_trouble
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
+  use state_film, only: stefan_boltzmann
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -199,6 +200,8 @@ contains
       call cut_mesh(heat%mesh, cuts, heat%property, heat%conductivity, capacity)
       call heat%add_films( &
         reshape([(scene%body(b)%film%coefficient, b=1, size(solids))], [6, size(solids)]), &
+        stefan_boltzmann &
+        *reshape([(scene%body(b)%film%emissivity, b=1, size(solids))], [6, size(solids)]), &
         reshape([(scene%body(b)%film%ambient, b=1, size(solids))], [6, size(solids)]))
       call read_heat_sources(input, m, heat%property%k_ref, heat%property%rho*heat%property%c_ref, &
                              heat%source)

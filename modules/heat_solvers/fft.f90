@@ -110,7 +110,8 @@ contains
         worst = max(worst, abs(d(c) - self%along_z%loss(k)) &
                     /max(self%along_z%loss(k), tiny(1.0_rp)))
       end do
-      if (size(mesh%odd) + size(mesh%void) > 0 .or. .not. heat%property%is_constant) worst = 1.0_rp
+      if (size(mesh%odd) + size(mesh%void) > 0 .or. .not. heat%property%is_constant &
+          .or. f%radiates) worst = 1.0_rp
     end associate
     call heat%world%max(worst)
     self%is_exact = worst(1) <= close

@@ -157,10 +157,6 @@ contains
       call input%report(diagnostics, 'SURFACE', i, '', 'a coefficient by pressure needs '// &
         'mechanics: with MECHANICS = F no pressure is known')
     end if
-    if (film%emissivity > 0.0_rp .and. .not. has_mechanics) then
-      call input%report(diagnostics, 'SURFACE', i, 'EMISSIVITY', 'needs mechanics: films of '// &
-                        'heat alone (MECHANICS = F) do not radiate')
-    end if
   end function film_of
 
   !> Shapes must belong to a body and lie inside the grid; bodies must have a shape.

@@ -108,8 +108,51 @@ def test_radiation(run, seed, how):
     assert error < 0.01
 
 
-REFUSED = [({"METHOD.MECHANICS": "F", "TIME.MASS_SCALING": 1}, "do not radiate"),
-           ({"METHOD.MECHANICS": "F", "SURFACE.PRESSURE_FACTOR": 10}, "no pressure is known"),
+def surface_temperature(start, around, film, emissivity, resistance):
+    """Of a wall whose other side is held at `start`: what comes through it goes by film and radiation."""
+    low, high = sorted((start, around))
+    for _ in range(60):
+        t = (low + high) / 2
+        out = film * (t - around) + emissivity * 5.670374419e-8 * (t**4 - around**4)
+        low, high = (low, t) if out > (start - t) / resistance else (t, high)
+    return t
+
+
+@pytest.mark.parametrize("seed, how", [(0, "rkl2"), (1, "tr-bdf2"), (2, "backward-euler")])
+def test_radiation_of_heat_alone(run, tmp_path, seed, how):
+    """Exact, in heat alone: the cube as above, within 1 %, and a wall that radiates into hotter or colder surroundings
+    beside a film, its steady temperatures within 1e-3 of the whole difference; heat is conserved."""
+    random = np.random.default_rng(seed)
+    start, around, emissivity = random.uniform(900, 1600), random.uniform(250, 500), random.uniform(0.1, 1.0)
+    capacity, area = 3.6e6 * 4e-3**3, 6 * 4e-3**2
+    end = 0.9 * cooling_time(around + 0.3 * (start - around), start, around, emissivity, capacity, area)
+    text = (driver.INPUTS / "radiating_cube.nml").read_text()
+    path = tmp_path / "cube.nml"
+    path.write_text("&METHOD MECHANICS = F /\n" + text.replace(", MASS_SCALING = 9e11, DT = 0.01", ""))
+    sets = {"BODY.TEMPERATURE": start, "HEAT.AMBIENT": around, "SURFACE.EMISSIVITY": emissivity, "TIME.END": end,
+            "OUTPUT.HISTORY_INTERVAL": end / 10, "OUTPUT.CHECKPOINT_INTERVAL": end, "HEAT.INTEGRATOR": how,
+            "HEAT.TOLERANCE": 0.05 if how == "backward-euler" else 0.5}
+    history = run(path, "--quiet", sets=sets).results("cube").history()
+    lost, content = history["film_loss[J]"], history["heat_content[J]"]
+    times = [cooling_time(start - heat / capacity, start, around, emissivity, capacity, area) for heat in lost]
+    assert np.abs(np.array(times) - history["time[s]"]).max() / end < 0.01
+    assert content[0] - content[-1] == pytest.approx(lost[-1], rel=1e-5)      # printed digits
+
+    film = random.uniform(0.0, 200.0) * (seed > 0)
+    around, start = random.uniform(300, 1500), random.uniform(300, 900)
+    exact = surface_temperature(start, around, film, emissivity, 32e-3 / 100.0)
+    path = tmp_path / "wall.nml"
+    text = (driver.INPUTS / "heat_slab.nml").read_text()
+    text = text.replace("FACE = 'xmin', COEFFICIENT = 6250", f"FACE = 'xmin', COEFFICIENT = 1e9, AMBIENT = {start}")
+    path.write_text(text.replace("COEFFICIENT = 6250", f"COEFFICIENT = {film}, EMISSIVITY = {emissivity}, AMBIENT = {around}"))
+    sets = {"TIME.END": 80, "GRID.CELL": 4e-3, "HEAT.INTEGRATOR": how, "BODY.TEMPERATURE": start}
+    probes = run(path, "--quiet", sets=sets).results("wall").probes()
+    print(seed, how, times[-1] / end - 0.9, probes["face[K]"][-1], exact, start, around)
+    assert probes["centre[K]"][-1] == pytest.approx((start + exact) / 2, abs=1e-3 * abs(around - start))
+    assert probes["face[K]"][-1] == pytest.approx(exact, abs=1e-3 * abs(around - start))
+
+
+REFUSED = [({"METHOD.MECHANICS": "F", "SURFACE.PRESSURE_FACTOR": 10}, "no pressure is known"),
            ({"SURFACE.TABLE_OF": "pressure"}, "needs as many values")]
 
 
