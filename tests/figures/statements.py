@@ -59,7 +59,7 @@ FORMULA = "follows from the formula beside it"
 ABOUT = "the order of a processor time, which depends on the machine"
 
 DEFINITIONS = (
-    ("docs/method.md", "take for a feature (30 degrees)", KEY),
+    ("docs/method.md", "turns there by more than 30 degrees", KEY),
     ("README.md", "CMake >= 3.20", QUOTED),
     ("README.md", "ParaView 5.11", QUOTED),
     ("docs/choosing.md", "A film of 560 to 700 W/(m2 K)", QUOTED),

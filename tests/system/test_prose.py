@@ -72,13 +72,14 @@ def test_checker(text, wanted):
     assert (found == []) if wanted is None else (len(found) == 1 and found[0].startswith(wanted))
 
 
-def test_equations_are_drawn():
-    """Every formula of docs/theory.md becomes MathML, which browsers draw without a script; none is left as it was typed."""
+@pytest.mark.parametrize("name, least", [("theory", 40), ("method", 20)])
+def test_equations_are_drawn(name, least):
+    """Every formula of these documents becomes MathML, which browsers draw without a script; none is left as it was typed."""
     pytest.importorskip("l2m4m")
     import markdown
 
-    text = (driver.ROOT / "docs/theory.md").read_text(encoding="utf-8")
+    text = (driver.ROOT / f"docs/{name}.md").read_text(encoding="utf-8")
     formulas = re.findall(r"\$\$.*?\$\$|\$[^$]+\$", text, re.DOTALL)
     drawn = markdown.markdown(text, extensions=["l2m4m:LaTeX2MathMLExtension"])
-    assert len(formulas) > 40 and drawn.count("<math") == len(formulas)
+    assert len(formulas) > least and drawn.count("<math") == len(formulas)
     assert "$" not in drawn and "\\" not in drawn and "merror" not in drawn
