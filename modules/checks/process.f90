@@ -38,6 +38,7 @@ module checks_process
     real(rp) :: through = none                    !! when it comes out at the bottom [s]
     logical :: is_in_grid = .false.               !! at any time
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box around it at t = 0 [m]
+    real(rp) :: swept(3, 2) = 0.0_rp              !! box around it there and at ends of phases [m]
   end type tool_survey_t
 
 contains
@@ -53,6 +54,7 @@ contains
     type(around_t) :: around
     type(tool_t) :: now
     real(rp), allocatable :: outline(:, :)
+    real(rp) :: start(3)
     integer :: i
 
     call look_around(input, scene, solids, k, around)
@@ -60,10 +62,14 @@ contains
     call list_phases(input, scene, tool, survey%phase)
     now = tool
     call now%move_to(0.0_rp)
+    start = now%position
     survey%lower = minval(spread(now%position, 2, size(outline, 2)) + matmul(now%axes, outline), 2)
     survey%upper = maxval(spread(now%position, 2, size(outline, 2)) + matmul(now%axes, outline), 2)
+    survey%swept = reshape([survey%lower, survey%upper], [3, 2])
     do i = 1, size(survey%phase)
       call follow_phase(around, now, outline, survey, survey%phase(i))
+      survey%swept(:, 1) = min(survey%swept(:, 1), survey%lower + now%position - start)
+      survey%swept(:, 2) = max(survey%swept(:, 2), survey%upper + now%position - start)
     end do
   end subroutine survey_tool
 

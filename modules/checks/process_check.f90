@@ -40,6 +40,7 @@ contains
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       if (k <= input%count('TOOL')) then
+        call check_clamps(input, scene, solids, survey, diagnostics)
         n = diagnostics%count()
         call check_size(input, scene, tool(k), solids, k, diagnostics)
         if (diagnostics%count() == n) call judge(input, scene, tool, solids, k, survey, diagnostics)
@@ -78,6 +79,49 @@ contains
                       'passes through it without a limit below 3 cells')
     end do
   end subroutine check_thickness
+
+  !> The same between a tool and a clamp that holds the other side of the metal under its path.
+  subroutine check_clamps(input, scene, solids, survey, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    type(tool_survey_t), intent(in) :: survey
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: cells, ends(2), lower(3), upper(3)
+    logical :: is_passed(3), is_thin
+    integer :: a, i, n
+
+    n = input%count('WALL') - size(scene%symmetry)   ! of walls; those of &CLAMP follow
+    call plate_of(scene, solids, lower, upper)
+    do i = 1, input%count('CLAMP')
+      associate (clamp => scene%clamp(n + i)%clamp, grid => scene%grid)
+        if (.not. all(clamp%held)) cycle
+        is_passed = clamp%lower < survey%swept(:, 2) .and. clamp%upper > survey%swept(:, 1)
+        do a = 1, 3
+          is_passed(a) = .true.          ! along this axis the tool is on the other side
+          if (clamp%lower(a) <= lower(a) + grid%h(a) .and. survey%lower(a) >= clamp%upper(a)) then
+            ends = [max(lower(a), clamp%upper(a)), upper(a)]
+          else if (clamp%upper(a) >= upper(a) - grid%h(a) &
+                   .and. survey%upper(a) <= clamp%lower(a)) then
+            ends = [lower(a), min(upper(a), clamp%lower(a))]
+          else
+            is_passed(a) = .false.
+          end if
+          if (all(is_passed)) then
+            cells = (ends(2) - ends(1))/grid%h(a)
+            if (grid%grading%axis == a) cells = grid%grading%place(ends(2)) &
+                                                - grid%grading%place(ends(1))
+            is_thin = cells > 0.0_rp .and. cells <= reach*(1.0_rp - 1.0e-6_rp)
+            if (is_thin) call input%warn(diagnostics, 'CLAMP', i, '', &
+              'holds metal of '//str(cells)//' cells between it and a tool: friction '// &
+              'passes through it without a limit below 3 cells')
+          end if
+          is_passed(a) = clamp%lower(a) < survey%swept(a, 2) .and. clamp%upper(a) &
+                         > survey%swept(a, 1)
+        end do
+      end associate
+    end do
+  end subroutine check_clamps
 
   !> Phases that never come, and ramps that are cut off.
   subroutine check_phases(input, tool, diagnostics)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Walls that lose heat through half a cell: A (T - T_s)/(d/k) = A (h (T_s - T_a) + r (T_s^4 - T_a^4)),
-!> a film of one coefficient and radiation.
+!> Walls that lose heat through half a cell by a film of one coefficient and radiation:
+!> A (T - T_s)/(d/k) = A (h (T_s - T_a) + r (T_s^4 - T_a^4)).
 module heat_mesh_films
   use base_kinds, only: rp
   use heat_mesh_mesh, only: wall_t

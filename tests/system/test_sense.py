@@ -57,6 +57,8 @@ WARNINGS = {
                          r"&CLAMP overlaps another that moves differently, on line (\d+)"),
     "metal too thin under a tool": (WALL, WALL.replace("sliding", "fixed").replace("2e-3", "5e-3"),
                                     r"&WALL KIND = 'fixed': holds metal of 2 cells between it and a tool"),
+    "metal too thin over a clamp": (WALL, "&CLAMP LOWER = 0, 0, 0, UPPER = 8e-3, 8e-3, 5e-3 /",
+                                    r"&CLAMP holds metal of 2 cells between it and a tool"),
     "source too late": ("&SURFACE", "&SOURCE POWER = 1, RADIUS = 1e-3, POSITION = 4e-3, 4e-3, 7e-3, BEGIN = 1 /\n&SURFACE", r"&SOURCE BEGIN = 1: .*no heat"),
 }
 
