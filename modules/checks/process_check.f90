@@ -190,6 +190,7 @@ contains
     if (survey%touch >= none .and. .not. metal_moves(input, scene)) then
       call input%warn(diagnostics, 'TOOL', k, 'POSITION', 'the tool never touches a body')
     end if
+    if (survey%touch < none) call judge_shoulder(input, k, survey, diagnostics)
     if (survey%through < none) then
       phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
       associate (text => 'the tool comes out below the bottom of the plate of '// &
@@ -215,6 +216,31 @@ contains
       end associate
     end do
   end subroutine judge
+
+  !> A shoulder whose pin is plunged, and that does not come down to the plate by the end of the
+  !> run: its rim where it is lowest. What presses sinks nobody knows how far, and is not judged.
+  subroutine judge_shoulder(input, k, survey, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: k
+    type(tool_survey_t), intent(in) :: survey
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: above, length, tilt, tip
+    logical :: is_pinned
+
+    is_pinned = input%given('TOOL', k, 'PIN_LENGTH')
+    if (.not. is_pinned .or. any(survey%phase%name == 'press')) return
+    if (.not. any(survey%phase%name == 'plunge')) return
+    length = input%real('TOOL', k, 'PIN_LENGTH')
+    tip = input%real('TOOL', k, 'PIN_TIP_RADIUS')
+    if (tip <= 0.0_rp) tip = input%real('TOOL', k, 'PIN_RADIUS')
+    tilt = input%real('TOOL', k, 'TILT_DEG')*pi/180.0_rp
+    above = length*cos(tilt) + (tip - input%real('TOOL', k, 'RADIUS'))*abs(sin(tilt))
+    above = above - maxval(survey%phase%depth, mask=survey%phase%depth < none)
+    if (above <= 0.0_rp) return
+    call input%warn(diagnostics, 'TOOL', k, 'PIN_LENGTH', 'the shoulder does not come down to '// &
+                    'the plate by the end of the run: its rim stays '//length_text(above)// &
+                    ' above it')
+  end subroutine judge_shoulder
 
   !> A rigid body takes its particles along: none may leave the grid.
   subroutine judge_rigid(input, scene, k, survey, diagnostics)
