@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Work and precision: error against core-seconds of option sets, as JSON lines, pictures and tables.
 
-    benchmarks/work_precision/run.sh                 everything anew: points, pictures, docs/accuracy.md
+    benchmarks/work_precision/run.sh                 everything anew: points, pictures, docs/measurements/methods.md
     benchmarks/work_precision/run.sh --smallest      trial of it: coarsest resolutions, once, into build/work_precision
     benchmarks/work_precision/work_precision.py [CASE...] [options]
 
@@ -25,7 +25,7 @@ import pictures  # noqa: E402
 import table  # noqa: E402
 
 RESULTS = HERE / "results.jsonl"
-PAGE = measuring.ROOT / "docs" / "accuracy.md"
+PAGE = measuring.ROOT / "docs/measurements/methods.md"
 TRIAL = measuring.ROOT / "build" / "work_precision"  # results, page and pictures of --smallest
 TABLES = "<!-- tables of benchmarks/work_precision -->", "<!-- end of the tables -->"
 PICTURES = "<!-- pictures of benchmarks/work_precision -->", "<!-- end of the pictures -->"
@@ -117,13 +117,14 @@ def between(text, marks, new):
 
 
 def renew_page(points, page):
-    """Pictures beside `page`; docs/accuracy.md with new pictures and tables between its marks as `page`."""
-    drawn = pictures.all_pictures(case_list.CASES, points, page.parent / "pictures")
+    """Pictures in `pictures` beside the folder of `page`, which is the page with new ones and new tables between its marks."""
+    drawn = pictures.all_pictures(case_list.CASES, points, page.parents[1] / "pictures")
     origins = dict.fromkeys((p["version"], p["machine"]) for p in points)
     measured = "; ".join(f"{version} on {machine}" for version, machine in origins)
     text = between(PAGE.read_text(encoding="utf-8"), PICTURES,
-                   "".join(f"![{name}](pictures/precision_{name}.png)\n" for name in drawn))
+                   "".join(f"![{name}](../pictures/precision_{name}.png)\n" for name in drawn))
     text = between(text, TABLES, f"Measured with {measured}, one core.\n\n{table.markdown(points)}")
+    page.parent.mkdir(parents=True, exist_ok=True)
     page.write_text(text, encoding="utf-8")
 
 
@@ -137,7 +138,7 @@ def main():
             print("    " + "; ".join(case.option_sets))
         return
     stored = options.json or (TRIAL / RESULTS.name if options.smallest else RESULTS)
-    page = TRIAL / PAGE.name if options.smallest else PAGE
+    page = TRIAL / "measurements" / PAGE.name if options.smallest else PAGE
     if options.estimate:
         estimate(options, read(stored))
         return

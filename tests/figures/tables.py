@@ -271,7 +271,7 @@ ALL = {
                                                             "runs")},
 }
 
-SERIES = "docs/accuracy.md"
+SERIES = "docs/measurements/methods.md"
 
 
 def has_series(text):
