@@ -225,7 +225,7 @@ DEFINITIONS = (
     ("docs/speed.md", "differences that 99 % of the particles", KEY),
     ("docs/speed.md", "asks for 2 % of torque, force and plastic strain and 3 K", ASKED),
     ("docs/speed.md", "### The pass at 0.5 mm", KEY),
-    ("docs/speed.md", "the pass at 1 mm when the tool comes there, the tool plunged from above within 0.4 s; measured are the next 2 s, and "
+    ("docs/speed.md", "the pass at 1 mm when the tool comes there, the tool plunged from above within 0.4 s; measured are the next 0.6 s, and "
      "100 steps", KEY),
     ("docs/speed.md", "The whole pass at 1 mm", KEY),
     ("docs/speed.md", "plunged at 8 mm/s and 970 rpm", KEY),
