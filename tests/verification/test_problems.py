@@ -50,16 +50,28 @@ def test_shifted_grids_are_accepted(problem, tmp_path):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_sticking_at_any_mass_scaling(seed, tmp_path):
-    """A disc whose friction is large turns the metal below it with its whole shear strength, 2/3 pi k R^3 within 3 %
-    at 6 cells, at any mass scaling and pressure, and at most 3 % of its work is lost between particles and grid."""
+    """A disc whose friction is large turns the metal below it with its whole shear strength, 2/3 pi k R^3 within 1 %
+    at 6 cells, at any mass scaling and pressure, and at most 1 % of its work is lost between particles and grid."""
     draw = np.random.default_rng(seed)
     problem = problems.ALL["tool_torque_stick"]
     parameters = {"friction": 1000.0, "scaling": 10.0 ** draw.uniform(0.0, 4.0), "slowness": 3.0,
                   "press": 10.0 ** draw.uniform(0.0, 1.0)}
     error, figures, _ = problem.solve(6, parameters, tmp_path)
     print(parameters, error, figures)
-    assert error < 0.03
-    assert abs(figures["loss"]) < 0.03
+    assert abs(figures["torque"] - 1.0) < 0.01
+    assert abs(figures["loss"]) < 0.01
+
+
+def test_sticking_of_a_tilted_tool(tmp_path):
+    """The same with a tool that is tilted by 2 to 4 degrees, pressed on a slanted end: torque within 2 %. Light nodes lose
+    up to 2 % of its work (docs/measurements/sticking.md)."""
+    draw = np.random.default_rng(7)
+    problem = problems.ALL["tool_torque_tilted"]
+    parameters = problem.parameters | {"scaling": 10.0 ** draw.uniform(0.0, 4.0), "tilt": draw.uniform(2.0, 4.0)}
+    error, figures, _ = problem.solve(6, parameters, tmp_path)
+    print(parameters, error, figures)
+    assert abs(figures["torque"] - 1.0) < 0.02
+    assert abs(figures["loss"]) < 0.02
 
 
 def wanheim_bay(q, m):

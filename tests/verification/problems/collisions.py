@@ -118,7 +118,7 @@ class NairnDiscs(Problem):
     resolutions = (10, 20)
     fine = (40,)
     quick = (10,)
-    parameters = {}
+    parameters = {"speed": 4.9695}
 
     def sets(self, n, p):
         h = 10e-3 / n
@@ -130,6 +130,8 @@ class NairnDiscs(Problem):
             "SHAPE.LENGTH": h,
             "SHAPE(1).CENTRE": values(-10.5e-3, 0, 0.5 * h),
             "SHAPE(2).CENTRE": values(10.5e-3, 0, 0.5 * h),
+            "BODY(1).VELOCITY": values(p["speed"], 0, 0),
+            "BODY(2).VELOCITY": values(-p["speed"], 0, 0),
         }
 
     def measure(self, run, n, p):
@@ -138,8 +140,8 @@ class NairnDiscs(Problem):
         one = state.body == state.body.min()
         figures = {"gained": float(total.max() / total[0] - 1.0),
                    "contact": float(history["contact_loss[J]"][-1] / total[0]),
-                   "rebound": float(-(state.mass[one] @ state.v[one, 0]) / state.mass[one].sum() / 4.9695),
-                   "momentum": float(np.abs(state.momentum()).max() / (4.9695 * state.mass[one].sum()))}
+                   "rebound": float(-(state.mass[one] @ state.v[one, 0]) / state.mass[one].sum() / p["speed"]),
+                   "momentum": float(np.abs(state.momentum()).max() / (p["speed"] * state.mass[one].sum()))}
         return float(max(1.0 - total[-1] / total[0], figures["gained"])), figures
 
 

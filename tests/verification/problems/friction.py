@@ -9,7 +9,7 @@ import numpy as np
 from .base import Problem, values
 
 SIZE = (0.040, 0.015, 0.005)  # of Nairn's block [m]
-RAMP, END = 1e-4, 5e-3  # [s]
+RAMP = 1e-4  # [s]
 
 
 class FrictionBlock(Problem):
@@ -23,7 +23,7 @@ class FrictionBlock(Problem):
     resolutions = (1, 2)
     fine = (4,)
     quick = (1,)
-    parameters = {"friction": 0.5, "push": 35.294, "press": 35.294}
+    parameters = {"friction": 0.5, "push": 35.294, "press": 35.294, "time": 5e-3}
 
     def sets(self, n, p):
         h = SIZE[2] / n
@@ -31,6 +31,7 @@ class FrictionBlock(Problem):
             "GRID.CELL": h,
             "GRID.UPPER": values(0.14 if n < 4 else 0.12, 0.025, 0.015),
             "TOOL.FRICTION": p["friction"],
+            "TIME.END": p["time"], "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
             "LOAD.FORCE": values(p["push"], 0, -p["press"]),
         }
 
@@ -38,12 +39,12 @@ class FrictionBlock(Problem):
         history, state = run.history(), run.checkpoint()
         mass = 1000.0 * math.prod(SIZE)
         v = state.momentum() / mass
-        free = exact.ramped_speed(p["push"] / mass, RAMP, END)
-        wanted = exact.ramped_speed(exact.block_acceleration(p["push"], p["press"], p["friction"], mass), RAMP, END)
+        free = exact.ramped_speed(p["push"] / mass, RAMP, p["time"])
+        wanted = exact.ramped_speed(exact.block_acceleration(p["push"], p["press"], p["friction"], mass), RAMP, p["time"])
         inertia = mass / 12.0 * (SIZE[0] ** 2 + SIZE[2] ** 2)
         figures = {"speed": v[0], "exact": wanted,
                    "press": -history["plane_force_z[N]"][-20:].mean() / p["press"],
-                   "turned [rad]": abs(state.angular_momentum()[1]) / inertia * END}
+                   "turned [rad]": abs(state.angular_momentum()[1]) / inertia * p["time"]}
         return abs(v[0] - wanted) / (wanted if wanted > 0.0 else free), figures
 
 
@@ -62,6 +63,7 @@ class FrictionPush(FrictionBlock):
             "GRID.CELL": h,
             "GRID.UPPER": values(0.14 if n < 4 else 0.12, 0.025, 0.015),
             "TOOL.FRICTION": p["friction"],
+            "TIME.END": p["time"], "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
             "TRACTION(1).VECTOR": values(0, 0, -p["press"] / (SIZE[0] * SIZE[1])),
             "TRACTION(2).VECTOR": values(p["push"] / (SIZE[1] * 0.5 * SIZE[2]), 0, 0),
         }
