@@ -222,9 +222,9 @@ run_tests() {
   stage "Tests of the post-processing"
   "$venv/bin/python" -m pytest -q -p no:cacheprovider "$root/postproc/tests" ||
     fail "TESTS FAILED: of the post-processing (see above)"
-  stage "Tests of whole runs"
+  stage "Tests of whole runs" # for half of its time a test waits for programs to start
   STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
-    -n "$(nproc)" "$root/tests/system" "$root/tests/robustness" "$root/tests/verification" "$root/tests/figures" "$root/benchmarks" ||
+    -n "$((2 * $(nproc)))" "$root/tests/system" "$root/tests/robustness" "$root/tests/verification" "$root/tests/figures" "$root/benchmarks" ||
     fail "TESTS FAILED: of whole runs (see above)"
   stage "ALL TESTS PASSED"
 }

@@ -35,9 +35,9 @@ DRAWS = {
     "ring": (16, 0.05, {"amplitude": (0.03, 0.12)}),
     "column": (8, 0.05, {"height": (20.0, 80.0), "young": (7e5, 3e6), "density": (50.0, 120.0), "gravity": (5.0, 15.0)}),
     "friction_push": (2, 0.01, {"friction": (0.1, 0.9), "push": (20.0, 50.0), "press": (20.0, 60.0), "time": (1e-3, 2e-3)}),
-    "incline_sphere": (6, 0.05, {"angle": (15.0, 45.0), "friction": (0.1, 0.8)}),
+    "incline_sphere": (8, 0.05, {"angle": (15.0, 45.0), "friction": (0.1, 0.8)}),
     "hertz_sphere": (12, 0.08, {"press": (0.03, 0.05)}),
-    "punch_circle": (3, 0.05, {"speed": (0.3, 0.6), "width": (4.0, 5.0), "deep": (3.0, 4.0)}),
+    "punch_circle": (3, 0.05, {"speed": (0.3, 0.6)}),
     "tube_limit": (8, 0.05, {"yield_stress": (7e5, 1.5e6), "rise": (0.5, 0.8)}),
     "discs_nairn": (5, 0.04, {"speed": (3.0, 8.0)}),
 }
