@@ -1,15 +1,16 @@
 ! SPDX-License-Identifier: MIT
 !> Node pairs of bodies in contact and the gaps there. A gap is that between the particles
-!> themselves: a surface is where the foremost of its particles with weight at the node ends.
+!> themselves.
 module body_contact_gaps
   use base_kinds, only: rp
-  use body_contact_links, only: find_surfaces, list_links
+  use body_contact_near, only: list_near
   use body_contact_node_pairs, only: n_sums_all, n_sums_gradient, n_trials, node_pairs_t
-  use body_contact_normals, only: average_normals, choose_normals, try_normals
+  use body_contact_normals, only: average_normals, try_normals
+  use body_contact_surfaces, only: choose_normals, measure_mean, measure_shared, take_mean
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
   use contact_pair, only: normal_regression
-  use mapping_nodes, only: least_mass, nodes_t
+  use mapping_nodes, only: append, least_mass, nodes_t
   use particles_store, only: particles_t
   use state_blocks, only: blocks_t
   use state_scene, only: scene_t
@@ -17,8 +18,6 @@ module body_contact_gaps
   private
 
   public :: find_node_pairs
-
-  real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better direction [cells]
 
 contains
 
@@ -32,38 +31,22 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    integer :: k
 
     call list_nodes(scene, nodes, pairs, g)
     call note_walls(scene, boundary, pairs)
-    call list_links(scene, particles, blocks, nodes, pairs)
+    call list_near(scene, particles, blocks, nodes, pairs)
     call sum_entries(world, nodes, pairs, .false., size(pairs%sums, 1), pairs%sums)
     call try_normals(scene, nodes, pairs)
-    call find_all_surfaces(world, scene, nodes, pairs, 1, n_trials - 1)
-    pairs%gap = -huge(1.0_rp)
-    pairs%normal = 0.0_rp
-    do k = n_trials - 1, 1, -1
-      call choose_normals(pairs, k, merge(0.0_rp, -clearly*minval(nodes%patch%h), k > 2))
-    end do
-    call average_normals(scene, nodes, pairs, g, pairs%trial(:, n_trials, :))
-    call sum_entries(world, nodes, pairs, .false., 3, pairs%trial(:, n_trials, :))
-    call find_all_surfaces(world, scene, nodes, pairs, n_trials, n_trials)
-    call choose_normals(pairs, n_trials, -clearly*minval(nodes%patch%h))
+    call measure_shared(scene, particles, nodes%patch, pairs)
+    call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
+    call choose_normals(scene, particles, nodes%patch, pairs)
+    call average_normals(scene, nodes, pairs, g)
+    call sum_entries(world, nodes, pairs, .false., 3, pairs%mean)
+    call measure_mean(scene, particles, nodes%patch, pairs)
+    call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
+    call take_mean(scene, nodes%patch, pairs)
     pairs%is_known = .true.
   end subroutine find_node_pairs
-
-  !> Collective. Surfaces of both bodies along the trial normals `from` to `to`.
-  subroutine find_all_surfaces(world, scene, nodes, pairs, from, to)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(inout) :: nodes
-    type(node_pairs_t), intent(inout) :: pairs
-    integer, intent(in) :: from, to
-
-    call find_surfaces(scene, pairs, from, to)
-    call sum_entries(world, nodes, pairs, .true., 2*(to - from + 1), &
-                     pairs%surface(2*from - 1:2*to, :))
-  end subroutine find_all_surfaces
 
   subroutine sum_entries(world, nodes, pairs, largest, width, values)
     type(world_t), intent(in) :: world
@@ -83,31 +66,52 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    integer :: c, e, i, pass, r, width
+    integer :: c, e, i, n, r, width
+    logical :: has_mass(nodes%n_groups)
 
     call pairs%forget(nodes%patch%nn)
     width = n_sums_gradient
     if (any(scene%contact%normal == normal_regression)) width = n_sums_all
-    do pass = 1, 2
-      e = 0
-      do r = 1, nodes%n_ranges
-        do i = nodes%range(1, r), nodes%range(2, r)
-          do c = 1, size(scene%contact)
-            if (any(g(8, i, scene%contact(c)%group) <= least_mass)) cycle
-            e = e + 1
-            if (pass == 1) cycle
-            pairs%node(e) = i
-            pairs%pair(e) = c
-            pairs%is_owned(e) = nodes%range(3, r) == 1
-            pairs%x(:, e) = nodes%patch%position(i)
-            if (pairs%first(i) == 0) pairs%first(i) = e
-          end do
+    n = 0
+    if (.not. allocated(pairs%found)) allocate (pairs%found(3, 1))
+    do r = 1, nodes%n_ranges
+      do i = nodes%range(1, r), nodes%range(2, r)
+        has_mass = g(8, i, :) > least_mass
+        if (count(has_mass) < 2) cycle
+        do c = 1, size(scene%contact)
+          if (all(has_mass(scene%contact(c)%group))) call append(pairs%found, n, &
+                                                                 [i, c, nodes%range(3, r)])
         end do
       end do
-      if (pass == 1) call pairs%reserve(e, width)
     end do
+    call pairs%reserve(n, width)
+    do e = 1, n
+      associate (q => pairs%found(1, e))
+        pairs%node(e) = q
+        pairs%pair(e) = pairs%found(2, e)
+        pairs%is_owned(e) = pairs%found(3, e) == 1
+        pairs%x(:, e) = nodes%patch%position(q)
+        if (pairs%first(q) == 0) pairs%first(q) = e
+      end associate
+    end do
+    call note_shared(nodes, pairs)
     pairs%free = 1.0_rp
   end subroutine list_nodes
+
+  !> Entries at nodes that several ranks store, or one through several images.
+  pure subroutine note_shared(nodes, pairs)
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(inout) :: pairs
+    logical :: is_shared(nodes%patch%nn)
+
+    pairs%is_shared = .false.
+    if (size(nodes%halo%shared) == 0 .and. size(nodes%halo%image) == 0) return
+    is_shared = .false.
+    is_shared(nodes%halo%shared) = .true.
+    is_shared(nodes%halo%image(1, :)) = .true.
+    is_shared(nodes%halo%image(2, :)) = .true.
+    pairs%is_shared = is_shared(pairs%node)
+  end subroutine note_shared
 
   !> Directions in which a wall or clamp holds the nodes.
   subroutine note_walls(scene, boundary, pairs)

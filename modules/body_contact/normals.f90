@@ -9,18 +9,18 @@
 !> nodes around is tried last.
 module body_contact_normals
   use base_kinds, only: rp
+  use body_contact_near, only: far
   use body_contact_node_pairs, only: node_pairs_t, s_moment
-  use contact_pair, only: normal_regression
+  use contact_pair, only: moves_as_one, normal_regression
   use grid_geometry, only: length_along, mean_edge
   use mapping_nodes, only: nodes_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: try_normals, choose_normals, average_normals
+  public :: try_normals, average_normals
 
   real(rp), parameter :: ridge = sqrt(epsilon(1.0_rp))   !! against singular matrices [cells^2]
-  real(rp), parameter :: far = 1.0e30_rp            !! beyond any surface [m]
 
 contains
 
@@ -36,6 +36,8 @@ contains
     do e = 1, pairs%n
       associate (s => pairs%sums(:, e), t => pairs%trial(:, :, e), &
                  contact => scene%contact(pairs%pair(e)))
+        t = 0.0_rp
+        if (contact%normal == moves_as_one) cycle
         t(:, 1) = s(1:3) - s(4:6)
         if (contact%normal == normal_regression) then
           t(:, 1) = plane_between(ridges, s(s_moment:s_moment + 13))
@@ -44,8 +46,8 @@ contains
         t(:, 4) = unit(-pairs%free(:, e)*s(4:6))
         t(:, 1) = unit(pairs%free(:, e)*t(:, 1))
         t(:, 2) = unit(t(:, 3) + t(:, 4))
-        if (scene%is_rigid_group(contact%group(1))) t = t(:, [3, 1, 2, 4, 5])
-        if (scene%is_rigid_group(contact%group(2))) t = t(:, [4, 1, 2, 3, 5])
+        if (scene%is_rigid_group(contact%group(1))) t = t(:, [3, 1, 2, 4])
+        if (scene%is_rigid_group(contact%group(2))) t = t(:, [4, 1, 2, 3])
       end associate
     end do
   end subroutine try_normals
@@ -84,54 +86,37 @@ contains
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
 
-  !> Take the trial normal `k` where its gap is larger by `more` [m] than the largest so far.
-  subroutine choose_normals(pairs, k, more)
-    type(node_pairs_t), intent(inout) :: pairs
-    integer, intent(in) :: k
-    real(rp), intent(in) :: more
-    real(rp) :: gap
-    integer :: e
-
-    do e = 1, pairs%n
-      if (all(abs(pairs%trial(:, k, e)) <= 0.0_rp)) cycle
-      if (any(pairs%surface(2*k - 1:2*k, e) < -far)) then
-        gap = far                              ! one of the bodies has no particle near
-      else
-        gap = -sum(pairs%surface(2*k - 1:2*k, e))
-      end if
-      if (gap < pairs%gap(e) + more .and. pairs%gap(e) > -far) cycle
-      pairs%gap(e) = gap
-      pairs%normal(:, e) = pairs%trial(:, k, e)
-    end do
-  end subroutine choose_normals
-
   !> Mean of the normals chosen at each owned node and those around it, by the mass that meets there
   !> and how well they separate the bodies.
-  subroutine average_normals(scene, nodes, pairs, g, mean)
+  subroutine average_normals(scene, nodes, pairs, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    type(node_pairs_t), intent(in) :: pairs
+    type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    real(rp), intent(out) :: mean(3, pairs%n)
-    integer :: e, i, j, k, o
+    real(rp) :: part(3, pairs%n)
+    integer :: e, i, j, k, o, q
 
-    mean = 0.0_rp
+    do e = 1, pairs%n
+      part(:, e) = 0.0_rp
+      if (pairs%gap(e) < -far) cycle
+      part(:, e) = trust(pairs%gap(e)/length_along(nodes%patch%h, pairs%normal(:, e))) &
+                   *pairs%normal(:, e) &
+                   /sum(1.0_rp/g(8, pairs%node(e), scene%contact(pairs%pair(e))%group))
+    end do
+    pairs%mean = 0.0_rp
     do e = 1, pairs%n
       if (.not. pairs%is_owned(e)) cycle
+      if (scene%contact(pairs%pair(e))%normal == moves_as_one) cycle
       do i = -1, 1
         do j = -1, 1
+          q = pairs%node(e) + i*nodes%patch%stride(1) + j*nodes%patch%stride(2)
           do k = -1, 1
-            o = pairs%place(pairs%node(e) + i*nodes%patch%stride(1) + j*nodes%patch%stride(2) &
-                              + k, pairs%pair(e))
-            if (o == 0) cycle
-            if (pairs%gap(o) < -far) cycle
-            mean(:, e) = mean(:, e) + trust(pairs%gap(o) &
-                /length_along(nodes%patch%h, pairs%normal(:, o)))*pairs%normal(:, o) &
-              /sum(1.0_rp/g(8, pairs%node(o), scene%contact(pairs%pair(o))%group))
+            o = pairs%place(q + k, pairs%pair(e))
+            if (o > 0) pairs%mean(:, e) = pairs%mean(:, e) + part(:, o)
           end do
         end do
       end do
-      mean(:, e) = unit(pairs%free(:, e)*mean(:, e))
+      pairs%mean(:, e) = unit(pairs%free(:, e)*pairs%mean(:, e))
     end do
   end subroutine average_normals
 

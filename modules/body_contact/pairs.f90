@@ -3,6 +3,7 @@
 module body_contact_pairs
   use base_kinds, only: rp
   use body_contact_gaps, only: find_node_pairs
+  use body_contact_heat, only: give_heat
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
@@ -12,7 +13,7 @@ module body_contact_pairs
   use grid_geometry, only: length_along
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: hold_rigid
-  use particles_store, only: f_heat, f_mass, particles_t
+  use particles_store, only: particles_t
   use state_blocks, only: blocks_t
   use state_books, only: books_t, e_contact, e_friction, e_pressed
   use state_clock, only: clock_t
@@ -61,7 +62,7 @@ contains
         g(:, q, groups) = record
       end associate
     end do
-    if (scene%method%conducts) call give_heat(clock, particles, pairs)
+    if (scene%method%conducts) call give_heat(scene, clock, particles, nodes, pairs)
   end subroutine resolve_body_contact
 
   !> Collective. The surplus of normal impulses by which bodies that overlap are parted in this
@@ -281,30 +282,6 @@ contains
       s(s_slide) = s(s_slide) + press*norm2(rigid - dot_product(rigid, normal)*normal)
     end associate
   end subroutine book_rigid
-
-  !> Friction heat of the nodes to the particles of both bodies, by their weighted masses.
-  subroutine give_heat(clock, particles, pairs)
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(inout) :: particles
-    type(node_pairs_t), intent(in) :: pairs
-    real(rp) :: heat
-    integer :: i, l, last
-
-    if (all(abs(pairs%heat) <= 0.0_rp)) return
-    last = 0
-    do i = 1, pairs%links%n_particles
-      associate (particle => pairs%links%particle(i))
-        heat = 0.0_rp
-        do l = last + 1, particle%last
-          heat = heat + pairs%links%link(l)%weight*pairs%heat(pairs%links%link(l)%entry)
-        end do
-        last = particle%last
-        associate (ps => particles%ps(particle%lane, :, particle%block))
-          ps(f_heat) = ps(f_heat) + clock%mass_scaling*ps(f_mass)*heat
-        end associate
-      end associate
-    end do
-  end subroutine give_heat
 
   !> Velocity increments (lanes 5:7) of a filter must not undo the contact: bodies that touch get a
   !> common one along the normal, bodies that stick one increment; rigid bodies get none.

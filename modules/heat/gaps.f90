@@ -6,7 +6,7 @@
 !> capacity that they would ask for tiny steps.
 module heat_gaps
   use base_kinds, only: nlane, rp
-  use body_contact_node_pairs, only: n_trials, node_pairs_t
+  use body_contact_node_pairs, only: node_pairs_t
   use body_contact_pairs, only: slack
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_flux, reflect
@@ -111,13 +111,8 @@ contains
   pure real(rp) function offset(pairs, e)
     type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: e
-    integer :: k
 
-    offset = 0.0_rp
-    do k = 1, n_trials
-      if (any(abs(pairs%trial(:, k, e) - pairs%normal(:, e)) > 0.0_rp)) cycle
-      offset = 0.5_rp*(pairs%surface(2*k - 1, e) - pairs%surface(2*k, e))
-    end do
+    offset = 0.5_rp*(pairs%ends(1, e) - pairs%ends(2, e))
   end function offset
 
   !> Groups of heat of two groups of bodies.
