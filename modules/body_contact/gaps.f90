@@ -6,6 +6,7 @@ module body_contact_gaps
   use body_contact_near, only: list_near
   use body_contact_node_pairs, only: n_sums_all, n_sums_gradient, n_trials, node_pairs_t
   use body_contact_normals, only: average_normals, try_normals
+  use body_contact_sums, only: sum_particles
   use body_contact_surfaces, only: choose_normals, measure_mean, measure_shared, take_mean
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
@@ -35,14 +36,15 @@ contains
     call list_nodes(scene, nodes, pairs, g)
     call note_walls(scene, boundary, pairs)
     call list_near(scene, particles, blocks, nodes, pairs)
+    call sum_particles(scene, nodes%patch, pairs)
     call sum_entries(world, nodes, pairs, .false., size(pairs%sums, 1), pairs%sums)
     call try_normals(scene, nodes, pairs)
-    call measure_shared(scene, particles, nodes%patch, pairs)
+    call measure_shared(scene, nodes%patch, pairs)
     call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
-    call choose_normals(scene, particles, nodes%patch, pairs)
+    call choose_normals(scene, nodes%patch, pairs)
     call average_normals(scene, nodes, pairs, g)
     call sum_entries(world, nodes, pairs, .false., 3, pairs%mean)
-    call measure_mean(scene, particles, nodes%patch, pairs)
+    call measure_mean(scene, nodes%patch, pairs)
     call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
     call take_mean(scene, nodes%patch, pairs)
     pairs%is_known = .true.

@@ -12,38 +12,39 @@ module body_contact_node_pairs
   integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
   ! Directions to choose from; the last one is a mean over the nodes around.
   integer, parameter, public :: n_trials = 5
-  ! A bundle: particles of a body with the same 27 nodes, and what their surface follows from:
-  ! place, squares of half edges when they had the first stretch, stretch b (xx, yy, zz and twice
-  ! xy, yz, xz), weights of the nodes along each axis.
+  ! A bundle: particles of a body with the same 27 nodes, and what their surface and the sums at the
+  ! nodes follow from: place, squares of half edges when they had the first stretch, stretch b (xx,
+  ! yy, zz and twice xy, yz, xz), weights and slopes of the nodes along each axis, volume.
   integer, parameter, public :: bundle_lanes = 8
   integer, parameter, public :: u_place = 1, u_edges = 4, u_stretch = 7, u_weights = 13, &
-                                n_bundle = 21
+                                u_slopes = 22, u_volume = 31, n_bundle = 31
 
-  !> The particles with weight at entries, by the corner of the 27 nodes that they have weight at.
+  !> The particles with weight at entries, in bundles by the corner of the 27 nodes that they have
+  !> weight at.
   type :: near_t
     integer :: n_corners = 0
     integer, allocatable :: corner(:)          !! (n_corners) node index
-    integer, allocatable :: slot(:)            !! (nn) place of a node in this list; 0: none
-    integer, allocatable :: last(:, :)         !! (bodies, n_corners) the last of its particles in
-    integer, allocatable :: before(:)          !! a chain, and that before each; 0: none. A particle
-                                               !! is (place of its block here - 1) nlane + lane
-    integer :: n_blocks = 0                    !! of particles that may be near
+    integer, allocatable :: bin(:, :)          !! (nn, bodies) last bundle at a corner; 0: none;
+                                               !! elsewhere -1
+    integer :: n_bundles = 0
+    integer, allocatable :: before(:)          !! bundle of the same bin before each; 0: none
+    integer, allocatable :: filled(:)          !! particles in each
+    integer, allocatable :: body(:)            !! theirs
+    real(rp), allocatable :: bundle(:, :, :)   !! (bundle_lanes, n_bundle, n_bundles)
+    real(rp), allocatable :: longest(:)        !! (bodies) bound of half a particle's length [m]
+    integer :: n_blocks = 0                    !! of particles that may be near, if there is heat
     integer, allocatable :: block(:)           !! (n_blocks)
     integer, allocatable :: first(:, :)        !! (nlane, n_blocks) corners of their particles
     real(rp), allocatable :: w(:, :, :)        !! (nlane, 9, n_blocks) weights along the axes
-    real(rp), allocatable :: longest(:)        !! (bodies) bound of half a particle's length [m]
-    real(rp), allocatable :: gradient(:, :, :)   !! (8, nn, groups) volume gradients in lanes 5:7
-                                                 !! [m2], right at the nodes of entries
     real(rp), allocatable :: heat(:, :)        !! (nn, groups) friction heat over mass [J/kg]
     logical, allocatable :: is_hot(:)          !! (nn) corners of nodes that get heat
-    integer :: n_bundles = 0
-    integer, allocatable :: bundle_of(:, :)    !! (bodies, n_corners) the first; 0: none yet
-    integer, allocatable :: bundles_in(:, :)   !! (bodies, n_corners) how many follow it, it counts
-    real(rp), allocatable :: bundle(:, :, :)   !! (bundle_lanes, n_bundle, n_bundles)
+    integer :: n_items = 0                     !! bundles with weight at entries, a list for each
+    integer, allocatable :: item(:, :)         !! (2, n_items) bundle, place of the node in it
   contains
     procedure :: begin
     procedure :: add_block
-    procedure :: add_bundle
+    procedure :: bundle_for
+    procedure :: add_item
   end type near_t
 
   type :: node_pairs_t
@@ -65,6 +66,9 @@ module body_contact_node_pairs
     real(rp), allocatable :: ends(:, :)        !! (2, n) both surfaces along it: of the first body
                                                !! along, of the second against it [m]
     real(rp), allocatable :: gap(:)            !! [m]
+    integer, allocatable :: item(:, :)         !! (3, n) the first body's items begin behind the
+                                               !! first, the second's behind the second of these
+    integer, allocatable :: foremost(:, :)     !! (2, n) items with the surfaces' particles
     real(rp), allocatable :: heat(:)           !! friction heat over mass [J/kg]
     type(near_t) :: near
   contains
@@ -81,69 +85,116 @@ contains
     integer, intent(in) :: nn, bodies, groups
     logical :: fits
 
-    fits = allocated(self%slot)
-    if (fits) fits = size(self%slot) == nn
+    fits = allocated(self%bin)
+    if (fits) fits = size(self%bin, 1) == nn
     if (fits) then
-      self%slot(self%corner(1:self%n_corners)) = 0
+      self%bin(self%corner(1:self%n_corners), :) = -1
+      self%is_hot(self%corner(1:self%n_corners)) = .false.
     else
-      if (allocated(self%slot)) deallocate (self%slot, self%corner, self%last, self%bundle_of, &
-                                            self%bundles_in, self%gradient, self%longest, &
-                                            self%heat, self%is_hot)
-      allocate (self%slot(nn), source=0)
-      allocate (self%corner(nn), self%last(bodies, nn), self%bundle_of(bodies, nn), &
-                self%bundles_in(bodies, nn), self%longest(bodies))
-      allocate (self%gradient(8, nn, groups), self%heat(nn, groups), source=0.0_rp)
+      if (allocated(self%bin)) deallocate (self%bin, self%corner, self%longest, self%heat, &
+                                           self%is_hot)
+      allocate (self%corner(nn), self%longest(bodies))
+      allocate (self%bin(nn, bodies), source=-1)
+      allocate (self%heat(nn, groups), source=0.0_rp)
       allocate (self%is_hot(nn), source=.false.)
     end if
     if (.not. allocated(self%block)) then
-      allocate (self%block(1), self%first(nlane, 1), self%w(nlane, 9, 1), self%before(nlane), &
-                self%bundle(bundle_lanes, n_bundle, 1))
+      allocate (self%block(1), self%first(nlane, 1), self%w(nlane, 9, 1), self%before(1), &
+                self%filled(1), self%body(1), self%bundle(bundle_lanes, n_bundle, 1), &
+                self%item(2, 1))
     end if
     self%n_corners = 0
     self%n_blocks = 0
     self%n_bundles = 0
+    self%n_items = 0
     self%longest = 0.0_rp
   end subroutine begin
 
-  !> Another block, `b`; what belongs to it is to be filled in.
-  pure subroutine add_block(self, b)
+  !> Another block, `b`, with the corners and weights of its particles.
+  pure subroutine add_block(self, b, first, w)
     class(near_t), intent(inout) :: self
-    integer, intent(in) :: b
-    integer, allocatable :: block(:), first(:, :), before(:)
-    real(rp), allocatable :: w(:, :, :)
+    integer, intent(in) :: b, first(nlane)
+    real(rp), intent(in) :: w(nlane, 9)
+    integer, allocatable :: block(:), corners(:, :)
+    real(rp), allocatable :: weights(:, :, :)
 
     associate (n => self%n_blocks)
       if (n == size(self%block)) then
-        allocate (block(2*n), first(nlane, 2*n), w(nlane, 9, 2*n), before(2*n*nlane))
+        allocate (block(2*n), corners(nlane, 2*n), weights(nlane, 9, 2*n))
         block(:n) = self%block
-        first(:, :n) = self%first
-        w(:, :, :n) = self%w
-        before(:n*nlane) = self%before
+        corners(:, :n) = self%first
+        weights(:, :, :n) = self%w
         call move_alloc(block, self%block)
-        call move_alloc(first, self%first)
-        call move_alloc(w, self%w)
-        call move_alloc(before, self%before)
+        call move_alloc(corners, self%first)
+        call move_alloc(weights, self%w)
       end if
       n = n + 1
       self%block(n) = b
+      self%first(:, n) = first
+      self%w(:, :, n) = w
     end associate
   end subroutine add_block
 
-  !> Another bundle, of nothing that has weight.
-  pure subroutine add_bundle(self)
+  !> The bundle `u` and the lane `l` in it for another particle of a body at a corner.
+  pure subroutine bundle_for(self, body, corner, u, l)
     class(near_t), intent(inout) :: self
+    integer, intent(in) :: body, corner
+    integer, intent(out) :: u, l
+    logical :: is_full
+
+    u = self%bin(corner, body)
+    is_full = u == 0
+    if (u > 0) is_full = self%filled(u) == bundle_lanes
+    if (is_full) then
+      if (self%n_bundles == size(self%before)) call lengthen(self)
+      self%n_bundles = self%n_bundles + 1
+      self%before(self%n_bundles) = u
+      u = self%n_bundles
+      self%body(u) = body
+      self%filled(u) = 0
+      self%bundle(:, :, u) = 0.0_rp
+      self%bin(corner, body) = u
+    end if
+    self%filled(u) = self%filled(u) + 1
+    l = self%filled(u)
+  end subroutine bundle_for
+
+  !> Room for twice as many bundles.
+  pure subroutine lengthen(self)
+    type(near_t), intent(inout) :: self
+    integer, allocatable :: before(:), filled(:), body(:)
     real(rp), allocatable :: bundle(:, :, :)
 
-    associate (n => self%n_bundles)
-      if (n == size(self%bundle, 3)) then
-        allocate (bundle(bundle_lanes, n_bundle, 2*n))
-        bundle(:, :, :n) = self%bundle
-        call move_alloc(bundle, self%bundle)
+    associate (n => size(self%before))
+      allocate (before(2*n), filled(2*n), body(2*n), bundle(bundle_lanes, n_bundle, 2*n))
+      before(:n) = self%before
+      filled(:n) = self%filled
+      body(:n) = self%body
+      bundle(:, :, :n) = self%bundle
+    end associate
+    call move_alloc(before, self%before)
+    call move_alloc(filled, self%filled)
+    call move_alloc(body, self%body)
+    call move_alloc(bundle, self%bundle)
+  end subroutine lengthen
+
+  !> Another item: bundle `u` has the node at `place` among its 27.
+  pure subroutine add_item(self, u, place)
+    class(near_t), intent(inout) :: self
+    integer, intent(in) :: u, place
+    integer, allocatable :: item(:, :)
+
+    associate (n => self%n_items)
+      if (n == size(self%item, 2)) then
+        allocate (item(2, 2*n))
+        item(:, :n) = self%item
+        call move_alloc(item, self%item)
       end if
       n = n + 1
-      self%bundle(:, :, n) = 0.0_rp
+      self%item(1, n) = u
+      self%item(2, n) = place
     end associate
-  end subroutine add_bundle
+  end subroutine add_item
 
   !> Empty the list; on a new patch of `nn` nodes make it.
   pure subroutine forget(self, nn)
@@ -171,12 +222,13 @@ contains
       if (size(self%node) == n) return
       deallocate (self%node, self%pair, self%is_owned, self%is_shared, self%state, self%x, &
                   self%free, self%sums, self%trial, self%mean, self%surface, self%normal, &
-                  self%ends, self%gap, self%heat)
+                  self%ends, self%gap, self%item, self%foremost, self%heat)
     end if
     allocate (self%node(n), self%pair(n), self%is_owned(n), self%is_shared(n), self%state(n), &
               self%gap(n), self%heat(n), self%x(3, n), self%free(3, n), self%normal(3, n), &
               self%sums(width, n), self%trial(3, n_trials - 1, n), self%mean(3, n), &
-              self%surface(2, n_trials, n), self%ends(2, n))
+              self%surface(2, n_trials, n), self%ends(2, n), &
+              self%item(3, n), self%foremost(2, n))
   end subroutine reserve
 
   !> The entry of a pair at node `q`; 0 if there is none.

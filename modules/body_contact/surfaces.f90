@@ -4,13 +4,12 @@
 !> same nodes together, until none can reach farther, or until it is clear that a direction leaves
 !> too little gap to be chosen.
 module body_contact_surfaces
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: rp
   use body_contact_near, only: far, first_stretch
   use body_contact_node_pairs, only: bundle_lanes, n_bundle, n_trials, near_t, node_pairs_t, &
-                                     u_edges, u_place, u_stretch, u_weights
+                                     u_weights
   use contact_pair, only: moves_as_one
   use grid_geometry, only: patch_t
-  use particles_store, only: f_bbar, f_jac, f_pos, particles_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -25,20 +24,20 @@ module body_contact_surfaces
 contains
 
   !> Both surfaces along all directions at entries that other ranks or images know particles of.
-  subroutine measure_shared(scene, particles, patch, pairs)
+  subroutine measure_shared(scene, patch, pairs)
     type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
     type(patch_t), intent(in) :: patch
     type(node_pairs_t), intent(inout) :: pairs
     integer :: e, k
     real(rp) :: gap, start(6, size(scene%body))
 
     start = first_stretches(scene)
+    pairs%foremost = 0
     do e = 1, pairs%n
       if (.not. pairs%is_shared(e)) cycle
       if (scene%contact(pairs%pair(e))%normal == moves_as_one) cycle
       do k = 1, n_trials - 1
-        call measure(scene, particles, patch, start, pairs, e, pairs%trial(:, k, e), any_gap, &
+        call measure(scene, patch, start, pairs, e, pairs%trial(:, k, e), any_gap, &
                      pairs%surface(:, k, e), gap)
       end do
     end do
@@ -46,9 +45,8 @@ contains
 
   !> Take the normal with the largest gap; one that is better founded (they come first) also if its
   !> gap is little less.
-  subroutine choose_normals(scene, particles, patch, pairs)
+  subroutine choose_normals(scene, patch, pairs)
     type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
     type(patch_t), intent(in) :: patch
     type(node_pairs_t), intent(inout) :: pairs
     real(rp) :: gap(n_trials - 1), little, start(6, size(scene%body))
@@ -57,6 +55,7 @@ contains
     pairs%gap = -huge(1.0_rp)
     pairs%normal = 0.0_rp
     pairs%ends = 0.0_rp
+    pairs%foremost = 0
     little = clearly*minval(patch%h)
     start = first_stretches(scene)
     do e = 1, pairs%n
@@ -66,7 +65,7 @@ contains
           gap(k) = gap_between(pairs%surface(:, k, e))
         end do
       else
-        call measure_trials(scene, particles, patch, start, pairs, e, little, gap)
+        call measure_trials(scene, patch, start, pairs, e, little, gap)
       end if
       chosen = best_of(little, pairs%trial(:, :, e), gap)
       if (chosen == 0) cycle
@@ -78,9 +77,8 @@ contains
 
   !> Gaps along the trial normals of entry `e`: that of the first, and of those that could be taken
   !> in its place; others may have the first's.
-  subroutine measure_trials(scene, particles, patch, start, pairs, e, little, gap)
+  subroutine measure_trials(scene, patch, start, pairs, e, little, gap)
     type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
     type(patch_t), intent(in) :: patch
     real(rp), intent(in) :: start(6, size(scene%body))
     type(node_pairs_t), intent(inout) :: pairs
@@ -96,7 +94,7 @@ contains
     gap = any_gap
     do k = 1, size(gap)
       if (all(abs(pairs%trial(:, k, e)) <= 0.0_rp)) cycle
-      call measure(scene, particles, patch, start, pairs, e, pairs%trial(:, k, e), least, &
+      call measure(scene, patch, start, pairs, e, pairs%trial(:, k, e), least, &
                    pairs%surface(:, k, e), gap(k))
       if (k == 1) least = gap(1) + little
       is_less(k) = gap(k) <= least .and. k > 1
@@ -105,7 +103,7 @@ contains
       gap(2:) = any_gap                        ! the first one is taken
     else
       do k = 2, size(gap)
-        if (is_less(k)) call measure(scene, particles, patch, start, pairs, e, &
+        if (is_less(k)) call measure(scene, patch, start, pairs, e, &
                                      pairs%trial(:, k, e), any_gap, pairs%surface(:, k, e), gap(k))
       end do
     end if
@@ -127,9 +125,8 @@ contains
   end function best_of
 
   !> Both surfaces along the mean normals: where these could be taken, and at all shared entries.
-  subroutine measure_mean(scene, particles, patch, pairs)
+  subroutine measure_mean(scene, patch, pairs)
     type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
     type(patch_t), intent(in) :: patch
     type(node_pairs_t), intent(inout) :: pairs
     real(rp) :: gap, least, little, start(6, size(scene%body))
@@ -142,7 +139,7 @@ contains
       if (scene%contact(pairs%pair(e))%normal == moves_as_one) cycle
       least = any_gap
       if (pairs%gap(e) > -far .and. .not. pairs%is_shared(e)) least = pairs%gap(e) - little
-      call measure(scene, particles, patch, start, pairs, e, pairs%mean(:, e), least, &
+      call measure(scene, patch, start, pairs, e, pairs%mean(:, e), least, &
                    pairs%surface(:, n_trials, e), gap)
     end do
   end subroutine measure_mean
@@ -187,170 +184,168 @@ contains
 
   !> How far both bodies of entry `e` reach along `n`, out of the first, and the gap. If that is less
   !> than `least`, surfaces may be less and the gap more than they are, but not more than `least`.
-  subroutine measure(scene, particles, patch, start, pairs, e, n, least, surface, gap)
+  !> Particles that were foremost before are looked at first.
+  subroutine measure(scene, patch, start, pairs, e, n, least, surface, gap)
     type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
     type(patch_t), intent(in) :: patch
     real(rp), intent(in) :: start(6, size(scene%body))
     type(node_pairs_t), intent(inout) :: pairs
     integer, intent(in) :: e
     real(rp), intent(in) :: n(3), least
-    real(rp), intent(inout) :: surface(2)
+    real(rp), intent(out) :: surface(2)
     real(rp), intent(out) :: gap
-    integer :: b, pass, side
+    real(rp) :: bound(27, 2), factor(size(scene%body)), nn(6)
+    integer :: pass, side
 
+    nn = [n(1)*n(1), n(2)*n(2), n(3)*n(3), n(1)*n(2), n(2)*n(3), n(1)*n(3)]
+    factor = factors(start, nn)
     surface = nothing
-    associate (groups => scene%contact(pairs%pair(e))%group)
-      do pass = merge(2, 1, least <= any_gap), 2
-        do side = 1, 2
-          do b = 1, size(scene%body)
-            if (scene%body(b)%group /= groups(side)) cycle
-            call look_along(scene, particles, patch, b, start(:, b), pairs%near, pairs%node(e), &
-                            pairs%x(:, e), (3 - 2*side)*n, pass == 1, -least - surface(3 - side), &
-                            surface(side))
-          end do
-          if (sum(surface) > -least) exit
-        end do
-        if (sum(surface) > -least) exit
+    passes: do pass = 1, 3
+      do side = 1, 2
+        associate (first => pairs%item(side, e) + 1, last => pairs%item(side + 1, e), &
+                   near => pairs%near, foremost => pairs%foremost(side, e))
+          if (first > last) cycle
+          select case (pass)
+          case (1)
+            if (foremost > 0) call look_at(near, foremost, (3 - 2*side)*n, nn, factor, &
+                                           pairs%x(:, e), surface(side))
+            cycle
+          case (2)
+            bound(:, side) = bounds(patch%h, (3 - 2*side)*n, &
+                                    longest_of(scene, pairs%pair(e), side, near%longest))
+            foremost = largest(last - first + 1, near%item(:, first:last), bound(:, side)) &
+                       + first - 1
+            call look_at(near, foremost, (3 - 2*side)*n, nn, factor, pairs%x(:, e), surface(side))
+          case (3)
+            call look_at_all(near, first, last, (3 - 2*side)*n, nn, factor, pairs%x(:, e), &
+                             bound(:, side), -least - surface(3 - side), foremost, surface(side))
+          end select
+        end associate
+        if (sum(surface) > -least) exit passes
       end do
-    end associate
+      if (sum(surface) > -least) exit passes
+    end do passes
     gap = gap_between(surface)
   end subroutine measure
 
-  !> Move a surface out to the foremost particle of body `b` with weight at node `q`, along `n`. Ends
-  !> early when it is beyond `enough`, or after the foremost row of cells with particles.
-  subroutine look_along(scene, particles, patch, b, start, near, q, x, n, only_first, enough, &
-                        surface)
+  !> Bound of half the length of particles of one of the bodies of a contact [m].
+  pure real(rp) function longest_of(scene, contact, side, longest)
     type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(patch_t), intent(in) :: patch
-    integer, intent(in) :: b, q
-    real(rp), intent(in) :: start(6)           !! first stretch of the body's particles
-    type(near_t), intent(inout) :: near
-    real(rp), intent(in) :: x(3), n(3)         !! of the node [m]
-    logical, intent(in) :: only_first
-    real(rp), intent(in) :: enough             !! [m]
-    real(rp), intent(inout) :: surface         !! from the node along n [m]
-    real(rp) :: along(3), best(bundle_lanes), bound(3), factor, nn(6)
-    integer :: axis(3), corner, i, j, k, p(3), slot, step(3)
-    logical :: found
+    integer, intent(in) :: contact, side
+    real(rp), intent(in) :: longest(:)
+    integer :: b
 
-    call order_axes(patch, n, axis, step, along)
-    nn = [n(1)*n(1), n(2)*n(2), n(3)*n(3), n(1)*n(2), n(2)*n(3), n(1)*n(3)]
-    factor = 1.0_rp/max(sum(start(1:3)*nn(1:3)) + 2.0_rp*sum(start(4:6)*nn(4:6)), tiny(1.0_rp))
-    best = surface
-    do i = 1, -1, -1
-      bound(1) = (i + 0.5_rp)*along(1) + near%longest(b)
-      if (bound(1) + 1.5_rp*(along(2) + along(3)) <= surface) return
-      do j = 1, -1, -1
-        bound(2) = bound(1) + (j + 0.5_rp)*along(2)
-        if (bound(2) + 1.5_rp*along(3) <= surface) exit
-        found = .false.
-        do k = 1, -1, -1
-          bound(3) = bound(2) + (k + 0.5_rp)*along(3)
-          if (bound(3) <= surface) exit
-          corner = q - sum(patch%stride) + i*step(1) + j*step(2) + k*step(3)
-          if (corner < 1) cycle
-          slot = near%slot(corner)
-          if (slot == 0) cycle
-          if (near%last(b, slot) == 0) cycle
-          if (near%bundle_of(b, slot) == 0) call bundle_up(scene, particles, b, slot, near)
-          p(axis) = [i, j, k]*sign(1, step)
-          p = 2 - p
-          associate (first => near%bundle_of(b, slot), m => near%bundles_in(b, slot))
-            call reach_out(m, near%bundle(:, :, first:first + m - 1), p, x, n, nn, factor, best)
-          end associate
-          found = .true.
+    longest_of = 0.0_rp
+    do b = 1, size(longest)
+      if (scene%body(b)%group == scene%contact(contact)%group(side)) &
+        longest_of = max(longest_of, longest(b))
+    end do
+  end function longest_of
+
+  !> 1/n.first n of each body.
+  pure function factors(start, nn) result(factor)
+    real(rp), intent(in) :: start(:, :)        !! first stretches
+    real(rp), intent(in) :: nn(6)              !! products of n: xx, yy, zz, xy, yz, xz
+    real(rp) :: factor(size(start, 2)), all
+    integer :: b
+
+    do b = 1, size(factor)
+      all = start(1, b)*nn(1) + start(2, b)*nn(2) + start(3, b)*nn(3) &
+            + 2.0_rp*(start(4, b)*nn(4) + start(5, b)*nn(5) + start(6, b)*nn(6))
+      factor(b) = 1.0_rp/max(all, tiny(1.0_rp))
+    end do
+  end function factors
+
+  !> How far particles with the node at each of the 27 places can reach along n [m]: they are up to
+  !> half a cell from the middle one.
+  pure function bounds(h, n, longest) result(bound)
+    real(rp), intent(in) :: h(3), n(3), longest
+    real(rp) :: bound(27), along(3)
+    integer :: i, j, k
+
+    along = n*h
+    do i = 0, 2
+      do j = 0, 2
+        do k = 0, 2
+          bound(1 + k + 3*j + 9*i) = (1 - i)*along(1) + (1 - j)*along(2) + (1 - k)*along(3)
         end do
-        if (.not. found) cycle
-        surface = maxval(best)
-        if (only_first .or. surface > enough) return
       end do
     end do
-  end subroutine look_along
+    bound = bound + (0.5_rp*sum(abs(along)) + longest)
+  end function bounds
 
-  !> The axes, that along which a direction crosses most cells first, the step in nodes along each
-  !> that goes forwards, and how far it is [m].
-  pure subroutine order_axes(patch, n, axis, step, along)
-    type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: n(3)
-    integer, intent(out) :: axis(3), step(3)
-    real(rp), intent(out) :: along(3)
+  !> The item with the largest bound.
+  pure integer function largest(m, item, bound)
+    integer, intent(in) :: m, item(2, m)
+    real(rp), intent(in) :: bound(27)
+    integer :: o
 
-    along = abs(n)*patch%h
-    axis = [1, 2, 3]
-    if (along(2) > along(1)) axis = [2, 1, 3]
-    if (along(3) > maxval(along(1:2))) axis = [3, 1, 2]
-    along = along(axis)
-    step = patch%stride(axis)
-    where (n(axis) < 0.0_rp) step = -step
-  end subroutine order_axes
-
-  !> Put the particles of body `b` at a corner into bundles.
-  subroutine bundle_up(scene, particles, b, slot, near)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    integer, intent(in) :: b, slot
-    type(near_t), intent(inout) :: near
-    integer :: block, l, lane, p
-
-    near%bundle_of(b, slot) = near%n_bundles + 1
-    p = near%last(b, slot)
-    l = bundle_lanes
-    do while (p > 0)
-      if (l == bundle_lanes) then
-        call near%add_bundle()
-        l = 0
-      end if
-      l = l + 1
-      block = (p - 1)/nlane + 1
-      lane = p - (block - 1)*nlane
-      associate (u => near%bundle(:, :, near%n_bundles), ps => particles%ps(:, :, near%block(block)))
-        u(l, u_place:u_place + 2) = ps(lane, f_pos:f_pos + 2)
-        u(l, u_weights:u_weights + 8) = near%w(lane, :, block)
-        u(l, u_edges:u_edges + 2) = 0.25_rp*scene%body(b)%spacing**2
-        if (scene%layout%half > 0) then
-          u(l, u_edges:u_edges + 2) = u(l, u_edges:u_edges + 2) &
-              *(ps(lane, scene%layout%half:scene%layout%half + 2)/scene%domain(b))**2
-          u(l, u_stretch:u_stretch + 2) = 1.0_rp
-        else
-          u(l, u_stretch:u_stretch + 5) = ps(lane, f_bbar:f_bbar + 5) &
-              *ps(lane, f_jac)**(2.0_rp/3.0_rp)
-          u(l, u_stretch + 3:u_stretch + 5) = 2.0_rp*u(l, u_stretch + 3:u_stretch + 5)
-        end if
-      end associate
-      p = near%before(p)
+    largest = 1
+    do o = 2, m
+      if (bound(item(2, o)) > bound(item(2, largest))) largest = o
     end do
-    near%bundles_in(b, slot) = near%n_bundles - near%bundle_of(b, slot) + 1
-  end subroutine bundle_up
+  end function largest
 
-  !> Move surfaces out to where particles with weight end: half their edge along n, stretched by
+  !> All items from `first` to `last` that can move the surface out, until it is beyond `enough`.
+  subroutine look_at_all(near, first, last, n, nn, factor, x, bound, enough, foremost, surface)
+    type(near_t), intent(in) :: near
+    integer, intent(in) :: first, last
+    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(27), enough
+    integer, intent(inout) :: foremost
+    real(rp), intent(inout) :: surface
+    real(rp) :: before
+    integer :: o
+
+    do o = first, last
+      if (bound(near%item(2, o)) <= surface) cycle
+      before = surface
+      call look_at(near, o, n, nn, factor, x, surface)
+      if (surface > before) foremost = o
+      if (surface > enough) return
+    end do
+  end subroutine look_at_all
+
+  !> Move a surface out to the foremost particle of an item with weight.
+  subroutine look_at(near, o, n, nn, factor, x, surface)
+    type(near_t), intent(in) :: near
+    integer, intent(in) :: o
+    real(rp), intent(in) :: n(3), nn(6), factor(:)
+    real(rp), intent(in) :: x(3)               !! of the node [m]
+    real(rp), intent(inout) :: surface         !! from the node along n [m]
+    integer :: u
+
+    u = near%item(1, o)
+    call reach_out(near%bundle(:, :, u), near%item(2, o), x, n, nn, factor(near%body(u)), surface)
+  end subroutine look_at
+
+  !> Move a surface out to where particles with weight end: half their edge along n, stretched by
   !> sqrt(n.b n/n.first n).
-  pure subroutine reach_out(m, u, p, x, n, nn, factor, best)
-    integer, intent(in) :: m, p(3)             !! place of the node among the 27
-    real(rp), intent(in) :: u(bundle_lanes, n_bundle, m)
+  pure subroutine reach_out(u, place, x, n, nn, factor, surface)
+    integer, intent(in) :: place               !! of the node among the 27
+    real(rp), intent(in) :: u(bundle_lanes, n_bundle)
     real(rp), intent(in) :: x(3), n(3)
     real(rp), intent(in) :: nn(6)              !! products of n: xx, yy, zz, xy, yz, xz
     real(rp), intent(in) :: factor             !! 1/n.first n
-    real(rp), intent(inout) :: best(bundle_lanes)
-    real(rp) :: out, half2, stretch
-    integer :: i, j, k, l, o
+    real(rp), intent(inout) :: surface
+    real(rp) :: end(bundle_lanes), half2, stretch
+    integer :: i, j, k, l
 
-    i = u_weights - 1 + p(1)
-    j = u_weights + 2 + p(2)
-    k = u_weights + 5 + p(3)
-    do o = 1, m
-      !$omp simd private(out, half2, stretch)
-      do l = 1, bundle_lanes
-        half2 = u(l, 4, o)*nn(1) + u(l, 5, o)*nn(2) + u(l, 6, o)*nn(3)
-        stretch = u(l, 7, o)*nn(1) + u(l, 8, o)*nn(2) + u(l, 9, o)*nn(3) &
-                  + u(l, 10, o)*nn(4) + u(l, 11, o)*nn(5) + u(l, 12, o)*nn(6)
-        out = (u(l, 1, o) - x(1))*n(1) + (u(l, 2, o) - x(2))*n(2) + (u(l, 3, o) - x(3))*n(3) &
-              + sqrt(half2*stretch*factor)
-        out = merge(out, nothing, u(l, i, o)*u(l, j, o)*u(l, k, o) > least_weight)
-        best(l) = merge(out, best(l), out > best(l))
-      end do
+    i = (place - 1)/9
+    j = (place - 1)/3 - 3*i
+    k = place - 1 - 3*j - 9*i + u_weights + 6
+    i = i + u_weights
+    j = j + u_weights + 3
+    !$omp simd private(half2, stretch)
+    do l = 1, bundle_lanes
+      half2 = u(l, 4)*nn(1) + u(l, 5)*nn(2) + u(l, 6)*nn(3)
+      stretch = u(l, 7)*nn(1) + u(l, 8)*nn(2) + u(l, 9)*nn(3) &
+                + u(l, 10)*nn(4) + u(l, 11)*nn(5) + u(l, 12)*nn(6)
+      end(l) = (u(l, 1) - x(1))*n(1) + (u(l, 2) - x(2))*n(2) + (u(l, 3) - x(3))*n(3) &
+               + sqrt(half2*stretch*factor)
+      if (u(l, i)*u(l, j)*u(l, k) <= least_weight) end(l) = nothing
     end do
+    surface = max(surface, max(max(max(end(1), end(5)), max(end(3), end(7))), &
+                               max(max(end(2), end(6)), max(end(4), end(8)))))
   end subroutine reach_out
 
 end module body_contact_surfaces

@@ -12,7 +12,7 @@ module transfer_scatter
   implicit none (type, external)
   private
 
-  public :: p2g_block, p2g_slopes_block, p2g_values_block
+  public :: p2g_block, p2g_values_block
 
   integer, parameter :: shortest = 3    ! run that is worth it
   integer, parameter :: longest = 16    ! one that is not cut: memory is fetched between runs
@@ -28,17 +28,8 @@ contains
     real(rp), intent(in) :: rec(8, 4, nlane)    !! value part, x, y and z slope parts
     real(rp), intent(inout) :: g(8, nn)
 
-    call p2g_lanes(to_slopes > 1, .true., n, w, first, rec, stride, nn, g)
+    call p2g_lanes(.true., n, w, first, rec, stride, nn, g)
   end subroutine p2g_block
-
-  !> Add only lanes 5:8 of `n` particles to the nodes; `rec(1:4,:,:)` must be 0.
-  subroutine p2g_slopes_block(n, w, first, rec, stride, nn, g)
-    integer, intent(in) :: n, nn, stride(3), first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
-    real(rp), intent(inout) :: g(8, nn)
-
-    call p2g_lanes(.false., .true., n, w, first, rec, stride, nn, g)
-  end subroutine p2g_slopes_block
 
   !> Add only the values in lanes 1:4 of `n` particles to the nodes.
   subroutine p2g_values_block(n, w, first, rec, stride, nn, g)
@@ -46,17 +37,19 @@ contains
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
     real(rp), intent(inout) :: g(8, nn)
 
-    call p2g_lanes(.true., .false., n, w, first, rec, stride, nn, g)
+    call p2g_lanes(.false., n, w, first, rec, stride, nn, g)
   end subroutine p2g_values_block
 
-  !> Values of lanes 1:4 on their own, lanes from `to_slopes` on, or both, run by run.
-  subroutine p2g_lanes(with_values, with_slopes, n, w, first, rec, stride, nn, g)
-    logical, intent(in) :: with_values, with_slopes
+  !> All lanes, or the values of lanes 1:4 alone, run by run.
+  subroutine p2g_lanes(all_lanes, n, w, first, rec, stride, nn, g)
+    logical, intent(in) :: all_lanes
     integer, intent(in) :: n, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
     real(rp), intent(inout) :: g(8, nn)
     integer :: m, p
+    logical :: with_values                      ! lanes 1:4 on their own
 
+    with_values = to_slopes > 1 .or. .not. all_lanes
     p = 1
     do while (p <= n)
       m = run_length(min(longest, n - p + 1), first(p))
@@ -64,10 +57,10 @@ contains
       call fetch_some(2*m)
       if (m == 1) then
         if (with_values) call p2g_values(p, w, first(p), rec, stride, nn, g)
-        if (with_slopes) call p2g_slopes(to_slopes, 8, p, w, first(p), rec, stride, nn, g)
+        if (all_lanes) call p2g_slopes(to_slopes, 8, p, w, first(p), rec, stride, nn, g)
       else
         if (with_values) call p2g_values_run(p, m, w, first(p), rec, stride, nn, g)
-        if (with_slopes) call p2g_slopes_run(p, m, w, first(p), rec, stride, nn, g)
+        if (all_lanes) call p2g_slopes_run(p, m, w, first(p), rec, stride, nn, g)
       end if
       call fetch_some(2*m)
       p = p + m
