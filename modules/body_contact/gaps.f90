@@ -4,16 +4,18 @@
 module body_contact_gaps
   use base_kinds, only: rp
   use body_contact_near, only: list_near
-  use body_contact_node_pairs, only: n_sums_all, n_sums_gradient, n_trials, node_pairs_t
+  use body_contact_node_pairs, only: least_weight, n_sums_all, n_sums_gradient, n_trials, &
+                                     node_pairs_t
   use body_contact_normals, only: average_normals, try_normals
   use body_contact_sums, only: sum_particles
   use body_contact_surfaces, only: choose_normals, measure_mean, measure_shared, take_mean
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
-  use contact_pair, only: normal_regression
+  use contact_pair, only: moves_as_one, normal_regression
   use mapping_nodes, only: append, least_mass, nodes_t
-  use particles_store, only: particles_t
+  use particles_store, only: f_mass, particles_t
   use state_blocks, only: blocks_t
+  use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -23,9 +25,11 @@ module body_contact_gaps
 contains
 
   !> Collective. List the nodes with mass of two groups, their normals and gaps.
-  subroutine find_node_pairs(world, scene, particles, blocks, nodes, boundary, pairs, g)
+  subroutine find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, &
+                             g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
     type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
@@ -33,7 +37,10 @@ contains
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
 
-    call list_nodes(scene, nodes, pairs, g)
+    if (.not. allocated(pairs%lightest)) then
+      call find_lightest(world, scene, particles, nodes%n_groups, pairs%lightest)
+    end if
+    call list_nodes(scene, clock, nodes, pairs, g)
     call note_walls(scene, boundary, pairs)
     call list_near(scene, particles, blocks, nodes, pairs)
     call sum_particles(scene, nodes%patch, pairs)
@@ -63,8 +70,9 @@ contains
   end subroutine sum_entries
 
   !> An entry for each pair of groups with mass at a node.
-  subroutine list_nodes(scene, nodes, pairs, g)
+  subroutine list_nodes(scene, clock, nodes, pairs, g)
     type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
@@ -97,8 +105,52 @@ contains
       end associate
     end do
     call note_shared(nodes, pairs)
+    call note_met(scene, clock, nodes, pairs, g)
     pairs%free = 1.0_rp
   end subroutine list_nodes
+
+  !> Entries of bodies with a &CONTACT where particles of both may have so much weight that they count
+  !> for the gap: as none is lighter than the lightest of its group, its weight is at most the mass
+  !> of the node over that.
+  pure subroutine note_met(scene, clock, nodes, pairs, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(node_pairs_t), intent(inout) :: pairs
+    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), parameter :: rounding = 1.0_rp - 1.0e-6_rp
+    real(rp) :: least(nodes%n_groups)
+    integer :: e
+
+    least = rounding*least_weight*clock%mass_scaling*pairs%lightest
+    do e = 1, pairs%n
+      associate (contact => scene%contact(pairs%pair(e)))
+        pairs%is_met(e) = contact%normal /= moves_as_one &
+                          .and. all(g(8, pairs%node(e), contact%group) > least(contact%group))
+      end associate
+    end do
+  end subroutine note_met
+
+  !> Collective. Masses of the lightest particles of each group.
+  subroutine find_lightest(world, scene, particles, n_groups, lightest)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(in) :: particles
+    integer, intent(in) :: n_groups
+    real(rp), allocatable, intent(out) :: lightest(:)
+    real(rp) :: heaviest_inverse(n_groups)
+    integer :: b
+
+    heaviest_inverse = 0.0_rp
+    do b = 1, particles%nblk
+      associate (n => particles%count(b), k => scene%body(particles%body(b))%group)
+        heaviest_inverse(k) = max(heaviest_inverse(k), &
+                                  maxval(1.0_rp/particles%ps(:n, f_mass, b)))
+      end associate
+    end do
+    call world%max(heaviest_inverse)
+    lightest = merge(1.0_rp/max(heaviest_inverse, tiny(1.0_rp)), 0.0_rp, heaviest_inverse > 0.0_rp)
+  end subroutine find_lightest
 
   !> Entries at nodes that several ranks store, or one through several images.
   pure subroutine note_shared(nodes, pairs)

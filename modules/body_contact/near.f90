@@ -3,8 +3,7 @@
 !> few, and so are these particles; all others are looked at no more.
 module body_contact_near
   use base_kinds, only: nlane, rp
-  use body_contact_node_pairs, only: near_t, node_pairs_t, u_edges, u_place, u_stretch, &
-                                     u_volume, u_weights
+  use body_contact_node_pairs, only: near_t, node_pairs_t, u_place, u_size, u_slopes, u_weights
   use contact_pair, only: moves_as_one
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
@@ -15,7 +14,7 @@ module body_contact_near
   implicit none (type, external)
   private
 
-  public :: first_stretch, list_near
+  public :: first_stretch, list_near, sizes_along
 
   real(rp), parameter, public :: far = 1.0e30_rp    !! beyond any surface [m]
 
@@ -37,8 +36,8 @@ contains
     is_met = .false.
     do c = 1, size(matters)
       associate (contact => scene%contact(c))
-        matters(c) = contact%normal /= moves_as_one .or. any(scene%is_rigid_group(contact%group))
-        if (matters(c)) is_met(contact%group) = .true.
+        matters(c) = contact%normal == moves_as_one .and. any(scene%is_rigid_group(contact%group))
+        if (matters(c) .or. contact%normal /= moves_as_one) is_met(contact%group) = .true.
       end associate
     end do
     call list_corners(nodes, pairs, matters, low, high)
@@ -58,7 +57,7 @@ contains
   subroutine list_corners(nodes, pairs, matters, low, high)
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    logical, intent(in) :: matters(:)          !! of each contact
+    logical, intent(in) :: matters(:)          !! of each contact of one velocity
     real(rp), intent(out) :: low(3), high(3)   !! [m]
     integer :: corner, e, i, j, k
 
@@ -66,7 +65,7 @@ contains
     high = -huge(1.0_rp)
     associate (near => pairs%near)
       do e = 1, pairs%n
-        if (.not. matters(pairs%pair(e))) cycle
+        if (.not. (matters(pairs%pair(e)) .or. pairs%is_met(e))) cycle
         low = min(low, pairs%x(:, e))
         high = max(high, pairs%x(:, e))
         do i = 0, 2
@@ -93,7 +92,7 @@ contains
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     integer :: first(nlane), l, p, u
-    real(rp) :: longest(nlane), w(nlane, 18), u_rows(nlane, u_weights - 1)
+    real(rp) :: longest(nlane), volume(nlane), w(nlane, 18), u_rows(nlane, u_weights - 1)
 
     call block_corners(nodes%patch%origin, 1.0_rp/nodes%patch%h, nodes%patch%stride, ps(1, f_pos), &
                        first)
@@ -103,19 +102,21 @@ contains
     longest = lengths(scene, body, n, nf, ps)
     u_rows = rows_of(scene, body, n, nf, ps)
     associate (inverse_rho => 1.0_rp/scene%material(scene%body(body)%material)%rho)
+      volume(:n) = ps(:n, f_mass)*inverse_rho*ps(:n, f_jac)
       do p = 1, n
         if (near%bin(first(p), body) < 0) cycle
         call near%bundle_for(body, first(p), u, l)
         near%longest(body) = max(near%longest(body), longest(p))
         near%bundle(l, :u_weights - 1, u) = u_rows(p, :)
-        near%bundle(l, u_weights:u_weights + 17, u) = w(p, :)
-        near%bundle(l, u_volume, u) = ps(p, f_mass)*inverse_rho*ps(p, f_jac)
+        near%bundle(l, u_weights:u_weights + 8, u) = w(p, 1:9)
+        near%bundle(l, u_slopes:u_slopes + 8, u) = volume(p)*w(p, 10:18)
       end do
     end associate
   end subroutine list_block
 
-  !> Places, edges and stretches of the particles of a block, as bundles have them. cpGIMP knows the
-  !> edges, others the elastic stretch b, now and at the start.
+  !> Places of the particles of a block and the tensors for their size, as bundles have them: half
+  !> the length along a direction n is sqrt(n.t n f), f by `sizes_along`. cpGIMP knows the edges,
+  !> others the elastic stretch b, now and at the start.
   pure function rows_of(scene, body, n, nf, ps) result(u)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, n, nf
@@ -124,27 +125,45 @@ contains
     integer :: a, p
 
     domain = scene%domain(body)
-    do a = 0, 2
-      u(:n, u_place + a) = ps(:n, f_pos + a)
-      u(:n, u_edges + a) = 0.25_rp*scene%body(body)%spacing(a + 1)**2
-    end do
+    u(:n, u_place:u_place + 2) = ps(:n, f_pos:f_pos + 2)
     associate (half => scene%layout%half)
       if (half > 0) then
         do a = 0, 2
-          u(:n, u_edges + a) = u(:n, u_edges + a)*(ps(:n, half + a)/domain(a + 1))**2
+          u(:n, u_size + a) = (0.5_rp*scene%body(body)%spacing(a + 1)/domain(a + 1) &
+                               *ps(:n, half + a))**2
+          u(:n, u_size + 3 + a) = 0.0_rp
         end do
-        u(:n, u_stretch:u_stretch + 2) = 1.0_rp
-        u(:n, u_stretch + 3:u_stretch + 5) = 0.0_rp
       else
         do p = 1, n
-          u(p, u_stretch) = ps(p, f_jac)**(2.0_rp/3.0_rp)
+          u(p, u_size) = ps(p, f_jac)**(2.0_rp/3.0_rp)
         end do
         do a = 5, 0, -1
-          u(:n, u_stretch + a) = merge(2.0_rp, 1.0_rp, a > 2)*ps(:n, f_bbar + a)*u(:n, u_stretch)
+          u(:n, u_size + a) = merge(2.0_rp, 1.0_rp, a > 2)*ps(:n, f_bbar + a)*u(:n, u_size)
         end do
       end if
     end associate
   end function rows_of
+
+  !> Factors f of each body in half the lengths of its particles along a direction n: the square of
+  !> half the edge over n.first n, or 1 where edges are known.
+  pure function sizes_along(scene, start, nn) result(factor)
+    type(scene_t), intent(in) :: scene
+    real(rp), intent(in) :: start(:, :)        !! first stretches of all bodies
+    real(rp), intent(in) :: nn(6)              !! products of n: xx, yy, zz, xy, yz, xz
+    real(rp) :: factor(size(start, 2)), all
+    integer :: b
+
+    factor = 1.0_rp
+    if (scene%layout%half > 0) return
+    do b = 1, size(factor)
+      all = start(1, b)*nn(1) + start(2, b)*nn(2) + start(3, b)*nn(3) &
+            + 2.0_rp*(start(4, b)*nn(4) + start(5, b)*nn(5) + start(6, b)*nn(6))
+      associate (edge => scene%body(b)%spacing)
+        factor(b) = 0.25_rp*(edge(1)**2*nn(1) + edge(2)**2*nn(2) + edge(3)**2*nn(3)) &
+                    /max(all, tiny(1.0_rp))
+      end associate
+    end do
+  end function sizes_along
 
   !> Bounds of half the lengths of the particles of a block in any direction [m].
   pure function lengths(scene, body, n, nf, ps) result(longest)

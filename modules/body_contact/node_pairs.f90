@@ -10,14 +10,15 @@ module body_contact_node_pairs
 
   ! Sums of an entry: volume gradients of both bodies; moments of the particles of both.
   integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
+  real(rp), parameter, public :: least_weight = 1.0e-6_rp   !! of a particle that counts for the gap
   ! Directions to choose from; the last one is a mean over the nodes around.
   integer, parameter, public :: n_trials = 5
   ! A bundle: particles of a body with the same 27 nodes, and what their surface and the sums at the
-  ! nodes follow from: place, squares of half edges when they had the first stretch, stretch b (xx,
-  ! yy, zz and twice xy, yz, xz), weights and slopes of the nodes along each axis, volume.
+  ! nodes follow from: place, a symmetric tensor for their size (xx, yy, zz and twice xy, yz, xz),
+  ! weights of the nodes along each axis, slopes of the weights times volume.
   integer, parameter, public :: bundle_lanes = 8
-  integer, parameter, public :: u_place = 1, u_edges = 4, u_stretch = 7, u_weights = 13, &
-                                u_slopes = 22, u_volume = 31, n_bundle = 31
+  integer, parameter, public :: u_place = 1, u_size = 4, u_weights = 10, u_slopes = 19, &
+                                n_bundle = 27
 
   !> The particles with weight at entries, in bundles by the corner of the 27 nodes that they have
   !> weight at.
@@ -54,6 +55,8 @@ module body_contact_node_pairs
     integer, allocatable :: found(:, :)        !! (3, n or more) while entries are listed
     integer, allocatable :: node(:), pair(:)   !! (n) of each entry
     logical, allocatable :: is_owned(:)        !! its books are kept by this rank
+    real(rp), allocatable :: lightest(:)       !! (groups) mass of their lightest particle [kg]
+    logical, allocatable :: is_met(:)          !! bodies with a &CONTACT may have a finite gap
     logical, allocatable :: is_shared(:)       !! other ranks or images have particles there
     integer, allocatable :: state(:)           !! is_apart, is_sliding or is_stuck, see contact_pair
     real(rp), allocatable :: x(:, :)           !! (3, n) place of the node [m]
@@ -220,12 +223,12 @@ contains
     self%n = n
     if (allocated(self%node)) then
       if (size(self%node) == n) return
-      deallocate (self%node, self%pair, self%is_owned, self%is_shared, self%state, self%x, &
-                  self%free, self%sums, self%trial, self%mean, self%surface, self%normal, &
+      deallocate (self%node, self%pair, self%is_owned, self%is_met, self%is_shared, self%state, &
+                  self%x, self%free, self%sums, self%trial, self%mean, self%surface, self%normal, &
                   self%ends, self%gap, self%item, self%foremost, self%heat)
     end if
-    allocate (self%node(n), self%pair(n), self%is_owned(n), self%is_shared(n), self%state(n), &
-              self%gap(n), self%heat(n), self%x(3, n), self%free(3, n), self%normal(3, n), &
+    allocate (self%node(n), self%pair(n), self%is_owned(n), self%is_met(n), self%is_shared(n), &
+              self%state(n), self%gap(n), self%heat(n), self%x(3, n), self%free(3, n), self%normal(3, n), &
               self%sums(width, n), self%trial(3, n_trials - 1, n), self%mean(3, n), &
               self%surface(2, n_trials, n), self%ends(2, n), &
               self%item(3, n), self%foremost(2, n))

@@ -11,7 +11,7 @@ module body_contact_normals
   use base_kinds, only: rp
   use body_contact_near, only: far
   use body_contact_node_pairs, only: node_pairs_t, s_moment
-  use contact_pair, only: moves_as_one, normal_regression
+  use contact_pair, only: normal_regression
   use grid_geometry, only: length_along, mean_edge
   use mapping_nodes, only: nodes_t
   use state_scene, only: scene_t
@@ -37,7 +37,7 @@ contains
       associate (s => pairs%sums(:, e), t => pairs%trial(:, :, e), &
                  contact => scene%contact(pairs%pair(e)))
         t = 0.0_rp
-        if (contact%normal == moves_as_one) cycle
+        if (.not. pairs%is_met(e)) cycle
         t(:, 1) = s(1:3) - s(4:6)
         if (contact%normal == normal_regression) then
           t(:, 1) = plane_between(ridges, s(s_moment:s_moment + 13))
@@ -98,7 +98,7 @@ contains
 
     do e = 1, pairs%n
       part(:, e) = 0.0_rp
-      if (pairs%gap(e) < -far) cycle
+      if (pairs%gap(e) >= far) cycle
       part(:, e) = trust(pairs%gap(e)/length_along(nodes%patch%h, pairs%normal(:, e))) &
                    *pairs%normal(:, e) &
                    /sum(1.0_rp/g(8, pairs%node(e), scene%contact(pairs%pair(e))%group))
@@ -106,7 +106,7 @@ contains
     pairs%mean = 0.0_rp
     do e = 1, pairs%n
       if (.not. pairs%is_owned(e)) cycle
-      if (scene%contact(pairs%pair(e))%normal == moves_as_one) cycle
+      if (.not. pairs%is_met(e)) cycle
       do i = -1, 1
         do j = -1, 1
           q = pairs%node(e) + i*nodes%patch%stride(1) + j*nodes%patch%stride(2)

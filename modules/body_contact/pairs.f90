@@ -51,7 +51,7 @@ contains
 
     call hold_rigid(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
-      call find_node_pairs(world, scene, particles, blocks, nodes, boundary, pairs, g)
+      call find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, g)
     end if
     surplus = affordable_surplus(world, scene, nodes, pairs, books, dt, g)
     pairs%heat = 0.0_rp
@@ -137,7 +137,7 @@ contains
 
     call hold_rigid(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
-      call find_node_pairs(world, scene, particles, blocks, nodes, boundary, pairs, g)
+      call find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, g)
     end if
     do e = 1, pairs%n
       associate (contact => scene%contact(pairs%pair(e)), q => pairs%node(e))

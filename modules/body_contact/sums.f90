@@ -4,8 +4,8 @@
 module body_contact_sums
   use base_kinds, only: rp
   use body_contact_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, s_gradient, &
-                                     s_moment, u_place, u_slopes, u_volume, u_weights
-  use contact_pair, only: moves_as_one, normal_regression
+                                     s_moment, u_place, u_slopes, u_weights
+  use contact_pair, only: normal_regression
   use grid_geometry, only: mean_edge, patch_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -31,7 +31,7 @@ contains
       do e = 1, pairs%n
         pairs%item(:, e) = near%n_items
         associate (contact => scene%contact(pairs%pair(e)))
-          if (contact%normal == moves_as_one) cycle
+          if (.not. pairs%is_met(e)) cycle
           do side = 1, 2
             call list_items(scene, patch, contact%group(side), pairs%node(e), near)
             pairs%item(side + 1, e) = near%n_items
@@ -98,9 +98,9 @@ contains
       do l = 1, bundle_lanes
         w1 = u(l, u_weights + i, b); w2 = u(l, u_weights + j, b); w3 = u(l, u_weights + k, b)
         weight = w1*w2*w3
-        s(l, 1) = s(l, 1) + u(l, u_volume, b)*(u(l, u_slopes + i, b)*(w2*w3))
-        s(l, 2) = s(l, 2) + u(l, u_volume, b)*(u(l, u_slopes + j, b)*(w1*w3))
-        s(l, 3) = s(l, 3) + u(l, u_volume, b)*(u(l, u_slopes + k, b)*(w1*w2))
+        s(l, 1) = s(l, 1) + u(l, u_slopes + i, b)*(w2*w3)
+        s(l, 2) = s(l, 2) + u(l, u_slopes + j, b)*(w1*w3)
+        s(l, 3) = s(l, 3) + u(l, u_slopes + k, b)*(w1*w2)
         y1 = (u(l, u_place, b) - x(1))*inverse_h
         y2 = (u(l, u_place + 1, b) - x(2))*inverse_h
         y3 = (u(l, u_place + 2, b) - x(3))*inverse_h
@@ -129,9 +129,9 @@ contains
       !$omp simd private(w1, w2, w3)
       do l = 1, bundle_lanes
         w1 = u(l, u_weights + i, b); w2 = u(l, u_weights + j, b); w3 = u(l, u_weights + k, b)
-        s(l, 1) = s(l, 1) + u(l, u_volume, b)*(u(l, u_slopes + i, b)*(w2*w3))
-        s(l, 2) = s(l, 2) + u(l, u_volume, b)*(u(l, u_slopes + j, b)*(w1*w3))
-        s(l, 3) = s(l, 3) + u(l, u_volume, b)*(u(l, u_slopes + k, b)*(w1*w2))
+        s(l, 1) = s(l, 1) + u(l, u_slopes + i, b)*(w2*w3)
+        s(l, 2) = s(l, 2) + u(l, u_slopes + j, b)*(w1*w3)
+        s(l, 3) = s(l, 3) + u(l, u_slopes + k, b)*(w1*w2)
       end do
     end do
     sums = 0.0_rp

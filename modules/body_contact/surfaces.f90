@@ -5,10 +5,9 @@
 !> too little gap to be chosen.
 module body_contact_surfaces
   use base_kinds, only: rp
-  use body_contact_near, only: far, first_stretch
-  use body_contact_node_pairs, only: bundle_lanes, n_bundle, n_trials, near_t, node_pairs_t, &
+  use body_contact_near, only: far, first_stretch, sizes_along
+  use body_contact_node_pairs, only: bundle_lanes, least_weight, n_bundle, n_trials, near_t, node_pairs_t, &
                                      u_weights
-  use contact_pair, only: moves_as_one
   use grid_geometry, only: patch_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -17,7 +16,6 @@ module body_contact_surfaces
   public :: choose_normals, measure_mean, measure_shared, take_mean
 
   real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better direction [cells]
-  real(rp), parameter :: least_weight = 1.0e-6_rp   !! of a particle that counts for the gap
   real(rp), parameter :: nothing = -1.0e200_rp      !! surface of a body without a particle near [m]
   real(rp), parameter :: any_gap = -1.0e100_rp      !! least gap if all are to be measured [m]
 
@@ -35,7 +33,7 @@ contains
     pairs%foremost = 0
     do e = 1, pairs%n
       if (.not. pairs%is_shared(e)) cycle
-      if (scene%contact(pairs%pair(e))%normal == moves_as_one) cycle
+      if (.not. pairs%is_met(e)) cycle
       do k = 1, n_trials - 1
         call measure(scene, patch, start, pairs, e, pairs%trial(:, k, e), any_gap, &
                      pairs%surface(:, k, e), gap)
@@ -52,14 +50,14 @@ contains
     real(rp) :: gap(n_trials - 1), little, start(6, size(scene%body))
     integer :: chosen, e, k
 
-    pairs%gap = -huge(1.0_rp)
+    pairs%gap = far
     pairs%normal = 0.0_rp
     pairs%ends = 0.0_rp
     pairs%foremost = 0
     little = clearly*minval(patch%h)
     start = first_stretches(scene)
     do e = 1, pairs%n
-      if (scene%contact(pairs%pair(e))%normal == moves_as_one) cycle
+      if (.not. pairs%is_met(e)) cycle
       if (pairs%is_shared(e)) then
         do k = 1, size(gap)
           gap(k) = gap_between(pairs%surface(:, k, e))
@@ -136,7 +134,7 @@ contains
     start = first_stretches(scene)
     do e = 1, pairs%n
       if (all(abs(pairs%mean(:, e)) <= 0.0_rp)) cycle
-      if (scene%contact(pairs%pair(e))%normal == moves_as_one) cycle
+      if (.not. pairs%is_met(e)) cycle
       least = any_gap
       if (pairs%gap(e) > -far .and. .not. pairs%is_shared(e)) least = pairs%gap(e) - little
       call measure(scene, patch, start, pairs, e, pairs%mean(:, e), least, &
@@ -155,7 +153,7 @@ contains
     little = clearly*minval(patch%h)
     do e = 1, pairs%n
       if (all(abs(pairs%mean(:, e)) <= 0.0_rp)) cycle
-      if (scene%contact(pairs%pair(e))%normal == moves_as_one) cycle
+      if (.not. pairs%is_met(e)) cycle
       gap = gap_between(pairs%surface(:, n_trials, e))
       if (gap < pairs%gap(e) - little .and. pairs%gap(e) > -far) cycle
       pairs%gap(e) = gap
@@ -198,7 +196,7 @@ contains
     integer :: pass, side
 
     nn = [n(1)*n(1), n(2)*n(2), n(3)*n(3), n(1)*n(2), n(2)*n(3), n(1)*n(3)]
-    factor = factors(start, nn)
+    factor = sizes_along(scene, start, nn)
     surface = nothing
     passes: do pass = 1, 3
       do side = 1, 2
@@ -242,20 +240,6 @@ contains
     end do
   end function longest_of
 
-  !> 1/n.first n of each body.
-  pure function factors(start, nn) result(factor)
-    real(rp), intent(in) :: start(:, :)        !! first stretches
-    real(rp), intent(in) :: nn(6)              !! products of n: xx, yy, zz, xy, yz, xz
-    real(rp) :: factor(size(start, 2)), all
-    integer :: b
-
-    do b = 1, size(factor)
-      all = start(1, b)*nn(1) + start(2, b)*nn(2) + start(3, b)*nn(3) &
-            + 2.0_rp*(start(4, b)*nn(4) + start(5, b)*nn(5) + start(6, b)*nn(6))
-      factor(b) = 1.0_rp/max(all, tiny(1.0_rp))
-    end do
-  end function factors
-
   !> How far particles with the node at each of the 27 places can reach along n [m]: they are up to
   !> half a cell from the middle one.
   pure function bounds(h, n, longest) result(bound)
@@ -290,7 +274,7 @@ contains
   subroutine look_at_all(near, first, last, n, nn, factor, x, bound, enough, foremost, surface)
     type(near_t), intent(in) :: near
     integer, intent(in) :: first, last
-    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(27), enough
+    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(27), enough   !! [m]
     integer, intent(inout) :: foremost
     real(rp), intent(inout) :: surface
     real(rp) :: before
@@ -318,16 +302,15 @@ contains
     call reach_out(near%bundle(:, :, u), near%item(2, o), x, n, nn, factor(near%body(u)), surface)
   end subroutine look_at
 
-  !> Move a surface out to where particles with weight end: half their edge along n, stretched by
-  !> sqrt(n.b n/n.first n).
+  !> Move a surface out to where particles with weight end.
   pure subroutine reach_out(u, place, x, n, nn, factor, surface)
     integer, intent(in) :: place               !! of the node among the 27
     real(rp), intent(in) :: u(bundle_lanes, n_bundle)
     real(rp), intent(in) :: x(3), n(3)
     real(rp), intent(in) :: nn(6)              !! products of n: xx, yy, zz, xy, yz, xz
-    real(rp), intent(in) :: factor             !! 1/n.first n
+    real(rp), intent(in) :: factor             !! in their half lengths
     real(rp), intent(inout) :: surface
-    real(rp) :: end(bundle_lanes), half2, stretch
+    real(rp) :: end(bundle_lanes), half2
     integer :: i, j, k, l
 
     i = (place - 1)/9
@@ -335,13 +318,12 @@ contains
     k = place - 1 - 3*j - 9*i + u_weights + 6
     i = i + u_weights
     j = j + u_weights + 3
-    !$omp simd private(half2, stretch)
+    !$omp simd private(half2)
     do l = 1, bundle_lanes
-      half2 = u(l, 4)*nn(1) + u(l, 5)*nn(2) + u(l, 6)*nn(3)
-      stretch = u(l, 7)*nn(1) + u(l, 8)*nn(2) + u(l, 9)*nn(3) &
-                + u(l, 10)*nn(4) + u(l, 11)*nn(5) + u(l, 12)*nn(6)
+      half2 = u(l, 4)*nn(1) + u(l, 5)*nn(2) + u(l, 6)*nn(3) &
+              + u(l, 7)*nn(4) + u(l, 8)*nn(5) + u(l, 9)*nn(6)
       end(l) = (u(l, 1) - x(1))*n(1) + (u(l, 2) - x(2))*n(2) + (u(l, 3) - x(3))*n(3) &
-               + sqrt(half2*stretch*factor)
+               + sqrt(half2*factor)
       if (u(l, i)*u(l, j)*u(l, k) <= least_weight) end(l) = nothing
     end do
     surface = max(surface, max(max(max(end(1), end(5)), max(end(3), end(7))), &
