@@ -8,7 +8,8 @@ module body_contact_gaps
                                      node_pairs_t
   use body_contact_normals, only: average_normals, try_normals
   use body_contact_sums, only: sum_particles
-  use body_contact_surfaces, only: choose_normals, measure_mean, measure_shared, take_mean
+  use body_contact_surfaces, only: choose_normal, first_stretches, measure_mean, &
+                                   measure_shared, take_mean
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
   use contact_pair, only: moves_as_one, normal_regression
@@ -36,6 +37,7 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp) :: start(6, size(scene%body))
 
     if (.not. allocated(pairs%lightest)) then
       call find_lightest(world, scene, particles, nodes%n_groups, pairs%lightest)
@@ -43,19 +45,43 @@ contains
     call list_nodes(scene, clock, nodes, pairs, g)
     call note_walls(scene, boundary, pairs)
     call list_near(scene, particles, blocks, nodes, pairs)
-    call sum_particles(scene, nodes%patch, pairs)
-    call sum_entries(world, nodes, pairs, .false., size(pairs%sums, 1), pairs%sums)
-    call try_normals(scene, nodes, pairs)
-    call measure_shared(scene, nodes%patch, pairs)
-    call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
-    call choose_normals(scene, nodes%patch, pairs)
+    start = first_stretches(scene)
+    call choose_normals(world, scene, nodes, start, pairs)
     call average_normals(scene, nodes, pairs, g)
     call sum_entries(world, nodes, pairs, .false., 3, pairs%mean)
-    call measure_mean(scene, nodes%patch, pairs)
+    call measure_mean(scene, nodes%patch, start, pairs)
     call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
     call take_mean(scene, nodes%patch, pairs)
     pairs%is_known = .true.
   end subroutine find_node_pairs
+
+  !> Collective. Normals and gaps of all entries, each from its own particles: at once where no other
+  !> rank or image has any.
+  subroutine choose_normals(world, scene, nodes, start, pairs)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    real(rp), intent(in) :: start(6, size(scene%body))   !! first stretches
+    type(node_pairs_t), intent(inout) :: pairs
+    integer :: e
+
+    do e = 1, pairs%n
+      call sum_particles(scene, nodes%patch, e, pairs)
+      if (pairs%is_shared(e)) cycle
+      call try_normals(scene, nodes%patch, e, pairs)
+      call choose_normal(scene, nodes%patch, start, e, pairs)
+    end do
+    call sum_entries(world, nodes, pairs, .false., size(pairs%sums, 1), pairs%sums)
+    do e = 1, pairs%n
+      if (.not. pairs%is_shared(e)) cycle
+      call try_normals(scene, nodes%patch, e, pairs)
+      call measure_shared(scene, nodes%patch, start, e, pairs)
+    end do
+    call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
+    do e = 1, pairs%n
+      if (pairs%is_shared(e)) call choose_normal(scene, nodes%patch, start, e, pairs)
+    end do
+  end subroutine choose_normals
 
   subroutine sum_entries(world, nodes, pairs, largest, width, values)
     type(world_t), intent(in) :: world

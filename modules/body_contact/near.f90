@@ -3,13 +3,15 @@
 !> few, and so are these particles; all others are looked at no more.
 module body_contact_near
   use base_kinds, only: nlane, rp
-  use body_contact_node_pairs, only: near_t, node_pairs_t, u_place, u_size, u_slopes, u_weights
+  use body_contact_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, u_place, &
+                                     u_size, u_weights
   use contact_pair, only: moves_as_one
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
   use state_blocks, only: blocks_t, skin
   use state_scene, only: scene_t
+  use transfer_kernels, only: run_length
   use transfer_weights, only: block_corners
   implicit none (type, external)
   private
@@ -91,8 +93,8 @@ contains
     type(near_t), intent(inout) :: near
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    integer :: first(nlane), l, p, u
-    real(rp) :: longest(nlane), volume(nlane), w(nlane, 18), u_rows(nlane, u_weights - 1)
+    integer :: a, first(nlane), l, m, p, u
+    real(rp) :: longest(nlane), w(nlane, 18), rows(nlane, n_bundle + 1)
 
     call block_corners(nodes%patch%origin, 1.0_rp/nodes%patch%h, nodes%patch%stride, ps(1, f_pos), &
                        first)
@@ -100,19 +102,46 @@ contains
     call weights_of(scene, nodes, body, nf, ps, w, first)
     if (scene%method%conducts) call near%add_block(b, first, w(:, 1:9))
     longest = lengths(scene, body, n, nf, ps)
-    u_rows = rows_of(scene, body, n, nf, ps)
+    rows(:, :u_weights - 1) = rows_of(scene, body, n, nf, ps)
     associate (inverse_rho => 1.0_rp/scene%material(scene%body(body)%material)%rho)
-      volume(:n) = ps(:n, f_mass)*inverse_rho*ps(:n, f_jac)
-      do p = 1, n
-        if (near%bin(first(p), body) < 0) cycle
-        call near%bundle_for(body, first(p), u, l)
-        near%longest(body) = max(near%longest(body), longest(p))
-        near%bundle(l, :u_weights - 1, u) = u_rows(p, :)
-        near%bundle(l, u_weights:u_weights + 8, u) = w(p, 1:9)
-        near%bundle(l, u_slopes:u_slopes + 8, u) = volume(p)*w(p, 10:18)
+      do a = 10, 18
+        w(:n, a) = ps(:n, f_mass)*inverse_rho*ps(:n, f_jac)*w(:n, a)
       end do
     end associate
+    rows(:, u_weights:n_bundle) = w
+    p = 1
+    do while (p <= n)
+      m = run_length(n - p + 1, first(p))
+      if (near%bin(first(p), body) >= 0) then
+        call near%bundle_for(body, first(p), m, u, l)
+        near%longest(body) = max(near%longest(body), maxval(longest(p:p + m - 1)))
+        call copy_rows(m, l, rows(p, 1), near%bundle(:, :, u))
+      end if
+      p = p + m
+    end do
   end subroutine list_block
+
+  !> Rows of `m` particles, the first of a block's from `rows` on, to lanes of a bundle behind `l`.
+  pure subroutine copy_rows(m, l, rows, bundle)
+    integer, intent(in) :: m, l
+    real(rp), intent(in) :: rows(nlane, n_bundle)
+    real(rp), intent(inout) :: bundle(bundle_lanes, n_bundle)
+    integer :: f
+
+    if (m == bundle_lanes) then
+      do f = 1, n_bundle
+        bundle(:, f) = rows(1:bundle_lanes, f)
+      end do
+    else if (m == bundle_lanes/2) then
+      do f = 1, n_bundle
+        bundle(l + 1:l + bundle_lanes/2, f) = rows(1:bundle_lanes/2, f)
+      end do
+    else
+      do f = 1, n_bundle
+        bundle(l + 1:l + m, f) = rows(1:m, f)
+      end do
+    end if
+  end subroutine copy_rows
 
   !> Places of the particles of a block and the tensors for their size, as bundles have them: half
   !> the length along a direction n is sqrt(n.t n f), f by `sizes_along`. cpGIMP knows the edges,

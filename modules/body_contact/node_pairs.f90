@@ -2,7 +2,8 @@
 !> Node pairs: nodes with mass of two bodies with velocity fields of their own, listed in each step.
 !> A node has an entry for every pair of bodies with mass on it; its entries lie side by side.
 module body_contact_node_pairs
-  use base_kinds, only: nlane, rp
+  use base_kinds, only: i8, nlane, rp
+  use base_system, only: allocate_aligned, free_aligned, resize_aligned
   implicit none (type, external)
   private
 
@@ -20,6 +21,12 @@ module body_contact_node_pairs
   integer, parameter, public :: u_place = 1, u_size = 4, u_weights = 10, u_slopes = 19, &
                                 n_bundle = 27
 
+  integer :: i_, j_, k_
+  !> Where the weights (slopes) along x, y, z of the node at each place of the 27 are, behind the
+  !> first.
+  integer, parameter, public :: axis_rows(3, 27) = &
+    reshape([(((i_, 3 + j_, 6 + k_, k_=0, 2), j_=0, 2), i_=0, 2)], [3, 27])
+
   !> The particles with weight at entries, in bundles by the corner of the 27 nodes that they have
   !> weight at.
   type :: near_t
@@ -31,7 +38,9 @@ module body_contact_node_pairs
     integer, allocatable :: before(:)          !! bundle of the same bin before each; 0: none
     integer, allocatable :: filled(:)          !! particles in each
     integer, allocatable :: body(:)            !! theirs
-    real(rp), allocatable :: bundle(:, :, :)   !! (bundle_lanes, n_bundle, n_bundles)
+    real(rp), pointer, contiguous :: bundle(:, :, :) => null()   !! (bundle_lanes, n_bundle,
+                                                                 !! n_bundles or more)
+    real(rp), pointer, contiguous, private :: memory(:) => null()
     real(rp), allocatable :: longest(:)        !! (bodies) bound of half a particle's length [m]
     integer :: n_blocks = 0                    !! of particles that may be near, if there is heat
     integer, allocatable :: block(:)           !! (n_blocks)
@@ -46,6 +55,7 @@ module body_contact_node_pairs
     procedure :: add_block
     procedure :: bundle_for
     procedure :: add_item
+    procedure :: free
   end type near_t
 
   type :: node_pairs_t
@@ -83,7 +93,7 @@ module body_contact_node_pairs
 contains
 
   !> Empty the list; `nn` nodes of the patch, `bodies` in `groups`.
-  pure subroutine begin(self, nn, bodies, groups)
+  subroutine begin(self, nn, bodies, groups)
     class(near_t), intent(inout) :: self
     integer, intent(in) :: nn, bodies, groups
     logical :: fits
@@ -103,8 +113,9 @@ contains
     end if
     if (.not. allocated(self%block)) then
       allocate (self%block(1), self%first(nlane, 1), self%w(nlane, 9, 1), self%before(1), &
-                self%filled(1), self%body(1), self%bundle(bundle_lanes, n_bundle, 1), &
-                self%item(2, 1))
+                self%filled(1), self%body(1), self%item(2, 1))
+      call allocate_aligned(int(bundle_lanes*n_bundle, i8), self%memory)
+      self%bundle(1:bundle_lanes, 1:n_bundle, 1:1) => self%memory
     end if
     self%n_corners = 0
     self%n_blocks = 0
@@ -138,10 +149,12 @@ contains
     end associate
   end subroutine add_block
 
-  !> The bundle `u` and the lane `l` in it for another particle of a body at a corner.
-  pure subroutine bundle_for(self, body, corner, u, l)
+  !> The bundle `u` for `m` more particles of a body at a corner, behind lane `l`; `m` becomes the
+  !> number of those it has room for.
+  subroutine bundle_for(self, body, corner, m, u, l)
     class(near_t), intent(inout) :: self
     integer, intent(in) :: body, corner
+    integer, intent(inout) :: m
     integer, intent(out) :: u, l
     logical :: is_full
 
@@ -158,28 +171,34 @@ contains
       self%bundle(:, :, u) = 0.0_rp
       self%bin(corner, body) = u
     end if
-    self%filled(u) = self%filled(u) + 1
     l = self%filled(u)
+    m = min(m, bundle_lanes - l)
+    self%filled(u) = l + m
   end subroutine bundle_for
 
   !> Room for twice as many bundles.
-  pure subroutine lengthen(self)
+  subroutine lengthen(self)
     type(near_t), intent(inout) :: self
     integer, allocatable :: before(:), filled(:), body(:)
-    real(rp), allocatable :: bundle(:, :, :)
 
     associate (n => size(self%before))
-      allocate (before(2*n), filled(2*n), body(2*n), bundle(bundle_lanes, n_bundle, 2*n))
+      allocate (before(2*n), filled(2*n), body(2*n))
       before(:n) = self%before
       filled(:n) = self%filled
       body(:n) = self%body
-      bundle(:, :, :n) = self%bundle
+      call resize_aligned(2_i8*bundle_lanes*n_bundle*n, self%memory)
+      self%bundle(1:bundle_lanes, 1:n_bundle, 1:2*n) => self%memory
     end associate
     call move_alloc(before, self%before)
     call move_alloc(filled, self%filled)
     call move_alloc(body, self%body)
-    call move_alloc(bundle, self%bundle)
   end subroutine lengthen
+
+  subroutine free(self)
+    class(near_t), intent(inout) :: self
+
+    call free_aligned(self%memory)
+  end subroutine free
 
   !> Another item: bundle `u` has the node at `place` among its 27.
   pure subroutine add_item(self, u, place)

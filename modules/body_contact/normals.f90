@@ -12,7 +12,7 @@ module body_contact_normals
   use body_contact_near, only: far
   use body_contact_node_pairs, only: node_pairs_t, s_moment
   use contact_pair, only: normal_regression
-  use grid_geometry, only: length_along, mean_edge
+  use grid_geometry, only: length_along, mean_edge, patch_t
   use mapping_nodes, only: nodes_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -24,32 +24,29 @@ module body_contact_normals
 
 contains
 
-  !> Directions to choose from, the best founded first: that of both bodies, or a rigid body's own.
-  subroutine try_normals(scene, nodes, pairs)
+  !> Directions to choose from at entry `e`, the best founded first: that of both bodies, or a rigid
+  !> body's own.
+  subroutine try_normals(scene, patch, e, pairs)
     type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+    type(patch_t), intent(in) :: patch
+    integer, intent(in) :: e
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp) :: ridges(3)
-    integer :: e
 
-    ridges = ridge*(nodes%patch%h/mean_edge(nodes%patch%h))**2
-    do e = 1, pairs%n
-      associate (s => pairs%sums(:, e), t => pairs%trial(:, :, e), &
-                 contact => scene%contact(pairs%pair(e)))
-        t = 0.0_rp
-        if (.not. pairs%is_met(e)) cycle
-        t(:, 1) = s(1:3) - s(4:6)
-        if (contact%normal == normal_regression) then
-          t(:, 1) = plane_between(ridges, s(s_moment:s_moment + 13))
-        end if
-        t(:, 3) = unit(pairs%free(:, e)*s(1:3))
-        t(:, 4) = unit(-pairs%free(:, e)*s(4:6))
-        t(:, 1) = unit(pairs%free(:, e)*t(:, 1))
-        t(:, 2) = unit(t(:, 3) + t(:, 4))
-        if (scene%is_rigid_group(contact%group(1))) t = t(:, [3, 1, 2, 4])
-        if (scene%is_rigid_group(contact%group(2))) t = t(:, [4, 1, 2, 3])
-      end associate
-    end do
+    associate (s => pairs%sums(:, e), t => pairs%trial(:, :, e), &
+               contact => scene%contact(pairs%pair(e)))
+      t = 0.0_rp
+      if (.not. pairs%is_met(e)) return
+      t(:, 1) = s(1:3) - s(4:6)
+      if (contact%normal == normal_regression) then
+        t(:, 1) = plane_between(ridge*(patch%h/mean_edge(patch%h))**2, s(s_moment:s_moment + 13))
+      end if
+      t(:, 3) = unit(pairs%free(:, e)*s(1:3))
+      t(:, 4) = unit(-pairs%free(:, e)*s(4:6))
+      t(:, 1) = unit(pairs%free(:, e)*t(:, 1))
+      t(:, 2) = unit(t(:, 3) + t(:, 4))
+      if (scene%is_rigid_group(contact%group(1))) t = t(:, [3, 1, 2, 4])
+      if (scene%is_rigid_group(contact%group(2))) t = t(:, [4, 1, 2, 3])
+    end associate
   end subroutine try_normals
 
   pure function unit(a)

@@ -3,7 +3,7 @@
 !> volumes of both bodies, moments of the places of both.
 module body_contact_sums
   use base_kinds, only: rp
-  use body_contact_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, s_gradient, &
+  use body_contact_node_pairs, only: axis_rows, bundle_lanes, n_bundle, near_t, node_pairs_t, s_gradient, &
                                      s_moment, u_place, u_slopes, u_weights
   use contact_pair, only: normal_regression
   use grid_geometry, only: mean_edge, patch_t
@@ -17,39 +17,35 @@ module body_contact_sums
 
 contains
 
-  !> List the bundles with weight at each entry, and sum over their particles.
-  subroutine sum_particles(scene, patch, pairs)
+  !> List the bundles with weight at entry `e`, and sum over their particles.
+  subroutine sum_particles(scene, patch, e, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
+    integer, intent(in) :: e
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp) :: inverse_h, part(n_part)
-    integer :: e, o, side
+    real(rp) :: part(n_part)
+    integer :: o, side
 
-    pairs%sums = 0.0_rp
-    inverse_h = 1.0_rp/mean_edge(patch%h)
-    associate (near => pairs%near)
-      do e = 1, pairs%n
-        pairs%item(:, e) = near%n_items
-        associate (contact => scene%contact(pairs%pair(e)))
-          if (.not. pairs%is_met(e)) cycle
-          do side = 1, 2
-            call list_items(scene, patch, contact%group(side), pairs%node(e), near)
-            pairs%item(side + 1, e) = near%n_items
-            associate (first => pairs%item(side, e) + 1, last => pairs%item(side + 1, e))
-              if (contact%normal == normal_regression) then
-                call sum_all(last - first + 1, near%item(:, first:last), near%n_bundles, &
-                             near%bundle, pairs%x(:, e), inverse_h, part)
-                call take_moments(2*side - 3, part(n_gradient + 1:), &
-                                  pairs%sums(s_moment:s_moment + 13, e))
-              else
-                call sum_gradients(last - first + 1, near%item(:, first:last), near%n_bundles, &
-                                   near%bundle, part)
-              end if
-            end associate
-            o = s_gradient + 3*(side - 1)
-            pairs%sums(o:o + 2, e) = part(:n_gradient)
-          end do
+    pairs%sums(:, e) = 0.0_rp
+    associate (near => pairs%near, contact => scene%contact(pairs%pair(e)))
+      pairs%item(:, e) = near%n_items
+      if (.not. pairs%is_met(e)) return
+      do side = 1, 2
+        call list_items(scene, patch, contact%group(side), pairs%node(e), near)
+        pairs%item(side + 1, e) = near%n_items
+        associate (first => pairs%item(side, e) + 1, last => pairs%item(side + 1, e))
+          if (contact%normal == normal_regression) then
+            call sum_all(last - first + 1, near%item(:, first:last), near%n_bundles, &
+                         near%bundle, pairs%x(:, e), 1.0_rp/mean_edge(patch%h), part)
+            call take_moments(2*side - 3, part(n_gradient + 1:), &
+                              pairs%sums(s_moment:s_moment + 13, e))
+          else
+            call sum_gradients(last - first + 1, near%item(:, first:last), near%n_bundles, &
+                               near%bundle, part)
+          end if
         end associate
+        o = s_gradient + 3*(side - 1)
+        pairs%sums(o:o + 2, e) = part(:n_gradient)
       end do
     end associate
   end subroutine sum_particles
@@ -93,7 +89,7 @@ contains
     s = 0.0_rp
     do o = 1, m
       b = item(1, o)
-      call place_axes(item(2, o), i, j, k)
+      i = axis_rows(1, item(2, o)); j = axis_rows(2, item(2, o)); k = axis_rows(3, item(2, o))
       !$omp simd private(weight, w1, w2, w3, m1, m2, m3, y1, y2, y3)
       do l = 1, bundle_lanes
         w1 = u(l, u_weights + i, b); w2 = u(l, u_weights + j, b); w3 = u(l, u_weights + k, b)
@@ -125,7 +121,7 @@ contains
     s = 0.0_rp
     do o = 1, m
       b = item(1, o)
-      call place_axes(item(2, o), i, j, k)
+      i = axis_rows(1, item(2, o)); j = axis_rows(2, item(2, o)); k = axis_rows(3, item(2, o))
       !$omp simd private(w1, w2, w3)
       do l = 1, bundle_lanes
         w1 = u(l, u_weights + i, b); w2 = u(l, u_weights + j, b); w3 = u(l, u_weights + k, b)
@@ -137,17 +133,6 @@ contains
     sums = 0.0_rp
     call over_lanes(n_gradient, s, sums)
   end subroutine sum_gradients
-
-  !> Fields behind the first weight, or slope, of a node at `place`.
-  pure subroutine place_axes(place, i, j, k)
-    integer, intent(in) :: place               !! among the 27
-    integer, intent(out) :: i, j, k
-
-    i = (place - 1)/9
-    j = (place - 1)/3 - 3*i
-    k = place - 1 - 3*j - 9*i + 6
-    j = j + 3
-  end subroutine place_axes
 
   pure subroutine over_lanes(n, s, sums)
     integer, intent(in) :: n

@@ -6,14 +6,14 @@
 module body_contact_surfaces
   use base_kinds, only: rp
   use body_contact_near, only: far, first_stretch, sizes_along
-  use body_contact_node_pairs, only: bundle_lanes, least_weight, n_bundle, n_trials, near_t, node_pairs_t, &
+  use body_contact_node_pairs, only: axis_rows, bundle_lanes, least_weight, n_bundle, n_trials, near_t, node_pairs_t, &
                                      u_weights
   use grid_geometry, only: patch_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: choose_normals, measure_mean, measure_shared, take_mean
+  public :: choose_normal, first_stretches, measure_mean, measure_shared, take_mean
 
   real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better direction [cells]
   real(rp), parameter :: nothing = -1.0e200_rp      !! surface of a body without a particle near [m]
@@ -21,57 +21,55 @@ module body_contact_surfaces
 
 contains
 
-  !> Both surfaces along all directions at entries that other ranks or images know particles of.
-  subroutine measure_shared(scene, patch, pairs)
+  !> Both surfaces along all trial normals of entry `e`, of which other ranks or images know
+  !> particles.
+  subroutine measure_shared(scene, patch, start, e, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: start(6, size(scene%body))
+    integer, intent(in) :: e
     type(node_pairs_t), intent(inout) :: pairs
-    integer :: e, k
-    real(rp) :: gap, start(6, size(scene%body))
+    integer :: k
+    real(rp) :: gap
 
-    start = first_stretches(scene)
-    pairs%foremost = 0
-    do e = 1, pairs%n
-      if (.not. pairs%is_shared(e)) cycle
-      if (.not. pairs%is_met(e)) cycle
-      do k = 1, n_trials - 1
-        call measure(scene, patch, start, pairs, e, pairs%trial(:, k, e), any_gap, &
-                     pairs%surface(:, k, e), gap)
-      end do
+    pairs%foremost(:, e) = 0
+    if (.not. pairs%is_met(e)) return
+    do k = 1, n_trials - 1
+      call measure(scene, patch, start, pairs, e, pairs%trial(:, k, e), any_gap, &
+                   pairs%surface(:, k, e), gap)
     end do
   end subroutine measure_shared
 
-  !> Take the normal with the largest gap; one that is better founded (they come first) also if its
-  !> gap is little less.
-  subroutine choose_normals(scene, patch, pairs)
+  !> Take the normal with the largest gap at entry `e`; one that is better founded (they come first)
+  !> also if its gap is little less.
+  subroutine choose_normal(scene, patch, start, e, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: start(6, size(scene%body))
+    integer, intent(in) :: e
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp) :: gap(n_trials - 1), little, start(6, size(scene%body))
-    integer :: chosen, e, k
+    real(rp) :: gap(n_trials - 1), little
+    integer :: chosen, k
 
-    pairs%gap = far
-    pairs%normal = 0.0_rp
-    pairs%ends = 0.0_rp
-    pairs%foremost = 0
+    pairs%gap(e) = far
+    pairs%normal(:, e) = 0.0_rp
+    pairs%ends(:, e) = 0.0_rp
+    if (.not. pairs%is_met(e)) return
     little = clearly*minval(patch%h)
-    start = first_stretches(scene)
-    do e = 1, pairs%n
-      if (.not. pairs%is_met(e)) cycle
-      if (pairs%is_shared(e)) then
-        do k = 1, size(gap)
-          gap(k) = gap_between(pairs%surface(:, k, e))
-        end do
-      else
-        call measure_trials(scene, patch, start, pairs, e, little, gap)
-      end if
-      chosen = best_of(little, pairs%trial(:, :, e), gap)
-      if (chosen == 0) cycle
-      pairs%gap(e) = gap(chosen)
-      pairs%normal(:, e) = pairs%trial(:, chosen, e)
-      pairs%ends(:, e) = pairs%surface(:, chosen, e)
-    end do
-  end subroutine choose_normals
+    if (pairs%is_shared(e)) then
+      do k = 1, size(gap)
+        gap(k) = gap_between(pairs%surface(:, k, e))
+      end do
+    else
+      pairs%foremost(:, e) = 0
+      call measure_trials(scene, patch, start, pairs, e, little, gap)
+    end if
+    chosen = best_of(little, pairs%trial(:, :, e), gap)
+    if (chosen == 0) return
+    pairs%gap(e) = gap(chosen)
+    pairs%normal(:, e) = pairs%trial(:, chosen, e)
+    pairs%ends(:, e) = pairs%surface(:, chosen, e)
+  end subroutine choose_normal
 
   !> Gaps along the trial normals of entry `e`: that of the first, and of those that could be taken
   !> in its place; others may have the first's.
@@ -123,15 +121,15 @@ contains
   end function best_of
 
   !> Both surfaces along the mean normals: where these could be taken, and at all shared entries.
-  subroutine measure_mean(scene, patch, pairs)
+  subroutine measure_mean(scene, patch, start, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: start(6, size(scene%body))
     type(node_pairs_t), intent(inout) :: pairs
-    real(rp) :: gap, least, little, start(6, size(scene%body))
+    real(rp) :: gap, least, little
     integer :: e
 
     little = clearly*minval(patch%h)
-    start = first_stretches(scene)
     do e = 1, pairs%n
       if (all(abs(pairs%mean(:, e)) <= 0.0_rp)) cycle
       if (.not. pairs%is_met(e)) cycle
@@ -244,18 +242,16 @@ contains
   !> half a cell from the middle one.
   pure function bounds(h, n, longest) result(bound)
     real(rp), intent(in) :: h(3), n(3), longest
-    real(rp) :: bound(27), along(3)
-    integer :: i, j, k
+    real(rp) :: bound(27), along(3), most
+    integer :: l
+    real(rp), parameter :: x(27) = 1.0_rp - axis_rows(1, :), y(27) = 4.0_rp - axis_rows(2, :), &
+                           z(27) = 7.0_rp - axis_rows(3, :)
 
     along = n*h
-    do i = 0, 2
-      do j = 0, 2
-        do k = 0, 2
-          bound(1 + k + 3*j + 9*i) = (1 - i)*along(1) + (1 - j)*along(2) + (1 - k)*along(3)
-        end do
-      end do
+    most = 0.5_rp*sum(abs(along)) + longest
+    do l = 1, 27
+      bound(l) = x(l)*along(1) + y(l)*along(2) + z(l)*along(3) + most
     end do
-    bound = bound + (0.5_rp*sum(abs(along)) + longest)
   end function bounds
 
   !> The item with the largest bound.
@@ -313,11 +309,9 @@ contains
     real(rp) :: end(bundle_lanes), half2
     integer :: i, j, k, l
 
-    i = (place - 1)/9
-    j = (place - 1)/3 - 3*i
-    k = place - 1 - 3*j - 9*i + u_weights + 6
-    i = i + u_weights
-    j = j + u_weights + 3
+    i = axis_rows(1, place) + u_weights
+    j = axis_rows(2, place) + u_weights
+    k = axis_rows(3, place) + u_weights
     !$omp simd private(half2)
     do l = 1, bundle_lanes
       half2 = u(l, 4)*nn(1) + u(l, 5)*nn(2) + u(l, 6)*nn(3) &

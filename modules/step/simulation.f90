@@ -78,6 +78,7 @@ contains
 
     call sim%particles%free()
     call sim%nodes%free()
+    call sim%pairs%near%free()
   end subroutine free_simulation
 
 end module step_simulation
