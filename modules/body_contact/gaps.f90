@@ -55,8 +55,8 @@ contains
     pairs%is_known = .true.
   end subroutine find_node_pairs
 
-  !> Collective. Normals and gaps of all entries, each from its own particles: at once where no other
-  !> rank or image has any.
+  !> Collective. Normals and gaps of all entries, each from its own particles: at once where no
+  !> other rank or image has any.
   subroutine choose_normals(world, scene, nodes, start, pairs)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -135,9 +135,9 @@ contains
     pairs%free = 1.0_rp
   end subroutine list_nodes
 
-  !> Entries of bodies with a &CONTACT where particles of both may have so much weight that they count
-  !> for the gap: as none is lighter than the lightest of its group, its weight is at most the mass
-  !> of the node over that.
+  !> Entries of bodies with a &CONTACT where particles of both may have so much weight that they
+  !> count for the gap: as none is lighter than the lightest of its group, its weight is at most the
+  !> mass of the node over that.
   pure subroutine note_met(scene, clock, nodes, pairs, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The particles near node pairs, listed once a step by the nodes they have weight at. Node pairs are
-!> few, and so are these particles; all others are looked at no more.
+!> The particles near node pairs, listed once a step by the nodes they have weight at. Node pairs
+!> are few, and so are these particles; all others are looked at no more.
 module body_contact_near
   use base_kinds, only: nlane, rp
   use body_contact_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, u_place, &

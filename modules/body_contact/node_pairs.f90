@@ -247,10 +247,10 @@ contains
                   self%ends, self%gap, self%item, self%foremost, self%heat)
     end if
     allocate (self%node(n), self%pair(n), self%is_owned(n), self%is_met(n), self%is_shared(n), &
-              self%state(n), self%gap(n), self%heat(n), self%x(3, n), self%free(3, n), self%normal(3, n), &
-              self%sums(width, n), self%trial(3, n_trials - 1, n), self%mean(3, n), &
-              self%surface(2, n_trials, n), self%ends(2, n), &
-              self%item(3, n), self%foremost(2, n))
+              self%state(n), self%gap(n), self%heat(n), self%x(3, n), self%free(3, n), &
+              self%normal(3, n), self%sums(width, n), self%trial(3, n_trials - 1, n), &
+              self%mean(3, n), self%surface(2, n_trials, n), self%ends(2, n), self%item(3, n), &
+              self%foremost(2, n))
   end subroutine reserve
 
   !> The entry of a pair at node `q`; 0 if there is none.

@@ -3,8 +3,8 @@
 !> volumes of both bodies, moments of the places of both.
 module body_contact_sums
   use base_kinds, only: rp
-  use body_contact_node_pairs, only: axis_rows, bundle_lanes, n_bundle, near_t, node_pairs_t, s_gradient, &
-                                     s_moment, u_place, u_slopes, u_weights
+  use body_contact_node_pairs, only: axis_rows, bundle_lanes, n_bundle, near_t, node_pairs_t, &
+                                     s_gradient, s_moment, u_place, u_slopes, u_weights
   use contact_pair, only: normal_regression
   use grid_geometry, only: mean_edge, patch_t
   use state_scene, only: scene_t

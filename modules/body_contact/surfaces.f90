@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
 !> How far bodies reach at node pairs, and the gap between them: a surface is where the foremost of
-!> its particles with weight at the node ends. Particles are looked at from the front, those with the
-!> same nodes together, until none can reach farther, or until it is clear that a direction leaves
-!> too little gap to be chosen.
+!> its particles with weight at the node ends. Particles are looked at in bundles, first those that
+!> were foremost along another direction, until no bundle can reach farther, or until it is clear
+!> that a direction leaves too little gap to be chosen.
 module body_contact_surfaces
   use base_kinds, only: rp
   use body_contact_near, only: far, first_stretch, sizes_along
-  use body_contact_node_pairs, only: axis_rows, bundle_lanes, least_weight, n_bundle, n_trials, near_t, node_pairs_t, &
-                                     u_weights
+  use body_contact_node_pairs, only: axis_rows, bundle_lanes, least_weight, n_bundle, n_trials, &
+                                     near_t, node_pairs_t, u_weights
   use grid_geometry, only: patch_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -178,8 +178,8 @@ contains
     end do
   end function first_stretches
 
-  !> How far both bodies of entry `e` reach along `n`, out of the first, and the gap. If that is less
-  !> than `least`, surfaces may be less and the gap more than they are, but not more than `least`.
+  !> How far both bodies of entry `e` reach along `n`, out of the first, and the gap. If that is
+  !> less than `least`, surfaces may be less and the gap more than they are, but not above `least`.
   !> Particles that were foremost before are looked at first.
   subroutine measure(scene, patch, start, pairs, e, n, least, surface, gap)
     type(scene_t), intent(in) :: scene
@@ -201,21 +201,19 @@ contains
         associate (first => pairs%item(side, e) + 1, last => pairs%item(side + 1, e), &
                    near => pairs%near, foremost => pairs%foremost(side, e))
           if (first > last) cycle
-          select case (pass)
-          case (1)
-            if (foremost > 0) call look_at(near, foremost, (3 - 2*side)*n, nn, factor, &
-                                           pairs%x(:, e), surface(side))
-            cycle
-          case (2)
+          if (pass == 1) then
+            if (foremost == 0) cycle
+            call look_at(near, foremost, (3 - 2*side)*n, nn, factor, pairs%x(:, e), surface(side))
+            if (side == 1) cycle
+          else if (pass == 2) then
             bound(:, side) = bounds(patch%h, (3 - 2*side)*n, &
                                     longest_of(scene, pairs%pair(e), side, near%longest))
-            foremost = largest(last - first + 1, near%item(:, first:last), bound(:, side)) &
-                       + first - 1
-            call look_at(near, foremost, (3 - 2*side)*n, nn, factor, pairs%x(:, e), surface(side))
-          case (3)
+            call look_at_largest(near, first, last, (3 - 2*side)*n, nn, factor, pairs%x(:, e), &
+                                 bound(:, side), foremost, surface(side))
+          else
             call look_at_all(near, first, last, (3 - 2*side)*n, nn, factor, pairs%x(:, e), &
                              bound(:, side), -least - surface(3 - side), foremost, surface(side))
-          end select
+          end if
         end associate
         if (sum(surface) > -least) exit passes
       end do
@@ -233,8 +231,8 @@ contains
 
     longest_of = 0.0_rp
     do b = 1, size(longest)
-      if (scene%body(b)%group == scene%contact(contact)%group(side)) &
-        longest_of = max(longest_of, longest(b))
+      if (scene%body(b)%group /= scene%contact(contact)%group(side)) cycle
+      longest_of = max(longest_of, longest(b))
     end do
   end function longest_of
 
@@ -253,6 +251,23 @@ contains
       bound(l) = x(l)*along(1) + y(l)*along(2) + z(l)*along(3) + most
     end do
   end function bounds
+
+  !> The item with the largest bound, if that may move the surface out.
+  subroutine look_at_largest(near, first, last, n, nn, factor, x, bound, foremost, surface)
+    type(near_t), intent(in) :: near
+    integer, intent(in) :: first, last
+    real(rp), intent(in) :: n(3), nn(6), factor(:), x(3), bound(27)   !! [m]
+    integer, intent(inout) :: foremost
+    real(rp), intent(inout) :: surface
+    real(rp) :: before
+    integer :: o
+
+    o = largest(last - first + 1, near%item(:, first:last), bound) + first - 1
+    if (o == foremost .or. bound(near%item(2, o)) <= surface) return
+    before = surface
+    call look_at(near, o, n, nn, factor, x, surface)
+    if (surface > before) foremost = o
+  end subroutine look_at_largest
 
   !> The item with the largest bound.
   pure integer function largest(m, item, bound)

@@ -30,7 +30,8 @@ TOOL, BODIES = "tool", "bodies"
 
 # Constant: which rows, file, text, what takes its place for half and twice.
 PARTICLES, LIMITS, IMPULSES = (f"modules/tool_contact/{name}.f90" for name in ("particles", "limits", "impulses"))
-NORMALS, PAIRS, GAPS, LINKS = (f"modules/body_contact/{name}.f90" for name in ("normals", "pairs", "gaps", "links"))
+NORMALS, PAIRS, SURFACES, NODE_PAIRS = (
+    f"modules/body_contact/{name}.f90" for name in ("normals", "pairs", "surfaces", "node_pairs"))
 
 
 def number(name, value, half, twice):
@@ -56,8 +57,8 @@ CONSTANTS = {
     "everywhere": (TOOL, "modules/contact/law.f90", *number("everywhere", "1.0e3", "0.5e3", "2.0e3")),
     "ridge": (BODIES, NORMALS, *(f":: ridge = {part}sqrt(epsilon" for part in ("", "0.5_rp*", "2.0_rp*"))),
     "overlap": (BODIES, NORMALS, *number("overlap", "0.02", "0.01", "0.04")),
-    "clearly": (BODIES, GAPS, *number("clearly", "1.0e-3", "0.5e-3", "2.0e-3")),
-    "least_weight": (BODIES, LINKS, *number("least_weight", "1.0e-6", "0.5e-6", "2.0e-6")),
+    "clearly": (BODIES, SURFACES, *number("clearly", "1.0e-3", "0.5e-3", "2.0e-3")),
+    "least_weight": (BODIES, NODE_PAIRS, *number("least_weight", "1.0e-6", "0.5e-6", "2.0e-6")),
     "reserve": (BODIES, PAIRS, *number("reserve", "0.05", "0.025", "0.1")),
     "slack": (BODIES, PAIRS, *number("slack", "0.05", "0.025", "0.1")),
 }
