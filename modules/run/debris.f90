@@ -4,6 +4,7 @@
 !> number, is a run that breaks down.
 module run_debris
   use base_kinds, only: nlane, rp
+  use base_text, only: str
   use comm_world, only: world_t
   use mapping_blocks, only: kinetic_energy
   use mapping_stability, only: wave_speed
@@ -20,16 +21,18 @@ module run_debris
 contains
 
   !> Collective. Remove the particles outside the grid and book them; false if they are no debris:
-  !> they stay then. All particles are to be sorted anew after it.
-  logical function let_debris_go(world, sim) result(is_gone)
+  !> they stay then, and `reason` says why. All particles are to be sorted anew after it.
+  logical function let_debris_go(world, sim, reason) result(is_gone)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp) :: all, sums(4)
+    character(:), allocatable, intent(out) :: reason
+    real(rp) :: share, sums(4)
     logical :: outside(nlane)
     integer :: b
 
     sums = 0.0_rp
-    is_gone = sim%scene%method%debris > 0.0_rp
+    is_gone = .true.
+    reason = 'it is no number or faster than waves: the run breaks down'
     do b = 1, sim%particles%nblk
       outside = is_outside(sim%scene%grid, sim%particles, b)
       if (.not. any(outside)) cycle
@@ -38,8 +41,10 @@ contains
     end do
     is_gone = world%all_true(is_gone)
     if (.not. is_gone) return
-    all = share_of_mass(world, sim, sums)
-    is_gone = all <= sim%scene%method%debris
+    reason = ''
+    share = share_of_mass(world, sim, sums)
+    is_gone = share <= sim%scene%method%debris
+    if (.not. is_gone) reason = advice(share, sim%scene%method%debris)
     if (.not. is_gone) return
     sim%books%sums(d_kinetic) = sim%books%sums(d_kinetic) + sums(1)
     sim%books%sums(d_elastic) = sim%books%sums(d_elastic) + sums(2)
@@ -51,6 +56,16 @@ contains
     end do
     sim%blocks%n_awake = -1
   end function let_debris_go
+
+  !> What to do where a `share` of all mass would be gone, and `allowed` may go.
+  function advice(share, allowed) result(text)
+    real(rp), intent(in) :: share, allowed
+    character(:), allocatable :: text
+
+    text = 'with it '//str(share)//' of all mass would be gone, &METHOD DEBRIS lets '// &
+           str(allowed)//' go: a restart with --set METHOD.DEBRIS=... lets more go with its '// &
+           'mass and energy in the history, a larger &GRID keeps it'
+  end function advice
 
   !> Collective. Part of all mass that would be gone with `sums` of this rank.
   real(rp) function share_of_mass(world, sim, sums) result(share)

@@ -287,7 +287,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
-    character(:), allocatable :: mine
+    character(:), allocatable :: mine, reason
     logical :: all_inside
 
     mine = find_outside(sim%scene%grid, sim%blocks%n_awake, sim%particles)
@@ -299,10 +299,11 @@ contains
     sim%exchange%balance%waited = sim%exchange%balance%waited + wall_time()
     call sim%timer%lap(ph_exchange)
     if (all_inside) return
-    if (let_debris_go(world, sim)) return
+    if (let_debris_go(world, sim, reason)) return
     status = ended_broken
     call world%share_message(mine, message)
-    message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
+    message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s); '// &
+              reason
   end subroutine check_inside
 
 end module run_loop

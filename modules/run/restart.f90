@@ -95,13 +95,13 @@ contains
     character(*), intent(in) :: path
     logical, intent(in) :: same_ranks
     type(error_t), intent(inout) :: error
-    character(:), allocatable :: outside
+    character(:), allocatable :: outside, reason
 
     call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, sim%particles), &
                              outside)
     if (outside == '' .or. (same_ranks .and. sim%scene%method%debris > 0.0_rp)) return
-    if (let_debris_go(world, sim)) return
-    call error%raise(path//': '//outside)
+    if (let_debris_go(world, sim, reason)) return
+    call error%raise(path//': '//outside//'; '//reason)
   end subroutine check_outside
 
   !> Collective, in a run without sleepers. The particles are `in_order` no longer if some slept.

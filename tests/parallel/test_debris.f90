@@ -17,13 +17,17 @@ program test_debris
 
   integer, parameter :: n_all = 512
   type(world_t) :: world
+  character(:), allocatable :: reason
 
   call start_world(world)
   call begin_tests()
   call test_gone()
   call expect('more than is allowed stays', .not. goes(0.5_rp/n_all, 1.0e6_rp*h, 0.1_rp))
+  call expect('it says how to let it go', index(reason, 'METHOD.DEBRIS') > 0)
   call expect('nothing is allowed', .not. goes(0.0_rp, 1.0e6_rp*h, 0.1_rp))
+  call expect('it says so as well', index(reason, 'METHOD.DEBRIS') > 0)
   call expect('what is faster than waves stays', .not. goes(0.1_rp, 1.0e6_rp*h, 1.1_rp))
+  call expect('no option helps it', index(reason, 'breaks down') > 0)
   call test_no_number()
   call end_tests()
 
@@ -50,7 +54,7 @@ contains
     type(simulation_t) :: sim
 
     call prepare(sim, allowed, place, speed)
-    goes = let_debris_go(world, sim)
+    goes = let_debris_go(world, sim, reason)
     call expect('what stays is all there', particles_of(sim) == merge(n_all - 1, n_all, goes))
     call free_simulation(sim)
   end function goes
@@ -89,7 +93,7 @@ contains
     call prepare(sim, 2.0_rp/n_all, -1.0e6_rp*h, 0.1_rp)
     mass = sim%particles%ps(1, f_mass, 1)
     temperature = sim%particles%ps(1, f_temp, 1)
-    is_gone = let_debris_go(world, sim)
+    is_gone = let_debris_go(world, sim, reason)
     call expect('debris goes', is_gone)
     gone = sim%books%sums([d_mass, d_kinetic, d_elastic, d_heat])
     call world%sum(gone)

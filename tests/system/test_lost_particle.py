@@ -10,7 +10,7 @@ import pytest
 NUMBER = r"[-+]?[0-9.]+(?:e[-+]?[0-9]+)?"
 MESSAGE = re.compile(
     rf"particle ([0-9]+) left the grid at \(({NUMBER}), ({NUMBER}), ({NUMBER})\) m with velocity "
-    rf"\(({NUMBER}), ({NUMBER}), ({NUMBER})\) m/s \(step ([0-9]+), t = ({NUMBER}) s\); checkpoint (\S+)"
+    rf"\(({NUMBER}), ({NUMBER}), ({NUMBER})\) m/s \(step ([0-9]+), t = ({NUMBER}) s\); [^;]*; checkpoint (\S+)"
 )
 
 
@@ -101,12 +101,33 @@ def test_run_goes_on_without_debris(run, tmp_path):
     assert np.array_equal(one.checkpoint().x, two.checkpoint().x)
 
 
-@pytest.mark.parametrize("sets, word", [({"METHOD.DEBRIS": 0.0}, "left the grid"), ({"METHOD.DEBRIS": 0.001}, "left the grid"),
-                                        ({"BODY(chip).VELOCITY": "0,0,2000"}, "left the grid")])
-def test_what_is_no_debris_ends_the_run(run, sets, word):
-    """None is allowed; more than is allowed; faster than waves (1160 m/s), as when a run breaks down."""
+MORE = r"with it ([0-9.e-]+) of all mass would be gone, &METHOD DEBRIS lets {} go: .*--set METHOD.DEBRIS="
+
+
+@pytest.mark.parametrize("sets, words", [({"METHOD.DEBRIS": 0.0}, MORE.format("0")), ({"METHOD.DEBRIS": 0.001}, MORE.format("0.001")),
+                                         ({"BODY(chip).VELOCITY": "0,0,2000"}, "faster than waves")])
+def test_what_is_no_debris_ends_the_run(run, sets, words):
+    """None is allowed; more than is allowed, a chip of 8 of 520 particles; faster than waves (1160 m/s), as when a run
+    breaks down, which no option lets go."""
     done = run("debris", "--quiet", sets=sets, expect=driver.BROKEN)
-    assert word in done.err
+    assert "left the grid" in done.err
+    found = re.search(words, done.err)
+    assert found, done.err
+    if found.groups():
+        assert float(found.group(1)) == pytest.approx(8 / 520, rel=1e-5)
+    else:
+        assert "METHOD.DEBRIS" not in done.err
+
+
+def test_more_debris_goes_after_a_restart(run):
+    """Exact: what was too much to leave goes with DEBRIS raised as the message says, all 8 of 520 particles booked."""
+    done = run("debris", "--quiet", sets={"METHOD.DEBRIS": 0.001}, expect=driver.BROKEN)
+    again = run("debris", "--quiet", "--restart", done.results("debris").path("_checkpoint.h5"), sets={"METHOD.DEBRIS": 0.02})
+    history, state = again.results("debris").history(), again.results("debris").checkpoint()
+    assert history["time[s]"][-1] == pytest.approx(1e-4)
+    assert history["debris_mass[kg]"][-1] == pytest.approx(1e-6)
+    assert np.abs(history["audit_error[%]"]).max() < 1e-9
+    assert len(state.number) == 512
 
 
 def driver_folder(tmp_path, name):
