@@ -4,12 +4,13 @@
 usage: benchmarks/passes/run.sh [NAME[:KIND] ...] [--particles MM] [--mass-scaling X] [--elastic-scaling X] [--ranks N]
                                 [--draw] [-o DIR]
        benchmarks/passes/run.sh --calibrate        the numbers of cavity 1 (calibrated.json)
+       benchmarks/passes/run.sh --mass-scaling-study --particles 3       factors 1e3 to 1e7 on the first 20 s of cavity 1
        benchmarks/passes/run.sh --tables           results/tables.json from what is in results/; then figures.py --pages
 
-NAME is a plate and a flow law: cavity1_jc, cavity1_tp, ... plain_tp, aa5005_tp (default: all). KIND is 'printed', as the
+NAME is a plate and a flow law: cavity1_jc, cavity1_tp, cavity1_hot, ... plain_hot, aa5005_tp (default: all). KIND is 'printed', as the
 thesis has it, 'calibrated', with the numbers that were fitted to cavity 1 (default: these two), or an experiment: cells
-(halved), coarse (half as large again), steps (shorter ones), stick, half, soft, film, stuck_film, held,
-stuck_held. Each pass has a folder in DIR (default build/passes); what is done is
+(halved), coarse (half as large again), steps (shorter ones), stick, half, soft, film, stuck_film, stuck_cool, stuck_fitted, stuck_cold,
+held, stuck_held. Each pass has a folder in DIR (default build/passes); what is done is
 not repeated, what was stopped goes on from its checkpoint. Its numbers go into results/NAME_KIND.json with the machine.
 """
 
@@ -40,11 +41,17 @@ def main():
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--draw", action="store_true", help="the page, pathlines and flow measures of each run")
     parser.add_argument("--calibrate", action="store_true")
+    parser.add_argument("--mass-scaling-study", action="store_true", dest="study")
     parser.add_argument("--tables", action="store_true")
     parser.add_argument("-o", "--output", type=pathlib.Path, default=ROOT / "build/passes")
     options = parser.parse_args()
     if options.calibrate:
         return calibrate(options)
+    if options.study:
+        import mass_scaling
+
+        mass_scaling.write(options, RESULTS / "tables.json")
+        return 0
     if options.tables:
         import report
 

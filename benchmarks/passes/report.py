@@ -10,7 +10,10 @@ from calculate import HERE, driver, kept
 
 COMMAND = "benchmarks/passes/run.sh"
 TABLES = HERE / "results/tables.json"
-LAWS = {"jc": "Johnson-Cook", "tp": "two-phase"}
+LAWS = {"jc": "Johnson-Cook", "tp": "two-phase", "hot": "hot copper"}
+COLUMNS = [(kind, law) for kind in ("printed", "calibrated") for law in LAWS]
+HEADS = [f"{start}{law}" for kind in ("as printed: ", "calibrated: ")
+         for start, law in zip((kind, "", ""), LAWS.values())]
 NUMERICAL = ("cells", "coarse", "steps")  # experiments that give the error bar
 
 # Quantity, experiment, thesis's model, measure, format.
@@ -103,7 +106,7 @@ def record_dip(rows, name):
 
 
 def spread(all_of, measure, form):
-    """Largest change by a numerical experiment on cavity 1, of either law."""
+    """Largest change by a numerical experiment on cavity 1, of any law."""
     apart = []
     for law in LAWS:
         base = all_of.get((f"cavity1_{law}", "printed"))
@@ -117,26 +120,23 @@ def spread(all_of, measure, form):
 
 def cavity1(all_of):
     peaks = record()
-    rows = [["quantity", "experiment", "thesis's model: Johnson-Cook; two-phase", "as printed: Johnson-Cook", "two-phase",
-             "calibrated: Johnson-Cook", "two-phase", "error bar"]]
+    rows = [["quantity", "experiment", "thesis's model: Johnson-Cook; two-phase", *HEADS, "error bar"]]
     for label, experiment, thesis, measure, form in CAVITY1:
-        values = [shown(all_of, f"cavity1_{law}", kind, measure, form) for kind in ("printed", "calibrated") for law in LAWS]
+        values = [shown(all_of, f"cavity1_{law}", kind, measure, form) for kind, law in COLUMNS]
         rows.append([label, peaks.get(experiment, experiment), thesis, *values, spread(all_of, measure, form)])
     return rows
 
 
 def cavities(all_of):
-    rows = [["filled, %", "experiment", "thesis's model: Johnson-Cook; two-phase", "as printed: Johnson-Cook", "two-phase",
-             "calibrated: Johnson-Cook", "two-phase"]]
-    columns = [(kind, law) for kind in ("printed", "calibrated") for law in LAWS]
+    rows = [["filled, %", "experiment", "thesis's model: Johnson-Cook; two-phase", *HEADS]]
     for plate, (experiment, thesis) in FILLED.items():
         rows.append([plate.replace("cavity", "cavity "), experiment, thesis,
-                     *(shown(all_of, f"{plate}_{law}", kind, "cavity filled, %", ".0f") for kind, law in columns)])
+                     *(shown(all_of, f"{plate}_{law}", kind, "cavity filled, %", ".0f") for kind, law in COLUMNS)])
     for what, measure, form in (("flash, retreating side, mm", "flash, retreating side, mm", ".1f"),
                                 ("peak of T2, K", "T2 peak, K", ".0f"), ("stir zone at 65 mm, mm", "stir zone at 65 mm, depth, mm", ".1f")):
         for plate in ("cavity2", "cavity3", "plain"):
             name = {"cavity2": "cavity 2", "cavity3": "cavity 3", "plain": "no cavity"}[plate]
-            rows.append([f"{name}: {what}", "", "", *(shown(all_of, f"{plate}_{law}", kind, measure, form) for kind, law in columns)])
+            rows.append([f"{name}: {what}", "", "", *(shown(all_of, f"{plate}_{law}", kind, measure, form) for kind, law in COLUMNS)])
     return rows
 
 
@@ -208,7 +208,8 @@ def picture(place):
 def write(folder, place):
     all_of = load(folder)
     tables = {"cavity 1": cavity1(all_of), "cavities": cavities(all_of), "AA5005": aa5005(all_of), "calibration": calibrated(all_of),
-              "Johnson and Cook": experiments(all_of, "jc"), "two phases": experiments(all_of, "tp"), "runs": runs(all_of)}
+              "Johnson and Cook": experiments(all_of, "jc"), "two phases": experiments(all_of, "tp"), "hot copper": experiments(all_of, "hot"),
+              "runs": runs(all_of)}
     for title, rows in tables.items():
         kept.show(title, rows)
     kept.keep(TABLES, COMMAND, tables)

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 # The passes of the thesis; --help tells more.
 #
-#     benchmarks/passes/run.sh [NAME[:KIND]...] [--particles MM] [--ranks N] [--calibrate] [--tables] [--draw]
+#     benchmarks/passes/run.sh [NAME[:KIND]...] [--particles MM] [--ranks N] [--draw]
+#     benchmarks/passes/run.sh --calibrate | --mass-scaling-study --particles MM | --tables
 set -e
 here=$(cd "$(dirname "$0")" && pwd)
 python=$here/../../build/venv/bin/python

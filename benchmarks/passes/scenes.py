@@ -13,7 +13,8 @@ TITLE = re.compile(r"TITLE = '[^']*'")
 
 # Name: shipped input of the pass, that whose cavity it has, title.
 SCENES = {}
-for law, base, words in (("jc", "fsp_copper_cavity1_1mm", "Johnson-Cook"), ("tp", "fsp_copper_two_phase_1mm", "two-phase law")):
+for law, base, words in (("jc", "fsp_copper_cavity1_1mm", "Johnson-Cook"), ("tp", "fsp_copper_two_phase_1mm", "two-phase law"),
+                         ("hot", "fsp_copper_hot_1mm", "hot copper")):
     for plate, cut, what in (("cavity1", "heat_copper_cavity1", "cavity 1"), ("cavity2", "heat_copper_cavity2", "cavity 2"),
                              ("cavity3", "heat_copper_cavity3", "cavity 3"), ("plain", None, "no cavity")):
         SCENES[f"{plate}_{law}"] = (base, cut, f"Copper plate, {what}, {words}")
@@ -56,6 +57,8 @@ EXPERIMENTS = {
     "stuck_film": ("sticks, film 2500 W/(m2 K)", {"TOOL.FRICTION_LAW": "shear-factor", "TOOL.SHEAR_FACTOR": "1",
                                                   "SURFACE.COEFFICIENT": "2500", "TOOL.HEAT_SHARE": "0.836"}),
 }
+for kind, film in (("stuck_cool", 8000), ("stuck_fitted", 60000), ("stuck_cold", 100000)):
+    EXPERIMENTS[kind] = (f"sticks, film {film} W/(m2 K)", EXPERIMENTS["stuck_film"][1] | {"SURFACE.COEFFICIENT": f"{film}"})
 EXPERIMENTS["held"] = ("sides and ends held", {})
 EXPERIMENTS["stuck_held"] = ("sticks, film 2500 W/(m2 K), sides and ends held", EXPERIMENTS["stuck_film"][1])
 HELD = "".join(f"&WALL SIDE = '{side}', KIND = 'sliding', POSITION = {place} /\n" for side, place in

@@ -150,6 +150,8 @@ DEFINITIONS = (
     ("docs/validation.md", "h = 1.25 k m/s (p/H)^0.95", QUOTED),
     ("docs/validation.md", "Particles are 2 mm apart, five cells over the radius of the tool, with a mass scaling of 1e6", KEY),
     ("docs/validation.md", "of either law at 800 K, or less", QUOTED),
+    ("docs/validation.md", "Figures 5.3 to 5.11 of the thesis ask what mass scaling does to the first 20 s of cavity 1", QUOTED),
+    ("docs/validation.md", "particles 3 mm apart, elastic scaling 25", KEY),
     ("docs/validation.md", "to be measured at 1 mm, which", KEY),
     ("docs/validation.md", "at 2 mm hardly resolved", KEY),
     ("docs/method.md", "USAVG (3.69-3.81)", QUOTED),
