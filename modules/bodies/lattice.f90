@@ -73,16 +73,28 @@ contains
     end associate
   end function lattice_of
 
-  !> Rows along the graded axis of the grid.
+  !> Rows along the graded axis of the grid. Those of a body with a lattice of its own are as many
+  !> as come nearest to PARTICLES_PER_CELL, from its lower to its upper end.
   pure subroutine grade_rows(scene, body, corner, low, high, lattice)
     type(scene_t), intent(in) :: scene
     type(body_t), intent(in) :: body
     real(rp), intent(in) :: corner(3), low(3), high(3)
     type(lattice_t), intent(inout) :: lattice
 
+    real(rp) :: layers
+    integer :: rows
+
     associate (grading => scene%grid%grading, a => scene%grid%grading%axis)
       lattice%grading = grading
       lattice%layer = body%spacing(a)/scene%grid%h(a)
+      if (body%own_lattice) then
+        layers = (grading%place(high(a)) - grading%place(low(a)))/lattice%layer
+        rows = max(1, nint(layers))
+        lattice%layer = lattice%layer*layers/rows
+        lattice%bottom = grading%place(low(a)) + 0.5_rp*lattice%layer
+        lattice%n(a) = rows
+        return
+      end if
       lattice%bottom = grading%place(corner(a))
       lattice%bottom = lattice%bottom + lattice%layer*(0.5_rp + &
         floor((grading%place(low(a)) - lattice%bottom)/lattice%layer + 1.0e-6_rp))

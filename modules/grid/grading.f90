@@ -7,7 +7,7 @@
 !> The place of a point is measured in spans: i + (x - middle of i)/width of i. It is what the
 !> number of a node is on a uniform axis.
 module grid_grading
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
   use base_text, only: str
   implicit none (type, external)
   private
@@ -31,6 +31,7 @@ module grid_grading
     procedure :: middle
     procedure :: centre
     procedure :: span_of
+    procedure :: spans_of
     procedure :: place
     procedure :: position
     procedure :: linear_place
@@ -214,6 +215,36 @@ contains
       end if
     end associate
   end function span_of
+
+  !> The spans from `first` to `last` that hold the places of a block, or are nearest to them.
+  pure subroutine spans_of(self, first, last, x, spans)
+    class(grading_t), intent(in) :: self
+    integer, intent(in) :: first, last
+    real(rp), intent(in) :: x(nlane)        !! [m]
+    integer, intent(out) :: spans(nlane)
+
+    call find_spans(ubound(self%bin, 1), size(self%edge), self%first, self%bin, self%edge, &
+                    self%inv_bin, first, last, x, spans)
+  end subroutine spans_of
+
+  !> The same from the tables alone, in one loop.
+  pure subroutine find_spans(n_bins, n_edges, lowest, bin, edge, inv_bin, first, last, x, spans)
+    integer, intent(in) :: n_bins, n_edges, lowest, first, last
+    integer, intent(in) :: bin(0:n_bins)
+    real(rp), intent(in) :: edge(lowest:lowest + n_edges - 1), inv_bin, x(nlane)
+    integer, intent(out) :: spans(nlane)
+    real(rp) :: most, origin
+    integer :: i, p
+
+    most = real(n_bins, rp)
+    origin = edge(lowest)
+    !$omp simd private(i)
+    do p = 1, nlane
+      i = bin(int(max(0.0_rp, min(most, (x(p) - origin)*inv_bin))))
+      i = i + merge(1, 0, x(p) >= edge(i + 1))
+      spans(p) = max(first, min(last, i))
+    end do
+  end subroutine find_spans
 
   !> Place of `x` in spans from the middle of span 0.
   pure real(rp) function place(self, x)

@@ -29,14 +29,13 @@ contains
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(out) :: w(nlane, 18)
     integer, intent(out) :: first(nlane)
-    integer :: at(nlane), p
+    integer :: at(nlane)
 
     if (nodes%patch%grading%axis > 0) then
       associate (patch => nodes%patch, a => nodes%patch%grading%axis)
-        do p = 1, nlane
-          at(p) = max(1, min(patch%all%hi(a) - patch%all%lo(a) - 1, &
-                             patch%grading%span_of(ps(p, f_pos + a - 1)) - patch%all%lo(a)))
-        end do
+        call patch%grading%spans_of(patch%all%lo(a) + 1, patch%all%hi(a) - 1, &
+                                    ps(:, f_pos + a - 1), at)
+        at = at - patch%all%lo(a)
         call graded_weights(a, patch%all%hi(a) - patch%all%lo(a) + 1, &
                             patch%grading%span(1, patch%all%lo(a)), at, patch%origin, &
                             1.0_rp/patch%h, patch%stride, ps(1, f_pos), w, first)

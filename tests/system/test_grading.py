@@ -156,9 +156,11 @@ def test_restart_in_another_grading_is_refused(run):
 
 
 def test_check_says_the_cells(run):
-    """--check names the shortest and the longest cell."""
-    done = run("stir", "--check", sets=stirred())
+    """--check names the shortest and the longest cell; a plate fills its volume wherever between the nodes it ends."""
+    sets = {"SHAPE.LOWER": "0,0,1.3e-3", "SHAPE.UPPER": "48e-3,40e-3,11.77e-3"}
+    done = run("stir", "--check", sets=stirred() | sets)
     assert re.search(r"cells of 4 x 4 x 1 to 4 along z mm", done.out), done.out
+    assert re.search(r"20102.4 mm3 for 20102.4 mm3 asked \([+-]0.00 %\)", done.out), done.out
 
 
 WRONG = [

@@ -36,10 +36,22 @@ def arguments():
                         help="on a grid moved by (0.13, 0.29, 0.41) cells, where neither walls on its sides nor periods forbid")
     parser.add_argument("--edges", type=lambda text: [float(edge) for edge in text.split(",")], metavar="X,Y,Z",
                         help="edges of the cells over those of the problem's cubes, as 1,1,0.25")
+    parser.add_argument("--graded", type=grading, metavar="AXIS,RATIO,BEGIN,END",
+                        help="cells graded along an axis: RATIO of the problem's from the part BEGIN of the grid's length to "
+                             "END, growing from there to the problem's, as z,0.25,0,0.1")
     parser.add_argument("--ranks", type=int, help="MPI ranks; not given: no mpirun")
     parser.add_argument("--json", metavar="FILE", help="append one JSON object a run to this file")
     parser.add_argument("--keep", metavar="DIR", help="keep the runs there")
     return parser.parse_args()
+
+
+def grading(text):
+    """What --graded gives."""
+    axis, *numbers = text.split(",")
+    ratio, begin, end = (float(number) for number in numbers)
+    if axis not in ("x", "y", "z"):
+        raise ValueError(text)
+    return axis, ratio, begin, end
 
 
 def show_list():
@@ -115,14 +127,16 @@ def run_problem(problem, options, directory):
     for n in wanted:
         try:
             error, figures, seconds = problem.solve(
-                n, parameters, directory, pairs(options.sets), options.ranks, shift=options.shift, edges=options.edges)
+                n, parameters, directory, pairs(options.sets), options.ranks, shift=options.shift, edges=options.edges,
+                grading=options.graded)
         except AssertionError as problem_of_run:
             error, figures, seconds = math.nan, {"message": str(problem_of_run).strip()[-300:]}, 0.0
         done.append((n, error))
         out.append({"problem": problem.name, "resolution": n, "error": error, "order": order(done),
                     "core_seconds": seconds, "pass": verdict(problem, done, n == wanted[-1], error),
                     "figures": figures, "parameters": parameters, "sets": pairs(options.sets),
-                    "ranks": options.ranks or 1, "shifted": options.shift, "edges": options.edges})
+                    "ranks": options.ranks or 1, "shifted": options.shift, "edges": options.edges,
+                    "graded": options.graded})
         show(out[-1])
         if options.json:
             with open(options.json, "a", encoding="utf-8") as file:

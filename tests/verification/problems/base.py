@@ -19,20 +19,25 @@ def values(*numbers):
     return ",".join(repr(float(number)) for number in numbers)
 
 
-def shifted(path, sets):
-    """Sets that move the grid of an input by a part of a cell, on the axes where nothing hangs on it: not on periodic
-    ones, which the body fills, and where walls lie on the sides of the grid."""
+def grid_of(path, sets):
+    """The text of an input, and a function that gives a key of its grid as a list of numbers."""
     text = re.sub(r"!.*", "", path.read_text(encoding="utf-8"))
     grid = re.search(r"&GRID(.*?)/", text, re.DOTALL).group(1)
     number = r"[-+0-9.eE]+"
 
     def given(key):
-        """A key of the grid as a list of numbers."""
         if f"GRID.{key}" in sets:
             return [float(v) for v in str(sets[f"GRID.{key}"]).split(",")]
         found = re.search(rf"{key}\s*=\s*((?:{number}[,\s]*)+)", grid)
         return [float(v) for v in re.findall(number, found.group(1))] if found else [0.0] * 3
 
+    return text, grid, given
+
+
+def shifted(path, sets):
+    """Sets that move the grid of an input by a part of a cell, on the axes where nothing hangs on it: not on periodic
+    ones, which the body fills, and where walls lie on the sides of the grid."""
+    text, grid, given = grid_of(path, sets)
     held = re.search(r"PERIODIC\s*=\s*'([xyz]*)'", grid)
     held = set(held.group(1)) if held else set()
     held |= {wall[1] for wall in re.findall(r"&WALL\s+SIDE\s*=\s*'(([xyz])m[^']*)'(?![^/]*POSITION)", text)}
@@ -40,6 +45,23 @@ def shifted(path, sets):
     move = [0.0 if axis in held else h * part for axis, part in zip("xyz", SHIFT)]
     return {"GRID.LOWER": values(*(v - d for v, d in zip(given("LOWER"), move))),
             "GRID.UPPER": values(*(v + (h - d if d else 0.0) for v, d in zip(given("UPPER"), move)))}
+
+
+def graded(path, sets, axis, ratio, begin, end):
+    """Sets that grade the cells of an input along an axis: `ratio` times as long from the part `begin` of the grid's
+    length to the part `end`, and growing from there to what they are. Parts without room for four cells are fine too."""
+    _, _, given = grid_of(path, sets)
+    a = "xyz".index(axis)
+    edges = (given("CELL") * 3)[:3]
+    lower, length = given("LOWER")[a], given("UPPER")[a] - given("LOWER")[a]
+    fine = ratio * edges[a]
+    cells = round(length / fine)
+    first, last = round(begin * cells), round(end * cells)
+    first, last = (first if first >= 4 else 0), (last if cells - last >= 4 else cells)
+    longest = edges[a]
+    edges[a] = fine
+    return {"METHOD.SHAPE": "bspline", "GRID.CELL": values(*edges), "GRID.GRADED": axis, "GRID.LARGEST_CELL": longest,
+            "GRID.FINE": values(lower + first * fine, lower + last * fine)}
 
 
 class Problem:
@@ -76,9 +98,10 @@ class Problem:
         """The sets of all runs of one resolution (mostly one)."""
         return [self.sets(n, p)]
 
-    def solve(self, n, p, directory, sets=None, ranks=None, timeout=3600, shift=False, edges=None):
+    def solve(self, n, p, directory, sets=None, ranks=None, timeout=3600, shift=False, edges=None,
+              grading=None):
         """Run resolution n in `directory`, if asked on a shifted grid, or with cells of these edges, in units of the
-        problem's; error, figures, core-seconds."""
+        problem's, or graded (axis, ratio, begin, end); error, figures, core-seconds."""
         results, seconds = [], 0.0
         stem = self.input or self.name
         for k, own in enumerate(self.runs(n, p)):
@@ -86,6 +109,8 @@ class Problem:
                 own = own | shifted(self.folder / f"{stem}.nml", own)
             if edges:
                 own = own | {"GRID.CELL": values(*(own["GRID.CELL"] * edge for edge in edges))}
+            if grading:
+                own = own | graded(self.folder / f"{stem}.nml", own | (sets or {}), *grading)
             place = pathlib.Path(directory) / f"{self.name}_{n}_{k}"
             place.mkdir(parents=True)
             done = driver.run(self.folder / f"{stem}.nml", "--quiet", directory=place, ranks=ranks,

@@ -32,8 +32,10 @@ class StirredLayer(Problem):
     fine = (20,)
     quick = (5,)
     quick_passes = 0.07
-    parameters = {"speed": 0.5, "start": 700.0, "time": 0.5, "strength": 200e6, "rate_factor": 0.05, "conductivity": 391.0}
+    parameters = {"speed": 0.5, "start": 700.0, "time": 0.5, "strength": 200e6, "rate_factor": 0.05, "conductivity": 391.0,
+                  "finest": 0.0, "growth": 1.2}
     depth = 10e-3
+    fine_part = 0.5e-3
 
     def metal(self, p):
         """Keys of the material."""
@@ -41,9 +43,7 @@ class StirredLayer(Problem):
 
     def sets(self, n, p):
         h = self.depth / n
-        return self.metal(p) | {
-            "GRID.CELL": h,
-            "GRID.UPPER": values(h, h, self.depth + 2 * h),
+        return self.metal(p) | self.grid(h, p) | {
             "SHAPE.UPPER": values(h, h, self.depth),
             "MATERIAL.CONDUCTIVITY": p["conductivity"],
             "MOTION(1).VELOCITY": values(p["speed"], 0, -1e-3),
@@ -56,6 +56,15 @@ class StirredLayer(Problem):
             "OUTPUT.CHECKPOINT_INTERVAL": p["time"],
             "OUTPUT.FRAME_INTERVAL": p["time"] - self.way(n, p) / p["speed"],
         }
+
+    def grid(self, h, p):
+        """Cubes, or cells as deep as `finest` [m] at the surface and growing down from half a millimetre on."""
+        if not p["finest"]:
+            return {"GRID.CELL": h, "GRID.UPPER": values(h, h, self.depth + 2 * h)}
+        top = self.depth + 2 * p["finest"]
+        deep = math.ceil(self.fine_part / p["finest"] - 1e-9) * p["finest"]
+        return {"GRID.CELL": values(h, h, p["finest"]), "GRID.UPPER": values(h, h, top), "GRID.GRADED": "z",
+                "GRID.FINE": values(self.depth - deep, top), "GRID.GROWTH": p["growth"], "GRID.LARGEST_CELL": h}
 
     def way(self, n, p):
         """Of the plane between the last two frames: less than a cell, the period [m]."""
@@ -76,7 +85,8 @@ class StirredLayer(Problem):
         tau = -history["plane_force_x[N]"][late].mean() / h**2
         work = (history["friction_heat[J]"][-1] + history["plastic_work[J]"][-1]) / h**2
         z = self.depth - state.x[:, 2]
-        layer = np.round(z / (0.5 * h) - 0.5).astype(int)
+        layer = np.empty(len(z), int)
+        layer[np.argsort(z)] = np.arange(len(z)) // 4           # 2 x 2 particles in each
         layers = np.unique(layer)
         at, temp, strain = (np.array([f[layer == k].mean() for k in layers]) for f in (z, state.temp, state.plastic))
         figures = {"tau": tau / before["tau"], "T at 1 mm off": float(np.interp(1e-3, at, temp) - wanted["T"](1e-3)),
@@ -86,7 +96,7 @@ class StirredLayer(Problem):
             found = math.exp(np.interp(deep, at, np.log(np.maximum(strain, 1e-9))))
             figures[f"strain at {1e3 * deep:g} mm"] = found / float(wanted["strain"](deep))
         v = self.velocities(run, n, p, layer, layers)
-        edges = 0.5 * h * np.arange(len(layers) + 1)
+        edges = np.concatenate([[0.0], np.cumsum([state.mass[layer == k].sum() for k in layers]) / (8960.0 * h**2)])
         exact = [mean_over(wanted["v"], top, bottom) for top, bottom in zip(edges, edges[1:])]
         for deep in (0.5e-3, 1e-3, 2e-3):
             found, right = (math.exp(np.interp(deep, at, np.log(np.maximum(f, 1e-9)))) for f in (v, exact))
@@ -117,7 +127,7 @@ class StirredLayerOf(StirredLayer):
 
     quick = ()
     input = "stirred_layer"
-    parameters = {"speed": 0.1, "start": 700.0, "time": 0.2, "conductivity": 391.0}
+    parameters = {"speed": 0.1, "start": 700.0, "time": 0.2, "conductivity": 391.0, "finest": 0.0, "growth": 1.2}
 
     def __init__(self, name, law, keys):
         self.name = f"stirred_layer_{name}"
