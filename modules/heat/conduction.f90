@@ -11,7 +11,8 @@ module heat_conduction
   use heat_films, only: films_vary
   use heat_gaps, only: find_gaps, gaps_t
   use heat_implicit, only: foresee_temperature
-  use heat_nodes, only: evened_part, gather_flux, gather_temperature, stable_conduction
+  use heat_nodes, only: centre_increment, evened_part, gather_flux, gather_temperature, &
+                        stable_conduction
   use heat_sinks, only: find_touched, forget_touched, heat_sinks_by, touched_t
   use heat_sources, only: give_source_heat, source_t
   use mapping_blocks, only: weights_of
@@ -138,6 +139,8 @@ contains
                                    nodes%g2(:, nodes%range(1, r):nodes%range(2, r), k), &
                                    nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
       end do
+      if (scene%grid%grading%axis > 0) call centre_increment(world, scene, nodes, boundary, books, &
+                                                             nodes%g(:, :, k))
     end do
     ! mechanical steps set the temperature of probes, but not where the material sleeps
     if (scene%method%sleep%is_on) call warm_probes(nodes%patch, nodes%g(:, :, 1), probes)

@@ -3,7 +3,7 @@
 module heat_nodes
   use base_kinds, only: nlane, pi, rp
   use boundary_held, only: boundary_t
-  use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, restore
+  use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, r_warming, restore
   use comm_world, only: world_t
   use grid_geometry, only: mean_edge
   use heat_films, only: feels_pressure, lose_heat
@@ -12,14 +12,15 @@ module heat_nodes
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t
-  use state_books, only: books_t
+  use state_books, only: books_t, e_wall_heat
   use state_scene, only: scene_t
   use transfer_conduction, only: capacity_to_grid, flux_to_grid, least_capacity, nodal_pressure, &
                                  nodal_temperature, pressure_to_grid
   implicit none (type, external)
   private
 
-  public :: evened_part, gather_flux, gather_temperature, stable_conduction, sum_all_nodes
+  public :: centre_increment, evened_part, gather_flux, gather_temperature, stable_conduction
+  public :: sum_all_nodes
 
   real(rp), parameter :: least_evened = 0.1_rp   !! of unseen differences, in a conduction step
 
@@ -128,6 +129,76 @@ contains
       end associate
     end function at_node
   end subroutine centre_temperature
+
+  !> Increments (lane 5) likewise belong to the centres of the functions, and particles take them
+  !> from the nodes. To bring them there without loss, heat goes along the graded axis from node to
+  !> node: what passes between two of them is their difference of increments times
+  !> (w1^2 + w1 w2 + w2^2 - 3 w^2)/12 over the distance of their centres, with the widths of their
+  !> spans and the least one. For increments that are linear this sums up to the way from centre to
+  !> node, and where cells are equal and the finest nothing passes. What passes to a wall of a given
+  !> temperature is booked.
+  subroutine centre_increment(world, scene, nodes, boundary, books, g)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(books_t), intent(inout) :: books
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), allocatable :: whole(:), new(:, :)     ! capacities, as if walls were no ends
+    logical, allocatable :: is_given(:)              ! on a wall of a given temperature
+    real(rp) :: from_above, from_below
+    integer :: i, ijk(3), q, r
+
+    call restore(scene, nodes, boundary, r_warming, g)
+    allocate (whole(nodes%patch%nn), new(2, nodes%patch%nn), source=0.0_rp)
+    allocate (is_given(nodes%patch%nn), source=.false.)
+    associate (patch => nodes%patch, a => scene%grid%grading%axis, planes => scene%symmetry)
+      do r = 1, nodes%n_ranges
+        whole(nodes%range(1, r):nodes%range(2, r)) = g(1, nodes%range(1, r):nodes%range(2, r))
+      end do
+      do i = 1, boundary%mirrors%n_planes
+        associate (node => boundary%mirrors%plane(1, i), plane => boundary%mirrors%plane(2, i))
+          if (planes(plane)%axis /= a) cycle
+          whole(node) = 2.0_rp*whole(node)
+          is_given(node) = planes(plane)%temperature > 0.0_rp
+        end associate
+      end do
+      do q = 1, patch%nn
+        if (whole(q) <= least_capacity) cycle
+        ijk = patch%indices(q)
+        if (.not. patch%own%has(ijk)) cycle
+        new(:, q) = [g(5, q), 1.0_rp]
+        if (is_given(q)) cycle
+        associate (below => q - patch%stride(a), above => q + patch%stride(a))
+          from_below = passed(ijk(a) - 1, below, q)
+          from_above = -passed(ijk(a), q, above)
+          new(1, q) = g(5, q) + (from_below + from_above)/whole(q)
+          if (is_given(below)) books%sums(e_wall_heat) = books%sums(e_wall_heat) + from_below
+          if (is_given(above)) books%sums(e_wall_heat) = books%sums(e_wall_heat) + from_above
+        end associate
+      end do
+      call sum_all_nodes(world, scene, nodes, 2, new)
+      do q = 1, patch%nn                  ! nodes beyond the ends have no owner
+        if (new(2, q) > 0.5_rp) g(5:6, q) = [new(1, q), g(8, q) + new(1, q)]
+      end do
+    end associate
+  contains
+    !> Heat that passes from node `i`, stored at `low`, to the next one at `high` [J].
+    pure real(rp) function passed(i, low, high)
+      integer, intent(in) :: i, low, high
+      real(rp) :: density
+
+      associate (grading => scene%grid%grading)
+        density = min(whole(low)/sum(grading%span(5, i - 1:i + 1)), &
+                      whole(high)/sum(grading%span(5, i:i + 2)))
+        associate (w1 => grading%span(5, i), w2 => grading%span(5, i + 1))
+          passed = 0.25_rp*density*(g(5, high) - g(5, low)) &
+                   *(w1**2 + w1*w2 + w2**2 - 3.0_rp*scene%grid%h(grading%axis)**2) &
+                   /(grading%centre(i + 1) - grading%centre(i))
+        end associate
+      end associate
+    end function passed
+  end subroutine centre_increment
 
   !> Heat that conduction, films, tools and gaps bring to the nodes in `dt` at the temperatures in
   !> lane 4:

@@ -49,7 +49,7 @@ SLAB = """&RUN TITLE = 'Slab between two walls' /
 def test_linear_temperature(run, tmp_path, axis):
     """Exact: between walls of 300 and 500 K across the graded axis the temperature becomes linear at all particles and
     at a probe, to 0.01 K of 200 K: with two particles in a cell a node's mean is 0.3 % off the centre of its function,
-    which is 0.1 cells from the node (without that distance 2.1 K)."""
+    which is 0.1 cells from the node (without that distance 2.1 K). The body gets the heat that the walls give."""
     a = AXES.index(axis)
     edges, upper, inside = [1e-3] * 3, [1e-3] * 3, [0.3e-3] * 3
     edges[a], upper[a], inside[a] = 0.25e-3, 4e-3, 2.9e-3
@@ -63,9 +63,12 @@ def test_linear_temperature(run, tmp_path, axis):
     state = results.checkpoint()
     exact = 300 + 200 * state.x[:, a] / 4e-3
     probe = results.probes()["inside[K]"][-1]
+    history = results.history()
+    gained, given = history["heat_content[J]"][-1] - history["heat_content[J]"][0], history["wall_heat[J]"][-1]
     print(axis, len(state.x), np.abs(state.temp - exact).max(), probe)
     assert np.abs(state.temp - exact).max() < 1e-2
     assert probe == pytest.approx(300 + 200 * 2.9 / 4, abs=1e-2)
+    assert gained == pytest.approx(given, rel=1e-9) and given > 0.0
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.5 * np.pi])
@@ -89,14 +92,17 @@ def test_standing_wave(run, tmp_path_factory, phase):
 @pytest.mark.parametrize("integrator", ["explicit", "backward-euler"])
 def test_heat_mode(run, tmp_path_factory, integrator):
     """Exact: the decaying cosine of test_conduction in cells of 0.5 to 2 mm, with explicit and implicit steps, to 0.5 K
-    of 50 K, as in cells of 2 mm."""
+    of 50 K, as in cells of 2 mm; explicit ones to 0.25 K and 0.1 K rms (0.13 K with increments at the nodes and not at the
+    centres of their functions)."""
     sets = graded("x", (0.5e-3, 2e-3, 2e-3), (10e-3, 12e-3), 1.2, 2e-3) | {"HEAT.INTEGRATOR": integrator}
     if integrator == "backward-euler":
         sets |= {"HEAT.STEP": 5e-3}
     results = run("heat_mode", "--quiet", sets=sets).results("heat_mode")
-    error = driver.Table(results.path("_errors.csv"))["bar_temperature_max[K]"].max()
-    print(integrator, error)
+    table = driver.Table(results.path("_errors.csv"))
+    error, rms = (table[f"bar_temperature_{norm}[K]"].max() for norm in ("max", "rms"))
+    print(integrator, error, rms)
     assert error < 0.5
+    assert integrator == "backward-euler" or (error < 0.25 and rms < 0.1)
 
 
 KEYS = ("GRID.GRADED", "GRID.FINE", "GRID.GROWTH", "GRID.LARGEST_CELL")

@@ -123,6 +123,18 @@ def test_stirred_layer_of_any_metal(seed, tmp_path):
     assert abs(figures["T of the face off"]) < 15.0
 
 
+def test_stirred_layer_in_graded_cells(tmp_path):
+    """In cells of 0.5 mm at the face, 2 mm below and in the plane, strain is right at all depths, where cubes of 2 mm have
+    1.6 and 2 times as much 1 and 2 mm deep: shear stress and work within 3 %, temperature within 10 K, strain within 20 %."""
+    problem = problems.ALL["stirred_layer"]
+    _, figures, _ = problem.solve(5, problem.parameters | {"time": 0.2, "finest": 0.5e-3, "growth": 1.4}, tmp_path)
+    print(figures)
+    assert abs(figures["tau"] - 1.0) < 0.03 and abs(figures["work"] - 1.0) < 0.03
+    assert abs(figures["T at 1 mm off"]) < 10.0
+    for deep in ("0.5", "1", "2"):
+        assert abs(figures[f"strain at {deep} mm"] - 1.0) < 0.2
+
+
 def test_stirred_layer_of_hot_copper(tmp_path):
     """The same limits with a law whose stress follows the rate: 0.2 s at cells of 2 mm."""
     draw = np.random.default_rng(11)

@@ -59,12 +59,12 @@ class StirredLayer(Problem):
 
     def grid(self, h, p):
         """Cubes, or cells as deep as `finest` [m] at the surface and growing down from half a millimetre on."""
-        if not p["finest"]:
+        if not p.get("finest"):
             return {"GRID.CELL": h, "GRID.UPPER": values(h, h, self.depth + 2 * h)}
         top = self.depth + 2 * p["finest"]
         deep = math.ceil(self.fine_part / p["finest"] - 1e-9) * p["finest"]
         return {"GRID.CELL": values(h, h, p["finest"]), "GRID.UPPER": values(h, h, top), "GRID.GRADED": "z",
-                "GRID.FINE": values(self.depth - deep, top), "GRID.GROWTH": p["growth"], "GRID.LARGEST_CELL": h}
+                "GRID.FINE": values(self.depth - deep, top), "GRID.GROWTH": p.get("growth", 1.2), "GRID.LARGEST_CELL": h}
 
     def way(self, n, p):
         """Of the plane between the last two frames: less than a cell, the period [m]."""
