@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: MIT
 """share/paraview/stirpoint.py draws a run with its tool. Needs pvpython and a display or xvfb-run; else the test is skipped."""
 
-import fcntl
 import os
-import pathlib
 import shutil
 import subprocess
-import tempfile
 
 import driver
 import numpy as np
@@ -24,7 +21,7 @@ def pvpython():
         return [program]
     if shutil.which("xvfb-run") is None:
         pytest.skip("no display for ParaView, and xvfb-run is not installed")
-    return ["xvfb-run", "-a", program]
+    return ["xvfb-run", "-a", "-n", str(200 + os.getpid() % 20000), program]   # two that start at once must not share one
 
 
 MACRO = """
@@ -59,9 +56,10 @@ def test_a_picture_of_a_run(run, tmp_path, how):
         command += [str(macro)]
     else:
         command += [str(SCRIPT), str(results.directory), "--picture", picture]
-    with open(pathlib.Path(tempfile.gettempdir()) / f"stirpoint_display_{os.getuid()}", "w", encoding="utf-8") as alone:
-        fcntl.flock(alone, fcntl.LOCK_EX)   # of two display servers that start at once one may fail
+    for _ in range(5):   # a display server on a busy machine may not be there in time, which is no fault of the macro
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=tmp_path)
+        if "bad X server connection" not in done.stdout + done.stderr:
+            break
     assert os.path.exists(picture), done.stdout + done.stderr
     white, grey, coloured, kinds = colours_of(picture)
     print(how, white, grey, coloured, kinds)
