@@ -33,6 +33,7 @@ contains
     real(rp) :: gap
 
     pairs%foremost(:, e) = 0
+    pairs%surface(:, :, e) = nothing           ! all of it is sent
     if (.not. pairs%is_met(e)) return
     do k = 1, n_trials - 1
       call measure(scene, patch, start, pairs, e, pairs%trial(:, k, e), any_gap, &
