@@ -56,8 +56,6 @@ contains
       text = 'a &LOAD'
     else if (input%count('FIELD') > 0) then
       text = 'a &FIELD'
-    else if (scene%grid%grading%axis > 0) then
-      text = 'a graded grid'
     else if (any(scene%grid%period > 0)) then
       text = 'a periodic grid'
     else if (scene%method%scheme /= scheme_usl) then

@@ -17,8 +17,9 @@ module sleep_criteria
   use mapping_nodes, only: nodes_t
   use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, &
                              particles_t, rests, set_rest, tag_rest
+  use sleep_cubes, only: cube_at, cube_middle, cube_size, edge, longest_cube
   use sleep_motion, only: start_tracking
-  use sleep_sleepers, only: edge, motion_t, sleepers_t
+  use sleep_sleepers, only: motion_t, sleepers_t
   use sleep_stress, only: a_calls, a_mass, a_stress, judge_cubes, n_asked, n_said
   use state_blocks, only: blocks_t
   use state_books, only: books_t, e_sleep
@@ -167,7 +168,7 @@ contains
     call world%sum(flat)
     sums = reshape(flat, shape(sums))
     allocate (is_awake(n(1), n(2), n(3)))
-    call judge_cubes(scene, clock, motion%time, n, sums, is_awake)
+    call judge_cubes(scene, clock, motion%time, box, n, sums, is_awake)
     call add_neighbours(is_awake)
     call ask_tools(scene, tool, box, is_awake)
     if (.not. may_sleep) is_awake = is_awake .or. sums(a_mass, :, :, :) > 0.0_rp
@@ -229,22 +230,23 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(box_t), intent(in) :: box
     logical, intent(inout) :: is_active(:, :, :)
-    real(rp) :: lower(3), reach, size_of(3), upper(3), x(3)
-    integer :: first(3), i, j, k, last(3), t
+    real(rp), parameter :: half_diagonal = sqrt(0.75_rp)       !! of a cube [edges]
+    real(rp) :: lower(3), reach, upper(3)
+    integer :: c(3), first(3), i, j, k, last(3), t
 
-    size_of = edge*scene%grid%h
-    reach = scene%method%sleep%distance + sqrt(0.75_rp)*maxval(size_of)
     do t = 1, size(tool)
       call tool(t)%bounds(lower, upper)
-      lower = (lower - reach - scene%grid%lower)/size_of - box%lo
-      upper = (upper + reach - scene%grid%lower)/size_of - box%lo + 2.0_rp
+      reach = scene%method%sleep%distance + half_diagonal*longest_cube(scene%grid)
+      lower = cube_at(scene%grid, lower - reach) - box%lo
+      upper = cube_at(scene%grid, upper + reach) - box%lo + 2.0_rp
       first = int(min(max(lower, 1.0_rp), real(shape(is_active), rp)))
       last = int(max(min(upper, real(shape(is_active), rp)), 1.0_rp))
       do k = first(3), last(3)
         do j = first(2), last(2)
           do i = first(1), last(1)
-            x = scene%grid%lower + scene%grid%h*(edge*(box%lo + [i, j, k] - 0.5_rp) - 0.5_rp)
-            if (tool(t)%clearance(x) < reach) is_active(i, j, k) = .true.
+            c = box%lo + [i, j, k] - 1
+            reach = scene%method%sleep%distance + half_diagonal*maxval(cube_size(scene%grid, c))
+            if (tool(t)%clearance(cube_middle(scene%grid, c)) < reach) is_active(i, j, k) = .true.
           end do
         end do
       end do

@@ -6,7 +6,8 @@ module sleep_motion
   use base_kinds, only: rp
   use grid_geometry, only: box_t, section_across
   use mapping_nodes, only: nodes_t
-  use sleep_sleepers, only: edge, m_impulse, m_mass, m_momentum, motion_t, n_motion, sleepers_t
+  use sleep_cubes, only: edge
+  use sleep_sleepers, only: m_impulse, m_mass, m_momentum, motion_t, n_motion, sleepers_t
   implicit none (type, external)
   private
 
@@ -95,16 +96,16 @@ contains
   end function mean_velocity
 
   !> Mean force on the held nodes of a cube in `time` over the cube's section across it [Pa].
-  pure real(rp) function mean_traction(sums, time, h) result(traction)
+  pure real(rp) function mean_traction(sums, time, length) result(traction)
     real(rp), intent(in) :: sums(n_motion)
     real(rp), intent(in) :: time                 !! [s]
-    real(rp), intent(in) :: h(3)                 !! edges of the cells [m]
+    real(rp), intent(in) :: length(3)            !! edges of the cube [m]
     real(rp) :: force
 
     traction = 0.0_rp
     force = norm2(sums(m_impulse:m_impulse + 2))
     if (time > 0.0_rp .and. force > 0.0_rp) traction = force/(time &
-        *section_across(edge*h, sums(m_impulse:m_impulse + 2)/force))
+        *section_across(length, sums(m_impulse:m_impulse + 2)/force))
   end function mean_traction
 
 end module sleep_motion

@@ -8,8 +8,6 @@ module sleep_sleepers
 
   public :: motion_t, sleepers_t
 
-  integer, parameter, public :: edge = 2          !! of a cube [cells]
-
   ! Sums of a cube over steps (sleep_motion).
   integer, parameter, public :: m_mass = 1, &     !! mass times time [kg s]
                                 m_momentum = 2, &  !! momentum times time [kg m], 3

@@ -4,8 +4,10 @@
 !> awake cubes it is foreseen.
 module sleep_stress
   use base_kinds, only: rp
+  use grid_geometry, only: box_t
+  use sleep_cubes, only: cube_middle, cube_size, edge
   use sleep_motion, only: mean_traction, mean_velocity
-  use sleep_sleepers, only: edge, m_mass, n_motion
+  use sleep_sleepers, only: m_mass, n_motion
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -22,10 +24,11 @@ module sleep_stress
 contains
 
   !> Which cubes have to be awake by what their particles and nodes say.
-  pure subroutine judge_cubes(scene, clock, time, n, sums, is_active)
+  pure subroutine judge_cubes(scene, clock, time, box, n, sums, is_active)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     real(rp), intent(in) :: time                 !! of the means [s]
+    type(box_t), intent(in) :: box               !! of the cubes
     integer, intent(in) :: n(3)                  !! cubes
     real(rp), intent(in) :: sums(n_asked, n(1), n(2), n(3))   !! of all ranks
     logical, intent(out) :: is_active(n(1), n(2), n(3))
@@ -39,13 +42,14 @@ contains
           associate (nodes => sums(n_said + 1:, i, j, k))
             v(:, i, j, k) = mean_velocity(nodes)
             is_active(i, j, k) = sums(a_calls, i, j, k) > 0.0_rp &
-              .or. mean_traction(nodes, time, scene%grid%h) > limit
+              .or. mean_traction(nodes, time, &
+                                 cube_size(scene%grid, box%lo + [i, j, k] - 1)) > limit
           end associate
         end do
       end do
     end do
     is_active = is_active .or. (sums(a_mass, :, :, :) > 0.0_rp &
-      .and. stress_change(scene, clock, n, v, sums(n_said + m_mass, :, :, :) > 0.0_rp) > limit)
+      .and. stress_change(scene, clock, box, n, v, sums(n_said + m_mass, :, :, :) > 0.0_rp) > limit)
   end subroutine judge_cubes
 
   !> Largest norm of the mean Kirchhoff stress of a cube's awake particles [Pa].
@@ -64,9 +68,10 @@ contains
 
   !> By how much the stress of a cube would be wrong if it slept from now on [Pa]: by its elastic
   !> strain until it is asked again, and by the wave that stopping it sends out.
-  pure function stress_change(scene, clock, n, v, is_there) result(change)
+  pure function stress_change(scene, clock, box, n, v, is_there) result(change)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
+    type(box_t), intent(in) :: box
     integer, intent(in) :: n(3)
     real(rp), intent(in) :: v(3, n(1), n(2), n(3))       !! mean velocities [m/s]
     logical, intent(in) :: is_there(n(1), n(2), n(3))    !! a cube has nodes
@@ -83,7 +88,7 @@ contains
         do i = 1, n(1)
           if (.not. is_there(i, j, k)) cycle
           do a = 1, 3
-            gradient(:, a) = difference(a)/(edge*scene%grid%h(a))
+            gradient(:, a) = slope(a)
           end do
           rate = shear*(gradient + transpose(gradient))
           do a = 1, 3
@@ -94,10 +99,10 @@ contains
       end do
     end do
   contains
-    !> Of the velocities of the cubes on both sides along axis `a`, for one cube's edge.
-    pure function difference(a)
+    !> Of the velocity along axis `a`, from the cubes on both sides [1/s].
+    pure function slope(a)
       integer, intent(in) :: a
-      real(rp) :: difference(3)
+      real(rp) :: apart(3), slope(3)
       integer :: high(3), low(3)
 
       low = [i, j, k]
@@ -106,9 +111,15 @@ contains
       if (.not. is_there(low(1), low(2), low(3))) low(a) = high(a)
       if (high(a) < n(a)) high(a) = high(a) + 1
       if (.not. is_there(high(1), high(2), high(3))) high(a) = high(a) - 1
-      difference = (v(:, high(1), high(2), high(3)) - v(:, low(1), low(2), low(3))) &
-                   /max(1, high(a) - low(a))
-    end function difference
+      slope = (v(:, high(1), high(2), high(3)) - v(:, low(1), low(2), low(3))) &
+              /max(1, high(a) - low(a))
+      apart = edge*scene%grid%h
+      if (a == scene%grid%grading%axis .and. high(a) > low(a)) then
+        apart = (cube_middle(scene%grid, box%lo + high - 1) &
+                 - cube_middle(scene%grid, box%lo + low - 1))/(high(a) - low(a))
+      end if
+      slope = slope/apart(a)
+    end function slope
   end function stress_change
 
 end module sleep_stress

@@ -4,12 +4,14 @@
 program test_sleep
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use grid_geometry, only: box_t
+  use grid_geometry, only: box_t, grade, make_grid, section_across
+  use grid_grading, only: grading_t, make_grading
   use mapping_nodes, only: nodes_t
   use physics_material, only: material_t
+  use sleep_cubes, only: cube_middle, cube_size
   use sleep_held_layer, only: hold_layer
   use sleep_motion, only: start_tracking, track_motion
-  use sleep_sleepers, only: edge, m_impulse, m_mass, m_momentum, sleepers_t
+  use sleep_sleepers, only: m_impulse, m_mass, m_momentum, sleepers_t
   use sleep_stress, only: a_calls, a_mass, a_stress, judge_cubes, n_asked, n_said
   use state_books, only: books_t, e_sleep
   use state_clock, only: clock_t
@@ -21,6 +23,7 @@ program test_sleep
   real(rp), parameter :: stress = 100.0e6_rp, tolerance = 0.02_rp, limit = tolerance*stress
   type(scene_t) :: scene
   type(clock_t) :: clock
+  integer :: axis
 
   call begin_tests()
   call set_scene()
@@ -28,22 +31,45 @@ program test_sleep
   call test_wave()
   call test_traction()
   call test_calls()
+  do axis = 1, 3
+    call grade_cells(axis)
+    call test_strain()
+    call test_wave()
+    call test_traction()
+  end do
+  call set_scene()
   call test_held_node()
   call end_tests()
 
 contains
 
   subroutine set_scene()
-    allocate (scene%material(1))
+    if (.not. allocated(scene%material)) allocate (scene%material(1))
     call scene%material(1)%set_elastic(young, poisson)
     scene%material(1)%rho = rho
-    scene%grid%h = h
+    scene%grid = make_grid([h, h, h], [0.0_rp, 0.0_rp, 0.0_rp], spread(5*h, 1, 3))
     scene%method%sort_interval = 50
     scene%method%sleep%stress = tolerance
     clock%dt = 1.0e-6_rp
     clock%stiffness = scene%material(1)%wave_speed()**2
     clock%mass_scaling = 1.0e-20_rp            ! no waves, unless a test wants them
   end subroutine set_scene
+
+  !> Cells that grow by a fifth from the second on.
+  subroutine grade_cells(axis)
+    integer, intent(in) :: axis
+    type(grading_t) :: grading
+    integer :: nodes
+    character(:), allocatable :: message
+
+    scene%grid = make_grid([h, h, h], [0.0_rp, 0.0_rp, 0.0_rp], spread(9*h, 1, 3))
+    call make_grading(axis, 0.0_rp, 9*h, [0.0_rp, h], h, 1.2_rp, 3*h, grading, nodes, message)
+    call expect('graded', len(message) == 0)
+    call grade(scene%grid, grading, nodes)
+    associate (first => cube_size(scene%grid, [0, 0, 0]), last => cube_size(scene%grid, [2, 2, 2]))
+      call expect('cubes grow', last(axis) > 1.4_rp*first(axis))
+    end associate
+  end subroutine grade_cells
 
   !> Cubes full of awake metal, the one in the middle of which bears the mean stress `stress`, with
   !> the velocity `gradient` x + `v0`.
@@ -59,7 +85,8 @@ contains
           sums(a_mass, i, j, k) = 3.0_rp
           sums(n_said + m_mass, i, j, k) = 7.0_rp
           sums(n_said + m_momentum:n_said + m_momentum + 2, i, j, k) = 7.0_rp*(v0 &
-            + matmul(gradient, edge*h*([i, j, k] - 2)))
+            + matmul(gradient, cube_middle(scene%grid, [i, j, k] - 1) &
+                     - cube_middle(scene%grid, [1, 1, 1])))
         end do
       end do
     end do
@@ -71,7 +98,7 @@ contains
     integer, intent(in) :: at(3)
     logical :: marked(n(1), n(2), n(3))
 
-    call judge_cubes(scene, clock, 1.0e-4_rp, n, sums, marked)
+    call judge_cubes(scene, clock, 1.0e-4_rp, box_t([0, 0, 0], n - 1), n, sums, marked)
     is_active = marked(at(1), at(2), at(3))
   end function is_active
 
@@ -119,11 +146,13 @@ contains
     clock%mass_scaling = 1.0e-20_rp
   end subroutine test_wave
 
-  !> Sleepers wake just when the mean force on their held nodes is the limit on a face of a cube.
+  !> Sleepers wake just when the mean force on their held nodes is the limit over the section of
+  !> their cube.
   subroutine test_traction()
     real(rp) :: impulse(3), sums(n_asked, n(1), n(2), n(3))
 
-    impulse = [0.0_rp, -0.6_rp, 0.8_rp]*limit*1.0e-4_rp*(edge*h)**2
+    impulse = [0.0_rp, -0.6_rp, 0.8_rp]*limit*1.0e-4_rp
+    impulse = impulse*section_across(cube_size(scene%grid, [0, 1, 2]), [0.0_rp, -0.6_rp, 0.8_rp])
     associate (none => reshape([0.0_rp], [3, 3], [0.0_rp]), first => n_said + m_impulse)
       sums = cubes(none, none(:, 1))
       sums(a_mass, 1, 2, 3) = 0.0_rp           ! all asleep

@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: MIT
+!> The cubes of a few cells by which material sleeps and wakes: their size and place. On a graded
+!> axis they have as many spans as cells elsewhere.
+module sleep_cubes
+  use base_kinds, only: rp
+  use grid_geometry, only: grid_t
+  implicit none (type, external)
+  private
+
+  public :: cube_at, cube_middle, cube_size, longest_cube
+
+  integer, parameter, public :: edge = 2          !! of a cube [cells]
+
+contains
+
+  !> Edges of cube `c`, numbered from 0 along each axis [m].
+  pure function cube_size(grid, c) result(length)
+    type(grid_t), intent(in) :: grid
+    integer, intent(in) :: c(3)
+    real(rp) :: length(3)
+
+    length = edge*grid%h
+    associate (a => grid%grading%axis)
+      if (a > 0) length(a) = upper_end(grid, c(a)) - upper_end(grid, c(a) - 1)
+    end associate
+  end function cube_size
+
+  !> Middle of cube `c` [m].
+  pure function cube_middle(grid, c) result(x)
+    type(grid_t), intent(in) :: grid
+    integer, intent(in) :: c(3)
+    real(rp) :: x(3)
+
+    x = grid%lower + grid%h*(edge*(c + 0.5_rp) - 0.5_rp)
+    associate (a => grid%grading%axis)
+      if (a > 0) x(a) = 0.5_rp*(upper_end(grid, c(a) - 1) + upper_end(grid, c(a)))
+    end associate
+  end function cube_middle
+
+  !> Longest edge of any cube [m].
+  pure real(rp) function longest_cube(grid)
+    type(grid_t), intent(in) :: grid
+
+    longest_cube = edge*grid%longest()
+  end function longest_cube
+
+  !> Cubes from the lower end of the grid to the places `x`.
+  pure function cube_at(grid, x) result(place)
+    type(grid_t), intent(in) :: grid
+    real(rp), intent(in) :: x(3)            !! [m]
+    real(rp) :: place(3)
+
+    place = (x - grid%lower)/(edge*grid%h)
+    associate (a => grid%grading%axis)
+      if (a > 0) place(a) = grid%grading%place(x(a))/edge
+    end associate
+  end function cube_at
+
+  !> Where cube `c` of the graded axis ends and the next one begins [m].
+  pure real(rp) function upper_end(grid, c)
+    type(grid_t), intent(in) :: grid
+    integer, intent(in) :: c
+
+    upper_end = grid%grading%position(edge*(c + 1) - 0.5_rp)
+  end function upper_end
+
+end module sleep_cubes
