@@ -342,15 +342,15 @@ contains
     end associate
   end subroutine book_impulse
 
-  !> Heat that the walls give to this rank's particles, when these take lane `lane` of `g`; `lost`
-  !> is the heat that reflections have changed. As for momentum: -2 (C_b dT_a + q_b), -q.
-  subroutine book_heat(scene, nodes, boundary, books, lost, group, lane, g)
+  !> Heat that the walls give to this rank's particles, when these take lane 5 of `g`; `lost` is the
+  !> heat that reflections have changed. As for momentum: -2 (C_b dT_a + q_b), -q.
+  subroutine book_heat(scene, nodes, boundary, books, lost, group, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: lost(size(scene%symmetry))   !! [J]
-    integer, intent(in) :: group, lane
+    integer, intent(in) :: group
     real(rp), intent(in) :: g(8, nodes%patch%nn)                       !! [K]
     real(rp) :: heat
     integer :: i
@@ -360,7 +360,7 @@ contains
       heat = sum(lost)
       do i = 1, m%n_pairs
         if (scene%symmetry(m%pair(3, i))%temperature <= 0.0_rp) cycle
-        heat = heat - 2.0_rp*m%own(i, group)*g(lane, m%pair(2, i))
+        heat = heat - 2.0_rp*m%own(i, group)*g(5, m%pair(2, i))
       end do
       books%sums(e_wall_heat) = books%sums(e_wall_heat) + heat
     end associate

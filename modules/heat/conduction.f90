@@ -121,13 +121,14 @@ contains
     real(rp), intent(in) :: waited              !! [s]
     real(rp), intent(inout) :: left             !! [s]
     real(rp) :: lost(8, size(scene%symmetry))   ! what reflections at walls change
-    real(rp) :: dt, gained, out                 ! by particles, through films, walls and tools [J]
+    real(rp) :: dt, evened, gained, out         ! by particles, through films, walls and tools [J]
     type(touched_t) :: touched
     type(gaps_t) :: gaps
     integer :: b, k, r
 
     lost = 0.0_rp
     gained = 0.0_rp
+    evened = 0.0_rp
     out = books%sums(e_film) - books%sums(e_wall_heat) + books%sums(e_tool)
     call gather_temperature(world, scene, particles, nodes, boundary, lost)
     call find_gaps(world, scene, particles, nodes, boundary, pairs, gaps)
@@ -146,17 +147,20 @@ contains
     if (scene%method%sleep%is_on) call warm_probes(nodes%patch, nodes%g(:, :, 1), probes)
     do k = 1, scene%n_heat_groups
       call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, k))
-      call book_heat(scene, nodes, boundary, books, lost(3, :) + lost(5, :), k, 5, &
+      call book_heat(scene, nodes, boundary, books, lost(3, :) + lost(5, :), k, &
                      nodes%g(:, :, k))
-      call book_heat(scene, nodes, boundary, books, lost(8, :), k, 7, nodes%g(:, :, k))
       lost = 0.0_rp
     end do
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
       k = scene%body(particles%body(b))%heat_group
       call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
-                      particles%ps(:, :, b), dt, nodes%rec, nodes%g(:, :, k), gained)
+                      particles%ps(:, :, b), dt, nodes%rec, nodes%g(:, :, k), gained, &
+                      evened)
     end do
+    if (any(scene%symmetry%temperature > 0.0_rp)) then
+      books%sums(e_wall_heat) = books%sums(e_wall_heat) + evened
+    end if
     call heat_sinks_by(world, dt, touched, tool, backing, books)
     books%sums(e_conduction) = books%sums(e_conduction) + gained + books%sums(e_film) &
                                - books%sums(e_wall_heat) + books%sums(e_tool) - out
@@ -225,11 +229,11 @@ contains
     longest_step = 1.0_rp/(1.0_rp/stable_conduction(scene) + 0.5_rp*rate(1))
   end function longest_step
 
-  subroutine warm_block(scene, nodes, body, n, nf, ps, dt, rec, g, gained)
+  subroutine warm_block(scene, nodes, body, n, nf, ps, dt, rec, g, gained, evened)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained, evened
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: before(nlane), c_p(nlane), w(nlane, 18)
@@ -241,7 +245,7 @@ contains
       call heat_particles(n, w, first, nodes%patch%stride, nodes%patch%nn, g, c_p, &
                           ps(1, f_mass), evened_part(scene, body, dt, ps(:, f_mass), before, &
                                                      ps(:, f_rate)), rec, ps(1, f_temp), &
-                          ps(1, f_heat), gained)
+                          ps(1, f_heat), gained, evened)
       call material%take_up(c_p, before, ps(1, f_temp))
     end associate
   end subroutine warm_block

@@ -76,8 +76,8 @@ contains
   end subroutine nodal_temperature
 
   !> Heat conducted in `dt` by a block, to lane 5 of `flux`, at the temperature in lane 4 of `g`; to
-  !> lane 8 capacity times the part `even` of what particles differ by from the temperature of the
-  !> nodes in lane 5 of `g`.
+  !> lane 7 capacity times the part `even`, and to lane 8 that times what particles differ by from
+  !> the temperature of the nodes in lane 5 of `g`.
   subroutine flux_to_grid(n, w, first, stride, nn, dt, conductivity, volume, c_p, j, mass, temp, &
                           even, g, rec, flux)
     integer, intent(in) :: n, first(nlane), stride(3), nn
@@ -95,7 +95,8 @@ contains
     call gather_block(wanted, n, w, first, stride, nn, g, rec, conducting, slope, mean)
     do p = 1, n
       rec(:, :, p) = 0.0_rp
-      rec(8, 1, p) = mass(p)*c_p(p)*even(p)*(temp(p) - mean(p, 1))
+      rec(7, 1, p) = mass(p)*c_p(p)*even(p)
+      rec(8, 1, p) = rec(7, 1, p)*(temp(p) - mean(p, 1))
       rec(5, 2:4, p) = -dt*conductivity(p)*j(p)*mass(p)*volume*slope(p, :)
     end do
     call p2g_block(n, w, first, rec, stride, nn, flux)
@@ -142,7 +143,7 @@ contains
 
   !> From the temperature before in lane 5: lane 8 keeps it, lane 5 becomes the increment, from
   !> conducted heat (lane 5 of `flux`) and waiting heat, lane 6 the new temperature, lane 7 the mean
-  !> of the parts of what particles differ by from lane 8.
+  !> of what particles differ by from lane 8, weighted by the part of it that goes.
   subroutine temperature_increment(n, flux, g)
     integer, intent(in) :: n
     real(rp), intent(in) :: flux(8, n)
@@ -155,8 +156,8 @@ contains
       g(7, i) = 0.0_rp
       if (g(1, i) > least_capacity) then
         g(5, i) = (flux(5, i) + g(3, i))/g(1, i)
-        g(7, i) = flux(8, i)/g(1, i)
       end if
+      if (flux(7, i) > least_capacity) g(7, i) = flux(8, i)/flux(7, i)
       g(6, i) = g(8, i) + g(5, i)
     end do
   end subroutine temperature_increment
@@ -164,20 +165,26 @@ contains
   !> Particles take the increment in lane 5 and spend their waiting heat. They give back the part
   !> `even` of what they differ by from the nodes (lane 8) and no node can see: what is left after
   !> its own nodal mean (lane 7) is subtracted. Increments alone would keep a jump between
-  !> neighbouring particles for ever. The heat is the same to rounding; a smooth field changes by
+  !> neighbouring particles for ever. The mean is weighted by `even`, so that the heat is the same
+  !> to rounding and yet none goes to a particle that gives little back: an unweighted mean lets a
+  !> particle at rest drift away by what its neighbours that flow give. A smooth field changes by
   !> (k h)^4 only.
-  subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, even, rec, temp, heat, gained)
+  subroutine heat_particles(n, w, first, stride, nn, g, c_p, mass, even, rec, temp, heat, gained, &
+                            evened)
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn), c_p(nlane), mass(nlane), even(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane), temp(nlane), heat(nlane)
     real(rp), intent(inout) :: gained          !! more heat than was waiting, running sum [J]
+    real(rp), intent(inout) :: evened          !! by what is given back: by walls alone, likewise
     type(lanes_t), parameter :: wanted = lanes_t(steep=1, n_steep=0, plain=5, n_plain=4)
-    real(rp) :: change, no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 4)
+    real(rp) :: back, change, no_value(nlane, 0), no_slope(nlane, 0), at(nlane, 4)
     integer :: p
 
     call gather_block(wanted, n, w, first, stride, nn, g, rec, no_value, no_slope, at)
     do p = 1, n
-      change = at(p, 1) - (even(p)*(temp(p) - at(p, 4)) - at(p, 3))
+      back = even(p)*(temp(p) - at(p, 4) - at(p, 3))
+      evened = evened - mass(p)*c_p(p)*back
+      change = at(p, 1) - back
       gained = gained + (mass(p)*c_p(p)*change - heat(p))
       temp(p) = temp(p) + change
       heat(p) = 0.0_rp

@@ -178,7 +178,6 @@ WRONG = [
     ({"GRID.PERIODIC": "z"}, "cannot be periodic"),
     ({"METHOD.SHAPE": "ugimp"}, "must be bspline"),
     ({"METHOD.TRANSFER": "apic"}, "cannot be apic"),
-    ({"METHOD.SLEEPING": "on"}, "a graded grid"),
     ({"BODY.LATTICE": "round"}, "cannot be round"),
     ({"GRID.GRADED": "none"}, "only with GRADED = x or y or z"),
     ({"GRID.GROWTH": 0.9}, "GROWTH"),

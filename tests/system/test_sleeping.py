@@ -59,8 +59,8 @@ def test_sleeping_changes_little(run, tmp_path, cells):
     assert stirred.sum() > 20 and a.plastic.max() > 0.02
     print("plastic strain", a.plastic[stirred].mean(), b.plastic[stirred].mean(), "hottest", a.temp.max())
     assert abs(b.plastic[stirred].mean() / a.plastic[stirred].mean() - 1.0) < 0.02
-    # in flat cells temperatures of single particles at the rim are noise of tens of K, asleep or not
-    apart = np.quantile(np.abs(a.temp - b.temp)[~stirred], 1.0 if cells == "uniform" else 0.99)
+    # in flat cells one particle in a thousand, at the rim or under it, has another temperature
+    apart = np.quantile(np.abs(a.temp - b.temp)[~stirred], 1.0 if cells == "uniform" else 0.999)
     print("temperature", apart)
     assert apart < 3.0
     still = np.abs(b.v).max(axis=1) == 0.0
