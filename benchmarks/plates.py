@@ -13,7 +13,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 HALO, BYTES = 2, 80                 # nodes beyond a rank's own; of a node in the message of a step
 # Costs of particles (run/particle_cost.f90); bytes of a particle and of a node (docs/speed.md, Memory).
-HELD, ASLEEP, FLOWS, AT_TOOL, AT = 0.04, 0.035, 0.15, 9.0, 0.75
+HELD, ASLEEP, FLOWS, AT_TOOL, AT = 0.04, 0.035, 0.15, 22.0, 0.75
 LANES = 64
 PARTICLE_BYTES, NODE_BYTES = 232*33/32, 144
 LENGTH_IS_WORTH = 0.05              # grid/partition.f90

@@ -14,7 +14,7 @@ module run_particle_cost
   ! us).
   real(rp), parameter :: cost(0:2) = [1.0_rp, 0.04_rp, 0.035_rp]   !! by rest
   real(rp), parameter :: flow_cost = 0.15_rp     !! more, where one of the block flows
-  real(rp), parameter :: contact_cost = 24.0_rp    !! more, at a tool
+  real(rp), parameter :: contact_cost = 22.0_rp    !! more, at a tool
   real(rp), parameter :: at_tool = 0.75_rp       !! centres of those in contact [spacings]
 
 contains
