@@ -59,7 +59,7 @@ contains
   !> say) gets no kick: kicks of depth/dt kept a stirred plate in a tremor by which it flowed under
   !> three quarters of the force.
   pure subroutine normal_velocity(dt, regular, slop, relaxation_time, recovery_speed, gap, &
-                                  normal, velocity, closing, slip)
+                                  normal, velocity, closing, slip, approach)
     real(rp), intent(in) :: dt, regular         !! this step and the one before [s]
     real(rp), intent(in) :: slop                !! width of the zone where gaps close slowly [m]
     real(rp), intent(in) :: relaxation_time                !! in which they do [s]
@@ -68,6 +68,8 @@ contains
     real(rp), intent(in) :: normal(3)           !! out of the tool
     real(rp), intent(in) :: velocity(3)         !! against the tool, without contact [m/s]
     real(rp), intent(out) :: closing, slip(3)   !! [m/s]
+    real(rp), intent(out), optional :: approach !! `closing` without what closes gaps of the zone
+                                                !! and takes back penetrations [m/s]
     real(rp) :: back, before, speed
 
     speed = dot_product(velocity, normal)
@@ -79,6 +81,7 @@ contains
     else
       closing = -speed - min(before, slop)/max(relaxation_time, dt) - max(0.0_rp, before - slop)/dt
     end if
+    if (present(approach)) approach = -speed - max(0.0_rp, before - slop)/dt
   end subroutine normal_velocity
 
   !> Of a particle with shear strength `k` (impulse or stress) and the law's own coefficient (mu, m

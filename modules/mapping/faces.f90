@@ -12,7 +12,7 @@ module mapping_faces
   implicit none (type, external)
   private
 
-  public :: face_t, face_of, face_area, surface_weights, add_to_nodes, mean_velocity
+  public :: face_t, face_of, face_area, place_on_axis, surface_weights, add_to_nodes, mean_velocity
 
   !> Nodes of a face.
   type :: face_t
@@ -47,16 +47,9 @@ contains
     integer, intent(in) :: body, a, side, p, nf, first   !! first of 27 nodes
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp) :: w(3), d, half(3), reach, spacing
-    integer :: i, layers
+    integer :: layers
 
-    i = first - 1                                ! storage: z fastest, then y
-    if (a > 1) i = mod(i, nodes%patch%stride(1))
-    if (a > 2) i = mod(i, nodes%patch%stride(2))
-    i = i/nodes%patch%stride(a)
-    d = (ps(p, f_pos + a - 1) - nodes%patch%origin(a))/nodes%patch%h(a) - (i + 1)
-    if (a == nodes%patch%grading%axis) then
-      d = nodes%patch%grading%place(ps(p, f_pos + a - 1)) - nodes%patch%all%lo(a) - (i + 1)
-    end if
+    d = place_on_axis(nodes, a, ps(p, f_pos:f_pos + 2), first)
     half = scene%domain(body)
     spacing = scene%body(body)%spacing(a)/nodes%patch%h(a)
     layers = 1
@@ -68,6 +61,23 @@ contains
     end if
     w = face_weights(d, side, half(a), reach, layers, spacing)
   end function weights_across
+
+  !> Place of `x` on axis `a` from the middle one of three nodes there [cells].
+  pure real(rp) function place_on_axis(nodes, a, x, first) result(d)
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: a, first              !! first of 27 nodes
+    real(rp), intent(in) :: x(3)                 !! [m]
+    integer :: i
+
+    i = first - 1                                ! storage: z fastest, then y
+    if (a > 1) i = mod(i, nodes%patch%stride(1))
+    if (a > 2) i = mod(i, nodes%patch%stride(2))
+    i = i/nodes%patch%stride(a)
+    d = (x(a) - nodes%patch%origin(a))/nodes%patch%h(a) - (i + 1)
+    if (a == nodes%patch%grading%axis) then
+      d = nodes%patch%grading%place(x(a)) - nodes%patch%all%lo(a) - (i + 1)
+    end if
+  end function place_on_axis
 
   !> Weights of three nodes on each axis at the point of contact on the surface of particle `p`,
   !> the part `surface_offset` of half its spacing against the `normal`: between those of its centre

@@ -84,16 +84,16 @@ contains
       'strain rate', 'flow stress']
     integer, parameter :: first(11) = [f_pos, f_mass, f_temp, f_heat, f_jac, f_vel, f_tau, f_bbar, &
                                        f_plastic, f_rate, f_flow]
-    integer :: place(8)
-    character(30), parameter :: more(8) = [character(30) :: 'half length of its domain', &
+    integer :: place(9)
+    character(30), parameter :: more(9) = [character(30) :: 'half length of its domain', &
       'velocity gradient', 'position at the start', 'state of its flow law', &
       'temperature at falling asleep', 'distance to the surface', 'kept impulse of friction', &
-      'contact and heat at a tool']
+      'force of tools', 'contact and heat at a tool']
 
     name = trim(common(count(first <= f)))
     if (f <= n_fields) return
     place = [layout%half, layout%affine, layout%origin, layout%law, layout%rest, &
-             layout%surface_offset, layout%grip, layout%at_tool]
+             layout%surface_offset, layout%grip, layout%press, layout%at_tool]
     if (layout%n_law == 0) place(4) = 0
     place = merge(place, 0, place <= f)
     name = trim(more(maxloc(place, dim=1)))

@@ -38,6 +38,8 @@ module particles_store
     integer :: rest = 0         !! temperature at which it fell asleep [K] (sleeping)
     integer :: grip = 0                  !! impulse of friction that a tool may yet give [N s], or
                                         !! mean force of what it could (tool_contact_impulses)
+    integer :: press = 0                 !! force with which tools press it [N]
+                                         !! (tool_contact_impulses)
     integer :: surface_offset = 0        !! of half a spacing, what is left between centre and
                                          !! surface (tools)
     integer :: at_tool = 0               !! area at a tool times time [m2 s] and heat of the face

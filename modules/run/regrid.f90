@@ -332,7 +332,10 @@ contains
           sim%blocks%clearance(k, b) = minval(d(:n))
         end do
         if (.not. (is_sorted_anew .and. sim%scene%layout%grip > 0)) cycle
-        where (least(:n) > body%longest_diagonal()) ps(:n, sim%scene%layout%grip) = 0.0_rp
+        where (least(:n) > body%longest_diagonal())
+          ps(:n, sim%scene%layout%grip) = 0.0_rp
+          ps(:n, sim%scene%layout%press) = 0.0_rp
+        end where
       end associate
     end do
   end subroutine measure_clearances

@@ -209,6 +209,7 @@ contains
       if (input%logical('OUTPUT', 1, 'INITIAL_POSITION')) call layout%add(3, layout%origin)
       if (input%count('TOOL') > 0) call layout%add(1, layout%surface_offset)
       if (input%count('TOOL') > 0) call layout%add(1, layout%grip)
+      if (input%count('TOOL') > 0) call layout%add(1, layout%press)
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
         call input%report(diagnostics, 'METHOD', 1, 'SCHEME', &

@@ -5,14 +5,20 @@
 !> normal. Velocities are those of the surface, and impulses act there, by the weights of a
 !> face (mapping_faces): an even pressure and the stress that belongs to it cancel at every node,
 !> and what sticks has the tool's velocity where it touches, not half a spacing farther out (how far
-!> out, says tool_contact_particles). The impulse
-!> m e/s goes to the nodes by these weights w; s = sum w c_i/m_i, c_i the mass of the touching
-!> particles at node i, is the share of an even load that comes back to the particle, so that even
-!> loads are carried exactly in one pass. Friction is limited at the nodes, where the
+!> out, says tool_contact_particles). Impulses
+!> go to the nodes by these weights w; s = sum w c_i/m_i, c_i the mass of the touching particles at
+!> node i, is the share of an even load that comes back to the particle. A step starts from the
+!> force of the last one (`press`, a field of the particles): what that leaves of e, e', takes m e'/s
+!> more, but nothing pulls. Even loads are carried exactly in one step and uneven lasting ones after
+!> some, with no penetration: this is Jacobi's method for the equations of contact, one iteration a
+!> step. It is stable, since with f/m as unknowns their matrix has no negative entry or eigenvalue,
+!> and rows that sum to 1. What takes back depth acts once and is not kept: position and force, both
+!> summed up over the steps, would pump each other. Friction is limited at the nodes, where the
 !> pressure of neighbouring particles is already averaged: by Coulomb's law and by the shear
 !> strength of the material. With MUSL and USAVG, whose strains follow velocities mapped again from
 !> the centres of particles, contact of elastic material happens at the centres: an impulse on the
 !> light nodes outside would not reach the strain, and a bar that hits a tool would ring for long.
+!> There a step gives a part of m e/s and forgets the last one.
 !>
 !> Coulomb's law is one of lasting forces, but the surface of metal chatters: a particle that rests
 !> on the tool touches in a few of many steps. What friction could have given and did not is kept
@@ -29,10 +35,10 @@ module tool_contact_impulses
   use state_blocks, only: blocks_t
   use state_books, only: books_t
   use state_clock, only: clock_t
-  use state_scene, only: scene_t
+  use state_scene, only: scene_t, scheme_usl
   use tool_contact_books, only: book_tool, give_heat, strain_surface
-  use tool_contact_lists, only: add_values, n_values, returned, tool_contact_t, v_bend, v_coulomb, &
-                                v_hold, v_push, v_shear
+  use tool_contact_lists, only: add_values, m_all, m_last, m_pushed, n_masses, n_values, returned, &
+                                tool_contact_t, v_bend, v_coulomb, v_hold, v_push, v_shear
   use tool_contact_particles, only: find_contact_particles, relaxation_time, flatten
   use tool_contact_walls, only: book_walls, reflect_entries, note_held, restore_entries
   implicit none (type, external)
@@ -40,7 +46,8 @@ module tool_contact_impulses
 
   public :: find_contact, find_impulses, apply_impulses
 
-  real(rp), parameter :: impulse_fraction = 0.7_rp    !! of the exact impulse: all is noisier
+  real(rp), parameter :: part_mapped_again = 0.7_rp   !! of an impulse where strains follow
+                                                      !! velocities mapped again: all of it rings
   real(rp), parameter :: band = 3.51_rp        !! nodes that particles in contact reach [cells]: no
                                                !! whole number, so that all ranks list the same
   real(rp), parameter :: least_returned = 1.0e-3_rp   !! of a load that must come back
@@ -67,8 +74,8 @@ contains
     call note_held(scene, boundary, contact)
     call find_contact_particles(scene, clock, particles, blocks, nodes, contact, tool, k, group, &
                                 dt, g)
-    call add_masses(nodes, contact)
-    call reflect_entries(scene, boundary, contact, 2, contact%mass)
+    call add_masses(nodes, contact, scene%method%scheme /= scheme_usl)
+    call reflect_entries(scene, boundary, contact, n_masses, contact%mass)
   end subroutine find_contact
 
   !> Their impulses at the nodes of this rank, to be summed over the ranks.
@@ -82,7 +89,7 @@ contains
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(in) :: g(8, nodes%patch%nn)
 
-    call restore_entries(boundary, contact, 2, contact%mass)
+    call restore_entries(scene, boundary, contact, n_masses, contact%mass)
     call add_impulses(scene, clock, nodes, contact, law, dt, g)
     contact%own = contact%values
     call reflect_entries(scene, boundary, contact, n_values, contact%values)
@@ -187,18 +194,24 @@ contains
     end do
   end function nearest_image
 
-  !> Masses of the particles in contact, and of what of them is pushed, at the nodes.
-  subroutine add_masses(nodes, contact)
+  !> Masses of the particles in contact, of those that are pushed, and what the last step's forces
+  !> would give, at the nodes.
+  subroutine add_masses(nodes, contact, maps_again)
     type(nodes_t), intent(in) :: nodes
     type(tool_contact_t), intent(inout) :: contact
-    real(rp) :: mass(2)
+    logical, intent(in) :: maps_again          !! strains follow velocities mapped again
+    real(rp) :: mass(n_masses)
     integer :: i, p
 
     associate (contact => contact)
       do p = 1, contact%n
         associate (t => contact%particle(p))
           call contact%spread(nodes%patch%stride, t)
-          mass = t%mass*[1.0_rp, merge(1.0_rp, 0.0_rp, t%closing > 0.0_rp)]
+          if (t%closing <= 0.0_rp .or. maps_again) t%pressed = 0.0_rp
+          mass = 0.0_rp
+          mass(m_all) = t%mass
+          if (max(t%closing, t%keep_out) > 0.0_rp) mass(m_pushed) = t%mass
+          mass(m_last:m_last + 2) = t%pressed*t%normal
           do i = 1, 27
             if (t%entry(i) == 0) cycle
             contact%mass(:, t%entry(i)) = contact%mass(:, t%entry(i)) + t%weight(i)*mass
@@ -216,9 +229,10 @@ contains
     type(tool_contact_t), intent(inout) :: contact
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
-    real(rp) :: kept, least, push, s(2), values(n_values)
+    real(rp) :: kept, least, part, push, s(3), values(n_values)
     integer :: e, p
 
+    part = merge(1.0_rp, part_mapped_again, scene%method%scheme == scheme_usl)
     least = least_inertia(scene, clock)
     associate (contact => contact)
       do e = 1, contact%n_nodes
@@ -226,18 +240,24 @@ contains
       end do
       do p = 1, contact%n
         associate (t => contact%particle(p))
-          s = max(least_returned, returned(t%entry, t%weight, t%normal**2, contact%n_nodes, &
-                                        contact%free, contact%mass))
+          s = returned(t%entry, t%weight, t%normal, contact%n_nodes, contact%free, contact%mass)
+          s(:2) = max(least_returned, s(:2))
           t%hold = -t%mass/s(1)*t%slip
-          push = impulse_fraction*t%mass/s(2)
-          values(v_push:v_push + 2) = max(min(push*t%closing, t%most), push*t%keep_out)*t%normal
+          push = part*t%mass/s(2)
+          t%lasting = 0.0_rp
+          if (t%closing > 0.0_rp) then
+            t%lasting = min(t%most, max(0.0_rp, t%pressed + push*(t%approach - s(3))))
+            t%pressed = max(0.0_rp, t%pressed + push*(t%closing - s(3)))
+          end if
+          t%pressed = max(min(t%pressed, t%most), push*t%keep_out)
+          values(v_push:v_push + 2) = t%pressed*t%normal
           values(v_hold:v_hold + 2) = t%hold
           if (law%keeps_mean()) then
             kept = exp(-dt/relaxation_time(clock, t))
             t%coulomb = kept*dt*t%coulomb &
-                        + (1.0_rp - kept)*t%friction*norm2(values(v_push:v_push + 2))
+                        + (1.0_rp - kept)*t%friction*t%pressed
           else
-            t%coulomb = t%coulomb + t%friction*norm2(values(v_push:v_push + 2))
+            t%coulomb = t%coulomb + t%friction*t%pressed
           end if
           values(v_coulomb) = t%coulomb
           values(v_shear) = t%shear
@@ -277,8 +297,8 @@ contains
         end associate
       end do
     end associate
-    call restore_entries(boundary, contact, 1, contact%part)
-    call restore_entries(boundary, contact, 1, contact%unspent)
+    call restore_entries(scene, boundary, contact, 1, contact%part)
+    call restore_entries(scene, boundary, contact, 1, contact%unspent)
     call book_walls(scene, nodes, boundary, contact, books, g)
   end subroutine push_nodes
 
@@ -305,6 +325,7 @@ contains
           grip = t%coulomb*unspent*exp(-dt/relaxation_time(clock, t))
           if (law%keeps_mean()) grip = t%coulomb/dt
         end associate
+        particles%ps(t%lane, scene%layout%press, t%block) = t%lasting/dt
       end associate
     end do
   end subroutine keep_grip

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What limits the impulses of particles that touch a tool: the strength of the material and
-!> the tool's law of friction.
+!> What limits the impulses of particles that touch a tool: its edges, the strength of the material
+!> and the tool's law of friction.
 !>
 !> The layer of metal that shears under the face of a tool, as far as the cells do not resolve it.
 !>
@@ -20,15 +20,18 @@ module tool_contact_limits
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use contact_tool, only: tool_t
   use grid_geometry, only: length_along
-  use particles_store, only: f_jac, f_plastic, f_rate, f_tau, f_temp
+  use mapping_faces, only: place_on_axis
+  use mapping_nodes, only: nodes_t
+  use particles_store, only: f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
   use state_scene, only: scene_t
   use tool_contact_lists, only: candidates_t, contact_particle_t
+  use transfer_weights, only: domain_weights
   implicit none (type, external)
   private
 
-  public :: extent, part_covered
+  public :: cut_at_edges, extent, part_covered
   public :: find_shear_layer, limit_impulses, shear_layer_t, slow_down
 
   !> Of the particles of a block.
@@ -65,16 +68,13 @@ contains
   end function extent
 
   !> Part of the weight function of a particle at `x` that the tool covers, `room` away from the
-  !> tool's next edge: both count in cells, by the length of a cell along the way to the edge, which
-  !> goes up the slope of the room on the surface.
+  !> tool's next edge: both count in cells, by the length of a cell along the way to the edge.
   real(rp) function part_covered(tool, is_bspline, x, room, particle) result(part)
     type(tool_t), intent(in) :: tool
     logical, intent(in) :: is_bspline            !! domains are cells
     real(rp), intent(in) :: x(3), room           !! [m]
     type(contact_particle_t), intent(in) :: particle
-    real(rp), parameter :: small = 1.0e-3_rp     !! step of the difference [cells]
-    real(rp) :: gap, rooms(2), slope(3), step(3), unused(3), width
-    integer :: a, side
+    real(rp) :: slope(3), width
 
     associate (h => particle%edges, spacing => particle%spacing)
       width = 1.0_rp
@@ -83,17 +83,8 @@ contains
       if (all(abs(h - h(1)) <= 0.0_rp) .and. &
           (is_bspline .or. all(abs(spacing - spacing(1)) <= 0.0_rp))) return
       if (abs(room) >= 2.0_rp*maxval(h)) return
-      do a = 1, 3
-        do side = 1, 2
-          step = 0.0_rp
-          step(a) = small*minval(h)*(2*side - 3)
-          step = step - dot_product(step, particle%normal)*particle%normal
-          call tool%distance(x + step, gap, unused, rooms(side))
-        end do
-        slope(a) = rooms(2) - rooms(1)
-      end do
+      slope = way_from_edge(tool, x, particle%normal, minval(h))
       if (.not. norm2(slope) > 0.0_rp) return
-      slope = slope/norm2(slope)
       if (.not. is_bspline) width = norm2(slope*spacing)/length_along(h, slope)
       part = part_within(width, room/length_along(h, slope))
     end associate
@@ -121,6 +112,60 @@ contains
       twice = max(0.0_rp, x - 1.0_rp) + 1.0_rp/6.0_rp + 0.5_rp*(r + r*r) - abs(r)**3/6.0_rp
     end function twice
   end function part_within
+
+  !> Weights `w` of candidates at an edge: those of the part of their domains that the tool
+  !> covers. What presses on a whole domain there acts beyond the edge, and the tool as if it were
+  !> wider by a fifth of a cell. An axis with graded cells keeps the whole domain.
+  subroutine cut_at_edges(scene, nodes, tool, near, first, w)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(tool_t), intent(in) :: tool
+    type(candidates_t), intent(in) :: near
+    integer, intent(in) :: first(nlane)
+    real(rp), intent(inout) :: w(nlane, 18)
+    real(rp) :: cut(3), gap, h(3), half(3), room, slope(3), unused(3), x(3)
+    integer :: a, p
+
+    do p = 1, near%n
+      x = near%ps(p, f_pos:f_pos + 2)
+      h = nodes%patch%edges_at(x)
+      half = scene%domain(near%body)
+      if (scene%layout%half > 0) half = near%ps(p, scene%layout%half:scene%layout%half + 2)
+      call tool%distance(x, gap, unused, room)
+      if (room >= norm2(half*h)) cycle
+      slope = way_from_edge(tool, x, near%normal(:, p), minval(h))
+      cut = min(half, max(0.0_rp, norm2(slope*half*h) - max(0.0_rp, room))*abs(slope)/h)
+      do a = 1, 3
+        if (a == nodes%patch%grading%axis .or. cut(a) <= 0.0_rp) cycle
+        w(p, 3*a - 2:3*a) = domain_weights(place_on_axis(nodes, a, x, first(p)) &
+                                           + sign(0.5_rp*cut(a), slope(a)), &
+                                           half(a) - 0.5_rp*cut(a))
+      end do
+    end do
+  end subroutine cut_at_edges
+
+  !> Direction along the surface with `normal` in which the room to the tool's next edge grows
+  !> fastest at `x`; 0 where it does not.
+  function way_from_edge(tool, x, normal, h) result(slope)
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: x(3), normal(3)
+    real(rp), intent(in) :: h                    !! shortest edge of the cell there [m]
+    real(rp) :: slope(3)
+    real(rp), parameter :: small = 1.0e-3_rp     !! step of the difference [cells]
+    real(rp) :: gap, rooms(2), step(3), unused(3)
+    integer :: a, side
+
+    do a = 1, 3
+      do side = 1, 2
+        step = 0.0_rp
+        step(a) = small*h*(2*side - 3)
+        step = step - dot_product(step, normal)*normal
+        call tool%distance(x + step, gap, unused, rooms(side))
+      end do
+      slope(a) = rooms(2) - rooms(1)
+    end do
+    if (norm2(slope) > 0.0_rp) slope = slope/norm2(slope)
+  end function way_from_edge
 
   !> What limits the impulses of the touching particles, which have their `place` among the
   !> candidates: along the surface what the tool's law of friction makes of the strength of the

@@ -17,6 +17,13 @@ module tool_contact_lists
     v_bend = 9        !! where that law bends [N s]
   integer, parameter, public :: n_values = 9
 
+  ! What they say to it before: first masses [kg], later over the node's.
+  integer, parameter, public :: &
+    m_all = 1, &      !! of all that touch or are near enough for friction
+    m_pushed = 2, &   !! of those that are pushed
+    m_last = 3        !! impulse along the normals at the last step's force [N s], 3
+  integer, parameter, public :: n_masses = 5
+
   !> Particles that may take part in contact, gathered from their blocks into one: a block at a tool
   !> has only a few, and weights and flow laws work on whole blocks.
   type :: candidates_t
@@ -37,7 +44,7 @@ module tool_contact_lists
   type :: contact_particle_t
     integer :: block = 0, lane = 0, first = 0
     real(rp) :: half = 0.0_rp                  !! from its centre to its surface [m]
-    logical :: can_flow = .false.              !! its material, so that this may become less
+    logical :: can_flow = .false.              !! its material
     logical :: touches = .false.               !! else it is only near
     real(rp) :: w(3, 3) = 0.0_rp               !! weights of its surface on the axes
     real(rp) :: inner(3, 3) = 0.0_rp           !! those of its centre
@@ -48,6 +55,10 @@ module tool_contact_lists
     real(rp) :: edges(3) = 0.0_rp              !! of the cell where it is [m]
     real(rp) :: spacing(3) = 0.0_rp            !! its initial edges [m]
     real(rp) :: closing = 0.0_rp               !! velocity that contact takes; 0: not pushed [m/s]
+    real(rp) :: pressed = 0.0_rp               !! impulse along its normal [N s]: at the last
+                                               !! step's force, then in this step
+    real(rp) :: approach = 0.0_rp              !! what of it takes back no depth [m/s]
+    real(rp) :: lasting = 0.0_rp               !! impulse without what takes back depth [N s]
     real(rp) :: keep_out = 0.0_rp              !! what it takes in any case, at an edge [m/s]
     real(rp) :: within = 1.0_rp                !! part of its weight function inside the edges
     real(rp) :: most = 0.0_rp                  !! impulse along its normal, beyond that [N s]
@@ -81,8 +92,7 @@ module tool_contact_lists
     logical :: reaches_mirrors = .false.         !! some of them are on or behind a wall
     integer, allocatable :: entry_of(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
-    real(rp), allocatable :: mass(:, :)        !! (2, n_nodes) of the particles that touch, and of
-                                               !! what of them is pushed [kg]; then over the node's
+    real(rp), allocatable :: mass(:, :)        !! (n_masses, n_nodes)
     real(rp), allocatable :: values(:, :)      !! (n_values, n_nodes) of all ranks, folded at walls
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
@@ -107,7 +117,7 @@ contains
     integer :: i
 
     self%field = [(i, i=1, n_conduction), f_plastic, f_rate, layout%surface_offset, layout%grip, &
-                  (layout%law + i, i=0, layout%n_law - 1)]
+                  layout%press, (layout%law + i, i=0, layout%n_law - 1)]
     if (with_stress) self%field = [self%field, (f_tau + i, i=0, 5)]
     if (layout%half > 0) self%field = [self%field, (layout%half + i, i=0, 2)]
     allocate (self%ps(nlane, layout%n), source=0.0_rp)
@@ -200,7 +210,7 @@ contains
                                                           self%free, self%part, self%unspent, &
                                                           self%slip)
     end if
-    if (.not. allocated(self%mass)) allocate (self%mass(2, self%n_nodes), &
+    if (.not. allocated(self%mass)) allocate (self%mass(n_masses, self%n_nodes), &
       self%values(n_values, self%n_nodes), self%own(n_values, self%n_nodes), &
       self%free(3, self%n_nodes), self%part(self%n_nodes), &
       self%unspent(self%n_nodes), self%slip(3, self%n_nodes))
@@ -230,19 +240,22 @@ contains
     end do
   end subroutine spread
 
-  !> What comes back to a particle of an even load on all that touch, and on all that are pushed.
-  pure function returned(entry, weight, normal2, n, free, mass) result(s)
+  !> What comes back to a particle of an even load on all that touch and on all that are pushed, and
+  !> the velocity along its normal that the last step's forces give it [m/s].
+  pure function returned(entry, weight, normal, n, free, mass) result(s)
     integer, intent(in) :: entry(27), n
-    real(rp), intent(in) :: weight(27), normal2(3), free(3, n), mass(2, n)
-    real(rp) :: s(2), w
+    real(rp), intent(in) :: weight(27), normal(3), free(3, n), mass(n_masses, n)
+    real(rp) :: along(3), s(3)
     integer :: i
 
     s = 0.0_rp
     do i = 1, 27
       if (entry(i) == 0) cycle
-      w = weight(i)*(free(1, entry(i))*normal2(1) + free(2, entry(i))*normal2(2) &
-                     + free(3, entry(i))*normal2(3))
-      s = s + w*mass(:, entry(i))
+      along = weight(i)*free(:, entry(i))*normal
+      s(:2) = s(:2) + (along(1)*normal(1) + along(2)*normal(2) + along(3)*normal(3)) &
+                      *mass(m_all:m_pushed, entry(i))
+      s(3) = s(3) + along(1)*mass(m_last, entry(i)) + along(2)*mass(m_last + 1, entry(i)) &
+             + along(3)*mass(m_last + 2, entry(i))
     end do
   end function returned
 

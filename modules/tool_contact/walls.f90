@@ -7,7 +7,7 @@ module tool_contact_walls
   use mapping_nodes, only: nodes_t
   use state_books, only: books_t, e_wall
   use state_scene, only: scene_t
-  use tool_contact_lists, only: tool_contact_t, n_values, v_hold, v_push
+  use tool_contact_lists, only: m_last, n_masses, n_values, tool_contact_t, v_hold, v_push
   implicit none (type, external)
   private
 
@@ -46,8 +46,9 @@ contains
     real(rp) :: sign(width), v(3)
 
     sign = 1.0_rp
-    if (width < n_values) return
     v = merge(-1.0_rp, 1.0_rp, scene%symmetry(c)%odd)
+    if (width == n_masses) sign(m_last:m_last + 2) = v
+    if (width < n_values) return
     sign(v_push:v_push + 2) = v
     sign(v_hold:v_hold + 2) = v
   end function wall_signs
@@ -80,8 +81,9 @@ contains
     end associate
   end subroutine reflect_entries
 
-  !> Give the entries of nodes behind walls what those in front have (even values).
-  subroutine restore_entries(boundary, contact, width, values)
+  !> Give the entries of nodes behind walls what those in front have.
+  subroutine restore_entries(scene, boundary, contact, width, values)
+    type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(in) :: contact
     integer, intent(in) :: width
@@ -93,7 +95,7 @@ contains
       do i = m%n_pairs, 1, -1
         b = place(m%pair(1, i))
         a = place(m%pair(2, i))
-        if (a > 0 .and. b > 0) values(:, b) = values(:, a)
+        if (a > 0 .and. b > 0) values(:, b) = wall_signs(scene, m%pair(3, i), width)*values(:, a)
       end do
     end associate
   end subroutine restore_entries

@@ -7,8 +7,8 @@ module transfer_weights
   implicit none (type, external)
   private
 
-  public :: block_corners, block_weights, face_weights, graded_weights, moment_weights, own_weights
-  public :: point_nodes
+  public :: block_corners, block_weights, domain_weights, face_weights, graded_weights
+  public :: moment_weights, own_weights, point_nodes
 
 ! Weights and slopes on axis N with half length L of the domain, I4 = 1/(4L), I2 = 1/(2L h).
 #define AXIS(N, I, O, L, I4, I2) \
@@ -188,6 +188,26 @@ contains
       weight = 0.0_rp
     end if
   end subroutine point_nodes
+
+  !> Weights of three nodes for a domain around the place `d` that reaches no farther than them: the
+  !> mean of their linear functions over it.
+  pure function domain_weights(d, half) result(w)
+    real(rp), intent(in) :: d                !! of its middle from the middle node [cells]
+    real(rp), intent(in) :: half             !! its half length, more than 0 [cells]
+    real(rp) :: w(3)
+
+    w(1) = 0.5_rp*(upper(half - d) - upper(-half - d))
+    w(3) = 0.5_rp*(upper(half + d) - upper(-half + d))
+    w([1, 3]) = w([1, 3])/(2.0_rp*half)
+    w(2) = 1.0_rp - w(1) - w(3)
+  contains
+    !> Twice the integral of max(0, t).
+    pure real(rp) function upper(t)
+      real(rp), intent(in) :: t
+
+      upper = max(0.0_rp, t)**2
+    end function upper
+  end function domain_weights
 
   !> Weights, across a face, of the three nodes around the one nearest to its particle: the mean of
   !> linear functions at `layers` places around the face. Slopes of the particles' weights are

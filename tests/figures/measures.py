@@ -256,7 +256,8 @@ def limits_again():
     known, found = limits(), {}
     for name, key in (("bspline flip", "limit_bspline"), ("ugimp flip", "limit_ugimp")):
         sets = study.METHODS[name]
-        good = not study.grows(known[key], sets, (0, 0, 0)) and study.grows(1.15 * known[key], sets, (0, 0, 0))
+        at, above = (study.grows(part * known[key], sets, (0, 0, 0), (1, 1, 1)) for part in (1.0, 1.3))
+        good = above and not at
         found[key] = known[key] if good else math.nan
     return found
 

@@ -155,6 +155,7 @@ contains
     call move_alloc(more, sim%tool)
     call sim%scene%layout%add(1, sim%scene%layout%surface_offset)
     call sim%scene%layout%add(1, sim%scene%layout%grip)
+    call sim%scene%layout%add(1, sim%scene%layout%press)
   end subroutine add_tool
 
   !> A half space whose surface looks along `axis`, of length 1.

@@ -44,7 +44,7 @@ def test_there_are_shipped_inputs():
 def test_every_input_passes(checked, path):
     """Exact: exit status 0; title, grid, particles, ranks, memory [MB], time step [s] and what limits it,
     steps, run time [s of processor time] = steps/speed, skipped; at most 360 bytes a particle in scenes of 10,000
-    particles and more, 300 in the passes of copper; no file is written. Of heat alone the mesh, its volume [mm3] and the time step instead."""
+    particles and more, 310 in the passes of copper; no file is written. Of heat alone the mesh, its volume [mm3] and the time step instead."""
     report = report_of(checked[path])
     print(report)
     if "MECHANICS = F" in path.read_text():
@@ -60,7 +60,7 @@ def test_every_input_passes(checked, path):
     memory = re.match(r"([0-9.e+-]+) MB .*, ([0-9]+) bytes per particle", report["memory"][0])
     assert float(memory[1]) * 1e6 / particles == pytest.approx(float(memory[2]), abs=1.0)
     if particles >= 10000:
-        assert int(memory[2]) <= (300 if path.stem.startswith("fsp_copper_cavity") else 360)
+        assert int(memory[2]) <= (310 if path.stem.startswith("fsp_copper_cavity") else 360)
     assert re.search(r" s, limited by (CFL|&TIME DT)", report["time step"][0])
     dt, steps = number(report["time step"][0]), number(report["steps"][0])
     end = number(report["steps"][0].split(" for ")[1])

@@ -40,7 +40,6 @@ def number(name, value, half, twice):
 
 
 CONSTANTS = {
-    "impulse_fraction": (TOOL, IMPULSES, *number("impulse_fraction", "0.7", "0.35", "1.4")),
     "least_returned": (TOOL, IMPULSES, *number("least_returned", "1.0e-3", "0.5e-3", "2.0e-3")),
     "band": (TOOL, IMPULSES, *number("band", "3.51", "3.01", "7.01")),
     "slop": (TOOL, PARTICLES, *number("slop", "0.02", "0.01", "0.04")),

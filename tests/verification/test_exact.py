@@ -193,3 +193,16 @@ def test_slopes_of_laws_of_the_layer():
         flows = np.isfinite(below)
         assert flows.any(), name
         assert law.log_rate(sigma, temp, state)[1][flows] == approx(((above - below) / (2.0 * step))[flows], rel=1e-4)
+
+
+def test_elastic_punch_on_block():
+    """A large block is a half space, whatever Poisson's ratio: what its walls add to the compliance goes as 1/side."""
+    for poisson in (0.0, 0.25, 0.45):
+        near, far = (1.0 / exact.elastic_punch_on_block(poisson, side, 16) for side in (6.0, 12.0))
+        assert 2.0 * far - near == approx(1.0, abs=0.012)
+        assert near < far < 1.0
+    # a block no wider than the punch is pressed as a whole: M A/H
+    poisson = 0.3
+    confined = (1.0 - poisson) ** 2 / (1.0 - 2.0 * poisson)
+    whole = exact.punch_of_squares(poisson, 0.5, 16) * math.sqrt(1.0 / math.pi)
+    assert whole == approx(confined * 1.0 / 0.5 / 2.0, rel=1e-4)
