@@ -68,8 +68,8 @@ contains
     real(rp), intent(in) :: normal(3)           !! out of the tool
     real(rp), intent(in) :: velocity(3)         !! against the tool, without contact [m/s]
     real(rp), intent(out) :: closing, slip(3)   !! [m/s]
-    real(rp), intent(out), optional :: approach !! `closing` without what closes gaps of the zone
-                                                !! and takes back penetrations [m/s]
+    real(rp), intent(out), optional :: approach  !! `closing` without what closes gaps of the zone
+                                                 !! and takes back penetrations [m/s]
     real(rp) :: back, before, speed
 
     speed = dot_product(velocity, normal)

@@ -5,20 +5,24 @@
 !> normal. Velocities are those of the surface, and impulses act there, by the weights of a
 !> face (mapping_faces): an even pressure and the stress that belongs to it cancel at every node,
 !> and what sticks has the tool's velocity where it touches, not half a spacing farther out (how far
-!> out, says tool_contact_particles). Impulses
-!> go to the nodes by these weights w; s = sum w c_i/m_i, c_i the mass of the touching particles at
-!> node i, is the share of an even load that comes back to the particle. A step starts from the
-!> force of the last one (`press`, a field of the particles): what that leaves of e, e', takes m e'/s
-!> more, but nothing pulls. Even loads are carried exactly in one step and uneven lasting ones after
-!> some, with no penetration: this is Jacobi's method for the equations of contact, one iteration a
-!> step. It is stable, since with f/m as unknowns their matrix has no negative entry or eigenvalue,
-!> and rows that sum to 1. What takes back depth acts once and is not kept: position and force, both
-!> summed up over the steps, would pump each other. Friction is limited at the nodes, where the
-!> pressure of neighbouring particles is already averaged: by Coulomb's law and by the shear
-!> strength of the material. With MUSL and USAVG, whose strains follow velocities mapped again from
-!> the centres of particles, contact of elastic material happens at the centres: an impulse on the
-!> light nodes outside would not reach the strain, and a bar that hits a tool would ring for long.
-!> There a step gives a part of m e/s and forgets the last one.
+!> out, says tool_contact_particles).
+!>
+!> Impulses go to the nodes by these weights w; s = sum w c_i/m_i, c_i the mass of the touching
+!> particles at node i, is the share of an even load that comes back to the particle. A step starts
+!> from the force of the last one (`press`, a field of the particles): what that leaves of e, e',
+!> takes m e'/s more, but nothing pulls. Even loads are carried exactly in one step and uneven
+!> lasting ones after some, with no penetration: this is Jacobi's method for the equations of
+!> contact, one iteration a step. It is stable, since with f/m as unknowns their matrix has no
+!> negative entry or eigenvalue, and rows that sum to 1. What takes back depth acts once and is not
+!> kept: position and force, both summed up over the steps, would pump each other.
+!>
+!> Friction is limited at the nodes, where the pressure of neighbouring particles is already
+!> averaged: by Coulomb's law and by the shear strength of the material.
+!>
+!> With MUSL and USAVG, whose strains follow velocities mapped again from the centres of particles,
+!> contact of elastic material happens at the centres: an impulse on the light nodes outside would
+!> not reach the strain, and a bar that hits a tool would ring for long. There a step gives a part
+!> of m e/s and forgets the last one.
 !>
 !> Coulomb's law is one of lasting forces, but the surface of metal chatters: a particle that rests
 !> on the tool touches in a few of many steps. What friction could have given and did not is kept

@@ -164,8 +164,9 @@ contains
     n = sums(1)
   end function count_contacts
 
-  !> Without friction: every surface that touches loses the closing velocity in one pass, wherever it lies in a cell, along any axis, with scaled masses, in a penetration and
-  !> between mirrors; the tool feels the momentum that the plate got.
+  !> Without friction: every surface that touches loses the closing velocity in one pass, wherever
+  !> it lies in a cell, along any axis, with scaled masses, in a penetration and between mirrors;
+  !> the tool feels the momentum that the plate got.
   subroutine test_even_load()
     type(meeting_t) :: m
     type(simulation_t) :: sim
