@@ -68,8 +68,8 @@ contains
     real(rp), intent(in) :: normal(3)           !! out of the tool
     real(rp), intent(in) :: velocity(3)         !! against the tool, without contact [m/s]
     real(rp), intent(out) :: closing, slip(3)   !! [m/s]
-    real(rp), intent(out), optional :: approach  !! `closing` without what closes gaps of the zone
-                                                 !! and takes back penetrations [m/s]
+    real(rp), intent(out), optional :: approach  !! `closing` without what takes back a
+                                                 !! penetration [m/s]
     real(rp) :: back, before, speed
 
     speed = dot_product(velocity, normal)
@@ -81,7 +81,7 @@ contains
     else
       closing = -speed - min(before, slop)/max(relaxation_time, dt) - max(0.0_rp, before - slop)/dt
     end if
-    if (present(approach)) approach = -speed - max(0.0_rp, before - slop)/dt
+    if (present(approach)) approach = merge(-speed, closing, before < 0.0_rp)
   end subroutine normal_velocity
 
   !> Of a particle with shear strength `k` (impulse or stress) and the law's own coefficient (mu, m

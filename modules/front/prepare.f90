@@ -82,6 +82,10 @@ contains
       if (strange%count() > 0) then
         call diagnostics%add(command%restart, 0, 'its scene is that of '// &
                              'another version of the program: '//strange%text(1))
+      else if (diagnostics%count() == 0 .and. sim%scene%method%has_mechanics &
+               .and. notes%layout /= sim%scene%layout%places()) then
+        call diagnostics%add(command%restart, 0, 'its particles are those of '// &
+                             'another version of the program, which must continue it')
       end if
     end if
     if (diagnostics%count() == 0) call check_memory(world, input, sim%scene, diagnostics)

@@ -32,6 +32,7 @@ module io_checkpoint
     real(rp) :: time = 0.0_rp            !! of the state [s]
     character(:), allocatable :: files   !! checksums of files that the scene names; '' without any
     character(:), allocatable :: folder  !! from which their paths count, if there are any
+    character(:), allocatable :: layout  !! where the fields of particles lie; '' without any
   end type notes_t
 
 contains
@@ -62,6 +63,7 @@ contains
     call write_attribute(file, '/', 'lanes', nlane, error)
     call write_attribute(file, '/', 'ranks', world%size, error)
     call write_attribute(file, '/', 'fields', particles%nf, error)
+    call write_attribute(file, '/', 'layout', notes%layout, error)
     call write_array(file, '/global', global(:mine*size(global)), error)
     call file%group('/ranks', error)
     call write_array(file, '/ranks/blocks', [particles%nblk], error)
@@ -166,7 +168,7 @@ contains
     type(notes_t), intent(out) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
-    logical :: has_files
+    logical :: has_files, has_layout
 
     call open_checkpoint(file, world, path, error)
     call read_text(file, '/input', notes%input, error)
@@ -174,6 +176,10 @@ contains
     call read_attribute(file, '/', 'run', notes%run, error)
     call read_attribute(file, '/', 'time', notes%time, error)
     notes%files = ''
+    notes%layout = ''
+    has_layout = .false.
+    if (.not. error%is_set()) has_layout = has_attribute(file, '/', 'layout')
+    if (has_layout) call read_attribute(file, '/', 'layout', notes%layout, error)
     has_files = .false.
     if (.not. error%is_set()) has_files = has_attribute(file, '/', 'files')
     if (has_files) then

@@ -116,6 +116,7 @@ contains
       local = [local, reshape(sleepers%motion%sums, [size(sleepers%motion%sums)])]
     end if
     call note_run(scene%output, clock%time, notes)
+    notes%layout = scene%layout%places()
     file = checkpoint_path(scene)
     if (present(path)) file = path
     call write_checkpoint(world, file, particles, exchange%boxes, global, local, notes, error)

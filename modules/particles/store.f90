@@ -47,6 +47,7 @@ module particles_store
                                          !! takes heat
   contains
     procedure :: add => add_fields
+    procedure :: places
   end type layout_t
 
   !> Rest of a particle: mechanics, mass and frozen force only, nothing (sleep_criteria).
@@ -98,6 +99,20 @@ contains
     place = self%n + 1
     self%n = self%n + n
   end subroutine add_fields
+
+  !> Where the fields lie: what a checkpoint must agree with. That of sleeping, which is the last,
+  !> may come and go.
+  pure function places(self) result(text)
+    class(layout_t), intent(in) :: self
+    character(:), allocatable :: text
+    character(120) :: buffer
+
+    associate (l => self)
+      write (buffer, '(*(i0, :, " "))') n_fields, l%half, l%affine, l%origin, l%law, l%n_law, &
+        l%grip, l%press, l%surface_offset, l%at_tool, l%n - merge(1, 0, l%rest > 0)
+    end associate
+    text = trim(buffer)
+  end function places
 
   !> Empty store for particles of `nf` fields.
   subroutine init(self, nf)

@@ -14,7 +14,8 @@
 !> lasting ones after some, with no penetration: this is Jacobi's method for the equations of
 !> contact, one iteration a step. It is stable, since with f/m as unknowns their matrix has no
 !> negative entry or eigenvalue, and rows that sum to 1. What takes back depth acts once and is not
-!> kept: position and force, both summed up over the steps, would pump each other.
+!> kept: position and force, both summed up over the steps, would pump each other. In the zone where
+!> gaps close slowly, uneven parts of the force fade as fast as the gaps, which is what damps them.
 !>
 !> Friction is limited at the nodes, where the pressure of neighbouring particles is already
 !> averaged: by Coulomb's law and by the shear strength of the material.
@@ -250,7 +251,9 @@ contains
           push = part*t%mass/s(2)
           t%lasting = 0.0_rp
           if (t%closing > 0.0_rp) then
-            t%lasting = min(t%most, max(0.0_rp, t%pressed + push*(t%approach - s(3))))
+            kept = 1.0_rp
+            if (t%closing <= t%approach) kept = exp(-dt/relaxation_time(clock, t))
+            t%lasting = min(t%most, max(0.0_rp, kept*(t%pressed - push*s(3)) + push*t%approach))
             t%pressed = max(0.0_rp, t%pressed + push*(t%closing - s(3)))
           end if
           t%pressed = max(min(t%pressed, t%most), push*t%keep_out)

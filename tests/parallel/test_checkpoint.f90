@@ -42,6 +42,7 @@ contains
     notes%input = sample_input
     notes%scene = 'all of it'
     notes%run = 'run 1'
+    notes%layout = '25 0 26'
     notes%time = 0.25_rp
     do r = 0, world%size - 1
       boxes(r)%lo = [r, 0, -1]
@@ -80,7 +81,8 @@ contains
     call expect('bitwise the same particles', equal)
     call read_checkpoint_notes(world, base//'same.h5', notes, error)
     call expect('notes of a checkpoint', notes%input == sample_input .and. notes%time == 0.25_rp &
-                .and. notes%scene == 'all of it' .and. notes%run == 'run 1')
+                .and. notes%scene == 'all of it' .and. notes%run == 'run 1' &
+                .and. notes%layout == '25 0 26')
     call discard(world, base//'same.h5')
     call p%free()
     call q%free()
