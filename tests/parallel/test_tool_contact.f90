@@ -222,7 +222,7 @@ contains
 
     do i = 1, 6
       m = draw(i, 20.0_rp)
-      m%gap = 0.0_rp
+      m%gap = -1.0e-9_rp*h                       ! in contact, not in the zone of slow gaps
       if (i == 3) m%mass_scaling = 25.0_rp
       if (i == 2) m%strength = 1.0e12_rp
       m%between_mirrors = i > 3

@@ -156,6 +156,10 @@ def damage(path, how):
     elif how == "version":
         with h5py.File(path, "r+") as file:
             file.attrs.modify("version", np.int32(99))
+    elif how == "other fields":
+        with h5py.File(path, "r+") as file:
+            del file.attrs["layout"]
+        driver.seal(path)
 
 
 @pytest.fixture(scope="module")
@@ -164,7 +168,7 @@ def crumb(tmp_path_factory):
     return driver.run("crumb", "--quiet", directory=directory).results("crumb")
 
 
-DAMAGES = ["missing", "empty", "text", "cut", "bit", "other file", "version"]
+DAMAGES = ["missing", "empty", "text", "cut", "bit", "other file", "version", "other fields"]
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +189,8 @@ def refused(tmp_path_factory, crumb):
 @pytest.mark.parametrize("name", ["crumb", None])
 def test_missing_or_damaged_checkpoint(refused, how, name):
     """Exact: status 2 and one message that names the checkpoint, no HDF5 error stack, nothing written,
-    for a missing, empty, foreign, cut file, one flipped bit in the particles, another format version."""
+    for a missing, empty, foreign, cut file, one flipped bit in the particles, another format version, particles
+    with the fields of another program."""
     done = refused[how, name]
     print(done.err)
     assert done.status == driver.BAD_INPUT
