@@ -17,6 +17,7 @@ HELD, ASLEEP, FLOWS, AT_TOOL, AT = 0.04, 0.035, 0.15, 22.0, 0.75
 LANES = 64
 PARTICLE_BYTES, NODE_BYTES = 232*33/32, 144
 LENGTH_IS_WORTH = 0.05              # grid/partition.f90
+TIE = 0.005                         # cuts nearer than this may fall otherwise: blocks, and with them loads, change at a restart
 SIZE = (100.0, 40.0, 12.0)          # of the plate [mm]
 TOOL, AWAKE = 10.0, 20.0            # radius of the tool, and that within which metal is awake [mm]
 TO_GRID = 1/3                       # part of a step's work before the sums are needed (docs/speed.md)
@@ -120,12 +121,9 @@ def make_plate(size, edge, awake=AWAKE):
     return Plate((nx, ny, cells[2] + 1), body, face, limits)
 
 
-def bisect(plate, low, high, ranks):
-    """Boxes of nodes, by cuts like grid/partition.f90."""
-    if ranks == 1:
-        return [(low, high)]
-    lower = (ranks + 1)//2
-    share, best = lower/ranks, None
+def cuts(plate, low, high, ranks, tie=0.0):
+    """Axes and places to cut a box, like grid/partition.f90, the best first; then those worse by `tie` of the load at most."""
+    share, values = (ranks + 1)//2/ranks, []
     spans = [high[a] - low[a] + 1 for a in range(3)]
     for axis in range(3):
         planes = plate.profile(low, high, axis)
@@ -136,13 +134,28 @@ def bisect(plate, low, high, ranks):
             below += planes[kept]
             kept += 1
         excess = max(below/share, (total - below)/(1 - share))/total - 1
-        value = excess - LENGTH_IS_WORTH*spans[axis]/max(spans)
-        if best is None or value < best[0]:
-            best = value, axis, low[axis] + kept - 1
-    _, axis, place = best
-    middle, rest = list(high), list(low)
-    middle[axis], rest[axis] = place, place + 1
-    return bisect(plate, low, tuple(middle), lower) + bisect(plate, tuple(rest), high, ranks - lower)
+        values.append((excess - LENGTH_IS_WORTH*spans[axis]/max(spans), axis, low[axis] + kept - 1))
+    values.sort()
+    return [cut[1:] for cut in values if cut[0] <= values[0][0] + tie]
+
+
+def divisions(plate, low, high, ranks, tie=0.0):
+    """Boxes of nodes, one list for each way to divide; without `tie` there is one way."""
+    if ranks == 1:
+        yield [(low, high)]
+        return
+    lower = (ranks + 1)//2
+    for axis, place in cuts(plate, low, high, ranks, tie):
+        middle, rest = list(high), list(low)
+        middle[axis], rest[axis] = place, place + 1
+        for one in divisions(plate, low, tuple(middle), lower, tie):
+            for two in divisions(plate, tuple(rest), high, ranks - lower, tie):
+                yield one + two
+
+
+def bisect(plate, low, high, ranks):
+    """Boxes of nodes, by the best cuts."""
+    return next(divisions(plate, low, high, ranks))
 
 
 def exchange(plate, boxes):
@@ -236,10 +249,11 @@ def compare(options, numbers):
         checkpoint = started(pathlib.Path(place), options.executable)
         plate = Measured(checkpoint, 2e-3, LOWER, tool_place(checkpoint), NODES)
         for ranks in numbers:
-            boxes = bisect(plate, (0, 0, 0), tuple(n - 1 for n in NODES), ranks)
+            many, much, imbalance, awake = counted(pathlib.Path(place), options.executable, checkpoint, ranks)
+            ways = divisions(plate, (0, 0, 0), tuple(n - 1 for n in NODES), ranks, TIE)
+            boxes = min(ways, key=lambda way: abs(sum(exchange(plate, way)[1]) - much))
             loads = [plate.load(*box) for box in boxes]
             messages, sent = exchange(plate, boxes)
-            many, much, imbalance, awake = counted(pathlib.Path(place), options.executable, checkpoint, ranks)
             yield {"ranks": ranks, "messages_a_step": [sum(messages), many], "bytes_a_step": [sum(sent), much],
                    "imbalance": [round(max(loads)*ranks/sum(loads), 3), round(imbalance, 3)],
                    "awake_share": [round(plate.awake_share, 3), round(awake, 3)]}
