@@ -41,8 +41,6 @@ module tool_contact_particles
   real(rp), parameter :: relaxation = 60.0_rp  !! time in which they do: waves cross so many cells
   real(rp), parameter :: recovery_speed = 3.0e-3_rp  !! at which depth is lost in any case [wave
                                                      !! speeds]
-  real(rp), parameter :: any_recovery_speed = huge(1.0_rp)   !! with true masses: limit loads are
-                                                             !! more even then
   real(rp), parameter :: beside = 0.5_rp   !! up to which particles take part in friction [spacings]
 
 contains
@@ -193,8 +191,7 @@ contains
     if (.not. takes_part) return
     relative = v - rigid%velocity_at(x - particle%half*particle%normal + 0.5_rp*dt*v)
     time = relaxation_time(clock, particle)         ! and no step: smaller ones give the
-    back = any_recovery_speed                                ! same contact
-    if (clock%mass_scaling > 1.0_rp) back = recovery_speed*wave_speed(clock)
+    back = recovery_speed*wave_speed(clock)         ! same contact
     call normal_velocity(dt, clock%dt, zone, time, back, gap, particle%normal, relative, &
                          particle%closing, particle%slip, particle%approach)
     particle%friction = tool%friction

@@ -112,8 +112,9 @@ contains
   end subroutine prepare
 
   !> What contact is to take from the approach, from its description in docs/method.md: the last
-  !> fiftieth of a cell closes in the time in which waves cross 60 cells, 30 in metal that flows;
-  !> with scaled masses a penetration is taken back at 0.003 of the wave speed at least.
+  !> fiftieth of a cell closes in the time in which waves cross 60 cells; a penetration is taken
+  !> back in a step, but no faster than the metal moves or, if that is more, than 0.003 of the wave
+  !> speed.
   real(rp) function closing_of(m, sim) result(e)
     type(meeting_t), intent(in) :: m
     type(simulation_t), intent(in) :: sim
@@ -125,8 +126,7 @@ contains
     if (m%gap >= 0.0_rp) then
       e = -speed - min(m%gap, 0.02_rp*h)/time - max(0.0_rp, m%gap - 0.02_rp*h)/dt
     else
-      back = -m%gap/dt
-      if (m%mass_scaling > 1.0_rp) back = min(back, max(3.0e-3_rp*wave, -speed))
+      back = min(-m%gap/dt, max(3.0e-3_rp*wave, -speed))
       e = -speed + back + (-m%gap - dt*back)/time
     end if
   end function closing_of

@@ -123,7 +123,7 @@ contains
         gap = gap - half
         call normal_velocity(dt, dt, zone, &
                              60.0_rp*h/sqrt(sim%clock%stiffness), &
-                             huge(1.0_rp), gap, normal, &
+                             3.0e-3_rp*sqrt(sim%clock%stiffness), gap, normal, &
                              u - rigid%velocity_at(x - half*normal + 0.5_rp*dt*u), closing, slip)
         touches = gap < zone .and. closing > 0.0_rp
         is_near = at_surface .and. sim%tool(1)%friction > 0.0_rp .and. gap < half

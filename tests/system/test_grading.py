@@ -136,10 +136,10 @@ def test_stirring_on_ranks_and_after_a_restart(run, tmp_path_factory, ranks):
 
 def test_stirring_as_in_equal_cells(run, tmp_path_factory):
     """Under a tool in the fine part of the grid the plate bears what it bears in cells of 1 mm in all of its depth:
-    force within 2.5 % (gaps close in a time that goes with the cell, and so does the force in that zone), torque within 1 %, hottest
+    force and torque within 1 % in the mean of 20 rows (layers reach the tool a little earlier or later, which is 2 % of a row), hottest
     within 2 K; with fewer particles."""
-    rows, particles = [], []
-    for sets in (stirred(), {key: stirred()[key] for key in stirred() if key not in KEYS}):
+    rows, particles, long = [], [], stirred(**{"TIME.END": 0.08})
+    for sets in (long, {key: long[key] for key in long if key not in KEYS}):
         place = tmp_path_factory.mktemp("stir")
         results = run("stir", "--quiet", sets=sets, directory=place).results("stir")
         rows.append(results.history())
@@ -147,9 +147,9 @@ def test_stirring_as_in_equal_cells(run, tmp_path_factory):
     print(particles, [[table[name][-1] for name in ("tool_force_z[N]", "tool_torque[Nm]", "temperature_max[K]")]
                       for table in rows])
     assert particles[0] <= 0.75 * particles[1]
-    for name, within in (("tool_force_z[N]", 2.5e-2), ("tool_torque[Nm]", 1e-2)):
-        one, other = (table[name][-10:].mean() for table in rows)
-        assert one == pytest.approx(other, rel=within), name
+    for name in ("tool_force_z[N]", "tool_torque[Nm]"):
+        one, other = (table[name][-20:].mean() for table in rows)
+        assert one == pytest.approx(other, rel=1e-2), name
     assert rows[0]["temperature_max[K]"][-1] == pytest.approx(rows[1]["temperature_max[K]"][-1], abs=2.0)
 
 

@@ -45,7 +45,6 @@ CONSTANTS = {
     "slop": (TOOL, PARTICLES, *number("slop", "0.02", "0.01", "0.04")),
     "relaxation": (TOOL, PARTICLES, *number("relaxation", "60.0", "30.0", "120.0")),
     "recovery_speed": (TOOL, PARTICLES, *number("recovery_speed", "3.0e-3", "1.5e-3", "6.0e-3")),
-    "any_recovery_speed": (TOOL, PARTICLES, "if (clock%mass_scaling > 1.0_rp) back", "back", "if (.false.) back"),
     "beside": (TOOL, PARTICLES, *number("beside", "0.5", "0.25", "1.0")),
     "edge_pressure": (TOOL, LIMITS, *(f":: edge_pressure = {part}" for part in (
         "2.0_rp + pi", "0.5_rp*(2.0_rp + pi)", "2.0_rp*(2.0_rp + pi)"))),
