@@ -11,7 +11,8 @@ module tool_contact_books
   use physics_flow_law, only: n_work
   use state_scene, only: scene_t
   use tool_contact_limits, only: slow_down
-  use tool_contact_lists, only: contact_particle_t, tool_contact_t, v_hold, v_push, v_shear
+  use tool_contact_lists, only: contact_particle_t, tool_contact_t, v_coulomb, &
+                                v_hold, v_push, v_shear
   implicit none (type, external)
   private
 
@@ -52,28 +53,26 @@ contains
     type(rigid_t), intent(in) :: rigid
     real(rp), intent(in) :: dt                 !! [s]
     type(tool_t), intent(inout) :: tool
-    real(rp) :: heat, mean(3), share, slip(3), stored
+    real(rp) :: heat, mean(3), share, stored, work
     integer :: i, p
 
     do p = 1, contact%n
       associate (t => contact%particle(p))
-        slip = 0.0_rp
         mean = 0.0_rp
         do i = 1, 27
           if (t%entry(i) == 0) cycle
           mean = mean + t%weight(i)*contact%slip(:, t%entry(i))
-          slip = slip + t%weight(i)*contact%part(t%entry(i))*contact%slip(:, t%entry(i))
         end do
+        work = work_of(contact, t)
         if (t%used > 0.0_rp) then
           call book_face(t, rigid, dt, particles%ps(t%lane, f_pos:f_pos + 2, t%block), &
-                         particles%ps(t%lane, f_temp, t%block), mean, -dot_product(t%hold, slip), &
-                         tool)
+                         particles%ps(t%lane, f_temp, t%block), mean, work, tool)
         end if
         associate (material => scene%material(scene%body(particles%body(t%block))%material))
           stored = t%plastic_part*(1.0_rp - material%plastic_heat)
           share = tool%heat_share(material%effusivity(particles%ps(t%lane, f_temp, t%block)))
         end associate
-        heat = -share*(1.0_rp - stored)*dot_product(t%hold, slip)
+        heat = share*(1.0_rp - stored)*work
         particles%ps(t%lane, f_heat, t%block) = particles%ps(t%lane, f_heat, t%block) + heat
         tool%sums(s_to_plate) = tool%sums(s_to_plate) + heat
         if (.not. tool%heat%is_on) cycle
@@ -83,6 +82,33 @@ contains
       end associate
     end do
   end subroutine give_heat
+
+  !> Work of friction of a particle [J]: of that of its nodes the part that it gives of what limits
+  !> friction there, the strength of metal or what Coulomb's law lets it give. If it went by what
+  !> would hold the particles, molten metal would get as much heat as solid metal beside it. Across
+  !> walls it does: there nodes do not have the sum of what would hold the particles.
+  pure real(rp) function work_of(contact, t) result(work)
+    type(tool_contact_t), intent(in) :: contact
+    type(contact_particle_t), intent(in) :: t
+    real(rp) :: hold(3), part
+    integer :: e, i
+
+    work = 0.0_rp
+    do i = 1, 27
+      e = t%entry(i)
+      if (e == 0) cycle
+      associate (values => contact%values(:, e))
+        if (values(v_shear) < values(v_coulomb)) then
+          part = t%weight(i)*t%shear/values(v_shear)
+        else
+          part = t%weight(i)*t%coulomb/max(values(v_coulomb), tiny(1.0_rp))
+        end if
+        hold = t%weight(i)*t%hold
+        where (.not. contact%is_folded(:, e)) hold = part*values(v_hold:v_hold + 2)
+        work = work - contact%part(e)*dot_product(hold, contact%slip(:, e))
+      end associate
+    end do
+  end function work_of
 
   !> What the face of a tool has on a particle with a layer that shears: area and, times that,
   !> temperature, strength, thickness of the layer, slip by shear and by sliding; its work.

@@ -307,6 +307,7 @@ contains
     call restore_entries(scene, boundary, contact, 1, contact%part)
     call restore_entries(scene, boundary, contact, 1, contact%unspent)
     call book_walls(scene, nodes, boundary, contact, books, g)
+    call restore_entries(scene, boundary, contact, n_values, contact%values)
   end subroutine push_nodes
 
   !> What Coulomb's law would have let friction give and it did not, is kept for a relaxation time;

@@ -99,6 +99,8 @@ module tool_contact_lists
     real(rp), allocatable :: part(:)           !! of `v_hold` that friction can give
     real(rp), allocatable :: unspent(:)        !! part of `v_coulomb` that it did not
     real(rp), allocatable :: slip(:, :)        !! (3, n_nodes) mean velocity against the tool [m/s]
+    logical, allocatable :: is_folded(:, :)    !! (3, n_nodes) a wall turns this component of what
+                                               !! is folded onto the node, or away from it
   contains
     procedure :: forget
     procedure :: add_node
@@ -208,16 +210,17 @@ contains
     if (allocated(self%mass)) then
       if (size(self%mass, 2) /= self%n_nodes) deallocate (self%mass, self%values, self%own, &
                                                           self%free, self%part, self%unspent, &
-                                                          self%slip)
+                                                          self%slip, self%is_folded)
     end if
     if (.not. allocated(self%mass)) allocate (self%mass(n_masses, self%n_nodes), &
       self%values(n_values, self%n_nodes), self%own(n_values, self%n_nodes), &
       self%free(3, self%n_nodes), self%part(self%n_nodes), &
-      self%unspent(self%n_nodes), self%slip(3, self%n_nodes))
+      self%unspent(self%n_nodes), self%slip(3, self%n_nodes), self%is_folded(3, self%n_nodes))
     self%mass = 0.0_rp
     self%values = 0.0_rp
     self%slip = 0.0_rp
     self%free = 1.0_rp
+    self%is_folded = .false.
   end subroutine prepare
 
   !> Find the entries and weights of a touching particle's 27 nodes.

@@ -15,12 +15,12 @@ module tool_contact_walls
 
 contains
 
-  !> Directions in which a wall or clamp holds the listed nodes.
+  !> Directions in which a wall or clamp holds the listed nodes, or turns what is folded onto them.
   subroutine note_held(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
-    integer :: e, i
+    integer :: e, i, k
 
     associate (contact => contact, m => boundary%mirrors)
       contact%reaches_mirrors = any(contact%entry_of(m%pair(1, :m%n_pairs)) > 0) &
@@ -35,6 +35,14 @@ contains
         e = contact%entry_of(m%plane(1, i))
         if (e == 0) cycle
         where (scene%symmetry(m%plane(2, i))%odd) contact%free(:, e) = 0.0_rp
+        where (scene%symmetry(m%plane(2, i))%odd) contact%is_folded(:, e) = .true.
+      end do
+      do i = 1, m%n_pairs
+        do k = 1, 2
+          e = contact%entry_of(m%pair(k, i))
+          if (e == 0) cycle
+          where (scene%symmetry(m%pair(3, i))%odd) contact%is_folded(:, e) = .true.
+        end do
       end do
     end associate
   end subroutine note_held

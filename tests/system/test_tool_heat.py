@@ -189,3 +189,17 @@ REFUSED = [({"TOOL.HEAT_SHARE": 0.5}, "does not go with HEATS"), ({"METHOD.SCHEM
 @pytest.mark.parametrize("sets, words", REFUSED)
 def test_what_does_not_go_together_is_refused(run, sets, words):
     assert words in run("hot_column", "--check", sets=sets, expect=driver.BAD_INPUT).err
+
+
+@pytest.mark.parametrize("ranks, factor", [(None, 0.5), (2, 0.9)])
+def test_friction_heat_goes_to_the_metal_that_resists(run, ranks, factor):
+    """Exact: of metal under one face, half of it molten, the solid half gets all heat of friction (to 1e-6 of it), as the molten one
+    has no strength; what goes into the bodies is what friction makes."""
+    results = run("seam", "--quiet", ranks=ranks, sets={"TOOL.SHEAR_FACTOR": factor}).results("seam")
+    state, history = results.checkpoint(), results.history()
+    solid, molten = (state.heat[state.body == body].sum() for body in (1, 2))
+    friction = history["friction_heat[J]"][-1]
+    print(ranks, factor, solid, molten, friction)
+    assert friction > 1.0 and solid == pytest.approx(friction, rel=1e-6)
+    assert abs(molten) < 1e-6 * friction
+    assert history["friction_heat_to_bodies[J]"][-1] == pytest.approx(friction, rel=1e-9)
