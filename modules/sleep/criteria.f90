@@ -224,19 +224,21 @@ contains
     end associate
   end subroutine ask_particles
 
-  !> Marks the cubes that a tool is near.
+  !> Marks the cubes that a tool is near. Sleepers must not share nodes with what is in contact: a
+  !> held node bears what contact does to it without giving way, contact takes it for a free one,
+  !> and both pump energy into the metal. What is in contact is within half a cell of the tool and
+  !> reaches nodes 1.5 cells from its surface, as sleepers do from their centres.
   subroutine ask_tools(scene, tool, box, is_active)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
     type(box_t), intent(in) :: box
     logical, intent(inout) :: is_active(:, :, :)
-    real(rp), parameter :: half_diagonal = sqrt(0.75_rp)       !! of a cube [edges]
     real(rp) :: lower(3), reach, upper(3)
     integer :: c(3), first(3), i, j, k, last(3), t
 
     do t = 1, size(tool)
       call tool(t)%bounds(lower, upper)
-      reach = scene%method%sleep%distance + half_diagonal*longest_cube(scene%grid)
+      reach = reach_of(longest_cube(scene%grid))
       lower = cube_at(scene%grid, lower - reach) - box%lo
       upper = cube_at(scene%grid, upper + reach) - box%lo + 2.0_rp
       first = int(min(max(lower, 1.0_rp), real(shape(is_active), rp)))
@@ -245,12 +247,21 @@ contains
         do j = first(2), last(2)
           do i = first(1), last(1)
             c = box%lo + [i, j, k] - 1
-            reach = scene%method%sleep%distance + half_diagonal*maxval(cube_size(scene%grid, c))
+            reach = reach_of(maxval(cube_size(scene%grid, c)))
             if (tool(t)%clearance(cube_middle(scene%grid, c)) < reach) is_active(i, j, k) = .true.
           end do
         end do
       end do
     end do
+  contains
+    !> Distance from a tool within which the middle of a cube is awake [m].
+    pure real(rp) function reach_of(size)
+      real(rp), intent(in) :: size                 !! longest edge of the cube [m]
+      real(rp), parameter :: half_diagonal = sqrt(0.75_rp)       !! of a cube [edges]
+      real(rp), parameter :: apart = 3.5_rp        !! no nodes are shared [cells]
+
+      reach_of = max(scene%method%sleep%distance, apart*size/edge) + half_diagonal*size
+    end function reach_of
   end subroutine ask_tools
 
   !> Mark the cubes that share a face or an edge with a marked one.

@@ -16,9 +16,8 @@ def graded(axis, edges, fine, largest):
             "GRID.GROWTH": 1.25, "GRID.LARGEST_CELL": largest}
 
 
-# Cells: of stir.nml 1 mm deep at the face and 4 mm at the floor; of rod.nml 1:4 along the load, 1:2 across it (the
-# step is as in equal cells: a shorter one makes this rod 3 % stiffer, asleep or not); of pulse.nml 1:2 along its way,
-# the wider ones behind where metal sleeps first.
+# Cells: of stir.nml 1 mm deep at the face and 4 mm at the floor; of rod.nml 1:4 along the load, 1:2 across it; of pulse.nml 1:2
+# along its way, the wider ones behind where metal sleeps first.
 PLATE = {"uniform": {}, "graded": graded("z", (4e-3, 4e-3, 1e-3), (8e-3, 14e-3), 4e-3)}
 ROD = [{}, {}, {}, graded("z", (1e-3, 1e-3, 0.25e-3), (7e-3, 8e-3), 1e-3),
        graded("x", (1e-3, 1e-3, 1e-3), (-1e-3, 0), 2e-3)]
@@ -125,6 +124,26 @@ def test_rod_keeps_its_load(run, tmp_path, seed):
         print(scaling, slower, young, share, ratio.min(), ratio.max())
         assert np.abs(ratio - 1).max() < 0.01
     assert share < 0.95
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_sleepers_stay_off_the_tool(run, tmp_path, seed):
+    """A tool of 1.7 to 2.9 cells radius, slowly: the force within 0.5 % of the always awake run, and sleep makes and takes less than a
+    thousandth of the plastic work. Sleepers that share nodes with contact make as much energy as the metal takes, and the force falls
+    by 10 %."""
+    draw = np.random.default_rng(seed)
+    sets = {"GRID.CELL": 24e-3 / (4 + seed), "TIME.MASS_SCALING": 10.0 ** draw.uniform(2.5, 4.0), "TIME.ELASTIC_SCALING": 25,
+            "TIME.END": 0.7, "OUTPUT.CHECKPOINT_INTERVAL": 0}
+    force, history = {}, {}
+    for mode in ("off", "on"):
+        results = run(str(driver.ROOT / "input/fsp_copper_cavity1_1mm.nml"), "--quiet", sets=sets | {"METHOD.SLEEPING": mode},
+                      directory=place(tmp_path, mode)).results("fsp_copper_cavity1_1mm")
+        history = results.history()
+        force[mode] = history["tool_force_z[N]"][history["time[s]"] > 0.45].mean()
+    share = history["sleep_loss[J]"][-1] / history["plastic_work[J]"][-1]
+    print(seed, sets["GRID.CELL"], sets["TIME.MASS_SCALING"], force, share, results.summary()["awake_share"])
+    assert results.summary()["awake_share"] < 0.7
+    assert force["on"] == pytest.approx(force["off"], rel=5e-3) and abs(share) < 1e-3
 
 
 @pytest.mark.parametrize("cells", BAR)
