@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Pictures of docs/gallery.md and README: runs short scenes and draws the metal, coloured by temperature, with the tool.
+"""Pictures of docs/gallery.md and README: runs short scenes and draws the metal, coloured by temperature, with the tool, or by body.
 
     docs/gallery.py [NAME...] [--stirpoint PROGRAM] [--ranks N] [--runs DIR]
 
@@ -28,9 +28,10 @@ from stirpost import look, maps, surface  # noqa: E402
 from stirpost.run import Run  # noqa: E402
 
 # Name of the picture: the input, and the time that is shown [s].
-SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 5.5)}
+SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 5.5), "dissimilar": (ROOT / "input/fsw_copper_aluminium.nml", 9.0)}
 SCENES |= {name: (ROOT / f"share/stirpoint/new/{name}.nml", time)
            for name, time in (("pin", 4.5), ("shoulder", 6.0), ("butt", 5.0), ("lap", 5.0), ("heat", 15.0))}
+BODIES = {"dissimilar": 28e-3}  # coloured by body, in the section across the weld here [m]
 WIDTH = 900
 MOST_BYTES = 200_000
 
@@ -40,7 +41,9 @@ def main() -> int:
     for name in options.names or SCENES:
         path, time = SCENES[name]
         run = computed(path, options)
-        written = draw(run, time, ROOT / f"docs/pictures/gallery_{name}.png")
+        with matplotlib.rc_context(look.STYLE | {"font.size": 12}):
+            figure = draw(run, time, name)
+        written = save(figure, ROOT / f"docs/pictures/gallery_{name}.png")
         print(f"{written.relative_to(ROOT)}: {written.stat().st_size / 1000:.0f} kB")
     return 0
 
@@ -67,15 +70,23 @@ def computed(path: Path, options: argparse.Namespace) -> Run:
     return Run(results)
 
 
-def draw(run: Run, time: float, path: Path) -> Path:
-    """The frame nearest to a time, as a PNG that is small."""
+def draw(run: Run, time: float, name: str):
+    """The frame nearest to a time."""
     frame = min(run.frames, key=lambda f: abs(f.time - time))
+    if name in BODIES:
+        mesh = surface.metal(run, frame, ["temperature"])
+        low, high = maps.common_box([frame.points()], 2 * run.spacing)
+        view = maps.View(frame, low, high, f"t = {look.seconds(frame.time)},  x = {BODIES[name] * look.MM:.0f} mm", mesh, axis=0)
+        return maps.body_map(maps.section(view, frame.points(), BODIES[name], run.spacing), "cross")
     norm = maps.temperature_norm(run.frames)
-    with matplotlib.rc_context(look.STYLE | {"font.size": 12}):
-        figure = surface.plate_picture(frame, surface.metal(run, frame, ["temperature"]), run.tools(frame), "temperature",
-                                       "temperature [K]", norm, look.TEMPERATURE)
-        file = io.BytesIO()
-        figure.savefig(file, format="png")
+    return surface.plate_picture(frame, surface.metal(run, frame, ["temperature"]), run.tools(frame), "temperature",
+                                 "temperature [K]", norm, look.TEMPERATURE)
+
+
+def save(figure, path: Path) -> Path:
+    """The figure as a PNG that is small."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
     with Image.open(file) as image:
         image = image.convert("RGB").resize((WIDTH, round(WIDTH * image.height / image.width)), Image.LANCZOS)
         image.save(path, optimize=True)

@@ -35,9 +35,9 @@ GIVEN = {"TOOL.HEAT_SHARE": "0.836"}  # of tool steel (thesis chapter 4)
 def main():
     parser = argparse.ArgumentParser(prog="benchmarks/passes/run.sh", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("passes", nargs="*", metavar="NAME[:KIND]")
-    parser.add_argument("--particles", type=float, default=2.0, help="distance in copper [mm] (default 2)")
-    parser.add_argument("--mass-scaling", type=float, default=1e6, help="(default 1e6; the thesis has 1e5)")
-    parser.add_argument("--elastic-scaling", type=float, default=25.0, help="(default 25)")
+    parser.add_argument("--particles", type=float, default=1.0, help="distance in copper [mm] (default 1)")
+    parser.add_argument("--mass-scaling", type=float, default=1e7, help="(default 1e7; a tenth where metal sticks; the thesis has 1e5)")
+    parser.add_argument("--elastic-scaling", type=float, default=1.0, help="(default 1)")
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--draw", action="store_true", help="the page, pathlines and flow measures of each run")
     parser.add_argument("--calibrate", action="store_true")
@@ -79,9 +79,8 @@ def folder_of(options):
 
 def one_pass(options, name, kind):
     particles = options.particles * {"cells": 0.5, "coarse": 1.5}.get(kind, 1.0)
-    mass = options.mass_scaling / (10 if kind == "steps" else 1)
-    elastic = min(10.0, options.elastic_scaling) if kind == "steps" else options.elastic_scaling
-    keys = calculate.keys_of(name, kind, particles, mass, elastic)
+    mass = options.mass_scaling / (10 if kind == "steps" or "TOOL.SHEAR_FACTOR" in scenes.variant(kind) else 1)
+    keys = calculate.keys_of(name, kind, particles, mass, options.elastic_scaling)
     folder = folder_of(options) / f"{name}_{kind}"
     results = calculate.calculate(folder, name, kind, keys, options.ranks, tell=lambda text: print(text, flush=True))
     made = [json.loads(line) for line in (folder / "machine.jsonl").read_text(encoding="utf-8").splitlines()]
@@ -107,10 +106,10 @@ def calibrate(options):
         rows.append(f"{2 * k}," + ",".join(f"{value:.2f}" for value in at))
     (place / "record.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
     (place / "cavity1_jc.nml").write_text(scenes.text_of("cavity1_jc"), encoding="utf-8")
-    sets = scenes.cells("cavity1_jc", options.particles) | GIVEN | {"TIME.MASS_SCALING": "1e5",
-                                                                  "TIME.ELASTIC_SCALING": "10"}
-    words = [sys.executable, "-m", "stirpost", "calibrate", "run", "cavity1_jc.nml", "record.csv", "--runs", "12", "--fine-runs", "2",
-             "--coarse", "TIME.MASS_SCALING=1e6", "--coarse", "TIME.ELASTIC_SCALING=25", "-o", "fit", "--ranks", str(options.ranks)]
+    sets = scenes.cells("cavity1_jc", options.particles) | GIVEN | {"TIME.MASS_SCALING": f"{options.mass_scaling:g}"}
+    coarse = scenes.cells("cavity1_jc", 2.0 * options.particles)["GRID.CELL"]
+    words = [sys.executable, "-m", "stirpost", "calibrate", "run", "cavity1_jc.nml", "record.csv", "--runs", "12", "--fine-runs", "3",
+             "--coarse", f"GRID.CELL={coarse}", "-o", "fit", "--ranks", str(options.ranks)]
     for key in FITTED:
         words += ["--vary", key]
     for key, value in sets.items():

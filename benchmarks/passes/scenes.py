@@ -49,7 +49,7 @@ def text_of(name, kind="printed"):
 EXPERIMENTS = {
     "cells": ("cells halved", {}),  # its particles are half as far apart
     "coarse": ("cells half as large again", {}),
-    "steps": ("mass scaling a tenth, elastic scaling 10", {}),
+    "steps": ("mass scaling a tenth", {}),
     "stick": ("metal sticks to the face", {"TOOL.FRICTION_LAW": "shear-factor", "TOOL.SHEAR_FACTOR": "1"}),
     "half": ("half the shear strength", {"TOOL.FRICTION_LAW": "shear-factor", "TOOL.SHEAR_FACTOR": "0.5"}),
     "soft": ("machine of 20 kN/mm", {"TOOL.STIFFNESS": "2e7"}),

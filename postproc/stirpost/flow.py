@@ -25,6 +25,7 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
+from scipy.spatial import cKDTree
 
 from . import look, metal
 from .run import Frame, NoRun, Run
@@ -297,6 +298,8 @@ class Flow:
                   "flash": self.flash(), "volumes": self.budget()}
         if self.cavity is not None:
             result["cavity"] = self.fill()
+        if len(self.bodies) > 1:
+            result["mixing"] = self.mixing()
         if self.way is None:
             return result
         length = None
@@ -316,6 +319,20 @@ class Flow:
         for name, own in (("advancing", side > 0), ("retreating", side <= 0)):
             own = own & self.whole
             found[f"height_{name}[m]"] = max(0.0, float(top[own].max())) if own.any() else 0.0
+        return found
+
+    def mixing(self) -> list[dict]:
+        """For two bodies each: volume of the metal of one that lies where the other was at first [m3], and how deep in it [m]."""
+        names = self.frame.body_names
+        away, nearest = cKDTree(self.x0).query(self.x)
+        was = np.where(away < self.edge0[nearest], self.body[nearest], -1)
+        found = []
+        for one in np.unique(self.body):
+            for other in np.unique(self.body[self.body != one]):
+                passed = (self.body == one) & (was == other)
+                deep = cKDTree(self.x0[self.body == one]).query(self.x[passed])[0] - 0.5 * self.edge0[passed]
+                found.append({"body": names[one], "where": names[other], "volume[m3]": float(self.volume[passed].sum()),
+                              "depth_max[m]": max(0.0, float(deep.max())) if passed.any() else 0.0})
         return found
 
     def fill(self) -> dict:
@@ -506,6 +523,9 @@ def rows(result: dict) -> list[tuple[str, str]]:
         found.append(("all that left the groove, less expansion, over the groove, less 1", percent(volume["closure"])))
     if "cavity" in result:
         found.append(("cavity: filled; metal in it", f"{percent(result['cavity']['filled'])}; {mm(volume['cavity[m3]'], 3)}"))
+    for pair in (pair for pair in result.get("mixing", []) if pair["volume[m3]"] > 0.0):
+        found.append((f"metal of {pair['body']} where {pair['where']} was: volume; how deep in it",
+                      f"{mm(pair['volume[m3]'], 3)}; {mm(pair['depth_max[m]'])}"))
     for zone in result.get("stir_zone", []):
         found.append((f"stir zone (strain > {zone['strain_above']:g}) at {mm(zone['at[m]'])}: depth; width; area",
                       f"{mm(zone['depth[m]'])}; {mm(zone['width[m]'])}; {mm(zone['area[m2]'], 2)}"))

@@ -158,6 +158,26 @@ def test_displacement_of_layers(tmp_path):
     assert top["time_under_tool_mean[s]"] == pytest.approx(chords.mean() / 5e-3, rel=1e-6)
 
 
+def test_mixing_of_two_bodies(tmp_path):
+    """Exact: of two plates side by side a block of 6 mm3 of each changes places with the other, 3 mm deep; the rest stays."""
+    ids, start = plate(False)
+    far = start[:, 1] > SIZE[1] / 2
+    x = start.copy()
+    block = (np.abs(start[:, 1] - SIZE[1] / 2) < 3e-3) & (start[:, 0] < 2e-3) & (start[:, 2] > SIZE[2] - H)
+    x[block, 1] += np.where(far[block], -3e-3, 3e-3)
+    text = "&MATERIAL NAME = 'm', DENSITY = 1 /\n&BODY NAME = 'near', MATERIAL = 'm' /\n&BODY NAME = 'far', MATERIAL = 'm' /\n"
+    directory = tmp_path / "b.out"
+    directory.mkdir()
+    for k, (time, points) in enumerate(((0.0, start), (1.0, x))):
+        synthetic.write_frame(directory / f"b_{k:06d}.hdf", points, {"id": ids, "body": np.where(far, 2, 1).astype(np.int32)}, time,
+                              input_text=text, attributes={"spacing": [H, H], "cell": 2 * H, "body_names": np.array([b"near", b"far"])})
+    run = Run(directory)
+    one, other = flow.Flow(run, run.frames[-1]).measures()["mixing"]
+    assert (one["body"], one["where"], other["body"], other["where"]) == ("near", "far", "far", "near")
+    for pair in (one, other):
+        assert pair["volume[m3]"] == pytest.approx(6e-9, rel=1e-4) and pair["depth_max[m]"] == pytest.approx(2.5e-3, rel=1e-3)
+
+
 def test_stir_zone_and_isotherms(tmp_path):
     """Exact: a stirred half disc 3 mm deep, an isotherm that encloses it: counted particles of a slab."""
     random = np.random.default_rng(7)

@@ -26,12 +26,13 @@ import problems  # noqa: E402
 from problems.base import Problem, driver, values  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-TOOL, BODIES = "tool", "bodies"
+TOOL, BODIES, SLEEP = "tool", "bodies", "sleep"
 
 # Constant: which rows, file, text, what takes its place for half and twice.
 PARTICLES, LIMITS, IMPULSES = (f"modules/tool_contact/{name}.f90" for name in ("particles", "limits", "impulses"))
 NORMALS, PAIRS, SURFACES, NODE_PAIRS = (
     f"modules/body_contact/{name}.f90" for name in ("normals", "pairs", "surfaces", "node_pairs"))
+CRITERIA, KEYS = "modules/sleep/criteria.f90", "modules/groups/run.f90"
 
 
 def number(name, value, half, twice):
@@ -59,6 +60,13 @@ CONSTANTS = {
     "least_weight": (BODIES, NODE_PAIRS, *number("least_weight", "1.0e-6", "0.5e-6", "2.0e-6")),
     "reserve": (BODIES, PAIRS, *number("reserve", "0.05", "0.025", "0.1")),
     "slack": (BODIES, PAIRS, *number("slack", "0.05", "0.025", "0.1")),
+    "apart": (SLEEP, CRITERIA, *number("apart", "3.5", "1.75", "7.0")),
+    "patience": (SLEEP, CRITERIA, *(f":: patience = {steps} " for steps in (200, 100, 400))),
+    "few": (SLEEP, CRITERIA, *number("few", "0.05", "0.025", "0.1")),
+    "edge": (SLEEP, "modules/sleep/cubes.f90", *(f":: edge = {cells} " for cells in (2, 1, 4))),
+    "negligible": (SLEEP, "modules/sleep/held_layer.f90", *number("negligible", "1.0e-9", "0.5e-9", "2.0e-9")),
+    "SLEEP_STRESS": (SLEEP, KEYS, *(f"'{part} if SLEEPING = auto or on', '(0,1)'" for part in ("1e-2", "5e-3", "2e-2"))),
+    "SLEEP_HEAT": (SLEEP, KEYS, *(f"'{kelvin} if SLEEPING = auto or on', '(0,inf)'" for kelvin in (20, 10, 40))),
 }
 
 
@@ -81,6 +89,8 @@ class Row:
         return {name: float((figures | {"error": error})[name]) for name in self.figures}
 
 
+ASLEEP = {"force": (1.0, 0.01), "torque": (1.0, 0.01), "plastic work": (1.0, 0.02), "hotter [K]": (0.0, 3.0), "sleep loss/work": (0.0, 1e-3),
+          "awake": (None, 0.1), "time": (None, 0.1)}
 STICK = {"friction": 1000.0, "slowness": 3.0}
 ROWS = {
     TOOL: (
@@ -112,6 +122,8 @@ ROWS = {
         Row("the same, B-splines", "block_on_slab", 1, {"speed": (1.0, 5e-3), "force": (1.0, 5e-3)}, sets={"METHOD.SHAPE": "bspline"}),
         Row("box of particles, 8", "box_of_particles", 8, {"force": (None, 0.02)}),
     ),
+    SLEEP: tuple(Row(f"pass in cells of {cell} mm, {scaling:.0e}, {end} s", "slow_pass", cell, ASLEEP, {"scaling": scaling, "end": end})
+                 for cell, scaling, end in ((6.0, 1e3, 2.0), (4.8, 1e4, 6.0), (4.0, 1e5, 12.0), (2.0, 1e6, 3.0))),
 }
 
 
@@ -170,7 +182,33 @@ class BoxOfParticles(Problem):
         return 0.0, {"force": run.history()["punch_force_z[N]"][-10:].mean()}
 
 
-OTHERS = {problem.name: problem for problem in (FaceOnPlate(), BlockOnSlab(), BoxOfParticles())}
+class SlowPass(Problem):
+    """The pass of cavity 1 in coarse cells, always awake and with sleepers: what they change, and what of the time is left."""
+
+    folder, input, name = ROOT / "input", "fsp_copper_cavity1_1mm", "slow_pass"
+
+    def sets(self, n, p):
+        return {"GRID.CELL": n * 1e-3, "TIME.MASS_SCALING": p["scaling"], "TIME.ELASTIC_SCALING": 25, "TIME.END": p["end"],
+                "OUTPUT.CHECKPOINT_INTERVAL": p["end"]}
+
+    def runs(self, n, p):
+        return [self.sets(n, p) | {"METHOD.SLEEPING": mode} for mode in ("off", "on")]
+
+    def measure(self, runs, n, p):
+        awake, asleep = (run.history() for run in runs)
+        late = [history["time[s]"] > 0.5 * p["end"] for history in (awake, asleep)]
+        figures = {short: asleep[name][late[1]].mean() / awake[name][late[0]].mean() for short, name in (
+            ("force", "tool_force_z[N]"), ("torque", "tool_torque[Nm]"))}
+        figures |= {"plastic work": asleep["plastic_work[J]"][-1] / awake["plastic_work[J]"][-1],
+                    "hotter [K]": max(abs(probes[name][-1] - other[name][-1]) for probes, other in [[run.probes() for run in runs]]
+                                      for name in probes.names if name.endswith("[K]")),
+                    "sleep loss/work": asleep["sleep_loss[J]"][-1] / asleep["plastic_work[J]"][-1],
+                    "awake": runs[1].summary()["awake_share"],
+                    "time": runs[1].summary()["cpu_seconds"] / runs[0].summary()["cpu_seconds"]}
+        return abs(figures["force"] - 1.0), figures
+
+
+OTHERS = {problem.name: problem for problem in (FaceOnPlate(), BlockOnSlab(), BoxOfParticles(), SlowPass())}
 
 
 def build(scratch, jobs):
