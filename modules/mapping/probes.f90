@@ -25,14 +25,17 @@ module mapping_probes
 contains
 
   !> Carry this rank's probes by the grid velocity and read the temperature there (linear weights).
-  subroutine move_probes(dt, patch, n_groups, g, probes)
+  !> At nodes that are held for sleepers only a part of the particles has given its temperature: a
+  !> probe with one of them keeps that of the last conduction step.
+  subroutine move_probes(dt, patch, n_groups, g, held, probes)
     real(rp), intent(in) :: dt                  !! [s]
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: n_groups
     real(rp), intent(in) :: g(8, patch%nn, n_groups)   !! velocity, temperature, -, mass of nodes
+    integer, intent(in) :: held(:)              !! nodes that are held for sleepers
     type(probes_t), intent(inout) :: probes
     real(rp) :: record(8), s(3), weight(0:7)
-    integer :: n, q(0:7)
+    integer :: i, n, q(0:7)
 
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
@@ -43,15 +46,13 @@ contains
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
         record = matmul(nodes(:, q), weight)
         if (patch%grading%axis > 0) then
-          associate (a => patch%grading%axis)
-            s(a) = patch%grading%mean_place(probes%x(a, n)) - patch%all%lo(a)
-          end associate
+          call move_to_means(patch, probes%x(:, n), s)
           call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
           record(4) = sum(nodes(4, q)*weight)
         end if
       end associate
       probes%x(:, n) = probes%x(:, n) + dt*record(1:3)
-      probes%temperature(n) = record(4)
+      if (.not. any([(any(held == q(i)), i=0, 7)])) probes%temperature(n) = record(4)
     end do
   end subroutine move_probes
 
@@ -60,16 +61,29 @@ contains
     type(patch_t), intent(in) :: patch
     real(rp), intent(in) :: g(8, patch%nn)
     type(probes_t), intent(inout) :: probes
-    real(rp) :: weight(0:7)
+    real(rp) :: s(3), weight(0:7)
     integer :: n, q(0:7)
 
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
-      call point_nodes(patch%linear_place(probes%x(:, n)), patch%stride, 1, 0.0_rp, patch%nn, &
-                       g, q, weight)
+      s = patch%linear_place(probes%x(:, n))
+      if (patch%grading%axis > 0) call move_to_means(patch, probes%x(:, n), s)
+      call point_nodes(s, patch%stride, 1, 0.0_rp, patch%nn, g, q, weight)
       if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q))
     end do
   end subroutine warm_probes
+
+  !> On a graded axis temperatures of nodes are those at the centres of their functions: the place
+  !> among these.
+  pure subroutine move_to_means(patch, x, s)
+    type(patch_t), intent(in) :: patch
+    real(rp), intent(in) :: x(3)                !! [m]
+    real(rp), intent(inout) :: s(3)             !! [cells]
+
+    associate (a => patch%grading%axis)
+      s(a) = patch%grading%mean_place(x(a)) - patch%all%lo(a)
+    end associate
+  end subroutine move_to_means
 
   !> Share the places and temperatures of all probes among the ranks.
   subroutine share_probes(world, probes)

@@ -32,7 +32,7 @@ def place(tmp_path, name):
 
 @pytest.mark.parametrize("cells", PLATE)
 def test_sleeping_changes_little(run, tmp_path, cells):
-    """The project's own measure, at 2 mm: temperatures within 3 K, torque and force within 2 %, plastic
+    """The project's own measure, at 2 mm: temperatures of probes within 3 K at all times, torque and force within 2 %, plastic
     strain in the stir zone within 2 % of the always awake run, a fifth of the particle steps saved."""
     both = {}
     for mode in ("off", "on"):
@@ -48,11 +48,13 @@ def test_sleeping_changes_little(run, tmp_path, cells):
         apart = abs(b.mean() / a.mean() - 1.0)
         print(name, a.mean(), apart)
         assert a.mean() > 1.0 and apart < 0.02
+    times = [results.probes()["time[s]"] for results in (one, two)]
     for name in one.probes().names:
         if name.endswith("[K]"):
-            apart = abs(one.probes()[name][-1] - two.probes()[name][-1])
-            print(name, one.probes()[name][-1], apart)
-            assert apart < 3.0
+            apart = np.abs(one.probes()[name] - np.interp(times[0], times[1], two.probes()[name])).max()
+            most = np.abs(np.diff(one.probes()[name])).max()   # between rows: conduction steps may be at other times
+            print(name, one.probes()[name][-1], apart, most)
+            assert apart < 3.0 + most
     a, b = one.checkpoint(), two.checkpoint()
     stirred = a.plastic > 0.2 * a.plastic.max()
     assert stirred.sum() > 20 and a.plastic.max() > 0.02
@@ -144,6 +146,18 @@ def test_sleepers_stay_off_the_tool(run, tmp_path, seed):
     print(seed, sets["GRID.CELL"], sets["TIME.MASS_SCALING"], force, share, results.summary()["awake_share"])
     assert results.summary()["awake_share"] < 0.7
     assert force["on"] == pytest.approx(force["off"], rel=5e-3) and abs(share) < 1e-3
+
+
+def test_probes_where_metal_sleeps(run, tmp_path):
+    """Probes in and beside metal that sleeps and gets warm read what they read in an always awake run, at all times within
+    what they change in a conduction step (2.5 K). Read at nodes that only a part of the particles reaches they are 10 K off."""
+    sets = {"GRID.CELL": 4e-3, "TIME.MASS_SCALING": 1e5, "TIME.ELASTIC_SCALING": 25, "TIME.END": 3.0, "OUTPUT.CHECKPOINT_INTERVAL": 0}
+    probes = {mode: run(str(driver.ROOT / "input/fsp_copper_cavity1_1mm.nml"), "--quiet", sets=sets | {"METHOD.SLEEPING": mode},
+                        directory=place(tmp_path, mode)).results("fsp_copper_cavity1_1mm").probes() for mode in ("off", "on")}
+    for name in ("T1[K]", "T2[K]", "T3[K]"):
+        apart = np.abs(probes["off"][name] - np.interp(probes["off"]["time[s]"], probes["on"]["time[s]"], probes["on"][name])).max()
+        print(name, probes["off"][name][-1], apart)
+        assert apart < 2.5, name
 
 
 @pytest.mark.parametrize("cells", BAR)
