@@ -5,13 +5,13 @@ usage: benchmarks/passes/run.sh [NAME[:KIND] ...] [--particles MM] [--mass-scali
                                 [--draw] [-o DIR]
        benchmarks/passes/run.sh --calibrate        the numbers of cavity 1 (calibrated.json)
        benchmarks/passes/run.sh --mass-scaling-study --particles 3       factors 1e3 to 1e7 on the first 20 s of cavity 1
-       benchmarks/passes/run.sh --tables           results/tables.json from what is in results/; then figures.py --pages
+       benchmarks/passes/run.sh --tables           results/tables.json from results/1mm and 2mm; then figures.py --pages
 
 NAME is a plate and a flow law: cavity1_jc, cavity1_tp, cavity1_hot, ... plain_hot, aa5005_tp (default: all). KIND is 'printed', as the
 thesis has it, 'calibrated', with the numbers that were fitted to cavity 1 (default: these two), or an experiment: cells
 (halved), coarse (half as large again), steps (shorter ones), stick, half, soft, film, stuck_film, stuck_cool, stuck_fitted, stuck_cold,
 held, stuck_held. Each pass has a folder in DIR (default build/passes); what is done is
-not repeated, what was stopped goes on from its checkpoint. Its numbers go into results/NAME_KIND.json with the machine.
+not repeated, what was stopped goes on from its checkpoint. Its numbers go into results/1mm/NAME_KIND.json, or what --particles is, with the machine.
 """
 
 import argparse
@@ -84,9 +84,10 @@ def one_pass(options, name, kind):
     folder = folder_of(options) / f"{name}_{kind}"
     results = calculate.calculate(folder, name, kind, keys, options.ranks, tell=lambda text: print(text, flush=True))
     made = [json.loads(line) for line in (folder / "machine.jsonl").read_text(encoding="utf-8").splitlines()]
-    RESULTS.mkdir(exist_ok=True)
+    kept_in = RESULTS / f"{options.particles:g}mm"
+    kept_in.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"pass": name, "kind": kind, "keys": keys, "solver": results.summary()["commit"][:7], "made": made, "measures": measure.measures(results)}, indent=1)
-    (RESULTS / f"{name}_{kind}.json").write_text(text + "\n", encoding="utf-8")
+    (kept_in / f"{name}_{kind}.json").write_text(text + "\n", encoding="utf-8")
     if options.draw:
         for words in (["report"], ["tracks"], ["flow"]):
             subprocess.run([sys.executable, "-m", "stirpost", *words, str(results.directory)], check=True, env=driver.POSTPROC)

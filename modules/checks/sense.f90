@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: MIT
 !> Checks of a scene that can be built: things that are there twice, bodies in each other's place,
-!> probes in the air and sources of heat that never reach metal.
+!> probes in the air and sources of heat that never reach metal, friction whose heat warms nothing.
 module checks_sense
   use base_kinds, only: pi, rp
   use base_text, only: str
   use bodies_solids, only: bounds, is_inside
   use conditions_clamp, only: clamp_t
+  use contact_tool, only: tool_t
   use heat_setup_cut_cells, only: all_solids, holder_of, solids_t
   use heat_setup_scene, only: is_held
   use input_diagnostics, only: diagnostics_t
@@ -24,9 +25,10 @@ module checks_sense
 contains
 
   !> Complaints about a scene that has no others.
-  subroutine check_sense(input, scene, diagnostics)
+  subroutine check_sense(input, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
     type(diagnostics_t), intent(inout) :: diagnostics
     type(solids_t), allocatable :: solids(:)
 
@@ -39,7 +41,25 @@ contains
     call compare_bodies(input, scene, solids, diagnostics)
     call check_probes(input, scene, solids, diagnostics)
     call check_sources(input, scene, solids, diagnostics)
+    call check_friction_heat(input, scene, tool, diagnostics)
   end subroutine check_sense
+
+  !> Friction heat enters temperatures with conduction steps only: a scene without them says so.
+  subroutine check_friction_heat(input, scene, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: k, m
+
+    if (scene%method%conducts) return
+    if (.not. any([(allocated(scene%material(m)%flow), m=1, size(scene%material))])) return
+    do k = 1, input%count('TOOL')
+      if (tool(k)%has_friction()) call input%warn(diagnostics, 'TOOL', k, 'NAME', &
+                                                  'the heat of its friction does not warm the '// &
+                                                  'metal without &HEAT, only plastic work does')
+    end do
+  end subroutine check_friction_heat
 
   !> Strengths of heat alone.
   subroutine check_tables(input, scene, diagnostics)

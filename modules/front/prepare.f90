@@ -90,7 +90,7 @@ contains
     end if
     if (diagnostics%count() == 0) call check_memory(world, input, sim%scene, diagnostics)
     if (diagnostics%count() == 0) then
-      call check_sense(input, sim%scene, diagnostics)
+      call check_sense(input, sim%scene, sim%tool, diagnostics)
       if (sim%scene%method%has_mechanics) then
         call check_process(input, sim%scene, sim%tool, diagnostics)
       end if

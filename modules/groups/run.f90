@@ -97,8 +97,8 @@ contains
     call t%key('SLEEPING', 'choice', 1, '', 'auto', 'off auto on', &
       'material that is still stops its mechanics; auto: with MASS_SCALING, if the scene allows')
     call t%key('SLEEP_DISTANCE', 'real', 1, 'm', '0 if SLEEPING = auto or on', '[0,inf)', &
-      'material nearer than this to a tool, and within 3.5 cells, is awake; 0: half the radius of ' &
-      //'the largest tool')
+      'material nearer than this to a tool, and within 3.5 cells, is awake; 0: half the radius '// &
+      'of the largest tool')
     call t%key('SLEEP_STRESS', 'real', 1, '', '1e-2 if SLEEPING = auto or on', '(0,1)', &
       'change of stress over the largest mean stress of a cube of two cells above which '// &
       'material is awake')

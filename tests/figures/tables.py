@@ -268,7 +268,7 @@ ALL = {
     "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
     "disc on a hot plate": kept(PLATE, "disc on a hot plate"),
     **{f"passes, {title}": kept(PASSES, title) for title in ("calibration", "cavity 1", "cavities", "AA5005", "Johnson and Cook", "two phases",
-                                                            "hot copper", "mass scaling", "runs")},
+                                                            "hot copper", "sticking", "mass scaling", "runs")},
 }
 
 SERIES = "docs/measurements/methods.md"

@@ -195,7 +195,9 @@ def test_what_does_not_go_together_is_refused(run, sets, words):
 def test_friction_heat_goes_to_the_metal_that_resists(run, ranks, factor):
     """Exact: of metal under one face, half of it molten, the solid half gets all heat of friction (to 1e-6 of it), as the molten one
     has no strength; what goes into the bodies is what friction makes."""
-    results = run("seam", "--quiet", ranks=ranks, sets={"TOOL.SHEAR_FACTOR": factor}).results("seam")
+    done = run("seam", "--quiet", ranks=ranks, sets={"TOOL.SHEAR_FACTOR": factor})
+    assert "does not warm the metal without &HEAT" in done.out + done.err
+    results = done.results("seam")
     state, history = results.checkpoint(), results.history()
     solid, molten = (state.heat[state.body == body].sum() for body in (1, 2))
     friction = history["friction_heat[J]"][-1]
