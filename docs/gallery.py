@@ -28,9 +28,10 @@ from stirpost import look, maps, surface  # noqa: E402
 from stirpost.run import Run  # noqa: E402
 
 # Name of the picture: the input, and the time that is shown [s].
-SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 5.5), "dissimilar": (ROOT / "input/fsw_copper_aluminium.nml", 9.0)}
+SCENES = {"quickstart": (ROOT / "input/quickstart.nml", 5.5), "dissimilar": (ROOT / "input/fsw_copper_aluminium.nml", 7.5)}
 SCENES |= {name: (ROOT / f"share/stirpoint/new/{name}.nml", time)
            for name, time in (("pin", 4.5), ("shoulder", 6.0), ("butt", 5.0), ("lap", 5.0), ("heat", 15.0))}
+SETS = {"fsw_copper_aluminium": ("GRID.CELL=1e-3", "TIME.END=7.5", "TIME.ELASTIC_SCALING=2")}
 BODIES = {"dissimilar": 28e-3}  # coloured by body, in the section across the weld here [m]
 WIDTH = 900
 MOST_BYTES = 200_000
@@ -65,7 +66,8 @@ def computed(path: Path, options: argparse.Namespace) -> Run:
     if not summary.is_file() or json.loads(summary.read_text()).get("stopped"):
         launcher = shutil.which("mpirun") or "mpirun"
         root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"} if os.geteuid() == 0 else {}
-        subprocess.run([launcher, "-n", options.ranks, options.stirpoint.resolve(), path, "--overwrite", "--quiet"],
+        subprocess.run([launcher, "-n", options.ranks, options.stirpoint.resolve(), path, "--overwrite", "--quiet",
+                        *(word for key in SETS.get(path.stem, ()) for word in ("--set", key))],
                        cwd=options.runs, env=os.environ | root, check=True)
     return Run(results)
 

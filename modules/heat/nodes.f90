@@ -146,12 +146,14 @@ contains
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp), allocatable :: whole(:), new(:, :)     ! capacities, as if walls were no ends
     logical, allocatable :: is_given(:)              ! on a wall of a given temperature
+    logical, allocatable :: is_image(:)              ! behind a wall
     real(rp) :: from_above, from_below
     integer :: i, ijk(3), q, r
 
     call restore(scene, nodes, boundary, r_warming, g)
     allocate (whole(nodes%patch%nn), new(2, nodes%patch%nn), source=0.0_rp)
-    allocate (is_given(nodes%patch%nn), source=.false.)
+    allocate (is_given(nodes%patch%nn), is_image(nodes%patch%nn), source=.false.)
+    is_image(boundary%mirrors%pair(1, :boundary%mirrors%n_pairs)) = .true.
     associate (patch => nodes%patch, a => scene%grid%grading%axis, planes => scene%symmetry)
       do r = 1, nodes%n_ranges
         whole(nodes%range(1, r):nodes%range(2, r)) = g(1, nodes%range(1, r):nodes%range(2, r))
@@ -162,6 +164,10 @@ contains
           whole(node) = 2.0_rp*whole(node)
           is_given(node) = planes(plane)%temperature > 0.0_rp
         end associate
+      end do
+      do q = 1, patch%nn                  ! beyond open ends no node would take what passes
+        ijk = patch%indices(q)
+        if (.not. is_image(q) .and. (ijk(a) < 0 .or. ijk(a) >= scene%grid%n(a))) whole(q) = 0.0_rp
       end do
       do q = 1, patch%nn
         if (whole(q) <= least_capacity) cycle

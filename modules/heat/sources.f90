@@ -118,7 +118,7 @@ contains
     integer, intent(in) :: b
 
     is_far = norm2(blocks%ball(1:3, b) - source%centre) &
-             > blocks%ball(4, b) + source%radius + (2.0_rp + skin)*maxval(scene%grid%h)
+             > blocks%ball(4, b) + source%radius + (2.0_rp + skin)*scene%grid%longest()
   end function is_far
 
   !> Area (disc) or mass (ball) of a particle that a source covers [m2, kg].
@@ -127,22 +127,21 @@ contains
     type(particles_t), intent(in) :: particles
     type(source_t), intent(in) :: source
     integer, intent(in) :: b, p
-    real(rp) :: d(3), width
+    real(rp) :: d(3), h, spacing(3), width
 
     d = particles%ps(p, f_pos:f_pos + 2, b) - source%centre
-    associate (spacing => scene%body(particles%body(b))%spacing)
-      if (source%kind == source_disc) then
-        covered = 0.0_rp
-        if (lies_at_height(particles%tag(p, b), d(3), spacing(3), scene%grid%h(3))) then
-          covered = spacing(1)*spacing(2)
-        end if
-        d(3) = 0.0_rp
-        width = sqrt(spacing(1)*spacing(2))
-      else
-        covered = particles%ps(p, f_mass, b)
-        width = product(spacing)**(1.0_rp/3.0_rp)
-      end if
-    end associate
+    spacing = scene%spacing_of(particles%body(b), particles%ps(p, f_mass, b))
+    if (source%kind == source_disc) then
+      h = scene%grid%h(3)
+      if (scene%grid%grading%axis == 3) h = scene%grid%longest()
+      covered = 0.0_rp
+      if (lies_at_height(particles%tag(p, b), d(3), spacing(3), h)) covered = spacing(1)*spacing(2)
+      d(3) = 0.0_rp
+      width = sqrt(spacing(1)*spacing(2))
+    else
+      covered = particles%ps(p, f_mass, b)
+      width = product(spacing)**(1.0_rp/3.0_rp)
+    end if
     covered = covered*max(0.0_rp, min(1.0_rp, (source%radius - norm2(d))/width + 0.5_rp))
   end function covered
 

@@ -84,8 +84,6 @@ contains
       call input%report(diagnostics, 'GRID', 1, 'GRADED', &
                         'does not go with contact between bodies, nor with tools of particles')
     end if
-    if (input%count('SOURCE') > 0) call input%report(diagnostics, 'SOURCE', 1, '', &
-      'cannot be on a graded grid')
     do b = 1, size(scene%body)
       if (scene%body(b)%is_round) call input%report(diagnostics, 'BODY', b, 'LATTICE', &
         'cannot be round on a graded grid')

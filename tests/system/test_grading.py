@@ -136,8 +136,8 @@ def test_stirring_on_ranks_and_after_a_restart(run, tmp_path_factory, ranks):
 
 def test_stirring_as_in_equal_cells(run, tmp_path_factory):
     """Under a tool in the fine part of the grid the plate bears what it bears in cells of 1 mm in all of its depth:
-    force and torque within 1 % in the mean of 20 rows (layers reach the tool a little earlier or later, which is 2 % of a row), hottest
-    within 2 K; with fewer particles."""
+    force and torque within 1 % in the mean of 20 rows (layers reach the tool a little earlier or later, which is 2 % of a row), the rise
+    of the hottest metal too; with fewer particles."""
     rows, particles, long = [], [], stirred(**{"TIME.END": 0.08})
     for sets in (long, {key: long[key] for key in long if key not in KEYS}):
         place = tmp_path_factory.mktemp("stir")
@@ -150,7 +150,8 @@ def test_stirring_as_in_equal_cells(run, tmp_path_factory):
     for name in ("tool_force_z[N]", "tool_torque[Nm]"):
         one, other = (table[name][-20:].mean() for table in rows)
         assert one == pytest.approx(other, rel=1e-2), name
-    assert rows[0]["temperature_max[K]"][-1] == pytest.approx(rows[1]["temperature_max[K]"][-1], abs=2.0)
+    one, other = (table["temperature_max[K]"][-1] for table in rows)
+    assert one == pytest.approx(other, abs=0.01 * (other - 298.0))
 
 
 def test_restart_in_another_grading_is_refused(run):
@@ -197,10 +198,3 @@ def test_tractions_across_are_refused(run):
     sets = graded("z", (1e-3, 1e-3, 0.5e-3), (4e-3, 6e-3), 1.2, 1e-3)
     done = run("pressed", "--check", sets=sets, expect=driver.BAD_INPUT)
     assert "no &TRACTION can act on faces across the graded axis" in done.err, done.err
-
-
-def test_sources_are_refused(run):
-    """Sources of heat do not go with a graded grid."""
-    sets = graded("x", (1e-3, 2e-3, 2e-3), (-2e-3, 20e-3), 1.2, 2e-3)
-    done = run("line", "--check", sets=sets, expect=driver.BAD_INPUT)
-    assert "cannot be on a graded grid" in done.err, done.err

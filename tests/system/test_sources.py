@@ -35,17 +35,20 @@ def balance(results):
     return given
 
 
-@pytest.mark.parametrize("cell, room, depth, end, formula", [
-    (0.75e-3, 18e-3, 12e-3, 0.1, 103.955), (1.5e-3, 27e-3, 21e-3, 1.0, 225.064)])
-def test_disc_on_a_half_space(run, cell, room, depth, end, formula):
+@pytest.mark.parametrize("cell, room, depth, end, formula, graded", [
+    (0.75e-3, 18e-3, 12e-3, 0.1, 103.955, False), (1.5e-3, 27e-3, 21e-3, 1.0, 225.064, False), (1.5e-3, 27e-3, 21e-3, 1.0, 225.064, True)])
+def test_disc_on_a_half_space(run, cell, room, depth, end, formula, graded):
     """Exact: centre of a disc of 9 mm under constant q (1500 W) on a half space: 2 q sqrt(a t)/k
     [1/sqrt(pi) - ierfc(R/(2 sqrt(a t)))] = 103.955 K at 0.1 s, 225.064 K at 1 s (and the same with depth).
     The particles next to the axis, each against the exact temperature at its depth: those of the cell at
-    the surface to 2 % in the mean, every one to 4 %, deeper ones (to 0.7 R) to 2.5 %. The power is exact."""
+    the surface to 2 % in the mean, every one to 4 %, deeper ones (to 0.7 R) to 2.5 %. The power is exact. Graded: cells half as deep
+    at the surface, growing below."""
     assert under_disc(0.0, end) == pytest.approx(formula, abs=6e-4)
     sets = {"GRID.CELL": cell, "GRID.LOWER": f"0,0,{-depth}", "TIME.END": end, "OUTPUT.CHECKPOINT_INTERVAL": end,
             "GRID.UPPER": f"{room + cell},{room + cell},{cell}", "SHAPE.LOWER": f"0,0,{-depth}",
             "SHAPE.UPPER": f"{room},{room},0"}
+    if graded:
+        sets |= {"METHOD.SHAPE": "bspline", "GRID.CELL": f"{cell},{cell},{0.5 * cell}", "GRID.GRADED": "z", "GRID.FINE": f"{-6 * cell},{cell}"}
     results = run("disc", "--quiet", sets=sets).results("disc")
     state = results.checkpoint()
     heated = state.all["global"][5]           # time of the last conduction step
@@ -56,10 +59,11 @@ def test_disc_on_a_half_space(run, cell, room, depth, end, formula):
     z, rise = z[np.argsort(z)], rise[np.argsort(z)]
     off = rise / [under_disc(d, heated) for d in z] - 1.0
     print(end, np.round(off, 4))
-    assert np.sum(z < cell) == 2
-    assert abs(off[:2].mean()) < 0.02
-    assert np.abs(off[:2]).max() < 0.04
-    assert np.abs(off[2:]).max() < 0.025
+    first = np.sum(z < cell)
+    assert first == (4 if graded else 2)
+    assert abs(off[:first].mean()) < 0.02
+    assert np.abs(off[:first]).max() < 0.04
+    assert np.abs(off[first:]).max() < 0.025
 
 
 def under_line(x, y, t, v):
@@ -70,13 +74,14 @@ def under_line(x, y, t, v):
     return 250e3 / (4.0 * np.pi * CONDUCTIVITY) * np.trapezoid(far, log_since)
 
 
-def test_moving_line(run):
+@pytest.mark.parametrize("cells", [{}, {"METHOD.SHAPE": "bspline", "GRID.CELL": "1e-3,2e-3,2e-3", "GRID.GRADED": "x", "GRID.FINE": "-6e-3,34e-3"}])
+def test_moving_line(run, cells):
     """Exact: line source of 250 kW/m at 10 mm/s in a plate: dT = Q/(4 pi k d) int exp(-r^2/(4 a s))/s ds (at
     1 mm/s, 10 mm behind and 10 mm beside it: 45.595 K at 1 s, 189.875 K at 5 s). Three probes over 2 s,
     one of which it passes at 10 mm: to 2.5 K at all times, to 1 % at the end."""
     assert under_line(-9e-3, 10e-3, 1.0, 1e-3) == pytest.approx(45.595, abs=1e-3)
     assert under_line(-5e-3, 10e-3, 5.0, 1e-3) == pytest.approx(189.875, abs=1e-3)
-    results = run("line", "--quiet").results("line")
+    results = run("line", "--quiet", sets=cells).results("line")
     probes = results.probes()
     t = probes["time[s]"]
     for name, x, y in (("side", 10e-3, 10e-3), ("behind", 0.0, 10e-3), ("ahead", 30e-3, 6e-3)):
