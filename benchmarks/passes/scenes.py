@@ -59,6 +59,13 @@ EXPERIMENTS = {
 }
 for kind, film in (("stuck_cool", 8000), ("stuck_fitted", 60000), ("stuck_cold", 100000)):
     EXPERIMENTS[kind] = (f"sticks, film {film} W/(m2 K)", EXPERIMENTS["stuck_film"][1] | {"SURFACE.COEFFICIENT": f"{film}"})
+# Grains after the tool: input/material/cooling.nml, whose numbers are unverified.
+AFTER = {"MATERIAL.RECRYSTALLISATION": "9.3e-7,104e3", "MATERIAL.NUCLEATION_DENSITY": "1e14", "MATERIAL.NUCLEUS_SPACING": "2e-6",
+         "MATERIAL.RECRYSTALLISED_STRAIN": "0.5", "MATERIAL.GROWTH": "2.3e-6,104e3", "MATERIAL.RECOVERY": "8e-22,117e3",
+         "MATERIAL.RECOVERY_EXPONENT": "3"}
+WATER = {"SURFACE.COEFFICIENT": "5000", "SURFACE.FACE": "all"}
+EXPERIMENTS |= {"annealing": ("annealing after the tool", AFTER), "water": ("in water, 5000 W/(m2 K)", WATER),
+                "annealing_water": ("annealing, in water", AFTER | WATER)}
 EXPERIMENTS["held"] = ("sides and ends held", {})
 EXPERIMENTS["stuck_held"] = ("sticks, film 2500 W/(m2 K), sides and ends held", EXPERIMENTS["stuck_film"][1])
 HELD = "".join(f"&WALL SIDE = '{side}', KIND = 'sliding', POSITION = {place} /\n" for side, place in

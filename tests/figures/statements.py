@@ -149,6 +149,7 @@ DEFINITIONS = (
     ("docs/validation.md", "Friction of 0.23 was measured", QUOTED),
     ("docs/validation.md", "h = 1.25 k m/s (p/H)^0.95", QUOTED),
     ("docs/validation.md", "Film 2500 W/(m2 K), 0.836 of the heat", KEY),
+    ("docs/validation.md", "with a film of 5000 W/(m2 K) on all faces", KEY),
     ("docs/validation.md", "Particles are 2 mm apart from here on", KEY),
     ("docs/validation.md", "particles 3 mm apart", KEY),
     ("docs/method.md", "or 3.5 cells of a tool", KEY),
