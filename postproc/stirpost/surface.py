@@ -15,6 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull, cKDTree
+from vtkmodules.vtkCommonCore import vtkLogger
 
 from . import look
 from .run import Frame, Run
@@ -38,7 +39,9 @@ HINT = "no OpenGL here (Debian: libosmesa6 is enough, without a display): the pi
 
 @lru_cache(maxsize=1)
 def can_render() -> bool:
-    """Choose the first kind of window that works. VTK ends the whole process where it finds no OpenGL, so others try."""
+    """Choose the first kind of window that works. VTK ends the whole process where it finds no OpenGL, so others try; it warns
+    of each kind of window that it cannot open before one that it can, in every picture."""
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
     if CHOICE in os.environ:
         return works({})
     for name in WINDOWS:
