@@ -10,7 +10,7 @@ from PIL import Image
 
 SCRIPT = driver.ROOT / "docs/gallery.py"
 PICTURES = driver.ROOT / "docs/pictures"
-SCENES = ("quickstart", "pin", "shoulder", "butt", "lap", "heat")
+SCENES = ("quickstart", "pin", "shoulder", "butt", "dissimilar", "lap", "heat")
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -31,7 +31,8 @@ def test_a_run_that_is_there_is_drawn(run, tmp_path, monkeypatch):
     made = tmp_path / "picture.png"
     code = (f"import sys; sys.path.insert(0, {str(SCRIPT.parent)!r}); import gallery, pathlib; "
             f"o = gallery.argparse.Namespace(runs=pathlib.Path({str(tmp_path)!r}), ranks='1', stirpoint=pathlib.Path('/none')); "
-            f"gallery.draw(gallery.computed(gallery.SCENES['shoulder'][0], o), 0.0, pathlib.Path({str(made)!r}))")
+            f"run = gallery.computed(gallery.SCENES['shoulder'][0], o); "
+            f"gallery.save(gallery.draw(run, 0.0, 'shoulder'), pathlib.Path({str(made)!r}))")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=200)
     assert done.returncode == 0, done.stderr
     with Image.open(made) as image:

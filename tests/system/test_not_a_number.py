@@ -53,7 +53,8 @@ def test_any_field(tmp_path, saved, field):
 
 def test_sleeping_particle(tmp_path, run):
     """Exact: a temperature that is not a number in a particle that sleeps, whose mechanics touch no field of it."""
-    sets = {"METHOD.SLEEPING": "on", "METHOD.SLEEP_STRESS": 0.2, "TIME.END": 0.1, "OUTPUT.FRAME_INTERVAL": 0}
+    sets = {"METHOD.SLEEPING": "on", "METHOD.SLEEP_STRESS": 0.2, "TIME.END": 0.1, "OUTPUT.FRAME_INTERVAL": 0,
+            "GRID.UPPER": "104e-3,48e-3,28e-3", "SHAPE.UPPER": "96e-3,40e-3,12e-3"}
     results = run("stir", "--quiet", sets=sets).results("stir")
     path = results.path("_checkpoint.h5")
     with h5py.File(path, "r+") as file:
