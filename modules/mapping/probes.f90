@@ -27,15 +27,16 @@ contains
   !> Carry this rank's probes by the grid velocity and read the temperature there (linear weights).
   !> At nodes that are held for sleepers only a part of the particles has given its temperature: a
   !> probe with one of them keeps that of the last conduction step.
-  subroutine move_probes(dt, patch, n_groups, g, held, probes)
+  subroutine move_probes(dt, patch, n_groups, g, probes, held)
     real(rp), intent(in) :: dt                  !! [s]
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: n_groups
     real(rp), intent(in) :: g(8, patch%nn, n_groups)   !! velocity, temperature, -, mass of nodes
-    integer, intent(in) :: held(:)              !! nodes that are held for sleepers
     type(probes_t), intent(inout) :: probes
+    integer, intent(in), optional :: held(:)    !! nodes that are held for sleepers, if any are
     real(rp) :: record(8), s(3), weight(0:7)
     integer :: i, n, q(0:7)
+    logical :: is_whole
 
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
@@ -52,7 +53,9 @@ contains
         end if
       end associate
       probes%x(:, n) = probes%x(:, n) + dt*record(1:3)
-      if (.not. any([(any(held == q(i)), i=0, 7)])) probes%temperature(n) = record(4)
+      is_whole = .true.
+      if (present(held)) is_whole = .not. any([(any(held == q(i)), i=0, 7)])
+      if (is_whole) probes%temperature(n) = record(4)
     end do
   end subroutine move_probes
 

@@ -25,7 +25,7 @@ module sleep_held_layer
   implicit none (type, external)
   private
 
-  public :: freeze_layer, add_layer, hold_layer, held_nodes
+  public :: freeze_layer, add_layer, hold_layer
 
   real(rp), parameter :: negligible = 1.0e-9_rp   !! of a node's mass: no awake particle is there
 
@@ -170,14 +170,5 @@ contains
       end do
     end associate
   end subroutine hold_layer
-
-  !> Nodes that are held for sleepers of any rank.
-  pure function held_nodes(sleepers) result(held)
-    type(sleepers_t), intent(in) :: sleepers
-    integer, allocatable :: held(:)
-
-    allocate (held(0))
-    if (allocated(sleepers%layer%held)) held = sleepers%layer%held
-  end function held_nodes
 
 end module sleep_held_layer

@@ -15,7 +15,7 @@ module step_advance
   use mapping_nodes, only: clear_nodes, update_nodes
   use mapping_probes, only: move_probes
   use sleep_held_force, only: book_sleepers
-  use sleep_held_layer, only: freeze_layer, held_nodes
+  use sleep_held_layer, only: freeze_layer
   use sleep_motion, only: track_motion
   use state_books, only: books_t
   use state_scene, only: scheme_usavg, scheme_usl, transfer_apic
@@ -84,8 +84,8 @@ contains
     call sim%timer%lap(ph_to_particles)
     sim%step%last = outcome
     if (sim%probes%n > 0) then
-      call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, field, held_nodes(sim%sleepers), &
-                       sim%probes)
+      call move_probes(dt, sim%nodes%patch, sim%nodes%n_groups, field, sim%probes, &
+                       sim%sleepers%layer%held)   ! absent where it is not allocated
     end if
   end subroutine take_step
 

@@ -32,7 +32,7 @@ def place(tmp_path, name):
 
 @pytest.mark.parametrize("cells", PLATE)
 def test_sleeping_changes_little(run, tmp_path, cells):
-    """The project's own measure, at 2 mm: temperatures of probes within 3 K at all times, torque and force within 2 %, plastic
+    """The project's own measure, at 2 mm: temperatures of probes within 3 K at the end and 4 K at all times, torque and force within 2 %, plastic
     strain in the stir zone within 2 % of the always awake run, a fifth of the particle steps saved."""
     both = {}
     for mode in ("off", "on"):
@@ -51,10 +51,9 @@ def test_sleeping_changes_little(run, tmp_path, cells):
     times = [results.probes()["time[s]"] for results in (one, two)]
     for name in one.probes().names:
         if name.endswith("[K]"):
-            apart = np.abs(one.probes()[name] - np.interp(times[0], times[1], two.probes()[name])).max()
-            most = np.abs(np.diff(one.probes()[name])).max()   # between rows: conduction steps may be at other times
-            print(name, one.probes()[name][-1], apart, most)
-            assert apart < 3.0 + most
+            apart = np.abs(one.probes()[name] - np.interp(times[0], times[1], two.probes()[name]))
+            print(name, one.probes()[name][-1], apart[-1], apart.max())
+            assert apart[-1] < 3.0 and apart.max() < 4.0
     a, b = one.checkpoint(), two.checkpoint()
     stirred = a.plastic > 0.2 * a.plastic.max()
     assert stirred.sum() > 20 and a.plastic.max() > 0.02
