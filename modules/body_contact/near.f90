@@ -46,7 +46,7 @@ contains
     if (pairs%near%n_corners == 0) return
     do b = 1, particles%nblk
       if (.not. is_met(scene%body(particles%body(b))%group)) cycle
-      reach = blocks%ball(4, b) + (1.0_rp + skin)*maxval(scene%grid%h)
+      reach = blocks%ball(4, b) + (1.0_rp + skin)*scene%grid%longest()
       if (any(blocks%ball(1:3, b) + reach < low)) cycle
       if (any(blocks%ball(1:3, b) - reach > high)) cycle
       call list_block(scene, nodes, pairs%near, b, particles%body(b), particles%count(b), &
@@ -94,15 +94,19 @@ contains
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     integer :: a, first(nlane), l, m, p, u
-    real(rp) :: longest(nlane), w(nlane, 18), rows(nlane, n_bundle + 1)
+    real(rp) :: half(nlane, 3), longest(nlane), w(nlane, 18), rows(nlane, n_bundle + 1)
 
-    call block_corners(nodes%patch%origin, 1.0_rp/nodes%patch%h, nodes%patch%stride, ps(1, f_pos), &
-                       first)
-    if (all(near%bin(first(:n), body) < 0)) return
+    if (nodes%patch%grading%axis == 0) then
+      call block_corners(nodes%patch%origin, 1.0_rp/nodes%patch%h, nodes%patch%stride, &
+                         ps(1, f_pos), first)
+      if (all(near%bin(first(:n), body) < 0)) return
+    end if
     call weights_of(scene, nodes, body, nf, ps, w, first)
+    if (all(near%bin(first(:n), body) < 0)) return
     if (scene%method%conducts) call near%add_block(b, first, w(:, 1:9))
-    longest = lengths(scene, body, n, nf, ps)
-    rows(:, :u_weights - 1) = rows_of(scene, body, n, nf, ps)
+    half = half_lengths(scene, body, n, nf, ps)
+    longest = lengths(scene, body, n, nf, ps, half)
+    rows(:, :u_weights - 1) = rows_of(scene, n, nf, ps, half)
     associate (inverse_rho => 1.0_rp/scene%material(scene%body(body)%material)%rho)
       do a = 10, 18
         w(:n, a) = ps(:n, f_mass)*inverse_rho*ps(:n, f_jac)*w(:n, a)
@@ -143,38 +147,57 @@ contains
     end if
   end subroutine copy_rows
 
-  !> Places of the particles of a block and the tensors for their size, as bundles have them: half
-  !> the length along a direction n is sqrt(n.t n f), f by `sizes_along`. cpGIMP knows the edges,
-  !> others the elastic stretch b, now and at the start.
-  pure function rows_of(scene, body, n, nf, ps) result(u)
+  !> Half the edges that the particles of a block have now (cpGIMP), or had without stretch [m].
+  pure function half_lengths(scene, body, n, nf, ps) result(half)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp) :: u(nlane, u_weights - 1), domain(3)
+    real(rp) :: half(nlane, 3), domain(3)
     integer :: a, p
 
     domain = scene%domain(body)
+    do a = 1, 3
+      half(:n, a) = 0.5_rp*scene%body(body)%spacing(a)
+      if (scene%layout%half > 0) half(:n, a) = half(:n, a)/domain(a) &
+                                               *ps(:n, scene%layout%half + a - 1)
+    end do
+    if (scene%grid%grading%axis == 0) return
+    do p = 1, n
+      half(p, :) = 0.5_rp*scene%spacing_of(body, ps(p, f_mass))
+    end do
+  end function half_lengths
+
+  !> Places of the particles of a block and the tensors for their size, as bundles have them: half
+  !> the length along a direction n is sqrt(n.t n f), f by `sizes_along`. cpGIMP knows the edges, to
+  !> others the elastic stretch b is applied.
+  pure function rows_of(scene, n, nf, ps, half) result(u)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: n, nf
+    real(rp), intent(in) :: ps(nlane, nf), half(nlane, 3)
+    real(rp) :: u(nlane, u_weights - 1)
+    integer, parameter :: first(6) = [1, 2, 3, 1, 2, 1], second(6) = [1, 2, 3, 2, 3, 3]
+    real(rp) :: stretch(nlane)
+    integer :: a, p
+
     u(:n, u_place:u_place + 2) = ps(:n, f_pos:f_pos + 2)
-    associate (half => scene%layout%half)
-      if (half > 0) then
-        do a = 0, 2
-          u(:n, u_size + a) = (0.5_rp*scene%body(body)%spacing(a + 1)/domain(a + 1) &
-                               *ps(:n, half + a))**2
-          u(:n, u_size + 3 + a) = 0.0_rp
-        end do
-      else
-        do p = 1, n
-          u(p, u_size) = ps(p, f_jac)**(2.0_rp/3.0_rp)
-        end do
-        do a = 5, 0, -1
-          u(:n, u_size + a) = merge(2.0_rp, 1.0_rp, a > 2)*ps(:n, f_bbar + a)*u(:n, u_size)
-        end do
-      end if
-    end associate
+    do a = 1, 6
+      u(:n, u_size + a - 1) = half(:n, first(a))*half(:n, second(a))
+    end do
+    if (scene%layout%half > 0) then
+      u(:n, u_size + 3:u_size + 5) = 0.0_rp
+    else
+      do p = 1, n
+        stretch(p) = ps(p, f_jac)**(2.0_rp/3.0_rp)
+      end do
+      do a = 0, 5
+        u(:n, u_size + a) = merge(2.0_rp, 1.0_rp, a > 2)*ps(:n, f_bbar + a)*stretch(:n) &
+                            *u(:n, u_size + a)
+      end do
+    end if
   end function rows_of
 
-  !> Factors f of each body in half the lengths of its particles along a direction n: the square of
-  !> half the edge over n.first n, or 1 where edges are known.
+  !> Factors f of each body in half the lengths of its particles along a direction n: 1 over
+  !> n.first n, or 1 where edges are known.
   pure function sizes_along(scene, start, nn) result(factor)
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: start(:, :)        !! first stretches of all bodies
@@ -187,58 +210,48 @@ contains
     do b = 1, size(factor)
       all = start(1, b)*nn(1) + start(2, b)*nn(2) + start(3, b)*nn(3) &
             + 2.0_rp*(start(4, b)*nn(4) + start(5, b)*nn(5) + start(6, b)*nn(6))
-      associate (edge => scene%body(b)%spacing)
-        factor(b) = 0.25_rp*(edge(1)**2*nn(1) + edge(2)**2*nn(2) + edge(3)**2*nn(3)) &
-                    /max(all, tiny(1.0_rp))
-      end associate
+      factor(b) = 1.0_rp/max(all, tiny(1.0_rp))
     end do
   end function sizes_along
 
   !> Bounds of half the lengths of the particles of a block in any direction [m].
-  pure function lengths(scene, body, n, nf, ps) result(longest)
+  pure function lengths(scene, body, n, nf, ps, half) result(longest)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(in) :: ps(nlane, nf), half(nlane, 3)
     real(rp) :: longest(nlane)
     real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
     real(rp) :: first(6), least
-    integer :: p
 
     longest = 0.0_rp
-    associate (half => scene%layout%half, edges => scene%body(body)%spacing)
-      if (half > 0) then
-        do p = 1, n
-          longest(p) = 0.5_rp*rounding*maxval(edges*ps(p, half:half + 2)/scene%domain(body))
-        end do
-        return
-      end if
-      first = first_stretch(scene, body)
-      least = minval(first(1:3) - [abs(first(4)) + abs(first(6)), abs(first(4)) + abs(first(5)), &
-                                   abs(first(5)) + abs(first(6))])
-      if (least <= 0.0_rp) then
-        longest(:n) = far
-      else
-        call stretched_lengths(n, 0.5_rp*rounding*maxval(edges)/sqrt(least), ps(1, f_bbar), &
-                               ps(1, f_jac), longest)
-      end if
-    end associate
+    longest(:n) = rounding*maxval(half(:n, :), dim=2)
+    if (scene%layout%half > 0) return
+    first = first_stretch(scene, body)
+    least = minval(first(1:3) - [abs(first(4)) + abs(first(6)), abs(first(4)) + abs(first(5)), &
+                                 abs(first(5)) + abs(first(6))])
+    if (least <= 0.0_rp) then
+      longest(:n) = far
+    else
+      longest(:n) = longest(:n)/sqrt(least)
+      call stretch_lengths(n, ps(1, f_bbar), ps(1, f_jac), longest)
+    end if
   end function lengths
 
-  !> Lengths stretched by at most the square root of the largest eigenvalue of b, which the circles
+  !> Stretch lengths by at most the square root of the largest eigenvalue of b, which the circles
   !> of Gershgorin bound.
-  pure subroutine stretched_lengths(n, length, bbar, jac, longest)
+  pure subroutine stretch_lengths(n, bbar, jac, longest)
     integer, intent(in) :: n
-    real(rp), intent(in) :: length, bbar(nlane, 6), jac(nlane)
+    real(rp), intent(in) :: bbar(nlane, 6), jac(nlane)
     real(rp), intent(inout) :: longest(nlane)
     real(rp) :: xy, yz, xz
     integer :: p
 
     do p = 1, n
       xy = abs(bbar(p, 4)); yz = abs(bbar(p, 5)); xz = abs(bbar(p, 6))
-      longest(p) = length*sqrt(max(bbar(p, 1) + xy + xz, bbar(p, 2) + xy + yz, &
-                                   bbar(p, 3) + yz + xz)*jac(p)**(2.0_rp/3.0_rp))
+      longest(p) = longest(p)*sqrt(max(bbar(p, 1) + xy + xz, bbar(p, 2) + xy + yz, &
+                                       bbar(p, 3) + yz + xz)*jac(p)**(2.0_rp/3.0_rp))
     end do
-  end subroutine stretched_lengths
+  end subroutine stretch_lengths
 
   !> The stretch b with which a particle of a body had its first edges.
   pure function first_stretch(scene, body) result(stretch)

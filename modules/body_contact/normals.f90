@@ -96,8 +96,8 @@ contains
     do e = 1, pairs%n
       part(:, e) = 0.0_rp
       if (pairs%gap(e) >= far) cycle
-      part(:, e) = trust(pairs%gap(e)/length_along(nodes%patch%h, pairs%normal(:, e))) &
-                   *pairs%normal(:, e) &
+      part(:, e) = trust(pairs%gap(e)/length_along(nodes%patch%edges_at(pairs%x(:, e)), &
+                                                      pairs%normal(:, e)))*pairs%normal(:, e) &
                    /sum(1.0_rp/g(8, pairs%node(e), scene%contact(pairs%pair(e))%group))
     end do
     pairs%mean = 0.0_rp

@@ -200,7 +200,7 @@ contains
     v = g(1:3, :)
     v(:, 2) = v(:, 1) + pairs%free(:, e)*(v(:, 2) - v(:, 1))
     gap = pairs%gap(e)
-    h = length_along(nodes%patch%h, pairs%normal(:, e))
+    h = length_along(nodes%patch%edges_at(pairs%x(:, e)), pairs%normal(:, e))
     if (scene%method%scheme == scheme_usavg) then
       ! half of this way with the old velocity, and in the next step half with the new one
       before = (g(1:3, 2) - g(5:7, 2)) - (g(1:3, 1) - g(5:7, 1))

@@ -15,7 +15,8 @@ module body_contact_surfaces
 
   public :: choose_normal, first_stretches, measure_mean, measure_shared, take_mean
 
-  real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better direction [cells]
+  real(rp), parameter :: clearly = 1.0e-3_rp        !! less gap of a better direction [shortest
+                                                    !! edges of the cell]
   real(rp), parameter :: nothing = -1.0e200_rp      !! surface of a body without a particle near [m]
   real(rp), parameter :: any_gap = -1.0e100_rp      !! least gap if all are to be measured [m]
 
@@ -56,7 +57,7 @@ contains
     pairs%normal(:, e) = 0.0_rp
     pairs%ends(:, e) = 0.0_rp
     if (.not. pairs%is_met(e)) return
-    little = clearly*minval(patch%h)
+    little = clearly*minval(patch%edges_at(pairs%x(:, e)))
     if (pairs%is_shared(e)) then
       do k = 1, size(gap)
         gap(k) = gap_between(pairs%surface(:, k, e))
@@ -130,10 +131,10 @@ contains
     real(rp) :: gap, least, little
     integer :: e
 
-    little = clearly*minval(patch%h)
     do e = 1, pairs%n
       if (all(abs(pairs%mean(:, e)) <= 0.0_rp)) cycle
       if (.not. pairs%is_met(e)) cycle
+      little = clearly*minval(patch%edges_at(pairs%x(:, e)))
       least = any_gap
       if (pairs%gap(e) > -far .and. .not. pairs%is_shared(e)) least = pairs%gap(e) - little
       call measure(scene, patch, start, pairs, e, pairs%mean(:, e), least, &
@@ -149,10 +150,10 @@ contains
     real(rp) :: gap, little
     integer :: e
 
-    little = clearly*minval(patch%h)
     do e = 1, pairs%n
       if (all(abs(pairs%mean(:, e)) <= 0.0_rp)) cycle
       if (.not. pairs%is_met(e)) cycle
+      little = clearly*minval(patch%edges_at(pairs%x(:, e)))
       gap = gap_between(pairs%surface(:, n_trials, e))
       if (gap < pairs%gap(e) - little .and. pairs%gap(e) > -far) cycle
       pairs%gap(e) = gap
@@ -207,7 +208,7 @@ contains
             call look_at(near, foremost, (3 - 2*side)*n, nn, factor, pairs%x(:, e), surface(side))
             if (side == 1) cycle
           else if (pass == 2) then
-            bound(:, side) = bounds(patch%h, (3 - 2*side)*n, &
+            bound(:, side) = bounds(patch, pairs%node(e), (3 - 2*side)*n, &
                                     longest_of(scene, pairs%pair(e), side, near%longest))
             call look_at_largest(near, first, last, (3 - 2*side)*n, nn, factor, pairs%x(:, e), &
                                  bound(:, side), foremost, surface(side))
@@ -237,21 +238,45 @@ contains
     end do
   end function longest_of
 
-  !> How far particles with the node at each of the 27 places can reach along n [m]: they are up to
-  !> half a cell from the middle one.
-  pure function bounds(h, n, longest) result(bound)
-    real(rp), intent(in) :: h(3), n(3), longest
-    real(rp) :: bound(27), along(3), most
-    integer :: l
-    real(rp), parameter :: x(27) = 1.0_rp - axis_rows(1, :), y(27) = 4.0_rp - axis_rows(2, :), &
-                           z(27) = 7.0_rp - axis_rows(3, :)
+  !> How far particles with node `q` at each of the 27 places can reach from it along n [m]: they
+  !> are in the cell around the middle one of these.
+  pure function bounds(patch, q, n, longest) result(bound)
+    type(patch_t), intent(in) :: patch
+    integer, intent(in) :: q
+    real(rp), intent(in) :: n(3), longest
+    real(rp) :: bound(27)
+    real(rp), dimension(3, 3) :: along, high, low   ! of the cell below, here, above, by axis
+    integer :: a, l
 
-    along = n*h
-    most = 0.5_rp*sum(abs(along)) + longest
-    do l = 1, 27
-      bound(l) = x(l)*along(1) + y(l)*along(2) + z(l)*along(3) + most
+    do a = 1, 3
+      call cells_around(patch, q, a, low(:, a), high(:, a))
+      along(:, a) = max(n(a)*low(:, a), n(a)*high(:, a))
+    end do
+    do l = 1, 27                               ! at the first place the middle one is above
+      bound(l) = along(3 - axis_rows(1, l), 1) + along(6 - axis_rows(2, l), 2) &
+                 + along(9 - axis_rows(3, l), 3) + longest
     end do
   end function bounds
+
+  !> Ends, from node `q`, of the cells around the node below, itself and that above on axis `a` [m].
+  pure subroutine cells_around(patch, q, a, low, high)
+    type(patch_t), intent(in) :: patch
+    integer, intent(in) :: q, a
+    real(rp), intent(out) :: low(3), high(3)
+    real(rp), parameter :: steps(3) = [-1.0_rp, 0.0_rp, 1.0_rp]
+    integer :: ijk(3)
+
+    if (a /= patch%grading%axis) then
+      low = (steps - 0.5_rp)*patch%h(a)
+      high = (steps + 0.5_rp)*patch%h(a)
+      return
+    end if
+    ijk = patch%indices(q)
+    associate (i => ijk(a), edge => patch%grading%edge)
+      low = edge(i - 1:i + 1) - patch%grading%middle(i)
+      high = edge(i:i + 2) - patch%grading%middle(i)
+    end associate
+  end subroutine cells_around
 
   !> The item with the largest bound, if that may move the surface out.
   subroutine look_at_largest(near, first, last, n, nn, factor, x, bound, foremost, surface)

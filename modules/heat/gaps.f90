@@ -67,7 +67,8 @@ contains
     do e = 1, pairs%n
       groups = heat_groups(scene, scene%contact(pairs%pair(e))%group)
       if (groups(1) == groups(2) .or. .not. pairs%is_owned(e)) cycle
-      if (pairs%gap(e) > slack*length_along(nodes%patch%h, pairs%normal(:, e))) cycle
+      if (pairs%gap(e) > slack*length_along(nodes%patch%edges_at(pairs%x(:, e)), &
+                                            pairs%normal(:, e))) cycle
       call add_place(scene, nodes, pairs, e, groups, gaps)
     end do
   end subroutine find_gaps
@@ -85,13 +86,13 @@ contains
     call look_at(scene, pairs%pair(e), pairs%normal(:, e), nodes%g2(:6, pairs%node(e), groups), &
                  area, coefficient)
     if (area <= 0.0_rp .or. coefficient <= 0.0_rp) return
-    x = pairs%x(:, e) + offset(pairs, e)*pairs%normal(:, e) - nodes%patch%origin
+    x = pairs%x(:, e) + offset(pairs, e)*pairs%normal(:, e)
     resistance = 1.0_rp/coefficient
     do k = 1, 2
       associate (body => scene%body(findloc(scene%body%group, &
                                             scene%contact(pairs%pair(e))%group(k), dim=1)))
-        depth = 0.5_rp*norm2(pairs%normal(:, e)*body%spacing)
-        at = (x + (2*k - 3)*depth*pairs%normal(:, e))/nodes%patch%h
+        depth = 0.5_rp*norm2(pairs%normal(:, e)*body%spacing*nodes%patch%edges_at(x)/scene%grid%h)
+        at = nodes%patch%linear_place(x + (2*k - 3)*depth*pairs%normal(:, e))
         call point_nodes(at, nodes%patch%stride, 1, least_capacity, nodes%patch%nn, &
                          nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
         if (sum(weight(:, k)) <= 0.0_rp) return

@@ -5,6 +5,7 @@
 !> each rank adds the faces of its own particles before the sum over ranks.
 module mapping_faces
   use base_kinds, only: nlane, rp
+  use grid_geometry, only: patch_t
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_mass, f_pos
   use state_scene, only: scene_t
@@ -40,7 +41,9 @@ contains
                                      first(p))
   end function face_of
 
-  !> Weights of three nodes on axis `a` of the face on the `side` (-1, 1) of particle `p`.
+  !> Weights of three nodes on axis `a` of the face on the `side` (-1, 1) of particle `p`. On a
+  !> graded axis slopes are differences of linear functions over spans of different widths, and the
+  !> outer nodes have their parts of these as they have of the particles' weights.
   pure function weights_across(scene, nodes, body, a, side, p, nf, ps, first) result(w)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -60,6 +63,11 @@ contains
       reach = half(a)
     end if
     w = face_weights(d, side, half(a), reach, layers, spacing)
+    associate (patch => nodes%patch)
+      if (a /= patch%grading%axis) return
+      w([1, 3]) = 2.0_rp*w([1, 3])*patch%grading%span(3:4, patch%all%lo(a) + middle(patch, a, first))
+      w(2) = 1.0_rp - w(1) - w(3)
+    end associate
   end function weights_across
 
   !> Place of `x` on axis `a` from the middle one of three nodes there [cells].
@@ -67,17 +75,24 @@ contains
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: a, first              !! first of 27 nodes
     real(rp), intent(in) :: x(3)                 !! [m]
-    integer :: i
 
-    i = first - 1                                ! storage: z fastest, then y
-    if (a > 1) i = mod(i, nodes%patch%stride(1))
-    if (a > 2) i = mod(i, nodes%patch%stride(2))
-    i = i/nodes%patch%stride(a)
-    d = (x(a) - nodes%patch%origin(a))/nodes%patch%h(a) - (i + 1)
-    if (a == nodes%patch%grading%axis) then
-      d = nodes%patch%grading%place(x(a)) - nodes%patch%all%lo(a) - (i + 1)
-    end if
+    associate (patch => nodes%patch)
+      d = (x(a) - patch%origin(a))/patch%h(a) - middle(patch, a, first)
+      if (a == patch%grading%axis) d = patch%grading%place(x(a)) - patch%all%lo(a) &
+                                       - middle(patch, a, first)
+    end associate
   end function place_on_axis
+
+  !> Number on axis `a`, from 0, of the middle one of the three nodes on it.
+  pure integer function middle(patch, a, first)
+    type(patch_t), intent(in) :: patch
+    integer, intent(in) :: a, first              !! first of 27 nodes
+
+    middle = first - 1                           ! storage: z fastest, then y
+    if (a > 1) middle = mod(middle, patch%stride(1))
+    if (a > 2) middle = mod(middle, patch%stride(2))
+    middle = middle/patch%stride(a) + 1
+  end function middle
 
   !> Weights of three nodes on each axis at the point of contact on the surface of particle `p`,
   !> the part `surface_offset` of half its spacing against the `normal`: between those of its centre

@@ -70,31 +70,21 @@ contains
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    integer :: a, b, i, k
+    integer :: b
 
-    a = scene%grid%grading%axis
-    if (a == 0) return
+    if (scene%grid%grading%axis == 0) return
     if (.not. scene%method%is_bspline) call input%report(diagnostics, 'METHOD', 1, 'SHAPE', &
-      'must be bspline on a graded grid')
+      'must be bspline on a graded grid: domains of '// &
+      'particles are of cells with one length')
     if (scene%method%transfer == transfer_apic) call input%report(diagnostics, 'METHOD', 1, &
-      'TRANSFER', 'cannot be apic on a graded grid')
+      'TRANSFER', 'cannot be apic on a graded grid: its moments are of cells with one length')
     if (.not. scene%method%has_mechanics) call input%report(diagnostics, 'METHOD', 1, 'MECHANICS', &
       'must be T on a graded grid: the cells of heat alone follow the shapes by themselves')
-    if (size(scene%tool_of) > 1 .or. scene%n_heat_groups > 1) then
-      call input%report(diagnostics, 'GRID', 1, 'GRADED', &
-                        'does not go with contact between bodies, nor with tools of particles')
-    end if
     do b = 1, size(scene%body)
+      if (scene%body(b)%is_rigid()) call input%report(diagnostics, 'BODY', b, 'RIGID', &
+        'cannot be on a graded grid: particles of a tool do not become finer with its cells')
       if (scene%body(b)%is_round) call input%report(diagnostics, 'BODY', b, 'LATTICE', &
         'cannot be round on a graded grid')
-      if (.not. allocated(scene%body(b)%traction)) cycle
-      do i = 1, size(scene%body(b)%traction)
-        do k = 2*a - 1, 2*a
-          if (all(abs(scene%body(b)%traction(i)%stress(:, k)) <= 0.0_rp)) cycle
-          call input%report(diagnostics, 'GRID', 1, 'GRADED', 'no &TRACTION can act on faces '// &
-                            'across the graded axis, here of body '//trim(scene%body(b)%name))
-        end do
-      end do
     end do
   end subroutine check_grading
 
