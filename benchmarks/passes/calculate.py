@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """One pass in a folder of its own: started, gone on with from its checkpoint, or left alone where it is done."""
 
+import hashlib
 import json
 import pathlib
 import resource
@@ -23,13 +24,23 @@ def keys_of(name, kind, particles, mass, elastic):
     return keys | scenes.variant(kind)
 
 
+def digest(recipe):
+    return hashlib.sha256(recipe.encode()).hexdigest()[:12]
+
+
+def is_whole(folder, recipe):
+    """Whether a run of this recipe came to its end; one that was stopped has a summary, too."""
+    machines = folder / "machine.jsonl"
+    return machines.is_file() and digest(recipe) in machines.read_text(encoding="utf-8")
+
+
 def calculate(folder, name, kind, keys, ranks=1, tell=print):
     """The results of a pass, computed if they are not there: what is there counts only if its input is the same."""
     text = scenes.text_of(name, kind)
     recipe = json.dumps({"keys": keys, "input": text}, indent=1)
     made, results = folder / "recipe.json", driver.Results(folder / f"{name}.out", name)
     same = made.is_file() and made.read_text(encoding="utf-8") == recipe
-    if same and results.path("_summary.json").is_file():
+    if same and is_whole(folder, recipe):
         tell(f"{folder}: is there")
         return results
     folder.mkdir(parents=True, exist_ok=True)
@@ -50,7 +61,7 @@ def calculate(folder, name, kind, keys, ranks=1, tell=print):
     if done.returncode != 0:
         raise RuntimeError(f"{folder}: {done.stderr.strip() or 'stirpoint failed'}")
     with (folder / "machine.jsonl").open("a", encoding="utf-8") as file:
-        file.write(json.dumps({"machine": kept.machine(), "version": kept.version(), "ranks": ranks, "cpu_seconds": round(seconds, 1),
+        file.write(json.dumps({"recipe": digest(recipe), "machine": kept.machine(), "version": kept.version(), "ranks": ranks, "cpu_seconds": round(seconds, 1),
                                "restarted": "--restart" in words}) + "\n")
     tell(f"{folder}: computed in {seconds:.0f} s of processor time")
     return results

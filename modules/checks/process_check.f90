@@ -7,6 +7,7 @@ module checks_process_check
   use base_text, only: str
   use checks_around, only: plate_of
   use checks_process, only: none, survey_tool, tool_survey_t
+  use checks_thin, only: check_clamps, check_depth, check_thickness
   use contact_tool, only: tool_t
   use heat_setup_cut_cells, only: all_solids, solids_t
   use input_diagnostics, only: diagnostics_t
@@ -20,7 +21,6 @@ module checks_process_check
   public :: check_process, report_process
 
   real(rp), parameter :: mm = 1.0e3_rp
-  real(rp), parameter :: reach = 3.0_rp           !! of a quadratic B-spline [cells]
 
 contains
 
@@ -44,84 +44,12 @@ contains
         n = diagnostics%count()
         call check_size(input, scene, tool(k), solids, k, diagnostics)
         if (diagnostics%count() == n) call judge(input, scene, tool, solids, k, survey, diagnostics)
+        call check_depth(input, scene, tool(k), solids, survey, diagnostics)
       else
         call judge_rigid(input, scene, k, survey, diagnostics)
       end if
     end do
   end subroutine check_process
-
-  !> Metal so thin between a tool and a wall that holds it, that both have the same nodes: friction
-  !> goes from one to the other past the metal and has no limit.
-  subroutine check_thickness(input, scene, solids, diagnostics)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(in) :: scene
-    type(solids_t), intent(in) :: solids(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
-    type(wall_t) :: wall
-    real(rp) :: cells, lower(3), upper(3)
-    integer :: i
-
-    do i = 1, input%count('WALL')
-      wall = wall_of(input, scene%grid, i)
-      if (.not. all(wall%held)) cycle
-      call plate_of(scene, solids, lower, upper)
-      associate (a => wall%axis, x => wall%position, grid => scene%grid)
-        if (merge(lower(a) - x, x - upper(a), wall%faces_up) > grid%h(a)) cycle
-        if (wall%faces_up) lower(a) = max(lower(a), x)
-        if (.not. wall%faces_up) upper(a) = min(upper(a), x)
-        cells = (upper(a) - lower(a))/grid%h(a)
-        if (grid%grading%axis == a) cells = grid%grading%place(upper(a)) &
-                                            - grid%grading%place(lower(a))
-      end associate
-      if (cells > reach*(1.0_rp - 1.0e-6_rp)) cycle
-      call input%warn(diagnostics, 'WALL', i, 'KIND', &
-                      'holds metal of '//str(cells)//' cells between it and a tool: friction '// &
-                      'passes through it without a limit below 3 cells')
-    end do
-  end subroutine check_thickness
-
-  !> The same between a tool and a clamp that holds the other side of the metal under its path.
-  subroutine check_clamps(input, scene, solids, survey, diagnostics)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(in) :: scene
-    type(solids_t), intent(in) :: solids(:)
-    type(tool_survey_t), intent(in) :: survey
-    type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: cells, ends(2), lower(3), upper(3)
-    logical :: is_passed(3), is_thin
-    integer :: a, i, n
-
-    n = input%count('WALL') - size(scene%symmetry)   ! of walls; those of &CLAMP follow
-    call plate_of(scene, solids, lower, upper)
-    do i = 1, input%count('CLAMP')
-      associate (clamp => scene%clamp(n + i)%clamp, grid => scene%grid)
-        if (.not. all(clamp%held)) cycle
-        is_passed = clamp%lower < survey%swept(:, 2) .and. clamp%upper > survey%swept(:, 1)
-        do a = 1, 3
-          is_passed(a) = .true.          ! along this axis the tool is on the other side
-          if (clamp%lower(a) <= lower(a) + grid%h(a) .and. survey%lower(a) >= clamp%upper(a)) then
-            ends = [max(lower(a), clamp%upper(a)), upper(a)]
-          else if (clamp%upper(a) >= upper(a) - grid%h(a) &
-                   .and. survey%upper(a) <= clamp%lower(a)) then
-            ends = [lower(a), min(upper(a), clamp%lower(a))]
-          else
-            is_passed(a) = .false.
-          end if
-          if (all(is_passed)) then
-            cells = (ends(2) - ends(1))/grid%h(a)
-            if (grid%grading%axis == a) cells = grid%grading%place(ends(2)) &
-                                                - grid%grading%place(ends(1))
-            is_thin = cells > 0.0_rp .and. cells <= reach*(1.0_rp - 1.0e-6_rp)
-            if (is_thin) call input%warn(diagnostics, 'CLAMP', i, '', &
-              'holds metal of '//str(cells)//' cells between it and a tool: friction '// &
-              'passes through it without a limit below 3 cells')
-          end if
-          is_passed(a) = clamp%lower(a) < survey%swept(a, 2) .and. clamp%upper(a) &
-                         > survey%swept(a, 1)
-        end do
-      end associate
-    end do
-  end subroutine check_clamps
 
   !> Phases that never come, and ramps that are cut off.
   subroutine check_phases(input, tool, diagnostics)

@@ -39,6 +39,9 @@ def test_kept_runs_and_measures(tmp_path):
     made = [json.loads(line) for line in (tmp_path / "a/machine.jsonl").read_text().splitlines()]
     assert len(made) == 2 and made[0]["cpu_seconds"] > 0.0 and made[0]["machine"]
     assert float(results.summary()["particles"]) == 5844
+    (tmp_path / "a/machine.jsonl").unlink()  # as if it had been stopped: it goes on from the checkpoint
+    calculate.calculate(tmp_path / "a", "cavity1_tp", "printed", keys | {"TOOL.FRICTION": "0.1"}, tell=told.append)
+    assert "computed" in told[3] and json.loads((tmp_path / "a/machine.jsonl").read_text())["restarted"]
 
 
 def test_dip():

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What the constants of contact are worth: each at half and twice its value, on rows of verification.
+"""What the constants of contact, sleep, drives and graded cells are worth: each at half and twice its value, on rows of verification.
 
 usage: tests/verification/ablation.py [--list] [--only CONSTANT]... [--rows ROW]... [--scratch DIR] [--json FILE]
        tests/verification/ablation.py --table FILE       the table of measured results, for ablation.md
@@ -22,11 +22,12 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 import exact  # noqa: E402
+import numpy as np  # noqa: E402
 import problems  # noqa: E402
 from problems.base import Problem, driver, values  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-TOOL, BODIES, SLEEP = "tool", "bodies", "sleep"
+TOOL, BODIES, SLEEP, GRADED, DRIVE = "tool", "bodies", "sleep", "graded", "drive"
 
 # Constant: which rows, file, text, what takes its place for half and twice.
 PARTICLES, LIMITS, IMPULSES = (f"modules/tool_contact/{name}.f90" for name in ("particles", "limits", "impulses"))
@@ -67,6 +68,9 @@ CONSTANTS = {
     "negligible": (SLEEP, "modules/sleep/held_layer.f90", *number("negligible", "1.0e-9", "0.5e-9", "2.0e-9")),
     "SLEEP_STRESS": (SLEEP, KEYS, *(f"'{part} if SLEEPING = auto or on', '(0,1)'" for part in ("1e-2", "5e-3", "2e-2"))),
     "SLEEP_HEAT": (SLEEP, KEYS, *(f"'{kelvin} if SLEEPING = auto or on', '(0,inf)'" for kelvin in (20, 10, 40))),
+    "GROWTH": (GRADED, KEYS, *(f"'{growth} if GRADED = x or y or z', '[1,2]'" for growth in ("1.2", "1.1", "1.4"))),
+    "least_evened": (GRADED, "modules/heat/nodes.f90", *number("least_evened", "0.1", "0.05", "0.2")),
+    "cells": (DRIVE, "modules/step/drives.f90", *(f":: cells = {cells} " for cells in (12, 6, 24))),
 }
 
 
@@ -74,8 +78,8 @@ class Row:
     """A problem at one resolution, with the figures that are looked at: {name: (exact, tolerance)}. 'error' is that of the
     problem; exact None is what the unchanged program has, the tolerance a part of it."""
 
-    def __init__(self, name, problem, n, figures, parameters=(), sets=None):
-        self.name, self.problem, self.n, self.figures, self.sets = name, problem, n, figures, sets
+    def __init__(self, name, problem, n, figures, parameters=(), sets=None, grading=None):
+        self.name, self.problem, self.n, self.figures, self.sets, self.grading = name, problem, n, figures, sets, grading
         self.parameters = dict(parameters)
 
     def measure(self):
@@ -83,7 +87,7 @@ class Row:
         problem = OTHERS.get(self.problem) or problems.ALL[self.problem]
         with tempfile.TemporaryDirectory() as folder:
             try:
-                error, figures, _ = problem.solve(self.n, problem.parameters | self.parameters, folder, self.sets, timeout=900)
+                error, figures, _ = problem.solve(self.n, problem.parameters | self.parameters, folder, self.sets, timeout=900, grading=self.grading)
             except AssertionError:
                 return dict.fromkeys(self.figures, math.nan)
         return {name: float((figures | {"error": error})[name]) for name in self.figures}
@@ -124,6 +128,19 @@ ROWS = {
     ),
     SLEEP: tuple(Row(f"pass in cells of {cell} mm, {scaling:.0e}, {end} s", "slow_pass", cell, ASLEEP, {"scaling": scaling, "end": end})
                  for cell, scaling, end in ((6.0, 1e3, 2.0), (4.8, 1e4, 6.0), (4.0, 1e5, 12.0), (2.0, 1e6, 3.0))),
+    GRADED: (
+        *(Row(f"{problem}, {n}", problem, n, {"error": (0.0, 5e-3)}, grading=("x", 0.25, *fine)) for problem, n, fine in (
+            ("heat_fixed", 16, (0.3, 0.5)), ("heat_step", 20, (0.45, 0.55)), ("heat_robin", 16, (0.7, 1.0)))),
+        Row("Hertz, line, 40", "hertz_line", 40, {"error": (0.0, 0.05)}, sets={"BODY.LATTICE": "body"}, grading=("z", 0.25, 0.0, 0.1)),
+        Row("Taylor, 4", "taylor", 4, {"foot [mm]": (None, 0.04), "loss": (0.0, 0.04)}, grading=("z", 0.25, 0.0, 0.1)),
+        Row("stirred plate", "stirred_flat", 4, {"force": (1.0, 0.01), "torque": (1.0, 0.01), "hottest [K]": (0.0, 5.0),
+                                                 "coldest [K]": (0.0, 5.0), "particles": (None, 1.0)}),
+    ),
+    DRIVE: (
+        Row("plunge until 20 kN", "plunge_until", 1, {"force": (1.0, 0.25), "time [ms]": (None, 0.05)}),
+        Row("the same, at a third of the speed", "plunge_until", 1, {"force": (1.0, 0.25), "time [ms]": (None, 0.05)}, {"speed": 1e-3}),
+        Row("travel under 20 kN", "plunge_until", 1, {"travel": (1.0, 0.01), "ripple": (0.0, 0.01)}),
+    ),
 }
 
 
@@ -208,7 +225,46 @@ class SlowPass(Problem):
         return abs(figures["force"] - 1.0), figures
 
 
-OTHERS = {problem.name: problem for problem in (FaceOnPlate(), BlockOnSlab(), BoxOfParticles(), SlowPass())}
+class StirredFlat(Problem):
+    """The short stirring in cells of 4 x 4 mm, 1 mm deep in all of the plate, and graded down to it by the default growth."""
+
+    folder, input, name = driver.INPUTS, "stir", "stirred_flat"
+
+    def runs(self, n, p):
+        both = {"METHOD.SHAPE": "bspline", "GRID.CELL": values(n * 1e-3, n * 1e-3, 1e-3), "METHOD.SLEEPING": "off", "TIME.END": 0.08,
+                "OUTPUT.CHECKPOINT_INTERVAL": 0.08, "MOTION(1).VELOCITY": values(0, 0, -20e-3), "TIME.MASS_SCALING": 1e6}
+        return [both, both | {"GRID.GRADED": "z", "GRID.FINE": values(8e-3, 14e-3), "GRID.LARGEST_CELL": 4e-3}]
+
+    def measure(self, runs, n, p):
+        equal, graded = (run.history() for run in runs)
+        figures = {short: graded[name][-20:].mean() / equal[name][-20:].mean() for short, name in (
+            ("force", "tool_force_z[N]"), ("torque", "tool_torque[Nm]"))}
+        temp = [run.checkpoint().temp for run in runs]
+        figures |= {"hottest [K]": temp[1].max() - temp[0].max(), "coldest [K]": temp[1].min() - 298.0, "particles": len(temp[1])}
+        return abs(figures["force"] - 1.0), figures
+
+
+class PlungeUntil(Problem):
+    """A disc that plunges until it feels 20 kN, and travels under that force."""
+
+    folder, input, name = driver.INPUTS, "phased", "plunge_until"
+    parameters = {"speed": 3e-3}
+
+    def sets(self, n, p):
+        longer = 3e-3 / p["speed"]
+        return {"MOTION(1).VELOCITY": values(0, 0, -p["speed"]), "MOTION(1).DURATION": 10e-3 * longer, "TIME.END": 24e-3 * longer,
+                "OUTPUT.HISTORY_INTERVAL": 1e-4}
+
+    def measure(self, run, n, p):
+        history = run.history()
+        time, force, phase = (history[name] for name in ("time[s]", "disc_force_z[N]", "disc_phase"))
+        after = int(np.argmax(phase > 1))
+        travel = force[phase == 3][10:]
+        return 0.0, {"force": force[after - 1:after + 2].mean() / 20e3, "time [ms]": 1e3 * time[after], "travel": travel.mean() / 20e3,
+                     "ripple": travel.std() / 20e3}
+
+
+OTHERS = {problem.name: problem for problem in (FaceOnPlate(), BlockOnSlab(), BoxOfParticles(), SlowPass(), StirredFlat(), PlungeUntil())}
 
 
 def build(scratch, jobs):
