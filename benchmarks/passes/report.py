@@ -166,6 +166,14 @@ def sticking(fine, coarse):
     return rows
 
 
+def refined(finest, fine, coarse):
+    """The pass of cavity 1 with Johnson-Cook's law and calibrated numbers, with particles 2, 1 and 0.5 mm apart."""
+    rows = [["quantity", "2 mm", "1 mm", "0.5 mm"]]
+    for measure in STUDIED:
+        rows.append([measure, *(shown(of, "cavity1_jc", "calibrated", measure, ".3g") for of in (coarse, fine, finest))])
+    return rows
+
+
 def runs(all_of):
     rows = [["pass", "kind", "particles", "apart, mm", "mass scaling", "elastic scaling", "steps", "processor time, s", "solver"]]
     for (name, kind), one in all_of.items():
@@ -215,10 +223,11 @@ def picture(place):
 
 
 def write(folder, place):
-    fine, coarse = (load(folder / f"{apart}mm") for apart in (1, 2))
+    finest, fine, coarse = (load(folder / f"{apart}mm") for apart in (0.5, 1, 2))
     tables = {"cavity 1": cavity1(fine, coarse), "cavities": cavities(coarse), "AA5005": aa5005(coarse), "calibration": calibrated(coarse),
               "Johnson and Cook": experiments(coarse, "jc"), "two phases": experiments(coarse, "tp"), "hot copper": experiments(coarse, "hot"),
-              "sticking": sticking(fine, coarse), "runs": runs(fine) + runs(coarse)[1:]}
+              "sticking": sticking(fine, coarse), "refined": refined(finest, fine, coarse),
+              "runs": runs(finest) + runs(fine)[1:] + runs(coarse)[1:]}
     for title, rows in tables.items():
         kept.show(title, rows)
     kept.keep(TABLES, COMMAND, tables)

@@ -214,16 +214,38 @@ def scaling():
     return values
 
 
-def cooling():
+def cooling(sets=None):
     """Grain sizes at the end of the paths of input/material/cooling.nml [m]."""
     with tempfile.TemporaryDirectory() as place:
-        driver.run(str(ROOT / "input/material/cooling.nml"), "--material", directory=place)
+        driver.run(str(ROOT / "input/material/cooling.nml"), "--material", directory=place, sets=sets)
         values = {}
         for path in sorted(pathlib.Path(place).rglob("*.csv")):
             rows = [row for row in path.read_text(encoding="utf-8").splitlines() if not row.startswith("#")]
             head, last = rows[0].split(","), rows[-1].split(",")
             column = next(k for k, name in enumerate(head) if name.startswith("grain_size"))
             values[path.stem] = float(last[column])
+    return values
+
+
+# What annealing depends on: what is changed, keys. 82 kJ/mol with the same rates at 700 K.
+ANNEALING = {
+    "as it is": {},
+    "`GROWTH` over 10": {"GROWTH": "2.3e-7,104e3"}, "`GROWTH` times 10": {"GROWTH": "2.3e-5,104e3"},
+    "`RECOVERY` over 10": {"RECOVERY": "8e-23,117e3"}, "`RECOVERY` times 10": {"RECOVERY": "8e-21,117e3"},
+    "`RECRYSTALLISATION` over 10": {"RECRYSTALLISATION": "9.3e-8,104e3"}, "`RECRYSTALLISATION` times 10": {"RECRYSTALLISATION": "9.3e-6,104e3"},
+    "82 kJ/mol for 104 in both": {"GROWTH": "5.25e-8,82e3", "RECRYSTALLISATION": "2.12e-8,82e3"},
+    "`NUCLEUS_SPACING` half": {"NUCLEUS_SPACING": "1e-6"}, "`NUCLEUS_SPACING` twice": {"NUCLEUS_SPACING": "4e-6"},
+    "`NUCLEATION_DENSITY` half": {"NUCLEATION_DENSITY": "5e13"}, "`NUCLEATION_DENSITY` twice": {"NUCLEATION_DENSITY": "2e14"},
+    "`RECRYSTALLISED_STRAIN` half": {"RECRYSTALLISED_STRAIN": "0.25"}, "`RECRYSTALLISED_STRAIN` twice": {"RECRYSTALLISED_STRAIN": "1"},
+}
+
+
+def annealing():
+    """Grain sizes of the cooled paths with one parameter of annealing changed [m]."""
+    values = {}
+    for name, keys in ANNEALING.items():
+        found = cooling({f"MATERIAL(annealing copper).{key}": value for key, value in keys.items()})
+        values |= {f"{name}, {path}": found[f"cooling-{path}"] for path in ("plate", "quench")}
     return values
 
 
@@ -269,6 +291,8 @@ OWN = (
     Measure("mass_scaling", "tests/figures/figures.py mass_scaling", mass_scaling, tolerance=0.01,
             reason="chaotic: particles that flow amplify differences of rounding"),
     Measure("scaling", "benchmarks/scaling", scaling, quick=True, tolerance=1e-6, reason="a formula"),
+    Measure("annealing", "build/release/stirpoint --material input/material/cooling.nml --set 'MATERIAL(annealing copper).KEY=VALUE'", annealing,
+            quick=True),
     Measure("cooling", "build/release/stirpoint --material input/material/cooling.nml", cooling, quick=True),
     Measure("calibration", "stirpost calibrate law (input/material/calibration.nml)", calibration),
     Measure("limits", "benchmarks/stability/limits.py", limits_again, own=limits,

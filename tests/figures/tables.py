@@ -140,6 +140,12 @@ def cooling(record):
     return table(["cooled", "grains"], [[name, f"{1e9 * values[key]:.0f} nm"] for key, name in names.items()])
 
 
+def annealing(record):
+    values = record["annealing"]
+    return table(["changed", "on the backing plate", "in a quench"],
+                 [[name, *(f"{1e9 * values[f'{name}, {path}']:.0f} nm" for path in ("plate", "quench"))] for name in measures.ANNEALING])
+
+
 PLATES = {"copper_plain": "plain", "copper_cavity1": "cavity 1", "copper_cavity2": "cavity 2", "copper_cavity3": "cavity 3",
           "aa5005": "AA5005"}
 
@@ -259,16 +265,18 @@ def kept(path, title):
 SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
 PLATE = "benchmarks/stirred_plate.json"
 PASSES = "benchmarks/passes/results/tables.json"
+BEGIN = "benchmarks/new_scenes.json"
 ALL = {
     "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
-    "scaling": scaling, "plates": plates, "versions": versions, "speed": speed, "kernels": kernels, "cooling": cooling, "calibration": calibration,
+    "scaling": scaling, "plates": plates, "versions": versions, "speed": speed, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"), "sleeping, cavity": kept(SLEEPING, "tool in the cavity, 890 K"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
     "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
     "disc on a hot plate": kept(PLATE, "disc on a hot plate"),
     **{f"passes, {title}": kept(PASSES, title) for title in ("calibration", "cavity 1", "cavities", "AA5005", "Johnson and Cook", "two phases",
-                                                            "hot copper", "sticking", "mass scaling", "runs")},
+                                                            "hot copper", "sticking", "refined", "mass scaling", "runs")},
+    **{f"new scenes, {title}": kept(BEGIN, title) for title in ("scenes", "pin")},
 }
 
 SERIES = "docs/measurements/methods.md"
