@@ -222,12 +222,17 @@ def picture(place):
         look.save(figure, HERE.parents[1] / "docs/pictures/passes_thermocouples.png")
 
 
-def write(folder, place):
+def tables_of(folder):
+    """All tables, by their titles, from the results in a folder."""
     finest, fine, coarse = (load(folder / f"{apart}mm") for apart in (0.5, 1, 2))
-    tables = {"cavity 1": cavity1(fine, coarse), "cavities": cavities(coarse), "AA5005": aa5005(coarse), "calibration": calibrated(coarse),
+    return {"cavity 1": cavity1(fine, coarse), "cavities": cavities(coarse), "AA5005": aa5005(coarse), "calibration": calibrated(coarse),
               "Johnson and Cook": experiments(coarse, "jc"), "two phases": experiments(coarse, "tp"), "hot copper": experiments(coarse, "hot"),
               "sticking": sticking(fine, coarse), "refined": refined(finest, fine, coarse),
               "runs": runs(finest) + runs(fine)[1:] + runs(coarse)[1:]}
+
+
+def write(folder, place):
+    tables = tables_of(folder)
     for title, rows in tables.items():
         kept.show(title, rows)
     kept.keep(TABLES, COMMAND, tables)
