@@ -18,7 +18,7 @@ module checks_thin
   public :: check_clamps, check_depth, check_thickness
 
   real(rp), parameter :: reach = 3.0_rp           !! of a quadratic B-spline [cells]
-  real(rp), parameter :: least_below = 1.0_rp     !! for a node between both that neither holds [cells]
+  real(rp), parameter :: least_below = 1.0_rp     !! for a node between that neither holds [cells]
 
 contains
 
@@ -115,9 +115,9 @@ contains
         cells = cells_between(scene%grid, 3, floor, lower(3) + phase%bottom)
         if (cells <= 0.0_rp .or. cells >= least_below*(1.0_rp - 1.0e-6_rp)) cycle
         call input%warn(diagnostics, 'MOTION', phase%motion, 'VELOCITY', &
-                        'leaves metal of '//str(cells)//' cells between the tool and what holds '// &
-                        'the plate below: with less than a cell no node there is free, and metal '// &
-                        'that is heated and cannot flow melts')
+                        'leaves metal of '//str(cells)//' cells between the tool and what '// &
+                        'holds the plate below: with less than a cell no node there is free, '// &
+                        'and metal that is heated and cannot flow melts')
         return
       end associate
     end do

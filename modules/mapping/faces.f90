@@ -65,7 +65,8 @@ contains
     w = face_weights(d, side, half(a), reach, layers, spacing)
     associate (patch => nodes%patch)
       if (a /= patch%grading%axis) return
-      w([1, 3]) = 2.0_rp*w([1, 3])*patch%grading%span(3:4, patch%all%lo(a) + middle(patch, a, first))
+      w([1, 3]) = 2.0_rp*w([1, 3])*patch%grading%span(3:4, patch%all%lo(a) &
+                                                      + middle(patch, a, first))
       w(2) = 1.0_rp - w(1) - w(3)
     end associate
   end function weights_across

@@ -78,7 +78,7 @@ contains
     do k = 1, size(sim%tool)
       if (.not. sim%tool(k)%watch%is_on) cycle
       associate (tool => sim%tool(k), watch => sim%tool(k)%watch)
-        watch%felt = watch%felt + part*(impulse(:, k)/dt - watch%felt)
+        call watch%feel(impulse(:, k)/dt, part)
         if (watch%halted >= 0.0_rp) cycle
         was = watch%phase
         watch%phase = tool%motion%phase_at(t)
@@ -97,7 +97,7 @@ contains
             call tell(world, t, tool, watch%phase, reason)
           end if
         end if
-        if (abs(watch%felt(1)) > watch%most_force .or. abs(watch%felt(2)) > watch%most_torque) then
+        if (any(abs(watch%load()) > [watch%most_force, watch%most_torque])) then
           call stop_tool(world, t, tool, sim%clock)
         end if
       end associate
@@ -110,13 +110,14 @@ contains
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     character(:), allocatable :: reason
-    real(rp) :: most(1)
+    real(rp) :: load(2), most(1)
     integer :: b
 
     reason = ''
+    load = tool%watch%load()
     associate (phase => tool%motion%phase(tool%watch%phase))
-      if (tool%watch%felt(1) >= phase%until_force) reason = 'UNTIL_FORCE; '//reading(tool)
-      if (tool%watch%felt(2) >= phase%until_torque) reason = 'UNTIL_TORQUE; '//reading(tool)
+      if (load(1) >= phase%until_force) reason = 'UNTIL_FORCE; '//reading(tool)
+      if (load(2) >= phase%until_torque) reason = 'UNTIL_TORQUE; '//reading(tool)
       if (phase%until_temperature >= huge(1.0_rp) .or. mod(sim%clock%step, int(every, kind( &
         sim%clock%step))) /= 0) return
       most = 0.0_rp
@@ -167,8 +168,10 @@ contains
   function reading(tool) result(text)
     type(tool_t), intent(in) :: tool
     character(:), allocatable :: text
+    real(rp) :: load(2)
 
-    text = 'force '//str(tool%watch%felt(1))//' N, torque '//str(tool%watch%felt(2))//' N m'
+    load = tool%watch%load()
+    text = 'force '//str(load(1))//' N, torque '//str(load(2))//' N m'
   end function reading
 
 end module step_drives

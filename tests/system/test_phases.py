@@ -18,7 +18,7 @@ def ends(done):
 
 def test_plunge_dwell_travel_retract(run):
     """A disc plunges until it feels 20 kN, dwells under that force until the metal has 306 K, travels under it, and is drawn out. Own
-    measure: 20 kN at the end of the plunge within 25 % (it grows by 15 kN a millisecond, and is a mean of late), the temperature
+    measure: 20 kN at the end of the plunge within 5 % (it grows by 15 kN a millisecond; rows before and after it), the temperature
     within that of one conduction step, and in travel the force within 1 %."""
     done = run(SCENE)
     history = done.results(SCENE).history()
@@ -27,7 +27,8 @@ def test_plunge_dwell_travel_retract(run):
     assert "phase 1 of tool 'disc' ends: UNTIL_FORCE" in done.out and "phase 2 of tool 'disc' ends: UNTIL_TEMPERATURE" in done.out
     after = np.searchsorted(time, plunged)
     print(plunged, warm, force[after - 2:after + 2])
-    assert force[after] == pytest.approx(20e3, rel=0.25) and np.all(force[:after - 2] < 20e3)
+    ended = np.interp(plunged, time, force)
+    assert ended == pytest.approx(20e3, rel=0.05) and np.all(force[:after - 2] < 20e3)
     assert history["temperature_max[K]"][np.searchsorted(time, warm) + np.array([-1, 0])] == pytest.approx(306.0, abs=1.0)
     assert list(np.unique(phase)) == [1, 2, 3, 4]
     travel = (phase == 3) & (time > warm + 1e-3)
