@@ -3,13 +3,14 @@
 program test_motion
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_motion, only: motion_t, phase_t
+  use contact_motion, only: motion_t, phase_t, watch_t
   implicit none (type, external)
 
   call begin_tests()
   call test_schedule()
   call test_after_the_end()
   call test_rest()
+  call test_growing_load()
   call end_tests()
 
 contains
@@ -93,5 +94,20 @@ contains
     call motion%at(3.0_rp, shift, velocity, angle, spin)
     call expect('a tool without phases rests', all([shift, velocity, angle, spin] == 0.0_rp))
   end subroutine test_rest
+
+  !> A load that grows at one rate is felt as it is, and a constant one, too.
+  subroutine test_growing_load()
+    type(watch_t) :: watch
+    real(rp) :: load(2)
+    integer :: i
+
+    do i = 1, 2000
+      call watch%feel([3.0_rp*i, 7.0_rp], 0.05_rp)
+    end do
+    load = watch%load()
+    call expect_close('a load that grows', load(1), 6000.0_rp, rtol=1.0e-12_rp)
+    call expect_close('a constant one', load(2), 7.0_rp, rtol=1.0e-12_rp)
+    call expect('its mean lags', watch%felt(1) < 5950.0_rp)
+  end subroutine test_growing_load
 
 end program test_motion
