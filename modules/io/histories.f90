@@ -74,7 +74,8 @@ contains
     text = text//new_line('a')
   end function header
 
-  !> Header and rows up to `last_time` of the old table; its last line may be incomplete.
+  !> Header and rows up to `last_time` of the old table; its last line may be incomplete. Rows of
+  !> that very time beyond the `rows` of the run were written behind the checkpoint.
   subroutine keep_rows(path, columns, rows, last_time, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: columns(:)
@@ -86,7 +87,10 @@ contains
     integer(i8) :: found
     integer :: first, last, length, used
     logical :: has_header
+    real(rp) :: least, most, time            ! what passes for the last time, and of a row [s]
 
+    least = last_time*(1.0_rp - time_slack)
+    most = last_time*(1.0_rp + time_slack)
     call read_file(path, old)
     allocate (character(len(old)) :: kept)
     used = 0
@@ -105,10 +109,13 @@ contains
           call error%raise(path//' has other columns; move it away or restart with the same')
           return
         end if
-      else if (is_row_until(old(first:last - 1), size(columns), last_time)) then
-        kept(used + 1:used + length) = old(first:last)
-        used = used + length
-        found = found + 1
+      else
+        time = time_of(old(first:last - 1), size(columns))
+        if (time < least .or. (time <= most .and. found < rows)) then
+          kept(used + 1:used + length) = old(first:last)
+          used = used + length
+          found = found + 1
+        end if
       end if
       first = last + 1
     end do
@@ -142,21 +149,20 @@ contains
     call say(message)
   end subroutine tell_apart
 
-  !> True if the line is a full row whose first value is not later than `time`.
-  logical function is_row_until(line, n, time)
+  !> First value of a line; huge if the line is no full row of `n` values.
+  real(rp) function time_of(line, n) result(time)
     character(*), intent(in) :: line
     integer, intent(in) :: n
-    real(rp), intent(in) :: time
     real(rp) :: value
     integer :: status, comma, k
 
-    is_row_until = .false.
+    time = huge(1.0_rp)
     if (count([(line(k:k) == ',', k=1, len(line))]) /= n - 1) return
     comma = index(line//',', ',')
     if (len_trim(line(:comma - 1)) == 0) return
     read (line(:comma - 1), *, iostat=status) value
-    if (status == 0) is_row_until = value <= time*(1.0_rp + time_slack)
-  end function is_row_until
+    if (status == 0) time = value
+  end function time_of
 
   !> The whole file; empty if there is none.
   subroutine read_file(path, text)

@@ -33,8 +33,9 @@ contains
     allocate (sim%particles%motion, source=sim%particles%ps(:, f_vel:f_vel + 2, &
                                                             :sim%particles%nblk))
     call clear_nodes(sim%nodes, sim%nodes%g2)
-    do i = 1, sim%blocks%n_awake
-      b = sim%blocks%turn(i)
+    do i = 1, sim%blocks%n_mapped           ! sleepers that share nodes with awake particles, too
+      b = i
+      if (i <= sim%blocks%n_awake) b = sim%blocks%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
       if (flows(k)) call add_momentum(sim, sim%particles%body(b), sim%particles%count(b), &
                                       sim%particles%nf, sim%particles%ps(:, :, b), &
@@ -67,17 +68,14 @@ contains
     call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
   end subroutine add_momentum
 
-  !> Collective. Velocities in lanes 5:7 of the nodes from what all ranks gave; sleepers that share
-  !> nodes with awake particles count with their mass.
+  !> Collective. Velocities in lanes 5:7 of the nodes from what all ranks gave.
   subroutine find_velocities(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp) :: lost(8, size(sim%scene%symmetry))
     integer :: i, k, r
 
-    associate (g => sim%nodes%g2, layer => sim%sleepers%layer)
-      if (allocated(layer%node)) g(1, layer%node, 1) = g(1, layer%node, 1) &
-          + layer%record(1, :)/sim%clock%mass_scaling
+    associate (g => sim%nodes%g2)
       lost = 0.0_rp                            ! not used
       do k = 1, sim%nodes%n_groups
         call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), lost)
