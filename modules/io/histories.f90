@@ -34,8 +34,9 @@ module io_histories
 contains
 
   !> Start a table, or continue the one that is there after the `rows` that the run had written, the
-  !> last at `last_time`. If it does not hold just those, the run says so and keeps it aside.
-  subroutine open_table(self, world, path, title, columns, rows, last_time, error)
+  !> last at `last_time`. If it does not hold just those, the run says so and keeps it aside; more
+  !> rows of that very time are cut if they `may_follow`, behind the checkpoint of the run.
+  subroutine open_table(self, world, path, title, columns, rows, last_time, error, may_follow)
     class(table_t), intent(out) :: self
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -44,14 +45,19 @@ contains
     integer(i8), intent(in) :: rows          !! below zero: a fresh table
     real(rp), intent(in) :: last_time        !! [s]
     type(error_t), intent(inout) :: error
+    logical, intent(in), optional :: may_follow
     character(:), allocatable :: text
+    logical :: may_be_cut
 
     if (error%is_set()) return
+    may_be_cut = .false.
+    if (present(may_follow)) may_be_cut = may_follow
     self%world = world
     self%path = trim(path)
     if (world%is_root()) then
       text = header(columns)
-      if (rows >= 0) call keep_rows(self%path, columns, rows, last_time, text, error)
+      if (rows >= 0) call keep_rows(self%path, columns, rows, last_time, may_be_cut, text, &
+                                    error)
       if (len_trim(title) > 0) text = '# '//trim(title)//new_line('a')//text
       call write_whole(self%path, text, error)
       if (.not. error%is_set()) call self%file%append(self%path)
@@ -74,13 +80,13 @@ contains
     text = text//new_line('a')
   end function header
 
-  !> Header and rows up to `last_time` of the old table; its last line may be incomplete. Rows of
-  !> that very time beyond the `rows` of the run were written behind the checkpoint.
-  subroutine keep_rows(path, columns, rows, last_time, text, error)
+  !> Header and rows up to `last_time` of the old table; its last line may be incomplete.
+  subroutine keep_rows(path, columns, rows, last_time, may_be_cut, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: columns(:)
     integer(i8), intent(in) :: rows
     real(rp), intent(in) :: last_time
+    logical, intent(in) :: may_be_cut        !! rows of that time beyond the last of them
     character(:), allocatable, intent(inout) :: text
     type(error_t), intent(inout) :: error
     character(:), allocatable :: old, kept
@@ -89,7 +95,7 @@ contains
     logical :: has_header
     real(rp) :: least, most, time            ! what passes for the last time, and of a row [s]
 
-    least = last_time*(1.0_rp - time_slack)
+    least = last_time*(1.0_rp - time_slack) - tiny(1.0_rp)
     most = last_time*(1.0_rp + time_slack)
     call read_file(path, old)
     allocate (character(len(old)) :: kept)
@@ -111,7 +117,7 @@ contains
         end if
       else
         time = time_of(old(first:last - 1), size(columns))
-        if (time < least .or. (time <= most .and. found < rows)) then
+        if (time <= merge(least, most, may_be_cut .and. found >= rows)) then
           kept(used + 1:used + length) = old(first:last)
           used = used + length
           found = found + 1

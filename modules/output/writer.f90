@@ -93,7 +93,7 @@ contains
     if (tracers%n > 0) then
       call self%tracers%open(world, stem//'_tracers.csv', scene%title, tracer_headings, &
                              merge(tracers%rows, -1_i8, is_resumed), maxval(tracers%row_time), &
-                             error)
+                             error, may_follow=.true.)
     end if
     if (has_fields(scene)) then
       call self%errors%open(world, stem//'_errors.csv', scene%title, error_headings(scene, clock), &
