@@ -116,7 +116,7 @@ contains
     end if
     if (command%restart == '') call warn_of_overlap(world, input, command%sets, sim)
     if (command%action == 'check') then
-      call report_scene(world, input, sim, counts, volumes)
+      call report_scene(world, input, sim, counts, volumes, command%topic == '')
     else if (.not. is_stopped(status)) then
       call open_results(input, sim%scene%output, sim%history%frame_times, status)
       if (world%is_root() .and. .not. command%is_quiet) call tell_shares(sim%scene, sim%tool)
@@ -141,7 +141,8 @@ contains
       status = bad_input
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
     else if (command%action == 'check') then
-      call report_heat_scene(world, input, sim%scene, sim%probes%name, heat)
+      call report_heat_scene(world, input, sim%scene, sim%probes%name, heat, &
+                             command%topic == '')
     else if (.not. is_stopped(status)) then
       call open_results(input, sim%scene%output, heat%frame_times, status)
       if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &

@@ -8,7 +8,8 @@ module front_command_line
 
   type :: command_t
     character(:), allocatable :: action  !! the option that names it, or run
-    character(:), allocatable :: topic       !! what is behind the = of --keys and --help, or --new
+    character(:), allocatable :: topic       !! what is behind the = of --check, --keys and --help,
+                                             !! or behind --new
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
     character(:), allocatable :: directory   !! for outputs, '' for the default
@@ -47,8 +48,11 @@ contains
       case ('--check', '--help', '-h', '--keys', '--material', '--materials', '--version')
         command%action = option(verify(option, '-'):)
         if (option == '-h') command%action = 'help'
-        if (option == '--keys' .or. option == '--help') then
+        if (any(option == [character(7) :: '--check', '--keys', '--help'])) then
           if (option /= word) command%topic = next(i, option)
+          if (option == '--check' .and. all(command%topic /= [character(5) :: '', 'scene'])) then
+            command%problem = '--check='//command%topic//' is unknown; there is --check=scene'
+          end if
         else if (option /= word) then
           command%problem = option//' takes no value (see stirpoint --help)'
         end if

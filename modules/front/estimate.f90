@@ -3,6 +3,7 @@
 !> where their phases will have taken them, so that contact and sleep are counted as they will be.
 module front_estimate
   use base_kinds, only: i8, rp
+  use base_text, only: str
   use base_timers, only: cpu_seconds
   use comm_world, only: world_t
   use front_estimate_output, only: heat_output_seconds, output_seconds
@@ -24,6 +25,8 @@ module front_estimate
     real(rp) :: steps = 0.0_rp            !! of the run
     real(rp) :: awake = 1.0_rp            !! share of the particles, mean over the steps
     integer :: looked = 0                 !! steps made to find out
+  contains
+    procedure :: run_time
   end type cost_t
 
   !> Steps of heat alone: their ends, and the processor time of all ranks until then.
@@ -48,6 +51,17 @@ module front_estimate
   real(rp), parameter :: part = 0.1_rp    !! of the run that is worth the wait for sleep
 
 contains
+
+  !> The time of the run on so many ranks, in words.
+  pure function run_time(self, ranks) result(text)
+    class(cost_t), intent(in) :: self
+    integer, intent(in) :: ranks
+    character(:), allocatable :: text
+
+    text = str(self%seconds)//' s of processor time = '//str(self%seconds/ranks/3600.0_rp)// &
+           ' h on '//str(ranks)//' free core(s), measured in '//str(self%looked)//' steps; '// &
+           str(self%output)//' s of it for output, without the disk'
+  end function run_time
 
   !> Collective; the simulation is of no use afterwards. `dt`: the first step [s].
   subroutine estimate_run(world, sim, dt, cost)

@@ -19,40 +19,30 @@ module front_heat_report
 
 contains
 
-  !> Collective; evaluates the rates and advances to measure the cost, writes no file; the state
-  !> is of no use afterwards.
-  subroutine report_heat_scene(world, input, scene, names, run)
+  !> Collective; writes no file. Evaluates the rates and advances if it `measures` the cost, after
+  !> which the state is of no use.
+  subroutine report_heat_scene(world, input, scene, names, run, measures)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     character(*), intent(in) :: names(:)     !! of the probes
     type(heat_run_t), intent(inout) :: run
+    logical, intent(in) :: measures
     type(heat_run_t) :: coarse
     type(cost_t) :: cost
-    real(rp) :: volume(1), t, best
+    real(rp) :: best, volume(1)
     integer(i8) :: odd
-    integer :: i
 
     associate (heat => run%heat, mesh => run%heat%mesh)
       volume = mesh%volume
       odd = size(mesh%odd)
       call world%sum(volume)
       call world%sum(odd)
-      call heat%aim(0.0_rp, 0.0_rp)
-      best = huge(1.0_rp)
-      block
-        real(rp), allocatable :: rate(:)
-        real(rp) :: power(2)
-
-        allocate (rate, mold=heat%theta)
-        do i = 1, 5
-          t = wall_time()
-          call heat%rate(heat%theta, 0.0_rp, rate, power)
-          best = min(best, wall_time() - t)
-        end do
-      end block
-      call build_coarse(world, input, scene, run, coarse)
-      call estimate_heat(world, scene, names, run, coarse, cost)
+      if (measures) then
+        best = fastest_evaluation(run)
+        call build_coarse(world, input, scene, run, coarse)
+        call estimate_heat(world, scene, names, run, coarse, cost)
+      end if
       if (.not. world%is_root()) return
       call line('scene', scene%output%name//'  '//scene%title)
       call line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
@@ -66,15 +56,31 @@ contains
       if (run%integrator%method /= euler .and. run%integrator%method /= rkl2) then
         call line('solver', trim(solver_names(run%integrator%implicit%solver)))
       end if
-      call line('speed', str(real(run%cells, rp)/best*1.0e-6_rp)//' M cells/s in one evaluation')
-      call line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s, about')
-      call line('run time', str(cost%seconds)//' s of processor time = '// &
-                str(cost%seconds/world%size/3600.0_rp)//' h on '//str(world%size)// &
-                ' free core(s), measured in '//str(cost%looked)//' steps; '//str(cost%output)// &
-                ' s of it for output, without the disk')
+      if (measures) then
+        call line('speed', str(real(run%cells, rp)/best*1.0e-6_rp)//' M cells/s in one evaluation')
+        call line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s, about')
+        call line('run time', cost%run_time(world%size))
+      end if
       call line('skipped', 'mechanics, contact, particles (MECHANICS = F)')
     end associate
   end subroutine report_heat_scene
+
+  !> Collective. Wall time of the fastest of a few evaluations of the rates [s].
+  real(rp) function fastest_evaluation(run) result(best)
+    type(heat_run_t), intent(inout) :: run
+    real(rp), allocatable :: rate(:)
+    real(rp) :: power(2), started
+    integer :: i
+
+    call run%heat%aim(0.0_rp, 0.0_rp)
+    allocate (rate, mold=run%heat%theta)
+    best = huge(1.0_rp)
+    do i = 1, 5
+      started = wall_time()
+      call run%heat%rate(run%heat%theta, 0.0_rp, rate, power)
+      best = min(best, wall_time() - started)
+    end do
+  end function fastest_evaluation
 
   !> The same scene in so large cells that all of it is computed in tenths of a second.
   subroutine build_coarse(world, input, scene, run, coarse)

@@ -36,6 +36,8 @@ contains
 
     list = [ &
       option_t('--check', '', 'report the scene, its cost and what it skips; write nothing'), &
+      option_t('--check', '=scene', &
+               'the same at once, without the cost, for which steps are taken'), &
       option_t('--material', '', 'only the flow laws, along the &PATH groups; curves as CSV'), &
       option_t('--set', 'GROUP.KEY=VALUE', &
                'override a value; GROUP(2).KEY or GROUP(name).KEY for one of many'), &

@@ -27,14 +27,15 @@ module front_report
 
 contains
 
-  !> Collective; takes steps to measure the cost, writes no file; the simulation is of no use
-  !> afterwards.
-  subroutine report_scene(world, input, sim, counts, volumes)
+  !> Collective; writes no file. Takes steps if it `measures` the cost, after which the simulation
+  !> is of no use.
+  subroutine report_scene(world, input, sim, counts, volumes, measures)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(simulation_t), intent(inout) :: sim
     integer(i8), intent(in) :: counts(:)     !! particles of each body
     type(volumes_t), intent(in) :: volumes(:)
+    logical, intent(in) :: measures
     type(cost_t) :: cost
     character(:), allocatable :: limited_by, what_is_skipped
     real(rp) :: dt, memory(1)
@@ -45,7 +46,7 @@ contains
     what_is_skipped = skipped(sim)
     memory = real(sim%particles%bytes() + sim%nodes%bytes(), rp)
     call world%sum(memory)
-    call estimate_run(world, sim, dt, cost)
+    if (measures) call estimate_run(world, sim, dt, cost)
     if (.not. world%is_root()) return
     call line('scene', sim%scene%output%name//'  '//sim%scene%title)
     associate (grid => sim%scene%grid)
@@ -70,15 +71,14 @@ contains
     call line('method', method(sim))
     call line('time step', str(dt)//' s, limited by '//limited_by)
     if (elastic_strain(input, sim%scene) > 0.0_rp) call line('elasticity', elasticity(input, sim))
-    call line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
-    call line('speed', &
-              str(real(sum(counts), rp)*cost%steps/max(cost%seconds, tiny(1.0_rp))*1.0e-6_rp)// &
-              ' M particle-steps/s of processor time here, '//str(nint(100.0_rp*cost%awake))// &
-              ' % of the particles awake')
-    call line('run time', str(cost%seconds)//' s of processor time = '// &
-              str(cost%seconds/world%size/3600.0_rp)//' h on '//str(world%size)// &
-              ' free core(s), measured in '//str(cost%looked)//' steps; '//str(cost%output)// &
-              ' s of it for output, without the disk')
+    if (measures) then
+      call line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
+      call line('speed', &
+                str(real(sum(counts), rp)*cost%steps/max(cost%seconds, tiny(1.0_rp))*1.0e-6_rp)// &
+                ' M particle-steps/s of processor time here, '//str(nint(100.0_rp*cost%awake))// &
+                ' % of the particles awake')
+      call line('run time', cost%run_time(world%size))
+    end if
     call report_process(input, sim%scene, sim%tool)
     call tell_shares(sim%scene, sim%tool)
     call line('skipped', what_is_skipped)

@@ -95,7 +95,7 @@ VERIFIED = {
 USL = {"METHOD.SCHEME": "usl"}
 # The same with other keys: label, problem, resolutions, keys.
 VARIANTS = (("cantilever by USL", "cantilever", (3, 4), USL),)
-QUICK = {("vortex", 64), ("bar_mode", 25), ("bar_impact", 25), ("standing_wave", 32), ("heat_step", 20), ("cantilever", 3)}
+QUICK = {("vortex", 64), ("bar_mode", 25), ("bar_impact", 25), ("standing_wave", 32), ("heat_step", 20)}
 
 
 def verify(problem, n, sets):
@@ -286,11 +286,11 @@ def limits_again():
 
 OWN = (
     Measure("precision", "benchmarks/work_precision/run.sh", precision_again, quick=True, tolerance=0.02, own=precision),
-    Measure("rotation", "tests/figures/figures.py rotation", rotation, quick=True),
+    Measure("rotation", "tests/figures/figures.py rotation", rotation),
     Measure("disc_on_plate", "tests/figures/figures.py disc_on_plate", disc_on_plate),
     Measure("mass_scaling", "tests/figures/figures.py mass_scaling", mass_scaling, tolerance=0.01,
             reason="chaotic: particles that flow amplify differences of rounding"),
-    Measure("scaling", "benchmarks/scaling", scaling, quick=True, tolerance=1e-6, reason="a formula"),
+    Measure("scaling", "benchmarks/scaling", scaling, tolerance=1e-6, reason="a formula"),
     Measure("annealing", "build/release/stirpoint --material input/material/cooling.nml --set 'MATERIAL(annealing copper).KEY=VALUE'", annealing),
     Measure("cooling", "build/release/stirpoint --material input/material/cooling.nml", cooling, quick=True),
     Measure("calibration", "stirpost calibrate law (input/material/calibration.nml)", calibration),

@@ -101,7 +101,7 @@ def run(name, *options, directory, ranks=None, sets=None, expect=WELL, timeout=1
 def lacks(solver, directory):
     """True if this build says that it does not have a solver of the heat equation."""
     plain = ROOT / "input" / "heat_copper_plain.nml"
-    done = run(plain, "--check", directory=directory, sets={"HEAT.SOLVER": solver}, expect=None)
+    done = run(plain, "--check=scene", directory=directory, sets={"HEAT.SOLVER": solver}, expect=None)
     return done.status == BAD_INPUT and "was built without" in done.err
 
 

@@ -170,4 +170,4 @@ REFUSED = [({"SURFACE.EMISSIVITY": 0.5}, "does not go with BACKING"), ({"SURFACE
 
 @pytest.mark.parametrize("sets, words", REFUSED)
 def test_what_does_not_go_together_is_refused(run, sets, words):
-    assert words in run("backed_column", "--check", sets=sets, expect=driver.BAD_INPUT).err
+    assert words in run("backed_column", "--check=scene", sets=sets, expect=driver.BAD_INPUT).err

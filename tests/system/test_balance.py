@@ -13,8 +13,7 @@ CROSSING = {"GRID.CELL": "2e-3", "GRID.UPPER": "104e-3,48e-3,28e-3", "SHAPE.UPPE
             "OUTPUT.CHECKPOINT_INTERVAL": "0.08", "OUTPUT.FRAME_INTERVAL": "0", "METHOD.SELECTIVE_SCALING": "off"}
 
 
-@pytest.mark.parametrize("ranks", [2, 4])
-def test_rebalancing_follows_the_tool_and_changes_no_result(run, tmp_path, ranks):
+def test_rebalancing_follows_the_tool_and_changes_no_result(run, tmp_path, ranks=4):
     """The project's own measure: with sleepers, whose window of awake material moves with the tool, the most
     loaded rank has at most 1.1 times the mean in every step, flow and contact counted, and the state after 1039
     steps is that without rebalancing to 1e-10 of the largest value (positions, velocities, stresses, ...). Without
@@ -39,8 +38,7 @@ def test_rebalancing_follows_the_tool_and_changes_no_result(run, tmp_path, ranks
     assert max(apart.values()) <= 1e-10, apart
 
 
-@pytest.mark.parametrize("ranks", [2, 4])
-def test_always_awake(run, tmp_path, ranks):
+def test_always_awake(run, tmp_path, ranks=4):
     """Without sleepers the load hardly moves: at most 1.1 times the mean in every step."""
     summary = run("stir", "--quiet", sets={**CROSSING, "METHOD.SLEEPING": "off"}, directory=tmp_path, ranks=ranks).results("stir").summary()
     print(summary["imbalance_worst"], summary["partitions"])

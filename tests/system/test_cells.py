@@ -66,7 +66,7 @@ def test_frames_and_check(run, tmp_path):
     frame = run("pressed", "--quiet", sets=sets).results("pressed").path("_000000.hdf")
     with h5py.File(frame) as file:
         assert list(file.attrs["cell"]) == [1e-3, 0.5e-3, 2e-3] and file.attrs["spacing"] == pytest.approx(0.5e-3)
-    done = run("pressed", "--check", sets=sets)
+    done = run("pressed", "--check=scene", sets=sets)
     assert re.search(r"16 x 32 x 6 cells of 1 x 0\.5 x 2 mm", done.out), done.out
 
 
@@ -84,7 +84,7 @@ def test_restart_in_other_cells_is_refused(run):
                                         ("1e-3,1e-3,30e-3", "at least one cell above LOWER")])
 def test_bad_edges(run, cell, said):
     """Edges that make no grid are refused."""
-    done = run("pressed", "--check", sets={"GRID.CELL": cell}, expect=driver.BAD_INPUT)
+    done = run("pressed", "--check=scene", sets={"GRID.CELL": cell}, expect=driver.BAD_INPUT)
     assert "error" in done.err and said in done.err, done.err
 
 
@@ -99,5 +99,5 @@ def test_heat_alone(run):
         end = [np.interp([2.0, 5.0, 10.0], table["time[s]"], table[name]) for table in rows]
         print(name, end)
         assert end[0] == pytest.approx(end[1], abs=0.02) and end[0][-1] < 390.0
-    done = run("heat_slab", "--check", sets={"GRID.CELL": "2e-3,4e-3,1e-3"})
+    done = run("heat_slab", "--check=scene", sets={"GRID.CELL": "2e-3,4e-3,1e-3"})
     assert re.search(r"16 x 1 x 4 cells of about 2 x 4 x 1 mm", done.out), done.out

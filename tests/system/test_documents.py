@@ -90,7 +90,7 @@ def check_program(words, directory):
     if "--material" in words:
         arguments = ["--material", sorted((driver.ROOT / "tests/system/points").glob("*.nml"))[0]]
     elif not any(word.startswith(("--keys", "--version", "--materials", "--new", "--help")) for word in words):
-        arguments.append("--check")
+        arguments.append("--check=scene")
     done = driver.run(None, *arguments, directory=directory, expect=None)
     assert done.status == driver.WELL, done.err
     assert not list(directory.glob("*.out")) or "--material" in words

@@ -87,7 +87,7 @@ def test_ranks(run, tmp_path):
     ({"MOTION.FORCE": 10}, ["must not have a VELOCITY along its axis"])])
 def test_errors(run, sets, words):
     """What cannot be done is refused."""
-    done = run("driven", "--check", sets=sets, expect=driver.BAD_INPUT)
+    done = run("driven", "--check=scene", sets=sets, expect=driver.BAD_INPUT)
     for word in words:
         assert word in done.err
 
@@ -96,5 +96,5 @@ def test_keys_that_a_plane_needs(run, tmp_path):
     """A tool without a RADIUS has no mass and no damping to assume."""
     path = tmp_path / "bare.nml"
     path.write_text((driver.INPUTS / "driven.nml").read_text().replace(", MASS = 1e-4, DAMPING = 118", ""))
-    done = run(path, "--check", expect=driver.BAD_INPUT)
+    done = run(path, "--check=scene", expect=driver.BAD_INPUT)
     assert "MASS" in done.err and "no RADIUS" in done.err

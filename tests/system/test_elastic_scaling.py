@@ -52,10 +52,10 @@ def test_flow_stress(run, name, sets, slack):
 
 def test_check_proposes(run):
     """--check names a factor of an elastic strain of 2 % at most, what it saves, and warns of one that is far too large."""
-    proposal = run(DISC, "--check").out
+    proposal = run(DISC, "--check=scene").out
     assert "ELASTIC_SCALING = 6 would make that 1.85 %, and steps 2.4 times as long" in proposal
-    assert "(ELASTIC_SCALING 6)" in run(DISC, "--check", sets={"TIME.ELASTIC_SCALING": 6}).out
-    done = run(DISC, "--check", sets={"TIME.ELASTIC_SCALING": 100, "MATERIAL.EXPANSION": 17e-6})
+    assert "(ELASTIC_SCALING 6)" in run(DISC, "--check=scene", sets={"TIME.ELASTIC_SCALING": 6}).out
+    done = run(DISC, "--check=scene", sets={"TIME.ELASTIC_SCALING": 100, "MATERIAL.EXPANSION": 17e-6})
     assert "strains metal elastically by 30.8" in done.out and "100 times too small with ELASTIC_SCALING" in done.out
 
 
@@ -64,7 +64,7 @@ def test_check_proposes(run):
     ("squeezed", {"METHOD.MECHANICS": "F"}, "has no effect with MECHANICS = F")])
 def test_errors(run, name, sets, words):
     """What has no effect or no meaning is refused."""
-    assert words in run(name, "--check", sets={"TIME.ELASTIC_SCALING": 10} | sets, expect=driver.BAD_INPUT).err
+    assert words in run(name, "--check=scene", sets={"TIME.ELASTIC_SCALING": 10} | sets, expect=driver.BAD_INPUT).err
 
 
 def test_restart_keeps_it(run):

@@ -176,4 +176,4 @@ REFUSED = [("", {"MATERIAL(lower).CONDUCTIVITY": 0}, "needs bodies that conduct"
 def test_what_does_not_go_together_is_refused(run, tmp_path, more, sets, words):
     path = tmp_path / "columns.nml"
     path.write_text((driver.INPUTS / "two_columns.nml").read_text() + more)
-    assert words in run(path, "--check", sets=sets, expect=driver.BAD_INPUT).err
+    assert words in run(path, "--check=scene", sets=sets, expect=driver.BAD_INPUT).err

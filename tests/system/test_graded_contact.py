@@ -88,5 +88,5 @@ def test_on_ranks_and_after_a_restart(run, tmp_path):
 
 def test_rigid_bodies_are_refused(run):
     """A tool of particles has no place in cells that become finer; the reason is given."""
-    done = run("blocks", "--check", sets=SLABS["across"], expect=driver.BAD_INPUT)
+    done = run("blocks", "--check=scene", sets=SLABS["across"], expect=driver.BAD_INPUT)
     assert "cannot be on a graded grid: particles of a tool do not become finer with its cells" in done.err, done.err

@@ -166,7 +166,7 @@ def test_restart_in_another_grading_is_refused(run):
 def test_check_says_the_cells(run):
     """--check names the shortest and the longest cell; a plate fills its volume wherever between the nodes it ends."""
     sets = {"SHAPE.LOWER": "0,0,1.3e-3", "SHAPE.UPPER": "48e-3,40e-3,11.77e-3"}
-    done = run("stir", "--check", sets=stirred() | sets)
+    done = run("stir", "--check=scene", sets=stirred() | sets)
     assert re.search(r"cells of 4 x 4 x 1 to 4 along z mm", done.out), done.out
     assert re.search(r"20102.4 mm3 for 20102.4 mm3 asked \([+-]0.00 %\)", done.out), done.out
 
@@ -189,7 +189,7 @@ WRONG = [
 @pytest.mark.parametrize("sets, said", WRONG)
 def test_wrong_gradings(run, sets, said):
     """What makes no grid, or does not go with a graded one, is refused with its reason."""
-    done = run("stir", "--check", sets=stirred() | sets, expect=driver.BAD_INPUT)
+    done = run("stir", "--check=scene", sets=stirred() | sets, expect=driver.BAD_INPUT)
     assert said in done.err, done.err
 
 

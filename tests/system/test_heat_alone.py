@@ -285,7 +285,7 @@ def test_peaks_on_coarse_cells(run, scene):
 def test_cavity(run):
     """The plate with a cavity has the thesis's volume (46,710 mm3), and all probes drop over the cavity: T2 has
     two maxima, the first at 28 +- 2 s."""
-    done = run(CAVITY, "--check")
+    done = run(CAVITY, "--check=scene")
     volume = float(re.search(r"volume +(\S+) mm3", done.out).group(1))
     assert volume == pytest.approx(46710.0, rel=1e-3)
     sets = {"GRID.CELL": 2e-3, "TIME.END": 60} | NO_FRAMES
@@ -332,7 +332,7 @@ def test_solver_that_is_chosen(run, tmp_path):
     """Exact: FFTW for a box, conjugate gradients for a plate with a cavity of few cells, FFTW for one of many."""
     fftw = "cg" if driver.lacks("fftw", tmp_path) else "fftw"
     for path, cell, wanted in ((PLAIN, 4e-3, fftw), (CAVITY, 2e-3, "cg"), (CAVITY, 0.9e-3, fftw)):
-        out = run(path, "--check", sets={"HEAT.INTEGRATOR": "tr-bdf2", "GRID.CELL": cell}).out
+        out = run(path, "--check=scene", sets={"HEAT.INTEGRATOR": "tr-bdf2", "GRID.CELL": cell}).out
         assert re.search(r"solver +(\S+)", out).group(1) == wanted, (path.name, cell, out)
 
 

@@ -88,10 +88,10 @@ def test_solver_beside_mechanics_is_checked(run, tmp_path):
     """PETSc is refused where it was not built in, and where nothing is implicit; FFTW always."""
     for solver, sets, words in (("petsc", {}, "needs an implicit INTEGRATOR"),
                                 ("fftw", {"HEAT.INTEGRATOR": "backward-euler"}, "cg or petsc")):
-        refused = run("line", "--check", sets=sets | {"HEAT.SOLVER": solver}, expect=driver.BAD_INPUT)
+        refused = run("line", "--check=scene", sets=sets | {"HEAT.SOLVER": solver}, expect=driver.BAD_INPUT)
         assert words in refused.err
     lacks = driver.lacks("petsc", tmp_path)
-    checked = run("line", "--check", sets={"HEAT.SOLVER": "petsc", "HEAT.INTEGRATOR": "backward-euler"},
+    checked = run("line", "--check=scene", sets={"HEAT.SOLVER": "petsc", "HEAT.INTEGRATOR": "backward-euler"},
                   expect=driver.BAD_INPUT if lacks else driver.WELL)
     assert "was built without PETSc" in checked.err if lacks else "backward Euler, petsc" in checked.out
 

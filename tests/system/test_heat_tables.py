@@ -115,4 +115,4 @@ REFUSED = {
 def test_what_is_refused(run, case):
     """What is no table, and a known field that tables would make wrong."""
     name, key, value, complaint = REFUSED[case]
-    assert complaint in run(name, "--check", sets={key: value}, expect=driver.BAD_INPUT).err
+    assert complaint in run(name, "--check=scene", sets={key: value}, expect=driver.BAD_INPUT).err

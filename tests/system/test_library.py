@@ -100,14 +100,14 @@ def test_who_takes_the_tables(run, tmp_path):
     text = re.sub(r"MATERIAL = '[^']*'", "MATERIAL = 'AA6061-T6'", text)
     path = tmp_path / "slab.nml"
     path.write_text(text, encoding="utf-8")
-    alone = run(path, "--check", sets={"METHOD.MECHANICS": "F"})
+    alone = run(path, "--check=scene", sets={"METHOD.MECHANICS": "F"})
     assert "CONDUCTIVITY_TABLE = 273, 190, 773, 225" in alone.out
-    own = run(path, "--check", sets={"METHOD.MECHANICS": "F", "MATERIAL.CONDUCTIVITY": 150})
+    own = run(path, "--check=scene", sets={"METHOD.MECHANICS": "F", "MATERIAL.CONDUCTIVITY": 150})
     assert "CONDUCTIVITY" not in own.out.split("scene")[0]
-    beside = run(block(tmp_path, "NAME = 'copper', FROM = 'AA6061-T6'"), "--check")
+    beside = run(block(tmp_path, "NAME = 'copper', FROM = 'AA6061-T6'"), "--check=scene")
     assert "CONDUCTIVITY = 211" in beside.out
     assert "_TABLE" not in beside.out
-    seen = run(block(tmp_path, "NAME = 'copper', FROM = 'copper', CONDUCTIVITY = 390"), "--check")
+    seen = run(block(tmp_path, "NAME = 'copper', FROM = 'copper', CONDUCTIVITY = 390"), "--check=scene")
     assert "SPECIFIC_HEAT_TABLE = 298, 385" in seen.out
     assert "SPECIFIC_HEAT = " not in seen.out and "CONDUCTIVITY_TABLE" not in seen.out
 
@@ -115,7 +115,7 @@ def test_who_takes_the_tables(run, tmp_path):
 def test_another_law_keeps_the_rest(run, tmp_path):
     """A law of one's own takes none of the constants of the library's law, but its other values."""
     material = "NAME = 'copper', FROM = 'library', LAW = 'norton', NORTON_K = 100e6, NORTON_N = 0.1"
-    done = run(block(tmp_path, material), "--check")
+    done = run(block(tmp_path, material), "--check=scene")
     assert "JC_" not in done.out
     assert "T_MELT = 1356" in done.out
 

@@ -32,7 +32,7 @@ def spoiled(tmp_path, name, *changes):
 @pytest.mark.parametrize("name", ["small", "heat_slab"])
 def test_missing_group(run, tmp_path, name, group):
     """A required group under another name is missed, and nothing else is done."""
-    done = run(spoiled(tmp_path, name, (f"&{group} ", f"&{group[:-1]}Q ")), "--check", expect=driver.BAD_INPUT)
+    done = run(spoiled(tmp_path, name, (f"&{group} ", f"&{group[:-1]}Q ")), "--check=scene", expect=driver.BAD_INPUT)
     assert f"there is no &{group} (required)" in done.err
     assert all(": error: " in line for line in done.err.splitlines())
 
@@ -42,14 +42,14 @@ def test_one_name_of_many(run, tmp_path):
     text = (driver.INPUTS / "small.nml").read_text()
     material = re.search(r"&MATERIAL[^/]*/", text).group()
     (tmp_path / "case.nml").write_text(text + ("\n" + material) * 1000)
-    done = run("case.nml", "--check", expect=driver.BAD_INPUT)
+    done = run("case.nml", "--check=scene", expect=driver.BAD_INPUT)
     assert "another material has this name" in done.err
     assert "and 500 more" in done.err
 
 
 def test_table_without_values(run):
     """LAW = 'table' without its values is missed by name."""
-    done = run("bar", "--check", sets={"MATERIAL.LAW": "table"}, expect=driver.BAD_INPUT)
+    done = run("bar", "--check=scene", sets={"MATERIAL.LAW": "table"}, expect=driver.BAD_INPUT)
     assert "has no TABLE_STRAIN" in done.err and "has no TABLE_STRESS" in done.err
 
 
@@ -84,6 +84,6 @@ def test_scene_of_heat_without_heat(run, tmp_path, case):
     text, n = re.subn(pattern, new, (driver.ROOT / "input/heat_copper_plain.nml").read_text())
     assert n
     (tmp_path / "case.nml").write_text(text)
-    done = run("case.nml", "--check", sets={"GRID.CELL": 4e-3}, expect=None)
+    done = run("case.nml", "--check=scene", sets={"GRID.CELL": 4e-3}, expect=None)
     assert re.search(rf"case\.nml:\d+: {words}", done.err + done.out), done.err + done.out
     assert done.status == (driver.WELL if "warning" in words else driver.BAD_INPUT)

@@ -78,13 +78,13 @@ def test_nothing_thermal_has_a_default(run, tmp_path, case):
     text, n = re.subn(pattern, "", (driver.INPUTS / f"{name}.nml").read_text())
     assert n > 0
     (tmp_path / "scene.nml").write_text(text)
-    done = run("scene.nml", "--check", expect=driver.BAD_INPUT)
+    done = run("scene.nml", "--check=scene", expect=driver.BAD_INPUT)
     assert re.search(rf"scene\.nml:\d+: error: &MATERIAL '\w+' {words}", done.err), done.err
 
 
 def test_idle_room_temperature(run):
     """T_ROOM where no law and no expansion heeds it is an error."""
-    done = run("bar", "--check", sets={"MATERIAL.T_ROOM": 300}, expect=driver.BAD_INPUT)
+    done = run("bar", "--check=scene", sets={"MATERIAL.T_ROOM": 300}, expect=driver.BAD_INPUT)
     assert "T_ROOM" in done.err and "has no effect" in done.err
 
 

@@ -20,7 +20,7 @@ def test_scene_runs_as_it_is(run, tmp_path, scene):
     text = run(None, "--new", scene).out
     assert text.count("\n!") > 4
     (tmp_path / "my.nml").write_text(text, encoding="utf-8")
-    checked = run("my.nml", "--check")
+    checked = run("my.nml", "--check=scene")
     assert "warning" not in checked.out + checked.err
     end = {"TIME.END": {"heat": 2.0, "shoulder": 0.6}[scene]} if scene in ("heat", "shoulder") else {"TIME.MAX_STEPS": 30}
     done = run("my.nml", sets=end)
@@ -38,7 +38,7 @@ def test_weld_on_a_backing_plate(run):
     """The shipped weld warns of nothing, heats tool and backing, and its plunge takes its first tenths of a millimetre;
     a run that ends in them says that the shoulder stays above the plate."""
     name = driver.ROOT / "input/fsw_aa6061_backing.nml"
-    checked = run(name, "--check")
+    checked = run(name, "--check=scene")
     assert "warning" not in checked.out + checked.err
     done = run(name, sets={"TIME.END": 0.15, "OUTPUT.FRAME_INTERVAL": 0})
     assert (done.out + done.err).count("warning") == 1 and "the shoulder does not come down to the plate" in done.out
@@ -66,7 +66,7 @@ def test_keys_of_one_group(run):
     assert [line for line in part.splitlines() if line.startswith("&")] == [part.splitlines()[0]]
     wrong = run(None, "--keys=TOLL", expect=driver.BAD_INPUT)
     assert wrong.err == "stirpoint: error: unknown group &TOLL; did you mean TOOL?\n"
-    assert "--check takes no value" in run(None, "--check=x", expect=driver.BAD_INPUT).err
+    assert "--check=x is unknown; there is --check=scene" in run(None, "--check=x", expect=driver.BAD_INPUT).err
 
 
 def test_man_page_and_completion_are_up_to_date(run):

@@ -59,7 +59,7 @@ def test_program_is_copied_with_its_library(tmp_path):
     """The executable finds the library beside itself; a damaged one is an error of the input that says what is wrong."""
     for name in ("stirpoint", LIBRARY):
         shutil.copy(driver.pathlib.Path(driver.EXECUTABLE).parent / name, tmp_path / name)
-    words = [str(tmp_path / "stirpoint"), str(PLAIN), "--check", "--set", "HEAT.INTEGRATOR=tr-bdf2", "--set", "HEAT.SOLVER=petsc"]
+    words = [str(tmp_path / "stirpoint"), str(PLAIN), "--check=scene", "--set", "HEAT.INTEGRATOR=tr-bdf2", "--set", "HEAT.SOLVER=petsc"]
     done = subprocess.run(words, cwd=tmp_path, env=driver.ENVIRONMENT, capture_output=True, text=True)
     assert done.returncode == driver.WELL, done.stderr
     (tmp_path / LIBRARY).write_bytes(b"nothing")

@@ -39,7 +39,7 @@ CASES = {
 def outcome(tmp_path_factory):
     """--check of every case, at cells of 4 mm and for 5 s."""
     grid = {"TIME.END": 5, "GRID.CELL": 4e-3, "GRID.LOWER": "-8e-3,-8e-3,0", "GRID.UPPER": "104e-3,48e-3,24e-3"}
-    cases = {name: ((QUICK, "--check"), {"sets": grid | sets}) for name, (sets, *_) in CASES.items()}
+    cases = {name: ((QUICK, "--check=scene"), {"sets": grid | sets}) for name, (sets, *_) in CASES.items()}
     cases["run"] = ((QUICK, "--quiet"), {"sets": grid | CASES["never touches"][0] | {"TIME.MAX_STEPS": 1}})
     return driver.run_all(cases, tmp_path_factory.mktemp("process"))
 
@@ -113,9 +113,9 @@ def test_volumes(outcome, run):
     assert float(body[4]) == pytest.approx(8 * particles * 8960e-9, rel=1e-5)
     percent = 100 * (filled / asked - 1)
     assert abs(percent) > 2 and re.search(rf"warning: &SHAPE cuts .*\(\{percent:+.2f} %\)", out)
-    discs = run("discs", "--check").out
+    discs = run("discs", "--check=scene").out
     assert float(re.search(r"left: \S+ mm3 for (\S+) mm3 asked", discs)[1]) == pytest.approx(math.pi * 200**2 * 50, rel=1e-3)
-    ring = run("annulus", "--check").out      # its hole is cut by a cylinder of 1 m, its particles lie on rings
+    ring = run("annulus", "--check=scene").out      # its hole is cut by a cylinder of 1 m, its particles lie on rings
     filled, asked = map(float, re.search(r"ring: (\S+) mm3 for (\S+) mm3 asked", ring).groups())
     assert asked == pytest.approx(math.pi * (13**2 - 3**2) * 2, rel=1e-3) and filled == pytest.approx(asked, rel=1e-3)
     assert "warning" not in ring

@@ -22,8 +22,8 @@ def test_refused(run, tmp_path):
     """Turning and pressed into metal that flows it is refused; turning alone, pressed alone, or on elastic metal it is not."""
     path = tmp_path / "rigid.nml"
     path.write_text(SCENE)
-    assert "take a &TOOL of its shape" in run(path, "--check", expect=driver.BAD_INPUT).err
-    run(path, "--check", sets={"MOTION.VELOCITY": "2e-3,0,0"})
-    run(path, "--check", sets={"MOTION.SPIN_RPM": 0})
+    assert "take a &TOOL of its shape" in run(path, "--check=scene", expect=driver.BAD_INPUT).err
+    run(path, "--check=scene", sets={"MOTION.VELOCITY": "2e-3,0,0"})
+    run(path, "--check=scene", sets={"MOTION.SPIN_RPM": 0})
     path.write_text(SCENE.replace("LAW = 'norton', NORTON_K = 90e6,\n  NORTON_N = 0.1,", ""))
-    run(path, "--check")
+    run(path, "--check=scene")

@@ -79,9 +79,9 @@ def outcome(tmp_path_factory):
     cases = {}
     for name, (old, new, *_) in (ERRORS | WARNINGS | SOUND).items():
         assert old in SMALL, name
-        cases[name] = (("small.nml", "--check"), {"text": SMALL.replace(old, new, 1)})
-    cases["heat"] = (("heat.nml", "--check"), {"text": HEAT.replace("12e-3, VELOCITY", "13e-3, VELOCITY")})
-    cases["override"] = (("small.nml", "--check"), {"text": SMALL.replace("KIND = 'sphere'", "KIND = 'box', SIZE = 2e-3, 2e-3, 2e-3", 1)
+        cases[name] = (("small.nml", "--check=scene"), {"text": SMALL.replace(old, new, 1)})
+    cases["heat"] = (("heat.nml", "--check=scene"), {"text": HEAT.replace("12e-3, VELOCITY", "13e-3, VELOCITY")})
+    cases["override"] = (("small.nml", "--check=scene"), {"text": SMALL.replace("KIND = 'sphere'", "KIND = 'box', SIZE = 2e-3, 2e-3, 2e-3", 1)
                          .replace(", RADIUS = 2e-3", ""), "sets": {"TOOL.KIND": "sphere", "TOOL.RADIUS": 1e-3}})
     return driver.run_all(cases, tmp_path_factory.mktemp("sense"))
 

@@ -159,4 +159,4 @@ REFUSED = [({"METHOD.MECHANICS": "F", "SURFACE.PRESSURE_FACTOR": 10}, "no pressu
 
 @pytest.mark.parametrize("sets, words", REFUSED)
 def test_what_does_not_go_together_is_refused(run, sets, words):
-    assert words in run("radiating_cube", "--check", sets=sets, expect=driver.BAD_INPUT).err
+    assert words in run("radiating_cube", "--check=scene", sets=sets, expect=driver.BAD_INPUT).err

@@ -102,7 +102,7 @@ def test_share_by_effusivities(run, heats, tmp_path):
     share = effusivity(metal) / (effusivity(metal) + effusivity(tool))
     sets = {f"MATERIAL.{key}": value for key, value in metal.items()} | {f"TOOL.{key}": value for key, value in tool.items()}
     if heats:
-        sets |= {"TOOL.HEATS": "rod", "TOOL.TEMPERATURE": 300, "TOOL.HEAT_AREA": 2.5e-4**2, "TIME.END": 0.1}
+        sets |= {"TOOL.HEATS": "rod", "TOOL.TEMPERATURE": 300, "TOOL.HEAT_AREA": 2.5e-4**2, "TIME.END": 0.05}
     path = tmp_path / "sliding.nml"
     path.write_text((driver.ROOT / "tests/verification/inputs/heat_friction.nml").read_text().replace("HEAT_SHARE = 0.5", ""))
     done = run(path, sets=sets)
@@ -188,7 +188,7 @@ REFUSED = [({"TOOL.HEAT_SHARE": 0.5}, "does not go with HEATS"), ({"METHOD.SCHEM
 
 @pytest.mark.parametrize("sets, words", REFUSED)
 def test_what_does_not_go_together_is_refused(run, sets, words):
-    assert words in run("hot_column", "--check", sets=sets, expect=driver.BAD_INPUT).err
+    assert words in run("hot_column", "--check=scene", sets=sets, expect=driver.BAD_INPUT).err
 
 
 @pytest.mark.parametrize("ranks, factor", [(None, 0.5), (2, 0.9)])

@@ -195,7 +195,7 @@ def test_cells_too_coarse_for_grooves(run, tmp_path):
     for pitch in (1.9e-3, 2e-3):
         grooves = f"THREAD_DEPTH = 0.4e-3, THREAD_PITCH = {pitch}, SCROLL_DEPTH = 0.4e-3, SCROLL_PITCH = {pitch}"
         (tmp_path / "scene.nml").write_text(scene(f"{pin}, {grooves}", "VELOCITY = 0, 0, -0.05, SPIN_RPM = 900"))
-        said[pitch] = run("scene.nml", "--check").out
+        said[pitch] = run("scene.nml", "--check=scene").out
     for name in ("THREAD", "SCROLL"):
         assert f"scene.nml:7: warning: &TOOL {name}_PITCH = 0.0019: is 1.9 cells" in said[1.9e-3]
     assert "PITCH" not in said[2e-3]
@@ -217,7 +217,7 @@ WRONG = {
 def test_wrong_keys(run, tmp_path, case):
     tool, message = WRONG[case]
     (tmp_path / "scene.nml").write_text(scene(tool, "VELOCITY = 0, 0, -0.05"))
-    done = run("scene.nml", "--check", expect=driver.BAD_INPUT)
+    done = run("scene.nml", "--check=scene", expect=driver.BAD_INPUT)
     assert "scene.nml:7: error: " in done.err
     assert message in done.err
 
@@ -257,7 +257,7 @@ def test_broken_stl_files(run, tmp_path, case):
     (tmp_path / "tool.stl").write_text(text)
     (tmp_path / "scene.nml").write_text(scene("KIND = 'stl', FILE = 'tool.stl', UNIT = 'mm', POSITION = 0, 0, 6.5e-3",
                                              "VELOCITY = 0, 0, -0.05"))
-    assert message in run("scene.nml", "--check", expect=driver.BAD_INPUT).err
+    assert message in run("scene.nml", "--check=scene", expect=driver.BAD_INPUT).err
 
 
 def test_broken_binary_files(run, tmp_path):
@@ -266,17 +266,17 @@ def test_broken_binary_files(run, tmp_path):
     (tmp_path / "scene.nml").write_text(scene("KIND = 'stl', FILE = 'tool.stl', UNIT = 'mm', POSITION = 0, 0, 6.5e-3",
                                              "VELOCITY = 0, 0, -0.05"))
     write_binary(tmp_path / "tool.stl", good)
-    run("scene.nml", "--check")
+    run("scene.nml", "--check=scene")
     write_binary(tmp_path / "tool.stl", good[:-1])
-    assert "tool.stl: error: facet 28 the edge from (0, 0, 4)" in run("scene.nml", "--check", expect=driver.BAD_INPUT).err
+    assert "tool.stl: error: facet 28 the edge from (0, 0, 4)" in run("scene.nml", "--check=scene", expect=driver.BAD_INPUT).err
     spoilt = good.copy()
     spoilt[2, 1, 0] = np.nan
     write_binary(tmp_path / "tool.stl", spoilt)
-    assert "facet 3 has a corner that is no finite number" in run("scene.nml", "--check", expect=driver.BAD_INPUT).err
+    assert "facet 3 has a corner that is no finite number" in run("scene.nml", "--check=scene", expect=driver.BAD_INPUT).err
     write_binary(tmp_path / "tool.stl", good)
     (tmp_path / "tool.stl").write_bytes((tmp_path / "tool.stl").read_bytes()[:-7])
-    assert "is no STL file" in run("scene.nml", "--check", expect=driver.BAD_INPUT).err
+    assert "is no STL file" in run("scene.nml", "--check=scene", expect=driver.BAD_INPUT).err
     (tmp_path / "scene.nml").write_text((tmp_path / "scene.nml").read_text().replace("'mm'", "'m'"))
     write_binary(tmp_path / "tool.stl", good)
     assert "&TOOL UNIT = 'm': the model is far larger than the grid" in \
-        run("scene.nml", "--check", expect=driver.BAD_INPUT).err
+        run("scene.nml", "--check=scene", expect=driver.BAD_INPUT).err

@@ -193,7 +193,7 @@ def test_places_of_a_layer_and_shared_particles(run, tmp_path):
             "&TRACER NAME = 'dense', KIND = 'line', FROM = 0, 2.2e-3, 2.2e-3, TO = 4e-3, 2.2e-3, 2.2e-3, NUMBER = 80 /\n"
             "&TRACER NAME = 'high', KIND = 'line', FROM = 2e-3, 2.2e-3, 0, TO = 2e-3, 2.2e-3, 6e-3, NUMBER = 7 /\n")
     path = with_tracers(tmp_path, "debris", more)
-    done = run(path, "--check")
+    done = run(path, "--check=scene")
     line = next(x for x in done.out.splitlines() if x.startswith("tracers"))
     assert re.search(r"deck 4, dense 8 \(72 places more share their particles\), high 5$", line), line
     found = tracks(run(path, "--quiet", sets={"TIME.MAX_STEPS": 1}).results("debris"))

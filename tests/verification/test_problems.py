@@ -35,7 +35,7 @@ def test_inputs_are_accepted(problem, tmp_path):
     path = INPUTS / f"{problem.input or problem.name}.nml"
     sets = problem.runs(problem.resolutions[0], dict(problem.parameters))[0]
     for chosen in ({}, sets):
-        driver.run(path, "--check", directory=tmp_path, sets=chosen | {"TIME.MAX_STEPS": 1})
+        driver.run(path, "--check=scene", directory=tmp_path, sets=chosen | {"TIME.MAX_STEPS": 1})
 
 
 @pytest.mark.parametrize("problem", problems.ALL.values(), ids=list(problems.ALL))
@@ -45,7 +45,7 @@ def test_shifted_grids_are_accepted(problem, tmp_path):
 
     path = INPUTS / f"{problem.input or problem.name}.nml"
     sets = problem.runs(problem.resolutions[0], dict(problem.parameters))[0]
-    driver.run(path, "--check", directory=tmp_path, sets=sets | shifted(path, sets) | {"TIME.MAX_STEPS": 1})
+    driver.run(path, "--check=scene", directory=tmp_path, sets=sets | shifted(path, sets) | {"TIME.MAX_STEPS": 1})
 
 
 @pytest.mark.parametrize("seed", range(3))

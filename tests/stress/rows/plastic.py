@@ -20,7 +20,7 @@ class Punch(Row):
     input = "punch_plane"
 
     def cases(self, quick):
-        pairs = [("ugimp", 12), ("bspline", 4)] if quick else [(s, n) for s in ("ugimp", "bspline") for n in (12, 16)]
+        pairs = [("ugimp", 6), ("bspline", 4)] if quick else [(s, n) for s in ("ugimp", "bspline") for n in (12, 16)]
         return {f"{shape} {n} cells": {"shape": shape, "n": n} for shape, n in pairs}
 
     def measure(self, place, ranks, shape, n):
