@@ -217,14 +217,15 @@ run_tests() {
   mpi_environment
   export PATH="$venv/bin:$PATH"
   stage "Tests of the program"
-  ctest --test-dir "$build" --parallel "$(nproc)" --output-on-failure --no-tests=error ||
+  ctest --test-dir "$build" --parallel "$(nproc)" --output-on-failure --no-tests=error \
+    --label-exclude stress ||   # those of stress come with the whole runs, on all cores
     fail "TESTS FAILED: of the program (see above)"
   stage "Tests of the post-processing"
   "$venv/bin/python" -m pytest -q -p no:cacheprovider "$root/postproc/tests" ||
     fail "TESTS FAILED: of the post-processing (see above)"
   stage "Tests of whole runs" # for half of its time a test waits for programs to start
   STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
-    -n "$((2 * $(nproc)))" "$root/tests/system" "$root/tests/robustness" "$root/tests/verification" "$root/tests/figures" "$root/benchmarks" ||
+    -n "$((2 * $(nproc)))" "$root/tests" "$root/benchmarks" ||
     fail "TESTS FAILED: of whole runs (see above)"
   stage "ALL TESTS PASSED"
 }

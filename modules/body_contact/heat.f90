@@ -10,11 +10,33 @@ module body_contact_heat
   implicit none (type, external)
   private
 
-  public :: give_heat
+  public :: give_heat, heat_shares
 
 contains
 
-  !> Friction heat of the nodes to the particles of both bodies, by their weighted masses.
+  !> Shares of the friction heat that enter two groups of bodies with one temperature at the face,
+  !> as their effusivities; as the masses of the node where no heat is conducted. A group of several
+  !> materials takes their mean.
+  pure function heat_shares(scene, groups, temp, mass) result(share)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: groups(2)
+    real(rp), intent(in) :: temp(2), mass(2)     !! of the node [K], [kg]
+    real(rp) :: share(2)
+    integer :: b, k
+
+    share = 0.0_rp
+    do b = 1, size(scene%body)
+      do k = 1, 2
+        if (scene%body(b)%group /= groups(k)) cycle
+        share(k) = share(k) + scene%material(scene%body(b)%material)%effusivity(temp(k)) &
+                   /count(scene%body%group == groups(k))
+      end do
+    end do
+    if (.not. sum(share) > 0.0_rp) share = mass
+    share = share/sum(share)
+  end function heat_shares
+
+  !> Friction heat of the nodes to the particles of both bodies, in each by their weighted masses.
   subroutine give_heat(scene, clock, particles, nodes, pairs)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -52,10 +74,10 @@ contains
     associate (near => pairs%near, stride => nodes%patch%stride)
       near%is_hot(near%corner(1:near%n_corners)) = .false.
       do e = 1, pairs%n
-        if (abs(pairs%heat(e)) <= 0.0_rp) cycle
+        if (all(abs(pairs%heat(:, e)) <= 0.0_rp)) cycle
         do k = 1, 2
           associate (heat => near%heat(pairs%node(e), scene%contact(pairs%pair(e))%group(k)))
-            heat = heat + pairs%heat(e)
+            heat = heat + pairs%heat(k, e)
           end associate
         end do
         do i = 0, 2

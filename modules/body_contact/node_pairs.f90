@@ -82,7 +82,7 @@ module body_contact_node_pairs
     integer, allocatable :: item(:, :)         !! (3, n) the first body's items begin behind the
                                                !! first, the second's behind the second of these
     integer, allocatable :: foremost(:, :)     !! (2, n) items with the surfaces' particles
-    real(rp), allocatable :: heat(:)           !! friction heat over mass [J/kg]
+    real(rp), allocatable :: heat(:, :)        !! (2, n) friction heat over mass of both [J/kg]
     type(near_t) :: near
   contains
     procedure :: forget
@@ -247,7 +247,7 @@ contains
                   self%ends, self%gap, self%item, self%foremost, self%heat)
     end if
     allocate (self%node(n), self%pair(n), self%is_owned(n), self%is_met(n), self%is_shared(n), &
-              self%state(n), self%gap(n), self%heat(n), self%x(3, n), self%free(3, n), &
+              self%state(n), self%gap(n), self%heat(2, n), self%x(3, n), self%free(3, n), &
               self%normal(3, n), self%sums(width, n), self%trial(3, n_trials - 1, n), &
               self%mean(3, n), self%surface(2, n_trials, n), self%ends(2, n), self%item(3, n), &
               self%foremost(2, n))

@@ -3,7 +3,7 @@
 module body_contact_pairs
   use base_kinds, only: rp
   use body_contact_gaps, only: find_node_pairs
-  use body_contact_heat, only: give_heat
+  use body_contact_heat, only: give_heat, heat_shares
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
@@ -183,7 +183,7 @@ contains
         g(5:7, k) = g(5:7, k) + (3 - 2*k)*inverse(k)*impulse
         mean(:, k) = g(1:3, k) - 0.5_rp*g(5:7, k)
       end do
-      call book(scene, tool, pairs, books, e, groups, impulse, mean, g(8, :))
+      call book(scene, tool, pairs, books, e, groups, impulse, mean, g(4, :), g(8, :))
     end associate
   end subroutine resolve_pair
 
@@ -232,19 +232,21 @@ contains
   end subroutine unite
 
   !> Energy lost at entry `e`, and the reaction on a rigid body.
-  subroutine book(scene, tool, pairs, books, e, groups, impulse, mean, mass)
+  subroutine book(scene, tool, pairs, books, e, groups, impulse, mean, temp, mass)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool(:)
     type(node_pairs_t), intent(inout) :: pairs
     type(books_t), intent(inout) :: books
     integer, intent(in) :: e, groups(2)
-    real(rp), intent(in) :: impulse(3), mean(3, 2), mass(2)
+    real(rp), intent(in) :: impulse(3), mean(3, 2), temp(2), mass(2)
     real(rp) :: friction, pressing
     integer :: k
 
     associate (tools => scene%tool_of(groups))
       call pair_loss(pairs%normal(:, e), impulse, mean, friction, pressing)
-      pairs%heat(e) = friction/sum(mass)
+      if (scene%method%conducts) then
+        pairs%heat(:, e) = friction*heat_shares(scene, groups, temp, mass)/mass
+      end if
       if (.not. pairs%is_owned(e)) return
       k = findloc(scene%is_rigid_group(groups), .true., 1)
       if (k > 0) then

@@ -71,6 +71,26 @@ def test_two_half_spaces(run, seed, gap, shift, integrator):
     assert found == pytest.approx(1.0, rel=0.01)
 
 
+@pytest.mark.parametrize("seed, rigid, ranks", [(1, False, None), (2, True, None), (3, False, 2)])
+def test_friction_heat_is_shared(run, tmp_path, seed, rigid, ranks):
+    """Exact: of a block that slides on a slab, behind a gap that hardly conducts, both get the heat of friction as their
+    effusivities, to 1e-6 of it."""
+    upper, lower, _, _ = pair(40 + seed)
+    text = (driver.INPUTS / "blocks.nml").read_text().replace("&BODY NAME = 'slab', MATERIAL = 'plastic'", "&BODY NAME = 'slab', MATERIAL = 'lower'")
+    path = tmp_path / "sliding.nml"
+    path.write_text(text + "&MATERIAL NAME = 'lower', DENSITY = 1000, YOUNGS_MODULUS = 2.5e9, POISSON_RATIO = 0.33 /\n&HEAT AMBIENT = 300 /\n")
+    sets = {f"MATERIAL({name}).{key}": metal[key] for name, metal in (("plastic", upper), ("lower", lower)) for key in metal}
+    sets |= {"BODY.TEMPERATURE": 300, "BODY(slab).RIGID": rigid, "CONTACT.CONDUCTANCE": 1e-6, "TIME.END": 2e-3, "OUTPUT.CHECKPOINT_INTERVAL": 2e-3}
+    results = run(path, "--quiet", sets=sets, ranks=ranks).results("sliding")
+    state, friction = results.checkpoint(), results.history()["friction_heat[J]"][-1]
+    got = [(state.mass * metal["SPECIFIC_HEAT"] * (state.temp - 300) + state.heat)[state.body == body].sum()
+           for body, metal in ((1, upper), (2, lower))]
+    share = effusivity(upper) / (effusivity(upper) + effusivity(lower))
+    print(seed, rigid, ranks, friction, got, share)
+    assert friction > 1e-3
+    assert got == pytest.approx([share * friction, (1 - share) * friction], rel=1e-6)
+
+
 @pytest.mark.parametrize("seed, integrator", [(1, "explicit"), (2, "explicit"), (3, "backward-euler")])
 def test_steady(run, seed, integrator, tmp_path):
     """Two bars between walls at temperatures: of 16 cells each: the heat through both within 1 %, and temperatures but for the particles
