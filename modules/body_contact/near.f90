@@ -6,13 +6,12 @@ module body_contact_near
   use body_contact_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, u_place, &
                                      u_size, u_weights
   use contact_pair, only: moves_as_one
-  use mapping_blocks, only: weights_of
+  use mapping_blocks, only: corners_of, weights_of
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
   use state_blocks, only: blocks_t, skin
   use state_scene, only: scene_t
   use transfer_kernels, only: run_length
-  use transfer_weights, only: block_corners
   implicit none (type, external)
   private
 
@@ -96,13 +95,9 @@ contains
     integer :: a, first(nlane), l, m, p, u
     real(rp) :: half(nlane, 3), longest(nlane), w(nlane, 18), rows(nlane, n_bundle + 1)
 
-    if (nodes%patch%grading%axis == 0) then
-      call block_corners(nodes%patch%origin, 1.0_rp/nodes%patch%h, nodes%patch%stride, &
-                         ps(1, f_pos), first)
-      if (all(near%bin(first(:n), body) < 0)) return
-    end if
-    call weights_of(scene, nodes, body, nf, ps, w, first)
+    call corners_of(scene, nodes, nf, ps, first)
     if (all(near%bin(first(:n), body) < 0)) return
+    call weights_of(scene, nodes, body, nf, ps, w, first)
     if (scene%method%conducts) call near%add_block(b, first, w(:, 1:9))
     half = half_lengths(scene, body, n, nf, ps)
     longest = lengths(scene, body, n, nf, ps, half)

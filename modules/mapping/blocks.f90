@@ -4,16 +4,17 @@
 module mapping_blocks
   use base_kinds, only: nlane, rp
   use base_system, only: to_records
+  use grid_geometry, only: storage_nodes
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_pos
   use state_scene, only: scene_t
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_weights, only: block_weights, graded_weights, own_weights
+  use transfer_weights, only: block_corners, block_weights, graded_weights, own_weights
   implicit none (type, external)
   private
 
-  public :: weights_of, momentum_records, force_records, gather_velocity, gather_lanes, &
-            advance_particles
+  public :: corners_of, weights_of, momentum_records, force_records, gather_velocity, &
+            gather_lanes, advance_particles
   public :: kinetic_energy, body_work, stretch_domains
 
   ! Half length of a domain [cells]: within the reach of the stencil, and not a point.
@@ -48,6 +49,25 @@ contains
                          nodes%patch%stride, ps(1, f_pos), w, first)
     end if
   end subroutine weights_of
+
+  !> First nodes alone, for a small part of the time.
+  pure subroutine corners_of(scene, nodes, nf, ps, first)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    integer, intent(out) :: first(nlane)
+    logical :: is_own(nlane)
+
+    associate (patch => nodes%patch)
+      if (patch%grading%axis > 0) then
+        call storage_nodes(scene%grid, patch, nlane, ps(:, f_pos:f_pos + 2), first, is_own)
+        first = first - sum(patch%stride)
+      else
+        call block_corners(patch%origin, 1.0_rp/patch%h, patch%stride, ps(1, f_pos), first)
+      end if
+    end associate
+  end subroutine corners_of
 
   !> Records of mass, momentum, internal and outer force, temperature (times inertial mass).
   pure subroutine force_records(inertia, volume, acceleration, mass, v, tau, temp, rec)

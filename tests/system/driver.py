@@ -23,8 +23,7 @@ EXECUTABLE = str(
 # Exit status of the program.
 WELL, BAD_INPUT, BROKEN, BY_SIGNAL = 0, 2, 3, 75
 
-# More ranks than cores, as root, several at a time: Open MPI refuses or crawls without these. A run without mpirun needs no
-# daemon beside it.
+# More ranks than cores, as root, several at a time: Open MPI refuses or crawls without these.
 ENVIRONMENT = dict(
     os.environ,
     OMPI_ALLOW_RUN_AS_ROOT="1",
@@ -32,7 +31,6 @@ ENVIRONMENT = dict(
     OMPI_MCA_rmaps_base_oversubscribe="1",
     OMPI_MCA_hwloc_base_binding_policy="none",
     OMPI_MCA_mpi_yield_when_idle="1",
-    OMPI_MCA_ess_singleton_isolated="1",
     PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe",
     PRTE_MCA_hwloc_default_binding_policy="none",
 )
