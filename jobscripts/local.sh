@@ -216,9 +216,9 @@ run_tests() {
   prepare
   mpi_environment
   export PATH="$venv/bin:$PATH"
-  stage "Tests of the program"
+  stage "Tests of the program" # those of stress come with the whole runs, on all cores
   ctest --test-dir "$build" --parallel "$(nproc)" --output-on-failure --no-tests=error \
-    --label-exclude stress ||   # those of stress come with the whole runs, on all cores
+    --label-exclude stress ||
     fail "TESTS FAILED: of the program (see above)"
   stage "Tests of the post-processing"
   "$venv/bin/python" -m pytest -q -p no:cacheprovider "$root/postproc/tests" ||

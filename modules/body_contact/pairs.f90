@@ -244,7 +244,7 @@ contains
 
     associate (tools => scene%tool_of(groups))
       call pair_loss(pairs%normal(:, e), impulse, mean, friction, pressing)
-      if (scene%method%conducts) then
+      if (scene%method%conducts .and. abs(friction) > 0.0_rp) then
         pairs%heat(:, e) = friction*heat_shares(scene, groups, temp, mass)/mass
       end if
       if (.not. pairs%is_owned(e)) return

@@ -47,17 +47,16 @@ contains
     type(error_t), intent(inout) :: error
     logical, intent(in), optional :: may_follow
     character(:), allocatable :: text
-    logical :: may_be_cut
+    logical :: cuts_more
 
     if (error%is_set()) return
-    may_be_cut = .false.
-    if (present(may_follow)) may_be_cut = may_follow
+    cuts_more = .false.
+    if (present(may_follow)) cuts_more = may_follow
     self%world = world
     self%path = trim(path)
     if (world%is_root()) then
       text = header(columns)
-      if (rows >= 0) call keep_rows(self%path, columns, rows, last_time, may_be_cut, text, &
-                                    error)
+      if (rows >= 0) call keep_rows(self%path, columns, rows, last_time, cuts_more, text, error)
       if (len_trim(title) > 0) text = '# '//trim(title)//new_line('a')//text
       call write_whole(self%path, text, error)
       if (.not. error%is_set()) call self%file%append(self%path)
@@ -81,22 +80,21 @@ contains
   end function header
 
   !> Header and rows up to `last_time` of the old table; its last line may be incomplete.
-  subroutine keep_rows(path, columns, rows, last_time, may_be_cut, text, error)
+  subroutine keep_rows(path, columns, rows, last_time, cuts_more, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: columns(:)
     integer(i8), intent(in) :: rows
     real(rp), intent(in) :: last_time
-    logical, intent(in) :: may_be_cut        !! rows of that time beyond the last of them
+    logical, intent(in) :: cuts_more         !! rows of that very time
     character(:), allocatable, intent(inout) :: text
     type(error_t), intent(inout) :: error
     character(:), allocatable :: old, kept
     integer(i8) :: found
     integer :: first, last, length, used
     logical :: has_header
-    real(rp) :: least, most, time            ! what passes for the last time, and of a row [s]
+    real(rp) :: slack, time                  ! of a row [s]
 
-    least = last_time*(1.0_rp - time_slack) - tiny(1.0_rp)
-    most = last_time*(1.0_rp + time_slack)
+    slack = time_slack*abs(last_time)
     call read_file(path, old)
     allocate (character(len(old)) :: kept)
     used = 0
@@ -117,7 +115,8 @@ contains
         end if
       else
         time = time_of(old(first:last - 1), size(columns))
-        if (time <= merge(least, most, may_be_cut .and. found >= rows)) then
+        if (time <= last_time + slack .and. .not. (cuts_more .and. found >= rows &
+                                                   .and. time >= last_time - slack)) then
           kept(used + 1:used + length) = old(first:last)
           used = used + length
           found = found + 1

@@ -357,7 +357,7 @@ def make_case(k, seed, texts):
         name = "copper"
     text = texts[name]
     is_point = "&PATH" in text
-    options, files, sure = (["--material"] if is_point else rng.choice([["--check=scene"], ["--quiet"]])), {}, OPEN
+    options, files, sure = (["--material"] if is_point else rng.choice([["--check"], ["--quiet"]])), {}, OPEN
     if mutation is override:
         more, sure = OVERRIDES[(k // len(MUTATIONS)) % len(OVERRIDES)]
         group = re.match(r"(?:--set )?([A-Z]+)\b", " ".join(more))
@@ -366,7 +366,7 @@ def make_case(k, seed, texts):
                       and (not group or f"&{group.group(1)} " in texts[n])]
             name = rng.choice(scenes) if scenes else name
             text = texts[name]
-            options = ["--material"] if "&PATH" in text else ["--check=scene"]
+            options = ["--material"] if "&PATH" in text else ["--check"]
         return f"{k} override {name} {more}", text, options + more, files, sure
     if mutation is history_file:
         csv, sure = spoiled_csv(rng)
@@ -375,7 +375,7 @@ def make_case(k, seed, texts):
         return f"{k} history_file {name}", text, options, files, sure
     text, sure = mutation(Text(text, rng))
     if not is_point and "MAX_STEPS = 2," not in text:
-        options = ["--check=scene"]   # else a sound scene may run for hours
+        options = ["--check"]   # else a sound scene may run for hours
     return f"{k} {mutation.__name__} {name}", text, options, files, sure
 
 

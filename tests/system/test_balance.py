@@ -13,7 +13,7 @@ CROSSING = {"GRID.CELL": "2e-3", "GRID.UPPER": "104e-3,48e-3,28e-3", "SHAPE.UPPE
             "OUTPUT.CHECKPOINT_INTERVAL": "0.08", "OUTPUT.FRAME_INTERVAL": "0", "METHOD.SELECTIVE_SCALING": "off"}
 
 
-def test_rebalancing_follows_the_tool_and_changes_no_result(run, tmp_path, ranks=4):
+def test_rebalancing_follows_the_tool_and_changes_no_result(run, tmp_path):
     """The project's own measure: with sleepers, whose window of awake material moves with the tool, the most
     loaded rank has at most 1.1 times the mean in every step, flow and contact counted, and the state after 1039
     steps is that without rebalancing to 1e-10 of the largest value (positions, velocities, stresses, ...). Without
@@ -23,7 +23,7 @@ def test_rebalancing_follows_the_tool_and_changes_no_result(run, tmp_path, ranks
         place = tmp_path / str(limit)
         place.mkdir()
         sets = {**CROSSING, "METHOD.SLEEPING": "on", "METHOD.REBALANCE": limit}
-        results[limit] = run("stir", "--quiet", sets=sets, directory=place, ranks=ranks).results("stir")
+        results[limit] = run("stir", "--quiet", sets=sets, directory=place, ranks=4).results("stir")
     on, off = (results[limit].summary() for limit in (1.03, 1e9))
     for name in ("imbalance_mean", "imbalance_worst", "partitions"):
         print(name, on[name], off[name])
@@ -38,8 +38,8 @@ def test_rebalancing_follows_the_tool_and_changes_no_result(run, tmp_path, ranks
     assert max(apart.values()) <= 1e-10, apart
 
 
-def test_always_awake(run, tmp_path, ranks=4):
+def test_always_awake(run, tmp_path):
     """Without sleepers the load hardly moves: at most 1.1 times the mean in every step."""
-    summary = run("stir", "--quiet", sets={**CROSSING, "METHOD.SLEEPING": "off"}, directory=tmp_path, ranks=ranks).results("stir").summary()
+    summary = run("stir", "--quiet", sets={**CROSSING, "METHOD.SLEEPING": "off"}, directory=tmp_path, ranks=4).results("stir").summary()
     print(summary["imbalance_worst"], summary["partitions"])
     assert summary["awake_share"] == 1.0 and summary["imbalance_worst"] <= 1.1

@@ -105,7 +105,7 @@ def outcome(tmp_path_factory):
     cases = {name: spoil(change)[0] for name, (change, _) in MISTAKES.items()}
     cases |= {name: spoil(*(MISTAKES[m][0] for m in many))[0] for name, many in SEVERAL.items()}
     cases = {name: (("small.nml",), {"text": text}) for name, text in cases.items()}
-    for option in ("--check=scene", "--quiet"):
+    for option in ("--check", "--quiet"):
         cases[option] = (("small.nml", option), {"text": spoil(MISTAKES["too small"][0])[0]})
     return driver.run_all(cases, tmp_path_factory.mktemp("mistakes"))
 
@@ -137,7 +137,7 @@ def test_all_mistakes_at_once(outcome, several):
     assert numbers == sorted(numbers)
 
 
-@pytest.mark.parametrize("option", ["--check=scene", "--quiet"])
+@pytest.mark.parametrize("option", ["--check", "--quiet"])
 def test_messages_with_options(outcome, option):
     """Exact: --check and --quiet give the same message and status as a run."""
     line = spoil(MISTAKES["too small"][0])[1][0]
