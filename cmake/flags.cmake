@@ -30,6 +30,7 @@ endif()
 if(HAS_HALVES_${STIRPOINT_ARCH} AND cpu_family MATCHES ": 25$")
   add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_HALVES>)   # Zen 4: 512 bits take two turns of 256
 endif()
+add_compile_definitions($<$<CONFIG:Debug,Sanitize>:STIRPOINT_CONTRACTS>)   # kernels check what they are given
 set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace")
 set(CMAKE_C_FLAGS_DEBUG "-g -O1")
 set(CMAKE_Fortran_FLAGS_SANITIZE "-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer")

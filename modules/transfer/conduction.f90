@@ -6,6 +6,7 @@
 module transfer_conduction
   use base_kinds, only: nlane, rp
   use transfer_gather, only: gather_block, lanes_t
+  use transfer_kernels, only: p2g_gradient_block
   use transfer_scatter, only: p2g_block, p2g_values_block
   use transfer_weights, only: point_nodes
   implicit none (type, external)
@@ -119,7 +120,7 @@ contains
         rec(4:6, 1 + a, p) = mass(p)*volume*tau(p, place(:, a))
       end do
     end do
-    call p2g_block(n, w, first, rec, stride, nn, g)
+    call p2g_gradient_block(n, w, first, rec, stride, nn, g)
   end subroutine surface_to_grid
 
   !> Film loss in `dt` of a face at `s`, with linear weights on the nodes: lane 5 of `flux`.

@@ -6,6 +6,9 @@
 !> the whole less what the outer two get. Records as in transfer_kernels, which does particles that
 !> have nodes of their own.
 module transfer_scatter
+#ifdef STIRPOINT_CONTRACTS
+  use base_errors, only: fatal
+#endif
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
   use transfer_kernels, only: p2g_slopes, p2g_values, run_length, to_slopes
@@ -28,6 +31,11 @@ contains
     real(rp), intent(in) :: rec(8, 4, nlane)    !! value part, x, y and z slope parts
     real(rp), intent(inout) :: g(8, nn)
 
+#ifdef STIRPOINT_CONTRACTS
+    if (any(abs(rec(1:4, 2:4, 1:n)) > 0.0_rp)) then
+      call fatal('p2g_block: lanes 1:4 of a record have slope parts, which are dropped')
+    end if
+#endif
     call p2g_lanes(.true., n, w, first, rec, stride, nn, g)
   end subroutine p2g_block
 
