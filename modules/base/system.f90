@@ -12,7 +12,7 @@ module base_system
   public :: allocate_aligned, resize_aligned, free_aligned, rename_file, make_directory, remove_file
   public :: watch_signals, leave_signals, stop_signal, raise_signal, peak_memory
   public :: need_soon, fetch_some, to_records
-  public :: open_library, symbol_of, data_file, program_folder
+  public :: open_library, symbol_of, data_file, program_folder, set_default_variable
 
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
@@ -48,6 +48,13 @@ module base_system
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: mode
     end function c_mkdir
+
+    integer(c_int) function c_setenv(name, value, overwrites) bind(c, name='setenv')
+      import :: c_char, c_int
+      implicit none (type, external)
+      character(kind=c_char), intent(in) :: name(*), value(*)
+      integer(c_int), value :: overwrites
+    end function c_setenv
 
     integer(c_int) function c_remove(path) bind(c, name='remove')
       import :: c_char, c_int
@@ -134,6 +141,13 @@ module base_system
   end interface
 
 contains
+
+  !> Set a variable of the environment that has no value yet.
+  subroutine set_default_variable(name, value)
+    character(*), intent(in) :: name, value
+
+    if (c_setenv(name//c_null_char, value//c_null_char, 0_c_int) /= 0) call fatal('out of memory')
+  end subroutine set_default_variable
 
   !> Zeroed memory for `n` reals on a 64-byte boundary; one cache line never straddles two records.
   subroutine allocate_aligned(n, a)

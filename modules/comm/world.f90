@@ -3,6 +3,7 @@
 module comm_world
   use base_errors, only: set_abort_hook
   use base_kinds, only: i8, rp
+  use base_system, only: set_default_variable
   use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
                      mpi_comm_free, mpi_comm_self, mpi_comm_split_type, &
                      mpi_comm_type_shared, mpi_info_null, &
@@ -63,10 +64,13 @@ contains
     call mpi_comm_free(here)
   end function ranks_here
 
-  !> Start MPI (a run without mpirun is one rank).
+  !> Start MPI (a run without mpirun is one rank). Files have no shared pointer: Open MPI would keep it
+  !> in a named semaphore of the node, which a killed run leaves locked for all later ones, and whose
+  !> name has no room for long paths.
   subroutine start_world(world)
     type(world_t), intent(out) :: world
 
+    call set_default_variable('OMPI_MCA_sharedfp', 'individual')
     call mpi_init()
     world%comm = mpi_comm_world
     call mpi_comm_rank(world%comm, world%rank)

@@ -25,19 +25,32 @@ module mapping_stability
   real(rp), parameter :: apic_gain = 1.12_rp       !! 0.531 was measured with uGIMP
   !> By limits of 0.376 and 0.531 at order 2, of 0.282 and 0.398 at order 4.
   real(rp), parameter :: filter_power = -0.37_rp
+  !> One particle in a cell along an axis leaves modes free that two hold: 0.570 to 0.665 at Poisson's
+  !> ratio 0.33, 0.616 to 0.701 at 0.1 (B-splines; uGIMP functions are then B-splines themselves, whose
+  !> limit with one particle is above that of uGIMP with two).
+  real(rp), parameter :: sparse_factor = 0.857_rp
+  !> Poisson's ratio above which volumetric modes limit the step. They are those of 3 K, not of the
+  !> modulus of pressure waves K + 4 G/3: 3 K/(K + 4 G/3) = 3 (1 - nu)/(1 + nu) in terms of squares.
+  real(rp), parameter :: volumetric_from = 0.35_rp
   !> Contact of bodies makes energy in proportion to the step, which only USL loses again.
   real(rp), parameter :: contact_factor = 0.5_rp
 
 contains
 
-  !> Time step as a part of the time in which a wave crosses a cell, for this method.
-  pure real(rp) function default_cfl(method, has_contact)
+  !> Time step as a part of the time in which a wave crosses a cell, for this method, lattice of
+  !> particles and elasticity.
+  pure real(rp) function default_cfl(method, has_contact, is_sparse, poisson)
     type(method_t), intent(in) :: method
     logical, intent(in) :: has_contact             !! between bodies
+    logical, intent(in) :: is_sparse               !! some body has one particle in a cell on an axis
+    real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
 
     default_cfl = limit_ugimp
     if (method%is_bspline) default_cfl = limit_bspline
     if (method%scales_light_nodes) default_cfl = limit_selective
+    if (is_sparse .and. method%is_bspline) default_cfl = sparse_factor*default_cfl
+    default_cfl = default_cfl*sqrt(min(1.0_rp, (1.0_rp - poisson)/(1.0_rp + poisson) &
+                                       *(1.0_rp + volumetric_from)/(1.0_rp - volumetric_from)))
     select case (method%transfer)
     case (transfer_apic)
       default_cfl = apic_gain*default_cfl

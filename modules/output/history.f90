@@ -60,6 +60,7 @@ contains
     call microstructure_means(world, scene, particles, micro)
     step%is_broken = step%is_broken .or. .not. totals%is_sound
     call add_columns(scene, clock, tool, backing, history, totals, micro, row)
+    history%row_gained = totals%tool - history%row_sums
     history%row_sums = totals%tool
     history%row_impulse = totals%impulse
     history%row_time = clock%time

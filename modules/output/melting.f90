@@ -17,6 +17,7 @@ module output_melting
   type :: melting_t
     real(rp) :: share = 0.0_rp     !! largest part of the mass above its melting temperature so far
     real(rp) :: over = 0.0_rp      !! most that any of it was above [K]
+    real(rp) :: ratio = 0.0_rp     !! largest temperature over that of melting at the last row
     logical, private :: is_reported = .false.
   contains
     procedure :: watch_particles
@@ -76,13 +77,14 @@ contains
     type(scene_t), intent(in) :: scene
     type(seen_t), intent(in) :: seen
     real(rp), intent(in) :: time                     !! [s]
-    real(rp) :: sums(2), most(1)
+    real(rp) :: sums(2), most(2)
     character(:), allocatable :: mine, message
 
     sums = [seen%melted, seen%mass]
-    most = seen%over
+    most = [seen%over, seen%temp/max(seen%temp - seen%over, tiny(1.0_rp))]
     call world%sum(sums)
     call world%max(most)
+    self%ratio = most(2)
     if (most(1) <= 0.0_rp) return
     self%share = max(self%share, sums(1)/max(sums(2), tiny(1.0_rp)))
     self%over = max(self%over, most(1))

@@ -5,8 +5,10 @@ module output_warnings
   use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
+  use contact_tool, only: tool_t
   use io_row, only: row_t
   use output_audit, only: history_t
+  use output_guards, only: guards_t
   use output_melting, only: melting_t
   use output_microstructure, only: warning_message
   use output_numerical_fracture, only: stretched_apart
@@ -23,6 +25,7 @@ module output_warnings
   !> What was warned of so far.
   type :: warnings_t
     type(melting_t) :: melting
+    type(guards_t), private :: guards
     integer(i8), private :: reported_refused = 0     !! refused steps when last reported
     real(rp), private :: inertial = 0.0_rp           !! largest inertial stress over flow stress
     logical, private :: has_inertia = .false., has_returns = .false., has_fracture = .false., &
@@ -35,13 +38,15 @@ module output_warnings
 
 contains
 
-  !> Collective. Say what is new to warn of when a row of the history, `columns`, is due.
-  subroutine watch(self, world, scene, clock, step, particles, books, history, columns)
+  !> Collective. Say what is new to warn of when a row of the history, `columns`, is due, and whether
+  !> the run must end.
+  subroutine watch(self, world, scene, clock, step, tool, particles, books, history, columns)
     class(warnings_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
+    type(step_t), intent(inout) :: step
+    type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(in) :: particles
     type(books_t), intent(in) :: books
     type(history_t), intent(in) :: history
@@ -55,6 +60,8 @@ contains
     call warn_debris(self, world, clock, columns)
     call warn_returns(self, world, clock, step)
     call warn_fracture(self, world, scene, clock, particles)
+    call self%guards%check(world, scene, clock, tool, particles, history, columns, &
+                           self%melting%ratio, step)
   end subroutine watch
 
   !> Say that steps were refused, at most once between two rows of the history.

@@ -295,7 +295,7 @@ contains
 
     if (history%row_time >= clock%time .and. history%rows > 0) return   ! has it already
     call history_row(world, scene, clock, step, tool, backing, particles, books, history, columns)
-    call self%warnings%watch(world, scene, clock, step, particles, books, history, columns)
+    call self%warnings%watch(world, scene, clock, step, tool, particles, books, history, columns)
     call self%history%row(columns%values())
     if (probes%n > 0) then
       call share_probes(world, probes)

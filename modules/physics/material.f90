@@ -45,6 +45,7 @@ module physics_material
   contains
     procedure :: set_elastic
     procedure :: soften
+    procedure :: poisson
     procedure :: young
     procedure :: lambda
     procedure :: wave_speed
@@ -82,6 +83,14 @@ contains
     self%k = self%k/factor
     self%g = self%g/factor
   end subroutine soften
+
+  !> Poisson's ratio; 0 of a material without elasticity.
+  elemental real(rp) function poisson(self)
+    class(material_t), intent(in) :: self
+
+    poisson = 0.0_rp
+    if (self%k > 0.0_rp) poisson = (3.0_rp*self%k - 2.0_rp*self%g)/(6.0_rp*self%k + 2.0_rp*self%g)
+  end function poisson
 
   !> True if time alone changes the internal variables of its flow law.
   elemental logical function anneals(self)

@@ -126,6 +126,10 @@ contains
 
     if (.not. sim%step%is_broken) return
     status = ended_broken
+    if (allocated(sim%step%reason)) then
+      message = sim%step%reason//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
+      return
+    end if
     call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
                           message, 'more kinetic energy than was ever given')
   end subroutine check_state

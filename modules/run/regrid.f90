@@ -22,7 +22,7 @@ module run_regrid
   implicit none (type, external)
   private
 
-  public :: may_stray, regrid, relist
+  public :: may_stray, regrid, relist, sort_particles
 
 contains
 
@@ -31,11 +31,8 @@ contains
   subroutine regrid(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    integer :: n_moving                      ! blocks whose particles may have to go elsewhere
-    integer :: cuts, keep
-    logical :: can_wait, is_new, others_sleep, sleepers_stay
+    logical :: can_wait, others_sleep
 
-    is_new = sim%blocks%n_awake < 0
     call update_sleep(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
                       sim%sleepers, sim%books, others_sleep, can_wait)
     if (can_wait .and. .not. may_stray(sim)) then
@@ -43,6 +40,23 @@ contains
       call adapt_mass(world, sim)
       return
     end if
+    call sort_particles(world, sim, others_sleep)
+    sim%clock%displacement = 0.0_rp
+    sim%clock%sorted_at = sim%clock%step
+    call adapt_mass(world, sim)
+  end subroutine regrid
+
+  !> Collective. Balance if needed, migrate and sort the particles, and list the nodes in use. This
+  !> alone changes neither the physics nor the schedule of later sorts, so that a restart may call it.
+  subroutine sort_particles(world, sim, others_sleep)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: others_sleep      !! other particles sleep than at the last sort
+    integer :: n_moving                      ! blocks whose particles may have to go elsewhere
+    integer :: cuts, keep
+    logical :: is_new, sleepers_stay
+
+    is_new = sim%blocks%n_awake < 0
     call share_probes(world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
     n_moving = merge(sim%particles%nblk, sim%blocks%n_awake, is_new)
@@ -54,11 +68,8 @@ contains
                       size(sim%scene%body), &
                       n_moving, keep, others_sleep, sim%particles, sleepers_stay)
     if (is_new .or. sim%exchange%balance%cuts > cuts) call sim%particles%fit()
-    sim%clock%displacement = 0.0_rp
-    sim%clock%sorted_at = sim%clock%step
     call relist(world, sim, .true., sleepers_stay)
-    call adapt_mass(world, sim)
-  end subroutine regrid
+  end subroutine sort_particles
 
   !> Whether a particle can be a cell from where it was: steps like the last one and half a cell's
   !> way in one are allowed for.

@@ -13,7 +13,7 @@ module run_restart
   use particles_store, only: awake, particles_t, set_rest, tag_rest
   use run_balance, only: find_room, first_partition, store_nodes
   use run_debris, only: let_debris_go
-  use run_regrid, only: regrid, relist
+  use run_regrid, only: relist, sort_particles
   use sleep_motion, only: start_tracking
   use sleep_sleepers, only: n_motion
   use state_books, only: n_sums
@@ -83,7 +83,7 @@ contains
       call relist(world, sim, .false., .false.)
     else
       call first_partition(world, sim)
-      call regrid(world, sim)
+      call sort_particles(world, sim, .true.)
     end if
   end subroutine resume
 

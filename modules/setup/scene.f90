@@ -28,7 +28,7 @@ module setup_scene
   use setup_grading, only: check_grading, read_grading
   use setup_laws, only: lay_out_laws
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
-  use setup_scaling, only: read_elastic_scaling, read_selective_scaling
+  use setup_scaling, only: is_sparse, read_elastic_scaling, read_selective_scaling
   use setup_sleeping, only: read_sleeping
   use setup_tool_heat, only: read_tool_heat
   use setup_tools, only: read_tools
@@ -75,7 +75,8 @@ contains
     call check_grading(input, scene, diagnostics)
     call read_selective_scaling(input, scene, tool, diagnostics)
     associate (m => scene%method)
-      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0)
+      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0, is_sparse(scene), &
+                                               maxval([0.0_rp, scene%material%poisson()]))
     end associate
     call read_sleeping(input, scene, tool, diagnostics)
     call read_probes(input, scene, probes, diagnostics)

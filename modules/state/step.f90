@@ -25,6 +25,7 @@ module state_step
     ! set by the check in the middle of a step, equal on all ranks
     logical, allocatable :: is_near(:)       !! tools that particles of any rank may touch
     logical :: is_broken = .false.           !! no step is possible from here
+    character(:), allocatable :: reason      !! for that, if the state itself does not show it
     logical :: is_unsolved = .false.         !! a conduction step was not solved for
     integer :: signal = 0                    !! that arrived on any rank
     logical :: output_is_lost = .false.      !! a row could not be written

@@ -226,6 +226,7 @@ contains
           if (t%within < 1.0_rp) t%most = t%within*edge_pressure*shear
           shear = t%within*shear
           call law%limits(coefficient(i), max(molten, shear), t%friction, t%shear, t%bend)
+          t%shear = max(molten, t%shear)     ! a coefficient of 0 gives none, but the metal touches
           if (law%is_unlimited() .and. shear > 0.0_rp) t%shear = unlimited
           if (t%shear >= unlimited .or. shear <= 0.0_rp) cycle
           t%depth = depth(place(i))
