@@ -16,8 +16,6 @@ import sys
 import call_graph
 
 MOST_LINES = 400             # of a file
-MOST_FILES = 16              # of a library
-MOST_LIBRARY_LINES = 2500
 MOST_PASSED = 35             # files that a step with a tool passes, above the services
 MOST_CALLS = 6               # from take_step to a kernel
 WHOLE = {"step", "run", "front"}   # layers whose procedures may take the whole simulation
@@ -149,10 +147,6 @@ def check_sizes(root):
         for path, number in lines.items():
             if number > MOST_LINES:
                 yield f"{path.relative_to(root)}: {number} lines, more than {MOST_LINES}"
-        if len(lines) > MOST_FILES:
-            yield f"modules/{folder.name}: {len(lines)} files, more than {MOST_FILES}"
-        if sum(lines.values()) > MOST_LIBRARY_LINES:
-            yield f"modules/{folder.name}: {sum(lines.values())} lines, more than {MOST_LIBRARY_LINES}"
 
 
 def check_uses(sources, layers):

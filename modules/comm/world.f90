@@ -64,9 +64,9 @@ contains
     call mpi_comm_free(here)
   end function ranks_here
 
-  !> Start MPI (a run without mpirun is one rank). Files have no shared pointer: Open MPI would keep it
-  !> in a named semaphore of the node, which a killed run leaves locked for all later ones, and whose
-  !> name has no room for long paths.
+  !> Start MPI (a run without mpirun is one rank). Files have no shared pointer: Open MPI would keep
+  !> it in a named semaphore of the node, which a killed run leaves locked for all later ones, and
+  !> whose name has no room for long paths.
   subroutine start_world(world)
     type(world_t), intent(out) :: world
 

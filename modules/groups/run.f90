@@ -86,7 +86,8 @@ contains
       'it in bodies with a Poisson ratio above 0.42')
     call t%key('SELECTIVE_SCALING', 'choice', 1, '', 'auto', 'off auto on', &
       'nodes with little mass have more inertia, which allows longer steps; auto: with '// &
-      'B-splines, MASS_SCALING, a tool, a wall and nothing molten')
+      'B-splines, cubic cells, two or more particles along each axis of one, MASS_SCALING, '// &
+      'a tool, a wall and nothing molten')
     call t%key('SORT_INTERVAL', 'integer', 1, 'steps', '100', '[1,1000]', &
       'most steps from one listing of particles, nodes and ranks to the next')
     call t%key('DEBRIS', 'real', 1, '', '1e-3', '[0,1)', &

@@ -25,9 +25,9 @@ module mapping_stability
   real(rp), parameter :: apic_gain = 1.12_rp       !! 0.531 was measured with uGIMP
   !> By limits of 0.376 and 0.531 at order 2, of 0.282 and 0.398 at order 4.
   real(rp), parameter :: filter_power = -0.37_rp
-  !> One particle in a cell along an axis leaves modes free that two hold: 0.570 to 0.665 at Poisson's
-  !> ratio 0.33, 0.616 to 0.701 at 0.1 (B-splines; uGIMP functions are then B-splines themselves, whose
-  !> limit with one particle is above that of uGIMP with two).
+  !> One particle in a cell along an axis leaves modes free that two hold: with B-splines the limit
+  !> is 0.570 instead of 0.665 at Poisson's ratio 0.33, and 0.616 instead of 0.701 at 0.1. uGIMP
+  !> functions of such a particle are B-splines, whose limit is above that of uGIMP with two.
   real(rp), parameter :: sparse_factor = 0.857_rp
   !> Poisson's ratio above which volumetric modes limit the step. They are those of 3 K, not of the
   !> modulus of pressure waves K + 4 G/3: 3 K/(K + 4 G/3) = 3 (1 - nu)/(1 + nu) in terms of squares.
@@ -42,7 +42,7 @@ contains
   pure real(rp) function default_cfl(method, has_contact, is_sparse, poisson)
     type(method_t), intent(in) :: method
     logical, intent(in) :: has_contact             !! between bodies
-    logical, intent(in) :: is_sparse               !! some body has one particle in a cell on an axis
+    logical, intent(in) :: is_sparse               !! one particle in a cell along an axis
     real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
 
     default_cfl = limit_ugimp

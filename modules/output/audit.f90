@@ -14,7 +14,7 @@ module output_audit
     real(rp) :: row_time = 0.0_rp            !! time of the last row [s]
     integer(i8) :: rows = 0                  !! so far
     real(rp), allocatable :: row_sums(:, :)  !! tools' books then, of all ranks
-    real(rp), allocatable :: row_gained(:, :)  !! by tools' books between the last two rows, likewise
+    real(rp), allocatable :: row_gained(:, :)  !! by these between the last two rows
     real(rp), allocatable :: row_impulse(:, :)   !! of walls and clamps then, of all ranks
   end type history_t
 

@@ -40,8 +40,8 @@ module output_guards
 
 contains
 
-  !> Collective, at a row of the history, `columns`, with the largest temperature over that of melting,
-  !> `melt_ratio`. Sets `step%is_broken` and says why in `step%reason`.
+  !> Collective, at a row of the history, `columns`, with the largest temperature over that of
+  !> melting, `melt_ratio`. Sets `step%is_broken` and says why in `step%reason`.
   subroutine check(self, world, scene, clock, tool, particles, history, columns, melt_ratio, step)
     class(guards_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -65,7 +65,7 @@ contains
   end subroutine check
 
   !> The energy that is missing since the balance last closed, against what was turned over. Thermal
-  !> expansion turns heat into elastic energy, which the balance of mechanical energies does not know.
+  !> expansion turns heat into elastic energy, which the balance of mechanical energies leaves out.
   subroutine check_balance(self, world, scene, clock, particles, history, columns, reason)
     type(guards_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -91,8 +91,8 @@ contains
             str(error)//' J, '//str(100.0_rp*part)//' % of the energy turned over, are missing'
     if (error < 0.0_rp) began = began(:len(began) - len('are missing'))//'came from nothing'
     if (part > largest_error) then
-      reason = began//'; the time step is too long for this scene: lower &TIME CFL or MASS_SCALING, '// &
-               'or set SELECTIVE_SCALING = ''off'''
+      reason = began//'; the time step is too long for this scene: lower &TIME CFL or '// &
+               "MASS_SCALING, or set SELECTIVE_SCALING = 'off'"
     else if (.not. self%has_warned) then
       self%has_warned = .true.
       if (world%is_root()) call say('warning: '//began//' (10 % end the run): lower &TIME CFL')
@@ -131,9 +131,9 @@ contains
     if (melt_ratio <= largest_melt_ratio .or. self%starts_molten) return
     if (abs(columns%value('source_heat')) + abs(columns%value('wall_heat')) > 0.0_rp) return
     reason = 'metal is heated to '//str(melt_ratio)//' times its melting temperature, though '// &
-             'nothing but friction and plastic work heats it: metal between a tool and a wall has '// &
-             'no room, or the time step is too long; leave a cell or more below the tool, let the '// &
-             'wall slide, or lower &TIME CFL'
+             'nothing but friction and plastic work heats it: metal between a tool and a wall '// &
+             'has no room, or the time step is too long; leave a cell or more below the tool, '// &
+             'let the wall slide, or lower &TIME CFL'
   end subroutine check_melting
 
   !> The torque of a tool of revolution is that of friction alone, so that it is at most the shear
@@ -154,8 +154,9 @@ contains
       if (abs(gained(s_torque, k)) <= most .or. gained(s_strength, k) <= 0.0_rp) cycle
       reason = '&TOOL '//trim(tool(k)%name)//' turns against '// &
                str(abs(gained(s_torque, k))/gained(s_strength, k)/tool(k)%shape%radius)// &
-               ' times the torque that the shear strength of the metal on its face allows: metal '// &
-               'between it and a wall has no room; leave a cell or more, or let the wall slide'
+               ' times the torque that the shear strength of the metal on its face allows: '// &
+               'metal between it and a wall has no room; leave a cell or more, or let the wall '// &
+               'slide'
       return
     end do
   end subroutine check_torque

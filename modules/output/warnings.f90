@@ -38,8 +38,8 @@ module output_warnings
 
 contains
 
-  !> Collective. Say what is new to warn of when a row of the history, `columns`, is due, and whether
-  !> the run must end.
+  !> Collective. Say what is new to warn of when a row of the history, `columns`, is due, and
+  !> whether the run must end.
   subroutine watch(self, world, scene, clock, step, tool, particles, books, history, columns)
     class(warnings_t), intent(inout) :: self
     type(world_t), intent(in) :: world

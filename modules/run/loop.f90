@@ -127,7 +127,8 @@ contains
     if (.not. sim%step%is_broken) return
     status = ended_broken
     if (allocated(sim%step%reason)) then
-      message = sim%step%reason//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
+      message = sim%step%reason//' (step '//str(sim%clock%step)//', t = '// &
+                str(sim%clock%time)//' s)'
       return
     end if
     call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &

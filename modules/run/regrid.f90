@@ -47,7 +47,7 @@ contains
   end subroutine regrid
 
   !> Collective. Balance if needed, migrate and sort the particles, and list the nodes in use. This
-  !> alone changes neither the physics nor the schedule of later sorts, so that a restart may call it.
+  !> alone changes neither the physics nor the schedule of later sorts: a restart may call it.
   subroutine sort_particles(world, sim, others_sleep)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim

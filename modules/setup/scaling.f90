@@ -158,8 +158,8 @@ contains
 
   !> What in the scene its limits do not hold with; '' if nothing. With one particle in a cell along
   !> an axis, or in cells of other edges, a free elastic block gains energy at steps that are stable
-  !> without it: what light nodes keep of the internal forces is missing from the particles, so that the
-  !> operator from forces to velocities is not symmetric.
+  !> without it: what light nodes keep of the internal forces is missing from the particles, so
+  !> that the operator from forces to velocities is not symmetric.
   pure function what_forbids(scene) result(text)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: text
