@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Motion of a rigid tool. Its schedule is phases of constant velocity and spin, joined by linear
-!> ramps; the pose is a closed function of time, so that a restart needs no state.
+!> ramps: that part of the pose is a closed function of time, of which a checkpoint keeps nothing.
 !>
 !> Along its axis a machine holds it in its place, gives under load as a spring does, or presses
 !> with a force (drive_t). The tool then has an equation of motion along its axis,

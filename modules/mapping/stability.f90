@@ -25,7 +25,7 @@ module mapping_stability
   real(rp), parameter :: apic_gain = 1.12_rp       !! 0.531 was measured with uGIMP
   !> By limits of 0.376 and 0.531 at order 2, of 0.282 and 0.398 at order 4.
   real(rp), parameter :: filter_power = -0.37_rp
-  !> One particle in a cell along an axis leaves modes free that two hold: with B-splines the limit
+  !> One particle in a cell leaves modes free that more would hold: with B-splines the limit
   !> is 0.570 instead of 0.665 at Poisson's ratio 0.33, and 0.616 instead of 0.701 at 0.1. uGIMP
   !> functions of such a particle are B-splines, whose limit is above that of uGIMP with two.
   real(rp), parameter :: sparse_factor = 0.857_rp
@@ -42,7 +42,7 @@ contains
   pure real(rp) function default_cfl(method, has_contact, is_sparse, poisson)
     type(method_t), intent(in) :: method
     logical, intent(in) :: has_contact             !! between bodies
-    logical, intent(in) :: is_sparse               !! one particle in a cell along an axis
+    logical, intent(in) :: is_sparse               !! one particle in a cell
     real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
 
     default_cfl = limit_ugimp

@@ -144,15 +144,16 @@ contains
     strength_of = strength(1)
   end function strength_of
 
-  !> Whether some deformable body has one particle in a cell along an axis.
-  pure logical function is_sparse(scene)
+  !> Whether some deformable body has one particle in a cell along all of `axes` axes.
+  pure logical function is_sparse(scene, axes)
     type(scene_t), intent(in) :: scene
+    integer, intent(in) :: axes
     integer :: b
 
     is_sparse = .false.
     do b = 1, size(scene%body)
       if (scene%body(b)%is_rigid()) cycle
-      is_sparse = is_sparse .or. any(scene%body(b)%spacing > 0.75_rp*scene%grid%h)
+      is_sparse = is_sparse .or. count(scene%body(b)%spacing > 0.75_rp*scene%grid%h) >= axes
     end do
   end function is_sparse
 
@@ -173,7 +174,7 @@ contains
       text = 'a TRANSFER other than flip'
     else if (.not. scene%method%is_bspline) then
       text = 'a SHAPE other than bspline'
-    else if (is_sparse(scene)) then
+    else if (is_sparse(scene, 1)) then
       text = 'one particle in a cell along an axis: PARTICLES_PER_CELL must be 2 or more'
     else if (scene%grid%grading%axis > 0 .or. any(scene%grid%h > cubic*minval(scene%grid%h))) then
       text = 'cells that are no cubes'

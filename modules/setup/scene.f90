@@ -75,7 +75,7 @@ contains
     call check_grading(input, scene, diagnostics)
     call read_selective_scaling(input, scene, tool, diagnostics)
     associate (m => scene%method)
-      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0, is_sparse(scene), &
+      if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0, is_sparse(scene, 3), &
                                                maxval([0.0_rp, scene%material%poisson()]))
     end associate
     call read_sleeping(input, scene, tool, diagnostics)

@@ -40,14 +40,6 @@ def long_file(tree):
     add_files(tree, "fields", 1, 1 + architecture.MOST_LINES)
 
 
-def many_files(tree):
-    add_files(tree, "fields", 1 + architecture.MOST_FILES)
-
-
-def large_library(tree):
-    add_files(tree, "fields", 8, 1 + architecture.MOST_LIBRARY_LINES // 8)
-
-
 def use_upwards(tree):
     edit(tree, "modules/mapping/probes.f90", "  use grid_geometry", "  use io_row, only: row_t\n  use grid_geometry")
 
@@ -104,8 +96,6 @@ def part_without_a_row(tree):
 
 @pytest.mark.parametrize("spoil, wanted", [
     (long_file, f"lines, more than {architecture.MOST_LINES}"),
-    (many_files, f"files, more than {architecture.MOST_FILES}"),
-    (large_library, f"lines, more than {architecture.MOST_LIBRARY_LINES}"),
     (use_upwards, "mapping has no USES io"),
     (cycle, "a cycle of layers: grid, particles"),
     (whole_simulation, "takes the whole simulation"),
