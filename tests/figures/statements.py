@@ -23,6 +23,8 @@ STATEMENTS = (
     Statement("docs/accuracy.md", "| uGIMP, FLIP | # |", (("limits", "limit_ugimp", 1.0),)),
     Statement("docs/accuracy.md", "| B-spline, FLIP | # |", (("limits", "limit_bspline", 1.0),)),
     Statement("docs/accuracy.md", "SELECTIVE_SCALING = 'on' | # |", (("limits", "limit_selective", 1.0),)),
+    Statement("docs/accuracy.md", "on all axes, B-spline | # times that", (("limits", "sparse_factor", 1.0),)),
+    Statement("docs/accuracy.md", "Poisson's ratio nu above # |", (("limits", "volumetric_from", 1.0),)),
     Statement("docs/accuracy.md", "| APIC | # times that of FLIP |", (("limits", "apic_gain", 1.0),)),
     Statement("docs/accuracy.md", "k to the power of # times that of FLIP", (("limits", "filter_power", 1.0),)),
     Statement("docs/accuracy.md", "The default time step is # of these limits (# with SELECTIVE_SCALING)",
@@ -79,6 +81,8 @@ DEFINITIONS = (
     ("docs/accuracy.md", "TIME.CFL = 0.4)", KEY),
     ("docs/accuracy.md", "pressed 0.05 mm into a clamped copper plate in 2 ms. Force and torque are means from 0.5 to 1.9 ms, heat is "
      "that after 1.9 ms. The grid is shifted by (0.13, 0.29, 0.41) cells", KEY),
+    ("docs/restart.md", "open by more than 10 % of the energy turned over (`audit_error`; above 1 % it warns)", KEY),
+    ("docs/restart.md", "hotter than 1.15 times its T_MELT", KEY),
     ("docs/heat.md", "100 x 40 x 12 mm, 970 rpm, 1.8 mm/s, 700 W/(m2 K) below", KEY),
     ("docs/heat.md", "the cavity of 1290 mm3", KEY),
     ("docs/heat.md", "15 W/(m2 K) of air", KEY),
