@@ -21,7 +21,9 @@ Usage: bash jobscripts/local.sh COMMAND
                              cores and draw the result; the run directory <INPUT's stem>.out
                              is made in the current directory; further arguments go to
                              stirpoint
-  test                       build, then run all tests
+  test [TIER]                build, then run tests: smoke (default; up to 5 minutes on two
+                             cores), all (what a change must pass), long (draws, robustness,
+                             stress, figures and what takes long), every (all and long)
   build                      install what is missing and build
   python                     install what is missing and make build/venv, with the command
                              build/venv/bin/stirpost
@@ -213,6 +215,8 @@ draw() {
 }
 
 run_tests() {
+  local tier=${1:-smoke}
+  [[ $tier =~ ^(smoke|all|long|every)$ ]] || fail "there are the tests smoke, all, long, every; not $tier"
   prepare
   mpi_environment
   export PATH="$venv/bin:$PATH"
@@ -221,13 +225,18 @@ run_tests() {
     --label-exclude stress ||
     fail "TESTS FAILED: of the program (see above)"
   stage "Tests of the post-processing"
-  "$venv/bin/python" -m pytest -q -p no:cacheprovider "$root/postproc/tests" ||
+  "$venv/bin/python" -m pytest -q -p no:cacheprovider -n "$(nproc)" --tier "$tier" "$root/postproc/tests" ||
     fail "TESTS FAILED: of the post-processing (see above)"
-  stage "Tests of whole runs" # for half of its time a test waits for programs to start
+  if [[ $tier == long ]]; then # other draws with every commit
+    STIRPOINT_SEED=${STIRPOINT_SEED:-$(git -C "$root" rev-list --count HEAD 2>/dev/null || echo 0)}
+    export STIRPOINT_SEED
+    stage "Draws from STIRPOINT_SEED=$STIRPOINT_SEED on"
+  fi
+  stage "Tests of whole runs: $tier" # for half of its time a test waits for programs to start
   STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
-    -n "$((2 * $(nproc)))" "$root/tests" "$root/benchmarks" ||
+    -n "$((2 * $(nproc)))" --tier "$tier" "$root/tests" "$root/benchmarks" ||
     fail "TESTS FAILED: of whole runs (see above)"
-  stage "ALL TESTS PASSED"
+  stage "ALL TESTS PASSED: $tier"
 }
 
 start=$PWD
@@ -235,7 +244,7 @@ command=${1:-help}
 (($# == 0)) || shift
 case $command in
   run) run_program "$@" ;;
-  test) run_tests ;;
+  test) run_tests "$@" ;;
   build)
     prepare
     stage "Built $build/stirpoint"

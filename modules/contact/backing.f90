@@ -16,6 +16,7 @@ module contact_backing
     real(rp) :: lower(2) = 0.0_rp                 !! corner of the columns [m]
     real(rp) :: width(2) = 1.0_rp                 !! of a column [m]
     integer :: n(2) = 1                           !! columns along these axes
+    real(rp) :: period(2) = 0.0_rp                !! of the grid along them [m]; 0: not periodic
     type(heat_sink_t), allocatable :: column(:)
   contains
     procedure :: column_at
@@ -27,13 +28,17 @@ module contact_backing
 
 contains
 
-  !> The column that a place is in front of, or nearest to.
+  !> The column that a place, or an image of it on a periodic grid, is in front of or nearest to.
   pure integer function column_at(self, x)
     class(backing_t), intent(in) :: self
     real(rp), intent(in) :: x(3)                  !! [m]
     integer :: place(2)
+    real(rp) :: along(2)                          !! from the corner of the columns [m]
 
-    place = max(0, min(self%n - 1, floor((x(self%across) - self%lower)/self%width)))
+    along = x(self%across) - self%lower
+    where (self%period > 0.0_rp) &
+      along = along - self%period*anint((along - 0.5_rp*self%n*self%width)/self%period)
+    place = max(0, min(self%n - 1, floor(along/self%width)))
     column_at = 1 + place(1) + self%n(1)*place(2)
   end function column_at
 

@@ -175,7 +175,7 @@ contains
     call first_partition(world, sim)
     call regrid(world, sim)
     call begin(world, sim)
-    call sim%tracers%choose(world, sim%particles)
+    call sim%tracers%choose(world, sim%scene%grid, sim%particles)
   end subroutine place_particles
 
 end module front_prepare

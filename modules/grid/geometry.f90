@@ -45,6 +45,7 @@ module grid_geometry
     procedure :: cells
     procedure :: edges_at => grid_edges_at
     procedure :: longest
+    procedure :: nearest_image
     procedure :: edges
     procedure :: is_cubic
     procedure :: upper
@@ -193,6 +194,17 @@ contains
     grid%n(grading%axis) = n
     grid%h(grading%axis) = minval(grading%span(5, :))
   end subroutine grade
+
+  !> A difference of places less whole periods of the grid: that to the nearest image.
+  pure function nearest_image(self, d) result(r)
+    class(grid_t), intent(in) :: self
+    real(rp), intent(in) :: d(3)            !! [m]
+    real(rp) :: r(3), length(3)
+
+    length = self%h*self%period
+    r = d
+    where (length > 0.0_rp) r = d - length*anint(d/max(length, tiny(1.0_rp)))
+  end function nearest_image
 
   !> Cells along each axis.
   pure function cells(self)

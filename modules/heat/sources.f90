@@ -117,7 +117,7 @@ contains
     type(source_t), intent(in) :: source
     integer, intent(in) :: b
 
-    is_far = norm2(blocks%ball(1:3, b) - source%centre) &
+    is_far = norm2(scene%grid%nearest_image(blocks%ball(1:3, b) - source%centre)) &
              > blocks%ball(4, b) + source%radius + (2.0_rp + skin)*scene%grid%longest()
   end function is_far
 
@@ -129,7 +129,7 @@ contains
     integer, intent(in) :: b, p
     real(rp) :: d(3), h, spacing(3), width
 
-    d = particles%ps(p, f_pos:f_pos + 2, b) - source%centre
+    d = scene%grid%nearest_image(particles%ps(p, f_pos:f_pos + 2, b) - source%centre)
     spacing = scene%spacing_of(particles%body(b), particles%ps(p, f_mass, b))
     if (source%kind == source_disc) then
       h = scene%grid%h(3)

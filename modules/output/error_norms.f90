@@ -4,7 +4,6 @@ module output_error_norms
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use fields_field, only: field_t
-  use grid_geometry, only: grid_t
   use io_row, only: row_t
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
   use physics_material, only: material_t
@@ -138,7 +137,7 @@ contains
     call field%motion(clock%time, x0, exact_x, unused, f)
     call elastic_state(material, n, f, temp, bbar, jac, exact_tau)
     do p = 1, n
-      d = nearest_image(scene%grid, x(p, :) - exact_x(p, :))
+      d = scene%grid%nearest_image(x(p, :) - exact_x(p, :))
       sums(2) = sums(2) + mass(p)*sum(d**2)
       sums(3) = sums(3) + mass(p)*sum((v(p, :) - exact_v(p, :))**2)
       sums(4) = sums(4) + mass(p)*square(tau(p, :) - exact_tau(p, :))
@@ -146,17 +145,6 @@ contains
       most(1) = max(most(1), norm2(d))
     end do
   end subroutine compare_motion
-
-  !> A difference of places less whole periods of the box.
-  pure function nearest_image(grid, d) result(r)
-    type(grid_t), intent(in) :: grid
-    real(rp), intent(in) :: d(3)            !! [m]
-    real(rp) :: r(3), length(3)
-
-    length = grid%h*grid%period
-    r = d
-    where (length > 0.0_rp) r = d - length*anint(d/max(length, tiny(1.0_rp)))
-  end function nearest_image
 
   !> s : s of a symmetric tensor.
   pure real(rp) function square(s)

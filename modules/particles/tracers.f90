@@ -5,6 +5,7 @@ module particles_tracers
   use base_kinds, only: i8, rp
   use base_sort, only: order_of
   use comm_world, only: world_t
+  use grid_geometry, only: grid_t, wrap
   use particles_store, only: f_plastic, f_pos, f_temp, particles_t, set_bit, tag_id, tracer_bit
   implicit none (type, external)
   private
@@ -61,16 +62,21 @@ contains
 
   !> Collective, at t = 0. The nearest particle to each place, of several the one with the lowest
   !> number, so that ranks make no difference. Two places of a group never share one.
-  subroutine choose(self, world, particles)
+  subroutine choose(self, world, grid, particles)
     class(tracers_t), intent(inout) :: self
     type(world_t), intent(in) :: world
+    type(grid_t), intent(in) :: grid
     type(particles_t), intent(inout) :: particles
-    real(rp) :: least(self%n), nearest(self%n), number(self%n)
+    real(rp) :: least(self%n), nearest(self%n), number(self%n), place(3, self%n)
     integer(i8) :: id(self%n)
     integer :: b, i, p
 
     if (self%n == 0) return
-    call find_nearest(self%n, self%place, particles, nearest, number)
+    place = self%place(:, :self%n)
+    do i = 1, self%n
+      call wrap(grid, place(:, i))
+    end do
+    call find_nearest(self%n, place, particles, nearest, number)
     least = -nearest
     call world%max(least)
     where (nearest > -least) number = huge(1.0_rp)

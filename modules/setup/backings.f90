@@ -90,6 +90,7 @@ contains
     is_plate = input%text('SURFACE', i, 'BACKING') == 'plate'
     if (is_plate) backing%n = max(1, ceiling(extent/scene%grid%h(backing%across) - rounding))
     backing%width = extent/backing%n
+    backing%period = scene%grid%h(backing%across)*scene%grid%period(backing%across)
     area = product(backing%width)
     column%cooling = area*input%real('SURFACE', i, 'BACKING_COOLING')
     column%coolant = scene%body(body)%film(face)%ambient

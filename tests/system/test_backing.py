@@ -171,3 +171,48 @@ REFUSED = [({"SURFACE.EMISSIVITY": 0.5}, "does not go with BACKING"), ({"SURFACE
 @pytest.mark.parametrize("sets, words", REFUSED)
 def test_what_does_not_go_together_is_refused(run, sets, words):
     assert words in run("backed_column", "--check=scene", sets=sets, expect=driver.BAD_INPUT).err
+
+
+SIDES = {"open": "LOWER = -1e-3, -1e-3, -2e-3, UPPER = 2e-3, 2e-3, 10e-3",
+         "periodic": "LOWER = 0, 0, -2e-3, UPPER = 1e-3, 1e-3, 10e-3, PERIODIC = 'xy'"}
+FACES = {"film": "COEFFICIENT = 5e3", "radiation": "COEFFICIENT = 0, EMISSIVITY = 0.9",
+         "plate": "COEFFICIENT = 5e3, BACKING = 'plate', BACKING_CONDUCTIVITY = 30, BACKING_DENSITY = 7800,"
+                  " BACKING_SPECIFIC_HEAT = 460",
+         "lumped": "COEFFICIENT = 5e3, BACKING = 'lumped', BACKING_CAPACITY = 1"}
+
+
+def square_column(directory, sides, face):
+    """A column of two by two cells with this on its lower face."""
+    text = (driver.INPUTS / "backed_column.nml").read_text()
+    text = re.sub(r"&GRID.*?/", f"&GRID CELL = 5e-4, {SIDES[sides]} /", text)
+    text = re.sub(r"&SURFACE.*?/", f"&SURFACE BODY = 'column', FACE = 'zmin', {face} /", text, flags=re.DOTALL)
+    directory.mkdir()
+    path = directory / "square.nml"
+    path.write_text(text.replace("UPPER = 5e-4, 5e-4, 20e-3", "UPPER = 1e-3, 1e-3, 8e-3"))
+    return path
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_sides_make_no_difference(run, face, tmp_path):
+    """A column loses the same heat on an open grid, on one whose period it is, and on two ranks."""
+    found = []
+    for sides in SIDES:
+        path = square_column(tmp_path / sides, sides, FACES[face])
+        for ranks in (1, 2):
+            done = run(path, "--quiet", "--overwrite", ranks=ranks, directory=path.parent)
+            found.append(done.results("square").history()["film_loss[J]"][-1])
+    assert found[0] > 0.0
+    assert found == pytest.approx([found[0]] * 4, rel=1e-9)
+
+
+def test_source_across_a_periodic_side(run, tmp_path):
+    """A source whose disc is cut by the sides of a periodic grid heats as one in its middle."""
+    found = []
+    for at in (0.0, 5e-4):
+        path = square_column(tmp_path / str(at), "periodic", "COEFFICIENT = 0")
+        source = f"&SOURCE POWER = 2, RADIUS = 4e-4, POSITION = {at}, {at}, 8e-3 /\n"
+        path.write_text(path.read_text().replace("CONDUCTIVITY = 120 /", "CONDUCTIVITY = 120, T_MELT = 3000 /") + source)
+        history = run(path, "--quiet", directory=path.parent).results("square").history()
+        found += [history["temperature_max[K]"][-1]]
+        assert history["source_heat[J]"][-1] == pytest.approx(2.0)
+    assert found[1] == pytest.approx(found[0], rel=1e-9)

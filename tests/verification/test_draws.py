@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Problems with other parameters than those of the shipped inputs: three seeded draws of each, two of those that take
-long, on a coarse grid."""
+"""Problems with other parameters than those of the shipped inputs: seeded draws of each on a coarse grid, one in
+every run of the tests, two more in the long ones (one of what takes long). STIRPOINT_SEED is the first seed."""
+
+import os
 
 import numpy as np
 import problems
@@ -46,10 +48,14 @@ DRAWS = {
 # hertz_impact, whose contact is a cell wide where a run is cheap.
 
 
+FIRST = int(os.environ.get("STIRPOINT_SEED", 0))
 LONG = {"hertz_line", "incline_sphere", "cantilever", "couette", "incline_cylinder"}
 
 
-@pytest.mark.parametrize("name, seed", [(name, seed) for name in DRAWS for seed in range(2 if name in LONG else 3)])
+@pytest.mark.parametrize(
+    "name, seed",
+    [pytest.param(name, FIRST + k, marks=[pytest.mark.long] if k else []) for name in DRAWS for k in range(2 if name in LONG else 3)],
+)
 def test_draw(name, seed, tmp_path):
     """Exact: see the problem; what its shipped parameters keep at this resolution holds for any."""
     n, most, ranges = DRAWS[name]

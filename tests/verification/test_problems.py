@@ -38,6 +38,7 @@ def test_inputs_are_accepted(problem, tmp_path):
         driver.run(path, "--check=scene", directory=tmp_path, sets=chosen | {"TIME.MAX_STEPS": 1})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("problem", problems.ALL.values(), ids=list(problems.ALL))
 def test_shifted_grids_are_accepted(problem, tmp_path):
     """Every problem can run on a grid moved by a part of a cell."""
