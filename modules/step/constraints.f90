@@ -13,7 +13,7 @@ module step_constraints
   use step_schedule, only: sum_meanwhile
   use step_simulation, only: simulation_t
   use tool_contact_impulses, only: apply_impulses, find_contact, find_impulses
-  use tool_contact_lists, only: n_masses, n_values
+  use tool_contact_lists, only: n_masses
   implicit none (type, external)
   private
 
@@ -84,7 +84,7 @@ contains
     call sum_meanwhile(world, sim, dt, g, outcome, n_masses, sim%contact%mass)
     call find_impulses(sim%scene, sim%clock, sim%nodes, sim%boundary, sim%contact, &
                            sim%tool(k)%friction_law, dt, g)
-    call sum_meanwhile(world, sim, dt, g, outcome, n_values, sim%contact%values)
+    call sum_meanwhile(world, sim, dt, g, outcome, sim%contact%width, sim%contact%values)
     call apply_impulses(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
                         sim%contact, sim%books, sim%tool(k), dt, g)
   end subroutine resolve_tool_contact

@@ -42,10 +42,13 @@ module tool_contact_impulses
   use state_clock, only: clock_t
   use state_scene, only: scene_t, scheme_usl
   use tool_contact_books, only: book_tool, give_heat, strain_surface
-  use tool_contact_lists, only: add_values, m_all, m_last, m_pushed, n_masses, n_values, returned, &
-                                tool_contact_t, v_bend, v_coulomb, v_hold, v_push, v_shear
+  use tool_contact_limits, only: molten
+  use tool_contact_lists, only: add_values, m_all, m_last, m_pushed, n_both, n_masses, n_values, &
+                                returned, tool_contact_t, v_bend, v_coulomb, v_hold, v_push, &
+                                v_shear
   use tool_contact_particles, only: find_contact_particles, relaxation_time, flatten
-  use tool_contact_walls, only: book_walls, reflect_entries, note_held, restore_entries
+  use tool_contact_walls, only: book_walls, note_held, reflect_masses, reflect_values, &
+                                restore_masses, restore_parts, width_of_values
   implicit none (type, external)
   private
 
@@ -80,7 +83,7 @@ contains
     call find_contact_particles(scene, clock, particles, blocks, nodes, contact, tool, k, group, &
                                 dt, g)
     call add_masses(nodes, contact, scene%method%scheme /= scheme_usl)
-    call reflect_entries(scene, boundary, contact, n_masses, contact%mass)
+    call reflect_masses(scene, boundary, contact)
   end subroutine find_contact
 
   !> Their impulses at the nodes of this rank, to be summed over the ranks.
@@ -94,10 +97,10 @@ contains
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(in) :: g(8, nodes%patch%nn)
 
-    call restore_entries(scene, boundary, contact, n_masses, contact%mass)
+    call restore_masses(scene, boundary, contact)
     call add_impulses(scene, clock, nodes, contact, law, dt, g)
-    contact%own = contact%values
-    call reflect_entries(scene, boundary, contact, n_values, contact%values)
+    contact%own = contact%values(:n_values, :)
+    call reflect_values(scene, boundary, contact)
   end subroutine find_impulses
 
   !> New velocities of the nodes; the books of the tool, and friction heat to the particles.
@@ -143,6 +146,7 @@ contains
     where (scene%grid%period > 0) lower = -huge(1.0_rp)
     where (scene%grid%period > 0) upper = huge(1.0_rp)
     is_bounded = all(abs([lower, upper]) < huge(1.0_rp))
+    contact%width = width_of_values(scene)
     call contact%forget(nodes%patch%nn)
     do r = 1, nodes%n_ranges
       x = nodes%patch%position(nodes%range(1, r))
@@ -247,7 +251,8 @@ contains
         associate (t => contact%particle(p))
           s = returned(t%entry, t%weight, t%normal, contact%n_nodes, contact%free, contact%mass)
           s(:2) = max(least_returned, s(:2))
-          t%hold = -t%mass/s(1)*t%slip
+          t%hold = 0.0_rp                            ! molten metal holds nothing
+          if (t%shear > molten) t%hold = -t%mass/s(1)*t%slip
           push = part*t%mass/s(2)
           t%lasting = 0.0_rp
           if (t%closing > 0.0_rp) then
@@ -269,7 +274,7 @@ contains
           values(v_coulomb) = t%coulomb
           values(v_shear) = t%shear
           values(v_bend) = t%bend
-          call add_values(t%entry, t%weight, values, contact%n_nodes, contact%values)
+          call add_values(t%entry, t%weight, values, contact%width, contact%n_nodes, contact%values)
         end associate
       end do
     end associate
@@ -285,30 +290,47 @@ contains
     type(tool_contact_t), intent(inout) :: contact
     type(books_t), intent(inout) :: books
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp) :: jump(3), least
+    real(rp) :: impulse(3), jump(3), least
     integer :: e
 
     least = least_inertia(scene, clock)
     associate (t => contact)
       do e = 1, t%n_nodes
-        t%part(e) = law%friction(t%values(v_hold:v_hold + 2, e), t%values(v_coulomb, e), &
-                                 t%values(v_shear, e), t%values(v_bend, e))
-        t%unspent(e) = 0.0_rp
-        if (t%values(v_coulomb, e) > 0.0_rp) t%unspent(e) = max(0.0_rp, 1.0_rp &
-            - t%part(e)*norm2(t%values(v_hold:v_hold + 2, e))/t%values(v_coulomb, e))
+        t%part(e) = friction_part(law, t%values(:n_values, e))
+        impulse = t%values(v_push:v_push + 2, e) + t%part(e)*t%values(v_hold:v_hold + 2, e)
+        if (t%width > n_values) then
+          associate (behind => t%values(n_values + 1:n_both, e))
+            t%part_behind(e) = friction_part(law, behind)
+            impulse = impulse + behind(v_push:v_push + 2) &
+                      + t%part_behind(e)*behind(v_hold:v_hold + 2)
+          end associate
+        end if
         associate (record => g(:, t%node(e)))
-          jump = t%free(:, e)/max(least, record(8))*(t%values(v_push:v_push + 2, e) &
-                                         + t%part(e)*t%values(v_hold:v_hold + 2, e))
+          jump = t%free(:, e)/max(least, record(8))*impulse
           record(1:3) = record(1:3) + jump
           record(5:7) = record(5:7) + jump
         end associate
       end do
     end associate
-    call restore_entries(scene, boundary, contact, 1, contact%part)
-    call restore_entries(scene, boundary, contact, 1, contact%unspent)
+    call restore_parts(scene, boundary, contact)
+    do e = 1, contact%n_nodes
+      contact%unspent(e) = 0.0_rp
+      associate (values => contact%values(:, e))
+        if (values(v_coulomb) > 0.0_rp) contact%unspent(e) = max(0.0_rp, 1.0_rp &
+            - contact%part(e)*norm2(values(v_hold:v_hold + 2))/values(v_coulomb))
+      end associate
+    end do
     call book_walls(scene, nodes, boundary, contact, books, g)
-    call restore_entries(scene, boundary, contact, n_values, contact%values)
   end subroutine push_nodes
+
+  !> The part of what would hold a node that friction can give.
+  pure real(rp) function friction_part(law, values)
+    type(friction_law_t), intent(in) :: law
+    real(rp), intent(in) :: values(n_values)
+
+    friction_part = law%friction(values(v_hold:v_hold + 2), values(v_coulomb), values(v_shear), &
+                                 values(v_bend))
+  end function friction_part
 
   !> What Coulomb's law would have let friction give and it did not, is kept for a relaxation time;
   !> a law that goes by the mean pressure keeps that, as the force of friction it is good for.

@@ -16,6 +16,8 @@ module tool_contact_lists
     v_shear = 8, &    !! the most that friction gives: strength, by the tool's law [N s]
     v_bend = 9        !! where that law bends [N s]
   integer, parameter, public :: n_values = 9
+  integer, parameter, public :: n_both = 2*n_values   !! and what comes from behind walls that hold
+                                                      !! metal fast, as the node in front gets it
 
   ! What they say to it before: first masses [kg], later over the node's.
   integer, parameter, public :: &
@@ -93,10 +95,12 @@ module tool_contact_lists
     integer, allocatable :: entry_of(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
     real(rp), allocatable :: mass(:, :)        !! (n_masses, n_nodes)
-    real(rp), allocatable :: values(:, :)      !! (n_values, n_nodes) of all ranks, folded at walls
+    integer :: width = n_values                !! of `values`: n_both where walls hold metal fast
+    real(rp), allocatable :: values(:, :)      !! (width, n_nodes) of all ranks, folded at walls
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
     real(rp), allocatable :: part(:)           !! of `v_hold` that friction can give
+    real(rp), allocatable :: part_behind(:)    !! of that of the nodes behind walls
     real(rp), allocatable :: unspent(:)        !! part of `v_coulomb` that it did not
     real(rp), allocatable :: slip(:, :)        !! (3, n_nodes) mean velocity against the tool [m/s]
     logical, allocatable :: is_folded(:, :)    !! (3, n_nodes) a wall turns this component of what
@@ -209,13 +213,14 @@ contains
 
     if (allocated(self%mass)) then
       if (size(self%mass, 2) /= self%n_nodes) deallocate (self%mass, self%values, self%own, &
-                                                          self%free, self%part, self%unspent, &
-                                                          self%slip, self%is_folded)
+                                                          self%free, self%part, self%part_behind, &
+                                                          self%unspent, self%slip, self%is_folded)
     end if
     if (.not. allocated(self%mass)) allocate (self%mass(n_masses, self%n_nodes), &
-      self%values(n_values, self%n_nodes), self%own(n_values, self%n_nodes), &
+      self%values(self%width, self%n_nodes), self%own(n_values, self%n_nodes), &
       self%free(3, self%n_nodes), self%part(self%n_nodes), &
-      self%unspent(self%n_nodes), self%slip(3, self%n_nodes), self%is_folded(3, self%n_nodes))
+      self%part_behind(self%n_nodes), self%unspent(self%n_nodes), &
+      self%slip(3, self%n_nodes), self%is_folded(3, self%n_nodes))
     self%mass = 0.0_rp
     self%values = 0.0_rp
     self%slip = 0.0_rp
@@ -263,14 +268,15 @@ contains
   end function returned
 
   !> Add a particle's values to its nodes.
-  pure subroutine add_values(entry, weight, own, n, values)
-    integer, intent(in) :: entry(27), n
+  pure subroutine add_values(entry, weight, own, width, n, values)
+    integer, intent(in) :: entry(27), width, n
     real(rp), intent(in) :: weight(27), own(n_values)
-    real(rp), intent(inout) :: values(n_values, n)
+    real(rp), intent(inout) :: values(width, n)
     integer :: i
 
     do i = 1, 27
-      if (entry(i) > 0) values(:, entry(i)) = values(:, entry(i)) + weight(i)*own
+      if (entry(i) == 0) cycle
+      values(:n_values, entry(i)) = values(:n_values, entry(i)) + weight(i)*own
     end do
   end subroutine add_values
 

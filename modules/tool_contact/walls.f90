@@ -1,17 +1,23 @@
 ! SPDX-License-Identifier: MIT
 !> Walls and clamps in contact with tools: what the listed nodes behind walls hold is folded onto
 !> those in front (as boundary_symmetry does with records), and held directions do not give way.
+!>
+!> A mirror has an image of tool and metal behind it: their friction is limited together. A wall
+!> that holds metal fast has none: friction at the nodes on it, behind it and in front is limited by
+!> the strength of the particles that give it there, at each by itself. What acts behind is a second
+!> part of the values of the node in front: a rank may store this node without the one behind.
 module tool_contact_walls
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
   use mapping_nodes, only: nodes_t
   use state_books, only: books_t, e_wall
   use state_scene, only: scene_t
-  use tool_contact_lists, only: m_last, n_masses, n_values, tool_contact_t, v_hold, v_push
+  use tool_contact_lists, only: m_last, n_both, n_masses, n_values, tool_contact_t, v_hold, v_push
   implicit none (type, external)
   private
 
-  public :: note_held, reflect_entries, restore_entries, book_walls
+  public :: note_held, reflect_masses, reflect_values, restore_masses, restore_parts, book_walls, &
+            width_of_values
 
 contains
 
@@ -35,9 +41,12 @@ contains
         e = contact%entry_of(m%plane(1, i))
         if (e == 0) cycle
         where (scene%symmetry(m%plane(2, i))%odd) contact%free(:, e) = 0.0_rp
-        where (scene%symmetry(m%plane(2, i))%odd) contact%is_folded(:, e) = .true.
+        if (.not. holds_fast(scene, m%plane(2, i))) then
+          where (scene%symmetry(m%plane(2, i))%odd) contact%is_folded(:, e) = .true.
+        end if
       end do
       do i = 1, m%n_pairs
+        if (holds_fast(scene, m%pair(3, i))) cycle
         do k = 1, 2
           e = contact%entry_of(m%pair(k, i))
           if (e == 0) cycle
@@ -61,41 +70,35 @@ contains
     sign(v_hold:v_hold + 2) = v
   end function wall_signs
 
-  !> Fold the entries of nodes behind walls onto those in front, as `reflect` does with records.
-  subroutine reflect_entries(scene, boundary, contact, width, values)
+  !> Fold the masses of nodes behind walls onto those in front, as `reflect` does with records.
+  subroutine reflect_masses(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
-    type(tool_contact_t), intent(in) :: contact
-    integer, intent(in) :: width
-    real(rp), intent(inout) :: values(width, contact%n_nodes)
-    real(rp) :: sign(width)
+    type(tool_contact_t), intent(inout) :: contact
     integer :: a, b, i
 
     if (.not. contact%reaches_mirrors) return
-    associate (m => boundary%mirrors, place => contact%entry_of)
+    associate (m => boundary%mirrors, place => contact%entry_of, masses => contact%mass)
       do i = 1, m%n_pairs
         b = place(m%pair(1, i))
         a = place(m%pair(2, i))
         if (a == 0 .or. b == 0) cycle
-        sign = wall_signs(scene, m%pair(3, i), width)
-        values(:, a) = values(:, a) + sign*values(:, b)
-        values(:, b) = 0.0_rp
+        masses(:, a) = masses(:, a) + wall_signs(scene, m%pair(3, i), n_masses)*masses(:, b)
+        masses(:, b) = 0.0_rp
       end do
       do i = 1, m%n_planes
         a = place(m%plane(1, i))
         if (a == 0) cycle
-        values(:, a) = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), width))*values(:, a)
+        masses(:, a) = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), n_masses))*masses(:, a)
       end do
     end associate
-  end subroutine reflect_entries
+  end subroutine reflect_masses
 
-  !> Give the entries of nodes behind walls what those in front have.
-  subroutine restore_entries(scene, boundary, contact, width, values)
+  !> Give the masses of nodes behind walls what those in front have.
+  subroutine restore_masses(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
-    type(tool_contact_t), intent(in) :: contact
-    integer, intent(in) :: width
-    real(rp), intent(inout) :: values(width, contact%n_nodes)
+    type(tool_contact_t), intent(inout) :: contact
     integer :: a, b, i
 
     if (.not. contact%reaches_mirrors) return
@@ -103,10 +106,92 @@ contains
       do i = m%n_pairs, 1, -1
         b = place(m%pair(1, i))
         a = place(m%pair(2, i))
-        if (a > 0 .and. b > 0) values(:, b) = wall_signs(scene, m%pair(3, i), width)*values(:, a)
+        if (a == 0 .or. b == 0) cycle
+        contact%mass(:, b) = wall_signs(scene, m%pair(3, i), n_masses)*contact%mass(:, a)
       end do
     end associate
-  end subroutine restore_entries
+  end subroutine restore_masses
+
+  !> Fold the values of nodes behind mirrors onto those in front; what is behind a wall that holds
+  !> metal fast stays there and is a second part of those in front.
+  subroutine reflect_values(scene, boundary, contact)
+    type(scene_t), intent(in) :: scene
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(inout) :: contact
+    real(rp) :: sign(n_values)
+    integer :: a, b, i
+
+    if (.not. contact%reaches_mirrors) return
+    associate (m => boundary%mirrors, place => contact%entry_of, values => contact%values)
+      do i = 1, m%n_pairs
+        b = place(m%pair(1, i))
+        a = place(m%pair(2, i))
+        if (a == 0 .or. b == 0) cycle
+        sign = wall_signs(scene, m%pair(3, i), n_values)
+        if (holds_fast(scene, m%pair(3, i))) then
+          values(n_values + 1:n_both, a) = values(n_values + 1:n_both, a) &
+            + sign*(values(:n_values, b) + values(n_values + 1:n_both, b))
+        else
+          values(:n_values, a) = values(:n_values, a) + sign*values(:n_values, b)
+          values(:n_values, b) = 0.0_rp
+          if (contact%width > n_values) then
+            values(n_values + 1:, a) = values(n_values + 1:, a) + sign*values(n_values + 1:, b)
+            values(n_values + 1:, b) = 0.0_rp
+          end if
+        end if
+      end do
+      do i = 1, m%n_planes
+        a = place(m%plane(1, i))
+        if (a == 0 .or. holds_fast(scene, m%plane(2, i))) cycle
+        sign = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), n_values))
+        values(:n_values, a) = sign*values(:n_values, a)
+        if (contact%width > n_values) values(n_values + 1:, a) = sign*values(n_values + 1:, a)
+      end do
+    end associate
+  end subroutine reflect_values
+
+  !> Give nodes behind walls their parts of friction, and those behind mirrors the values of the
+  !> nodes in front.
+  subroutine restore_parts(scene, boundary, contact)
+    type(scene_t), intent(in) :: scene
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(inout) :: contact
+    integer :: a, b, i
+
+    if (.not. contact%reaches_mirrors) return
+    associate (m => boundary%mirrors, place => contact%entry_of)
+      do i = m%n_pairs, 1, -1
+        b = place(m%pair(1, i))
+        a = place(m%pair(2, i))
+        if (a == 0 .or. b == 0) cycle
+        contact%part_behind(b) = contact%part_behind(a)
+        if (holds_fast(scene, m%pair(3, i))) then
+          contact%part(b) = contact%part_behind(a)
+        else
+          contact%part(b) = contact%part(a)
+          contact%values(:n_values, b) = wall_signs(scene, m%pair(3, i), n_values) &
+                                         *contact%values(:n_values, a)
+        end if
+      end do
+    end associate
+  end subroutine restore_parts
+
+  !> Whether plane `c` holds metal fast: all components are odd.
+  pure logical function holds_fast(scene, c)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: c
+
+    holds_fast = all(scene%symmetry(c)%odd)
+  end function holds_fast
+
+  !> Width of the values of a node in this scene.
+  pure integer function width_of_values(scene) result(width)
+    type(scene_t), intent(in) :: scene
+    integer :: c
+
+    width = n_values
+    if (any([(holds_fast(scene, c), c=1, size(scene%symmetry))])) width = n_both
+  end function width_of_values
 
   !> Impulse that held nodes and mirrors take from the tool.
   subroutine book_walls(scene, nodes, boundary, contact, books, g)
