@@ -35,7 +35,7 @@ module heat_conduction
 contains
 
   !> Conduction step of the scene [s]: as long as is stable, or that of implicit steps, at first
-  !> ten times as long where it follows its error.
+  !> the stable one where it follows its error.
   pure real(rp) function conduction_step(scene, clock)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -49,8 +49,6 @@ contains
         conduction_step = method%heat_step
       else if (clock%heat_step > 0.0_rp) then
         conduction_step = clock%heat_step
-      else
-        conduction_step = 10.0_rp*conduction_step
       end if
     end associate
   end function conduction_step

@@ -51,8 +51,9 @@ contains
   !> Collective. Lane 4 becomes the temperature at the end of a step of backward Euler: its change x
   !> solves C x - (F(x) - F(0)) = F(T) + waiting heat. The fluxes at the result are what the nodes
   !> get, so that heat is exact whatever the tolerance. The next step follows from dt^2/2 d2T/dt2,
-  !> freed of its stiff part by another solve. What is not solved for is `step%is_unsolved`, on all
-  !> ranks.
+  !> freed of its stiff part by another solve, and from what the heat of friction and plastic work
+  !> that waited warms a node: until a step is made metal has the strength of its old temperature.
+  !> What is not solved for is `step%is_unsolved`, on all ranks.
   subroutine foresee_temperature(world, scene, clock, step, particles, nodes, boundary, touched, &
                                  gaps, books, dt)
     type(world_t), intent(in), target :: world
@@ -68,7 +69,8 @@ contains
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! residuals at the end
     real(rp), dimension(nodes%patch%nn, scene%n_heat_groups) :: before, b, error, x
-    real(rp) :: lost(8, size(scene%symmetry)), film, worst(1)
+    real(rp) :: lost(8, size(scene%symmetry)), film
+    real(rp) :: worst(2)                        ! error, warming [K]
     type(nodal_t) :: system
     integer :: k, n
 
@@ -85,11 +87,14 @@ contains
       if (method%heat_every == 0 .and. method%heat_step <= 0.0_rp) then
         b = merge(0.5_rp*(nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
         call solve(system, rough, b, error)
-        worst = maxval(abs(error), mask=system%is_own)
+        worst(1) = maxval(abs(error), mask=system%is_own)
+        worst(2) = maxval(abs(nodes%g(3, :, :n))/max(nodes%g(1, :, :n), least_capacity), &
+                          mask=system%is_own)
         worst = max(worst, tiny(1.0_rp))
         call world%max(worst)
         clock%heat_step = max(stable_conduction(scene), dt*max(0.2_rp, min(1.5_rp, &
-                              0.8_rp*sqrt(method%heat_tolerance/worst(1)))))
+                              0.8_rp*sqrt(method%heat_tolerance/worst(1)), &
+                              method%heat_tolerance/worst(2))))
       end if
     end associate
     nodes%g(4, :, :n) = before + x
