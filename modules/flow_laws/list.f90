@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> The flow laws there are: what LAW of a &MATERIAL names.
 module flow_laws_list
+  use flow_laws_hot_working, only: hot_working_t
   use flow_laws_johnson_cook, only: johnson_cook_t
   use flow_laws_norton, only: norton_t
   use flow_laws_sellars_tegart, only: sellars_tegart_t
@@ -43,6 +44,7 @@ contains
     call laws%add('two-phase', two_phase_t())
     call laws%add('zerilli-armstrong', zerilli_armstrong_t())
     call laws%add('sellars-tegart', sellars_tegart_t())
+    call laws%add('hot-working', hot_working_t())
     call laws%add('table', flow_table_t())
   end subroutine list_laws
 

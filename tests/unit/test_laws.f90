@@ -62,6 +62,9 @@ contains
       keys = 'ZA_C0=65e6 ZA_C2=890e6 ZA_C3=0.0028 ZA_C4=0.000115 ZA_C5=20e6'
     case ('sellars-tegart')
       keys = 'ST_ALPHA=1e-7 ST_N=5 ST_LN_A=30 ST_Q=260e3'
+    case ('hot-working')
+      keys = 'JC_A=90e6 JC_B=292e6 JC_N=0.31 JC_C=0.025 JC_M=1.09 '// &
+             'ST_ALPHA=1e-7 ST_N=5 ST_LN_A=30 ST_Q=260e3'
     case ('table')
       keys = 'TABLE_STRAIN=0,0.2,1 TABLE_RATE=1,1e4 TABLE_T=298,900 '// &
              'TABLE_STRESS=9e7,2.5e8,3.8e8,1.2e8,3e8,4.5e8,4e7,1.2e8,1.8e8,6e7,1.5e8,2.2e8'
