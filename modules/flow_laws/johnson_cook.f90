@@ -28,25 +28,26 @@ module flow_laws_johnson_cook
   end type johnson_cook_t
 
   real(rp), parameter :: least_strain = 1.0e-9_rp
+  character(*), parameter :: with_law = ' if LAW = johnson-cook or hot-working'
 
 contains
 
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
-    call t%key('JC_A', 'real', 1, 'Pa', 'required if LAW = johnson-cook or hot-working', '(0,inf)', &
+    call t%key('JC_A', 'real', 1, 'Pa', 'required'//with_law, '(0,inf)', &
                'initial yield stress at T_ROOM and JC_RATE0')
-    call t%key('JC_B', 'real', 1, 'Pa', 'required if LAW = johnson-cook or hot-working', '[0,inf)', &
+    call t%key('JC_B', 'real', 1, 'Pa', 'required'//with_law, '[0,inf)', &
                'hardening modulus')
-    call t%key('JC_N', 'real', 1, '', 'required if LAW = johnson-cook or hot-working', '[0,inf)', &
+    call t%key('JC_N', 'real', 1, '', 'required'//with_law, '[0,inf)', &
                'hardening exponent')
-    call t%key('JC_C', 'real', 1, '', 'required if LAW = johnson-cook or hot-working', '[0,inf)', &
+    call t%key('JC_C', 'real', 1, '', 'required'//with_law, '[0,inf)', &
                'sensitivity to the strain rate')
-    call t%key('JC_M', 'real', 1, '', 'required if LAW = johnson-cook or hot-working', '(0,inf)', &
+    call t%key('JC_M', 'real', 1, '', 'required'//with_law, '(0,inf)', &
                'exponent of thermal softening')
-    call t%key('JC_RATE0', 'real', 1, '1/s', '1 if LAW = johnson-cook or hot-working', '(0,inf)', &
+    call t%key('JC_RATE0', 'real', 1, '1/s', '1'//with_law, '(0,inf)', &
                'reference strain rate')
-    call t%key('JC_STRAIN_LIMIT', 'real', 1, '', '0 if LAW = johnson-cook or hot-working', '[0,inf)', &
+    call t%key('JC_STRAIN_LIMIT', 'real', 1, '', '0'//with_law, '[0,inf)', &
                'plastic strain above which it does not harden; 0: none')
   end subroutine add_keys
 

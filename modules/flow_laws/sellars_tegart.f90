@@ -24,6 +24,7 @@ module flow_laws_sellars_tegart
     procedure :: stress
   end type sellars_tegart_t
 
+  character(*), parameter :: required = 'required if LAW = sellars-tegart or hot-working'
   real(rp), parameter :: gas_constant = 8.314462618_rp   !! [J/(mol K)]
 
 contains
@@ -31,11 +32,11 @@ contains
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
-    call t%key('ST_ALPHA', 'real', 1, '1/Pa', 'required if LAW = sellars-tegart or hot-working', '(0,inf)', &
+    call t%key('ST_ALPHA', 'real', 1, '1/Pa', required, '(0,inf)', &
                'sigma = asinh((Z/A)^(1/n))/alpha, Z = rate exp(Q/(R T))')
-    call t%key('ST_N', 'real', 1, '', 'required if LAW = sellars-tegart or hot-working', '[1,inf)', 'n')
-    call t%key('ST_LN_A', 'real', 1, '', 'required if LAW = sellars-tegart or hot-working', '', 'ln A, A in 1/s')
-    call t%key('ST_Q', 'real', 1, 'J/mol', 'required if LAW = sellars-tegart or hot-working', '[0,inf)', &
+    call t%key('ST_N', 'real', 1, '', required, '[1,inf)', 'n')
+    call t%key('ST_LN_A', 'real', 1, '', required, '', 'ln A, A in 1/s')
+    call t%key('ST_Q', 'real', 1, 'J/mol', required, '[0,inf)', &
                'activation energy')
   end subroutine add_keys
 

@@ -8,7 +8,7 @@ module step_drives
   use comm_world, only: world_t
   use contact_tool, only: s_force, s_torque, tool_t
   use mapping_stability, only: wave_speed
-  use particles_store, only: f_temp
+  use particles_store, only: f_pos, f_temp
   use state_clock, only: clock_t
   use step_simulation, only: simulation_t
   implicit none (type, external)
@@ -41,7 +41,7 @@ contains
     real(rp), intent(in) :: dt                   !! [s]
     real(rp) :: impulse(2, size(sim%tool)), force, mean(2*size(sim%tool))
     logical :: presses
-    integer :: k
+    integer :: k, phase
 
     if (.not. any(sim%tool%drive%is_free .or. sim%tool%watch%is_on)) return
     do k = 1, size(sim%tool)
@@ -56,7 +56,11 @@ contains
     call watch_tools(world, sim, dt, impulse)
     do k = 1, size(sim%tool)
       associate (tool => sim%tool(k), drive => sim%tool(k)%drive)
-        call drive%enter_phase(tool%motion%phase_at(sim%clock%time + dt))
+        phase = tool%motion%phase_at(sim%clock%time + dt)
+        if (drive%presses .and. phase > drive%phase) then
+          call warn_of_pin(world, sim, tool, drive%phase)
+        end if
+        call drive%enter_phase(phase)
         call tool%motion%pressing(sim%clock%time + dt, drive%begin, presses, force)
         call drive%follow(dt, impulse(1, k)/dt, presses, force, sim%clock%mass_scaling)
       end associate
@@ -95,6 +99,7 @@ contains
             watch%has_ended = .true.
             call tool%motion%end_phase(watch%phase, t)
             call tell(world, t, tool, watch%phase, reason)
+            if (index(reason, 'UNTIL_FORCE') == 1) call warn_of_pin(world, sim, tool, watch%phase)
           end if
         end if
         if (any(abs(watch%load()) > [watch%most_force, watch%most_torque])) then
@@ -134,6 +139,34 @@ contains
           ' K, '//reading(tool)
     end associate
   end function what_ends
+
+  !> Collective. A phase that pressed with a force ends: warn if the pin bears it alone.
+  subroutine warn_of_pin(world, sim, tool, phase)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: phase
+    real(rp) :: along, d, most(1), normal(3), room, x(3)
+    integer :: b, p
+
+    if (.not. tool%has_shape()) return
+    if (tool%shape%pin_radius <= 0.0_rp) return
+    most = 0.0_rp                                ! 1: a particle touches the shoulder
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        call tool%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, room)
+        if (d > 0.5_rp*sim%scene%grid%longest()) cycle
+        x = sim%particles%ps(p, f_pos:f_pos + 2, b) - d*normal - tool%position   ! on its surface
+        along = dot_product(x, tool%axes(:, 3))
+        if (norm2(x - along*tool%axes(:, 3)) > 1.01_rp*tool%shape%pin_radius) most = 1.0_rp
+      end do
+    end do
+    call world%max(most)
+    if (most(1) > 0.0_rp .or. .not. world%is_root()) return
+    call say('warning: phase '//str(phase)//" of tool '"//trim(tool%name)//"' ends with the "// &
+             'pin alone in the metal: the shoulder does not touch. Give the plunge a VELOCITY, '// &
+             'more force or time, or hotter metal')
+  end subroutine warn_of_pin
 
   !> A tool has met its limit.
   subroutine stop_tool(world, t, tool, clock)

@@ -41,6 +41,7 @@ contains
 
     call self%plain%read_keys(input, i, frame, diagnostics)
     self%radius = self%plain%radius
+    self%pin_radius = self%plain%pin_radius
     cuts%radius = input%real('TOOL', i, 'RADIUS')
     cuts%height = input%real('TOOL', i, 'HEIGHT')
     cuts%slope = tan(input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp)

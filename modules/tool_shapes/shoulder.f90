@@ -34,6 +34,7 @@ contains
     call new%profile%corner(radius, height)
     call new%profile%corner(radius, 0.0_rp)
     if (pin_radius > 0.0_rp .and. pin_length > 0.0_rp) then
+      new%pin_radius = pin_radius
       call new%profile%corner(pin_radius, (radius - pin_radius)*tan(concavity))
       call new%profile%corner(tip_radius, -pin_length)
       call new%profile%corner(0.0_rp, -pin_length)
@@ -89,6 +90,7 @@ contains
     new = new_shoulder(radius, input%real('TOOL', i, 'HEIGHT'), &
                        input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, tip, length)
     self%radius = new%radius
+    self%pin_radius = new%pin_radius
     self%profile = new%profile
     frame = tilted_frame(input, i)
   end subroutine read_keys

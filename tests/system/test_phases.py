@@ -143,3 +143,15 @@ def test_restart_refuses_other_phases(run):
     for sets in ({"MOTION(1).UNTIL_FORCE": 15e3}, {"MOTION(3).VELOCITY": "2e-3,0,0"}):
         done = run(None, "--restart", results.path("_checkpoint.h5"), sets=sets | {"TIME.END": 24e-3}, expect=driver.BAD_INPUT)
         assert "a restart cannot change phases" in done.err
+
+
+@pytest.mark.parametrize("pin, is_alone", [("", False), (", PIN_RADIUS = 1.5e-3, PIN_LENGTH = 2e-3", True)])
+def test_pin_alone(run, pin, is_alone, tmp_path):
+    """A phase that ends at a force while only the pin is in the metal says so."""
+    text = (driver.INPUTS / f"{SCENE}.nml").read_text().replace("UNTIL_FORCE = 20e3", "UNTIL_FORCE = 1e3")
+    text = text.replace("20e-3, 12e-3, FRICTION = 0.2", f"20e-3, {14e-3 if pin else 12e-3}, FRICTION = 0.2{pin}")
+    path = tmp_path / "pin.nml"
+    path.write_text(text.replace("END = 24e-3", "END = 3e-3"))
+    done = run(path)
+    assert "UNTIL_FORCE" in done.out
+    assert ("the pin alone in the metal" in done.out) == is_alone

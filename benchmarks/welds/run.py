@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Published welds, computed by one rule without a fitted number, against what is reported of them.
+
+    build/venv/bin/python benchmarks/welds/run.py [NAME...] [--fine] [--folder FOLDER]
+
+The rule (docs/choosing.md, "Welds"): library metal of welds, a tool of hot work steel that sticks (SHEAR_FACTOR = 1),
+a steel backing plate behind a film of 1000 W/(m2 K) and 50 more for each MPa, the sheet held on it, sheet
+without end beyond the sides, the face of the tool 0.2 mm below the surface. Cells: a third of the thickness up to 4 mm, else a quarter; --fine: 0.75 of
+that and a third of the mass scaling, the difference being the numerical error. Results are means of the last second.
+docs/welds.md explains the welds and names the sources; what is reported stands there and here as it is remembered.
+"""
+
+import argparse
+import json
+import math
+import os
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/system"))
+
+import driver
+import numpy as np
+
+MM = 1e-3
+
+
+def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, tip=None, concavity=0.0, probe=None):
+    """Dimensions in mm (diameters), speed in mm/s."""
+    return dict(locals())
+
+
+# Conductivity, specific heat and density of the sheet beyond the sides of the scene: plates without end.
+BEYOND = {"AA2024-T3-weld": (166, 1011, 2770), "AA6061-T6-weld": (211, 1025, 2700), "304L-weld": (23.5, 547, 7900),
+          "copper-hot": (365, 437, 8960)}
+SCHMIDT = dict(torque=50.0, force=21.5, power=2.1, peak=735.0)
+WELDS = {
+    "aa2024": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, SCHMIDT, tilt=1.0, concavity=10.0),
+    "304l-300": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69, dict(torque=48.0, force=31.0, power=1.52, peak=1200.0)),
+    "304l-500": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 500, 1.69, dict(torque=33.0, power=1.73)),
+    "aa6061-300": weld("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8, 300, 2.0, dict(), probe=(0.5, 5.0)),
+    "aa6061-650": weld("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8, 650, 2.0, dict(rise=40.0), probe=(0.5, 5.0)),
+    "aa6061-1000": weld("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8, 1000, 2.0, dict(rise=20.0), probe=(0.5, 5.0)),
+    "copper-900": weld("copper-hot", 3.0, 12.0, 3.0, 2.9, 900, 0.67, dict(peak=770.0)),
+} | {
+    f"aa2524-{rpm}": weld("AA2024-T3-weld", 6.4, 20.3, 7.1, 6.1, rpm, 2.1, dict(exponent=-0.65)) for rpm in (150, 300, 450, 600, 800)
+}
+
+
+def text_of(name, fine):
+    """The input of a weld."""
+    w = WELDS[name]
+    h = w["thickness"] / (3 if w["thickness"] <= 4.0 else 4) * (0.75 if fine else 1.0)
+    radius = w["shoulder"] / 2
+    size_x, size_y = 5.0 * radius, 4.5 * radius
+    start, above = 1.8 * radius, 0.1
+    plunge = w["length"] + above + 0.2
+    dwell = 1.0
+    travel = radius / w["speed"]
+    scaling = 3e6 if fine else 1e7
+    m = {"x": size_x, "y": size_y, "t": w["thickness"]}
+    metal = w["metal"]
+    ambient = 298.0
+    probes = ""
+    if w["probe"]:
+        depth, beside = w["probe"]
+        for side, sign in (("advancing", 1), ("retreating", -1)):
+            y = size_y / 2 + sign * (w["pin"] / 2 + beside)
+            probes += f"&PROBE NAME = '{side}', POSITION = {(start + 0.6 * radius) * MM:.6g}, {y * MM:.6g}, {depth * w['thickness'] * MM:.6g} /\n"
+    conductivity, heat, density = BEYOND[metal]
+    sides = "".join(
+        f"&SURFACE BODY = 'sheet', FACE = '{face}', COEFFICIENT = 1e5, BACKING = 'plate', BACKING_CONDUCTIVITY = {conductivity}"
+        f"\n  BACKING_SPECIFIC_HEAT = {heat}, BACKING_DENSITY = {density} /\n" for face in ("xmin", "xmax", "ymin", "ymax"))
+    tip = f", PIN_TIP_RADIUS = {w['tip'] / 2 * MM:.6g}" if w["tip"] else ""
+    concave = f", CONCAVITY_DEG = {w['concavity']}" if w["concavity"] else ""
+    return f"""&RUN TITLE = '{name}: {metal}, {w["thickness"]} mm, {w["rpm"]} rpm, {w["speed"]} mm/s' /
+&GRID CELL = {h * MM:.6g}, LOWER = {-4 * h * MM:.6g}, {-4 * h * MM:.6g}, 0, UPPER = {(m["x"] + 4 * h) * MM:.6g}, {(m["y"] + 4 * h) * MM:.6g}, {(m["t"] + 6 * h + 2) * MM:.6g} /
+&TIME END = {plunge / 2 + dwell + travel:.4g}, MASS_SCALING = {scaling:g} /
+&MATERIAL NAME = '{metal}', FROM = 'library' /
+&BODY NAME = 'sheet', MATERIAL = '{metal}', TEMPERATURE = {ambient} /
+&SHAPE BODY = 'sheet', LOWER = 0, 0, 0, UPPER = {m["x"] * MM:.6g}, {m["y"] * MM:.6g}, {m["t"] * MM:.6g} /
+&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{tip}{concave}
+  HEIGHT = 8e-3, POSITION = {start * MM:.6g}, {size_y / 2 * MM:.6g}, {(m["t"] + w["length"] + above) * MM:.6g}, TILT_DEG = {w["tilt"]}
+  FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1
+  HEATS = 'rod', CONDUCTIVITY = 25, DENSITY = 7800, SPECIFIC_HEAT = 460, CONTACT_CONDUCTANCE = 2e4 /
+&MOTION TOOL = 'tool', DURATION = {plunge / 2:.4g}, VELOCITY = 0, 0, -2e-3, SPIN_RPM = {w["rpm"]} /
+&MOTION TOOL = 'tool', DURATION = {dwell}, SPIN_RPM = {w["rpm"]} /
+&MOTION TOOL = 'tool', VELOCITY = {w["speed"] * MM:.6g}, 0, 0, SPIN_RPM = {w["rpm"]}, RAMP = 0.2 /
+&METHOD DEBRIS = 0.05 /
+&WALL SIDE = 'zmin', KIND = 'fixed' /
+&HEAT AMBIENT = {ambient} /
+&SURFACE BODY = 'sheet', FACE = 'zmin', COEFFICIENT = 1000, PRESSURE_FACTOR = 50, BACKING = 'plate'
+  BACKING_CONDUCTIVITY = 45, BACKING_DENSITY = 7850, BACKING_SPECIFIC_HEAT = 480, BACKING_THICKNESS = 20e-3, BACKING_COOLING = 500 /
+&SURFACE BODY = 'sheet', FACE = 'zmax', COEFFICIENT = 15 /
+{sides}{probes}&OUTPUT FRAME_INTERVAL = 100, HISTORY_INTERVAL = 0.05, CHECKPOINT_INTERVAL = 1000 /
+"""
+
+
+def measure(results):
+    """Means of the last second: torque [N m], axial and traverse force [kN], power [kW], hottest metal, face, probes [K]."""
+    history = results.history()
+    last = history["time[s]"] > history["time[s]"][-1] - 1.0
+    mean = {name: float(np.mean(history[column][last])) * factor for name, column, factor in (
+        ("torque", "tool_torque[Nm]", 1.0), ("force", "tool_force_z[N]", 1e-3), ("traverse", "tool_force_x[N]", 1e-3),
+        ("power", "tool_power[W]", 1e-3), ("face", "tool_face_temperature[K]", 1.0))}
+    mean["hottest"] = float(history["temperature_max[K]"].max())
+    mean["inertia"] = float(np.median(history["inertial_stress_over_flow[%]"][last]))
+    mean["audit"] = float(np.abs(history["audit_error[%]"]).max())
+    path = results.path("_probes.csv")
+    if path.exists():
+        table = np.genfromtxt(path, delimiter=",", names=True, deletechars="", comments="#")
+        mean["probe"] = max(float(np.nanmax(table[c])) for c in table.dtype.names if "temperature" in c)
+    return mean
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(WELDS))
+    parser.add_argument("--fine", action="store_true")
+    parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
+    parser.add_argument("--ranks", type=int, default=1)
+    arguments = parser.parse_args()
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    for name in arguments.names or WELDS:
+        stem = name + ("-fine" if arguments.fine else "")
+        (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.fine))
+        before = os.times()
+        done = driver.run(f"{stem}.nml", "--quiet", "--overwrite", directory=arguments.folder, ranks=arguments.ranks, expect=None, timeout=7200)
+        after = os.times()
+        record = {"weld": stem, "status": done.status, "cpu": round(after.children_user - before.children_user, 1)}
+        if done.status == driver.WELL:
+            record |= {key: round(value, 3) for key, value in measure(done.results(stem)).items()}
+        else:
+            record["said"] = done.err.strip().splitlines()[-1][-300:]
+        record["reported"] = WELDS[name]["reported"]
+        print(json.dumps(record), flush=True)
+
+
+if __name__ == "__main__":
+    main()
