@@ -180,16 +180,15 @@ mpi_environment() {
 }
 
 run_program() {
-  local input=$root/input/quickstart.nml stem ranks cores status=0
+  local input=$root/input/quickstart.nml results ranks cores status=0
   if (($# > 0)) && [[ $1 != -* ]]; then
     input=$1
     shift
   fi
   [[ -f $input ]] || fail "no input file $input"
-  stem=$(basename "$input")
-  stem=${stem%.*}
   prepare
   mpi_environment
+  results=$("$build/stirpoint" "$input" "$@" --where | tail -n 1) || exit 2
   cores=$(physical_cores)
   ranks=${RANKS:-$cores}
   [[ $ranks =~ ^[1-9][0-9]*$ ]] || fail "RANKS=$ranks is not a number of ranks"
@@ -202,16 +201,17 @@ run_program() {
   if ((status != 0)); then
     stage "stirpoint ended with exit status $status"
   fi
-  if compgen -G "$start/$stem.out/*_*.hdf" >/dev/null; then
-    stage "Drawing $stem.out"
-    draw "$stem" || { ((status != 0)) || status=1; }
+  results=$(dirname "$results")
+  if compgen -G "$results/*_*.hdf" >/dev/null; then
+    stage "Drawing $results"
+    draw "$results" || { ((status != 0)) || status=1; }
   fi
   exit "$status"
 }
 
 draw() {
-  "$venv/bin/python" -m stirpost report "$start/$1.out" || return
-  stage "Pictures and report.html are in $start/$1.out/report"
+  "$venv/bin/python" -m stirpost report "$1" || return
+  stage "Pictures and report.html are in $1/report"
 }
 
 run_tests() {

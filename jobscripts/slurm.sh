@@ -26,14 +26,14 @@ launcher=${LAUNCHER:-mpirun}          # mpirun or srun
 
 # ------------------------------------------------------------------------------------------------
 stopped_with_checkpoint=75 # stirpoint's exit status after a signal
-name=$(basename "$input")
-name=${name%.*}
-checkpoint=$name.out/${name}_checkpoint.h5
 restarts=${SLURM_RESTART_COUNT:-0}
 
 cd "${SLURM_SUBMIT_DIR:-.}" || exit 1
+results=$("$stirpoint" "$input" --where | tail -n 1) # as &RUN NAME says
+[[ -n $results ]] || exit 2                           # the input is wrong, and it said so
+checkpoint=${results}_checkpoint.h5
 arguments=("$input")
-if ((restarts > 0)) && grep -qsx "job $SLURM_JOB_ID" "$name.out/${name}_run.txt"; then
+if ((restarts > 0)) && grep -qsx "job $SLURM_JOB_ID" "${results}_run.txt"; then
   for file in "$checkpoint" "${checkpoint%.h5}_previous.h5"; do
     if [[ -f $file ]]; then
       arguments+=(--restart "$file")

@@ -102,6 +102,11 @@ contains
       status = bad_input
       return
     end if
+    if (command%action == 'where') then
+      if (world%is_root()) write (output_unit, '(3a)') sim%scene%output%directory, '/', &
+        sim%scene%output%name
+      return
+    end if
     if (is_stopped(status)) return
     if (.not. sim%scene%method%has_mechanics) then
       call simulate_heat(sim, input, status)

@@ -45,7 +45,8 @@ contains
       option = word
       if (index(word, '--') == 1 .and. index(word, '=') > 0) option = word(:index(word, '=') - 1)
       select case (option)
-      case ('--check', '--help', '-h', '--keys', '--material', '--materials', '--version')
+      case ('--check', '--help', '-h', '--keys', '--material', '--materials', '--version', &
+            '--where')
         command%action = option(verify(option, '-'):)
         if (option == '-h') command%action = 'help'
         if (any(option == [character(7) :: '--check', '--keys', '--help'])) then
@@ -84,7 +85,7 @@ contains
     end do
     command%sets = command%sets(:n_sets)
     if (command%problem == '' .and. command%input == '' .and. command%restart == '' &
-        .and. any(command%action == [character(8) :: 'run', 'check', 'material'])) then
+        .and. any(command%action == [character(8) :: 'run', 'check', 'material', 'where'])) then
       command%problem = 'no input file (see stirpoint --help)'
     end if
   contains

@@ -46,6 +46,7 @@ contains
       option_t('--overwrite', '', 'delete results of an earlier run of this name there, which '// &
                'else are kept in DIR/previous_1, previous_2, ...'), &
       option_t('--quiet', '', 'no lines of progress and speed'), &
+      option_t('--where', '', 'print DIR/NAME, which the names of all results begin with'), &
       option_t('--new', 'SCENE', 'print a commented input to begin with: '//known_scenes()), &
       option_t('--keys', '', 'every group and key with type, unit, default and range'), &
       option_t('--keys', '=GROUP', 'those of one group; --keys=markdown: all as a page'), &

@@ -168,6 +168,8 @@ def test_slurm_script_takes_no_other_run(run, tmp_path):
     fake.mkdir()
     (fake / "mpirun").write_text("#!/bin/bash\necho \"called: $*\"\n")
     (fake / "mpirun").chmod(0o755)
+    (fake / "stirpoint").write_text("#!/bin/bash\necho stir.out/stir\n")
+    (fake / "stirpoint").chmod(0o755)
     run_file = results.path("_run.txt")
 
     def second_start(job):
@@ -194,7 +196,7 @@ def test_slurm_script_starts_and_signals(tmp_path, launcher):
     fake = tmp_path / "bin"
     fake.mkdir()
     waits = 'trap "exit 75" USR1; touch started; for ((k = 0; k < 300; k++)); do sleep 0.1; done; exit 1'
-    commands = {launcher: f'echo "{launcher}: $*"; echo $$ >pid; {waits}', "scontrol": 'echo "scontrol: $*"',
+    commands = {"stirpoint": "echo stir.out/stir", launcher: f'echo "{launcher}: $*"; echo $$ >pid; {waits}', "scontrol": 'echo "scontrol: $*"',
                 "scancel": 'echo "scancel: $*"; kill -USR1 "$(cat pid)"'}
     for name, body in commands.items():
         (fake / name).write_text(f"#!/bin/bash\n{body}\n")
@@ -215,6 +217,14 @@ def test_slurm_script_starts_and_signals(tmp_path, launcher):
     assert f"{launcher}: stirpoint stir.nml" in out
     assert ("scancel: --signal=USR1 77.0" in out) == (launcher == "srun")
     assert "ended with exit status 75 (signalled: yes)" in out and "scontrol: requeue 77" in out
+
+
+def test_where_results_are(run, tmp_path):
+    """--where says what the names of all results begin with, as the job scripts ask: &RUN NAME and --output count."""
+    for options, wanted in (((), "stir.out/stir"), (("--set", "RUN.NAME=mine"), "mine.out/mine"),
+                            (("--set", "RUN.NAME=mine", "--output", "there"), "there/mine")):
+        assert run("stir", "--where", *options).out.splitlines()[-1] == wanted
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_job_is_noted(run, tmp_path, monkeypatch):

@@ -40,6 +40,10 @@ def furnished(tmp_path):
     for path in (stubs / "cmake", stubs / "mpirun", python):
         path.write_text(NOTE)
         path.chmod(0o755)
+    program = root / "build" / "release" / "stirpoint"
+    program.parent.mkdir()
+    program.write_text("#!/bin/bash\necho my.out/my\n")
+    program.chmod(0o755)
     (stubs / "dpkg-query").write_text('#!/bin/bash\necho "$STATE"\n')
     (stubs / "dpkg-query").chmod(0o755)
     for path in (tmp_path, *tmp_path.rglob("*")):
