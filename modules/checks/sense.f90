@@ -39,6 +39,7 @@ contains
     call compare_clamps(input, scene, diagnostics)
     call compare_surfaces(input, diagnostics)
     call compare_bodies(input, scene, solids, diagnostics)
+    call find_apart(input, scene, solids, diagnostics)
     call check_probes(input, scene, solids, diagnostics)
     call check_sources(input, scene, solids, diagnostics)
     call check_friction_heat(input, scene, tool, diagnostics)
@@ -249,6 +250,31 @@ contains
       end do
     end do
   end subroutine compare_bodies
+
+  !> Bodies without &CONTACT that are apart at the start: where they meet they become one.
+  subroutine find_apart(input, scene, solids, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp), dimension(3) :: lower, upper, low, high
+    integer :: a, b
+
+    if (.not. scene%method%has_mechanics) return
+    do b = 2, size(scene%body)
+      call extent_of(solids(b), lower, upper)
+      do a = 1, b - 1
+        if (scene%body(a)%group /= scene%body(b)%group) cycle
+        if (scene%body(a)%is_rigid() .and. scene%body(b)%is_rigid()) cycle
+        call extent_of(solids(a), low, high)
+        if (all(max(lower - high, low - upper) <= 0.5_rp*scene%grid%h)) cycle
+        call input%warn(diagnostics, 'BODY', b, 'NAME', "has no &CONTACT with '"// &
+                        trim(scene%body(a)%name)//"', from which it is apart: where they meet "// &
+                        'they stick together, and about a cell before their surfaces touch')
+        exit
+      end do
+    end do
+  end subroutine find_apart
 
   !> Box around what is added to a body [m].
   pure subroutine extent_of(body, lower, upper)

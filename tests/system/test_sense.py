@@ -49,6 +49,9 @@ ERRORS = {
 
 # The same, which runs with a warning.
 WARNINGS = {
+    "bodies apart": ("&BODY NAME = 'lid', MATERIAL = 'copper', TEMPERATURE = 400 /\n&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 5e-3",
+                     "&BODY NAME = 'lid', MATERIAL = 'copper', TEMPERATURE = 400 /\n&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 6e-3",
+                     r"&BODY NAME = 'lid': has no &CONTACT with 'block', from which it is apart"),
     "load twice": (LOAD, f"{LOAD}\n&LOAD FORCE = 0.0, 0, -1.0, BODY = 'block' /", r"&LOAD is there twice, first on line (\d+); both act"),
     "two walls of a side": (WALL, f"{WALL}\n{WALL.replace('2e-3', '1e-3')}", r"&WALL .*another wall of this side, on line (\d+)"),
     "shape twice": ("&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 5e-3, UPPER = 6e-3, 6e-3, 7e-3 /",
