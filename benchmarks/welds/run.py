@@ -24,6 +24,7 @@ import driver
 import numpy as np
 
 MM = 1e-3
+RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, tip=None, concavity=0.0, probe=None):
@@ -107,10 +108,9 @@ def measure(results):
     mean["hottest"] = float(history["temperature_max[K]"].max())
     mean["inertia"] = float(np.median(history["inertial_stress_over_flow[%]"][last]))
     mean["audit"] = float(np.abs(history["audit_error[%]"]).max())
-    path = results.path("_probes.csv")
-    if path.exists():
-        table = np.genfromtxt(path, delimiter=",", names=True, deletechars="", comments="#")
-        mean["probe"] = max(float(np.nanmax(table[c])) for c in table.dtype.names if "temperature" in c)
+    if results.path("_probes.csv").exists():
+        probes = results.probes()
+        mean["probe"] = max(float(np.nanmax(probes[f"{side}[K]"])) for side in ("advancing", "retreating"))
     return mean
 
 
@@ -119,6 +119,7 @@ def main():
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(WELDS))
     parser.add_argument("--fine", action="store_true")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
+    parser.add_argument("--record", action="store_true", help="append to results.jsonl, of which docs/welds.md has the table")
     parser.add_argument("--ranks", type=int, default=1)
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
@@ -135,6 +136,9 @@ def main():
             record["said"] = done.err.strip().splitlines()[-1][-300:]
         record["reported"] = WELDS[name]["reported"]
         print(json.dumps(record), flush=True)
+        if arguments.record:
+            with RESULTS.open("a") as file:
+                file.write(json.dumps(record) + "\n")
 
 
 if __name__ == "__main__":

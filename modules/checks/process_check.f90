@@ -7,7 +7,6 @@ module checks_process_check
   use base_text, only: str
   use checks_around, only: plate_of
   use checks_process, only: none, survey_tool, tool_survey_t
-  use checks_thin, only: check_clamps, check_depth, check_thickness
   use contact_tool, only: tool_t
   use heat_setup_cut_cells, only: all_solids, solids_t
   use input_diagnostics, only: diagnostics_t
@@ -36,15 +35,12 @@ contains
 
     call check_phases(input, tool, diagnostics)
     call all_solids(input, solids)
-    if (size(tool) > 0) call check_thickness(input, scene, solids, diagnostics)
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       if (k <= input%count('TOOL')) then
-        call check_clamps(input, scene, solids, survey, diagnostics)
         n = diagnostics%count()
         call check_size(input, scene, tool(k), solids, k, diagnostics)
         if (diagnostics%count() == n) call judge(input, scene, tool, solids, k, survey, diagnostics)
-        call check_depth(input, scene, tool(k), solids, survey, diagnostics)
       else
         call judge_rigid(input, scene, k, survey, diagnostics)
       end if

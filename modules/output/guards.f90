@@ -133,9 +133,8 @@ contains
     if (melt_ratio <= largest_melt_ratio .or. self%starts_molten) return
     if (abs(columns%value('source_heat')) + abs(columns%value('wall_heat')) > 0.0_rp) return
     reason = 'metal is heated to '//str(melt_ratio)//' times its melting temperature, though '// &
-             'nothing but friction and plastic work heats it: metal between a tool and a wall '// &
-             'has no room, or the time step is too long; leave a cell or more below the tool, '// &
-             'let the wall slide, or lower &TIME CFL'
+             'nothing but friction and plastic work heats it: the steps are too long; lower '// &
+             '&TIME CFL or MASS_SCALING, or &HEAT EVERY and STEP if they are given'
   end subroutine check_melting
 
   !> The torque of a tool of revolution is that of friction alone, so that it is at most the shear
@@ -151,14 +150,13 @@ contains
     reason = ''
     do k = 1, size(tool)
       if (.not. tool(k)%has_layer()) cycle
-      if (.not. is_revolved(tool(k)) .or. size(scene%symmetry) > 0) cycle
+      if (.not. is_revolved(tool(k))) cycle
       most = torque_slack*gained(s_strength, k)*tool(k)%shape%radius
       if (abs(gained(s_torque, k)) <= most .or. gained(s_strength, k) <= 0.0_rp) cycle
       reason = '&TOOL '//trim(tool(k)%name)//' turns against '// &
                str(abs(gained(s_torque, k))/gained(s_strength, k)/tool(k)%shape%radius)// &
                ' times the torque that the shear strength of the metal on its face allows: '// &
-               'metal between it and a wall has no room; leave a cell or more, or let the wall '// &
-               'slide'
+               'the steps are too long; lower &TIME CFL or MASS_SCALING'
       return
     end do
   end subroutine check_torque

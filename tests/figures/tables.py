@@ -262,12 +262,31 @@ def kept(path, title):
     return rows
 
 
+WELDS = "benchmarks/welds/results.jsonl"
+SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:.0f}"), ("power", "power [kW]", "{:.1f}"))
+
+
+def welds(_):
+    """Published welds: computed and, behind a slash, as reported; temperatures of the face and of the hottest metal."""
+    rows = []
+    for weld in measures.lines(measures.ROOT / WELDS):
+        told = weld["reported"]
+        row = [weld["weld"]]
+        for key, _, form in SHOWN:
+            row.append(form.format(weld[key]) + (" / " + form.format(told[key]) if key in told else ""))
+        row.append(f"{weld['face']:.0f}" + (f" / {told['peak']:.0f}" if "peak" in told else ""))
+        row.append(f"{weld['hottest']:.0f}")
+        row.append(f"{weld['inertia']:.0f}")
+        rows.append(row)
+    return table(["weld", *(title for _, title, _ in SHOWN), "face [K]", "hottest [K]", "inertial stress [%]"], rows)
+
+
 SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
 PLATE = "benchmarks/stirred_plate.json"
 PASSES = "benchmarks/passes/results/tables.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
-    "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
+    "welds": welds, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "plates": plates, "versions": versions, "speed": speed, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"), "sleeping, cavity": kept(SLEEPING, "tool in the cavity, 890 K"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,

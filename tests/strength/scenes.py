@@ -55,7 +55,7 @@ def scene(draw):
     z0 = thick if below == "body" else 0.0   # the sheet on a body of its own thickness
     margin = 3.0 * h
     at = side / 2.0 if draw.random() < 0.7 else radius - draw.uniform(0.0, 1.0) * radius   # also over an edge or corner
-    methods = [f"DEBRIS = 0.2, SHAPE = '{draw.choice(['bspline', 'bspline', 'ugimp'])}'"]
+    methods = [f"DEBRIS = 0.5, SHAPE = '{draw.choice(['bspline', 'bspline', 'ugimp'])}'"]
     scheme = draw.choice(["", "", "SCHEME = 'musl'", "TRANSFER = 'apic'"])
     methods += [scheme]
     heats = draw.random() < 0.3 and "musl" not in scheme

@@ -58,10 +58,6 @@ WARNINGS = {
                     "&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 5e-3, UPPER = 6e-3, 6e-3, 7e-3 /\n" * 2, r"&SHAPE changes nothing of its body"),
     "clamps that tear": (CLAMP, f"{CLAMP}\n&CLAMP LOWER = 0.5e-3, 0, 0, UPPER = 2e-3, 1e-3, 1e-3, VELOCITY = 1, 0, 0 /",
                          r"&CLAMP overlaps another that moves differently, on line (\d+)"),
-    "metal too thin under a tool": (WALL, WALL.replace("sliding", "fixed").replace("2e-3", "5e-3"),
-                                    r"&WALL KIND = 'fixed': holds metal of 2 cells between it and a tool"),
-    "metal too thin over a clamp": (WALL, "&CLAMP LOWER = 0, 0, 0, UPPER = 8e-3, 8e-3, 5e-3 /",
-                                    r"&CLAMP holds metal of 2 cells between it and a tool"),
     "source too late": ("&SURFACE", "&SOURCE POWER = 1, RADIUS = 1e-3, POSITION = 4e-3, 4e-3, 7e-3, BEGIN = 1 /\n&SURFACE", r"&SOURCE BEGIN = 1: .*no heat"),
 }
 
