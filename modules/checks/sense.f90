@@ -293,17 +293,22 @@ contains
     end do
   end subroutine extent_of
 
-  !> Probes ride in the metal.
+  !> Probes ride in the metal, and their columns have names of their own.
   subroutine check_probes(input, scene, solids, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
     type(diagnostics_t), intent(inout) :: diagnostics
-    integer :: i
+    character(:), allocatable :: name
+    integer :: i, j
 
     do i = 1, input%count('PROBE')
       if (.not. is_held(solids, input%reals('PROBE', i, 'POSITION', 3), minval(scene%grid%h))) then
         call input%report(diagnostics, 'PROBE', i, 'POSITION', 'lies outside the bodies')
+      end if
+      name = input%text('PROBE', i, 'NAME')
+      if (any([(input%text('PROBE', j, 'NAME') == name, j=1, i - 1)])) then
+        call input%report(diagnostics, 'PROBE', i, 'NAME', 'is the name of another probe')
       end if
     end do
   end subroutine check_probes

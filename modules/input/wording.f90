@@ -14,6 +14,7 @@ module input_wording
 
   integer, parameter :: longest_name = 32, longest_file_name = 128, longest_text = 4000
   character(*), parameter :: never_in_names = ',;/\"'''
+  character(*), parameter :: never_first = '=+-@'   !! a spreadsheet takes it for a formula
 
 contains
 
@@ -80,7 +81,8 @@ contains
       select case (row%allowed)
       case ('')
       case ('name')
-        r = 'at most '//str(longest_name)//' characters, none of '//never_in_names
+        r = 'at most '//str(longest_name)//' characters, none of '//never_in_names// &
+            ', not first one of '//never_first
       case ('file name')
         r = 'at most '//str(longest_file_name)//' letters, digits, - _ and ., not first a . or -'
       case default
@@ -186,8 +188,8 @@ contains
     else if (has_controls(text)) then
       r = 'has a character that cannot be printed'
     else if (row%allowed == 'name') then
-      if (len(text) > longest_name .or. scan(text, never_in_names) > 0) r = 'must be '// &
-          describe_allowed(row)
+      if (len(text) > longest_name .or. scan(text, never_in_names) > 0 &
+          .or. scan(text, never_first) == 1) r = 'must be '//describe_allowed(row)
     else if (row%allowed == 'file name') then
       if (.not. is_file_name(text)) r = 'must be '//describe_allowed(row)
     else if (len(text) > longest_text) then

@@ -138,7 +138,7 @@ contains
   end subroutine check_melting
 
   !> The torque of a tool of revolution is that of friction alone, so that it is at most the shear
-  !> strength of the metal on its face times its largest radius.
+  !> strength of the metal on its face times its largest radius. At walls the sums count otherwise.
   pure subroutine check_torque(scene, tool, gained, reason)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
@@ -150,7 +150,7 @@ contains
     reason = ''
     do k = 1, size(tool)
       if (.not. tool(k)%has_layer()) cycle
-      if (.not. is_revolved(tool(k))) cycle
+      if (.not. is_revolved(tool(k)) .or. size(scene%symmetry) > 0) cycle
       most = torque_slack*gained(s_strength, k)*tool(k)%shape%radius
       if (abs(gained(s_torque, k)) <= most .or. gained(s_strength, k) <= 0.0_rp) cycle
       reason = '&TOOL '//trim(tool(k)%name)//' turns against '// &

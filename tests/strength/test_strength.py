@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Metal without strength takes no heat of friction, in drawn scenes of thin hot metal and tools (scenes.py)."""
+"""Metal without strength takes no heat of friction, in drawn scenes of thin hot metal and tools (drawn_scenes.py)."""
 
 import os
 import pathlib
@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-import scenes
+import drawn_scenes as scenes
 
 FIRST = int(os.environ.get("STIRPOINT_SEED", 1))
 

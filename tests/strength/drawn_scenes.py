@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Drawn scenes of tools in hot thin metal: no metal gets hotter than its solidus by more than 20 K.
 
-    build/venv/bin/python tests/strength/scenes.py [--number 1000] [--seed 1] [--keep FOLDER]
+    build/venv/bin/python tests/strength/drawn_scenes.py [--number 1000] [--seed 1] [--keep FOLDER]
 
 Metal at its solidus has no strength: it gets no heat of friction and none of plastic work, so that only what it got
 just before, and conduction between hotter and colder particles, can take it above. Sheets of one to four cells on walls
