@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Three tiers of the tests that run programs, by what each took when its time was last recorded.
 
-    pytest --tier smoke    what takes up to 1.5 s, and of every file at least its quickest test
+    pytest --tier smoke    what takes up to 1.5 s; of a file without such the quickest test that is not long
     pytest --tier all      the default; without those of `long`
-    pytest --tier long     what takes 6 s and more, cases marked `long`, robustness, stress, figures
-    pytest --tier every
+    pytest --tier long     what takes 6 s and more, cases marked `long`, robustness, stress
+    pytest --tier every    also what a file or test that is named gets
 
 tests/times.txt has the seconds of one case of each test function that takes more than 1.5 s, with two tests a core. Every
 function that it does not name is quick. `--tier every --record-times` writes it anew.
@@ -17,7 +17,7 @@ import pytest
 
 TIMES = pathlib.Path(__file__).parent / "tests/times.txt"
 QUICK, LONG = 1.5, 6.0
-LONG_FOLDERS = ("tests/robustness/", "tests/stress/", "tests/figures/")
+LONG_FOLDERS = ("tests/robustness/", "tests/stress/")
 spent = collections.defaultdict(dict)  # seconds of each case of each function
 
 
@@ -32,7 +32,7 @@ def pytest_addoption(parser):
 
 def pytest_collection_modifyitems(config, items):
     tier = config.getoption("--tier")
-    named = any("::" in word for word in config.args)
+    named = any(".py" in word for word in config.args)
     if tier == "every" or named:
         return
     seconds = {name: float(word) for word, name in (line.split(None, 1) for line in TIMES.read_text().splitlines())}

@@ -18,12 +18,12 @@ usage() {
 Usage: bash jobscripts/local.sh COMMAND
 
   run [INPUT] [ARGUMENT...]  build, run INPUT (default input/quickstart.nml) on all physical
-                             cores and draw the result; the run directory <INPUT's stem>.out
-                             is made in the current directory; further arguments go to
-                             stirpoint
+                             cores and draw the result; the run directory NAME.out is made in
+                             the current directory (NAME: &RUN NAME, or the stem of INPUT);
+                             further arguments go to stirpoint
   test [TIER]                build, then run tests: smoke (default; up to 5 minutes on two
                              cores), all (what a change must pass), long (draws, robustness,
-                             stress, figures and what takes long), every (all and long)
+                             stress and what takes long), every (all and long)
   build                      install what is missing and build
   python                     install what is missing and make build/venv, with the command
                              build/venv/bin/stirpost

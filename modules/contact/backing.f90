@@ -16,7 +16,7 @@ module contact_backing
     real(rp) :: lower(2) = 0.0_rp                 !! corner of the columns [m]
     real(rp) :: width(2) = 1.0_rp                 !! of a column [m]
     integer :: n(2) = 1                           !! columns along these axes
-    real(rp) :: period(2) = 0.0_rp                !! of the grid along them [m]; 0: not periodic
+    real(rp) :: period(2) = 0.0_rp                !! period of the grid along them [m]; 0: none
     type(heat_sink_t), allocatable :: column(:)
   contains
     procedure :: column_at

@@ -38,7 +38,8 @@ contains
       'there are more than 50000 cells of one material, else cg; beside mechanics cg or petsc')
     call t%key('TOLERANCE', 'real', 1, 'K', '2', '[1e-6,1e4]', &
       'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
-      'node; at the rim of a moving source it is some hundred times that of the temperatures')
+      'node (at the rim of a moving source some hundred times that of the temperatures); '// &
+      'implicit: and what waiting heat may warm a node')
     call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: by TOLERANCE')
     call t%key('EVERY', 'integer', 1, '', '0', '[0,inf)', &
       'backward-euler beside mechanics: a step every so many mechanical ones; 0: by STEP or '// &

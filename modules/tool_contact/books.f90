@@ -86,7 +86,7 @@ contains
   !> Work of friction of a particle [J]: of that of its nodes the part that it gives of what limits
   !> friction there, the strength of metal or what Coulomb's law lets it give. If it went by what
   !> would hold the particles, molten metal would get as much heat as solid metal beside it. Across
-  !> walls it does: there nodes do not have the sum of what would hold the particles.
+  !> mirrors it does: there nodes do not have the sum of what would hold the particles.
   pure real(rp) function work_of(contact, t) result(work)
     type(tool_contact_t), intent(in) :: contact
     type(contact_particle_t), intent(in) :: t

@@ -48,7 +48,7 @@ module tool_contact_limits
   real(rp), parameter :: step = 1.0_rp    !! least, of the derivative by temperature [K]
   real(rp), parameter :: least_softening = 1.0e-4_rp   !! x tanh x from which the layer is uneven
   real(rp), parameter :: unlimited = 1.0e30_rp     !! of what cannot flow [N s]
-  real(rp), parameter, public :: molten = 1.0e-30_rp       !! of what has no strength [N s]
+  real(rp), parameter, public :: molten = 1.0e-30_rp   !! limit of metal without strength [N s]
   real(rp), parameter :: least_sensitivity = 1.0e-3_rp   !! of stress to the logarithm of the rate
   real(rp), parameter :: edge_pressure = 2.0_rp + pi   !! of flowing metal at an edge, over its
                                                        !! shear strength

@@ -16,8 +16,8 @@ module tool_contact_lists
     v_shear = 8, &    !! the most that friction gives: strength, by the tool's law [N s]
     v_bend = 9        !! where that law bends [N s]
   integer, parameter, public :: n_values = 9
-  integer, parameter, public :: n_both = 2*n_values   !! and what comes from behind walls that hold
-                                                      !! metal fast, as the node in front gets it
+  integer, parameter, public :: n_both = 2*n_values   !! followed by the mirrored values of nodes
+                                                      !! behind no-slip walls
 
   ! What they say to it before: first masses [kg], later over the node's.
   integer, parameter, public :: &
@@ -95,15 +95,15 @@ module tool_contact_lists
     integer, allocatable :: entry_of(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
     real(rp), allocatable :: mass(:, :)        !! (n_masses, n_nodes)
-    integer :: width = n_values                !! of `values`: n_both where walls hold metal fast
+    integer :: width = n_values                !! rows of `values`: n_both with no-slip walls
     real(rp), allocatable :: values(:, :)      !! (width, n_nodes) of all ranks, folded at walls
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
     real(rp), allocatable :: part(:)           !! of `v_hold` that friction can give
-    real(rp), allocatable :: part_behind(:)    !! of that of the nodes behind walls
+    real(rp), allocatable :: part_behind(:)    !! the same for nodes behind no-slip walls
     real(rp), allocatable :: unspent(:)        !! part of `v_coulomb` that it did not
     real(rp), allocatable :: slip(:, :)        !! (3, n_nodes) mean velocity against the tool [m/s]
-    logical, allocatable :: is_folded(:, :)    !! (3, n_nodes) a wall turns this component of what
+    logical, allocatable :: is_folded(:, :)    !! (3, n_nodes) a mirror turns this component of what
                                                !! is folded onto the node, or away from it
   contains
     procedure :: forget

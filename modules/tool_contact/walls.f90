@@ -2,8 +2,8 @@
 !> Walls and clamps in contact with tools: what the listed nodes behind walls hold is folded onto
 !> those in front (as boundary_symmetry does with records), and held directions do not give way.
 !>
-!> A mirror has an image of tool and metal behind it: their friction is limited together. A wall
-!> that holds metal fast has none: friction at the nodes on it, behind it and in front is limited by
+!> A mirror has an image of tool and metal behind it: their friction is limited together. A no-slip
+!> wall (KIND = 'fixed') has none: friction at the nodes on it, behind it and in front is limited by
 !> the strength of the particles that give it there, at each by itself. What acts behind is a second
 !> part of the values of the node in front: a rank may store this node without the one behind.
 module tool_contact_walls
@@ -41,12 +41,12 @@ contains
         e = contact%entry_of(m%plane(1, i))
         if (e == 0) cycle
         where (scene%symmetry(m%plane(2, i))%odd) contact%free(:, e) = 0.0_rp
-        if (.not. holds_fast(scene, m%plane(2, i))) then
+        if (.not. is_no_slip(scene, m%plane(2, i))) then
           where (scene%symmetry(m%plane(2, i))%odd) contact%is_folded(:, e) = .true.
         end if
       end do
       do i = 1, m%n_pairs
-        if (holds_fast(scene, m%pair(3, i))) cycle
+        if (is_no_slip(scene, m%pair(3, i))) cycle
         do k = 1, 2
           e = contact%entry_of(m%pair(k, i))
           if (e == 0) cycle
@@ -112,8 +112,8 @@ contains
     end associate
   end subroutine restore_masses
 
-  !> Fold the values of nodes behind mirrors onto those in front; what is behind a wall that holds
-  !> metal fast stays there and is a second part of those in front.
+  !> Fold the values of nodes behind mirrors onto those in front; what is behind a no-slip wall
+  !> stays there and is a second part of those in front.
   subroutine reflect_values(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
@@ -128,7 +128,7 @@ contains
         a = place(m%pair(2, i))
         if (a == 0 .or. b == 0) cycle
         sign = wall_signs(scene, m%pair(3, i), n_values)
-        if (holds_fast(scene, m%pair(3, i))) then
+        if (is_no_slip(scene, m%pair(3, i))) then
           values(n_values + 1:n_both, a) = values(n_values + 1:n_both, a) &
             + sign*(values(:n_values, b) + values(n_values + 1:n_both, b))
         else
@@ -142,7 +142,7 @@ contains
       end do
       do i = 1, m%n_planes
         a = place(m%plane(1, i))
-        if (a == 0 .or. holds_fast(scene, m%plane(2, i))) cycle
+        if (a == 0 .or. is_no_slip(scene, m%plane(2, i))) cycle
         sign = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), n_values))
         values(:n_values, a) = sign*values(:n_values, a)
         if (contact%width > n_values) values(n_values + 1:, a) = sign*values(n_values + 1:, a)
@@ -165,7 +165,7 @@ contains
         a = place(m%pair(2, i))
         if (a == 0 .or. b == 0) cycle
         contact%part_behind(b) = contact%part_behind(a)
-        if (holds_fast(scene, m%pair(3, i))) then
+        if (is_no_slip(scene, m%pair(3, i))) then
           contact%part(b) = contact%part_behind(a)
         else
           contact%part(b) = contact%part(a)
@@ -176,13 +176,13 @@ contains
     end associate
   end subroutine restore_parts
 
-  !> Whether plane `c` holds metal fast: all components are odd.
-  pure logical function holds_fast(scene, c)
+  !> Whether plane `c` is a no-slip wall: all components are odd.
+  pure logical function is_no_slip(scene, c)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: c
 
-    holds_fast = all(scene%symmetry(c)%odd)
-  end function holds_fast
+    is_no_slip = all(scene%symmetry(c)%odd)
+  end function is_no_slip
 
   !> Width of the values of a node in this scene.
   pure integer function width_of_values(scene) result(width)
@@ -190,7 +190,7 @@ contains
     integer :: c
 
     width = n_values
-    if (any([(holds_fast(scene, c), c=1, size(scene%symmetry))])) width = n_both
+    if (any([(is_no_slip(scene, c), c=1, size(scene%symmetry))])) width = n_both
   end function width_of_values
 
   !> Impulse that held nodes and mirrors take from the tool.

@@ -17,7 +17,7 @@ module tool_shapes_shape
 
   type, abstract :: shape_t
     real(rp) :: radius = 0.0_rp   !! of what stirs; 0: it has none [m]
-    real(rp) :: pin_radius = 0.0_rp   !! of a pin below a shoulder; 0: it has none [m]
+    real(rp) :: pin_radius = 0.0_rp   !! pin below a shoulder; 0: it has none [m]
   contains
     procedure(keys_interface), nopass, deferred :: add_keys
     procedure(read_interface), deferred :: read_keys
