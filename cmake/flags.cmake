@@ -30,9 +30,8 @@ endif()
 if(HAS_HALVES_${STIRPOINT_ARCH} AND cpu_family MATCHES ": 25$")
   add_compile_definitions($<$<CONFIG:Release>:STIRPOINT_HALVES>)   # Zen 4: 512 bits take two turns of 256
 endif()
-add_compile_definitions($<$<CONFIG:Debug,Sanitize>:STIRPOINT_CONTRACTS>)   # kernels check what they are given
-set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace")
-set(CMAKE_C_FLAGS_DEBUG "-g -O1")
-set(CMAKE_Fortran_FLAGS_SANITIZE "-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer")
-set(CMAKE_C_FLAGS_SANITIZE "${CMAKE_Fortran_FLAGS_SANITIZE}")
-set(CMAKE_EXE_LINKER_FLAGS_SANITIZE "-fsanitize=address,undefined")
+add_compile_definitions($<$<CONFIG:Debug>:STIRPOINT_CONTRACTS>)   # kernels check what they are given
+set(sanitizers "-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer")
+set(CMAKE_Fortran_FLAGS_DEBUG "-g -O1 -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -fbacktrace ${sanitizers}")
+set(CMAKE_C_FLAGS_DEBUG "-g -O1 ${sanitizers}")
+set(CMAKE_EXE_LINKER_FLAGS_DEBUG "-fsanitize=address,undefined")

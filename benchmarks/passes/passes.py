@@ -5,6 +5,7 @@ usage: benchmarks/passes/run.sh [NAME[:KIND] ...] [--particles MM] [--mass-scali
                                 [--draw] [-o DIR]
        benchmarks/passes/run.sh --calibrate        the numbers of cavity 1 (calibrated.json)
        benchmarks/passes/run.sh --mass-scaling-study --particles 3       factors 1e3 to 1e7 on the first 20 s of cavity 1
+       benchmarks/passes/run.sh --valley           cavity 1 over friction and film (valley.py)
        benchmarks/passes/run.sh --tables           results/tables.json from results/1mm and 2mm; then figures.py --pages
 
 NAME is a plate and a flow law: cavity1_jc, cavity1_tp, cavity1_hot, ... plain_hot, aa5005_tp (default: all). KIND is 'printed', as the
@@ -42,6 +43,7 @@ def main():
     parser.add_argument("--draw", action="store_true", help="the page, pathlines and flow measures of each run")
     parser.add_argument("--calibrate", action="store_true")
     parser.add_argument("--mass-scaling-study", action="store_true", dest="study")
+    parser.add_argument("--valley", action="store_true")
     parser.add_argument("--tables", action="store_true")
     parser.add_argument("-o", "--output", type=pathlib.Path, default=ROOT / "build/passes")
     options = parser.parse_args()
@@ -51,6 +53,11 @@ def main():
         import mass_scaling
 
         mass_scaling.write(options, RESULTS / "tables.json")
+        return 0
+    if options.valley:
+        import valley
+
+        valley.write(options)
         return 0
     if options.tables:
         import report

@@ -24,7 +24,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
-    integer :: c, q, r
+    integer :: a, c, q, r
 
     if (allocated(boundary%is_held)) deallocate (boundary%is_held)
     allocate (boundary%is_held(nodes%patch%nn), source=.false.)
@@ -41,17 +41,21 @@ contains
       end do
     end do
     boundary%is_held(boundary%fixed(1, 1:boundary%n_fixed)) = .true.
-    boundary%columns_are_cut = .false.
-    if (.not. world%all_true(boundary%n_columns == 0)) then
-      call list_column_nodes(world, nodes, boundary)
-    end if
+    do a = 1, 3
+      boundary%along(a)%is_cut = .false.
+      if (world%all_true(all(boundary%column(1:boundary%n_columns)%axis /= a))) cycle
+      call list_column_nodes(world, nodes, boundary, a)
+    end do
   end subroutine list_clamps
 
-  !> Collective. List the nodes of columns, also of those that only other ranks list.
-  subroutine list_column_nodes(world, nodes, boundary)
+  !> Collective. List the nodes of the columns along `axis`, also of those that only other ranks
+  !> list. Columns along one axis have no nodes in common, so that a rank that stores one whole knows
+  !> what becomes of its nodes; those along different axes have, at the edges of clamps.
+  subroutine list_column_nodes(world, nodes, boundary, axis)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
+    integer, intent(in) :: axis
     real(rp), allocatable :: columns(:, :)   ! lane 1: whole here, 2: cut here
     logical, allocatable :: is_known(:)
     integer :: i, k, lane
@@ -59,6 +63,7 @@ contains
     allocate (columns(8, nodes%patch%nn), source=0.0_rp)
     do i = 1, boundary%n_columns
       associate (column => boundary%column(i))
+        if (column%axis /= axis) cycle
         lane = merge(1, 2, column%is_whole)
         do k = 1, 3
           if (column%node(k) > 0) columns(lane, column%node(k)) = 1.0_rp
@@ -67,9 +72,11 @@ contains
     end do
     is_known = columns(1, :) > 0.0_rp .and. columns(2, :) <= 0.0_rp
     call nodes%halo%sum(world, 8, nodes%patch%nn, columns)
-    boundary%column_node = pack([(i, i=1, nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
-    boundary%is_known = is_known(boundary%column_node)
-    boundary%columns_are_cut = .not. world%all_true(all(boundary%is_known))
+    associate (along => boundary%along(axis))
+      along%node = pack([(i, i=1, nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
+      along%is_known = is_known(along%node)
+      along%is_cut = .not. world%all_true(all(along%is_known))
+    end associate
   end subroutine list_column_nodes
 
   !> What clamp `c` does with node `q`.
@@ -115,6 +122,7 @@ contains
       y(a) = face
       if (.not. holds(nodes, clamp, y)) return
       column%clamp = c
+      column%axis = a
       column%weight = weights_at(scene, t)
       parts = 0.5_rp
       if (a == patch%grading%axis) then

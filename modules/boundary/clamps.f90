@@ -7,7 +7,7 @@
 !> the rest of the body through: its weight falls with its mass.
 module boundary_clamps
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t, column_t
+  use boundary_held, only: boundary_t, column_nodes_t, column_t
   use comm_world, only: world_t
   use mapping_nodes, only: least_inertia, least_mass, nodes_t
   use state_books, only: books_t, e_wall
@@ -34,14 +34,16 @@ contains
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: fraction                 !! 1; 0: as if at rest
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
-    integer :: k
+    integer :: axis, k
 
     do k = 1, nodes%n_groups
       if (scene%is_rigid_group(k)) cycle
-      call hold_columns(scene, clock, nodes, boundary, books, fraction, g(:, :, k))
-      if (boundary%columns_are_cut) then
-        call copy_columns(world, nodes, boundary, [1, 2, 3, 5, 6, 7], g(:, :, k))
-      end if
+      do axis = 1, 3
+        call hold_columns(scene, clock, nodes, boundary, axis, books, fraction, g(:, :, k))
+        if (boundary%along(axis)%is_cut) then
+          call copy_columns(world, nodes, boundary%along(axis), [1, 2, 3, 5, 6, 7], g(:, :, k))
+        end if
+      end do
       call hold_nodes(scene, clock, nodes, boundary, books, fraction, g(:, :, k))
     end do
   end subroutine hold_walls
@@ -79,11 +81,13 @@ contains
     end do
   end subroutine hold_nodes
 
-  subroutine hold_columns(scene, clock, nodes, boundary, books, fraction, g)
+  !> The columns along one axis.
+  subroutine hold_columns(scene, clock, nodes, boundary, axis, books, fraction, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
+    integer, intent(in) :: axis
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: fraction
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
@@ -94,7 +98,7 @@ contains
     do i = 1, boundary%n_columns
       associate (column => boundary%column(i), &
                  clamp => scene%clamp(boundary%column(i)%clamp)%clamp)
-        if (.not. column%is_whole) cycle
+        if (column%axis /= axis .or. .not. column%is_whole) cycle
         v = clamp%velocity
         if (.not. clamp%is_even) then
           v = clamp%velocity_at(nodes%patch%position(column%node(2)), clock%time)
@@ -145,28 +149,28 @@ contains
     if (total > 0.0_rp) jump = w*inverse*(value*total - v)/sum(w*w*inverse)
   end function jumps
 
-  !> Collective. Lanes `lanes` of the nodes of columns, from the ranks that store these whole.
-  subroutine copy_columns(world, nodes, boundary, lanes, g)
+  !> Collective. Lanes `lanes` of the nodes of the columns along one axis, from the ranks that store
+  !> these whole.
+  subroutine copy_columns(world, nodes, along, lanes, g)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
+    type(column_nodes_t), intent(in) :: along
     integer, intent(in) :: lanes(:)
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp) :: values(size(lanes), size(boundary%column_node))
+    real(rp) :: values(size(lanes), size(along%node))
     integer, allocatable :: place(:)
     integer :: e, n
 
-    n = size(boundary%column_node)
+    n = size(along%node)
     allocate (place(nodes%patch%nn), source=0)
-    place(boundary%column_node) = [(e, e=1, n)]
+    place(along%node) = [(e, e=1, n)]
     do e = 1, n
-      values(:, e) = merge(g(lanes, boundary%column_node(e)), -huge(1.0_rp), boundary%is_known(e))
+      values(:, e) = merge(g(lanes, along%node(e)), -huge(1.0_rp), along%is_known(e))
     end do
-    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, boundary%column_node, &
-                            size(lanes), values)
+    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, along%node, size(lanes), values)
     do e = 1, n
       if (any(values(:, e) <= -huge(1.0_rp))) cycle
-      g(lanes, boundary%column_node(e)) = values(:, e)
+      g(lanes, along%node(e)) = values(:, e)
     end do
   end subroutine copy_columns
 
@@ -180,27 +184,29 @@ contains
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
     real(rp), intent(inout) :: increment(8, nodes%patch%nn, nodes%n_groups)
     real(rp) :: jump(3)
-    integer :: a, i, j, k, q
+    integer :: a, axis, i, j, k, q
 
     do k = 1, nodes%n_groups
-      do i = 1, boundary%n_columns
-        associate (column => boundary%column(i), &
-                   clamp => scene%clamp(boundary%column(i)%clamp)%clamp)
-          if (.not. column%is_whole) cycle
-          do a = 1, 3
-            if (.not. clamp%held(a)) cycle
-            jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, nodes%patch%nn, g(:, :, k), &
-                         increment(:, :, k))
-            do j = 1, 3
-              q = column%node(j)
-              if (q > 0) increment(4 + a, q, k) = increment(4 + a, q, k) + jump(j)
+      do axis = 1, 3
+        do i = 1, boundary%n_columns
+          associate (column => boundary%column(i), &
+                     clamp => scene%clamp(boundary%column(i)%clamp)%clamp)
+            if (column%axis /= axis .or. .not. column%is_whole) cycle
+            do a = 1, 3
+              if (.not. clamp%held(a)) cycle
+              jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, nodes%patch%nn, g(:, :, k), &
+                           increment(:, :, k))
+              do j = 1, 3
+                q = column%node(j)
+                if (q > 0) increment(4 + a, q, k) = increment(4 + a, q, k) + jump(j)
+              end do
             end do
-          end do
-        end associate
+          end associate
+        end do
+        if (boundary%along(axis)%is_cut) then
+          call copy_columns(world, nodes, boundary%along(axis), [5, 6, 7], increment(:, :, k))
+        end if
       end do
-      if (boundary%columns_are_cut) then
-        call copy_columns(world, nodes, boundary, [5, 6, 7], increment(:, :, k))
-      end if
       do i = 1, boundary%n_fixed
         associate (v => increment(5:7, boundary%fixed(1, i), k))
           where (scene%clamp(boundary%fixed(2, i))%clamp%held) v = 0.0_rp

@@ -5,7 +5,7 @@ module boundary_held
   implicit none (type, external)
   private
 
-  public :: boundary_t, column_t, mirrors_t
+  public :: boundary_t, column_nodes_t, column_t, mirrors_t
 
   !> Three nodes across the face of a clamp that lies between nodes (boundary_clamps).
   type :: column_t
@@ -14,9 +14,18 @@ module boundary_held
     real(rp) :: tail(3) = 0.0_rp             !! mass of a node that only sees a body up to the face
                                              !! over that of one inside
     integer :: clamp = 0
+    integer :: axis = 0                      !! normal to the face
     logical :: is_owned(3) = .false.
     logical :: is_whole = .false.            !! this rank stores all nodes that have a weight
   end type column_t
+
+  !> Nodes of all columns along one axis that this rank stores, also of those that only other ranks
+  !> list.
+  type :: column_nodes_t
+    integer, allocatable :: node(:)
+    logical, allocatable :: is_known(:)      !! whether this rank stores the column of each whole
+    logical :: is_cut = .false.              !! some rank does not know the columns of all its nodes
+  end type column_nodes_t
 
   !> Nodes behind planes of symmetry and their mirrors (boundary_symmetry).
   type :: mirrors_t
@@ -35,9 +44,7 @@ module boundary_held
     integer, allocatable :: fixed(:, :)      !! (3, n) node, clamp, 1 if owned
     integer :: n_columns = 0
     type(column_t), allocatable :: column(:)  !! nodes across the faces of clamps between nodes
-    logical :: columns_are_cut = .false.     !! some rank does not know all columns of its nodes
-    integer, allocatable :: column_node(:)   !! nodes of columns of any rank, if there are columns
-    logical, allocatable :: is_known(:)      !! whether this rank stores the columns of each whole
+    type(column_nodes_t) :: along(3)         !! nodes of the columns along each axis
     type(mirrors_t) :: mirrors               !! of the nodes in use
     type(mirrors_t) :: resting_mirrors       !! of the nodes of all particles, while some sleep
   end type boundary_t

@@ -7,10 +7,10 @@
 Each case must end in time with status 2 and nothing but `...: error: ...` on standard error, having written nothing;
 or with status 3 and a message (the state was lost); or with status 0 and finite results, which a mutation that is
 certainly an error must not. All else is a failure: a signal, a sanitizer's report, a case that hangs, silence.
-Best with the `sanitize` build:
+Best with the `debug` build:
 
-    cmake --preset sanitize && cmake --build --preset sanitize --target stirpoint
-    tests/robustness/malformed.py --executable build/sanitize/stirpoint
+    cmake --preset debug && cmake --build --preset debug --target stirpoint
+    tests/robustness/malformed.py --executable build/debug/stirpoint
 """
 
 import argparse
