@@ -35,6 +35,10 @@ contains
       end do
     end associate
     call compare_motions(old, new, time, diagnostics)
+    if (new%real('TIME', 1, 'END') < time*(1.0_rp - slack)) then
+      call new%report(diagnostics, 'TIME', 1, 'END', 'lies before the '//str(time)// &
+                      ' s of the checkpoint')
+    end if
   end subroutine compare_scenes
 
   !> Complain of files that the scene names and whose content is another than in the checkpoint,

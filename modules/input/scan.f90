@@ -53,11 +53,54 @@ contains
         deallocate (text)
         allocate (character(max(length, 0_i8)) :: text)
         read (unit, iostat=status, iomsg=reason) text
+        if (length <= 0) call read_pipe(unit, text, problem)
       end if
       close (unit)
     end if
     if (status /= 0) problem = 'cannot be read: '//trim(reason)
+    text = with_newlines(text)
   end subroutine read_file
+
+  !> What comes from a file without a size, a pipe or a terminal, up to its end.
+  subroutine read_pipe(unit, text, problem)
+    integer, intent(in) :: unit
+    character(:), allocatable, intent(inout) :: text
+    character(:), allocatable, intent(inout) :: problem
+    character(4096) :: part
+    integer :: n, status
+
+    n = 0
+    do
+      n = n + 1
+      read (unit, iostat=status) part(n:n)
+      if (status /= 0) n = n - 1
+      if (status /= 0 .or. n == len(part)) then
+        text = text//part(:n)
+        n = 0
+      end if
+      if (status /= 0) exit
+      if (len(text) > most_bytes) then
+        problem = 'has more than '//str(most_bytes)//' bytes'
+        exit
+      end if
+    end do
+  end subroutine read_pipe
+
+  !> Carriage returns that end lines by themselves, as old editors write them, as newlines.
+  pure function with_newlines(text) result(lines)
+    character(*), intent(in) :: text
+    character(len(text)) :: lines
+    integer :: i
+
+    lines = text
+    do i = 1, len(text)
+      if (text(i:i) /= achar(13)) cycle
+      if (i < len(text)) then
+        if (text(i + 1:i + 1) == newline) cycle
+      end if
+      lines(i:i) = newline
+    end do
+  end function with_newlines
 
   !> Groups and assignments of `text`, in the order of the file.
   subroutine scan_text(file, text, scanned, diagnostics)

@@ -92,18 +92,21 @@ class Run:
 
     def tools(self, frame: Frame) -> pv.PolyData | None:
         """The surfaces of all tools at the time of a frame, with azimuth [rad], velocity [m/s] and the number of the
-        tool; None if there are none."""
+        tool; None if there are none, or their file cannot be read."""
         found = FRAME_NAME.match(frame.path.name)
         path = frame.path.with_name(f"{found['name']}_tools_{found['number']}.hdf") if found else None
         if path is None or not path.is_file():
             return None
         import pyvista as pv
 
-        with h5py.File(path, "r") as file:
-            group = file["VTKHDF"]
-            mesh = pv.PolyData.from_regular_faces(group["Points"][...], group["Connectivity"][...].reshape(-1, 3))
-            for name, values in group["PointData"].items():
-                mesh.point_data[name] = values[...]
+        try:
+            with h5py.File(path, "r") as file:
+                group = file["VTKHDF"]
+                mesh = pv.PolyData.from_regular_faces(group["Points"][...], group["Connectivity"][...].reshape(-1, 3))
+                for name, values in group["PointData"].items():
+                    mesh.point_data[name] = values[...]
+        except (OSError, KeyError, ValueError):  # still being written, or cut short
+            return None
         return mesh
 
     @property
@@ -121,11 +124,15 @@ class Run:
 
 
 def run_name(directory: Path) -> str:
-    """The stem of the directory if files carry it, else of the first series, frame or history."""
+    """The stem of the directory if files carry it, else of the first series, frame or history; NoRun if there are two runs."""
     stem = re.sub(r"\.out$", "", directory.resolve().name)
     names = sorted(path.name for path in directory.iterdir())
     if any(name.startswith((f"{stem}_", f"{stem}.")) for name in names):
         return stem
+    runs = sorted({match[1] for name in names for match in [re.match(r"^(.+?)(?:\.hdf\.series|_history\.csv)$", name)] if match})
+    runs = [name for name in runs if name.removesuffix("_tools") == name or name.removesuffix("_tools") not in runs]
+    if len(runs) > 1:
+        raise NoRun(f"{directory}: holds more than one run ({', '.join(runs)}): give each a directory of its own")
     for pattern in (r"^(.+)\.hdf\.series$", r"^(.+)_\d{6,}\.hdf$", r"^(.+)_history\.csv$"):
         found = [match[1] for match in (re.match(pattern, name) for name in names) if match]
         if found:

@@ -72,3 +72,19 @@ def test_an_empty_directory_is_no_run(tmp_path):
         Run(tmp_path)
     with pytest.raises(NoRun):
         Run(tmp_path / "absent")
+
+
+def test_two_runs_in_one_directory(tmp_path):
+    directory = synthetic.make_run(tmp_path / "both", spacing=0.004, frames=2)
+    for suffix in ("_history.csv", ".hdf.series"):
+        for path in list(directory.glob(f"*{suffix}")):
+            (directory / f"other{suffix}").write_bytes(path.read_bytes())
+    with pytest.raises(NoRun, match="more than one run .*other"):
+        Run(directory)
+
+
+def test_surfaces_of_tools_that_are_cut_short(tmp_path):
+    directory = synthetic.make_run(tmp_path / "plate.out", spacing=0.004, frames=2)
+    (directory / "plate_tools_000001.hdf").write_bytes(b"cut short")
+    run = Run(directory)
+    assert run.tools(run.frames[-1]) is None

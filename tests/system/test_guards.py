@@ -5,6 +5,7 @@ import ctypes
 import os
 import random
 import re
+import subprocess
 
 import driver
 import numpy as np
@@ -122,3 +123,23 @@ def test_long_output_path(run, tmp_path):
     place = tmp_path / ("d" * (240 - len(str(tmp_path))))
     run("stir", "--quiet", "--output", place, sets={"TIME.END": 0.005})
     assert (place / "stir_checkpoint.h5").exists()
+
+
+def test_input_from_a_pipe(tmp_path):
+    """Exact: an input that has no size is read to its end; lines may end with carriage returns alone."""
+    text = driver.INPUTS.joinpath("stir.nml").read_text(encoding="utf-8")
+    words = [driver.EXECUTABLE, "/dev/stdin", "--check=scene", "--output", "piped"]
+    for end in "\n", "\r":
+        done = subprocess.run(words, input=text.replace("\n", end).encode(), capture_output=True, cwd=tmp_path, env=driver.ENVIRONMENT, check=False)
+        assert done.returncode == driver.WELL, done.stderr
+    done = subprocess.run(words, input=text.replace("\n", "\r").replace("RADIUS", "RADIVS").encode(), capture_output=True, text=False, cwd=tmp_path,
+                          env=driver.ENVIRONMENT, check=False)
+    line = next(k for k, row in enumerate(text.splitlines(), 1) if "RADIUS" in row and "&TOOL" in row)
+    assert done.returncode == driver.BAD_INPUT and f"/dev/stdin:{line}: error" in done.stderr.decode()
+
+
+def test_end_before_the_checkpoint(run):
+    done = run("stir", "--quiet", sets={"TIME.MAX_STEPS": 20})
+    path = done.results("stir").path("_checkpoint.h5")
+    again = run(None, "--restart", path, "--quiet", sets={"TIME.END": 1e-9, "TIME.MAX_STEPS": 40}, expect=driver.BAD_INPUT)
+    assert re.search(r"&TIME END = 1e-0?9: lies before the [\d.e-]+ s of the checkpoint", again.err)
