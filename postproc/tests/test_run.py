@@ -75,7 +75,7 @@ def test_an_empty_directory_is_no_run(tmp_path):
 
 
 def test_two_runs_in_one_directory(tmp_path):
-    directory = synthetic.make_run(tmp_path / "both", spacing=0.004, frames=2)
+    directory = synthetic.make_run(tmp_path / "plate.out", spacing=0.004, frames=2).rename(tmp_path / "both")
     for suffix in ("_history.csv", ".hdf.series"):
         for path in list(directory.glob(f"*{suffix}")):
             (directory / f"other{suffix}").write_bytes(path.read_bytes())
