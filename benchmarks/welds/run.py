@@ -26,6 +26,7 @@ import numpy as np
 MM = 1e-3
 LIBRARY = pathlib.Path(__file__).resolve().parents[2] / "share/stirpoint/materials.nml"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
+FRICTION = 0.4     # up to the shear strength of the metal
 
 
 def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None):
@@ -63,7 +64,7 @@ def text_of(name, fine):
     plunge = w["length"] + above + 0.2
     dwell = 1.0
     travel = radius / w["speed"]
-    scaling = 3e6 if fine else 1e7
+    scaling = 3e5 if fine else 1e6
     metal = w["metal"]
     ambient = 298.0
     probes = ""
@@ -85,7 +86,7 @@ def text_of(name, fine):
 &SHAPE BODY = 'sheet', LOWER = 0, 0, 0, UPPER = {size_x * MM:.6g}, {size_y * MM:.6g}, {w["thickness"] * MM:.6g} /
 &TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{concave}
   HEIGHT = 8e-3, POSITION = {start * MM:.6g}, {size_y / 2 * MM:.6g}, {(w["thickness"] + w["length"] + above) * MM:.6g}, TILT_DEG = {w["tilt"]}
-  FRICTION_LAW = 'shear-factor', SHEAR_FACTOR = 1
+  FRICTION = {FRICTION}
   HEATS = 'rod', CONDUCTIVITY = 25, DENSITY = 7800, SPECIFIC_HEAT = 460, CONTACT_CONDUCTANCE = 2e4 /
 &MOTION TOOL = 'tool', DURATION = {plunge / 2:.4g}, VELOCITY = 0, 0, -2e-3, SPIN_RPM = {w["rpm"]} /
 &MOTION TOOL = 'tool', DURATION = {dwell}, SPIN_RPM = {w["rpm"]} /

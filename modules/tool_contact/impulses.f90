@@ -48,7 +48,7 @@ module tool_contact_impulses
                                 v_shear
   use tool_contact_particles, only: find_contact_particles, relaxation_time, flatten
   use tool_contact_walls, only: book_walls, note_held, reflect_masses, reflect_values, &
-                                restore_masses, restore_parts, width_of_values
+                                restore_masses, restore_parts, judge_planes
   implicit none (type, external)
   private
 
@@ -78,6 +78,7 @@ contains
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(in) :: g(8, nodes%patch%nn)   !! velocity records of the group
 
+    call judge_planes(scene, tool%mean_motion(clock%time, dt), contact)
     call list_nodes(scene, nodes, contact, tool, g)
     call note_held(scene, boundary, contact)
     call find_contact_particles(scene, clock, particles, blocks, nodes, contact, tool, k, group, &
@@ -146,7 +147,6 @@ contains
     where (scene%grid%period > 0) lower = -huge(1.0_rp)
     where (scene%grid%period > 0) upper = huge(1.0_rp)
     is_bounded = all(abs([lower, upper]) < huge(1.0_rp))
-    contact%width = width_of_values(scene)
     call contact%forget(nodes%patch%nn)
     do r = 1, nodes%n_ranges
       x = nodes%patch%position(nodes%range(1, r))

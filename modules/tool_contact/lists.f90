@@ -92,6 +92,8 @@ module tool_contact_lists
     type(contact_particle_t), allocatable :: particle(:)
     integer :: n_nodes = 0
     logical :: reaches_mirrors = .false.         !! some of them are on or behind a wall
+    logical, allocatable :: sides_apart(:)       !! of planes of symmetry: friction is limited on
+                                                 !! either side by itself (tool_contact_walls)
     integer, allocatable :: entry_of(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
     real(rp), allocatable :: mass(:, :)        !! (n_masses, n_nodes)
@@ -100,7 +102,7 @@ module tool_contact_lists
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
     real(rp), allocatable :: part(:)           !! of `v_hold` that friction can give
-    real(rp), allocatable :: part_behind(:)    !! the same for nodes behind no-slip walls
+    real(rp), allocatable :: part_behind(:)    !! the same for nodes behind such planes
     real(rp), allocatable :: unspent(:)        !! part of `v_coulomb` that it did not
     real(rp), allocatable :: slip(:, :)        !! (3, n_nodes) mean velocity against the tool [m/s]
     logical, allocatable :: is_folded(:, :)    !! (3, n_nodes) a mirror turns this component of what
@@ -212,7 +214,7 @@ contains
     class(tool_contact_t), intent(inout) :: self
 
     if (allocated(self%mass)) then
-      if (size(self%mass, 2) /= self%n_nodes) deallocate (self%mass, self%values, self%own, &
+      if (size(self%mass, 2) /= self%n_nodes .or. size(self%values, 1) /= self%width) deallocate (self%mass, self%values, self%own, &
                                                           self%free, self%part, self%part_behind, &
                                                           self%unspent, self%slip, self%is_folded)
     end if

@@ -2,13 +2,17 @@
 !> Walls and clamps in contact with tools: what the listed nodes behind walls hold is folded onto
 !> those in front (as boundary_symmetry does with records), and held directions do not give way.
 !>
-!> A mirror has an image of tool and metal behind it: their friction is limited together. A no-slip
-!> wall (KIND = 'fixed') has none: friction at the nodes on it, behind it and in front is limited by
-!> the strength of the particles that give it there, at each by itself. What acts behind is a second
-!> part of the values of the node in front: a rank may store this node without the one behind.
+!> A tool that moves along a mirror, or turns about an axis normal to it, is its own image, and metal
+!> and image share the friction that acts at a node: it is limited together, and a half model is the
+!> whole one. Any other motion would have the image rub the other way at the same nodes, and a no-slip
+!> wall (KIND = 'fixed') has no image at all: what would hold the metal cancels there, which limits
+!> nothing. So friction at the nodes on such a plane, behind it and in front is limited by the
+!> strength of the particles that give it there, at each by itself. What acts behind is a second part
+!> of the values of the node in front: a rank may store this node without the one behind.
 module tool_contact_walls
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
+  use contact_tool, only: rigid_t
   use mapping_nodes, only: nodes_t
   use state_books, only: books_t, e_wall
   use state_scene, only: scene_t
@@ -16,10 +20,33 @@ module tool_contact_walls
   implicit none (type, external)
   private
 
-  public :: note_held, reflect_masses, reflect_values, restore_masses, restore_parts, book_walls, &
-            width_of_values
+  public :: judge_planes, note_held, reflect_masses, reflect_values, restore_masses, restore_parts, &
+            book_walls
+
+  real(rp), parameter :: slack = 1.0e-9_rp   !! of a motion along a plane
 
 contains
+
+  !> At which planes friction of a tool that moves like this is limited on either side by itself.
+  pure subroutine judge_planes(scene, rigid, contact)
+    type(scene_t), intent(in) :: scene
+    type(rigid_t), intent(in) :: rigid
+    type(tool_contact_t), intent(inout) :: contact
+    real(rp) :: across(3), along(3)
+    integer :: c
+
+    if (.not. allocated(contact%sides_apart)) allocate (contact%sides_apart(size(scene%symmetry)))
+    do c = 1, size(scene%symmetry)
+      associate (plane => scene%symmetry(c))
+        along = merge(1.0_rp, 0.0_rp, [1, 2, 3] == plane%axis)
+        across = 1.0_rp - along
+        contact%sides_apart(c) = all(plane%odd) &
+          .or. norm2(along*rigid%velocity) > slack*norm2(rigid%velocity) &
+          .or. norm2(across*rigid%omega) > slack*norm2(rigid%omega)
+      end associate
+    end do
+    contact%width = merge(n_both, n_values, any(contact%sides_apart))
+  end subroutine judge_planes
 
   !> Directions in which a wall or clamp holds the listed nodes, or turns what is folded onto them.
   subroutine note_held(scene, boundary, contact)
@@ -41,12 +68,12 @@ contains
         e = contact%entry_of(m%plane(1, i))
         if (e == 0) cycle
         where (scene%symmetry(m%plane(2, i))%odd) contact%free(:, e) = 0.0_rp
-        if (.not. is_no_slip(scene, m%plane(2, i))) then
+        if (.not. contact%sides_apart(m%plane(2, i))) then
           where (scene%symmetry(m%plane(2, i))%odd) contact%is_folded(:, e) = .true.
         end if
       end do
       do i = 1, m%n_pairs
-        if (is_no_slip(scene, m%pair(3, i))) cycle
+        if (contact%sides_apart(m%pair(3, i))) cycle
         do k = 1, 2
           e = contact%entry_of(m%pair(k, i))
           if (e == 0) cycle
@@ -112,8 +139,8 @@ contains
     end associate
   end subroutine restore_masses
 
-  !> Fold the values of nodes behind mirrors onto those in front; what is behind a no-slip wall
-  !> stays there and is a second part of those in front.
+  !> Fold the values of nodes behind walls onto those in front, or make them their second part where
+  !> the sides are limited apart.
   subroutine reflect_values(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
@@ -128,7 +155,7 @@ contains
         a = place(m%pair(2, i))
         if (a == 0 .or. b == 0) cycle
         sign = wall_signs(scene, m%pair(3, i), n_values)
-        if (is_no_slip(scene, m%pair(3, i))) then
+        if (contact%sides_apart(m%pair(3, i))) then
           values(n_values + 1:n_both, a) = values(n_values + 1:n_both, a) &
             + sign*(values(:n_values, b) + values(n_values + 1:n_both, b))
         else
@@ -142,7 +169,7 @@ contains
       end do
       do i = 1, m%n_planes
         a = place(m%plane(1, i))
-        if (a == 0 .or. is_no_slip(scene, m%plane(2, i))) cycle
+        if (a == 0 .or. contact%sides_apart(m%plane(2, i))) cycle
         sign = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), n_values))
         values(:n_values, a) = sign*values(:n_values, a)
         if (contact%width > n_values) values(n_values + 1:, a) = sign*values(n_values + 1:, a)
@@ -165,7 +192,7 @@ contains
         a = place(m%pair(2, i))
         if (a == 0 .or. b == 0) cycle
         contact%part_behind(b) = contact%part_behind(a)
-        if (is_no_slip(scene, m%pair(3, i))) then
+        if (contact%sides_apart(m%pair(3, i))) then
           contact%part(b) = contact%part_behind(a)
         else
           contact%part(b) = contact%part(a)
@@ -175,23 +202,6 @@ contains
       end do
     end associate
   end subroutine restore_parts
-
-  !> Whether plane `c` is a no-slip wall: all components are odd.
-  pure logical function is_no_slip(scene, c)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: c
-
-    is_no_slip = all(scene%symmetry(c)%odd)
-  end function is_no_slip
-
-  !> Width of the values of a node in this scene.
-  pure integer function width_of_values(scene) result(width)
-    type(scene_t), intent(in) :: scene
-    integer :: c
-
-    width = n_values
-    if (any([(is_no_slip(scene, c), c=1, size(scene%symmetry))])) width = n_both
-  end function width_of_values
 
   !> Impulse that held nodes and mirrors take from the tool.
   subroutine book_walls(scene, nodes, boundary, contact, books, g)

@@ -90,9 +90,9 @@ def scene(draw):
             lines += ["&CONTACT BODY = 'sheet', OTHER = 'under', FRICTION = 0.5 /"]
     if draw.random() < 0.5:
         lines += [f"&CLAMP LOWER = {-h}, {-h}, {-h}, UPPER = {1.2 * h}, {side + h}, {z0 + thick + h} /"]
-    if below == "fixed" and draw.random() < 0.3:
+    if draw.random() < 0.3:
         lines[1] = lines[1].replace(f"LOWER = {-margin},", "LOWER = 0,")
-        lines += [f"&WALL SIDE = 'xmin', KIND = '{draw.choice(['fixed', 'sliding'])}' /"]
+        lines += [f"&WALL SIDE = 'xmin', KIND = '{draw.choice(['fixed', 'sliding', 'sliding'])}' /"]
     if draw.random() < 0.2:
         lines += [f"&TOOL NAME = 'other', RADIUS = {1.5 * h}, HEIGHT = {6 * h}, POSITION = {side - h}, {side - h}, "
                   f"{z0 + thick + 0.01 * h}, {friction(draw)} /",
