@@ -11,7 +11,7 @@ usage: benchmarks/passes/run.sh [NAME[:KIND] ...] [--particles MM] [--mass-scali
 NAME is a plate and a flow law: cavity1_jc, cavity1_tp, cavity1_hot, ... plain_hot, aa5005_tp (default: all). KIND is 'printed', as the
 thesis has it, 'calibrated', with the numbers that were fitted to cavity 1 (default: these two), or an experiment: cells
 (halved), coarse (half as large again), steps (shorter ones), stick, half, soft, film, stuck_film, stuck_cool, stuck_fitted, stuck_cold,
-held, stuck_held, annealing, water, annealing_water. Each pass has a folder in DIR (default build/passes); what is done is
+held, stuck_held, valley, annealing, water, annealing_water. Each pass has a folder in DIR (default build/passes); what is done is
 not repeated, what was stopped goes on from its checkpoint. Its numbers go into results/1mm/NAME_KIND.json, or what --particles is, with the machine.
 """
 

@@ -174,6 +174,47 @@ def refined(finest, fine, coarse):
     return rows
 
 
+VALLEY = HERE / "results/valley.jsonl"
+FRICTION = {"shear": "m", "coulomb": "mu"}
+
+
+def valley(_):
+    """Misfit of the peaks and depth of the stir zone at 65 mm over friction and film, hot copper with sides held."""
+    found = [json.loads(line) for line in VALLEY.read_text(encoding="utf-8").splitlines()]
+    points = {(row["friction"], row["value"], row["film"]): row for row in found
+              if row["law"] == "hot" and row["sides"] == "held" and not row["pressure_factor"] and not row["ended"]}
+    films = sorted({key[2] for key in points})
+    rows = [["friction", *(f"film {film}" for film in films)]]
+    for kind, value in sorted({key[:2] for key in points}, key=lambda key: (key[0] != "shear", key[1])):
+        cells = []
+        for film in films:
+            row = points.get((kind, value, film))
+            cells.append(f"{100 * row['misfit']:.0f} %, {row['stir zone at 65 mm, depth, mm']:.1f} mm, {row['force at 12.5 s, kN']:.0f} kN" if row else "")
+        rows.append([f"{FRICTION[kind]} = {value:g}", *cells])
+    return rows
+
+
+def valley_laws(_):
+    """The other laws, conductances under pressure and free sides."""
+    rows = [["law", "friction", "film", "pressure factor", "sides", "T1, T2, T3, K", "misfit, %", "stir zone at 65 mm, mm", "force at 12.5 s, kN", "filled, %"]]
+    for row in map(json.loads, VALLEY.read_text(encoding="utf-8").splitlines()):
+        if row["ended"] or (row["law"] == "hot" and row["sides"] == "held" and not row["pressure_factor"]):
+            continue
+        rows.append([LAWS[row["law"]], f"{FRICTION[row['friction']]} = {row['value']:g}", f"{row['film']}", f"{row['pressure_factor']}",
+                     "free" if row["sides"] == "printed" else row["sides"], ", ".join(f"{row[f'{name} peak, K']:.0f}" for name in ("T1", "T2", "T3")), f"{100 * row['misfit']:.0f}",
+                     f"{row['stir zone at 65 mm, depth, mm']:.1f}", f"{row['force at 12.5 s, kN']:.0f}", f"{row['cavity filled, %']:.0f}"])
+    return rows
+
+
+def valley_floor(fine):
+    """The pass on the floor of the valley with particles 1 mm apart."""
+    rows = [["quantity", "experiment", "1 mm"]]
+    peaks = record()
+    for label, experiment, _, measure, form in CAVITY1:
+        rows.append([label, peaks.get(experiment, experiment), shown(fine, "cavity1_hot", "valley", measure, form)])
+    return rows
+
+
 def runs(all_of):
     rows = [["pass", "kind", "particles", "apart, mm", "mass scaling", "elastic scaling", "steps", "processor time, s", "solver"]]
     for (name, kind), one in all_of.items():
@@ -228,6 +269,7 @@ def tables_of(folder):
     return {"cavity 1": cavity1(fine, coarse), "cavities": cavities(coarse), "AA5005": aa5005(coarse), "calibration": calibrated(coarse),
               "Johnson and Cook": experiments(coarse, "jc"), "two phases": experiments(coarse, "tp"), "hot copper": experiments(coarse, "hot"),
               "sticking": sticking(fine, coarse), "refined": refined(finest, fine, coarse),
+              "valley": valley(coarse), "valley, laws": valley_laws(coarse), "valley, 1 mm": valley_floor(fine),
               "runs": runs(finest) + runs(fine)[1:] + runs(coarse)[1:]}
 
 

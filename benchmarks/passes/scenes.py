@@ -10,11 +10,13 @@ INPUT = HERE.parents[1] / "input"
 CALIBRATED = HERE / "calibrated.json"
 CUT = re.compile(r"(?m)^! 1290 mm3.*\n&SHAPE BODY = 'plate', OPERATION = 'subtract'[^/]*/\n")
 TITLE = re.compile(r"TITLE = '[^']*'")
+MATERIAL = re.compile(r"(?ms)^&MATERIAL.*?/$")
+HOT = "&MATERIAL NAME = 'copper', FROM = 'copper-hot', SPECIFIC_HEAT = 386, CONDUCTIVITY = 391 /"
 
 # Name: shipped input of the pass, that whose cavity it has, title.
 SCENES = {}
 for law, base, words in (("jc", "fsp_copper_cavity1_1mm", "Johnson-Cook"), ("tp", "fsp_copper_two_phase_1mm", "two-phase law"),
-                         ("hot", "fsp_copper_hot_1mm", "hot copper")):
+                         ("hot", "fsp_copper_cavity1_1mm", "hot copper")):
     for plate, cut, what in (("cavity1", "heat_copper_cavity1", "cavity 1"), ("cavity2", "heat_copper_cavity2", "cavity 2"),
                              ("cavity3", "heat_copper_cavity3", "cavity 3"), ("plain", None, "no cavity")):
         SCENES[f"{plate}_{law}"] = (base, cut, f"Copper plate, {what}, {words}")
@@ -35,6 +37,8 @@ def text_of(name, kind="printed"):
     """The input of a pass."""
     base, cut, title = SCENES[name]
     text = (INPUT / f"{base}.nml").read_text(encoding="utf-8")
+    if name.endswith("_hot"):
+        text = MATERIAL.sub(HOT, text, count=1)
     text = TITLE.sub(f"TITLE = '{title}, 970 rpm'", text, count=1)
     if cut != "as it is":
         other = CUT.search((INPUT / f"{cut}.nml").read_text(encoding="utf-8")).group() if cut else ""
@@ -42,7 +46,7 @@ def text_of(name, kind="printed"):
         assert found == 1, f"{base}.nml has no cavity to replace"
     top = 6.5 if name.startswith("aa5005") else 12.0
     return text + TRACERS.format(top=f"{top}e-3", low=f"{top - 1:g}e-3", deep=f"{top - 2:g}e-3") + (
-        HELD if kind in ("held", "stuck_held") else "")
+        HELD if kind in ("held", "stuck_held", "valley") else "")
 
 
 # What is changed to learn what a number depends on: keys beside those of the pass as printed.
@@ -68,6 +72,9 @@ EXPERIMENTS |= {"annealing": ("annealing after the tool", AFTER), "water": ("in 
                 "annealing_water": ("annealing, in water", AFTER | WATER)}
 EXPERIMENTS["held"] = ("sides and ends held", {})
 EXPERIMENTS["stuck_held"] = ("sticks, film 2500 W/(m2 K), sides and ends held", EXPERIMENTS["stuck_film"][1])
+# The floor of the valley of the thermocouples (valley.py), with the stir zone of the experiment.
+EXPERIMENTS["valley"] = ("two thirds of the shear strength, film 45000 W/(m2 K), sides and ends held",
+                         {"TOOL.FRICTION_LAW": "shear-factor", "TOOL.SHEAR_FACTOR": "0.65", "SURFACE.COEFFICIENT": "45000", "TOOL.HEAT_SHARE": "0.836"})
 HELD = "".join(f"&WALL SIDE = '{side}', KIND = 'sliding', POSITION = {place} /\n" for side, place in
                (("xmin", "0"), ("xmax", "100e-3"), ("ymin", "0"), ("ymax", "40e-3")))
 KINDS = ("printed", "calibrated", *EXPERIMENTS)

@@ -214,9 +214,10 @@ contains
     class(tool_contact_t), intent(inout) :: self
 
     if (allocated(self%mass)) then
-      if (size(self%mass, 2) /= self%n_nodes .or. size(self%values, 1) /= self%width) deallocate (self%mass, self%values, self%own, &
-                                                          self%free, self%part, self%part_behind, &
-                                                          self%unspent, self%slip, self%is_folded)
+      if (size(self%mass, 2) /= self%n_nodes .or. size(self%values, 1) /= self%width) then
+        deallocate (self%mass, self%values, self%own, self%free, self%part, self%part_behind, &
+                    self%unspent, self%slip, self%is_folded)
+      end if
     end if
     if (.not. allocated(self%mass)) allocate (self%mass(n_masses, self%n_nodes), &
       self%values(self%width, self%n_nodes), self%own(n_values, self%n_nodes), &

@@ -2,13 +2,13 @@
 !> Walls and clamps in contact with tools: what the listed nodes behind walls hold is folded onto
 !> those in front (as boundary_symmetry does with records), and held directions do not give way.
 !>
-!> A tool that moves along a mirror, or turns about an axis normal to it, is its own image, and metal
-!> and image share the friction that acts at a node: it is limited together, and a half model is the
-!> whole one. Any other motion would have the image rub the other way at the same nodes, and a no-slip
-!> wall (KIND = 'fixed') has no image at all: what would hold the metal cancels there, which limits
-!> nothing. So friction at the nodes on such a plane, behind it and in front is limited by the
-!> strength of the particles that give it there, at each by itself. What acts behind is a second part
-!> of the values of the node in front: a rank may store this node without the one behind.
+!> A tool that moves along a mirror, or turns about an axis normal to it, is its own image, and
+!> metal and image share the friction that acts at a node: it is limited together, and a half model
+!> is the whole one. Any other motion would have the image rub the other way at the same nodes, and
+!> a no-slip wall (KIND = 'fixed') has no image at all: what would hold the metal cancels there,
+!> which limits nothing. So friction at the nodes on such a plane, behind it and in front is limited
+!> by the strength of the particles that give it there, at each by itself. What acts behind is a
+!> second part of the values of the node in front: a rank may store this node without the one behind.
 module tool_contact_walls
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
@@ -20,8 +20,8 @@ module tool_contact_walls
   implicit none (type, external)
   private
 
-  public :: judge_planes, note_held, reflect_masses, reflect_values, restore_masses, restore_parts, &
-            book_walls
+  public :: judge_planes, note_held, reflect_masses, reflect_values, restore_masses, &
+            restore_parts, book_walls
 
   real(rp), parameter :: slack = 1.0e-9_rp   !! of a motion along a plane
 

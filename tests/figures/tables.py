@@ -294,7 +294,7 @@ ALL = {
     "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
     "disc on a hot plate": kept(PLATE, "disc on a hot plate"),
     **{f"passes, {title}": kept(PASSES, title) for title in ("calibration", "cavity 1", "cavities", "AA5005", "Johnson and Cook", "two phases",
-                                                            "hot copper", "sticking", "refined", "mass scaling", "runs")},
+                                                            "hot copper", "sticking", "refined", "mass scaling", "valley", "valley, laws", "valley, 1 mm", "runs")},
     **{f"new scenes, {title}": kept(BEGIN, title) for title in ("scenes", "pin")},
 }
 
