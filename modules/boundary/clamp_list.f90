@@ -49,8 +49,8 @@ contains
   end subroutine list_clamps
 
   !> Collective. List the nodes of the columns along `axis`, also of those that only other ranks
-  !> list. Columns along one axis have no nodes in common, so that a rank that stores one whole knows
-  !> what becomes of its nodes; those along different axes have, at the edges of clamps.
+  !> list. Columns along one axis have no nodes in common, so that a rank that stores one whole
+  !> knows what becomes of its nodes; those along different axes have, at the edges of clamps.
   subroutine list_column_nodes(world, nodes, boundary, axis)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes

@@ -167,7 +167,8 @@ contains
     do e = 1, n
       values(:, e) = merge(g(lanes, along%node(e)), -huge(1.0_rp), along%is_known(e))
     end do
-    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, along%node, size(lanes), values)
+    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, along%node, size(lanes), &
+                            values)
     do e = 1, n
       if (any(values(:, e) <= -huge(1.0_rp))) cycle
       g(lanes, along%node(e)) = values(:, e)

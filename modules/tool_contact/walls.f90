@@ -8,7 +8,8 @@
 !> a no-slip wall (KIND = 'fixed') has no image at all: what would hold the metal cancels there,
 !> which limits nothing. So friction at the nodes on such a plane, behind it and in front is limited
 !> by the strength of the particles that give it there, at each by itself. What acts behind is a
-!> second part of the values of the node in front: a rank may store this node without the one behind.
+!> second part of the values of the node in front: a rank may store this node without the one
+!> behind.
 module tool_contact_walls
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
