@@ -314,3 +314,13 @@ def test_clamp_in_empty_space_feels_nothing(run, tmp_path):
     history = run(tmp_path / "stir.nml", "--quiet", sets={"TIME.END": "4e-3"}).results("stir").history()
     assert len(history.rows) > 1
     assert np.abs(history["clamp1_force_z[N]"]).max() == 0.0
+
+
+def test_turning_tool_over_a_sliding_wall(run, tmp_path):
+    """A wall at the end of a plate does not change what the metal under a tool resists: torque and heat as at a free end."""
+    held = run("side", "--quiet").results("side").history()
+    text = "\n".join(line for line in driver.INPUTS.joinpath("side.nml").read_text(encoding="utf-8").splitlines() if "'xmax'" not in line)
+    (tmp_path / "free.nml").write_text(text + "\n", encoding="utf-8")
+    free = run(tmp_path / "free.nml", "--quiet").results("free").history()
+    assert held["tool_torque[Nm]"].max() == pytest.approx(free["tool_torque[Nm]"].max(), rel=0.03)
+    assert abs(held["temperature_max[K]"].max() - free["temperature_max[K]"].max()) < 40.0
