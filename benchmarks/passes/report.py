@@ -263,6 +263,36 @@ def picture(place):
         look.save(figure, HERE.parents[1] / "docs/pictures/passes_thermocouples.png")
 
 
+def valley_picture():
+    """Misfit of the peaks over friction and film, with the stir zone and the force as lines."""
+    import matplotlib
+    from stirpost import look
+
+    np = measure.np
+    found = [json.loads(line) for line in VALLEY.read_text(encoding="utf-8").splitlines()]
+    found = [row for row in found if row["law"] == "hot" and row["sides"] == "held" and not row["pressure_factor"] and not row["ended"]]
+    with matplotlib.rc_context(look.STYLE):
+        figure = look.new_figure(9.6, 3.8)
+        panels = figure.subplots(1, 2, sharey=True)
+        for panel, kind, label in zip(panels, FRICTION, ("shear factor", "Coulomb's coefficient")):
+            points = {(row["value"], row["film"]): row for row in found if row["friction"] == kind}
+            values, films = (sorted({key[k] for key in points}) for k in (0, 1))
+
+            def field(name):
+                return np.array([[points[value, film][name] for value in values] for film in films])
+
+            filled = panel.contourf(values, films, 100 * field("misfit"), levels=[0, 5, 10, 15, 20, 30, 40, 50, 70], cmap="viridis_r")
+            lines = panel.contour(values, films, field("stir zone at 65 mm, depth, mm"), levels=[2, 3, 4, 5], colors="white", linewidths=1.2)
+            panel.clabel(lines, fmt="%g mm", fontsize=7)
+            lines = panel.contour(values, films, field("force at 12.5 s, kN"), levels=[30, 60, 90, 120, 150], colors=look.INK, linewidths=0.6, linestyles="--")
+            panel.clabel(lines, fmt="%g kN", fontsize=7)
+            panel.set_yscale("log")
+            panel.set_xlabel(f"{label} [-]")
+        panels[0].set_ylabel("film [W/(m2 K)]")
+        figure.colorbar(filled, ax=list(panels), label="misfit of the peaks [%]")
+        look.save(figure, HERE.parents[1] / "docs/pictures/passes_valley.png")
+
+
 def tables_of(folder):
     """All tables, by their titles, from the results in a folder."""
     finest, fine, coarse = (load(folder / f"{apart}mm") for apart in (0.5, 1, 2))
@@ -279,3 +309,4 @@ def write(folder, place):
         kept.show(title, rows)
     kept.keep(TABLES, COMMAND, tables)
     picture(place)
+    valley_picture()
