@@ -30,11 +30,12 @@ def show(title, rows):
 
 
 def keep(path, command, tables):
-    """Put tables (title: rows) into a file of kept results; others in it stay."""
+    """Put tables (title: rows) into a file of kept results; others in it stay, and those whose rows are the same."""
     kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     for title, rows in tables.items():
-        kept[title] = {"command": command, "machine": machine(), "version": version(),
-                       "rows": [[str(cell) for cell in row] for row in rows]}
+        texts = [[str(cell) for cell in row] for row in rows]
+        if kept.get(title, {}).get("rows") != texts:
+            kept[title] = {"command": command, "machine": machine(), "version": version(), "rows": texts}
     text = json.dumps(kept, indent=1)
     path.write_text(text + "\n", encoding="utf-8")
 

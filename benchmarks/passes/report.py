@@ -178,11 +178,16 @@ VALLEY = HERE / "results/valley.jsonl"
 FRICTION = {"shear": "m", "coulomb": "mu"}
 
 
+def valley_rows(is_map):
+    """The whole passes of the map, hot copper with sides held and a constant film, or all others."""
+    found = map(json.loads, VALLEY.read_text(encoding="utf-8").splitlines())
+    return [row for row in found if not row["ended"]
+            and (row["law"] == "hot" and row["sides"] == "held" and not row["pressure_factor"]) == is_map]
+
+
 def valley(_):
-    """Misfit of the peaks and depth of the stir zone at 65 mm over friction and film, hot copper with sides held."""
-    found = [json.loads(line) for line in VALLEY.read_text(encoding="utf-8").splitlines()]
-    points = {(row["friction"], row["value"], row["film"]): row for row in found
-              if row["law"] == "hot" and row["sides"] == "held" and not row["pressure_factor"] and not row["ended"]}
+    """Misfit of the peaks, depth of the stir zone at 65 mm and force over friction and film."""
+    points = {(row["friction"], row["value"], row["film"]): row for row in valley_rows(True)}
     films = sorted({key[2] for key in points})
     rows = [["friction", *(f"film {film}" for film in films)]]
     for kind, value in sorted({key[:2] for key in points}, key=lambda key: (key[0] != "shear", key[1])):
@@ -197,9 +202,7 @@ def valley(_):
 def valley_laws(_):
     """The other laws, conductances under pressure and free sides."""
     rows = [["law", "friction", "film", "pressure factor", "sides", "T1, T2, T3, K", "misfit, %", "stir zone at 65 mm, mm", "force at 12.5 s, kN", "filled, %"]]
-    for row in map(json.loads, VALLEY.read_text(encoding="utf-8").splitlines()):
-        if row["ended"] or (row["law"] == "hot" and row["sides"] == "held" and not row["pressure_factor"]):
-            continue
+    for row in valley_rows(False):
         rows.append([LAWS[row["law"]], f"{FRICTION[row['friction']]} = {row['value']:g}", f"{row['film']}", f"{row['pressure_factor']}",
                      "free" if row["sides"] == "printed" else row["sides"], ", ".join(f"{row[f'{name} peak, K']:.0f}" for name in ("T1", "T2", "T3")), f"{100 * row['misfit']:.0f}",
                      f"{row['stir zone at 65 mm, depth, mm']:.1f}", f"{row['force at 12.5 s, kN']:.0f}", f"{row['cavity filled, %']:.0f}"])
@@ -269,8 +272,7 @@ def valley_picture():
     from stirpost import look
 
     np = measure.np
-    found = [json.loads(line) for line in VALLEY.read_text(encoding="utf-8").splitlines()]
-    found = [row for row in found if row["law"] == "hot" and row["sides"] == "held" and not row["pressure_factor"] and not row["ended"]]
+    found = valley_rows(True)
     with matplotlib.rc_context(look.STYLE):
         figure = look.new_figure(9.6, 3.8)
         panels = figure.subplots(1, 2, sharey=True)

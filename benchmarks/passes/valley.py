@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The pass of cavity 1 over friction and film: which pairs the thermocouples allow, and what the metal does there.
 
-usage: benchmarks/passes/run.sh --valley [--only WORD] [-o DIR]
+usage: benchmarks/passes/run.sh --valley [-o DIR]
 
 Each row of results/valley.jsonl is one pass with particles 2 mm apart: flow law, friction law and its value, film below
 the plate, sides free or held; peaks of T1 to T3 and their misfit, force, torque, stir zone, fill, flash. Rows that are

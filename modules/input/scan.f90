@@ -58,7 +58,7 @@ contains
       close (unit)
     end if
     if (status /= 0) problem = 'cannot be read: '//trim(reason)
-    text = with_newlines(text)
+    call end_lines(text)
   end subroutine read_file
 
   !> What comes from a file without a size, a pipe or a terminal, up to its end.
@@ -86,21 +86,19 @@ contains
     end do
   end subroutine read_pipe
 
-  !> Carriage returns that end lines by themselves, as old editors write them, as newlines.
-  pure function with_newlines(text) result(lines)
-    character(*), intent(in) :: text
-    character(len(text)) :: lines
+  !> Make newlines of carriage returns that end lines by themselves, as old editors write them.
+  pure subroutine end_lines(text)
+    character(:), allocatable, intent(inout) :: text
     integer :: i
 
-    lines = text
     do i = 1, len(text)
       if (text(i:i) /= achar(13)) cycle
       if (i < len(text)) then
         if (text(i + 1:i + 1) == newline) cycle
       end if
-      lines(i:i) = newline
+      text(i:i) = newline
     end do
-  end function with_newlines
+  end subroutine end_lines
 
   !> Groups and assignments of `text`, in the order of the file.
   subroutine scan_text(file, text, scanned, diagnostics)

@@ -17,7 +17,7 @@ module tool_contact_lists
     v_bend = 9        !! where that law bends [N s]
   integer, parameter, public :: n_values = 9
   integer, parameter, public :: n_both = 2*n_values   !! followed by the mirrored values of nodes
-                                                      !! behind no-slip walls
+                                                      !! behind planes with `sides_apart`
 
   ! What they say to it before: first masses [kg], later over the node's.
   integer, parameter, public :: &
@@ -97,7 +97,7 @@ module tool_contact_lists
     integer, allocatable :: entry_of(:)           !! (nn) entry of a node, 0: none
     integer, allocatable :: node(:)
     real(rp), allocatable :: mass(:, :)        !! (n_masses, n_nodes)
-    integer :: width = n_values                !! rows of `values`: n_both with no-slip walls
+    integer :: width = n_values                !! rows of `values`: n_both with `sides_apart`
     real(rp), allocatable :: values(:, :)      !! (width, n_nodes) of all ranks, folded at walls
     real(rp), allocatable :: own(:, :)         !! (n_values, n_nodes) of this rank's particles
     real(rp), allocatable :: free(:, :)        !! (3, n_nodes) 1, or 0 where a wall holds the node
