@@ -159,7 +159,7 @@ contains
     fits = .false.
     if (b > 0) fits = particles%body(b) == body .and. particles%count(b) < nlane
     if (.not. fits) then
-      if (b + 1 > particles%capacity) call particles%reserve(2*b + 2)
+      call particles%reserve(b + 1)
       b = b + 1
       particles%nblk = b
       particles%count(b) = 0

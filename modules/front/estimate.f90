@@ -25,6 +25,7 @@ module front_estimate
     real(rp) :: steps = 0.0_rp            !! of the run
     real(rp) :: awake = 1.0_rp            !! share of the particles, mean over the steps
     integer :: looked = 0                 !! steps made to find out
+    logical :: is_bound = .false.         !! more may fall asleep later on: an upper bound
   contains
     procedure :: run_time
   end type cost_t
@@ -58,8 +59,10 @@ contains
     integer, intent(in) :: ranks
     character(:), allocatable :: text
 
-    text = str(self%seconds)//' s of processor time = '//str(self%seconds/ranks/3600.0_rp)// &
-           ' h on '//str(ranks)//' free core(s), measured in '//str(self%looked)//' steps; '// &
+    text = str(self%seconds)//' s of processor time '
+    if (self%is_bound) text = text//'at most (less, as more of the metal falls asleep) '
+    text = text//'= '//str(self%seconds/ranks/3600.0_rp)//' h on '// &
+           str(ranks)//' free core(s), measured in '//str(self%looked)//' steps; '// &
            str(self%output)//' s of it for output, without the disk'
   end function run_time
 
@@ -78,6 +81,7 @@ contains
     cost%steps = sim%scene%end_time/dt
     if (sim%scene%max_steps > 0) cost%steps = min(cost%steps, real(sim%scene%max_steps, rp))
     cost%awake = 0.0_rp
+    cost%is_bound = sim%scene%method%sleep%is_on
     call divide(sim, dt*cost%steps, stretch)
     do i = 1, size(stretch)
       n = watch

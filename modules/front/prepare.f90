@@ -8,6 +8,7 @@ module front_prepare
   use bodies_filling, only: count_particles, fill_bodies, load_bodies, warm_probes
   use bodies_stretch, only: stretch_bodies
   use checks_memory, only: check_memory
+  use checks_necking, only: check_necking
   use checks_process_check, only: check_process
   use checks_same_scene, only: compare_files, compare_scenes
   use checks_sense, only: check_sense
@@ -91,6 +92,7 @@ contains
     if (diagnostics%count() == 0) call check_memory(world, input, sim%scene, diagnostics)
     if (diagnostics%count() == 0) then
       call check_sense(input, sim%scene, sim%tool, diagnostics)
+      call check_necking(input, sim%scene, diagnostics)
       if (sim%scene%method%has_mechanics) then
         call check_process(input, sim%scene, sim%tool, diagnostics)
       end if

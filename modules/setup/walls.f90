@@ -68,6 +68,12 @@ contains
       call clamp%read_keys(input, i, diagnostics)
       place = place + 1
       clamp%place = place
+      associate (period => scene%grid%h*scene%grid%period)
+        where (period > 0.0_rp .and. clamp%upper - clamp%lower >= period)   ! no faces there
+          clamp%lower = -huge(1.0_rp)
+          clamp%upper = huge(1.0_rp)
+        end where
+      end associate
       scene%condition(place) = lower(group)//str(i)
       call append_clamp(scene%clamp, clamp)
     end do
