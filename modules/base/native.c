@@ -7,6 +7,7 @@
 #include <limits.h>
 #include <signal.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/auxv.h>
@@ -63,6 +64,40 @@ void stirpoint_leave_signals(void)
 }
 
 int stirpoint_stop_signal(void) { return stop_flag; }
+
+/* Steps that no longer end: every rank waits in a write, or for a message that does not come. */
+static unsigned silence = 600; /* [s] */
+static char hang[256];
+
+static void say_hang(int number)
+{
+    (void)number;
+    if (write(2, hang, strlen(hang)) < 0) return;
+    alarm(silence);
+}
+
+/* `step` steps have ended; below 0: there are no more. The alarm is set anew once a second. */
+void stirpoint_note_step(long long step)
+{
+    static time_t last = 0;
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+    if (step < 0) alarm(0);
+    if (step < 0 || now.tv_sec == last) return;
+    if (last == 0) {
+        const char *given = getenv("STIRPOINT_SILENCE");
+        if (given && atoi(given) > 0) silence = (unsigned)atoi(given);
+        struct sigaction action;
+        memset(&action, 0, sizeof action);
+        action.sa_handler = say_hang;
+        action.sa_flags = SA_RESTART;
+        sigaction(SIGALRM, &action, 0);
+    }
+    last = now.tv_sec;
+    alarm(silence);
+    snprintf(hang, sizeof hang, "\nstirpoint: no step has ended for %u s (last: %lld): a disk or file server does not answer, or a "
+             "process of this run is stopped or lost\n", silence, step);
+}
 
 static void *library = 0;
 

@@ -3,14 +3,14 @@
 !> libraries opened late.
 module base_system
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funptr, c_int, &
-                                         c_null_char, c_ptr, c_loc, c_size_t, c_associated
+                                         c_int64_t, c_null_char, c_ptr, c_loc, c_size_t, c_associated
   use base_errors, only: fatal
   use base_kinds, only: i8, rp
   implicit none (type, external)
   private
 
   public :: allocate_aligned, resize_aligned, free_aligned, rename_file, make_directory, remove_file
-  public :: watch_signals, leave_signals, stop_signal, raise_signal, peak_memory
+  public :: note_step, watch_signals, leave_signals, stop_signal, raise_signal, peak_memory
   public :: need_soon, fetch_some, to_records
   public :: open_library, symbol_of, data_file, program_folder, set_default_variable
 
@@ -72,6 +72,14 @@ module base_system
     subroutine leave_signals() bind(c, name='stirpoint_leave_signals')
       implicit none (type, external)
     end subroutine leave_signals
+
+    !> Step `step` has ended; below 0: steps are over. If then none ends for ten minutes (or the
+    !> seconds in the variable STIRPOINT_SILENCE), that is said on stderr.
+    subroutine note_step(step) bind(c, name='stirpoint_note_step')
+      import :: c_int64_t
+      implicit none (type, external)
+      integer(c_int64_t), value :: step
+    end subroutine note_step
 
     !> Number of the signal that asked for a stop, or 0.
     integer(c_int) function stop_signal() bind(c, name='stirpoint_stop_signal')

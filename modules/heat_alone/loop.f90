@@ -5,7 +5,7 @@ module heat_alone_loop
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_log, only: say
-  use base_system, only: stop_signal
+  use base_system, only: note_step, stop_signal
   use base_text, only: str
   use base_timers, only: wall_time
   use comm_world, only: world_t
@@ -65,6 +65,7 @@ contains
     call writer%init(world, scene, probes%name, run, is_resumed, error)
     if (.not. is_resumed) call writer%due(world, scene, run, .false., .false., error)
     do while (.not. is_finished(scene, run) .and. .not. error%is_set())
+      call note_step(run%integrator%steps)
       call run%integrator%advance(run%heat, run%time, &
                                   min(scene%end_time, writer%next_event(), next_switch(run)))
       call look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
@@ -83,6 +84,7 @@ contains
     end if
     call writer%summary(world, scene, run, error)
     call writer%close(error)
+    call note_step(-1_i8)
     if (error%is_set()) then
       status = ended_io
       message = error%message

@@ -2,7 +2,8 @@
 !> The time loop: step, conduct, sort, write, and stop in good order.
 module run_loop
   use base_errors, only: error_t
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
+  use base_system, only: note_step
   use base_text, only: str
   use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting, wall_time
   use comm_world, only: world_t
@@ -89,6 +90,7 @@ contains
                                           .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
+      call note_step(sim%clock%step)
       call advance(world, sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
@@ -110,6 +112,7 @@ contains
     call writer%summary(world, sim%scene, sim%clock, sim%tool, sim%history, sim%blocks, sim%nodes, &
                         sim%exchange, sim%timer, error)
     call writer%close(error)
+    call note_step(-1_i8)
     if (error%is_set()) then
       status = ended_io
       message = error%message

@@ -117,3 +117,18 @@ def test_to_mpirun(tmp_path, number, status):
     if os.environ.get("PRTE_MCA_prefix") is None and "Open MPI" in subprocess.run(
             ["mpirun", "--version"], capture_output=True, text=True).stdout:
         assert ended == status
+
+
+def test_run_that_stands_still(tmp_path):
+    """One of two ranks is stopped: within seconds the other says that no step ends, and goes on when that one does."""
+    one = driver.Started("stir", "--quiet", directory=tmp_path, ranks=2, sets=SLOW,
+                         environment=dict(driver.ENVIRONMENT, STIRPOINT_SILENCE="2"))
+    try:
+        one.wait_for_rows(driver.Results(tmp_path / "stir.out", "stir").path("_history.csv"), 3)
+        one.send(signal.SIGSTOP, to_rank=1)
+        wait_until(lambda: "no step has ended for 2 s" in one.text())
+        one.send(signal.SIGCONT, to_rank=1)
+        one.send(signal.SIGUSR1)
+        assert one.wait(60) == driver.BY_SIGNAL
+    finally:
+        one.end()
