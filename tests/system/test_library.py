@@ -5,10 +5,14 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 
 import driver
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(driver.ROOT / "docs"))
+import flow_laws  # noqa: E402
 
 WRITTEN = re.compile(r"&MATERIAL.*?/\n", re.DOTALL)
 LIBRARY = """! my alloys
@@ -55,6 +59,24 @@ def test_sources_say_whether_they_were_seen():
     for source in sources:
         derived = source.startswith(("mean from", "a choice of this library", "this two-phase law", "as those of"))
         assert derived or re.search(r" \[(seen: .+|not seen.*|taken over with the model, not compared again)\]$", source), source
+
+
+def test_hot_metal_is_plausible():
+    """Flow stress of hot working at 1/s and 100/s within the range that the source of the law names, at 0.7 to 0.8 of T_MELT."""
+    metals = [metal for metal in flow_laws.metals() if metal.plausible]
+    assert len(metals) >= 8
+    found = flow_laws.stresses([(metal.name, "hot-working", rate, metal.plausible[0]) for metal in metals for rate in flow_laws.RATES])
+    for metal, stresses in zip(metals, found.reshape(-1, 2)):
+        temperature, low, high, low_fast, high_fast = metal.plausible
+        print(metal.name, temperature, stresses)
+        assert 0.7 < temperature / metal.melts < 0.81
+        assert low < stresses[0] < high and low_fast < stresses[1] < high_fast, metal.name
+
+
+def test_table_of_flow_stress():
+    """The document has the table that docs/flow_laws.py makes of this library, and its picture."""
+    assert flow_laws.TABLE.search(flow_laws.PAGE.read_text(encoding="utf-8"))[2] == flow_laws.table()
+    assert flow_laws.PICTURE.stat().st_size < 200_000
 
 
 def test_found_without_proc(tmp_path):
