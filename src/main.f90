@@ -27,7 +27,7 @@ program stirpoint
   use input_values, only: input_t
   use io_folder, only: clear_folder, take_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
-  use setup_tool_heat, only: tell_shares
+  use setup_tool_heat, only: log_heat_shares
   use state_scene, only: output_t
   use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
@@ -124,7 +124,7 @@ contains
       call report_scene(world, input, sim, counts, volumes, command%topic == '')
     else if (.not. is_stopped(status)) then
       call open_results(input, sim%scene%output, sim%history%frame_times, status)
-      if (world%is_root() .and. .not. command%is_quiet) call tell_shares(sim%scene, sim%tool)
+      if (world%is_root() .and. .not. command%is_quiet) call log_heat_shares(sim%scene, sim%tool)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
       call tell_end(sim, status, message)
     end if

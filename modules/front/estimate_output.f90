@@ -14,7 +14,7 @@ module front_estimate_output
   use output_checkpoint, only: save_checkpoint
   use output_error_norms, only: error_row, has_fields
   use output_history, only: history_row
-  use output_melting, only: seen_t
+  use output_melting, only: melt_sample_t
   use output_tracers, only: tracer_rows
   use output_writer, only: put_frame
   use state_scene, only: output_t, scene_t
@@ -75,7 +75,7 @@ contains
     real(rp), intent(in) :: steps
     type(error_t) :: error
     type(row_t) :: columns, probes
-    type(seen_t) :: seen
+    type(melt_sample_t) :: seen
     real(rp) :: spent(4)
 
     spent(1) = cpu_seconds()

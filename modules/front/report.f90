@@ -17,7 +17,7 @@ module front_report
   use particles_store, only: f_pos
   use particles_tracers, only: tracers_t
   use setup_scaling, only: elastic_strain, small_strain
-  use setup_tool_heat, only: tell_shares
+  use setup_tool_heat, only: log_heat_shares
   use state_scene, only: scheme_usl
   use step_simulation, only: simulation_t
   implicit none (type, external)
@@ -80,7 +80,7 @@ contains
       call line('run time', cost%run_time(world%size))
     end if
     call report_process(input, sim%scene, sim%tool)
-    call tell_shares(sim%scene, sim%tool)
+    call log_heat_shares(sim%scene, sim%tool)
     call line('skipped', what_is_skipped)
   end subroutine report_scene
 

@@ -8,7 +8,7 @@ module heat_alone_checkpoint
   use heat_solvers_integrator, only: n_kept
   use io_checkpoint, only: notes_t
   use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
-  use output_checkpoint, only: note_run
+  use output_checkpoint, only: make_notes
   use state_scene, only: output_t, scene_t
   implicit none (type, external)
   private
@@ -38,7 +38,7 @@ contains
     integer :: n
     real(rp), allocatable :: memory(:, :), numbers(:)
 
-    call note_run(scene%output, run%time, notes)
+    call make_notes(scene%output, run%time, notes)
     n = run%heat%size()
     allocate (memory(n, n_kept))
     call run%integrator%pack_memory(run%heat, memory, numbers)

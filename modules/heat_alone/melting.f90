@@ -4,7 +4,7 @@ module heat_alone_melting
   use base_kinds, only: rp
   use comm_world, only: world_t
   use heat_alone_state, only: heat_run_t
-  use output_melting, only: melting_t, seen_t
+  use output_melting, only: melting_t, melt_sample_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -21,11 +21,11 @@ contains
     type(heat_run_t), intent(in) :: run
 
     if (all(scene%material%t_melt >= huge(1.0_rp))) return
-    call melting%judge(world, scene, see_cells(scene, run), run%time)
+    call melting%update(world, scene, see_cells(scene, run), run%time)
   end subroutine watch_cells
 
   !> What is molten of this rank's cells.
-  type(seen_t) function see_cells(scene, run) result(seen)
+  type(melt_sample_t) function see_cells(scene, run) result(sample)
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
     real(rp) :: mass, temp
@@ -40,14 +40,14 @@ contains
             mass = mesh%capacity(c)/heat%property%c_ref      ! tables may have replaced c_p
           end if
           temp = heat%property%temperature_at(heat%theta(c))
-          seen%mass = seen%mass + mass
-          if (temp > material%t_melt) seen%melted = seen%melted + mass
-          if (temp - material%t_melt <= seen%over) cycle
-          seen%over = temp - material%t_melt
+          sample%mass = sample%mass + mass
+          if (temp > material%t_melt) sample%melted = sample%melted + mass
+          if (temp - material%t_melt <= sample%over) cycle
+          sample%over = temp - material%t_melt
         end associate
-        seen%temp = temp
-        seen%x = mesh%centre(c)
-        seen%body = mesh%body(c)
+        sample%temp = temp
+        sample%x = mesh%centre(c)
+        sample%body = mesh%body(c)
       end do
     end associate
   end function see_cells

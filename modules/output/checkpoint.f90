@@ -20,13 +20,13 @@ module output_checkpoint
   implicit none (type, external)
   private
 
-  public :: save_checkpoint, checkpoint_path, broken_path, note_run
+  public :: save_checkpoint, checkpoint_path, broken_path, make_notes
 
-  integer, parameter, public :: n_clock = 28   !! numbers of a checkpoint that every scene has
+  integer, parameter, public :: n_clock = 28   !! numbers in every checkpoint, whatever the scene
 
 contains
 
-  !> Where a run keeps its latest checkpoint.
+  !> File of the latest checkpoint of a run.
   pure function checkpoint_path(scene) result(path)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: path
@@ -34,7 +34,7 @@ contains
     path = scene%output%directory//'/'//scene%output%name//'_checkpoint.h5'
   end function checkpoint_path
 
-  !> Where a state goes from which no run can go on.
+  !> File of a state from which a run cannot be continued.
   pure function broken_path(scene) result(path)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: path
@@ -42,10 +42,10 @@ contains
     path = scene%output%directory//'/'//scene%output%name//'_broken.h5'
   end function broken_path
 
-  !> Notes of a checkpoint of this time [s] about its run.
-  pure subroutine note_run(output, time, notes)
+  !> Metadata of a checkpoint.
+  pure subroutine make_notes(output, time, notes)
     type(output_t), intent(in) :: output
-    real(rp), intent(in) :: time
+    real(rp), intent(in) :: time             !! simulated time [s]
     type(notes_t), intent(out) :: notes
 
     notes%input = output%input_text
@@ -54,10 +54,10 @@ contains
     notes%time = time
     notes%files = output%files
     notes%folder = output%folder
-  end subroutine note_run
+  end subroutine make_notes
 
-  !> Write the state between two steps, to `path` or the usual place, in memory only if it is ''
-  !> (h5_file). It changes nothing in the run.
+  !> Write the state between two steps to `path`, by default checkpoint_path; with an empty path the
+  !> file is kept in memory only (h5_file). The run is not changed.
   subroutine save_checkpoint(world, scene, clock, step, tool, backing, probes, tracers, particles, &
                              sleepers, exchange, books, history, error, path)
     type(world_t), intent(in) :: world
@@ -115,7 +115,7 @@ contains
     if (allocated(sleepers%motion%sums)) then
       local = [local, reshape(sleepers%motion%sums, [size(sleepers%motion%sums)])]
     end if
-    call note_run(scene%output, clock%time, notes)
+    call make_notes(scene%output, clock%time, notes)
     notes%layout = scene%layout%places()
     file = checkpoint_path(scene)
     if (present(path)) file = path

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The particle that made a run fail: no step is possible any more, or a state is not a number.
+!> Diagnosis of a failed run: the particle with a non-finite state, or the fastest one.
 module output_diagnostics
   use base_kinds, only: rp
   use base_text, only: str
@@ -17,7 +17,7 @@ module output_diagnostics
 
 contains
 
-  !> Collective. Name a particle that is not a number, or the one at the fastest node and `why`.
+  !> Collective. Describe a particle with a non-finite field, or else the one at the fastest node.
   subroutine describe_failure(world, scene, clock, step, particles, nodes, message, why)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -26,19 +26,19 @@ contains
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
     character(:), allocatable, intent(inout) :: message
-    character(*), intent(in) :: why                  !! '' if the speed is the reason
-    character(:), allocatable :: mine
+    character(*), intent(in) :: why                  !! cause; '' if it is the speed
+    character(:), allocatable :: local_message
 
-    mine = not_a_number(scene, particles)
-    if (world%all_true(mine == '')) then
-      mine = near_fastest_node(world, step, particles, nodes)
-      if (mine /= '' .and. why /= '') mine = mine//': '//why
+    local_message = describe_non_finite(scene, particles)
+    if (world%all_true(local_message == '')) then
+      local_message = near_fastest_node(world, step, particles, nodes)
+      if (local_message /= '' .and. why /= '') local_message = local_message//': '//why
     end if
-    call world%share_message(mine, message)
+    call world%share_message(local_message, message)
     message = message//' (step '//str(clock%step)//', t = '//str(clock%time)//' s)'
   end subroutine describe_failure
 
-  !> True if every field of every particle of this rank, asleep or not, is a finite number.
+  !> True if all fields of all particles of this rank, also sleeping ones, are finite numbers.
   pure logical function is_finite(particles)
     type(particles_t), intent(in) :: particles
     integer :: b, f, n
@@ -53,8 +53,8 @@ contains
     is_finite = .true.
   end function is_finite
 
-  !> First particle of this rank with a field that is not a finite number; '' if none.
-  function not_a_number(scene, particles) result(text)
+  !> Description of the first particle of this rank with a non-finite field; '' if none.
+  function describe_non_finite(scene, particles) result(text)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     character(:), allocatable :: text
@@ -66,15 +66,15 @@ contains
       do p = 1, particles%count(b)
         do f = 1, particles%nf
           if (abs(particles%ps(p, f, b)) <= huge(1.0_rp)) cycle
-          text = named(particles, p, b, 'has a '//field_name(scene%layout, f)// &
-                       ' that is not a finite number')
+          text = describe_particle(particles, p, b, 'has a '//field_name(scene%layout, f)// &
+                                   ' that is not a finite number')
           return
         end do
       end do
     end do
-  end function not_a_number
+  end function describe_non_finite
 
-  !> What field `f` of the particles is.
+  !> Name of field `f` of the particles.
   pure function field_name(layout, f) result(name)
     type(layout_t), intent(in) :: layout
     integer, intent(in) :: f
@@ -99,37 +99,37 @@ contains
     name = trim(more(maxloc(place, dim=1)))
   end function field_name
 
-  !> The particle nearest to the fastest node of all ranks.
+  !> Description of the particle nearest to the fastest node, on the rank that has it; else ''.
   function near_fastest_node(world, step, particles, nodes) result(text)
     type(world_t), intent(in) :: world
     type(step_t), intent(in) :: step
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
     character(:), allocatable :: text
-    real(rp) :: most(1), mine, x(3), d, least
+    real(rp) :: largest(1), mine, x(3), d, nearest
     integer :: b, p
 
     text = ''
     mine = 0.0_rp
     if (step%fastest_node > 0) mine = step%fastest_speed
-    most = mine
-    call world%max(most)
-    if (step%fastest_node == 0 .or. mine < most(1)) return
+    largest = mine
+    call world%max(largest)
+    if (step%fastest_node == 0 .or. mine < largest(1)) return
     x = nodes%patch%position(step%fastest_node)
-    least = huge(1.0_rp)
+    nearest = huge(1.0_rp)
     do b = 1, particles%nblk
       do p = 1, particles%count(b)
         d = norm2(particles%ps(p, f_pos:f_pos + 2, b) - x)
-        if (d >= least) cycle
-        least = d
-        text = named(particles, p, b, 'runs away')//'; the node beside it moves at '// &
-          str(most(1))// ' m/s'
+        if (d >= nearest) cycle
+        nearest = d
+        text = describe_particle(particles, p, b, 'runs away')//'; the node beside it moves at '// &
+          str(largest(1))// ' m/s'
       end do
     end do
   end function near_fastest_node
 
-  !> Number of a particle, what happened to it, its place and velocity.
-  function named(particles, p, b, what) result(text)
+  !> Text with the number of a particle, what is wrong with it, its position and velocity.
+  function describe_particle(particles, p, b, what) result(text)
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: p, b
     character(*), intent(in) :: what
@@ -141,6 +141,6 @@ contains
     text = 'particle '//str(tag_id(particles%tag(p, b)))//' '//what//': at ('//str(x(1))// &
            ', '//str(x(2))//', '//str(x(3))//') m with velocity ('//str(v(1))//', '// &
            str(v(2))//', '//str(v(3))//') m/s'
-  end function named
+  end function describe_particle
 
 end module output_diagnostics

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> How far the bodies are from their known fields: the rows of NAME_errors.csv.
+!> Errors of bodies with known (manufactured) fields: rows of NAME_errors.csv.
 module output_error_norms
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -15,12 +15,14 @@ module output_error_norms
 
   public :: has_fields, error_headings, error_row
 
-  ! Per body: mass, and mass times the squared errors of place, velocity, stress, the squared exact
-  ! stress and the squared error of temperature; the largest errors of place and temperature.
-  integer, parameter :: n_sums = 6, n_most = 2
+  ! Sums per body: mass, and mass times the squared errors of position, velocity, stress, the
+  ! squared exact stress and the squared error of temperature. Maxima: errors of position and
+  ! temperature.
+  integer, parameter :: n_sums = 6, n_maxima = 2
 
 contains
 
+  !> True if any body has a known field.
   pure logical function has_fields(scene)
     type(scene_t), intent(in) :: scene
     integer :: i
@@ -28,49 +30,49 @@ contains
     has_fields = any([(allocated(scene%body(i)%field), i=1, size(scene%body))])
   end function has_fields
 
-  !> Names and units of the columns.
+  !> Names and units of the columns, without values.
   function error_headings(scene, clock) result(headings)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     character(:), allocatable :: headings(:)
-    real(rp) :: sums(n_sums, size(scene%body)), most(n_most, size(scene%body))
+    real(rp) :: sums(n_sums, size(scene%body)), maxima(n_maxima, size(scene%body))
     type(row_t) :: row
 
     sums = 0.0_rp
-    most = 0.0_rp
-    call add_columns(scene, clock, sums, most, row)
+    maxima = 0.0_rp
+    call add_columns(scene, clock, sums, maxima, row)
     headings = row%headings()
   end function error_headings
 
-  !> Collective. The present errors, mass-weighted rms values and maxima.
+  !> Collective. Current errors: mass-weighted rms values and maxima.
   subroutine error_row(world, scene, clock, particles, row)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
     type(row_t), intent(out) :: row
-    real(rp) :: sums(n_sums*size(scene%body)), most(n_most*size(scene%body))
+    real(rp) :: sums(n_sums*size(scene%body)), maxima(n_maxima*size(scene%body))
     integer :: b, i
 
     sums = 0.0_rp
-    most = 0.0_rp
+    maxima = 0.0_rp
     do b = 1, particles%nblk
       i = particles%body(b)
       if (.not. allocated(scene%body(i)%field)) cycle
       call add_block(scene, clock, scene%body(i)%field, scene%material(scene%body(i)%material), &
                      particles%count(b), particles%nf, particles%ps(:, :, b), &
-                     sums(n_sums*(i - 1) + 1:n_sums*i), most(n_most*(i - 1) + 1:n_most*i))
+                     sums(n_sums*(i - 1) + 1:n_sums*i), maxima(n_maxima*(i - 1) + 1:n_maxima*i))
     end do
     call world%sum(sums)
-    call world%max(most)
-    call add_columns(scene, clock, sums, most, row)
+    call world%max(maxima)
+    call add_columns(scene, clock, sums, maxima, row)
   end subroutine error_row
 
-  !> Time, then what the field of each body gives.
-  subroutine add_columns(scene, clock, sums, most, row)
+  !> Add the time and the errors of each body.
+  subroutine add_columns(scene, clock, sums, maxima, row)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
-    real(rp), intent(in) :: sums(n_sums, size(scene%body)), most(n_most, size(scene%body))
+    real(rp), intent(in) :: sums(n_sums, size(scene%body)), maxima(n_maxima, size(scene%body))
     type(row_t), intent(inout) :: row
     character(:), allocatable :: name
     real(rp) :: mean(n_sums)
@@ -84,43 +86,46 @@ contains
         mean = sqrt(sums(:, i)/max(sums(1, i), tiny(1.0_rp)))
         if (body%field%has_motion) then
           call row%add(name//'_displacement_rms', 'm', mean(2))
-          call row%add(name//'_displacement_max', 'm', most(1, i))
+          call row%add(name//'_displacement_max', 'm', maxima(1, i))
           call row%add(name//'_velocity_rms', 'm/s', mean(3))
           call row%add(name//'_stress_rms', 'Pa', mean(4))
           call row%add(name//'_exact_stress_rms', 'Pa', mean(5))
         end if
         if (body%field%has_temperature) then
           call row%add(name//'_temperature_rms', 'K', mean(6))
-          call row%add(name//'_temperature_max', 'K', most(2, i))
+          call row%add(name//'_temperature_max', 'K', maxima(2, i))
         end if
       end associate
     end do
   end subroutine add_columns
 
-  subroutine add_block(scene, clock, field, material, n, nf, ps, sums, most)
+  !> Add the errors of a block of particles of one body.
+  subroutine add_block(scene, clock, field, material, n, nf, ps, sums, maxima)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     class(field_t), intent(in) :: field
     type(material_t), intent(in) :: material
     integer, intent(in) :: n, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: sums(n_sums), most(n_most)
+    real(rp), intent(inout) :: sums(n_sums), maxima(n_maxima)
     real(rp) :: temp(nlane)
 
     sums(1) = sums(1) + sum(ps(:n, f_mass))
     if (field%has_motion) then
       call compare_motion(scene, clock, field, material, n, ps(1, scene%layout%origin), &
                           ps(1, f_mass), ps(1, f_pos), ps(1, f_vel), ps(1, f_temp), ps(1, f_tau), &
-                          sums, most)
+                          sums, maxima)
     end if
     if (.not. field%has_temperature) return
     call field%temperature(clock%heat_time, ps(1, scene%layout%origin), temp)
     temp = abs(ps(:, f_temp) - temp)
     sums(6) = sums(6) + sum(ps(:n, f_mass)*temp(:n)**2)
-    most(2) = max(most(2), maxval(temp(:n)))
+    maxima(2) = max(maxima(2), maxval(temp(:n)))
   end subroutine add_block
 
-  subroutine compare_motion(scene, clock, field, material, n, x0, mass, x, v, temp, tau, sums, most)
+  !> Add the errors of position, velocity and stress of a block of particles.
+  subroutine compare_motion(scene, clock, field, material, n, x0, mass, x, v, temp, tau, sums, &
+                            maxima)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     class(field_t), intent(in) :: field
@@ -128,7 +133,7 @@ contains
     integer, intent(in) :: n
     real(rp), intent(in) :: x0(nlane, 3), mass(nlane), x(nlane, 3), v(nlane, 3), temp(nlane)
     real(rp), intent(in) :: tau(nlane, 6)
-    real(rp), intent(inout) :: sums(n_sums), most(n_most)
+    real(rp), intent(inout) :: sums(n_sums), maxima(n_maxima)
     real(rp), dimension(nlane, 3) :: exact_x, exact_v, unused
     real(rp) :: f(nlane, 9), bbar(nlane, 6), jac(nlane), exact_tau(nlane, 6), d(3)
     integer :: p
@@ -140,17 +145,17 @@ contains
       d = scene%grid%nearest_image(x(p, :) - exact_x(p, :))
       sums(2) = sums(2) + mass(p)*sum(d**2)
       sums(3) = sums(3) + mass(p)*sum((v(p, :) - exact_v(p, :))**2)
-      sums(4) = sums(4) + mass(p)*square(tau(p, :) - exact_tau(p, :))
-      sums(5) = sums(5) + mass(p)*square(exact_tau(p, :))
-      most(1) = max(most(1), norm2(d))
+      sums(4) = sums(4) + mass(p)*squared_norm(tau(p, :) - exact_tau(p, :))
+      sums(5) = sums(5) + mass(p)*squared_norm(exact_tau(p, :))
+      maxima(1) = max(maxima(1), norm2(d))
     end do
   end subroutine compare_motion
 
-  !> s : s of a symmetric tensor.
-  pure real(rp) function square(s)
+  !> s : s of a symmetric tensor in Voigt order.
+  pure real(rp) function squared_norm(s)
     real(rp), intent(in) :: s(6)
 
-    square = sum(s(1:3)**2) + 2.0_rp*sum(s(4:6)**2)
-  end function square
+    squared_norm = sum(s(1:3)**2) + 2.0_rp*sum(s(4:6)**2)
+  end function squared_norm
 
 end module output_error_norms

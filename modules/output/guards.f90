@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> What ends a run because its physics has gone: an energy balance that does not close, metal far
-!> above its melting temperature, a torque that the strength of the metal cannot give. Each is
-!> checked at every row of the history, whatever its cause.
+!> Checks that end a run with unphysical results: an energy balance that does not close, metal far
+!> above its melting temperature, a torque beyond the shear strength of the metal. They are made at
+!> every row of the history.
 module output_guards
   use base_kinds, only: rp
   use base_log, only: say
@@ -20,19 +20,19 @@ module output_guards
 
   public :: guards_t
 
-  real(rp), parameter :: warned_error = 0.01_rp   !! of the energy turned over: a warning
-  real(rp), parameter :: largest_error = 0.1_rp   !! of the energy turned over: the run ends
-  !> Of bulk modulus times volume: energies below it are rounding of elastic energies, which are
+  real(rp), parameter :: warned_error = 0.01_rp   !! balance error over exchanged energy that warns
+  real(rp), parameter :: largest_error = 0.1_rp   !! the same that ends the run
+  !> Fraction of bulk modulus times volume below which an energy is rounding: elastic energies are
   !> differences of terms of that size.
   real(rp), parameter :: rounding = 1.0e-12_rp
-  real(rp), parameter :: largest_melt_ratio = 1.15_rp   !! temperature over that of melting
-  real(rp), parameter :: torque_slack = 1.01_rp   !! of sums over nodes against sums over particles
+  real(rp), parameter :: largest_melt_ratio = 1.15_rp   !! temperature over melting temperature
+  real(rp), parameter :: torque_slack = 1.01_rp   !! tolerance of sums over nodes
 
-  !> What was seen at the rows before.
+  !> State from previous rows.
   type :: guards_t
     private
-    real(rp) :: balanced_until = 0.0_rp      !! time of the last row whose balance closed [s]
-    logical :: has_warned = .false.          !! of the balance
+    real(rp) :: balanced_until = 0.0_rp      !! time of the last row with a closed balance [s]
+    logical :: has_warned = .false.          !! a warning of the balance was given
     logical :: is_first = .true., starts_molten = .false.
   contains
     procedure :: check
@@ -40,8 +40,8 @@ module output_guards
 
 contains
 
-  !> Collective, at a row of the history, `columns`, with the largest temperature over that of
-  !> melting, `melt_ratio`. Sets `step%is_broken` and says why in `step%reason`.
+  !> Collective. Check the row `columns` of the history; on failure set `step%is_broken` and
+  !> `step%reason`.
   subroutine check(self, world, scene, clock, tool, particles, history, columns, melt_ratio, step)
     class(guards_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -51,7 +51,7 @@ contains
     type(particles_t), intent(in) :: particles
     type(history_t), intent(in) :: history
     type(row_t), intent(in) :: columns
-    real(rp), intent(in) :: melt_ratio           !! [-]
+    real(rp), intent(in) :: melt_ratio           !! largest temperature over melting temperature
     type(step_t), intent(inout) :: step
     character(:), allocatable :: reason
 
@@ -64,10 +64,10 @@ contains
     step%reason = reason
   end subroutine check
 
-  !> The energy that is missing since the balance last closed, against what was turned over. Thermal
-  !> expansion turns heat into elastic energy, which the balance of mechanical energies leaves out.
-  !> What USAVG misses warns only: its two half updates book the work of noise near the limit of the
-  !> step with an error that adds up, while the energy itself stays bounded.
+  !> Compare the missing energy with the exchanged energy. The check is skipped with thermal
+  !> expansion, which turns heat into elastic energy outside of the mechanical balance. Energy
+  !> missing with USAVG only warns: near the stability limit its two half updates count the work of
+  !> noise with an error that accumulates, while the energy itself stays bounded.
   subroutine check_balance(self, world, scene, clock, particles, history, columns, reason)
     type(guards_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -119,8 +119,9 @@ contains
     stiffness = sums(1)
   end function stiffness
 
-  !> Metal without strength takes no more heat of friction or plastic work, so that only a source or
-  !> hot surroundings bring it far above its melting temperature, or it was there from the start.
+  !> Check for metal far above its melting temperature. Metal without strength dissipates no
+  !> friction or plastic work, so that only heat sources, hot surroundings or the initial state can
+  !> do this.
   subroutine check_melting(self, columns, melt_ratio, reason)
     type(guards_t), intent(inout) :: self
     type(row_t), intent(in) :: columns
@@ -137,31 +138,32 @@ contains
              '&TIME CFL or MASS_SCALING, or &HEAT EVERY and STEP if they are given'
   end subroutine check_melting
 
-  !> The torque of a tool of revolution is that of friction alone, so that it is at most the shear
-  !> strength of the metal on its face times its largest radius. At walls the sums count otherwise.
-  pure subroutine check_torque(scene, tool, gained, reason)
+  !> Check the torque of tools of revolution. It comes from friction alone and is at most the shear
+  !> strength times area of the face times the largest radius. At symmetry planes the sums cover
+  !> only part of the face.
+  pure subroutine check_torque(scene, tool, increase, reason)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
-    real(rp), intent(in) :: gained(:, :)
+    real(rp), intent(in) :: increase(:, :)
     character(:), allocatable, intent(out) :: reason
-    real(rp) :: most
+    real(rp) :: max_torque
     integer :: k
 
     reason = ''
     do k = 1, size(tool)
       if (.not. tool(k)%has_layer()) cycle
       if (.not. is_revolved(tool(k)) .or. size(scene%symmetry) > 0) cycle
-      most = torque_slack*gained(s_strength, k)*tool(k)%shape%radius
-      if (abs(gained(s_torque, k)) <= most .or. gained(s_strength, k) <= 0.0_rp) cycle
+      max_torque = torque_slack*increase(s_strength, k)*tool(k)%shape%radius
+      if (abs(increase(s_torque, k)) <= max_torque .or. increase(s_strength, k) <= 0.0_rp) cycle
       reason = '&TOOL '//trim(tool(k)%name)//' turns against '// &
-               str(abs(gained(s_torque, k))/gained(s_strength, k)/tool(k)%shape%radius)// &
+               str(abs(increase(s_torque, k))/increase(s_strength, k)/tool(k)%shape%radius)// &
                ' times the torque that the shear strength of the metal on its face allows: '// &
                'the steps are too long; lower &TIME CFL or MASS_SCALING'
       return
     end do
   end subroutine check_torque
 
-  !> Whether its shape is one of revolution, whose pressure has no torque about the axis.
+  !> True if the tool is a body of revolution, whose contact pressure has no torque about the axis.
   pure logical function is_revolved(tool)
     type(tool_t), intent(in) :: tool
 

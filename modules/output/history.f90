@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Rows of NAME_history.csv: energies and their audit, temperatures, reactions on each tool, forces
-!> of walls and clamps, microstructure. A new column is one line here.
+!> Rows of NAME_history.csv: energies and their balance, temperatures, reactions on each tool,
+!> forces of walls and clamps, microstructure. A new column is one line here.
 module output_history
   use base_kinds, only: rp
   use comm_world, only: world_t
@@ -11,8 +11,8 @@ module output_history
   use output_audit, only: history_t
   use output_faces, only: add_face, has_face
   use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means, &
-                                   no_means
-  use output_totals, only: no_totals, sum_totals, totals_t
+                                   zero_means
+  use output_totals, only: zero_totals, sum_totals, totals_t
   use particles_store, only: particles_t
   use state_books, only: books_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, &
                          e_plastic, e_scaling, e_sleep, e_source, e_wall, e_wall_heat
@@ -36,12 +36,12 @@ contains
     character(:), allocatable :: headings(:)
     type(row_t) :: row
 
-    call add_columns(scene, clock, tool, backing, history, no_totals(scene, size(tool)), &
-                     no_means(scene), row)
+    call add_columns(scene, clock, tool, backing, history, zero_totals(scene, size(tool)), &
+                     zero_means(scene), row)
     headings = row%headings()
   end function history_headings
 
-  !> Collective. One row of the history; the next one starts from here.
+  !> Collective. One row of the history; means of the next row start at this time.
   subroutine history_row(world, scene, clock, step, tool, backing, particles, books, history, row)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -66,7 +66,7 @@ contains
     history%row_time = clock%time
   end subroutine history_row
 
-  !> All columns, in their order.
+  !> Add all columns in order.
   subroutine add_columns(scene, clock, tool, backing, history, totals, micro, row)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -102,8 +102,8 @@ contains
     call row%add('scaling_work', 'J', totals%books(e_scaling))
   end subroutine add_columns
 
-  !> Time, energies and extremes. The heat content is written only where the specific heat of every
-  !> material was given.
+  !> Add time, energies and extremes. The heat content is 0 unless the specific heat of every
+  !> material is given.
   subroutine add_common(scene, clock, totals, row)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -130,10 +130,10 @@ contains
       call row%add('audit_error', '%', t%audit_error)
       call row%add('film_loss', 'J', books(e_film))
       call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, all(scene%material%knows_heat)))
-      call row%add('temperature_max', 'K', now%hottest)
-      call row%add('strain_rate_max', '1/s', now%fastest)
+      call row%add('temperature_max', 'K', now%max_temperature)
+      call row%add('strain_rate_max', '1/s', now%max_strain_rate)
       call row%add('kinetic_over_internal', '%', t%over_internal)
-      call row%add('inertial_stress_over_flow', '%', 100.0_rp*now%inertial)
+      call row%add('inertial_stress_over_flow', '%', 100.0_rp*now%inertial_ratio)
       call row%add('friction_heat_to_bodies', 'J', t%to_bodies)
       call row%add('wall_heat', 'J', books(e_wall_heat))
       call row%add('source_heat', 'J', books(e_source))
@@ -141,13 +141,13 @@ contains
     end associate
   end subroutine add_common
 
-  !> Means of a tool's force, torque, powers and speeds since the last row, the share of its
-  !> friction in all heat of friction and plastic work since then (0 where there is none), and its
-  !> pose now.
+  !> Add the columns of a tool: means of force, torque, powers and speeds since the last row, the
+  !> share of its friction in the heat of friction and plastic work since then (0 without such
+  !> heat), and its current pose.
   subroutine add_tool(tool, d, per_second, row)
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: d(n_tool_sums)       !! its books since the last row
-    real(rp), intent(in) :: per_second           !! over the time since then [1/s]
+    real(rp), intent(in) :: d(n_tool_sums)       !! increase of its sums since the last row
+    real(rp), intent(in) :: per_second           !! 1 over the time since the last row [1/s]
     type(row_t), intent(inout) :: row
     character(:), allocatable :: name
     real(rp) :: per_press, share
@@ -177,7 +177,7 @@ contains
     call row%add(name//'_heat_lost', 'J', tool%heat%lost)
   end subroutine add_tool
 
-  !> Temperature and heat of what is behind a film.
+  !> Add temperature and heat of a backing.
   subroutine add_backing(backing, row)
     type(backing_t), intent(in) :: backing
     type(row_t), intent(inout) :: row
@@ -188,7 +188,7 @@ contains
     call row%add(backing%name//'_heat_lost', 'J', sum(backing%column%lost))
   end subroutine add_backing
 
-  !> Mean force since the last row: on a tool, or of a wall or clamp on the bodies.
+  !> Add a mean force since the last row: on a tool, or of a wall or clamp on the bodies.
   subroutine add_force(name, force, row)
     character(*), intent(in) :: name
     real(rp), intent(in) :: force(3)             !! [N]

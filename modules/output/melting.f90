@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Watches for metal above its melting temperature: warns once, and keeps the worst for the
-!> summary.
+!> Detection of metal above its melting temperature: one warning, and maxima for the summary.
 module output_melting
   use base_kinds, only: rp
   use base_log, only: say
@@ -12,38 +11,38 @@ module output_melting
   implicit none (type, external)
   private
 
-  public :: melting_t, seen_t
+  public :: melting_t, melt_sample_t
 
   type :: melting_t
-    real(rp) :: share = 0.0_rp     !! largest part of the mass above its melting temperature so far
-    real(rp) :: over = 0.0_rp      !! most that any of it was above [K]
-    real(rp) :: ratio = 0.0_rp     !! largest temperature over that of melting at the last row
+    real(rp) :: share = 0.0_rp     !! largest mass fraction above its melting temperature so far
+    real(rp) :: over = 0.0_rp      !! largest excess over the melting temperature so far [K]
+    real(rp) :: ratio = 0.0_rp     !! largest temperature/melting temperature at the last row
     logical, private :: is_reported = .false.
   contains
-    procedure :: watch_particles
+    procedure :: check_particles
     procedure :: json
-    procedure :: judge
+    procedure :: update
   end type melting_t
 
-  !> What one rank sees.
-  type :: seen_t
+  !> Molten mass and hottest particle or cell of one rank.
+  type :: melt_sample_t
     real(rp) :: melted = 0.0_rp, mass = 0.0_rp        !! [kg]
-    real(rp) :: over = -huge(1.0_rp), temp = 0.0_rp   !! of the one farthest above its melting point
-                                                      !! [K]
-    real(rp) :: x(3) = 0.0_rp                         !! its place [m]
+    real(rp) :: over = -huge(1.0_rp), temp = 0.0_rp   !! largest excess over the melting
+                                                      !! temperature, and temperature there [K]
+    real(rp) :: x(3) = 0.0_rp                         !! position of the largest excess [m]
     integer :: body = 0
-  end type seen_t
+  end type melt_sample_t
 
 contains
 
-  !> Collective, at a row of the history: the particles of bodies that deform.
-  subroutine watch_particles(self, world, scene, clock, particles)
+  !> Collective. Check the particles of deformable bodies at a row of the history.
+  subroutine check_particles(self, world, scene, clock, particles)
     class(melting_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
-    type(seen_t) :: seen
+    type(melt_sample_t) :: sample
     real(rp) :: t_melt
     integer :: b, n, p
 
@@ -54,52 +53,52 @@ contains
       if (scene%body(particles%body(b))%is_rigid()) cycle
       t_melt = scene%material(scene%body(particles%body(b))%material)%t_melt
       associate (ps => particles%ps(1:n, :, b))
-        seen%mass = seen%mass + sum(ps(:, f_mass))
+        sample%mass = sample%mass + sum(ps(:, f_mass))
         p = maxloc(ps(:, f_temp), dim=1)
-        if (ps(p, f_temp) - t_melt > seen%over) then
-          seen%over = ps(p, f_temp) - t_melt
-          seen%temp = ps(p, f_temp)
-          seen%x = ps(p, f_pos:f_pos + 2)
-          seen%body = particles%body(b)
+        if (ps(p, f_temp) - t_melt > sample%over) then
+          sample%over = ps(p, f_temp) - t_melt
+          sample%temp = ps(p, f_temp)
+          sample%x = ps(p, f_pos:f_pos + 2)
+          sample%body = particles%body(b)
         end if
-        if (ps(p, f_temp) > t_melt) seen%melted = seen%melted &
+        if (ps(p, f_temp) > t_melt) sample%melted = sample%melted &
             + sum(ps(:, f_mass), mask=ps(:, f_temp) > t_melt)
       end associate
     end do
-    call self%judge(world, scene, seen, clock%time)
-  end subroutine watch_particles
+    call self%update(world, scene, sample, clock%time)
+  end subroutine check_particles
 
-  !> Collective. The worst so far; the first time any metal is above melting the rank that has the
-  !> hottest is named.
-  subroutine judge(self, world, scene, seen, time)
+  !> Collective. Update the maxima; the first time any metal is above its melting temperature warn
+  !> with the hottest position.
+  subroutine update(self, world, scene, sample, time)
     class(melting_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
-    type(seen_t), intent(in) :: seen
+    type(melt_sample_t), intent(in) :: sample
     real(rp), intent(in) :: time                     !! [s]
-    real(rp) :: sums(2), most(2)
-    character(:), allocatable :: mine, message
+    real(rp) :: sums(2), maxima(2)
+    character(:), allocatable :: local_message, message
 
-    sums = [seen%melted, seen%mass]
-    most = [seen%over, seen%temp/max(seen%temp - seen%over, tiny(1.0_rp))]
+    sums = [sample%melted, sample%mass]
+    maxima = [sample%over, sample%temp/max(sample%temp - sample%over, tiny(1.0_rp))]
     call world%sum(sums)
-    call world%max(most)
-    self%ratio = most(2)
-    if (most(1) <= 0.0_rp) return
+    call world%max(maxima)
+    self%ratio = maxima(2)
+    if (maxima(1) <= 0.0_rp) return
     self%share = max(self%share, sums(1)/max(sums(2), tiny(1.0_rp)))
-    self%over = max(self%over, most(1))
+    self%over = max(self%over, maxima(1))
     if (self%is_reported) return
     self%is_reported = .true.
-    mine = ''
-    if (seen%over >= most(1)) mine = 'warning: at t = '//str(time)//' s '// &
+    local_message = ''
+    if (sample%over >= maxima(1)) local_message = 'warning: at t = '//str(time)//' s '// &
       str(100.0_rp*sums(1)/sums(2))//' % of the mass ('//str(sums(1))// &
       ' kg) is above its melting temperature; the hottest, in '// &
-      trim(scene%body(seen%body)%name)//' at ('//str(seen%x(1))//', '//str(seen%x(2))//', '// &
-      str(seen%x(3))//') m, has '//str(seen%temp)//' K, T_MELT is '//str(seen%temp - seen%over)// &
-      ' K'
-    call world%share_message(mine, message)
+      trim(scene%body(sample%body)%name)//' at ('//str(sample%x(1))//', '//str(sample%x(2))// &
+      ', '//str(sample%x(3))//') m, has '//str(sample%temp)//' K, T_MELT is '//str(sample%temp &
+      - sample%over)//' K'
+    call world%share_message(local_message, message)
     if (world%is_root()) call say(message)
-  end subroutine judge
+  end subroutine update
 
   !> Two members of NAME_summary.json, each with its comma.
   function json(self) result(text)

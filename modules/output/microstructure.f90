@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Outputs of flow laws in frames and histories, and warnings of where the laws do not hold. Each
-!> output of the laws of a scene stands once; particles whose law has it not have 0.
+!> Outputs of flow laws (microstructure) in frames and histories, and warnings of their validity.
+!> An output that several laws have is listed once; it is 0 for particles whose law lacks it.
 module output_microstructure
   use base_kinds, only: nlane, rp, sp
   use base_text, only: str
@@ -14,28 +14,29 @@ module output_microstructure
   implicit none (type, external)
   private
 
-  public :: add_micro_columns, frame_outputs, micro_means_t, microstructure_means, no_means, &
+  public :: add_micro_columns, frame_outputs, micro_means_t, microstructure_means, zero_means, &
             pack_outputs, warning_message
 
-  real(rp), parameter :: stirred = 1.0_rp    !! plastic strain from which material counts as stirred
+  real(rp), parameter :: stirred_strain = 1.0_rp !! least plastic strain of stirred material
 
-  !> Means of stirred material by mass, and least values of all; by output of the scene.
+  !> For each output of the scene: mass-weighted mean over stirred material, minimum over all
+  !> material.
   type :: micro_means_t
-    real(rp) :: mass = 0.0_rp                  !! that is stirred, of laws with outputs [kg]
+    real(rp) :: mass = 0.0_rp                  !! stirred mass of materials with outputs [kg]
     real(rp), allocatable :: mean(:)
-    real(rp), allocatable :: least(:)          !! above 0
+    real(rp), allocatable :: minimum(:)        !! least positive value
   end type micro_means_t
 
-  !> The outputs of a scene, and for each material the places of its law's outputs among them.
+  !> Outputs of a scene, and for each material the indices of its law's outputs among them.
   type :: outputs_t
     type(law_output_t), allocatable :: all(:)
-    integer, allocatable :: n(:)               !! outputs of a material's law
-    integer, allocatable :: place(:, :)        !! (output of the law, material)
+    integer, allocatable :: n(:)               !! number of outputs of a material's law
+    integer, allocatable :: place(:, :)        !! index in `all` of (output of the law, material)
   end type outputs_t
 
 contains
 
-  !> The outputs of all flow laws, each once.
+  !> List the outputs of all flow laws without duplicates.
   subroutine list_outputs(scene, outputs)
     type(scene_t), intent(in) :: scene
     type(outputs_t), intent(out) :: outputs
@@ -64,7 +65,7 @@ contains
     outputs%all = all(:n)
   end subroutine list_outputs
 
-  !> The outputs that frames have.
+  !> Outputs that are written to frames.
   function frame_outputs(scene) result(list)
     type(scene_t), intent(in) :: scene
     type(law_output_t), allocatable :: list(:)
@@ -74,7 +75,7 @@ contains
     list = pack(outputs%all, outputs%all%in_frames)
   end function frame_outputs
 
-  !> Those of all particles of this rank, in the order of the blocks.
+  !> Frame outputs of all particles of this rank, in the order of the blocks.
   subroutine pack_outputs(scene, particles, values)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
@@ -99,6 +100,7 @@ contains
     end do
   end subroutine pack_outputs
 
+  !> Outputs of a block of particles of one body.
   subroutine describe_block(scene, outputs, body, nf, ps, values)
     type(scene_t), intent(in) :: scene
     type(outputs_t), intent(in) :: outputs
@@ -115,7 +117,7 @@ contains
     end associate
   end subroutine describe_block
 
-  !> Columns of the history for flow laws with outputs.
+  !> Add the columns of the history for flow laws with outputs.
   subroutine add_micro_columns(scene, means, row)
     type(scene_t), intent(in) :: scene
     type(micro_means_t), intent(in) :: means
@@ -132,59 +134,60 @@ contains
     end do
     do k = 1, size(outputs%all)
       if (outputs%all(k)%has_least) call row%add(trim(outputs%all(k)%name)//'_min', &
-                                                 outputs%all(k)%unit, means%least(k))
+                                                 outputs%all(k)%unit, means%minimum(k))
     end do
   end subroutine add_micro_columns
 
-  !> The means while there are none.
-  type(micro_means_t) function no_means(scene) result(means)
+  !> Means of zero, of the size for a scene.
+  type(micro_means_t) function zero_means(scene) result(means)
     type(scene_t), intent(in) :: scene
     type(outputs_t) :: outputs
 
     call list_outputs(scene, outputs)
-    allocate (means%mean(size(outputs%all)), means%least(size(outputs%all)), source=0.0_rp)
-  end function no_means
+    allocate (means%mean(size(outputs%all)), means%minimum(size(outputs%all)), source=0.0_rp)
+  end function zero_means
 
-  !> Collective. The means now; 0 while nothing is stirred.
+  !> Collective. Current means and minima; 0 while nothing is stirred.
   subroutine microstructure_means(world, scene, particles, means)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(micro_means_t), intent(out) :: means
     type(outputs_t) :: outputs
-    real(rp), allocatable :: least(:), mass(:), sums(:), values(:, :)
+    real(rp), allocatable :: minimum(:), mass(:), sums(:), values(:, :)
     real(rp) :: stirred_mass(nlane)
     integer :: b, k, n, n_all
 
     call list_outputs(scene, outputs)
     n_all = size(outputs%all)
-    means = no_means(scene)
+    means = zero_means(scene)
     if (n_all == 0) return
     allocate (mass(n_all), sums(2*n_all + 1), source=0.0_rp)
-    allocate (least(n_all), source=-huge(1.0_rp))
+    allocate (minimum(n_all), source=-huge(1.0_rp))
     allocate (values(nlane, n_all))
     do b = 1, particles%nblk
       n = particles%count(b)
       associate (m => scene%body(particles%body(b))%material, ps => particles%ps(:, :, b))
         if (outputs%n(m) == 0) cycle
         call describe_block(scene, outputs, particles%body(b), particles%nf, ps, values)
-        stirred_mass = merge(ps(:, f_mass), 0.0_rp, ps(:, f_plastic) > stirred)
+        stirred_mass = merge(ps(:, f_mass), 0.0_rp, ps(:, f_plastic) > stirred_strain)
         mass = 0.0_rp
         mass(outputs%place(:outputs%n(m), m)) = sum(stirred_mass(:n))
         sums = sums + [sum(stirred_mass(:n)), mass, &
                        (sum(stirred_mass(:n)*values(:n, k)), k=1, n_all)]
-        least = max(least, -minval(values(:n, :), dim=1, mask=values(:n, :) > 0.0_rp))
+        minimum = max(minimum, -minval(values(:n, :), dim=1, mask=values(:n, :) > 0.0_rp))
       end associate
     end do
     call world%sum(sums)
-    call world%max(least)
+    call world%max(minimum)
     means%mass = sums(1)
     mass = sums(2:n_all + 1)
     where (mass > 0.0_rp) means%mean = sums(n_all + 2:)/mass
-    means%least = -least
+    means%minimum = -minimum
   end subroutine microstructure_means
 
-  !> Collective. What kind `k` of warning there has been on any rank, how often and where first; ''.
+  !> Collective. Message on warning `k` of the flow laws: how often on all ranks, and one position;
+  !> '' if there was none.
   subroutine warning_message(world, scene, clock, books, k, message)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -192,19 +195,19 @@ contains
     type(books_t), intent(in) :: books
     integer, intent(in) :: k
     character(:), allocatable, intent(inout) :: message
-    character(:), allocatable :: mine
+    character(:), allocatable :: local_message
     real(rp) :: counts(size(books%warnings))
 
     counts = books%warnings
     call world%sum(counts)
-    mine = ''
+    local_message = ''
     associate (place => books%warning_place(:, k))
-      if (books%warnings(k) > 0.0_rp) mine = 'warning: until t = '//str(clock%time)//' s '// &
-        str(counts(k))//' particle-steps '//trim(scene%warning(k))//'; one of the first at ('// &
-        str(place(3))//', '//str(place(4))//', '//str(place(5))//') m, t = '//str(place(1))// &
-        ' s, '//str(place(2))//' K'
+      if (books%warnings(k) > 0.0_rp) local_message = 'warning: until t = '//str(clock%time)// &
+        ' s '//str(counts(k))//' particle-steps '//trim(scene%warning(k))// &
+        '; one of the first at ('//str(place(3))//', '//str(place(4))//', '//str(place(5))// &
+        ') m, t = '//str(place(1))//' s, '//str(place(2))//' K'
     end associate
-    call world%share_message(mine, message)
+    call world%share_message(local_message, message)
   end subroutine warning_message
 
 end module output_microstructure

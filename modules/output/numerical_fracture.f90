@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Numerical fracture: neighbours that are stretched so far apart that they need not share a node
-!> break a body that should hold. The distance is the spacing at the start times the elastic
-!> stretch since then; that of plastic flow is not known.
+!> Detection of numerical fracture: neighbouring particles that are stretched so far apart that they
+!> may share no grid node. Their distance is estimated as the initial spacing times the elastic
+!> stretch; plastic stretch is not known.
 module output_numerical_fracture
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -10,37 +10,40 @@ module output_numerical_fracture
   implicit none (type, external)
   private
 
-  public :: stretched_apart
+  public :: separation_ratio
 
 contains
 
-  !> Collective. Largest distance of neighbours over that up to which they are sure to share a node.
-  real(rp) function stretched_apart(world, scene, particles)
+  !> Collective. Largest ratio of the distance of neighbours to that at which they surely share a
+  !> node.
+  real(rp) function separation_ratio(world, scene, particles)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
-    real(rp) :: most(1)
+    real(rp) :: largest(1)
     integer :: b
 
-    most = 0.0_rp
+    largest = 0.0_rp
     do b = 1, particles%nblk
       if (scene%body(particles%body(b))%is_rigid()) cycle
-      most(1) = max(most(1), apart_in_block(scene, particles%body(b), particles%count(b), &
-                                            particles%nf, particles%ps(:, :, b)))
+      largest(1) = max(largest(1), separation_in_block(scene, particles%body(b), &
+                                                       particles%count(b), particles%nf, &
+                                                         particles%ps(:, :, b)))
     end do
-    call world%max(most)
-    stretched_apart = most(1)
-  end function stretched_apart
+    call world%max(largest)
+    separation_ratio = largest(1)
+  end function separation_ratio
 
-  !> Along each axis of the grid, where two particles share a node for sure up to h + a domain.
-  pure real(rp) function apart_in_block(scene, body, n, nf, ps)
+  !> Largest ratio in a block, along the grid axes: particles surely share a node up to a distance
+  !> of one cell plus one particle domain.
+  pure real(rp) function separation_in_block(scene, body, n, nf, ps)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp) :: half(3), distance(3), edges(3), start(3)
     integer :: p
 
-    apart_in_block = 0.0_rp
+    separation_in_block = 0.0_rp
     half = scene%domain(body)
     associate (s => scene%body(body)%start)
       start = sqrt(s%bbar(1:3))*s%jac**(1.0_rp/3.0_rp)
@@ -50,9 +53,9 @@ contains
       edges = scene%grid%edges_at(ps(p, f_pos:f_pos + 2))
       distance = scene%spacing_of(body, ps(p, f_mass))*sqrt(ps(p, f_bbar:f_bbar + 2)) &
                  *ps(p, f_jac)**(1.0_rp/3.0_rp)/start
-      apart_in_block = max(apart_in_block, &
-                           maxval(distance/(edges*(1.0_rp + 2.0_rp*half))))
+      separation_in_block = max(separation_in_block, &
+                                maxval(distance/(edges*(1.0_rp + 2.0_rp*half))))
     end do
-  end function apart_in_block
+  end function separation_in_block
 
 end module output_numerical_fracture

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> How far and how fast a run is: lines of progress, and the summary at its end.
+!> Progress and speed of a run: progress lines, and the summary at its end.
 module output_progress
   use base_errors, only: error_t
   use base_files, only: write_whole
@@ -24,23 +24,23 @@ module output_progress
 
   character(*), parameter :: nl = new_line('a')
 
-  !> Where this part of a run began.
+  !> State at the start of this part of a run.
   type :: progress_t
     real(rp) :: started = 0.0_rp        !! wall-clock time at the start [s]
-    real(rp), private :: cpu_started = 0.0_rp   !! processor time of this rank then [s]
+    real(rp), private :: cpu_started = 0.0_rp   !! processor time of this rank at the start [s]
     type(time_left_t), private :: left
     integer(i8), private :: first_step = 0
     real(rp), private :: first_time = 0.0_rp    !! [s]
     integer(i8), private :: particles = 0       !! on all ranks
   contains
     procedure :: init
-    procedure :: line
-    procedure :: summary
+    procedure :: show_line
+    procedure :: write_summary
   end type progress_t
 
 contains
 
-  !> Collective. The run, or its part that begins now, starts here.
+  !> Collective. Start the clocks of the run or of its resumed part.
   subroutine init(self, world, scene, clock, particles)
     class(progress_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -57,8 +57,8 @@ contains
     call world%sum(self%particles)
   end subroutine init
 
-  !> A line with percent, time left, time and speed, when it is due.
-  subroutine line(self, world, scene, clock)
+  !> Show a progress line with percent, remaining time, simulated time and speed, if it is due.
+  subroutine show_line(self, world, scene, clock)
     class(progress_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -80,11 +80,11 @@ contains
     call self%left%show(percent(done)//' %  left '//span(self%left%seconds(at, share))// &
                         '  t = '//str(clock%time)//' s  step '//str(clock%step)//'  dt = '// &
                         str(clock%dt)//' s  '//str(speed*1.0e-6_rp)//' M particle-steps/s', width)
-  end subroutine line
+  end subroutine show_line
 
-  !> Collective. Speed, memory, the shares of the phases and of waiting for other ranks in them
-  !> (mean over ranks): a line, and NAME_summary.json with the entries `others` of it.
-  subroutine summary(self, world, scene, clock, blocks, nodes, exchange, timer, others, error)
+  !> Collective. Log the speed, and write NAME_summary.json with speed, memory, the time shares of
+  !> the phases and of waiting for other ranks (mean over ranks).
+  subroutine write_summary(self, world, scene, clock, blocks, nodes, exchange, timer, others, error)
     class(progress_t), intent(in) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -93,7 +93,7 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(exchange_t), intent(in) :: exchange
     type(phase_timer_t), intent(in) :: timer
-    character(*), intent(in) :: others
+    character(*), intent(in) :: others            !! further entries of the file
     type(error_t), intent(inout) :: error
     real(rp) :: all(n_phases + 6), wall, steps
 
@@ -113,7 +113,7 @@ contains
                ' particles in '//span(wall)//': '//str(steps/wall*1.0e-6_rp)// &
                ' M particle-steps/s on '//str(world%size)//' rank(s)')
     end if
-  end subroutine summary
+  end subroutine write_summary
 
   !> Text of NAME_summary.json.
   function json(self, world, clock, exchange, wall, steps, all, others) result(text)
@@ -122,8 +122,8 @@ contains
     type(clock_t), intent(in) :: clock
     type(exchange_t), intent(in) :: exchange
     real(rp), intent(in) :: wall                  !! [s]
-    real(rp), intent(in) :: steps                 !! of particles
-    real(rp), intent(in) :: all(n_phases + 6)     !! sums over the ranks, in the order of `summary`
+    real(rp), intent(in) :: steps                 !! particle-steps
+    real(rp), intent(in) :: all(n_phases + 6)     !! sums over ranks, as in `write_summary`
     character(*), intent(in) :: others
     character(:), allocatable :: text
     real(rp) :: share(n_phases + 1)
@@ -155,7 +155,7 @@ contains
     text = text//nl//'  }'//nl//'}'//nl
   end function json
 
-  !> A share in percent, six characters wide.
+  !> Text of a share in percent, six characters wide.
   pure function percent(share) result(text)
     real(rp), intent(in) :: share
     character(6) :: text
@@ -163,7 +163,7 @@ contains
     write (text, '(f6.1)') 100.0_rp*share
   end function percent
 
-  !> Seconds in a unit that makes them short to read.
+  !> Text of a duration in seconds, minutes or hours.
   function span(seconds) result(text)
     real(rp), intent(in) :: seconds
     character(:), allocatable :: text

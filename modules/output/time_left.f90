@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> How long a run will take, learned from how fast it was lately, and when to say so.
+!> Estimate of the remaining wall-clock time from the recent speed, and when to show progress.
 module output_time_left
   use base_kinds, only: rp
   use base_log, only: show_progress, window_width
@@ -9,21 +9,22 @@ module output_time_left
 
   public :: time_left_t
 
-  integer, parameter :: most = 64             !! samples that are kept
-  real(rp), parameter :: spacing = 0.5_rp     !! between two samples at first [s]
-  real(rp), parameter :: redrawn = 1.0_rp     !! how often a line in a window is [s]
+  integer, parameter :: max_samples = 64      !! number of samples kept
+  real(rp), parameter :: spacing = 0.5_rp     !! initial interval of samples [s]
+  real(rp), parameter :: redraw_interval = 1.0_rp !! of the line in a terminal window [s]
 
   type :: time_left_t
-    real(rp) :: interval = 0.0_rp             !! between two lines in a file [s]
-    logical :: is_asked = .false.             !! the input gave it: it stays as it is
-    real(rp), private :: at(most) = 0.0_rp    !! wall-clock times of the samples, from the start [s]
-    real(rp), private :: share(most) = 0.0_rp   !! of the run that was done then
+    real(rp) :: interval = 0.0_rp             !! between two lines in a log file [s]
+    logical :: is_asked = .false.             !! the interval is given in the input, and constant
+    real(rp), private :: at(max_samples) = 0.0_rp !! wall-clock times of samples since start [s]
+    real(rp), private :: share(max_samples) = 0.0_rp !! completed share of the run at the samples
     integer, private :: n = 0
-    real(rp), private :: gap = spacing        !! between two samples [s]
-    real(rp), private :: began = 0.0_rp, said = 0.0_rp   !! [s]
+    real(rp), private :: gap = spacing        !! interval of samples [s]
+    real(rp), private :: began = 0.0_rp       !! wall-clock time of the start [s]
+    real(rp), private :: last_shown = 0.0_rp  !! wall-clock time of the last line [s]
   contains
     procedure :: init
-    procedure :: note
+    procedure :: add_sample
     procedure :: seconds
     procedure :: is_due
     procedure :: show
@@ -31,30 +32,29 @@ module output_time_left
 
 contains
 
-  !> The run, or the part of it that is to be done, begins now.
+  !> Start the clock of the run or of its resumed part.
   subroutine init(self, interval, is_asked)
     class(time_left_t), intent(out) :: self
-    real(rp), intent(in) :: interval          !! [s]
+    real(rp), intent(in) :: interval          !! between two lines in a log file [s]
     logical, intent(in) :: is_asked
 
     self%interval = interval
     self%is_asked = is_asked
     self%began = wall_time()
-    self%said = self%began
-    call self%note(0.0_rp, 0.0_rp)
+    self%last_shown = self%began
+    call self%add_sample(0.0_rp, 0.0_rp)
   end subroutine init
 
-  !> At wall-clock time `at` [s] since the start `share` of the run is done. Of samples that become
-  !> too many every other one is dropped.
-  pure subroutine note(self, at, share)
+  !> Add a sample. When the list is full, every other sample is dropped and the interval doubled.
+  pure subroutine add_sample(self, at, share)
     class(time_left_t), intent(inout) :: self
-    real(rp), intent(in) :: at, share
+    real(rp), intent(in) :: at, share         !! time since start [s], completed share [-]
 
     if (self%n > 0) then
       if (at - self%at(self%n) < self%gap) return
     end if
-    if (self%n == most) then
-      self%n = most/2
+    if (self%n == max_samples) then
+      self%n = max_samples/2
       self%at(:self%n) = self%at(1::2)
       self%share(:self%n) = self%share(1::2)
       self%gap = 2.0_rp*self%gap
@@ -62,49 +62,48 @@ contains
     self%n = self%n + 1
     self%at(self%n) = at
     self%share(self%n) = share
-  end subroutine note
+  end subroutine add_sample
 
-  !> Seconds that are left at `at` with `share` done: as fast as in the later half of the time so
-  !> far, so that a slow start is forgotten.
+  !> Remaining wall-clock time [s] at the mean speed in the later half of the time so far, so that a
+  !> slow start has no effect.
   pure real(rp) function seconds(self, at, share)
     class(time_left_t), intent(in) :: self
-    real(rp), intent(in) :: at, share         !! [s], [-]
+    real(rp), intent(in) :: at, share         !! time since start [s], completed share [-]
     integer :: k
 
     k = max(1, count(self%at(:self%n) <= 0.5_rp*at))
     seconds = (1.0_rp - share)*(at - self%at(k))/max(share - self%share(k), 1.0e-12_rp)
   end function seconds
 
-  !> Whether a line is due when `share` of the run is done, and after how many seconds that is. In a
-  !> file lines come every `interval`, but for one that was asked for ever farther apart: by a
-  !> twentieth of the time so far.
+  !> True if a progress line is due. In a log file lines are `interval` apart, or a twentieth of the
+  !> time so far if that is longer and the input does not give the interval.
   logical function is_due(self, share, at, width)
     class(time_left_t), intent(inout) :: self
-    real(rp), intent(in) :: share
-    real(rp), intent(out) :: at               !! [s]
-    integer, intent(out) :: width             !! of the window; 0: there is none
+    real(rp), intent(in) :: share            !! completed share of the run
+    real(rp), intent(out) :: at               !! wall-clock time since the start [s]
+    integer, intent(out) :: width             !! of the terminal window [characters]; 0: no window
     real(rp) :: gap, now
 
     now = wall_time()
     at = now - self%began
-    call self%note(at, share)
+    call self%add_sample(at, share)
     width = 0
     gap = self%interval
-    is_due = now - self%said >= min(gap, redrawn)
+    is_due = now - self%last_shown >= min(gap, redraw_interval)
     if (.not. is_due) return
     width = window_width()
     if (width > 0) return
     if (.not. self%is_asked) gap = max(gap, 0.05_rp*at)
-    is_due = now - self%said >= gap
+    is_due = now - self%last_shown >= gap
   end function is_due
 
-  !> Say it.
+  !> Show a progress line.
   subroutine show(self, text, width)
     class(time_left_t), intent(inout) :: self
     character(*), intent(in) :: text
     integer, intent(in) :: width
 
-    self%said = wall_time()
+    self%last_shown = wall_time()
     call show_progress(text, width)
   end subroutine show
 

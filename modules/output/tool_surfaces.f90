@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The surfaces of all tools where they are now, as a frame.
+!> Frames with the surfaces of all tools at their current positions.
 module output_tool_surfaces
   use base_errors, only: error_t
   use base_kinds, only: rp, sp
@@ -14,11 +14,11 @@ module output_tool_surfaces
 
   public :: put_tools, list_tools
 
-  character(*), parameter :: ending = '_tools'   !! of the name of their series
+  character(*), parameter :: ending = '_tools'   !! suffix of the name of their series
 
 contains
 
-  !> Collective. Frame `k` (from 0) of the tools; none if none of them has a surface.
+  !> Collective. Write frame `k` (from 0) of the tools, if any has a surface.
   subroutine put_tools(world, scene, clock, tool, k, error)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -49,11 +49,11 @@ contains
                           tool%name, place, velocity, azimuth, number, corner, error)
   end subroutine put_tools
 
-  !> Collective. List their frames; none, no list.
+  !> Collective. Write the index file of these frames, if there are any.
   subroutine list_tools(world, scene, times, error)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: times(:)   !! of all frames from number 0 on [s]
+    real(rp), intent(in) :: times(:)   !! times of all frames from number 0 [s]
     type(error_t), intent(inout) :: error
 
     call write_series(world, scene%output%directory, scene%output%name//ending, times, error)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Energies, temperatures and books of all ranks together, and how well they balance.
+!> Energies, temperatures and accumulated sums of all ranks, and their balance.
 module output_totals
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -18,41 +18,42 @@ module output_totals
   implicit none (type, external)
   private
 
-  public :: energies, energies_t, inertial_stress_ratio, no_totals, sum_totals, totals_t
+  public :: energies, energies_t, inertial_stress_ratio, zero_totals, sum_totals, totals_t
 
-  real(rp), parameter :: least_strength = 1.0e-4_rp   !! flow stress over shear modulus: some
-                                                      !! hundredths of a cold metal's
+  real(rp), parameter :: min_strength = 1.0e-4_rp     !! flow stress over shear modulus below
+                                                      !! which metal counts as molten
 
-  !> What the particles hold now.
+  !> Current energies and extremes of the particles.
   type :: energies_t
-    real(rp) :: kinetic = 0.0_rp             !! with mass scaling [J]
+    real(rp) :: kinetic = 0.0_rp             !! with scaled mass [J]
     real(rp) :: elastic = 0.0_rp             !! [J]
     real(rp) :: heat = 0.0_rp                !! [J]
-    real(rp) :: hottest = 0.0_rp             !! temperature of the hottest [K]
-    real(rp) :: fastest = 0.0_rp             !! largest strain rate [1/s]
-    real(rp) :: inertial = 0.0_rp            !! largest inertial over flow stress where metal flows
+    real(rp) :: max_temperature = 0.0_rp     !! [K]
+    real(rp) :: max_strain_rate = 0.0_rp     !! [1/s]
+    real(rp) :: inertial_ratio = 0.0_rp      !! largest inertial stress over flow stress
   end type energies_t
 
+  !> Totals of all ranks.
   type :: totals_t
     type(energies_t) :: now
-    real(rp) :: books(n_sums) = 0.0_rp       !! by the names of state_books [J]
-    real(rp), allocatable :: tool(:, :)      !! books of each tool (n_tool_sums, tools)
-    real(rp), allocatable :: face(:)         !! hottest place of each tool's face now [K]
-    real(rp), allocatable :: impulse(:, :)   !! of walls and clamps (3, n) [N s]
-    real(rp) :: work = 0.0_rp                !! of all tools [J]
-    real(rp) :: friction = 0.0_rp            !! heat of it [J]
-    real(rp) :: to_bodies = 0.0_rp           !! the part of it that bodies get [J]
-    real(rp) :: contact = 0.0_rp             !! lost across surfaces in contact [J]
-    real(rp) :: loss = 0.0_rp                !! between particles and grid [J]
-    real(rp) :: audit_error = 0.0_rp         !! of the energy turned over [%]
-    real(rp) :: conduction_error = 0.0_rp    !! of the heat turned over [%]
+    real(rp) :: books(n_sums) = 0.0_rp       !! accumulated sums, indices of state_books [J]
+    real(rp), allocatable :: tool(:, :)      !! accumulated sums (n_tool_sums, tools)
+    real(rp), allocatable :: face(:)         !! maximum temperature of each tool face [K]
+    real(rp), allocatable :: impulse(:, :)   !! impulse of walls and clamps (3, n) [N s]
+    real(rp) :: work = 0.0_rp                !! work of all tools [J]
+    real(rp) :: friction = 0.0_rp            !! friction heat [J]
+    real(rp) :: to_bodies = 0.0_rp           !! part of the friction heat that enters the bodies [J]
+    real(rp) :: contact = 0.0_rp             !! energy lost in contact, normal to the surfaces [J]
+    real(rp) :: loss = 0.0_rp                !! energy lost between particles and grid [J]
+    real(rp) :: audit_error = 0.0_rp         !! error over exchanged energy [%]
+    real(rp) :: conduction_error = 0.0_rp    !! error over exchanged heat [%]
     real(rp) :: over_internal = 0.0_rp       !! kinetic over internal energy [%]
-    logical :: is_sound = .true.             !! all is finite, and no body has run away
+    logical :: is_sound = .true.             !! all fields are finite, energy does not diverge
   end type totals_t
 
 contains
 
-  !> Energies and extremes of this rank's particles.
+  !> Energies and extremes of the particles of this rank.
   type(energies_t) function energies(scene, clock, particles) result(now)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -65,14 +66,14 @@ contains
                  mat => scene%material(scene%body(particles%body(b))%material))
         now%heat = now%heat + mat%heat_content(n, ps(1:n, f_mass), ps(1:n, f_temp)) &
                    + sum(ps(1:n, f_heat))
-        now%hottest = max(now%hottest, maxval(ps(1:n, f_temp)))
+        now%max_temperature = max(now%max_temperature, maxval(ps(1:n, f_temp)))
         if (scene%body(particles%body(b))%is_rigid()) cycle
         now%kinetic = now%kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
         now%elastic = now%elastic &
           + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
                                ps(:, f_bbar:f_bbar + 5))
-        now%fastest = max(now%fastest, maxval(ps(1:n, f_rate)))
-        now%inertial = max(now%inertial, &
+        now%max_strain_rate = max(now%max_strain_rate, maxval(ps(1:n, f_rate)))
+        now%inertial_ratio = max(now%inertial_ratio, &
           inertial_stress_ratio(n, mat, clock%mass_scaling, particles%velocity(b), &
                                 ps(:, f_flow), ps(:, f_rate) > 0.0_rp))
       end associate
@@ -80,32 +81,34 @@ contains
     now%kinetic = clock%mass_scaling*now%kinetic
   end function energies
 
-  !> Largest chi rho v^2 over flow stress of the particles that count and have strength: is the mass
-  !> scaling too large? What is molten carries nothing, whatever its speed.
+  !> Largest ratio of inertial stress, chi rho v^2, to flow stress, a measure of too large mass
+  !> scaling. Molten particles, which carry no stress, are left out.
   pure real(rp) function inertial_stress_ratio(n, material, chi, v, flow, counts)
     integer, intent(in) :: n
     type(material_t), intent(in) :: material
-    real(rp), intent(in) :: chi, v(nlane, 3), flow(nlane)
-    logical, intent(in) :: counts(nlane)
+    real(rp), intent(in) :: chi              !! mass scaling factor [-]
+    real(rp), intent(in) :: v(nlane, 3)      !! velocity [m/s]
+    real(rp), intent(in) :: flow(nlane)      !! flow stress [Pa]
+    logical, intent(in) :: counts(nlane)     !! particles to include
     integer :: p
 
     inertial_stress_ratio = 0.0_rp
     do p = 1, n
-      if (.not. counts(p) .or. flow(p) <= least_strength*material%g_true) cycle
+      if (.not. counts(p) .or. flow(p) <= min_strength*material%g_true) cycle
       inertial_stress_ratio = max(inertial_stress_ratio, chi*material%rho*sum(v(p, :)**2)/flow(p))
     end do
   end function inertial_stress_ratio
 
-  !> Totals of nothing, of the shape of a scene with so many tools.
-  type(totals_t) function no_totals(scene, n_tools) result(totals)
+  !> Totals of zero, of the size for a scene with `n_tools` tools.
+  type(totals_t) function zero_totals(scene, n_tools) result(totals)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: n_tools
 
     allocate (totals%tool(n_tool_sums, n_tools), totals%face(n_tools), &
               totals%impulse(3, size(scene%condition)), source=0.0_rp)
-  end function no_totals
+  end function zero_totals
 
-  !> Collective. Totals of the present state.
+  !> Collective. Totals of the current state.
   subroutine sum_totals(world, scene, clock, tool, particles, books, history, totals)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -116,75 +119,76 @@ contains
     type(history_t), intent(inout) :: history
     type(totals_t), intent(out) :: totals
     real(rp), allocatable :: all(:)
-    real(rp) :: most(4 + size(tool))
+    real(rp) :: maxima(4 + size(tool))
     integer :: k, last
 
-    totals = no_totals(scene, size(tool))
+    totals = zero_totals(scene, size(tool))
     totals%now = energies(scene, clock, particles)
     associate (now => totals%now)
-      most = [now%hottest, now%fastest, now%inertial, &
-              merge(0.0_rp, 1.0_rp, is_finite(particles)), tool%hottest]
+      maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
+                merge(0.0_rp, 1.0_rp, is_finite(particles)), tool%hottest]
       all = [books%sums, now%kinetic, now%elastic, now%heat, (tool(k)%sums, k=1, size(tool)), &
              reshape(books%impulse, [size(books%impulse)])]
       call world%sum(all)
-      call world%max(most)
+      call world%max(maxima)
       totals%books = all(1:n_sums)
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
-                       most(1), most(2), most(3))
+                       maxima(1), maxima(2), maxima(3))
     end associate
-    totals%face = most(5:)
+    totals%face = maxima(5:)
     last = n_sums + 3 + size(totals%tool)
     totals%tool = reshape(all(n_sums + 4:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))
-    call balance(scene, history, totals)
-    totals%is_sound = most(4) <= 0.0_rp .and. .not. comes_from_nothing(scene, history, totals%now)
+    call balance_energies(scene, history, totals)
+    totals%is_sound = maxima(4) <= 0.0_rp .and. .not. energy_diverges(scene, history, totals%now)
   end subroutine sum_totals
 
-  !> What was given to the bodies against what became of it.
-  subroutine balance(scene, history, totals)
+  !> Balance the energy supplied to the bodies with its stored and dissipated parts.
+  subroutine balance_energies(scene, history, totals)
     type(scene_t), intent(in) :: scene
     type(history_t), intent(inout) :: history
     type(totals_t), intent(inout) :: totals
-    real(rp) :: given, inner, taken, turned
+    real(rp) :: supplied, internal, absorbed, exchanged
 
     associate (t => totals, now => totals%now, books => totals%books, tool => totals%tool)
       t%work = sum(tool(s_work, :))
       t%friction = sum(tool(s_friction, :)) + books(e_friction)
       t%contact = sum(tool(s_normal, :)) + books(e_contact)
       tool(s_heat, :) = t%friction + books(e_plastic)
-      given = t%work + books(e_body) + books(e_wall) + books(e_scaling)
-      t%loss = given - t%friction - t%contact - (now%kinetic - history%kinetic0) &
+      supplied = t%work + books(e_body) + books(e_wall) + books(e_scaling)
+      t%loss = supplied - t%friction - t%contact - (now%kinetic - history%kinetic0) &
                - books(d_kinetic) - books(e_stress) - books(e_sleep)
-      taken = t%friction + t%contact + books(e_plastic) + now%elastic - history%elastic0 &
+      absorbed = t%friction + t%contact + books(e_plastic) + now%elastic - history%elastic0 &
               + now%kinetic - history%kinetic0 + t%loss + books(e_sleep) &
               + books(d_kinetic) + books(d_elastic)
       history%audit_scale = max(history%audit_scale, &
                                 abs(t%work) + abs(books(e_body)) + abs(books(e_wall)), &
                                 abs(books(e_scaling)), history%kinetic0 + history%elastic0, &
                                 tiny(1.0_rp))
-      t%audit_error = 100.0_rp*(given - taken)/history%audit_scale
+      t%audit_error = 100.0_rp*(supplied - absorbed)/history%audit_scale
       t%to_bodies = sum(tool(s_to_plate, :))
       if (scene%method%conducts) t%to_bodies = t%to_bodies + books(e_friction)
-      inner = now%elastic + books(e_plastic) + t%friction
-      t%over_internal = inner
-      if (inner > 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/inner
-      turned = max(t%to_bodies + books(e_plastic) + abs(books(e_film)) + abs(books(e_wall_heat)) &
-                   + abs(books(e_source)) + abs(books(e_tool)), 1.0e-6_rp*abs(now%heat), &
-                   tiny(1.0_rp))
-      t%conduction_error = 100.0_rp*books(e_conduction)/turned
+      internal = now%elastic + books(e_plastic) + t%friction
+      t%over_internal = internal
+      if (internal > 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/internal
+      exchanged = max(t%to_bodies + books(e_plastic) + abs(books(e_film)) &
+                      + abs(books(e_wall_heat)) + abs(books(e_source)) + abs(books(e_tool)), &
+                      1.0e-6_rp*abs(now%heat), tiny(1.0_rp))
+      t%conduction_error = 100.0_rp*books(e_conduction)/exchanged
     end associate
-  end subroutine balance
+  end subroutine balance_energies
 
-  !> True if there is more kinetic energy than twice what all bodies had and were ever given: a run
-  !> away. Expansion makes energy from heat; below 1e-9 of the heat content it may be rounding.
-  pure logical function comes_from_nothing(scene, history, now)
+  !> True if the kinetic energy exceeds twice the exchanged energy, the sign of an unstable run. Not
+  !> checked with thermal expansion, which makes kinetic energy from heat; 1e-9 of the heat content
+  !> is a tolerance for rounding.
+  pure logical function energy_diverges(scene, history, now)
     type(scene_t), intent(in) :: scene
     type(history_t), intent(in) :: history
     type(energies_t), intent(in) :: now
 
-    comes_from_nothing = &
+    energy_diverges = &
       .not. now%kinetic <= 2.0_rp*history%audit_scale + 1.0e-9_rp*abs(now%heat) &
       .and. all(abs(scene%material%expansion) <= 0.0_rp)
-  end function comes_from_nothing
+  end function energy_diverges
 
 end module output_totals

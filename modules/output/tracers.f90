@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> NAME_tracers.csv, a row for each tracer and time.
+!> Rows of NAME_tracers.csv: one for each tracer and output time.
 module output_tracers
   use base_kinds, only: rp
   use base_text, only: str
@@ -18,18 +18,18 @@ module output_tracers
 
 contains
 
-  !> Collective. The rows at `time` of the groups that are due, as text, and how many; a tracer
-  !> whose particle has left the grid has none. `id` is that of the particle in the frames.
+  !> Collective. Text of the rows of the groups that are due, and their number; a tracer whose
+  !> particle has left the grid has no row. `id` is that of the particle in the frames.
   subroutine tracer_rows(world, scene, particles, tracers, time, is_due, text, n)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(tracers_t), intent(in) :: tracers
-    real(rp), intent(in) :: time                  !! [s]
-    logical, intent(in) :: is_due(:)              !! of each group
+    real(rp), intent(in) :: time                  !! simulated time [s]
+    logical, intent(in) :: is_due(:)              !! groups to write
     character(:), allocatable, intent(out) :: text
     integer, intent(out) :: n
-    integer, parameter :: longest = 240           !! characters of a row
+    integer, parameter :: longest = 240           !! longest row [characters]
     real(rp), allocatable :: seen(:, :)
     character(80) :: numbers
     character(20) :: now

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What a run writes while it goes on, and when: frames, histories, probes, checkpoints.
+!> Output of a run and its times: frames, histories, probes, tracers, checkpoints.
 module output_writer
   use base_errors, only: error_t
   use base_kinds, only: i8, rp, sp
@@ -17,7 +17,7 @@ module output_writer
   use output_checkpoint, only: save_checkpoint
   use output_diagnostics, only: is_finite
   use output_error_norms, only: error_headings, error_row, has_fields
-  use output_faces, only: faces_json, say_faces
+  use output_faces, only: faces_json, log_faces
   use output_history, only: history_headings, history_row
   use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
@@ -38,27 +38,27 @@ module output_writer
 
   public :: writer_t, next_time, put_frame
 
-  !> Open files and the clockwork of output.
+  !> Open files, and the state of the output.
   type :: writer_t
     type(table_t) :: history, probes, tracers, errors
-    integer(i8) :: saved_step = -1      !! of the last checkpoint
+    integer(i8) :: saved_step = -1      !! step of the last checkpoint
     type(progress_t) :: progress
     type(warnings_t), private :: warnings
   contains
     procedure :: init
-    procedure :: due
-    procedure, nopass :: shows_now
-    procedure :: frame
+    procedure :: write_due
+    procedure, nopass :: row_or_frame_is_due
+    procedure :: add_frame
     procedure :: row
-    procedure, private :: follow
-    procedure :: summary
+    procedure, private :: write_tracer_rows
+    procedure :: write_summary
     procedure :: sync
     procedure :: close => close_files
   end type writer_t
 
 contains
 
-  !> Open the histories; a resumed run goes on in those it has.
+  !> Open the histories; a resumed run appends to the existing ones.
   subroutine init(self, world, scene, clock, step, tool, backing, probes, tracers, particles, &
                   history, is_resumed, error)
     class(writer_t), intent(inout) :: self
@@ -114,7 +114,7 @@ contains
     end associate
   end subroutine init
 
-  !> A row of the probes: temperatures first, then places.
+  !> Row of the probes: temperatures, then positions.
   type(row_t) function probe_row(clock, probes) result(row)
     type(clock_t), intent(in) :: clock
     type(probes_t), intent(in) :: probes
@@ -131,11 +131,11 @@ contains
     end do
   end function probe_row
 
-  !> Write what is due at the present time, rows before a checkpoint, which counts them. What is
-  !> `last` leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they
+  !> Write the output due at the current time, rows before a checkpoint, which stores their number.
+  !> At the end of a run write a checkpoint, then a row and a frame, which a restart drops if they
   !> were not due.
-  subroutine due(self, world, scene, clock, step, tool, backing, probes, tracers, particles, &
-                 sleepers, exchange, books, history, last, error)
+  subroutine write_due(self, world, scene, clock, step, tool, backing, probes, tracers, particles, &
+                       sleepers, exchange, books, history, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -150,10 +150,10 @@ contains
     type(exchange_t), intent(in) :: exchange
     type(books_t), intent(in) :: books
     type(history_t), intent(inout) :: history
-    logical, intent(in) :: last
+    logical, intent(in) :: last              !! end of the run
     type(error_t), intent(inout) :: error
     real(rp) :: now
-    logical :: wanted
+    logical :: is_due
 
     now = clock%time*(1.0_rp + 1.0e-12_rp)
     associate (output => scene%output)
@@ -161,14 +161,14 @@ contains
         call self%row(world, scene, clock, step, tool, backing, probes, particles, books, history)
         clock%next_history = next_time(output%history_interval, clock%time)
       end if
-      call self%follow(world, scene, clock, step, particles, tracers, .false.)
+      call self%write_tracer_rows(world, scene, clock, step, particles, tracers, .false.)
       if (now >= clock%next_frame) then
-        call self%frame(world, scene, clock, tool, particles, history, error)
+        call self%add_frame(world, scene, clock, tool, particles, history, error)
         clock%next_frame = next_time(output%frame_interval, clock%time)
       end if
-      wanted = output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint
-      wanted = (wanted .or. last .or. step%safety_is_due) .and. self%saved_step < clock%step
-      if (wanted .and. .not. step%is_broken) then
+      is_due = output%checkpoint_interval > 0.0_rp .and. now >= clock%next_checkpoint
+      is_due = (is_due .or. last .or. step%safety_is_due) .and. self%saved_step < clock%step
+      if (is_due .and. .not. step%is_broken) then
         self%saved_step = clock%step
         clock%next_checkpoint = next_time(output%checkpoint_interval, clock%time)
         call self%sync()
@@ -183,12 +183,12 @@ contains
     end associate
     if (.not. last) return
     call self%row(world, scene, clock, step, tool, backing, probes, particles, books, history)
-    call self%follow(world, scene, clock, step, particles, tracers, .true.)
-    call self%frame(world, scene, clock, tool, particles, history, error)
-  end subroutine due
+    call self%write_tracer_rows(world, scene, clock, step, particles, tracers, .true.)
+    call self%add_frame(world, scene, clock, tool, particles, history, error)
+  end subroutine write_due
 
-  !> Rows of the tracers that are due, or at the `last` time of all.
-  subroutine follow(self, world, scene, clock, step, particles, tracers, last)
+  !> Write the tracer rows that are due, at the end of a run those of all groups.
+  subroutine write_tracer_rows(self, world, scene, clock, step, particles, tracers, last)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -213,18 +213,18 @@ contains
       end where
     end associate
     step%lost_row = step%lost_row .or. self%tracers%is_lost()
-  end subroutine follow
+  end subroutine write_tracer_rows
 
-  !> Whether `due` will write a row or a frame.
-  pure logical function shows_now(clock, last)
+  !> True if `write_due` will write a row or a frame.
+  pure logical function row_or_frame_is_due(clock, last)
     type(clock_t), intent(in) :: clock
     logical, intent(in) :: last
 
-    shows_now = last .or. clock%time*(1.0_rp + 1.0e-12_rp) >= min(clock%next_history, &
-                                                                  clock%next_frame)
-  end function shows_now
+    row_or_frame_is_due = last .or. clock%time*(1.0_rp + 1.0e-12_rp) >= min(clock%next_history, &
+                                                                            clock%next_frame)
+  end function row_or_frame_is_due
 
-  !> First multiple of the interval behind `time`; never, without an interval.
+  !> First multiple of the interval after `time` [s]; huge if the interval is 0.
   elemental real(rp) function next_time(interval, time)
     real(rp), intent(in) :: interval, time
 
@@ -234,7 +234,8 @@ contains
     end if
   end function next_time
 
-  subroutine frame(self, world, scene, clock, tool, particles, history, error)
+  !> Collective. Write a frame of the particles and one of the tools, and update the index files.
+  subroutine add_frame(self, world, scene, clock, tool, particles, history, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -246,7 +247,7 @@ contains
     character(6) :: number
 
     if (size(history%frame_times) > 0) then
-      if (history%frame_times(size(history%frame_times)) >= clock%time) return   ! has it already
+      if (history%frame_times(size(history%frame_times)) >= clock%time) return   ! written already
     end if
     write (number, '(i6.6)') size(history%frame_times)
     associate (output => scene%output)
@@ -258,9 +259,9 @@ contains
       call write_series(world, output%directory, output%name, history%frame_times, error)
       call list_tools(world, scene, history%frame_times, error)
     end associate
-  end subroutine frame
+  end subroutine add_frame
 
-  !> Collective. A frame at `path`; without one in memory only (h5_file).
+  !> Collective. Write a frame to `path`; with an empty path it is kept in memory only (h5_file).
   subroutine put_frame(world, scene, clock, particles, path, error)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -279,6 +280,7 @@ contains
                      outputs, scene%output%input_text, error)
   end subroutine put_frame
 
+  !> Collective. Write a row of the history, the probes and the errors; check for warnings.
   subroutine row(self, world, scene, clock, step, tool, backing, probes, particles, books, history)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -293,9 +295,9 @@ contains
     type(history_t), intent(inout) :: history
     type(row_t) :: columns
 
-    if (history%row_time >= clock%time .and. history%rows > 0) return   ! has it already
+    if (history%row_time >= clock%time .and. history%rows > 0) return   ! written already
     call history_row(world, scene, clock, step, tool, backing, particles, books, history, columns)
-    call self%warnings%watch(world, scene, clock, step, tool, particles, books, history, columns)
+    call self%warnings%check(world, scene, clock, step, tool, particles, books, history, columns)
     call self%history%row(columns%values())
     if (probes%n > 0) then
       call share_probes(world, probes)
@@ -311,9 +313,9 @@ contains
                     .or. self%tracers%is_lost()
   end subroutine row
 
-  !> Collective. What the run came to: NAME_summary.json, and lines about speed and mass scaling.
-  subroutine summary(self, world, scene, clock, tool, history, blocks, nodes, exchange, timer, &
-                     error)
+  !> Collective. Write NAME_summary.json; log speed, mass scaling and the tool faces.
+  subroutine write_summary(self, world, scene, clock, tool, history, blocks, nodes, exchange, &
+                           timer, error)
     class(writer_t), intent(in) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -326,16 +328,16 @@ contains
     type(phase_timer_t), intent(in) :: timer
     type(error_t), intent(inout) :: error
 
-    call self%progress%summary(world, scene, clock, blocks, nodes, exchange, timer, &
-                               self%warnings%melting%json()//faces_json(scene, tool, history), &
-                               error)
+    call self%progress%write_summary(world, scene, clock, blocks, nodes, exchange, timer, &
+                                     self%warnings%melting%json()//faces_json(scene, tool, &
+                                     history), error)
     if (world%is_root() .and. .not. scene%output%is_quiet) then
-      call self%warnings%say_inertia(scene, clock)
-      call say_faces(scene, tool, history)
+      call self%warnings%log_inertial_stress(scene, clock)
+      call log_faces(scene, tool, history)
     end if
-  end subroutine summary
+  end subroutine write_summary
 
-  !> Bring the rows to the disk: a checkpoint counts on them.
+  !> Flush the rows to disk, before a checkpoint that stores their number.
   subroutine sync(self)
     class(writer_t), intent(inout) :: self
 

@@ -84,10 +84,10 @@ contains
     message = ''
     call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
                      sim%tracers, sim%particles, sim%history, is_resumed, error)
-    if (.not. is_resumed) call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, &
-                                          sim%backing, sim%probes, sim%tracers, sim%particles, &
-                                          sim%sleepers, sim%exchange, sim%books, sim%history, &
-                                          .false., error)
+    if (.not. is_resumed) call writer%write_due(world, sim%scene, sim%clock, sim%step, sim%tool, &
+                                                sim%backing, sim%probes, sim%tracers, &
+                                                sim%particles, sim%sleepers, sim%exchange, &
+                                                sim%books, sim%history, .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call note_step(sim%clock%step)
@@ -97,7 +97,7 @@ contains
       call write_due(world, sim, writer, is_finished(sim), status, message, error)
       if (status == ended_broken) exit
       call check_state(world, sim, status, message)
-      call writer%progress%line(world, sim%scene, sim%clock)
+      call writer%progress%show_line(world, sim%scene, sim%clock)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
@@ -109,8 +109,8 @@ contains
       call writer%sync()
       call save_last_state(world, sim, status == ended_by_signal, error, message)
     end if
-    call writer%summary(world, sim%scene, sim%clock, sim%tool, sim%history, sim%blocks, sim%nodes, &
-                        sim%exchange, sim%timer, error)
+    call writer%write_summary(world, sim%scene, sim%clock, sim%tool, sim%history, sim%blocks, &
+                              sim%nodes, sim%exchange, sim%timer, error)
     call writer%close(error)
     call note_step(-1_i8)
     if (error%is_set()) then
@@ -255,14 +255,14 @@ contains
     character(:), allocatable, intent(inout) :: message
     type(error_t), intent(inout) :: error
 
-    if (sim%scene%method%shows_motion .and. writer%shows_now(sim%clock, last)) then
+    if (sim%scene%method%shows_motion .and. writer%row_or_frame_is_due(sim%clock, last)) then
       call sort_if_due(world, sim, status, message)
       if (status == ended_broken) return
       call find_motion(world, sim)
     end if
-    call writer%due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
-                    sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%books, &
-                    sim%history, last, error)
+    call writer%write_due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
+                          sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
+                          sim%books, sim%history, last, error)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
   end subroutine write_due
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What is behind the films of faces and gets hot.
+!> Heat sinks behind the faces of bodies (backing plates), from the &SURFACE groups.
 module setup_backings
   use base_kinds, only: rp
   use bodies_solids, only: bounds, read_solid, solid_t
@@ -18,13 +18,14 @@ module setup_backings
 
 contains
 
-  !> The backings of all &SURFACE groups, after their films; of two for a face the last holds.
+  !> Backings of all &SURFACE groups; of several for one face the last holds. The films of the
+  !> faces must have been read.
   subroutine read_backings(input, scene, backing, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(backing_t), allocatable, intent(out) :: backing(:)
     type(diagnostics_t), intent(inout) :: diagnostics
-    type(backing_t) :: one
+    type(backing_t) :: new
     integer :: body, face, i, k
 
     allocate (backing(0))
@@ -36,18 +37,18 @@ contains
       do face = 1, 6
         if (all(input%text('SURFACE', i, 'FACE') /= ['all ', face_names(face)])) cycle
         if (.not. scene%body(body)%film(face)%has_backing) cycle
-        call make_backing(input, i, scene, body, face, one)
+        call make_backing(input, i, scene, body, face, new)
         k = find_backing(backing, body, face)
         if (k > 0) then
-          backing(k) = one
+          backing(k) = new
         else
-          backing = [backing, one]
+          backing = [backing, new]
         end if
       end do
     end do
   end subroutine read_backings
 
-  !> What a backing does not go with.
+  !> Report keys that cannot be combined with a backing.
   subroutine check_backing(input, i, scene, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -70,7 +71,7 @@ contains
     end if
   end subroutine check_backing
 
-  !> The backing of face `face` of a body by its &SURFACE: columns about as wide as cells.
+  !> Backing of one face of a body, from the `i`-th &SURFACE: columns about as wide as grid cells.
   subroutine make_backing(input, i, scene, body, face, backing)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i, body, face
@@ -109,13 +110,13 @@ contains
     allocate (backing%column(product(backing%n)), source=column)
   end subroutine make_backing
 
-  !> The rectangle around a body across an axis.
+  !> Bounding rectangle of a body in the plane of the two axes `across`.
   subroutine find_rectangle(input, name, across, lower, upper)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: name
     integer, intent(in) :: across(2)
     real(rp), intent(out) :: lower(2), upper(2)   !! [m]
-    type(diagnostics_t) :: said                   !! elsewhere
+    type(diagnostics_t) :: ignored                !! errors that check_shapes reports
     type(solid_t) :: solid
     real(rp) :: corner(3, 2)
     integer :: i
@@ -124,7 +125,7 @@ contains
     upper = -huge(1.0_rp)
     do i = 1, input%count('SHAPE')
       if (input%text('SHAPE', i, 'BODY') /= name) cycle
-      call read_solid(input, i, solid, said)
+      call read_solid(input, i, solid, ignored)
       if (.not. solid%adds) cycle
       call bounds(solid, corner(:, 1), corner(:, 2))
       lower = min(lower, corner(across, 1))

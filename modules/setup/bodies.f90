@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> From the checked input to bodies and the films on their faces; what is wrong with their shapes.
+!> Read the bodies and the heat-transfer films on their faces; check the shapes.
 module setup_bodies
   use base_kinds, only: rp
   use base_text, only: str
@@ -18,7 +18,7 @@ module setup_bodies
 
 contains
 
-  !> All &BODY groups; every &LOAD acts on one of them.
+  !> Read all &BODY groups; check that every &LOAD names one of them.
   subroutine read_bodies(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -62,14 +62,15 @@ contains
     end do
   end subroutine read_bodies
 
-  !> Rings and shells of particles need a surface to follow, and have no lattice faces and equal
-  !> masses. Across the axis of the rings, or everywhere, they have the smallest spacing.
+  !> Check a body with LATTICE = round, whose particles lie in rings or shells: its first shape must
+  !> be a cylinder or a sphere, and it has no plane faces for surface conditions. Equalize the
+  !> spacing across the axis (cylinder) or in all directions (sphere).
   subroutine check_round(input, body, spacing, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
     real(rp), intent(inout) :: spacing(3)      !! [m]
     type(diagnostics_t), intent(inout) :: diagnostics
-    type(diagnostics_t) :: said                !! elsewhere
+    type(diagnostics_t) :: ignored             !! errors that check_shapes reports
     type(solid_t) :: solid
     logical :: is_across(3)
     character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']
@@ -81,7 +82,7 @@ contains
         call input%report(diagnostics, 'BODY', body, 'LATTICE', &
                           'round: the first &SHAPE of the body must be a cylinder or a sphere')
       end if
-      call read_solid(input, i, solid, said)
+      call read_solid(input, i, solid, ignored)
       is_across = solid%kind == solid_sphere .or. [1, 2, 3] /= solid%axis
       where (is_across) spacing = minval(spacing, is_across)
       exit
@@ -96,7 +97,7 @@ contains
     end do
   end subroutine check_round
 
-  !> Films of the &SURFACE groups on the faces of the bodies.
+  !> Read the films of the &SURFACE groups on the faces of the bodies.
   subroutine read_surfaces(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -124,7 +125,7 @@ contains
     end do
   end subroutine read_surfaces
 
-  !> The film of the `i`-th &SURFACE.
+  !> Heat-transfer film of the `i`-th &SURFACE.
   type(film_t) function film_of(input, i, has_mechanics, diagnostics) result(film)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -159,7 +160,7 @@ contains
     end if
   end function film_of
 
-  !> Shapes must belong to a body and lie inside the grid; bodies must have a shape.
+  !> Check that shapes belong to a body and lie inside the grid, and that bodies have a shape.
   subroutine check_shapes(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -186,7 +187,7 @@ contains
       if (scene%grid%n(1) == 0) cycle
       if (any(lower < scene%grid%lower - slack) .or. any(upper > top + slack)) then
         call input%report(diagnostics, 'SHAPE', i, '', 'reaches outside the grid: '// &
-                          beyond(lower, upper, scene%grid%lower, top, slack))
+                          excess_of(lower, upper, scene%grid%lower, top, slack))
       end if
     end do
     do body = 1, size(scene%body)
@@ -195,9 +196,11 @@ contains
     end do
   end subroutine check_shapes
 
-  !> Where a box reaches beyond another, as 'y to 0.05 m (grid to 0.046 m)', all axes [m].
-  function beyond(lower, upper, bottom, top, slack) result(text)
-    real(rp), intent(in) :: lower(3), upper(3), bottom(3), top(3), slack
+  !> Text on where a box exceeds another on each axis, as 'y to 0.05 m (grid to 0.046 m)'.
+  function excess_of(lower, upper, bottom, top, slack) result(text)
+    real(rp), intent(in) :: lower(3), upper(3)   !! corners of the inner box [m]
+    real(rp), intent(in) :: bottom(3), top(3)    !! corners of the outer box [m]
+    real(rp), intent(in) :: slack                !! tolerance [m]
     character(:), allocatable :: text
     character(1), parameter :: axes(3) = ['x', 'y', 'z']
     integer :: k
@@ -212,6 +215,6 @@ contains
       end if
     end do
     text = text(3:)
-  end function beyond
+  end function excess_of
 
 end module setup_bodies

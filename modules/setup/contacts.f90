@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Which bodies have a velocity field of their own, and what happens between them.
+!> Contact between bodies: groups with a velocity field of their own, and their contact laws.
 module setup_contacts
   use contact_pair, only: law_coulomb, law_frictionless, law_stick, pair_law_t, contact_t, &
                           moves_as_one, normal_gradient, normal_regression
@@ -14,8 +14,8 @@ module setup_contacts
 
 contains
 
-  !> All &CONTACT groups. A body in contact and a rigid one get a group each, the others share the
-  !> first; two groups without a &CONTACT move as one where they are in contact.
+  !> Read all &CONTACT groups. Each body in contact and each rigid body gets a group of its own, the
+  !> others share the first one. Groups without a &CONTACT between them stick to each other.
   subroutine read_contacts(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -47,7 +47,7 @@ contains
         end if
       end do
     end do
-    call divide_groups(body, scene)
+    call assign_groups(body, scene)
     allocate (scene%contact(0))
     do j = 2, size(scene%tool_of)
       do i = 1, j - 1
@@ -57,7 +57,7 @@ contains
     end do
     do i = 1, size(body, 2)
       if (any(body(:, i) == 0)) cycle
-      k = place_of(scene, scene%body(body(:, i))%group)
+      k = index_of_contact(scene, scene%body(body(:, i))%group)
       if (k == 0) cycle                                    ! is reported already
       scene%contact(k)%group = scene%body(body(:, i))%group
       scene%contact(k)%normal = normal_gradient
@@ -69,37 +69,37 @@ contains
     end do
   end subroutine read_contacts
 
-  !> Number the groups; no number is left out.
-  subroutine divide_groups(body, scene)
-    integer, intent(in) :: body(:, :)
+  !> Assign each body a group of bodies, numbered consecutively from 1.
+  subroutine assign_groups(body, scene)
+    integer, intent(in) :: body(:, :)     !! (2, n) bodies of each &CONTACT; 0: unknown name
     type(scene_t), intent(inout) :: scene
-    logical :: is_alone(size(scene%body))
+    logical :: has_own_group(size(scene%body))
     integer :: b, n_groups
 
-    is_alone = [(any(body == b) .or. scene%body(b)%is_rigid(), b=1, size(is_alone))]
-    n_groups = merge(0, 1, all(is_alone) .and. size(is_alone) > 0)
-    do b = 1, size(is_alone)
+    has_own_group = [(any(body == b) .or. scene%body(b)%is_rigid(), b=1, size(has_own_group))]
+    n_groups = merge(0, 1, all(has_own_group) .and. size(has_own_group) > 0)
+    do b = 1, size(has_own_group)
       scene%body(b)%group = 1
-      if (.not. is_alone(b)) cycle
+      if (.not. has_own_group(b)) cycle
       n_groups = n_groups + 1
       scene%body(b)%group = n_groups
     end do
     allocate (scene%tool_of(n_groups), source=0)
-    do b = 1, size(is_alone)
+    do b = 1, size(has_own_group)
       if (scene%body(b)%is_rigid()) scene%tool_of(scene%body(b)%group) = scene%body(b)%tool
     end do
-  end subroutine divide_groups
+  end subroutine assign_groups
 
-  !> Place of the contact of two groups in the list; 0 if it is not there.
-  pure integer function place_of(scene, groups)
+  !> Index of the contact of two groups in the list; 0 if there is none.
+  pure integer function index_of_contact(scene, groups)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: groups(2)
 
-    do place_of = size(scene%contact), 1, -1
-      if (all(scene%contact(place_of)%group == [minval(groups), maxval(groups)])) exit
-      if (all(scene%contact(place_of)%group == [maxval(groups), minval(groups)])) exit
+    do index_of_contact = size(scene%contact), 1, -1
+      if (all(scene%contact(index_of_contact)%group == [minval(groups), maxval(groups)])) exit
+      if (all(scene%contact(index_of_contact)%group == [maxval(groups), minval(groups)])) exit
     end do
-  end function place_of
+  end function index_of_contact
 
   integer function law_of(text)
     character(*), intent(in) :: text

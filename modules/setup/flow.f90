@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What is done only where metal can flow: averaging of volume, velocities of the grid for output.
+!> Settings that depend on whether the material can flow plastically: averaging of the volume ratio
+!> (F-bar) and output of grid velocities.
 module setup_flow
   use base_kinds, only: rp
   use input_values, only: input_t
@@ -10,15 +11,16 @@ module setup_flow
 
   public :: read_flow
 
-  !> Bulk over shear modulus from which elastic material locks: without averaging the pressure of
-  !> neighbours in a thick tube (verify.py tube) differs by 1.5 % of this, with it by 2 to 3 %.
+  !> Ratio of bulk to shear modulus above which elastic material locks. Without averaging, the
+  !> pressures of neighbouring particles in a thick tube (verify.py tube) differ by 1.5 % times this
+  !> ratio, with it by 2 to 3 %.
   real(rp), parameter :: nearly_incompressible = 6.0_rp
 
 contains
 
-  !> Whose volume is averaged: as FBAR says, or where metal flows, and that of bodies which are
-  !> nearly incompressible; elsewhere averaging takes accuracy. Velocities of the grid are shown if
-  !> particles that can flow carry others: FLIP. After the bodies and the method.
+  !> Choose where the volume ratio is averaged: as FBAR says, by default in flowing material and in
+  !> nearly incompressible bodies (elsewhere averaging costs accuracy). Frames show velocities of
+  !> the grid if those of flowing particles are noisy (FLIP). Bodies and method must have been read.
   subroutine read_flow(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Heat between bodies in contact: conductances, and which bodies have a temperature of their own at
-!> the nodes where they meet.
+!> Heat transfer between bodies in contact: contact conductances, and the groups of bodies that have
+!> separate nodal temperatures.
 module setup_gaps
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
@@ -16,8 +16,8 @@ module setup_gaps
 
 contains
 
-  !> Conductances of all &CONTACT groups, after the contacts. Bodies between which none is given
-  !> conduct perfectly and share their temperatures at the nodes.
+  !> Read the conductances of all &CONTACT groups. Bodies without a conductance between them are in
+  !> perfect thermal contact and share their nodal temperatures. Contacts must have been read.
   subroutine read_gaps(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -27,7 +27,7 @@ contains
 
     has_gap = .false.
     do i = 1, input%count('CONTACT')
-      if (.not. conducts_by_gap(input, i)) cycle
+      if (.not. has_conductance(input, i)) cycle
       call check_gap(input, i, scene, diagnostics)
       body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
               find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
@@ -42,9 +42,9 @@ contains
       end do
     end do
     if (.not. any(has_gap)) return
-    call divide_groups(scene, has_gap)
+    call assign_heat_groups(scene, has_gap)
     do i = 1, input%count('CONTACT')
-      if (.not. conducts_by_gap(input, i)) cycle
+      if (.not. has_conductance(input, i)) cycle
       body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
               find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
       if (any(body == 0)) cycle
@@ -56,16 +56,16 @@ contains
     end do
   end subroutine read_gaps
 
-  !> Whether heat passes through a gap in this &CONTACT.
-  logical function conducts_by_gap(input, i)
+  !> True if the `i`-th &CONTACT has a contact conductance.
+  logical function has_conductance(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
 
-    conducts_by_gap = input%given('CONTACT', i, 'CONDUCTANCE')
-    if (.not. conducts_by_gap) conducts_by_gap = input%given('CONTACT', i, 'CONDUCTANCE_TABLE')
-  end function conducts_by_gap
+    has_conductance = input%given('CONTACT', i, 'CONDUCTANCE')
+    if (.not. has_conductance) has_conductance = input%given('CONTACT', i, 'CONDUCTANCE_TABLE')
+  end function has_conductance
 
-  !> What a conductance does not go with.
+  !> Check the conductance of the `i`-th &CONTACT.
   subroutine check_gap(input, i, scene, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -100,7 +100,7 @@ contains
     end associate
   end subroutine check_gap
 
-  !> The conductance of the `i`-th &CONTACT.
+  !> Conductance of the `i`-th &CONTACT as a film.
   type(film_t) function film_of(input, i) result(film)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -118,14 +118,15 @@ contains
     end associate
   end function film_of
 
-  !> Number the groups of heat: bodies without a gap between them are of one, directly or by others.
-  pure subroutine divide_groups(scene, has_gap)
+  !> Assign groups with a common nodal temperature: bodies without a gap between them, directly or
+  !> through other bodies, belong to one group.
+  pure subroutine assign_heat_groups(scene, has_gap)
     type(scene_t), intent(inout) :: scene
-    logical, intent(in) :: has_gap(:, :)
-    integer :: a, b, group(size(scene%body)), n, turn
+    logical, intent(in) :: has_gap(:, :)      !! whether a conductance is given between two bodies
+    integer :: a, b, group(size(scene%body)), n, sweep
 
     group = [(a, a=1, size(group))]
-    do turn = 1, size(group)
+    do sweep = 1, size(group)
       do a = 1, size(group)
         do b = 1, size(group)
           if (.not. has_gap(a, b)) group([a, b]) = minval(group([a, b]))
@@ -139,6 +140,6 @@ contains
       if (group(a) /= a) scene%body(a)%heat_group = scene%body(group(a))%heat_group
     end do
     scene%n_heat_groups = n
-  end subroutine divide_groups
+  end subroutine assign_heat_groups
 
 end module setup_gaps

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> From the checked input to a grid that is graded along an axis; what does not go with it.
+!> Read the grading of the grid along an axis; check what it can be combined with.
 module setup_grading
   use base_kinds, only: rp
   use base_text, only: str
@@ -16,10 +16,10 @@ module setup_grading
 
 contains
 
-  !> Grade the axis of `grid` that GRADED names. If that cannot be, the grid has no nodes.
+  !> Grade the axis of `grid` that GRADED names. After an error the grid has no nodes.
   subroutine read_grading(input, upper, grid, diagnostics)
     type(input_t), intent(in) :: input
-    real(rp), intent(in) :: upper(3)         !! corner of the box [m]
+    real(rp), intent(in) :: upper(3)         !! upper corner of the grid [m]
     type(grid_t), intent(inout) :: grid
     type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: cells, ends(2), fine(2), growth, h, largest
@@ -65,7 +65,7 @@ contains
     end if
   end subroutine read_grading
 
-  !> What a graded grid does not go with.
+  !> Report methods that cannot be combined with a graded grid.
   subroutine check_grading(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What the flow laws of the materials need of a scene.
+!> Storage and warnings of the flow laws of the materials.
 module setup_laws
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
@@ -12,7 +12,8 @@ module setup_laws
 
 contains
 
-  !> Room for the internal variables of the law that has most; the warnings of all laws.
+  !> Reserve particle storage for the internal variables of the flow laws; list the warnings that the
+  !> laws can give.
   subroutine lay_out_laws(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -37,7 +38,7 @@ contains
     end associate
   end subroutine lay_out_laws
 
-  !> Add the warnings of a material's law to those of the scene, each once.
+  !> Add the warnings of a material's flow law to those of the scene, without duplicates.
   subroutine list_warnings(material, all)
     type(material_t), intent(inout) :: material
     character(48), allocatable, intent(inout) :: all(:)

@@ -14,7 +14,7 @@ module setup_loads
 
 contains
 
-  !> True if a &TRACTION acts on part of a face only.
+  !> True if any &TRACTION acts on part of a face only.
   logical function tractions_have_boxes(input)
     type(input_t), intent(in) :: input
     integer :: i
@@ -33,7 +33,7 @@ contains
     if (.not. has_box) has_box = input%given('TRACTION', i, 'UPPER')
   end function has_box
 
-  !> The tractions of each body, in the order of the file.
+  !> Read the tractions of each body, in the order of the input file.
   subroutine read_tractions(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -91,7 +91,7 @@ contains
     end if
   end subroutine read_traction
 
-  !> Moving sources of heat.
+  !> Read the moving heat sources.
   subroutine read_sources(input, scene, source, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Scaling for larger time steps: a softer elasticity of metal that can flow, and whether nodes with
-!> little mass have more inertia in this scene (selective mass scaling).
+!> Scaling for larger time steps: reduced elastic moduli of material that can flow, and selective
+!> mass scaling (added inertia of grid nodes with little mass).
 module setup_scaling
   use base_kinds, only: nlane, rp
   use base_text, only: str
@@ -15,14 +15,16 @@ module setup_scaling
 
   public :: elastic_strain, is_sparse, read_elastic_scaling, read_selective_scaling, small_strain
 
-  !> Elastic strain of metal that flows which is small against the strains of the flow, of order 1:
-  !> tests/verification/ablation.md has what larger ones are worth.
+  !> Elastic strains of flowing material [-]: recommended, and the largest without a warning.
+  !> Plastic strains are of order 1; tests/verification/ablation.md has the errors that larger ones
+  !> cause.
   real(rp), parameter :: small_strain = 0.02_rp, large_strain = 0.05_rp
-  real(rp), parameter :: cubic = 1.0_rp + 1.0e-6_rp   !! longest over shortest edge of a cube
+  real(rp), parameter :: cubic = 1.0_rp + 1.0e-6_rp   !! largest edge ratio of a cube
 
 contains
 
-  !> Soften the materials, which stand; nothing else has looked at them.
+  !> Divide the elastic moduli of materials that can flow by ELASTIC_SCALING. Materials must have
+  !> been read, and nothing derived from their moduli yet.
   subroutine read_elastic_scaling(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -50,8 +52,9 @@ contains
     call scene%material%soften(factor)
   end subroutine read_elastic_scaling
 
-  !> Warn where the softer metal is strained much before it flows; materials and bodies stand.
-  subroutine judge_elastic_scaling(input, scene, diagnostics)
+  !> Warn if the softened material has a large elastic strain before it flows. Materials and bodies
+  !> must have been read.
+  subroutine check_elastic_scaling(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -64,10 +67,10 @@ contains
                     str(100.0_rp*strain)//' % before it flows, where a few are small: '// &
                     str(scene%method%elastic_scaling*small_strain/strain)//' makes that '// &
                     str(100.0_rp*small_strain)//' %')
-  end subroutine judge_elastic_scaling
+  end subroutine check_elastic_scaling
 
-  !> Elastic strain sigma/E of the bodies that can flow, at the flow stress of strain and rate 1
-  !> [1/s] and the temperature they begin with; the largest. 0: none flows.
+  !> Largest elastic strain sigma/E of the bodies that can flow, at their initial temperature, a
+  !> plastic strain of 1 and a strain rate of 1/s; 0 if no body can flow [-].
   real(rp) function elastic_strain(input, scene) result(strain)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -77,28 +80,29 @@ contains
     do b = 1, size(scene%body)
       if (scene%body(b)%material == 0 .or. scene%body(b)%is_rigid()) cycle
       associate (m => scene%material(scene%body(b)%material))
-        strain = max(strain, strength_of(m, input%real('BODY', b, 'TEMPERATURE'), 1.0_rp) &
+        strain = max(strain, flow_stress_of(m, input%real('BODY', b, 'TEMPERATURE'), 1.0_rp) &
                              /m%young())
       end associate
     end do
   end function elastic_strain
 
-  !> Set `scales_light_nodes`, and judge the elastic scaling; method and groups of bodies stand.
+  !> Decide on selective mass scaling, and check the elastic scaling. Method, bodies and groups of
+  !> bodies must have been read.
   subroutine read_selective_scaling(input, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), intent(in) :: tool(:)
     type(diagnostics_t), intent(inout) :: diagnostics
 
-    call judge_elastic_scaling(input, scene, diagnostics)
+    call check_elastic_scaling(input, scene, diagnostics)
     scene%method%scales_light_nodes = input%switches_on( &
-      diagnostics, 'METHOD', 'SELECTIVE_SCALING', what_forbids(scene), &
+      diagnostics, 'METHOD', 'SELECTIVE_SCALING', obstacle_in(scene), &
       is_harmless(input, scene, tool))
   end subroutine read_selective_scaling
 
-  !> Whether it does no harm: waves are of no interest, and what a tool stirs is held; light nodes
-  !> do not pass on all of the momentum of internal forces, which sets free bodies in motion, and
-  !> what is molten is as free.
+  !> True if selective mass scaling is safe: the process is quasi-static (mass scaling) and the body
+  !> at the tool is held by walls or clamps and is not molten. Light nodes lose part of the momentum
+  !> of internal forces, which would set a free body in motion.
   logical function is_harmless(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -114,37 +118,38 @@ contains
     end do
   end function is_harmless
 
-  !> Whether a material resists flow at a temperature: more than a millionth of its shear modulus.
+  !> True if the flow stress at a temperature is above a millionth of the shear modulus.
   logical function has_strength(material, temperature)
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: temperature         !! [K]
 
     has_strength = .true.
     if (.not. allocated(material%flow)) return
-    has_strength = strength_of(material, temperature, 0.0_rp) > 1.0e-6_rp*material%g_true
+    has_strength = flow_stress_of(material, temperature, 0.0_rp) > 1.0e-6_rp*material%g_true
   end function has_strength
 
-  !> Flow stress of a material in its first state at a temperature and a plastic strain, at a rate
-  !> of 1/s; 0 if it does not flow [Pa].
-  real(rp) function strength_of(material, temperature, strain)
+  !> Flow stress of a material with initial internal variables at a strain rate of 1/s; 0 if it has
+  !> no flow law [Pa].
+  real(rp) function flow_stress_of(material, temperature, strain)
     type(material_t), intent(in) :: material
-    real(rp), intent(in) :: temperature, strain   !! [K], [-]
-    real(rp), allocatable :: start(:)
+    real(rp), intent(in) :: temperature         !! [K]
+    real(rp), intent(in) :: strain              !! equivalent plastic strain [-]
+    real(rp), allocatable :: initial(:)
     real(rp), dimension(nlane) :: alpha, rate, slope, strength, temp
 
-    strength_of = 0.0_rp
+    flow_stress_of = 0.0_rp
     if (.not. allocated(material%flow)) return
-    allocate (start(material%flow%n_state))
-    call material%flow%start(start)
+    allocate (initial(material%flow%n_state))
+    call material%flow%start(initial)
     alpha = strain
     rate = 1.0_rp
     temp = temperature
-    call flow_strength(material, alpha, temp, rate, size(start), spread(start, 1, nlane), &
+    call flow_strength(material, alpha, temp, rate, size(initial), spread(initial, 1, nlane), &
                        strength, slope)
-    strength_of = strength(1)
-  end function strength_of
+    flow_stress_of = strength(1)
+  end function flow_stress_of
 
-  !> Whether some deformable body has one particle in a cell along all of `axes` axes.
+  !> True if a deformable body has one particle per cell along at least `axes` of the axes.
   pure logical function is_sparse(scene, axes)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: axes
@@ -157,11 +162,11 @@ contains
     end do
   end function is_sparse
 
-  !> What in the scene its limits do not hold with; '' if nothing. With one particle in a cell along
-  !> an axis, or in cells of other edges, a free elastic block gains energy at steps that are stable
-  !> without it: what light nodes keep of the internal forces is missing from the particles, so
-  !> that the operator from forces to velocities is not symmetric.
-  pure function what_forbids(scene) result(text)
+  !> Reason why selective mass scaling is not possible in this scene; '' if it is. With one particle
+  !> per cell along an axis, or cells that are not cubes, a free elastic block gains energy at time
+  !> steps that are stable without the scaling: light nodes withhold part of the internal forces
+  !> from the particles, which makes the operator from forces to velocities non-symmetric.
+  pure function obstacle_in(scene) result(text)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: text
 
@@ -179,6 +184,6 @@ contains
     else if (scene%grid%grading%axis > 0 .or. any(scene%grid%h > cubic*minval(scene%grid%h))) then
       text = 'cells that are no cubes'
     end if
-  end function what_forbids
+  end function obstacle_in
 
 end module setup_scaling

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> From the checked input to a scene: grid, materials, bodies, walls, tools, method, output.
-!> What only shows here (a name that does not exist, a shape outside the grid) joins the errors.
+!> Build the scene from the checked input: grid, materials, bodies, walls, tools, method, output.
+!> Errors that need several groups (unknown names, shapes outside the grid) are added to those found
+!> before.
 module setup_scene
   use base_kinds, only: i8, rp
   use base_text, only: str
@@ -42,7 +43,7 @@ module setup_scene
 
 contains
 
-  !> Fill `sim%scene`, the tools, the probes and the places of the tracers.
+  !> Fill the scene, the tools, backings, heat sources, probes and tracer positions.
   subroutine build_scene(input, scene, tool, backing, source, probes, tracers, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -85,6 +86,7 @@ contains
     call check_heat_sense(input, diagnostics)
   end subroutine build_scene
 
+  !> Read the title, grid, times, numerical method and output settings.
   subroutine read_general(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -134,26 +136,26 @@ contains
     end associate
   end subroutine read_general
 
-  !> Steps and intervals that the run would never see the end of.
+  !> Report time steps and output intervals with which the run would never end.
   subroutine check_intervals(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp), parameter :: most_steps = 1.0e12_rp, most_rows = 1.0e7_rp
+    real(rp), parameter :: step_limit = 1.0e12_rp, max_outputs = 1.0e7_rp
     character(20), parameter :: interval(3) = [character(20) :: 'FRAME_INTERVAL', &
                                                'HISTORY_INTERVAL', &
                                                'CHECKPOINT_INTERVAL']
     integer :: k
 
-    if (scene%max_steps == 0) call judge('TIME', 'DT', most_steps, 'steps')
-    if (scene%method%conducts) call judge('HEAT', 'STEP', most_steps, 'steps')
+    if (scene%max_steps == 0) call check_interval('TIME', 'DT', step_limit, 'steps')
+    if (scene%method%conducts) call check_interval('HEAT', 'STEP', step_limit, 'steps')
     do k = 1, size(interval)
-      call judge('OUTPUT', trim(interval(k)), most_rows, 'times to write')
+      call check_interval('OUTPUT', trim(interval(k)), max_outputs, 'times to write')
     end do
   contains
-    subroutine judge(group, key, most, what)
+    subroutine check_interval(group, key, most, what)
       character(*), intent(in) :: group, key, what
-      real(rp), intent(in) :: most
+      real(rp), intent(in) :: most              !! largest number of intervals until the end
       real(rp) :: interval
 
       interval = input%real(group, 1, key)
@@ -161,11 +163,11 @@ contains
         call input%report(diagnostics, group, 1, key, 'makes '//str(scene%end_time/interval)// &
                           ' '//what//' until &TIME END; at most '//str(most)//' are possible')
       end if
-    end subroutine judge
+    end subroutine check_interval
   end subroutine check_intervals
 
-  !> The shape functions of the input, or those that suit the scene: in contact with tools B-splines
-  !> depend least on where the grid lies, elsewhere uGIMP is as good or better (docs/accuracy.md).
+  !> Shape functions of the input; with 'auto' B-splines in contact with tools, where they depend
+  !> least on the position of the grid, and uGIMP elsewhere (docs/accuracy.md).
   function shape_functions(input) result(name)
     type(input_t), intent(in) :: input
     character(:), allocatable :: name
@@ -175,7 +177,7 @@ contains
     if (name == 'auto') name = 'ugimp'
   end function shape_functions
 
-  !> Mass scaling that changes while running.
+  !> Read the range of an adaptive mass scaling.
   subroutine read_scaling_range(input, method, diagnostics)
     type(input_t), intent(in) :: input
     type(method_t), intent(inout) :: method
@@ -197,7 +199,7 @@ contains
     end associate
   end subroutine read_scaling_range
 
-  !> Fields of a particle beyond the common ones; methods that do not go together.
+  !> Reserve particle fields that only some methods need; report methods that cannot be combined.
   subroutine lay_out_fields(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -219,7 +221,7 @@ contains
     end associate
   end subroutine lay_out_fields
 
-  !> A grid that cannot be made has no nodes, and nothing is compared with it.
+  !> Read the grid. After an error it has no nodes, and nothing else is checked against it.
   subroutine read_grid(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -259,6 +261,7 @@ contains
     end if
   end subroutine read_grid
 
+  !> Read names and positions of the temperature probes.
   subroutine read_probes(input, scene, probes, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -271,7 +274,7 @@ contains
     allocate (probes%name(probes%n), probes%x(3, probes%n), probes%temperature(probes%n), &
               probes%is_mine(probes%n), probes%group(probes%n))
     probes%group = 1
-    probes%temperature = 298.0_rp            ! until `warm_probes`
+    probes%temperature = 298.0_rp            ! [K], until `warm_probes`
     probes%is_mine = .false.
     top = scene%grid%upper()
     do i = 1, probes%n

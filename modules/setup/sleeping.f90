@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Whether material may sleep in this scene, and when.
+!> Settings for sleeping material: particles at rest that skip the stress update.
 module setup_sleeping
   use base_kinds, only: rp
   use contact_tool, only: tool_t
@@ -13,7 +13,7 @@ module setup_sleeping
 
 contains
 
-  !> Fill `sim%scene%method%sleep`; the tools and bodies stand.
+  !> Fill `scene%method%sleep`. Tools, bodies and groups of bodies must have been read.
   subroutine read_sleeping(input, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -22,7 +22,7 @@ contains
 
     associate (sleep => scene%method%sleep)
       sleep%is_on = input%switches_on(diagnostics, 'METHOD', 'SLEEPING', &
-                                      what_forbids(input, scene, tool), &
+                                      obstacle_in(input, scene, tool), &
                                       is_quasi_static(scene))
       if (.not. sleep%is_on) return
       sleep%distance = input%real('METHOD', 1, 'SLEEP_DISTANCE')
@@ -33,15 +33,15 @@ contains
     call scene%layout%add(1, scene%layout%rest)
   end subroutine read_sleeping
 
-  !> Whether waves are of no interest: the inertia of the material is not the true one.
+  !> True if stress waves are not resolved physically, as the inertia is scaled.
   pure logical function is_quasi_static(scene)
     type(scene_t), intent(in) :: scene
 
     is_quasi_static = scene%method%mass_scaling > 1.0_rp
   end function is_quasi_static
 
-  !> What in the scene sleeping does not go with; '' if nothing.
-  function what_forbids(input, scene, tool) result(text)
+  !> Reason why material cannot sleep in this scene; '' if it can.
+  function obstacle_in(input, scene, tool) result(text)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
@@ -63,6 +63,6 @@ contains
     else if (scene%method%transfer /= transfer_flip) then
       text = 'a TRANSFER other than flip'
     end if
-  end function what_forbids
+  end function obstacle_in
 
 end module setup_sleeping

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What becomes of the heat of friction at a tool: a share by effusivities, or a tool that heats.
+!> Partition of the friction heat at a tool: a fixed share (given or from effusivities), or a tool
+!> with a temperature of its own that conducts heat away.
 module setup_tool_heat
   use base_kinds, only: pi, rp
   use base_log, only: say
@@ -12,14 +13,14 @@ module setup_tool_heat
   implicit none (type, external)
   private
 
-  public :: read_tool_heat, tell_shares
+  public :: read_tool_heat, log_heat_shares
 
   character(16), parameter :: property(3) = [character(16) :: 'CONDUCTIVITY', 'DENSITY', &
                                              'SPECIFIC_HEAT']
 
 contains
 
-  !> Materials and heat of all &TOOL groups, and the fields of the particles that they need.
+  !> Read thermal properties of all &TOOL groups; reserve the particle fields of tools that heat up.
   subroutine read_tool_heat(input, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -45,7 +46,7 @@ contains
     end do
   end subroutine read_tool_heat
 
-  !> The share of the friction heat that enters the bodies: that given, or by the tool's material.
+  !> Share of the friction heat that enters the bodies: as given, or from the tool's effusivity.
   subroutine read_share(input, i, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -82,7 +83,7 @@ contains
     end do
   end subroutine read_share
 
-  !> What a tool that heats does not go with.
+  !> Report settings that cannot be combined with a tool that heats up.
   subroutine check_heating(input, i, scene, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -106,7 +107,7 @@ contains
     end if
   end subroutine check_heating
 
-  !> The body behind the face.
+  !> Read the heat sink behind the tool face: a lumped capacity or a rod.
   subroutine read_heating(input, i, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -149,14 +150,14 @@ contains
     end associate
   end subroutine read_heating
 
-  !> Cross-section of the rod behind the face [m2]: of a tool with a RADIUS that of its face, halved
-  !> by each wall through its axis. 0: not known.
+  !> Cross-section of the rod behind the face [m2]: as given, or of a circle with the tool's RADIUS,
+  !> halved for each wall through its axis; 0 if the tool has no RADIUS.
   real(rp) function face_area(input, i, scene, tool) result(area)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool
-    real(rp), parameter :: slack = 1.0e-6_rp      !! over the radius
+    real(rp), parameter :: slack = 1.0e-6_rp      !! tolerance of distances over the radius
     type(wall_t) :: wall
     logical :: is_given
     integer :: w
@@ -177,8 +178,8 @@ contains
     end associate
   end function face_area
 
-  !> Say which share of the friction heat enters each body, where materials decide.
-  subroutine tell_shares(scene, tool)
+  !> Log the share of the friction heat that enters each body, where effusivities determine it.
+  subroutine log_heat_shares(scene, tool)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
     character(:), allocatable :: at
@@ -199,6 +200,6 @@ contains
                  ' and '//str(tool(k)%effusivity)//' J/(m2 K s^0.5))'//at)
       end do
     end do
-  end subroutine tell_shares
+  end subroutine log_heat_shares
 
 end module setup_tool_heat

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Tools and their schedules from the input.
+!> Read the tools and their motion schedules.
 module setup_tools
   use base_kinds, only: pi, rp
   use contact_law, only: friction_law_t, friction_laws, friction_table_t, law_coulomb, &
@@ -20,7 +20,8 @@ module setup_tools
 
 contains
 
-  !> All &TOOL groups with their &MOTION phases, at t = 0, and behind them the rigid bodies.
+  !> Read all &TOOL groups with their &MOTION phases, followed by the rigid bodies; move them to
+  !> their positions at t = 0.
   subroutine read_tools(input, body, material, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(body_t), intent(inout) :: body(:)
@@ -58,7 +59,7 @@ contains
     end do
   end subroutine read_tools
 
-  !> A rigid body is a tool made of particles that turns about its CENTRE.
+  !> Add a tool for each rigid body, which turns about its CENTRE.
   subroutine read_rigid_bodies(input, body, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(body_t), intent(inout) :: body(:)
@@ -105,7 +106,7 @@ contains
     end do
   end subroutine read_rigid_bodies
 
-  !> The law of friction of the `i`-th tool.
+  !> Read the friction law of the `i`-th tool.
   subroutine read_friction_law(input, i, body, material, law, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -129,7 +130,7 @@ contains
     end do
   end subroutine read_friction_law
 
-  !> The key of a law's own coefficient.
+  !> Input key of the coefficient of a friction law.
   pure function coefficient_key(law) result(key)
     type(friction_law_t), intent(in) :: law
     character(:), allocatable :: key
@@ -138,8 +139,9 @@ contains
     if (law%kind == law_schmidt_hattel) key = 'STICK_FRACTION'
   end function coefficient_key
 
-  !> What presses the `i`-th tool along its axis. Its damping, if the whole is a spring of the metal
-  !> under a face (2 E R/(1 - nu^2), Boussinesq) and of the machine, is critical.
+  !> Read the axial drive of the `i`-th tool. Its default damping is critical for the contact
+  !> stiffness of the metal under a flat face (2 E R/(1 - nu^2), Boussinesq) plus that of the
+  !> machine.
   subroutine read_drive(input, i, body, material, tool, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -149,7 +151,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     character(*), parameter :: only_free = 'is for a tool with a STIFFNESS or with a FORCE in '// &
                                            '&MOTION'
-    real(rp) :: metal, radius, rho
+    real(rp) :: face_stiffness, radius, density
     integer :: b
     logical :: is_given
 
@@ -175,22 +177,23 @@ contains
       end associate
     end do
     radius = tool%stirring_radius()
-    rho = 0.0_rp
-    metal = 0.0_rp
+    density = 0.0_rp
+    face_stiffness = 0.0_rp
     do b = 1, size(body)
       if (body(b)%material == 0 .or. body(b)%is_rigid()) cycle
       associate (m => material(body(b)%material))
-        rho = max(rho, m%rho)
-        metal = max(metal, 4.0_rp*radius*m%g*(3.0_rp*m%k + m%g)/(3.0_rp*m%k + 4.0_rp*m%g))
+        density = max(density, m%rho)
+        face_stiffness = max(face_stiffness, 4.0_rp*radius*m%g*(3.0_rp*m%k + m%g) &
+                             /(3.0_rp*m%k + 4.0_rp*m%g))
       end associate
     end do
-    tool%drive%mass = rho*radius**3*pi**2/4.0_rp
+    tool%drive%mass = density*radius**3*pi**2/4.0_rp
     if (is_given) tool%drive%mass = input%real('TOOL', i, 'MASS')
     if (tool%drive%mass <= 0.0_rp) then
       call input%report(diagnostics, 'TOOL', i, 'MASS', &
                         'must be given: this tool has no RADIUS from which it would follow')
     end if
-    tool%drive%damping = 2.0_rp*sqrt((metal + tool%drive%stiffness)*tool%drive%mass)
+    tool%drive%damping = 2.0_rp*sqrt((face_stiffness + tool%drive%stiffness)*tool%drive%mass)
     is_given = input%given('TOOL', i, 'DAMPING')
     if (is_given) then
       tool%drive%damping = input%real('TOOL', i, 'DAMPING')
@@ -200,7 +203,7 @@ contains
     end if
   end subroutine read_drive
 
-  !> A coefficient of friction that depends on the state of the contact.
+  !> Read the table of a friction coefficient that depends on temperature, pressure or slip.
   subroutine read_friction_table(input, i, tool, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -234,7 +237,7 @@ contains
     tool%friction_table = table
   end subroutine read_friction_table
 
-  !> The phases of this tool in the order of the file.
+  !> Motion phases of the tool `name` in the order of the input file.
   function motion_of(input, name) result(motion)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: name
@@ -265,7 +268,7 @@ contains
     end do
   end function motion_of
 
-  !> A limit of the input; huge if it is not given.
+  !> Limit in the input; huge if it is not given.
   real(rp) function limit_of(input, group, i, key)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group, key
@@ -277,7 +280,7 @@ contains
     if (is_given) limit_of = input%real(group, i, key)
   end function limit_of
 
-  !> Number of the probe that ends the `i`-th phase; 0: none is named, or there is none.
+  !> Index of the probe that ends the `i`-th &MOTION; 0 if none is named or the name is unknown.
   integer function probe_of(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -290,7 +293,7 @@ contains
     probe_of = 0
   end function probe_of
 
-  !> Limits of the `i`-th tool, and what ends its phases.
+  !> Read the load limits of the `i`-th tool; check the conditions that end its phases.
   subroutine read_watch(input, i, tool, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -325,7 +328,7 @@ contains
     if (input%text('TOOL', i, 'KIND') == 'plane') tool%drive%axis = -tool%drive%axis
   end subroutine read_watch
 
-  !> What ends the phase of the `i`-th &MOTION, and its table of forces.
+  !> Check the end conditions and the force table of the `i`-th &MOTION.
   subroutine check_phase(input, i, phase, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Places of the tracers from &TRACER groups.
+!> Read the positions of the tracers from the &TRACER groups.
 module setup_tracers
   use base_kinds, only: rp
   use base_text, only: str
@@ -14,19 +14,19 @@ module setup_tracers
 
   public :: read_tracers
 
-  integer, parameter :: most_places = 100000
-  real(rp), parameter :: most_rows = 2.0e7_rp     !! of a file below 2 GB
+  integer, parameter :: max_tracers = 100000
+  real(rp), parameter :: max_rows = 2.0e7_rp      !! rows of an output file below 2 GB
 
 contains
 
-  !> All groups; of a line or box those places count that lie in metal.
+  !> Read all &TRACER groups; positions outside the bodies are left out.
   subroutine read_tracers(input, scene, tracers, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tracers_t), intent(inout) :: tracers
     type(diagnostics_t), intent(inout) :: diagnostics
     type(solids_t), allocatable :: solids(:)
-    real(rp), allocatable :: place(:, :)
+    real(rp), allocatable :: position(:, :)
     real(rp) :: interval, rows
     integer :: i
 
@@ -35,30 +35,31 @@ contains
     rows = 0.0_rp
     do i = 1, input%count('TRACER')
       call check_name(input, i, diagnostics)
-      call list_places(input, i, place, diagnostics)
-      if (.not. allocated(place)) cycle
-      place = in_metal(scene, solids, place)
-      if (size(place, 2) == 0) then
+      call list_positions(input, i, position, diagnostics)
+      if (.not. allocated(position)) cycle
+      position = positions_in_bodies(scene, solids, position)
+      if (size(position, 2) == 0) then
         call input%report(diagnostics, 'TRACER', i, '', 'lies outside the bodies')
         cycle
       end if
       interval = input%real('TRACER', i, 'INTERVAL')
       if (interval <= 0.0_rp) interval = scene%output%history_interval
-      if (tracers%n + size(place, 2) > most_places) then
+      if (tracers%n + size(position, 2) > max_tracers) then
         call input%report(diagnostics, 'TRACER', i, '', 'makes '// &
-                          str(tracers%n + size(place, 2))//' tracers; at most '// &
-                          str(most_places)//' are possible')
+                          str(tracers%n + size(position, 2))//' tracers; at most '// &
+                          str(max_tracers)//' are possible')
         return
       end if
-      rows = rows + size(place, 2)*(1.0_rp + scene%end_time/max(interval, tiny(1.0_rp)))
-      if (rows > most_rows .and. scene%max_steps == 0) then
+      rows = rows + size(position, 2)*(1.0_rp + scene%end_time/max(interval, tiny(1.0_rp)))
+      if (rows > max_rows .and. scene%max_steps == 0) then
         call input%report(diagnostics, 'TRACER', i, 'INTERVAL', 'makes '//str(rows)// &
-                          ' rows until &TIME END; at most '//str(most_rows)//' are possible')
+                          ' rows until &TIME END; at most '//str(max_rows)//' are possible')
       end if
-      call tracers%add_group(input%text('TRACER', i, 'NAME'), interval, place)
+      call tracers%add_group(input%text('TRACER', i, 'NAME'), interval, position)
     end do
   end subroutine read_tracers
 
+  !> Report the name of the `i`-th &TRACER if another has it.
   subroutine check_name(input, i, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -72,18 +73,18 @@ contains
     end do
   end subroutine check_name
 
-  !> The places of group `i`; not allocated if something is wrong with its keys.
-  subroutine list_places(input, i, place, diagnostics)
+  !> Positions of the `i`-th &TRACER; not allocated after an error.
+  subroutine list_positions(input, i, position, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), allocatable, intent(out) :: place(:, :)   !! (3, n) [m]
+    real(rp), allocatable, intent(out) :: position(:, :) !! (3, n) [m]
     type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: low(3), side(3), step
     integer :: n(3)
 
     select case (input%text('TRACER', i, 'KIND'))
     case ('point')
-      place = reshape(input%reals('TRACER', i, 'POSITION', 3), [3, 1])
+      position = reshape(input%reals('TRACER', i, 'POSITION', 3), [3, 1])
     case ('line')
       low = input%reals('TRACER', i, 'FROM', 3)
       side = input%reals('TRACER', i, 'TO', 3) - low
@@ -92,7 +93,7 @@ contains
                                                               'must not be the place FROM')
         return
       end if
-      call read_numbers(input, i, spread(norm2(side), 1, 3), floor_plus_one, n, step, diagnostics)
+      call read_numbers(input, i, spread(norm2(side), 1, 3), points_on_line, n, step, diagnostics)
       if (n(1) == 0) return
       if (any(n /= n(1))) then
         call input%report(diagnostics, 'TRACER', i, 'NUMBER', 'of a line is one number')
@@ -100,7 +101,7 @@ contains
       end if
       if (step <= 0.0_rp .and. n(1) > 1) step = norm2(side)/(n(1) - 1)
       low = low + 0.5_rp*side*(1.0_rp - (n(1) - 1)*step/norm2(side))
-      place = lattice(low, spread(step, 1, 3)*side/norm2(side), [n(1), 1, 1], .true.)
+      position = lattice(low, spread(step, 1, 3)*side/norm2(side), [n(1), 1, 1], .true.)
     case default
       low = input%reals('TRACER', i, 'LOWER', 3)
       side = input%reals('TRACER', i, 'UPPER', 3) - low
@@ -109,17 +110,17 @@ contains
                                                'UPPER', 'must not be below LOWER on any axis')
         return
       end if
-      call read_numbers(input, i, side, rounded, n, step, diagnostics)
+      call read_numbers(input, i, side, intervals_of, n, step, diagnostics)
       if (n(1) == 0) return
-      place = lattice(low + 0.5_rp*side/n, side/n, n, .false.)
+      position = lattice(low + 0.5_rp*side/n, side/n, n, .false.)
     end select
-  end subroutine list_places
+  end subroutine list_positions
 
-  !> NUMBER, or that which follows from SPACING along each side; 0 if something is wrong.
+  !> Numbers of tracers along each side, from NUMBER or from SPACING; 0 after an error.
   subroutine read_numbers(input, i, side, number_of, n, spacing, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(in) :: side(3)          !! [m]
+    real(rp), intent(in) :: side(3)          !! edges of the box, or the length of the line [m]
     interface
       pure integer function number_of(ratio)
         import :: rp
@@ -142,7 +143,7 @@ contains
     if (spacing > 0.0_rp) then
       all = product(side/spacing + 1.0_rp)
       if (input%text('TRACER', i, 'KIND') == 'line') all = side(1)/spacing
-      if (all < most_places) n = [(max(1, number_of(side(a)/spacing)), a=1, 3)]
+      if (all < max_tracers) n = [(max(1, number_of(side(a)/spacing)), a=1, 3)]
     else
       spacing = 0.0_rp
       n = input%integers('TRACER', i, 'NUMBER', 3)
@@ -153,32 +154,34 @@ contains
       end if
       all = product(real(n, rp))
       if (input%text('TRACER', i, 'KIND') == 'line') all = n(1)
-      if (all > most_places) n = 0
+      if (all > max_tracers) n = 0
     end if
     if (n(1) == 0) call input%report(diagnostics, 'TRACER', i, '', 'makes '//str(all)// &
-                                     ' places; at most '//str(most_places)//' are possible')
+                                     ' places; at most '//str(max_tracers)//' are possible')
   end subroutine read_numbers
 
-  !> Points of a line whose ends are points, for a length over the spacing.
-  pure integer function floor_plus_one(ratio)
+  !> Number of points on a line that includes its ends, for a ratio of length to spacing.
+  pure integer function points_on_line(ratio)
     real(rp), intent(in) :: ratio
 
-    floor_plus_one = floor(ratio*(1.0_rp + 1.0e-9_rp)) + 1
-  end function floor_plus_one
+    points_on_line = floor(ratio*(1.0_rp + 1.0e-9_rp)) + 1
+  end function points_on_line
 
-  !> Parts of a side, for its length over the spacing.
-  pure integer function rounded(ratio)
+  !> Number of intervals of a side, for a ratio of length to spacing.
+  pure integer function intervals_of(ratio)
     real(rp), intent(in) :: ratio
 
-    rounded = nint(ratio)
-  end function rounded
+    intervals_of = nint(ratio)
+  end function intervals_of
 
-  !> Points from `first` on, `step` apart along the axes or, of a line, by the vector `step`.
-  pure function lattice(first, step, n, is_line) result(place)
-    real(rp), intent(in) :: first(3), step(3)   !! [m]
-    integer, intent(in) :: n(3)
-    logical, intent(in) :: is_line
-    real(rp) :: place(3, product(n))
+  !> Lattice of points that starts at `first`, with spacings `step` along the axes; for a line
+  !> points that are the vector `step` apart.
+  pure function lattice(first, step, n, is_line) result(position)
+    real(rp), intent(in) :: first(3)         !! first point [m]
+    real(rp), intent(in) :: step(3)          !! spacing along each axis, or of a line [m]
+    integer, intent(in) :: n(3)              !! points along each axis
+    logical, intent(in) :: is_line           !! n(1) points along a line
+    real(rp) :: position(3, product(n))
     integer :: c, i, j, k
 
     c = 0
@@ -186,23 +189,23 @@ contains
       do j = 0, n(2) - 1
         do k = 0, n(3) - 1
           c = c + 1
-          place(:, c) = first + step*merge([i, i, i], [i, j, k], is_line)
+          position(:, c) = first + step*merge([i, i, i], [i, j, k], is_line)
         end do
       end do
     end do
   end function lattice
 
-  !> The places that lie in a body or on its surface.
-  pure function in_metal(scene, solids, place) result(kept)
+  !> Positions that lie in a body or on its surface.
+  pure function positions_in_bodies(scene, solids, position) result(kept)
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
-    real(rp), intent(in) :: place(:, :)         !! (3, n) [m]
+    real(rp), intent(in) :: position(:, :)      !! (3, n) [m]
     real(rp), allocatable :: kept(:, :)
     integer :: i
 
-    kept = place(:, pack([(i, i=1, size(place, 2))], &
-                         [(is_held(solids, place(:, i), minval(scene%grid%h)), &
-                           i=1, size(place, 2))]))
-  end function in_metal
+    kept = position(:, pack([(i, i=1, size(position, 2))], &
+                            [(is_held(solids, position(:, i), minval(scene%grid%h)), &
+                              i=1, size(position, 2))]))
+  end function positions_in_bodies
 
 end module setup_tracers

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> From the checked input to walls and clamps. A wall on a plane of nodes with no material behind it
-!> is a plane of symmetry; any other is a clamp that holds the nodes at and behind it.
+!> Read walls and clamps. A wall on a plane of nodes with no material behind it is a plane of
+!> symmetry; any other wall is a clamp that holds the nodes at and behind it.
 module setup_walls
   use base_kinds, only: rp
   use base_text, only: lower, str
@@ -17,18 +17,18 @@ module setup_walls
 
   public :: read_conditions, wall_of, wall_t
 
-  !> A wall as the input gives it.
+  !> A wall as given in the input.
   type :: wall_t
-    integer :: axis = 1                   !! normal
-    logical :: faces_up = .true.          !! its front is on its upper side
-    real(rp) :: position = 0.0_rp         !! along the axis [m]
-    logical :: held(3) = .false.          !! components of the velocity
+    integer :: axis = 1                   !! axis of its normal
+    logical :: faces_up = .true.          !! the bodies are on its upper side
+    real(rp) :: position = 0.0_rp         !! coordinate along the axis [m]
+    logical :: held(3) = .false.          !! velocity components that are zero
   end type wall_t
 
 contains
 
-  !> Fill `scene%symmetry`, `scene%clamp` and their names: walls first, then the groups of clamps,
-  !> each in the order of the file.
+  !> Fill `scene%symmetry`, `scene%clamp` and their names: walls first, then each kind of clamp, in
+  !> the order of the input file.
   subroutine read_conditions(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -53,11 +53,11 @@ contains
     end do
   end subroutine read_conditions
 
-  !> All groups of one kind of clamps; `place` is that of the last condition.
+  !> Read all groups of one kind of clamp.
   subroutine read_clamps(input, group, place, scene, diagnostics)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
-    integer, intent(inout) :: place
+    integer, intent(inout) :: place       !! index of the last condition read
     type(scene_t), intent(inout) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
     class(clamp_t), allocatable :: clamp
@@ -137,65 +137,65 @@ contains
     end if
   end subroutine read_wall
 
-  !> Place of a wall, in rows of nodes from the lowest.
-  pure real(rp) function place_of(grid, wall)
+  !> Position of a wall in units of node rows, 0 at the lowest row.
+  pure real(rp) function fractional_row_of(grid, wall)
     type(grid_t), intent(in) :: grid
     type(wall_t), intent(in) :: wall
 
     if (wall%axis == grid%grading%axis) then
-      place_of = grid%grading%place(wall%position)
+      fractional_row_of = grid%grading%place(wall%position)
     else
-      place_of = (wall%position - grid%lower(wall%axis))/grid%h(wall%axis)
+      fractional_row_of = (wall%position - grid%lower(wall%axis))/grid%h(wall%axis)
     end if
-  end function place_of
+  end function fractional_row_of
 
-  !> The row of grid nodes that is nearest to a wall, from 0; below 0 if it is outside.
+  !> Row of grid nodes nearest to a wall, from 0; -1 if the wall is outside the grid.
   pure integer function row_of(grid, wall)
     type(grid_t), intent(in) :: grid
     type(wall_t), intent(in) :: wall
     real(rp) :: row
 
-    row = place_of(grid, wall)
+    row = fractional_row_of(grid, wall)
     row_of = -1
     if (row >= -0.5_rp .and. row <= grid%n(wall%axis) - 0.5_rp) row_of = nint(row)
   end function row_of
 
-  !> True if a wall stands on a row of nodes and no shape reaches behind it.
+  !> True if a wall lies on a row of nodes and no shape reaches behind it.
   logical function is_symmetric(input, grid, wall)
     type(input_t), intent(in) :: input
     type(grid_t), intent(in) :: grid
     type(wall_t), intent(in) :: wall
     real(rp) :: row
 
-    row = place_of(grid, wall)
+    row = fractional_row_of(grid, wall)
     is_symmetric = row_of(grid, wall) >= 0 .and. abs(row - row_of(grid, wall)) <= 1.0e-6_rp
     if (is_symmetric .and. wall%axis == grid%grading%axis) then
       is_symmetric = grid%grading%is_mirrored(row_of(grid, wall))
     end if
-    if (is_symmetric) is_symmetric = is_bare(input, wall, 1.0e-6_rp*grid%h(wall%axis))
+    if (is_symmetric) is_symmetric = has_nothing_behind(input, wall, 1.0e-6_rp*grid%h(wall%axis))
   end function is_symmetric
 
-  !> True if no shape reaches behind a wall.
-  logical function is_bare(input, wall, slack)
+  !> True if no shape reaches behind a wall by more than a tolerance.
+  logical function has_nothing_behind(input, wall, slack)
     type(input_t), intent(in) :: input
     type(wall_t), intent(in) :: wall
-    real(rp), intent(in) :: slack           !! [m]
-    type(diagnostics_t) :: said             !! elsewhere
+    real(rp), intent(in) :: slack           !! tolerance [m]
+    type(diagnostics_t) :: ignored          !! errors that check_shapes reports
     type(solid_t) :: solid
     real(rp) :: low(3), high(3)
     integer :: i
 
-    is_bare = .true.
+    has_nothing_behind = .true.
     do i = 1, input%count('SHAPE')
-      call read_solid(input, i, solid, said)
+      call read_solid(input, i, solid, ignored)
       if (.not. solid%adds) cycle
       call bounds(solid, low, high)
       if (wall%faces_up) then
-        is_bare = is_bare .and. low(wall%axis) >= wall%position - slack
+        has_nothing_behind = has_nothing_behind .and. low(wall%axis) >= wall%position - slack
       else
-        is_bare = is_bare .and. high(wall%axis) <= wall%position + slack
+        has_nothing_behind = has_nothing_behind .and. high(wall%axis) <= wall%position + slack
       end if
     end do
-  end function is_bare
+  end function has_nothing_behind
 
 end module setup_walls

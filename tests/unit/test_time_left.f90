@@ -41,7 +41,7 @@ contains
     worst = 0.0_rp
     call left%init(10.0_rp, .false.)
     do k = 1, steps
-      call left%note(wall*at(k), share(k))
+      call left%add_sample(wall*at(k), share(k))
       if (share(k) < 0.1_rp .or. at(k) > 0.99_rp) cycle
       worst = max(worst, abs(left%seconds(wall*at(k), share(k))/(wall*(1.0_rp - at(k))) - 1.0_rp))
     end do
@@ -56,7 +56,7 @@ contains
 
     call left%init(10.0_rp, .false.)
     do k = 1, 100
-      call left%note(real(k, rp), min(k, 50)*2.0e-3_rp + max(k - 50, 0)*1.0e-3_rp)
+      call left%add_sample(real(k, rp), min(k, 50)*2.0e-3_rp + max(k - 50, 0)*1.0e-3_rp)
     end do
     call expect_close('as fast as lately', left%seconds(100.0_rp, 0.15_rp), 850.0_rp, &
                       rtol=0.05_rp)
