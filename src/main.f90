@@ -50,7 +50,7 @@ program stirpoint
     select case (command%action)
     case ('help', 'keys', 'materials', 'new')
       ok = .true.
-      if (world%is_root()) call tell(ok)
+      if (world%is_root()) call print_information(ok)
       if (.not. world%all_true(ok)) status = bad_input
     case ('version')
       if (world%is_root()) write (output_unit, '(a)') version_text(mpi_text())
@@ -70,8 +70,8 @@ program stirpoint
 
 contains
 
-  !> What needs no input.
-  subroutine tell(ok)
+  !> Print output that needs no input file.
+  subroutine print_information(ok)
     logical, intent(out) :: ok
 
     select case (command%action)
@@ -84,7 +84,7 @@ contains
     case default
       call print_materials(ok)
     end select
-  end subroutine tell
+  end subroutine print_information
 
   !> Check or run the scene.
   subroutine simulate(status)
@@ -126,12 +126,12 @@ contains
       call open_results(input, sim%scene%output, sim%history%frame_times, status)
       if (world%is_root() .and. .not. command%is_quiet) call log_heat_shares(sim%scene, sim%tool)
       if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
-      call tell_end(sim, status, message)
+      call report_end(sim, status, message)
     end if
     call free_simulation(sim)
   end subroutine simulate
 
-  !> Check or run a scene of heat alone.
+  !> Check or run a heat-only scene.
   subroutine simulate_heat(sim, input, status)
     type(simulation_t), intent(inout) :: sim
     type(input_t), intent(in) :: input
@@ -152,16 +152,15 @@ contains
       call open_results(input, sim%scene%output, heat%frame_times, status)
       if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &
                                               command%restart /= '', status, message)
-      call tell_end(sim, status, message)
+      call report_end(sim, status, message)
     end if
   end subroutine simulate_heat
 
-  !> Take the folder of the results, put away what is there of other runs, begin the log and keep
-  !> the input.
+  !> Reserve the results folder, move files of other runs aside, open the log and save the input.
   subroutine open_results(input, output, frame_times, status)
     type(input_t), intent(in) :: input
     type(output_t), intent(inout) :: output
-    real(rp), allocatable, intent(in) :: frame_times(:)   !! until now [s]
+    real(rp), allocatable, intent(in) :: frame_times(:)   !! times of frames of this run so far [s]
     integer, intent(inout) :: status
     type(error_t) :: error
     character(:), allocatable :: note
@@ -189,7 +188,7 @@ contains
     end if
   end subroutine open_results
 
-  !> Collective: did a signal come before the run began?
+  !> Collective. True if a signal arrived before the run began.
   logical function is_stopped(status)
     integer, intent(inout) :: status
     real(rp) :: number(1)
@@ -203,8 +202,9 @@ contains
       ' stopped the run before it began: nothing was written'
   end function is_stopped
 
-  !> Why the run ended, or where its results are; `message` is not allocated if it never began.
-  subroutine tell_end(sim, status, message)
+  !> Report why the run ended, or where its results are; `message` is not allocated if it never
+  !> began.
+  subroutine report_end(sim, status, message)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: status
     character(:), allocatable, intent(in) :: message
@@ -217,6 +217,6 @@ contains
     else
       call say('results in '//sim%scene%output%directory)
     end if
-  end subroutine tell_end
+  end subroutine report_end
 
 end program stirpoint

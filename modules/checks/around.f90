@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What the motion of a tool is held against: the bodies as they are drawn, the grid, its walls.
+!> Surroundings of a tool for checks of its motion: undeformed bodies, grid and walls.
 module checks_around
   use base_kinds, only: rp
   use bodies_solids, only: is_inside
@@ -11,24 +11,24 @@ module checks_around
   implicit none (type, external)
   private
 
-  public :: around_t, look_around, plate_of, points_in
+  public :: surroundings_t, collect_surroundings, find_plate_box, sample_points
 
-  real(rp), parameter :: near = 0.05_rp           !! what is no distance yet [cells]
+  real(rp), parameter :: gap_in_cells = 0.05_rp   !! distance that counts as contact [cells]
 
-  !> What a tool is held against.
-  type :: around_t
-    type(solids_t), allocatable :: solids(:)      !! of the other bodies
-    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! of the bodies that deform [m]
-    real(rp) :: grid_lower(3) = 0.0_rp, grid_upper(3) = 0.0_rp
-    real(rp) :: side_lower(3) = 0.0_rp, side_upper(3) = 0.0_rp   !! walls, or else sides of the grid
-    real(rp), allocatable :: metal(:, :)          !! points of the bodies [m]
-    real(rp) :: gap = 0.0_rp                      !! what is no distance yet [m]
-  end type around_t
+  !> Surroundings of a tool.
+  type :: surroundings_t
+    type(solids_t), allocatable :: solids(:)      !! solids of the other bodies
+    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box around deformable bodies [m]
+    real(rp) :: grid_lower(3) = 0.0_rp, grid_upper(3) = 0.0_rp   !! corners of the grid [m]
+    real(rp) :: side_lower(3) = 0.0_rp, side_upper(3) = 0.0_rp   !! walls or grid sides [m]
+    real(rp), allocatable :: body_points(:, :)    !! (3, n) sample points in the bodies [m]
+    real(rp) :: gap = 0.0_rp                      !! distance that counts as contact [m]
+  end type surroundings_t
 
 contains
 
-  !> Box around the bodies that deform [m].
-  subroutine plate_of(scene, solids, lower, upper)
+  !> Bounding box of the deformable bodies, the plate.
+  subroutine find_plate_box(scene, solids, lower, upper)
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
     real(rp), intent(out) :: lower(3), upper(3)
@@ -43,51 +43,54 @@ contains
       lower = min(lower, low)
       upper = max(upper, high)
     end do
-  end subroutine plate_of
+  end subroutine find_plate_box
 
-  !> What tool `k` meets: the other bodies, their box, the grid and its walls.
-  subroutine look_around(input, scene, solids, k, around)
+  !> Collect the surroundings of tool `k`: other bodies, their box, the grid and its walls.
+  subroutine collect_surroundings(input, scene, solids, k, surroundings)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
     integer, intent(in) :: k
-    type(around_t), intent(out) :: around
+    type(surroundings_t), intent(out) :: surroundings
     integer :: b, i
 
-    around%gap = near*minval(scene%grid%h)
-    call plate_of(scene, solids, around%lower, around%upper)
-    around%solids = pack(solids, scene%body%tool /= k)
-    around%grid_lower = scene%grid%lower
-    around%grid_upper = scene%grid%upper()
-    around%side_lower = around%grid_lower
-    around%side_upper = around%grid_upper
+    surroundings%gap = gap_in_cells*minval(scene%grid%h)
+    call find_plate_box(scene, solids, surroundings%lower, surroundings%upper)
+    surroundings%solids = pack(solids, scene%body%tool /= k)
+    surroundings%grid_lower = scene%grid%lower
+    surroundings%grid_upper = scene%grid%upper()
+    surroundings%side_lower = surroundings%grid_lower
+    surroundings%side_upper = surroundings%grid_upper
     do i = 1, input%count('WALL')
-      call add_wall(wall_of(input, scene%grid, i), around)
+      call add_wall(wall_of(input, scene%grid, i), surroundings)
     end do
-    allocate (around%metal(3, 0))
-    do b = 1, size(around%solids)
-      around%metal = reshape([around%metal, points_in(around%solids(b))], &
-                             [3, size(around%metal, 2) + size(points_in(around%solids(b)), 2)])
+    allocate (surroundings%body_points(3, 0))
+    do b = 1, size(surroundings%solids)
+      surroundings%body_points = reshape([surroundings%body_points, &
+                                         sample_points(surroundings%solids(b))], [3, &
+                                           size(surroundings%body_points, 2) &
+                                             + size(sample_points(surroundings%solids(b)), 2)])
     end do
-  end subroutine look_around
+  end subroutine collect_surroundings
 
-  !> A wall of the grid stands in front of its side.
-  pure subroutine add_wall(wall, around)
+  !> Move a side of the grid inwards to a wall.
+  pure subroutine add_wall(wall, surroundings)
     type(wall_t), intent(in) :: wall
-    type(around_t), intent(inout) :: around
+    type(surroundings_t), intent(inout) :: surroundings
 
-    associate (lower => around%side_lower(wall%axis), upper => around%side_upper(wall%axis))
+    associate (lower => surroundings%side_lower(wall%axis), &
+               upper => surroundings%side_upper(wall%axis))
       if (wall%faces_up) lower = max(lower, wall%position)
       if (.not. wall%faces_up) upper = min(upper, wall%position)
     end associate
   end subroutine add_wall
 
-  !> Points that lie in a body, those near its faces among them.
-  pure function points_in(body) result(x)
+  !> Sample points in a body, (3, n) [m], including points near its faces.
+  pure function sample_points(body) result(x)
     type(solids_t), intent(in) :: body
     real(rp), allocatable :: x(:, :)
     integer, parameter :: n = 12
-    real(rp) :: all(3, (n + 1)**3), lower(3), upper(3)
+    real(rp) :: candidate(3, (n + 1)**3), lower(3), upper(3)
     logical :: is_in((n + 1)**3)
     integer :: i, j, k, p
 
@@ -97,12 +100,12 @@ contains
       do j = 0, n
         do k = 0, n
           p = p + 1
-          all(:, p) = lower + (upper - lower)*(1.0e-6_rp + (1.0_rp - 2.0e-6_rp)*[i, j, k]/n)
-          is_in(p) = is_inside(body%solid, all(:, p))
+          candidate(:, p) = lower + (upper - lower)*(1.0e-6_rp + (1.0_rp - 2.0e-6_rp)*[i, j, k]/n)
+          is_in(p) = is_inside(body%solid, candidate(:, p))
         end do
       end do
     end do
-    x = reshape(pack(all, spread(is_in, 1, 3)), [3, count(is_in)])
-  end function points_in
+    x = reshape(pack(candidate, spread(is_in, 1, 3)), [3, count(is_in)])
+  end function sample_points
 
 end module checks_around

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Whether there is memory for a scene, before anything of its size is made.
+!> Check of the memory that a scene needs, before anything is allocated.
 module checks_memory
   use base_kinds, only: rp
   use base_memory, only: available_memory
@@ -15,16 +15,16 @@ module checks_memory
 
   public :: check_memory
 
-  ! Less than what was measured (docs/speed.md): a scene that fits is never refused.
-  real(rp), parameter :: per_field = 12.0_rp    !! bytes of a field of a particle, with growth
-  real(rp), parameter :: per_node = 64.0_rp       !! bytes of a node of the grid
-  real(rp), parameter :: per_cell = 100.0_rp      !! bytes of a cell of heat alone
-  real(rp), parameter :: most_counted = 4.0e9_rp  !! points of lattices: more take minutes to count
+  ! Lower bounds of measured values (docs/speed.md), so that a scene that fits is never rejected.
+  real(rp), parameter :: per_field = 12.0_rp    !! per particle and field, with reserve [bytes]
+  real(rp), parameter :: per_node = 64.0_rp       !! per grid node [bytes]
+  real(rp), parameter :: per_cell = 100.0_rp      !! per cell of a heat-only run [bytes]
+  real(rp), parameter :: max_lattice_points = 4.0e9_rp !! per rank: more take minutes to fill
 
 contains
 
-  !> Collective. Complaint if the particles and nodes, or the cells of heat alone, need more memory
-  !> than the nodes have on which the ranks run. The scene has no errors.
+  !> Collective. Report if the particles and grid nodes, or the cells of a heat-only run, need more
+  !> memory than the computers have. The scene must have no errors.
   subroutine check_memory(world, input, scene, diagnostics)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -43,7 +43,7 @@ contains
       call box_of(solids, lower, upper)
       cells = cells_in(scene, lower, upper)
       points = points + product(cells*scene%grid%h/scene%body(b)%spacing)
-      particles = particles + filled(solids, lower, upper) &
+      particles = particles + filled_share(solids, lower, upper) &
                   *product(cells*scene%grid%h/scene%body(b)%spacing)
       nodes = max(nodes, product(cells))
     end do
@@ -59,16 +59,16 @@ contains
     call world%max(lacking)
     if (lacking(1) > 0.0_rp) then
       call input%report(diagnostics, 'GRID', 1, 'CELL', 'the bodies have about '//what// &
-                        ', which need '//in_words(share*bytes)//' of memory on each computer; '// &
-                        in_words(share*bytes - lacking(1))//' are free')
-    else if (points > most_counted*world%size .and. scene%method%has_mechanics) then
+                        ', which need '//size_text(share*bytes)//' of memory on each computer; '// &
+                        size_text(share*bytes - lacking(1))//' are free')
+    else if (points > max_lattice_points*world%size .and. scene%method%has_mechanics) then
       call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes '//str(points)// &
-                        ' places for particles; at most '//str(most_counted)// &
+                        ' places for particles; at most '//str(max_lattice_points)// &
                         ' a rank can be looked at')
     end if
   end subroutine check_memory
 
-  !> Cells along each axis from `lower` to `upper`.
+  !> Number of cells along each axis from `lower` to `upper`, not rounded.
   pure function cells_in(scene, lower, upper) result(cells)
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: lower(3), upper(3)   !! [m]
@@ -81,7 +81,7 @@ contains
     end associate
   end function cells_in
 
-  !> Box around the solids that add material.
+  !> Bounding box of the solids that add material [m].
   subroutine box_of(solids, lower, upper)
     type(solid_t), intent(in) :: solids(:)
     real(rp), intent(out) :: lower(3), upper(3)
@@ -99,8 +99,8 @@ contains
     upper = max(upper, lower)
   end subroutine box_of
 
-  !> About the part of a box that is inside the solids, from samples.
-  real(rp) function filled(solids, lower, upper)
+  !> Share of a box that is inside the solids, estimated from samples.
+  real(rp) function filled_share(solids, lower, upper)
     type(solid_t), intent(in) :: solids(:)
     real(rp), intent(in) :: lower(3), upper(3)
     integer, parameter :: n = 24
@@ -116,11 +116,11 @@ contains
         end do
       end do
     end do
-    filled = real(hits, rp)/real(n, rp)**3
-  end function filled
+    filled_share = real(hits, rp)/real(n, rp)**3
+  end function filled_share
 
-  !> Bytes in a unit that makes them short to read.
-  function in_words(bytes) result(text)
+  !> Text of a memory size in MB, GB or TB.
+  function size_text(bytes) result(text)
     real(rp), intent(in) :: bytes
     character(:), allocatable :: text
 
@@ -131,6 +131,6 @@ contains
     else
       text = str(anint(bytes*1.0e-11_rp)*0.1_rp)//' TB'
     end if
-  end function in_words
+  end function size_text
 
 end module checks_memory

@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> What is wrong or doubtful about the motion of the tools, and the table of it that `--check`
-!> prints.
+!> Errors and warnings on the motion of the tools, and the table of it that `--check` prints.
 module checks_process_check
   use base_kinds, only: pi, rp
   use base_log, only: say
   use base_text, only: str
-  use checks_around, only: plate_of
-  use checks_process, only: none, survey_tool, tool_survey_t
+  use checks_around, only: find_plate_box
+  use checks_process, only: undefined, survey_tool, tool_survey_t
   use contact_tool, only: tool_t
   use heat_setup_cut_cells, only: all_solids, solids_t
   use input_diagnostics, only: diagnostics_t
@@ -23,7 +22,7 @@ module checks_process_check
 
 contains
 
-  !> Complaints and warnings about tools and their motion; the scene has no others.
+  !> Report errors and warnings on tools and their motion. The scene must have no other errors.
   subroutine check_process(input, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -40,14 +39,15 @@ contains
       if (k <= input%count('TOOL')) then
         n = diagnostics%count()
         call check_size(input, scene, tool(k), solids, k, diagnostics)
-        if (diagnostics%count() == n) call judge(input, scene, tool, solids, k, survey, diagnostics)
+        if (diagnostics%count() == n) call check_tool_motion(input, scene, tool, solids, k, &
+                                                             survey, diagnostics)
       else
-        call judge_rigid(input, scene, k, survey, diagnostics)
+        call check_rigid_motion(input, scene, k, survey, diagnostics)
       end if
     end do
   end subroutine check_process
 
-  !> Phases that never come, and ramps that are cut off.
+  !> Report phases that are never reached, and ramps longer than their phase.
   subroutine check_phases(input, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(tool_t), intent(in) :: tool(:)
@@ -73,7 +73,7 @@ contains
     end do
   end subroutine check_phases
 
-  !> Sizes that do not go with the grid and the bodies.
+  !> Check the size of a tool against the grid and the bodies.
   subroutine check_size(input, scene, tool, solids, k, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -83,15 +83,15 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: lower(3), upper(3)
 
-    call plate_of(scene, solids, lower, upper)
+    call find_plate_box(scene, solids, lower, upper)
     call tool%shape%check_size(input, k, maxval(scene%grid%upper() - scene%grid%lower), &
                                scene%grid%h, maxval(upper(:2) - lower(:2)), &
                                any(abs(tool%motion%phase%spin) > 0.0_rp), diagnostics)
   end subroutine check_size
 
-  !> What is wrong in the survey of a tool. One that is outside the grid may be put away; many sides
-  !> of the grid away it is a place in another unit.
-  subroutine judge(input, scene, tool, solids, k, survey, diagnostics)
+  !> Report errors in the survey of a tool. A tool outside the grid may be intended; ten grid sizes
+  !> away its position is probably in another unit.
+  subroutine check_tool_motion(input, scene, tool, solids, k, survey, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
@@ -102,7 +102,7 @@ contains
     real(rp) :: lower(3), upper(3)
     integer :: i, phase
 
-    call plate_of(scene, solids, lower, upper)
+    call find_plate_box(scene, solids, lower, upper)
     if (.not. survey%is_in_grid) then
       associate (sides => scene%grid%upper() - scene%grid%lower)
         call input%report(diagnostics, 'TOOL', k, 'POSITION', &
@@ -111,11 +111,11 @@ contains
       end associate
       return
     end if
-    if (survey%touch >= none .and. .not. metal_moves(input, scene)) then
+    if (survey%touch >= undefined .and. .not. bodies_move(input, scene)) then
       call input%warn(diagnostics, 'TOOL', k, 'POSITION', 'the tool never touches a body')
     end if
-    if (survey%touch < none) call judge_shoulder(input, k, survey, diagnostics)
-    if (survey%through < none) then
+    if (survey%touch < undefined) call check_shoulder(input, k, survey, diagnostics)
+    if (survey%through < undefined) then
       phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
       associate (text => 'the tool comes out below the bottom of the plate of '// &
                  length_text(upper(3) - lower(3))// &
@@ -131,19 +131,20 @@ contains
     end if
     do i = 1, size(survey%phase)
       associate (one => survey%phase(i))
-        if (one%motion == 0 .or. one%off <= 0.0_rp) cycle
-        if (one%off <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
+        if (one%motion == 0 .or. one%off_plate <= 0.0_rp) cycle
+        if (one%off_plate <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
         call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'the tool travels '// &
-                        length_text(one%way)//' and is off the plate of '// &
+                        length_text(one%path_length)//' and is off the plate of '// &
                         length_text(upper(1) - lower(1))//' x '// &
-                        length_text(upper(2) - lower(2))//' from t = '//str(one%off_from)//' s on')
+                        length_text(upper(2) - lower(2))//' from t = '//str(one%off_plate_from)// &
+                          ' s on')
       end associate
     end do
-  end subroutine judge
+  end subroutine check_tool_motion
 
-  !> A shoulder whose pin is plunged, and that does not come down to the plate by the end of the
-  !> run: its rim where it is lowest. What presses sinks nobody knows how far, and is not judged.
-  subroutine judge_shoulder(input, k, survey, diagnostics)
+  !> Warn of a plunged tool whose shoulder rim, at its lowest point, does not reach the plate by the
+  !> end of the run. Phases with a force are not checked, as the depth is not known beforehand.
+  subroutine check_shoulder(input, k, survey, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: k
     type(tool_survey_t), intent(in) :: survey
@@ -159,15 +160,15 @@ contains
     if (tip <= 0.0_rp) tip = input%real('TOOL', k, 'PIN_RADIUS')
     tilt = input%real('TOOL', k, 'TILT_DEG')*pi/180.0_rp
     above = length*cos(tilt) + (tip - input%real('TOOL', k, 'RADIUS'))*abs(sin(tilt))
-    above = above - maxval(survey%phase%depth, mask=survey%phase%depth < none)
+    above = above - maxval(survey%phase%depth, mask=survey%phase%depth < undefined)
     if (above <= 0.0_rp) return
     call input%warn(diagnostics, 'TOOL', k, 'PIN_LENGTH', 'the shoulder does not come down to '// &
                     'the plate by the end of the run: its rim stays '//length_text(above)// &
                     ' above it')
-  end subroutine judge_shoulder
+  end subroutine check_shoulder
 
-  !> A rigid body takes its particles along: none may leave the grid.
-  subroutine judge_rigid(input, scene, k, survey, diagnostics)
+  !> Check the motion of a rigid body, whose particles must not leave the grid.
+  subroutine check_rigid_motion(input, scene, k, survey, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: k
@@ -176,10 +177,10 @@ contains
     integer :: b, i
 
     b = findloc(scene%body%tool, k, dim=1)
-    if (survey%touch >= none .and. .not. metal_moves(input, scene)) then
+    if (survey%touch >= undefined .and. .not. bodies_move(input, scene)) then
       call input%warn(diagnostics, 'BODY', b, 'NAME', 'the rigid body never touches another')
     end if
-    if (any(abs(survey%phase%spin) > 0.0_rp) .and. survey%touch < none) then
+    if (any(abs(survey%phase%spin) > 0.0_rp) .and. survey%touch < undefined) then
       do i = 1, size(survey%phase)
         if (survey%phase(i)%motion == 0) cycle
         if (.not. presses(input, scene, survey%phase(i)%motion)) cycle
@@ -196,13 +197,13 @@ contains
                         length_text(-one%side)//' beyond a side of the grid or a wall')
       end associate
     end do
-  end subroutine judge_rigid
+  end subroutine check_rigid_motion
 
-  !> Whether a phase moves a rigid body along the axis about which it turns, and a body can flow.
+  !> True if a phase moves a rigid body along its axis of rotation and a body can flow.
   logical function presses(input, scene, motion)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: motion                  !! number of its &MOTION
+    integer, intent(in) :: motion                  !! index of its &MOTION
     real(rp) :: velocity(3)
     integer :: b
 
@@ -211,11 +212,11 @@ contains
               any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
   end function presses
 
-  !> Whether a wall stands under the plate.
+  !> True if there is a wall under the plate.
   logical function has_floor(input, scene, bottom)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: bottom                 !! [m]
+    real(rp), intent(in) :: bottom                 !! height of the plate bottom [m]
     type(wall_t) :: wall
     integer :: i
 
@@ -227,25 +228,25 @@ contains
     end do
   end function has_floor
 
-  !> Whether bodies may move to a tool that does not come to them.
-  logical function metal_moves(input, scene)
+  !> True if bodies may move towards a tool that does not reach them.
+  logical function bodies_move(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     integer :: b
 
-    metal_moves = any(abs(scene%method%gravity) > 0.0_rp) .or. &
+    bodies_move = any(abs(scene%method%gravity) > 0.0_rp) .or. &
                   input%count('LOAD') + input%count('TRACTION') + input%count('FIELD') > 0
     do b = 1, input%count('BODY')
-      metal_moves = metal_moves .or. any(abs([input%reals('BODY', b, 'VELOCITY', 3), &
+      bodies_move = bodies_move .or. any(abs([input%reals('BODY', b, 'VELOCITY', 3), &
         input%reals('BODY', b, 'ANGULAR_VELOCITY', 3), &
         input%reals('BODY', b, 'VELOCITY_GRADIENT', 9)]) > 0.0_rp)
     end do
     do b = 1, size(scene%clamp)
-      metal_moves = metal_moves .or. scene%clamp(b)%clamp%moves()
+      bodies_move = bodies_move .or. scene%clamp(b)%clamp%moves()
     end do
-  end function metal_moves
+  end function bodies_move
 
-  !> The table of `--check`.
+  !> Print the table of the motion for `--check`.
   subroutine report_process(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -259,21 +260,21 @@ contains
 
     if (size(tool) == 0) return
     call all_solids(input, solids)
-    call plate_of(scene, solids, lower, upper)
+    call find_plate_box(scene, solids, lower, upper)
     call say('plate        '//str(mm*(upper(1) - lower(1)))//' x '// &
              str(mm*(upper(2) - lower(2)))//' x '//str(mm*(upper(3) - lower(3)))// &
              ' mm, top at z = '//str(mm*upper(3))//' mm')
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       text = ', never touches where bodies are now'
-      if (survey%touch < none) text = ', touches at t = '//str(survey%touch)//' s'
+      if (survey%touch < undefined) text = ', touches at t = '//str(survey%touch)//' s'
       call say('tool         '//trim(tool(k)%name)//text)
       call say('phase            from[s]       to[s]     way[mm]'// &
                ' speed[mm/s]   spin[rpm]   depth[mm]  bottom[mm]    edge[mm]    side[mm]')
       do i = 1, size(survey%phase)
         associate (p => survey%phase(i))
-          write (row, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), cell(mm*p%way), &
-            cell(mm*p%speed), &
+          write (row, '(a12,9a12)') '  '//p%name, cell(p%from), cell(p%to), &
+            cell(mm*p%path_length), cell(mm*p%speed), &
             cell(p%spin*30.0_rp/pi), cell_mm(p%depth), cell_mm(p%bottom), cell_mm(p%edge), &
             cell_mm(p%side)
           call say(row)
@@ -288,6 +289,7 @@ contains
       'side of the grid; press: by a force, as if it did not sink')
   end subroutine report_process
 
+  !> A number in a field of the table.
   function cell(x) result(text)
     real(rp), intent(in) :: x
     character(12) :: text
@@ -299,13 +301,13 @@ contains
     end if
   end function cell
 
-  !> A length in mm, `-` if it is not defined.
+  !> A length in mm in a field of the table, `-` if it is undefined.
   function cell_mm(x) result(text)
     real(rp), intent(in) :: x
     character(12) :: text
 
     text = '           -'
-    if (x < none) text = cell(mm*x)
+    if (x < undefined) text = cell(mm*x)
   end function cell_mm
 
 end module checks_process_check

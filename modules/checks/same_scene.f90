@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Does a checkpoint belong to the scene that is to go on from it? Every key is compared, defaults
-!> included, but for those that a restart may change (groups_table).
+!> Comparison of the scene of a restart with that of its checkpoint: all keys, defaults included,
+!> except those that a restart may change (groups_table).
 module checks_same_scene
   use base_kinds, only: rp
   use base_text, only: lower, str
@@ -16,14 +16,14 @@ module checks_same_scene
 
   public :: compare_files, compare_scenes
 
-  real(rp), parameter :: slack = 1.0e-12_rp   !! relative, of times and ways
+  real(rp), parameter :: slack = 1.0e-12_rp   !! relative tolerance of times and path lengths
 
 contains
 
-  !> Complain of all that the `new` scene cannot have after `time` [s] of the `old` one.
+  !> Report all keys of the `new` scene that differ from the `old` one and must not.
   subroutine compare_scenes(old, new, time, diagnostics)
     type(input_t), intent(in) :: old, new
-    real(rp), intent(in) :: time
+    real(rp), intent(in) :: time             !! of the checkpoint [s]
     type(diagnostics_t), intent(inout) :: diagnostics
     integer :: g
 
@@ -41,8 +41,8 @@ contains
     end if
   end subroutine compare_scenes
 
-  !> Complain of files that the scene names and whose content is another than in the checkpoint,
-  !> which has these `sums` (input_files).
+  !> Report files named by the scene whose content differs from that at the start of the run, by
+  !> their checksums in the checkpoint (input_files).
   subroutine compare_files(sums, new, diagnostics)
     character(*), intent(in) :: sums
     type(input_t), intent(in) :: new
@@ -62,7 +62,7 @@ contains
     end do
   end subroutine compare_files
 
-  !> All groups of one name.
+  !> Compare all groups of one name.
   subroutine compare_groups(old, new, g, time, diagnostics)
     type(input_t), intent(in) :: old, new
     integer, intent(in) :: g
@@ -76,13 +76,13 @@ contains
     do i = n(1) + 1, n(2)
       if (new%table%groups(g)%repeats .or. group == 'HEAT') then
         call new%report(diagnostics, group, i, '', &
-                        'was added: the scene of the checkpoint has not'//trim(so_many(n(1))))
+                        'was added: the scene of the checkpoint has not'//trim(number_text(n(1))))
       end if
     end do
     do i = n(2) + 1, n(1)
       if (new%table%groups(g)%repeats .or. group == 'HEAT') then
         call new%report(diagnostics, group, i, '', &
-                        'is missing: the scene of the checkpoint has'//trim(so_many(n(1))))
+                        'is missing: the scene of the checkpoint has'//trim(number_text(n(1))))
       end if
     end do
     if (.not. new%table%groups(g)%repeats) n = 1   ! without it there are its defaults
@@ -100,16 +100,16 @@ contains
     end do
   end subroutine compare_groups
 
-  !> ` 2 of them`, or nothing for none and one.
-  pure function so_many(n) result(text)
+  !> Text ` 2 of them`; '' for 0 and 1.
+  pure function number_text(n) result(text)
     integer, intent(in) :: n
     character(24) :: text
 
     text = ''
     if (n > 1) text = ' '//str(n)//' of them'
-  end function so_many
+  end function number_text
 
-  !> When a source ends [s].
+  !> End time of a heat source [s].
   real(rp) function end_of(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -118,7 +118,7 @@ contains
     if (end_of <= 0.0_rp) end_of = huge(1.0_rp)
   end function end_of
 
-  !> The values of one key.
+  !> Compare the values of one key.
   subroutine compare_values(new, group, i, row, was, is, diagnostics)
     type(input_t), intent(in) :: new
     character(*), intent(in) :: group
@@ -147,6 +147,7 @@ contains
     end if
   end subroutine compare_values
 
+  !> Values of a key for a message.
   pure function shown(values) result(text)
     character(*), intent(in) :: values
     character(:), allocatable :: text
@@ -155,7 +156,7 @@ contains
     if (text == '') text = 'nothing'
   end function shown
 
-  !> True if two items mean the same, as 1e-3 and 0.001 do.
+  !> True if two items have the same value, as 1e-3 and 0.001.
   logical function is_same(kind, one, other)
     character(*), intent(in) :: kind, one, other
     character(:), allocatable :: s, t
@@ -179,42 +180,42 @@ contains
     end select
   end function is_same
 
-  !> Tools must have moved as they did until `time`; after it they may move in any way.
+  !> Report motions that differ before the time of the checkpoint; later they may differ.
   subroutine compare_motions(old, new, time, diagnostics)
     type(input_t), intent(in) :: old, new
     real(rp), intent(in) :: time
     type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: name
-    real(rp) :: when
+    real(rp) :: t
     integer :: i
 
     do i = 1, old%count('MOTION')
       name = old%text('MOTION', i, 'TOOL')
-      when = parting(motion_of(old, name), motion_of(new, name), time)
-      if (has_loose_ends(motion_of(old, name)) .or. has_loose_ends(motion_of(new, name))) then
-        if (when < huge(1.0_rp)) call new%report(diagnostics, 'MOTION', max(1, first_of(new, &
+      t = time_of_difference(motion_of(old, name), motion_of(new, name), time)
+      if (may_end_early(motion_of(old, name)) .or. may_end_early(motion_of(new, name))) then
+        if (t < huge(1.0_rp)) call new%report(diagnostics, 'MOTION', max(1, first_of(new, &
           name)), '', 'of '//name//': a restart cannot change phases where some end at a load '// &
           'or temperature: it is not known from the input which have begun')
         cycle
       end if
-      if (when > time) cycle
+      if (t > time) cycle
       call new%report(diagnostics, 'MOTION', max(1, first_of(new, name)), '', 'of '//name// &
                       ': a restart at t = '//str(time)// &
-                      ' s cannot change what was before; at t = '//str(when)//' s it is '// &
-                      path(motion_of(new, name), when)//' instead of '// &
-                      path(motion_of(old, name), when))
+                      ' s cannot change what was before; at t = '//str(t)//' s it is '// &
+                      position_text(motion_of(new, name), t)//' instead of '// &
+                      position_text(motion_of(old, name), t))
     end do
     do i = 1, new%count('MOTION')
       name = new%text('MOTION', i, 'TOOL')
       if (first_of(old, name) > 0) cycle
-      when = parting(motion_t(), motion_of(new, name), time)
-      if (when <= time) call new%report(diagnostics, 'MOTION', i, '', 'of '//name// &
-                                        ': until the checkpoint at t = '//str(time)// &
-                                        ' s it did not move')
+      t = time_of_difference(motion_t(), motion_of(new, name), time)
+      if (t <= time) call new%report(diagnostics, 'MOTION', i, '', 'of '//name// &
+                                     ': until the checkpoint at t = '//str(time)// &
+                                     ' s it did not move')
     end do
   end subroutine compare_motions
 
-  !> Number of the first motion of a tool, 0 if it has none.
+  !> Index of the first &MOTION of a tool; 0 if it has none.
   integer function first_of(input, name)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: name
@@ -225,80 +226,82 @@ contains
     first_of = 0
   end function first_of
 
-  !> A time until `time` at which two motions are in different places; later than `time` if there is
-  !> none. Between the ends of phases and ramps the path is a parabola: three points decide.
-  real(rp) function parting(one, other, time)
+  !> First sampled time at which the positions of two motions differ; huge if they do not until
+  !> `time`. Between breakpoints the path is a parabola, so that three points suffice.
+  real(rp) function time_of_difference(one, other, time)
     type(motion_t), intent(in) :: one, other
     real(rp), intent(in) :: time
-    real(rp), allocatable :: knots(:)
+    real(rp), allocatable :: breakpoints(:)
     real(rp) :: from, to
     integer :: k
 
-    allocate (knots, source=[knots_of(one), knots_of(other), time])
-    if (.not. (has_loose_ends(one) .or. has_loose_ends(other))) knots = pack(knots, knots <= time)
-    parting = 0.0_rp
+    allocate (breakpoints, source=[breakpoints_of(one), breakpoints_of(other), time])
+    if (.not. (may_end_early(one) .or. may_end_early(other))) breakpoints = pack(breakpoints, &
+      breakpoints <= time)
+    time_of_difference = 0.0_rp
     if (.not. same_ends(one, other)) return
     to = 0.0_rp
     do
       from = to
-      if (.not. any(knots > from)) exit
-      to = minval(knots, mask=knots > from)
+      if (.not. any(breakpoints > from)) exit
+      to = minval(breakpoints, mask=breakpoints > from)
       do k = 1, 2
-        parting = from + 0.5_rp*real(k, rp)*(to - from)
-        if (differ(one, other, parting)) return
+        time_of_difference = from + 0.5_rp*real(k, rp)*(to - from)
+        if (differ(one, other, time_of_difference)) return
       end do
     end do
-    parting = huge(1.0_rp)
-  end function parting
+    time_of_difference = huge(1.0_rp)
+  end function time_of_difference
 
-  !> Whether a phase may end before its time: then none may change, since those may have come
-  !> already that by the input follow later.
-  pure logical function has_loose_ends(motion)
+  !> True if a phase may end before its duration: then no phase may change, since later ones may
+  !> have begun already.
+  pure logical function may_end_early(motion)
     type(motion_t), intent(in) :: motion
 
-    has_loose_ends = .false.
-    if (allocated(motion%phase)) has_loose_ends = any(motion%phase%ends_early())
-  end function has_loose_ends
+    may_end_early = .false.
+    if (allocated(motion%phase)) may_end_early = any(motion%phase%ends_early())
+  end function may_end_early
 
-  !> Whether two motions have the same phases, or none that ends before its time.
+  !> True if two motions have the same end conditions, or none.
   pure logical function same_ends(one, other)
     type(motion_t), intent(in) :: one, other
 
-    same_ends = .not. (has_loose_ends(one) .or. has_loose_ends(other))
+    same_ends = .not. (may_end_early(one) .or. may_end_early(other))
     if (same_ends) return
     if (.not. (allocated(one%phase) .and. allocated(other%phase))) return
     if (size(one%phase) /= size(other%phase)) return
-    same_ends = .not. any(parts(one%phase%until_force, other%phase%until_force) .or. &
-                          parts(one%phase%until_torque, other%phase%until_torque) .or. &
-                          parts(one%phase%until_temperature, other%phase%until_temperature) .or. &
+    same_ends = .not. any(differs(one%phase%until_force, other%phase%until_force) .or. &
+                          differs(one%phase%until_torque, other%phase%until_torque) .or. &
+                          differs(one%phase%until_temperature, other%phase%until_temperature) .or. &
                           one%phase%until_probe /= other%phase%until_probe)
   end function same_ends
 
-  elemental logical function parts(a, b)
+  !> True if two limits differ by more than rounding.
+  elemental logical function differs(a, b)
     real(rp), intent(in) :: a, b
 
-    parts = abs(a - b) > slack*abs(a)
-  end function parts
+    differs = abs(a - b) > slack*abs(a)
+  end function differs
 
-  !> When phases and ramps end [s].
-  pure function knots_of(motion) result(knots)
+  !> Times at which phases, ramps and pieces of force tables end [s].
+  pure function breakpoints_of(motion) result(breakpoints)
     type(motion_t), intent(in) :: motion
-    real(rp), allocatable :: knots(:)
+    real(rp), allocatable :: breakpoints(:)
     real(rp) :: from
     integer :: k
 
-    allocate (knots(0))
+    allocate (breakpoints(0))
     if (.not. allocated(motion%phase)) return
     from = 0.0_rp
     do k = 1, size(motion%phase)
-      knots = [knots, from + motion%phase(k)%ramp, from + motion%phase(k)%duration, &
-               from + motion%phase(k)%forces(1, :motion%phase(k)%n_forces)]
+      breakpoints = [breakpoints, from + motion%phase(k)%ramp, from + motion%phase(k)%duration, &
+                     from + motion%phase(k)%forces(1, :motion%phase(k)%n_forces)]
       if (motion%phase(k)%duration <= 0.0_rp) exit
       from = from + motion%phase(k)%duration
     end do
-  end function knots_of
+  end function breakpoints_of
 
-  !> True if the ways [m, rad] of two motions until `t` differ by more than rounding.
+  !> True if positions, angles or forces of two motions differ at time `t` by more than rounding.
   pure logical function differ(one, other, t)
     type(motion_t), intent(in) :: one, other
     real(rp), intent(in) :: t
@@ -314,8 +317,8 @@ contains
     differ = differ .or. any(abs(a - b) > slack*(1.0_rp + 1000.0_rp*maxval(abs([a, b]))))
   end function differ
 
-  !> Where a motion has led to.
-  function path(motion, t) result(text)
+  !> Text on the displacement and the angle of a motion at time `t`.
+  function position_text(motion, t) result(text)
     type(motion_t), intent(in) :: motion
     real(rp), intent(in) :: t
     character(:), allocatable :: text
@@ -324,6 +327,6 @@ contains
     call motion%at(t, shift, v, angle, spin)
     text = '('//str(shift(1))//', '//str(shift(2))//', '//str(shift(3))//') m and '//str(angle)// &
            ' rad away from its start'
-  end function path
+  end function position_text
 
 end module checks_same_scene

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Checks of a scene that can be built: things that are there twice, bodies in each other's place,
-!> probes in the air and sources of heat that never reach metal, friction whose heat warms nothing.
+!> Plausibility checks of a scene without errors: duplicates, overlaps, objects outside the bodies.
 module checks_sense
   use base_kinds, only: pi, rp
   use base_text, only: str
@@ -19,12 +18,11 @@ module checks_sense
 
   public :: check_sense, extent_of
 
-  real(rp), parameter :: least_overlap = 0.05_rp   !! of two bodies, in every direction [cells];
-                                                   !! contact bears that
+  real(rp), parameter :: min_overlap = 0.05_rp   !! overlap that contact tolerates [cells]
 
 contains
 
-  !> Complaints about a scene that has no others.
+  !> Report implausible parts of a scene without errors.
   subroutine check_sense(input, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -34,18 +32,18 @@ contains
 
     call all_solids(input, solids)
     call check_tables(input, scene, diagnostics)
-    call find_twins(input, diagnostics)
+    call find_duplicates(input, diagnostics)
     call compare_walls(input, scene, diagnostics)
     call compare_clamps(input, scene, diagnostics)
     call compare_surfaces(input, diagnostics)
     call compare_bodies(input, scene, solids, diagnostics)
-    call find_apart(input, scene, solids, diagnostics)
+    call find_separate_bodies(input, scene, solids, diagnostics)
     call check_probes(input, scene, solids, diagnostics)
     call check_sources(input, scene, solids, diagnostics)
     call check_friction_heat(input, scene, tool, diagnostics)
   end subroutine check_sense
 
-  !> Friction heat enters temperatures with conduction steps only: a scene without them says so.
+  !> Warn that without &HEAT the friction heat does not raise temperatures.
   subroutine check_friction_heat(input, scene, tool, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -62,7 +60,7 @@ contains
     end do
   end subroutine check_friction_heat
 
-  !> Strengths of heat alone.
+  !> Report strength tables of materials that only heat-only runs use.
   subroutine check_tables(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -83,32 +81,32 @@ contains
     end do
   end subroutine check_tables
 
-  !> Groups that equal another one; those whose effects add up may be meant so.
-  subroutine find_twins(input, diagnostics)
+  !> Report identical groups; only warn for groups whose effects add up.
+  subroutine find_duplicates(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
     character(8), parameter :: groups(5) = [character(8) :: 'LOAD', 'TRACTION', 'SOURCE', &
                                             'FIELD', 'PROBE']
-    integer, parameter :: n_sums = 3                 !! of the groups, from the first
-    character(1024), allocatable :: said(:)
+    integer, parameter :: n_sums = 3                 !! number of groups whose effects add up
+    character(1024), allocatable :: values(:)
     integer :: g, i, j
 
     do g = 1, size(groups)
-      said = [character(1024) :: (all_that(input, trim(groups(g)), i), i=1, &
-                                  input%count(trim(groups(g))))]
-      do i = 2, size(said)
-        j = findloc(said(:i - 1), said(i), dim=1)
+      values = [character(1024) :: (values_of_group(input, trim(groups(g)), i), i=1, &
+                                    input%count(trim(groups(g))))]
+      do i = 2, size(values)
+        j = findloc(values(:i - 1), values(i), dim=1)
         if (j > 0) call input%report(diagnostics, trim(groups(g)), i, '', &
                                      'is there twice, first '// &
-                                     place_of(input, trim(groups(g)), j)// &
+                                     location_of(input, trim(groups(g)), j)// &
                                      trim(merge('; both act', '          ', g <= n_sums)), &
                                      is_warning=g <= n_sums)
       end do
     end do
-  end subroutine find_twins
+  end subroutine find_duplicates
 
-  !> All values of a group, defaults included.
-  function all_that(input, group, i) result(text)
+  !> Text of all values of a group, defaults included.
+  function values_of_group(input, group, i) result(text)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
     integer, intent(in) :: i
@@ -131,9 +129,9 @@ contains
         end do
       end associate
     end do
-  end function all_that
+  end function values_of_group
 
-  !> Two walls of one side.
+  !> Report two walls on one side of the grid.
   subroutine compare_walls(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -148,53 +146,54 @@ contains
         other = wall_of(input, scene%grid, j)
         if (abs(one%position - other%position) <= 1.0e-6_rp*scene%grid%h(one%axis)) then
           call input%report(diagnostics, 'WALL', i, 'SIDE', &
-                            'there is a wall in this place, '//place_of(input, 'WALL', j))
+                            'there is a wall in this place, '//location_of(input, 'WALL', j))
         else
           call input%warn(diagnostics, 'WALL', i, 'SIDE', &
-                          'there is another wall of this side, '//place_of(input, 'WALL', j))
+                          'there is another wall of this side, '//location_of(input, 'WALL', j))
         end if
         exit
       end do
     end do
   end subroutine compare_walls
 
-  !> Clamps that hold the same nodes.
+  !> Report clamps that hold the same nodes.
   subroutine compare_clamps(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, j, n
 
-    n = input%count('WALL') - size(scene%symmetry)   ! of walls; those of &CLAMP follow
+    n = input%count('WALL') - size(scene%symmetry)   ! clamps of walls; those of &CLAMP follow
     do i = 2, input%count('CLAMP')
       do j = 1, i - 1
         associate (one => scene%clamp(n + i)%clamp, other => scene%clamp(n + j)%clamp)
           if (.not. any(one%held .and. other%held)) cycle
           if (same_box(one, other, 1.0e-6_rp*minval(scene%grid%h))) then
             call input%report(diagnostics, 'CLAMP', i, '', &
-                              'holds the nodes of another, '//place_of(input, 'CLAMP', j))
+                              'holds the nodes of another, '//location_of(input, 'CLAMP', j))
           else if (all(min(one%upper, other%upper) > max(one%lower, other%lower)) .and. &
                    any(one%held .and. other%held .and. &
                        abs(one%velocity - other%velocity) > 0.0_rp)) then
             call input%warn(diagnostics, 'CLAMP', i, '', &
                             'overlaps another that moves differently, '// &
-                            place_of(input, 'CLAMP', j))
+                            location_of(input, 'CLAMP', j))
           end if
         end associate
       end do
     end do
   end subroutine compare_clamps
 
+  !> True if the boxes of two clamps are equal within a tolerance.
   pure logical function same_box(one, other, slack)
     class(clamp_t), intent(in) :: one, other
-    real(rp), intent(in) :: slack                    !! [m]
+    real(rp), intent(in) :: slack                    !! tolerance [m]
 
     same_box = all(one%lower <= other%lower + slack .and. other%lower <= one%lower + slack .and. &
                    one%upper <= other%upper + slack .and. other%upper <= one%upper + slack)
   end function same_box
 
-  !> A later &SURFACE of the same face takes the place of an earlier one: of one face after all it
-  !> is meant.
+  !> Report a &SURFACE that replaces an earlier one of the same face; one face after 'all' is
+  !> allowed.
   subroutine compare_surfaces(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -207,13 +206,13 @@ contains
         if (input%text('SURFACE', i, 'BODY') /= input%text('SURFACE', j, 'BODY')) cycle
         if (face /= 'all' .and. face /= input%text('SURFACE', j, 'FACE')) cycle
         call input%report(diagnostics, 'SURFACE', i, 'FACE', &
-                          'takes the place of another, '//place_of(input, 'SURFACE', j))
+                          'takes the place of another, '//location_of(input, 'SURFACE', j))
         exit
       end do
     end do
   end subroutine compare_surfaces
 
-  !> Bodies whose shapes overlap: metal twice in one place.
+  !> Report bodies whose shapes overlap.
   subroutine compare_bodies(input, scene, solids, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -221,7 +220,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     integer, parameter :: n = 24                     !! samples along each axis
     real(rp) :: lower(3, 2), upper(3, 2), low(3), size_of(3), volume
-    integer :: a, b, held, i, j, k
+    integer :: a, b, n_inside, i, j, k
 
     do b = 2, size(solids)
       call extent_of(solids(b), lower(:, 1), upper(:, 1))
@@ -230,20 +229,20 @@ contains
         call extent_of(solids(a), lower(:, 2), upper(:, 2))
         low = maxval(lower, 2)
         size_of = minval(upper, 2) - low
-        if (any(size_of <= least_overlap*scene%grid%h)) cycle
-        held = 0
+        if (any(size_of <= min_overlap*scene%grid%h)) cycle
+        n_inside = 0
         do i = 1, n
           do j = 1, n
             do k = 1, n
               associate (x => low + size_of*([i, j, k] - 0.5_rp)/n)
                 if (.not. is_inside(solids(a)%solid, x)) cycle
-                if (is_inside(solids(b)%solid, x)) held = held + 1
+                if (is_inside(solids(b)%solid, x)) n_inside = n_inside + 1
               end associate
             end do
           end do
         end do
-        volume = product(size_of)*held/n**3
-        if (volume <= product(least_overlap*scene%grid%h)) cycle
+        volume = product(size_of)*n_inside/n**3
+        if (volume <= product(min_overlap*scene%grid%h)) cycle
         call input%report(diagnostics, 'BODY', b, 'NAME', 'overlaps the body '// &
                           trim(scene%body(a)%name)//' by '//str(1.0e9_rp*volume)// &
                           " mm3 (cut one away with OPERATION = 'subtract')")
@@ -251,8 +250,8 @@ contains
     end do
   end subroutine compare_bodies
 
-  !> Bodies without &CONTACT that are apart at the start: where they meet they become one.
-  subroutine find_apart(input, scene, solids, diagnostics)
+  !> Warn of separate bodies without &CONTACT, which stick together where they meet.
+  subroutine find_separate_bodies(input, scene, solids, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
@@ -274,9 +273,9 @@ contains
         exit
       end do
     end do
-  end subroutine find_apart
+  end subroutine find_separate_bodies
 
-  !> Box around what is added to a body [m].
+  !> Bounding box of the solids that are added to a body [m].
   pure subroutine extent_of(body, lower, upper)
     type(solids_t), intent(in) :: body
     real(rp), intent(out) :: lower(3), upper(3)
@@ -293,7 +292,7 @@ contains
     end do
   end subroutine extent_of
 
-  !> Probes ride in the metal, and their columns have names of their own.
+  !> Report probes outside the bodies and duplicate names.
   subroutine check_probes(input, scene, solids, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -313,7 +312,7 @@ contains
     end do
   end subroutine check_probes
 
-  !> Sources that cover nothing at any time of the run.
+  !> Report heat sources that touch no body during the run.
   subroutine check_sources(input, scene, solids, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -346,8 +345,8 @@ contains
     end do
   end subroutine check_sources
 
-  !> Whether a ball at `x` holds metal, or a disc there a surface: one that looks up within half a
-  !> cell of its height, beside mechanics any within a cell.
+  !> True if a ball source at `x` contains material, or a disc source there a surface: in heat-only
+  !> runs an upper surface within half a cell of its height, else any surface within one cell.
   logical function covers(input, scene, solids, i, x)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -386,8 +385,8 @@ contains
     end do
   end function covers
 
-  !> `on line 7`, or how else it was given.
-  function place_of(input, group, i) result(text)
+  !> Text `on line 7`, or group and number if the line is not known.
+  function location_of(input, group, i) result(text)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
     integer, intent(in) :: i
@@ -395,6 +394,6 @@ contains
 
     text = '&'//group//' number '//str(i)
     if (input%line(group, i) > 0) text = 'on line '//str(input%line(group, i))
-  end function place_of
+  end function location_of
 
 end module checks_sense

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The volume of the shapes against that of the particles which fill them.
+!> Comparison of the volume of the shapes with that of the particles which fill them.
 module checks_volumes
   use base_kinds, only: rp
   use base_log, only: say
@@ -17,20 +17,21 @@ module checks_volumes
 
   public :: volumes_t, measure_volumes, check_volumes, report_volumes
 
-  !> What each shape of a body adds to it, or takes from it below 0.
+  !> Volume that each shape of a body adds (positive) or removes (negative).
   type :: volumes_t
-    integer, allocatable :: shape(:)                        !! numbers of the &SHAPE groups
-    real(rp), allocatable :: asked(:), filled(:)            !! [m3]
+    integer, allocatable :: shape(:)                        !! indices of the &SHAPE groups
+    real(rp), allocatable :: exact(:)                       !! by geometry [m3]
+    real(rp), allocatable :: filled(:)                      !! by particles [m3]
   end type volumes_t
 
-  real(rp), parameter :: allowed = 0.02_rp                 !! filled over that of the shapes, less 1
-  integer, parameter :: roots = 16, halvings = 3            !! cells along each axis of a shape, and
-                                                            !! of those it cuts
-  real(rp), parameter :: inset = 1.0e-6_rp
+  real(rp), parameter :: max_error = 0.02_rp               !! relative error without a warning
+  integer, parameter :: n_cells = 16    !! cells along each axis for the volume of a shape
+  integer, parameter :: max_level = 3   !! subdivisions of cells that its surface cuts
+  real(rp), parameter :: inset = 1.0e-6_rp   !! of the corners of a cell over its edge
 
 contains
 
-  !> Collective.
+  !> Collective. Volumes of the shapes and of the particles for all bodies.
   subroutine measure_volumes(world, input, scene, volumes)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -46,19 +47,19 @@ contains
         v%shape = pack([(i, i=1, input%count('SHAPE'))], &
                        [(input%text('SHAPE', i, 'BODY') == input%text('BODY', b, 'NAME'), i=1, &
                          input%count('SHAPE'))])
-        allocate (v%asked(size(solid)), v%filled(size(solid)), source=0.0_rp)
+        allocate (v%exact(size(solid)), v%filled(size(solid)), source=0.0_rp)
         do i = 1 + world%rank, size(solid), world%size
-          v%asked(i) = asked_by(pack(solid(:i), [(meet(solid(s), solid(i)), s=1, i)]))
+          v%exact(i) = exact_volume(pack(solid(:i), [(boxes_overlap(solid(s), solid(i)), s=1, i)]))
         end do
-        call fill(world, scene, b, solid, v%filled)
-        call world%sum(v%asked)
+        call sum_particle_volumes(world, scene, b, solid, v%filled)
+        call world%sum(v%exact)
         call world%sum(v%filled)
       end associate
     end do
   end subroutine measure_volumes
 
-  !> What the last of some solids changes [m3].
-  pure real(rp) function asked_by(solid) result(volume)
+  !> Volume that the last solid of a list adds or removes [m3].
+  pure real(rp) function exact_volume(solid) result(volume)
     type(solid_t), intent(in) :: solid(:)
     real(rp) :: edge(3), lower(3), upper(3), around(3, 2)
     integer :: i, j, k
@@ -69,21 +70,22 @@ contains
     upper = min(upper, around(:, 2))
     volume = 0.0_rp
     if (any(upper <= lower)) return
-    edge = (upper - lower)/roots
-    do k = 0, roots - 1
-      do j = 0, roots - 1
-        do i = 0, roots - 1
-          volume = volume + product(edge)*change_in(solid, lower + edge*[i, j, k], edge, halvings)
+    edge = (upper - lower)/n_cells
+    do k = 0, n_cells - 1
+      do j = 0, n_cells - 1
+        do i = 0, n_cells - 1
+          volume = volume + product(edge)*change_in_cell(solid, lower + edge*[i, j, k], edge, &
+                                                         max_level)
         end do
       end do
     end do
-  end function asked_by
+  end function exact_volume
 
-  !> The same in a cell, as a part of the cell.
-  pure recursive real(rp) function change_in(solid, corner, edge, left) result(part)
+  !> Share of a cell that the last solid adds or removes, by recursive subdivision.
+  pure recursive real(rp) function change_in_cell(solid, corner, edge, left) result(part)
     type(solid_t), intent(in) :: solid(:)
     real(rp), intent(in) :: corner(3), edge(3)              !! [m]
-    integer, intent(in) :: left                             !! halvings
+    integer, intent(in) :: left                             !! remaining subdivisions
     real(rp) :: at(3)
     integer :: c, first, now
 
@@ -99,14 +101,14 @@ contains
     do c = 0, 7
       at = merge(0.0_rp, 0.5_rp, [btest(c, 0), btest(c, 1), btest(c, 2)])
       if (left > 0) then
-        part = part + 0.125_rp*change_in(solid, corner + at*edge, 0.5_rp*edge, left - 1)
+        part = part + 0.125_rp*change_in_cell(solid, corner + at*edge, 0.5_rp*edge, left - 1)
       else
         part = part + 0.125_rp*change_at(solid, corner + (at + 0.25_rp)*edge)
       end if
     end do
-  end function change_in
+  end function change_in_cell
 
-  !> 1 where the last solid adds metal, -1 where it takes some, 0 where it changes nothing.
+  !> 1 where the last solid adds material, -1 where it removes some, 0 elsewhere.
   pure integer function change_at(solid, x)
     type(solid_t), intent(in) :: solid(:)
     real(rp), intent(in) :: x(3)
@@ -120,18 +122,18 @@ contains
     end associate
   end function change_at
 
-  !> Whether the boxes around two solids have points in common.
-  pure logical function meet(one, other)
+  !> True if the bounding boxes of two solids overlap.
+  pure logical function boxes_overlap(one, other)
     type(solid_t), intent(in) :: one, other
     real(rp), dimension(3) :: lower, upper, lower_other, upper_other
 
     call bounds(one, lower, upper)
     call bounds(other, lower_other, upper_other)
-    meet = all(lower <= upper_other .and. lower_other <= upper)
-  end function meet
+    boxes_overlap = all(lower <= upper_other .and. lower_other <= upper)
+  end function boxes_overlap
 
-  !> Volumes of the particles that each solid adds or takes, this rank's planes of the lattice.
-  subroutine fill(world, scene, body, solid, filled)
+  !> Sum the volumes of particles that each solid adds or removes, on this rank's lattice planes.
+  subroutine sum_particle_volumes(world, scene, body, solid, filled)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
@@ -159,9 +161,9 @@ contains
         end do
       end do
     end do
-  end subroutine fill
+  end subroutine sum_particle_volumes
 
-  !> Shapes that change nothing, and those whose particles have another volume.
+  !> Warn of shapes without effect, and of shapes whose particles have a different volume.
   subroutine check_volumes(input, volumes, diagnostics)
     type(input_t), intent(in) :: input
     type(volumes_t), intent(in) :: volumes(:)
@@ -170,22 +172,22 @@ contains
 
     do b = 1, size(volumes)
       do i = 1, size(volumes(b)%shape)
-        associate (asked => volumes(b)%asked(i), filled => volumes(b)%filled(i), &
+        associate (exact => volumes(b)%exact(i), filled => volumes(b)%filled(i), &
                    s => volumes(b)%shape(i))
-          if (abs(asked) <= 0.0_rp) then
+          if (abs(exact) <= 0.0_rp) then
             call input%warn(diagnostics, 'SHAPE', s, '', 'changes nothing of its body')
-          else if (abs(filled - asked) > allowed*abs(asked)) then
+          else if (abs(filled - exact) > max_error*abs(exact)) then
             call input%warn(diagnostics, 'SHAPE', s, '', &
-                            trim(merge('adds', 'cuts', asked > 0.0_rp))//' '// &
-                            in_mm3(abs(filled))//' instead of '//in_mm3(abs(asked))//' ('// &
-                            deviation(filled, asked)//'), as the particles lie')
+                            trim(merge('adds', 'cuts', exact > 0.0_rp))//' '// &
+                            in_mm3(abs(filled))//' instead of '//in_mm3(abs(exact))//' ('// &
+                            deviation(filled, exact)//'), as the particles lie')
           end if
         end associate
       end do
     end do
   end subroutine check_volumes
 
-  !> The lines of `--check`.
+  !> Print the volumes for `--check`.
   subroutine report_volumes(scene, volumes)
     type(scene_t), intent(in) :: scene
     type(volumes_t), intent(in) :: volumes(:)
@@ -194,16 +196,17 @@ contains
     do b = 1, size(volumes)
       associate (v => volumes(b), body => scene%body(b))
         call say('volume       '//trim(body%name)//': '//in_mm3(sum(v%filled))//' for '// &
-                 in_mm3(sum(v%asked))//' asked ('//deviation(sum(v%filled), sum(v%asked))//'), '// &
+                 in_mm3(sum(v%exact))//' asked ('//deviation(sum(v%filled), sum(v%exact))//'), '// &
                  str(scene%material(body%material)%rho/body%start%jac*sum(v%filled))//' kg')
         do i = 1, merge(size(v%shape), 0, size(v%shape) > 1)
           call say('             &SHAPE '//str(v%shape(i))//': '//in_mm3(v%filled(i))//' for '// &
-                   in_mm3(v%asked(i))//' ('//deviation(v%filled(i), v%asked(i))//')')
+                   in_mm3(v%exact(i))//' ('//deviation(v%filled(i), v%exact(i))//')')
         end do
       end associate
     end do
   end subroutine report_volumes
 
+  !> Text of a volume in mm3.
   pure function in_mm3(volume) result(text)
     real(rp), intent(in) :: volume                          !! [m3]
     character(:), allocatable :: text
@@ -211,17 +214,17 @@ contains
     text = str(1.0e9_rp*volume)//' mm3'
   end function in_mm3
 
-  !> `+12.1 %`.
-  function deviation(filled, asked) result(text)
-    real(rp), intent(in) :: filled, asked
+  !> Text of a relative deviation, as `+12.1 %`.
+  function deviation(filled, exact) result(text)
+    real(rp), intent(in) :: filled, exact
     character(:), allocatable :: text
     character(12) :: digits
 
-    if (abs(asked) <= 0.0_rp) then
+    if (abs(exact) <= 0.0_rp) then
       text = '-'
       return
     end if
-    write (digits, '(sp,f9.2)') 100.0_rp*(filled/asked - 1.0_rp)
+    write (digits, '(sp,f9.2)') 100.0_rp*(filled/exact - 1.0_rp)
     text = trim(adjustl(digits))
     if (text == '-0.00') text = '+0.00'
     text = text//' %'

@@ -68,7 +68,7 @@ contains
       call note_step(run%integrator%steps)
       call run%integrator%advance(run%heat, run%time, &
                                   min(scene%end_time, writer%next_event(), next_switch(run)))
-      call look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
+      call collect_surroundings(world, scene, run, writer, is_safety_due, is_lost, status, message)
       if (status == ended_broken .or. is_lost) exit
       call writer%due(world, scene, run, is_finished(scene, run), is_safety_due, error)
       call writer%progress(world, scene, run)
@@ -115,7 +115,8 @@ contains
 
   !> Collective. Did a signal arrive, is a checkpoint due by the clock, is the state finite, was a
   !> row lost?
-  subroutine look_around(world, scene, run, writer, is_safety_due, is_lost, status, message)
+  subroutine collect_surroundings(world, scene, run, writer, is_safety_due, is_lost, status, &
+                                  message)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
@@ -155,7 +156,7 @@ contains
       message = 'signal '//str(nint(seen(1)))//' stopped the run at step '// &
                 str(run%integrator%steps)//', t = '//str(run%time)//' s'
     end if
-  end subroutine look_around
+  end subroutine collect_surroundings
 
   !> The first cell of this rank whose temperature is not a finite number.
   function not_a_number(scene, run) result(text)
