@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Conduction on its own time step: as many mechanical steps are gathered as stability allows.
+!> Conduction with a time step of its own, which spans as many mechanical steps as stability allows.
 module heat_conduction
   use base_kinds, only: i8, nlane, rp
   use body_contact_node_pairs, only: node_pairs_t
@@ -10,11 +10,11 @@ module heat_conduction
   use contact_tool, only: tool_t
   use heat_films, only: films_vary
   use heat_gaps, only: find_gaps, gaps_t
-  use heat_implicit, only: foresee_temperature
-  use heat_nodes, only: centre_increment, evened_part, gather_flux, gather_temperature, &
+  use heat_implicit, only: solve_implicit
+  use heat_nodes, only: centre_increment, smoothed_fraction, gather_flux, gather_temperature, &
                         stable_conduction
-  use heat_sinks, only: find_touched, forget_touched, heat_sinks_by, touched_t
-  use heat_sources, only: give_source_heat, source_t
+  use heat_sinks, only: find_sinks, reset_contact_sums, advance_sinks, sinks_t
+  use heat_sources, only: add_source_heat, source_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use mapping_probes, only: probes_t, warm_probes
@@ -34,8 +34,8 @@ module heat_conduction
 
 contains
 
-  !> Conduction step of the scene [s]: as long as is stable, or that of implicit steps, at first
-  !> the stable one where it follows its error.
+  !> Conduction step [s]: the stable explicit one, or the implicit one as given or controlled by its
+  !> error, which starts with the stable one.
   pure real(rp) function conduction_step(scene, clock)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -53,11 +53,11 @@ contains
     end associate
   end function conduction_step
 
-  !> Is a conduction step due now, if one more mechanical step would be of length `dt`?
+  !> True if a conduction step is due before another mechanical step of length `dt`.
   pure logical function conduction_is_due(scene, clock, dt)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
-    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: dt                  !! next mechanical step [s]
 
     if (scene%method%heat_every > 0) then
       conduction_is_due = mod(clock%step, int(scene%method%heat_every, i8)) == 0
@@ -66,10 +66,10 @@ contains
     end if
   end function conduction_is_due
 
-  !> Conduct for the `waited` since the last time: one step, or several if explicit and tools or
-  !> films that vary allow only shorter ones.
+  !> Collective. Conduct heat over the time since the last conduction step: one step, or several
+  !> explicit ones if heat transfer to tools or through films requires it.
   subroutine conduct(world, scene, clock, step, tool, backing, source, probes, particles, &
-                     blocks, nodes, boundary, pairs, books, waited)
+                     blocks, nodes, boundary, pairs, books, elapsed)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -84,26 +84,26 @@ contains
     type(boundary_t), intent(inout) :: boundary
     type(node_pairs_t), intent(in) :: pairs
     type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: waited              !! [s]
-    real(rp) :: left
+    real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
+    real(rp) :: remaining                       ! time not yet covered [s]
 
     call swap_lists(scene, nodes, boundary)
-    call give_source_heat(world, scene, clock, source, particles, blocks, books, waited)
-    left = waited
+    call add_source_heat(world, scene, clock, source, particles, blocks, books, elapsed)
+    remaining = elapsed
     do
       call take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &
-                                nodes, boundary, pairs, books, waited, left)
-      if (left <= 0.0_rp) exit
+                                nodes, boundary, pairs, books, elapsed, remaining)
+      if (remaining <= 0.0_rp) exit
     end do
-    call forget_touched(tool, particles)
-    call anneal_particles(scene, particles, waited)
+    call reset_contact_sums(tool, particles)
+    call anneal_particles(scene, particles, elapsed)
     if (scene%method%sleep%is_on) call clear_nodes(nodes, nodes%g)
     call swap_lists(scene, nodes, boundary)
   end subroutine conduct
 
-  !> One conduction step of what is `left` of the time, or of as much of it as is stable.
+  !> One conduction step over the remaining time, or over a stable part of it.
   subroutine take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &
-                                  nodes, boundary, pairs, books, waited, left)
+                                  nodes, boundary, pairs, books, elapsed, remaining)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -116,22 +116,22 @@ contains
     type(boundary_t), intent(inout) :: boundary
     type(node_pairs_t), intent(in) :: pairs
     type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: waited              !! [s]
-    real(rp), intent(inout) :: left             !! [s]
-    real(rp) :: lost(8, size(scene%symmetry))   ! what reflections at walls change
-    real(rp) :: dt, evened, gained, out         ! by particles, through films, walls and tools [J]
-    type(touched_t) :: touched
+    real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
+    real(rp), intent(inout) :: remaining        !! time not yet covered [s]
+    real(rp) :: lost(8, size(scene%symmetry))   ! change of nodal sums by reflection at walls
+    real(rp) :: dt, smoothed, gained, out       ! heat of smoothing, particles and boundaries [J]
+    type(sinks_t) :: sinks
     type(gaps_t) :: gaps
     integer :: b, k, r
 
     lost = 0.0_rp
     gained = 0.0_rp
-    evened = 0.0_rp
+    smoothed = 0.0_rp
     out = books%sums(e_film) - books%sums(e_wall_heat) + books%sums(e_tool)
     call gather_temperature(world, scene, particles, nodes, boundary, lost)
     call find_gaps(world, scene, particles, nodes, boundary, pairs, gaps)
     call find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, &
-                     books, touched, gaps, waited, left, lost, dt)
+                     books, sinks, gaps, elapsed, remaining, lost, dt)
     do k = 1, scene%n_heat_groups
       do r = 1, nodes%n_ranges
         call temperature_increment(nodes%range(2, r) - nodes%range(1, r) + 1, &
@@ -152,22 +152,22 @@ contains
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
       k = scene%body(particles%body(b))%heat_group
-      call warm_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
+      call heat_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
                       particles%ps(:, :, b), dt, nodes%rec, nodes%g(:, :, k), gained, &
-                      evened)
+                      smoothed)
     end do
     if (any(scene%symmetry%temperature > 0.0_rp)) then
-      books%sums(e_wall_heat) = books%sums(e_wall_heat) + evened
+      books%sums(e_wall_heat) = books%sums(e_wall_heat) + smoothed
     end if
-    call heat_sinks_by(world, dt, touched, tool, backing, books)
+    call advance_sinks(world, dt, sinks, tool, backing, books)
     books%sums(e_conduction) = books%sums(e_conduction) + gained + books%sums(e_film) &
                                - books%sums(e_wall_heat) + books%sums(e_tool) - out
-    left = left - dt
+    remaining = remaining - dt
   end subroutine take_conduction_step
 
-  !> What goes to the nodes in a step of `dt`, which is what is `left` or an even part of it.
+  !> Heat fluxes to the nodes in a step `dt`, the remaining time or an integer fraction of it.
   subroutine find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, &
-                         books, touched, gaps, waited, left, lost, dt)
+                         books, sinks, gaps, elapsed, remaining, lost, dt)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -178,36 +178,37 @@ contains
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
-    type(touched_t), intent(inout) :: touched
+    type(sinks_t), intent(inout) :: sinks
     type(gaps_t), intent(in) :: gaps
-    real(rp), intent(in) :: waited, left              !! [s]
+    real(rp), intent(in) :: elapsed         !! time since the last conduction step [s]
+    real(rp), intent(in) :: remaining       !! time not yet covered [s]
     real(rp), intent(inout) :: lost(8, size(scene%symmetry))
-    real(rp), intent(out) :: dt                       !! [s]
-    real(rp) :: before(8, size(scene%symmetry)), film, longest
+    real(rp), intent(out) :: dt             !! conduction step [s]
+    real(rp) :: before(8, size(scene%symmetry)), film, dt_max
 
     before = lost
     film = books%sums(e_film)
-    dt = left
-    call find_touched(world, scene, particles, nodes, tool, backing, waited, dt, touched)
+    dt = remaining
+    call find_sinks(world, scene, particles, nodes, tool, backing, elapsed, dt, sinks)
     if (scene%method%implicit_heat) then
-      call foresee_temperature(world, scene, clock, step, particles, nodes, boundary, touched, &
-                               gaps, books, dt)
+      call solve_implicit(world, scene, clock, step, particles, nodes, boundary, sinks, &
+                          gaps, books, dt)
     end if
-    call gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
     if (scene%method%implicit_heat) return
     if (.not. (films_vary(scene) .or. any(tool%heat%is_on) .or. allocated(scene%gap))) return
-    longest = longest_step(world, scene, nodes)
-    if (dt <= longest) return
-    dt = left/(aint(left/longest) + 1.0_rp)
+    dt_max = max_stable_step(world, scene, nodes)
+    if (dt <= dt_max) return
+    dt = remaining/(aint(remaining/dt_max) + 1.0_rp)
     lost = before
     books%sums(e_film) = film
-    call find_touched(world, scene, particles, nodes, tool, backing, waited, dt, touched)
-    call gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
+    call find_sinks(world, scene, particles, nodes, tool, backing, elapsed, dt, sinks)
+    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
   end subroutine find_fluxes
 
-  !> Collective. The longest explicit step [s] with the conductances in lane 6 of the second grid:
-  !> the bounds of the rates of conduction, 2 over its own longest step, and of these add up.
-  real(rp) function longest_step(world, scene, nodes)
+  !> Collective. Largest stable explicit step [s] with the boundary conductances in lane 6 of the
+  !> second grid: the bounds of the rates of conduction and of the boundary terms add up.
+  real(rp) function max_stable_step(world, scene, nodes)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -224,14 +225,15 @@ contains
       end do
     end do
     call world%max(rate)
-    longest_step = 1.0_rp/(1.0_rp/stable_conduction(scene) + 0.5_rp*rate(1))
-  end function longest_step
+    max_stable_step = 1.0_rp/(1.0_rp/stable_conduction(scene) + 0.5_rp*rate(1))
+  end function max_stable_step
 
-  subroutine warm_block(scene, nodes, body, n, nf, ps, dt, rec, g, gained, evened)
+  !> Update the temperatures of a block of particles from the nodal increments.
+  subroutine heat_block(scene, nodes, body, n, nf, ps, dt, rec, g, gained, smoothed)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained, evened
+    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane), gained, smoothed
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: before(nlane), c_p(nlane), w(nlane, 18)
@@ -241,11 +243,11 @@ contains
       before = ps(:, f_temp)
       c_p = material%specific_heat_at(before)
       call heat_particles(n, w, first, nodes%patch%stride, nodes%patch%nn, g, c_p, &
-                          ps(1, f_mass), evened_part(scene, body, dt, ps(:, f_mass), before, &
-                                                     ps(:, f_rate)), rec, ps(1, f_temp), &
-                          ps(1, f_heat), gained, evened)
+                          ps(1, f_mass), smoothed_fraction(scene, body, dt, ps(:, f_mass), before, &
+                                                           ps(:, f_rate)), rec, ps(1, f_temp), &
+                          ps(1, f_heat), gained, smoothed)
       call material%take_up(c_p, before, ps(1, f_temp))
     end associate
-  end subroutine warm_block
+  end subroutine heat_block
 
 end module heat_conduction

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Heat through the faces of particles that lie on a face of their body: films, whose coefficient
-!> may depend on the pressure there, and radiation. Faces move with their particles and keep their
-!> area and direction.
+!> Heat loss through particle faces on the surface of a body: films, whose coefficient may depend on
+!> the pressure there, and radiation. Faces move with their particles; area and normal are constant.
 module heat_films
   use base_kinds, only: nlane, rp
   use mapping_nodes, only: nodes_t
@@ -14,19 +13,19 @@ module heat_films
   implicit none (type, external)
   private
 
-  public :: face_of, feels_pressure, films_vary, lose_heat
+  public :: face_of, films_need_pressure, films_vary, add_film_losses
 
 contains
 
-  !> Whether a film of the scene depends on pressure.
-  pure logical function feels_pressure(scene)
+  !> True if the coefficient of any film depends on pressure.
+  pure logical function films_need_pressure(scene)
     type(scene_t), intent(in) :: scene
     integer :: b
 
-    feels_pressure = any([(any(scene%body(b)%film%of == of_pressure), b=1, size(scene%body))])
-  end function feels_pressure
+    films_need_pressure = any([(any(scene%body(b)%film%of == of_pressure), b=1, size(scene%body))])
+  end function films_need_pressure
 
-  !> Whether a face of the scene has more than a film of one coefficient.
+  !> True if any face has more than a film with a constant coefficient.
   pure logical function films_vary(scene)
     type(scene_t), intent(in) :: scene
     integer :: b
@@ -34,8 +33,8 @@ contains
     films_vary = any([(any(scene%body(b)%film%varies()), b=1, size(scene%body))])
   end function films_vary
 
-  !> Losses of the particles of a block that lie on a face.
-  subroutine lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
+  !> Add the film losses of a block of particles to the nodal fluxes.
+  subroutine add_film_losses(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
@@ -58,8 +57,8 @@ contains
           x = nodes%patch%linear_place(x)
           associate (film => body_now%film(face))
             if (film%varies()) then
-              call lose_by_state(dt, film, axis, area, x, nodes%patch%stride, nodes%patch%nn, &
-                                 g, flux, books%sums(e_film))
+              call add_varying_loss(dt, film, axis, area, x, nodes%patch%stride, nodes%patch%nn, &
+                                    g, flux, books%sums(e_film))
             else
               call film_to_grid(dt, film%coefficient, area, film%ambient, x, &
                                 nodes%patch%stride, nodes%patch%nn, g, flux, books%sums(e_film))
@@ -68,15 +67,16 @@ contains
         end do
       end do
     end associate
-  end subroutine lose_heat
+  end subroutine add_film_losses
 
-  !> Axis, place and area of face number `face` of a particle at `centre`.
+  !> Axis, centre and area of a face of a particle.
   pure subroutine face_of(spacing, face, centre, axis, x, area)
-    real(rp), intent(in) :: spacing(3)                !! of the particle [m]
-    integer, intent(in) :: face
-    real(rp), intent(in) :: centre(3)                 !! [m]
+    real(rp), intent(in) :: spacing(3)                !! edges of the particle [m]
+    integer, intent(in) :: face                       !! 1..6: xmin .. zmax
+    real(rp), intent(in) :: centre(3)                 !! centre of the particle [m]
     integer, intent(out) :: axis
-    real(rp), intent(out) :: x(3), area               !! [m], [m2]
+    real(rp), intent(out) :: x(3)                     !! centre of the face [m]
+    real(rp), intent(out) :: area                     !! [m2]
 
     axis = (face + 1)/2
     x = centre
@@ -84,16 +84,18 @@ contains
     area = product(spacing)/spacing(axis)
   end subroutine face_of
 
-  !> Loss in `dt` of a face at `s` across `axis`: a film by the pressure there (lanes 6:8 of `g`),
-  !> and radiation, linear about the temperature before the step (lane 5). Lane 6 of `flux`
-  !> gets what a kelvin more would lose.
-  subroutine lose_by_state(dt, film, axis, area, s, stride, nn, g, flux, lost)
+  !> Add the loss of a face in `dt` by a film with a coefficient at the local pressure (lanes 6:8 of
+  !> `g`) and by radiation, linearized about the temperature before the step (lane 5). Lane 6 of
+  !> `flux` receives the conductance [W/K].
+  subroutine add_varying_loss(dt, film, axis, area, s, stride, nn, g, flux, lost)
     type(film_t), intent(in) :: film
     integer, intent(in) :: axis, stride(3), nn
-    real(rp), intent(in) :: dt, area, s(3)            !! [s], [m2], from the first node [cells]
+    real(rp), intent(in) :: dt                        !! [s]
+    real(rp), intent(in) :: area                      !! of the face [m2]
+    real(rp), intent(in) :: s(3)                      !! its position from the first node [cells]
     real(rp), intent(in) :: g(8, nn)
     real(rp), intent(inout) :: flux(8, nn)
-    real(rp), intent(inout) :: lost                   !! running sum [J]
+    real(rp), intent(inout) :: lost                   !! accumulated loss [J]
     real(rp) :: before, h, heat, radiation, t, weight(0:7)
     integer :: c, q(0:7)
 
@@ -112,6 +114,6 @@ contains
       flux(6, q(c)) = flux(6, q(c)) + h*area*weight(c)
     end do
     lost = lost + heat
-  end subroutine lose_by_state
+  end subroutine add_varying_loss
 
 end module heat_films

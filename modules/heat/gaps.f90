@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Heat through the gap between bodies in contact, h A (T_1 - T_2), for each node that both have
-!> mass on: A is the integral of the node's weight over the surface of contact. T are the
-!> temperatures half a spacing inside the bodies, before the place of that surface in front of the
-!> node, and that metal is in series with the gap: at the surface itself nodes may have so little
-!> capacity that they would ask for tiny steps.
+!> Heat flow between bodies in contact, h A (T_1 - T_2), at each node where both have mass. A is the
+!> integral of the nodal shape function over the contact surface. T_1 and T_2 are the temperatures
+!> half a particle spacing inside the bodies; this layer is in series with the gap. At the surface
+!> itself the nodal capacities may be so small that the stable step would vanish.
 module heat_gaps
   use base_kinds, only: nlane, rp
   use body_contact_node_pairs, only: node_pairs_t
@@ -21,21 +20,21 @@ module heat_gaps
   implicit none (type, external)
   private
 
-  public :: cross_gaps, find_gaps, gaps_t
+  public :: add_gap_fluxes, find_gaps, gaps_t
 
-  !> Places where bodies are in contact through a gap, one for each node.
+  !> Contact points with heat flow through a gap, one per node.
   type :: gaps_t
     integer :: n = 0
-    integer, allocatable :: group(:, :)          !! (2, n) of heat
-    integer, allocatable :: node(:, :, :)        !! (8, 2, n) around the place, of both bodies
-    real(rp), allocatable :: weight(:, :, :)     !! (8, 2, n) there
+    integer, allocatable :: group(:, :)          !! (2, n) heat groups of both bodies
+    integer, allocatable :: node(:, :, :)        !! (8, 2, n) surrounding nodes of both bodies
+    real(rp), allocatable :: weight(:, :, :)     !! (8, 2, n) interpolation weights
     real(rp), allocatable :: conductance(:)      !! h A [W/K]
   end type gaps_t
 
 contains
 
-  !> Collective. List the gaps where bodies touch, as the last step found them. The second grid is
-  !> scratch.
+  !> Collective. List the gaps where bodies were in contact in the last mechanical step. The second
+  !> grid is overwritten.
   subroutine find_gaps(world, scene, particles, nodes, boundary, pairs, gaps)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -69,12 +68,12 @@ contains
       if (groups(1) == groups(2) .or. .not. pairs%is_owned(e)) cycle
       if (pairs%gap(e) > slack*length_along(nodes%patch%edges_at(pairs%x(:, e)), &
                                             pairs%normal(:, e))) cycle
-      call add_place(scene, nodes, pairs, e, groups, gaps)
+      call add_gap(scene, nodes, pairs, e, groups, gaps)
     end do
   end subroutine find_gaps
 
-  !> Add the place in front of the node of entry `e`, if both bodies are there.
-  subroutine add_place(scene, nodes, pairs, e, groups, gaps)
+  !> Add the contact point near the node of entry `e`, if both bodies have mass there.
+  subroutine add_gap(scene, nodes, pairs, e, groups, gaps)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(in) :: pairs
@@ -83,8 +82,8 @@ contains
     real(rp) :: area, at(3), coefficient, depth, resistance, temp, weight(0:7, 2), x(3)
     integer :: k, node(0:7, 2)
 
-    call look_at(scene, pairs%pair(e), pairs%normal(:, e), nodes%g2(:6, pairs%node(e), groups), &
-                 area, coefficient)
+    call evaluate_contact(scene, pairs%pair(e), pairs%normal(:, e), nodes%g2(:6, pairs%node(e), &
+                          groups), area, coefficient)
     if (area <= 0.0_rp .or. coefficient <= 0.0_rp) return
     x = pairs%x(:, e) + offset(pairs, e)*pairs%normal(:, e)
     resistance = 1.0_rp/coefficient
@@ -105,10 +104,10 @@ contains
     gaps%node(:, :, gaps%n) = node
     gaps%weight(:, :, gaps%n) = weight
     gaps%conductance(gaps%n) = area/resistance
-  end subroutine add_place
+  end subroutine add_gap
 
-  !> How far from its node, along the normal, the surface of contact of entry `e` is [m]: the middle
-  !> between those of both bodies.
+  !> Distance along the normal from the node of entry `e` to the contact surface, midway between the
+  !> surfaces of both bodies [m].
   pure real(rp) function offset(pairs, e)
     type(node_pairs_t), intent(in) :: pairs
     integer, intent(in) :: e
@@ -116,7 +115,7 @@ contains
     offset = 0.5_rp*(pairs%ends(1, e) - pairs%ends(2, e))
   end function offset
 
-  !> Groups of heat of two groups of bodies.
+  !> Heat groups of two groups of bodies.
   pure function heat_groups(scene, group) result(groups)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: group(2)
@@ -127,14 +126,15 @@ contains
     end do
   end function heat_groups
 
-  !> Area of a contact at a node from surfaces and forces of both bodies, the lesser of theirs
-  !> across the normal out of the first, and the coefficient at the mean pressure of those that
-  !> have one.
-  pure subroutine look_at(scene, contact, normal, surface, area, coefficient)
+  !> Contact area at a node, the smaller of the projected areas of both bodies, and conductance at
+  !> the mean pressure of the deformable bodies.
+  pure subroutine evaluate_contact(scene, contact, normal, surface, area, coefficient)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: contact
-    real(rp), intent(in) :: normal(3), surface(6, 2)   !! [m2], [N]
-    real(rp), intent(out) :: area, coefficient         !! [m2], [W/(m2 K)]
+    real(rp), intent(in) :: normal(3)                  !! out of the first body
+    real(rp), intent(in) :: surface(6, 2)              !! area vectors [m2] and forces [N] of both
+    real(rp), intent(out) :: area                      !! [m2]
+    real(rp), intent(out) :: coefficient               !! conductance [W/(m2 K)]
     real(rp) :: both(2), outwards, pressure
     integer :: k, n
 
@@ -151,8 +151,9 @@ contains
       pressure = pressure - outwards*dot_product(surface(4:6, k), normal)/both(k)
     end do
     coefficient = scene%gap(contact)%coefficient_at(pressure/max(1, n))
-  end subroutine look_at
+  end subroutine evaluate_contact
 
+  !> Add surface areas and forces of a block of particles to the nodes.
   subroutine add_block(scene, nodes, body, n, nf, ps, rec, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -168,9 +169,9 @@ contains
                          ps(1, f_mass), ps(1, f_tau), rec, g)
   end subroutine add_block
 
-  !> Heat that crosses the gaps of this rank in `dt` at the temperatures in lane 4, to lane 5 of the
-  !> second grid; to lane 6 the conductance.
-  subroutine cross_gaps(nodes, gaps, dt)
+  !> Add the heat flow through the gaps of this rank in `dt` at the temperatures in lane 4 to lane 5
+  !> of the second grid, and the conductances to lane 6.
+  subroutine add_gap_fluxes(nodes, gaps, dt)
     type(nodes_t), intent(inout) :: nodes
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: dt                    !! [s]
@@ -186,12 +187,12 @@ contains
         do c = 1, 8
           associate (flux => nodes%g2(:, gaps%node(c, k, e), gaps%group(k, e)))
             flux(5) = flux(5) - merge(1.0_rp, -1.0_rp, k == 1)*gaps%weight(c, k, e)*heat
-            ! of both bodies, which may change against each other
+            ! twice: temperatures of both sides may change in opposite directions
             flux(6) = flux(6) + 2.0_rp*gaps%weight(c, k, e)*gaps%conductance(e)
           end associate
         end do
       end do
     end do
-  end subroutine cross_gaps
+  end subroutine add_gap_fluxes
 
 end module heat_gaps

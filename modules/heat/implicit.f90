@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Backward Euler for the conduction of the particles: the temperatures of the nodes at the end of a
-!> step, by conjugate gradients without a matrix, of its own or of PETSc.
+!> Backward Euler for conduction between particles and nodes: nodal temperatures at the end of a
+!> step by matrix-free conjugate gradients, built-in or of PETSc.
 module heat_implicit
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
@@ -8,7 +8,7 @@ module heat_implicit
   use comm_world, only: world_t
   use heat_gaps, only: gaps_t
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
-  use heat_sinks, only: touched_t
+  use heat_sinks, only: sinks_t
   use heat_solvers_method, only: by_petsc, most_iterations
   use heat_solvers_operator, only: operator_t
   use heat_solvers_petsc, only: solve_by_petsc
@@ -22,40 +22,41 @@ module heat_implicit
   implicit none (type, external)
   private
 
-  public :: foresee_temperature
+  public :: solve_implicit
 
-  !> C - (F - F(0)) on the free nodes: C their capacities, F the heat that `gather_flux` finds.
-  type, extends(operator_t) :: nodal_t
+  !> Linear operator C x - (F(x) - F(0)) on the free nodes, with nodal capacities C and the heat F
+  !> of `gather_flux`.
+  type, extends(operator_t) :: nodal_system_t
     type(world_t), pointer :: world => null()
     type(scene_t), pointer :: scene => null()
     type(particles_t), pointer :: particles => null()
     type(nodes_t), pointer :: nodes => null()
     type(boundary_t), pointer :: boundary => null()
-    type(touched_t), pointer :: touched => null()
+    type(sinks_t), pointer :: sinks => null()
     type(gaps_t), pointer :: gaps => null()
     type(books_t), pointer :: books => null()
     logical :: is_unsolved = .false.
-    real(rp) :: dt = 0.0_rp                     !! [s]
-    integer :: n = 1                            !! groups of heat, each with all nodes
+    real(rp) :: dt = 0.0_rp                     !! conduction step [s]
+    integer :: n = 1                            !! heat groups, each with all nodes
     real(rp), allocatable :: at_zero(:, :)      !! F(0) [J]
-    logical, allocatable :: is_free(:, :)       !! has a temperature of its own
-    logical, allocatable :: is_own(:, :)        !! such, and a row of this rank
-    real(rp) :: nothing = 0.0_rp                !! residual, weighted by 1/C, that is rounding
+    logical, allocatable :: is_free(:, :)       !! nodes with an unknown temperature
+    logical, allocatable :: is_own(:, :)        !! free nodes owned by this rank
+    real(rp) :: min_residual = 0.0_rp           !! residual norm (weight 1/C) at rounding level
   contains
     procedure :: multiply => multiply_rows
     procedure, private :: apply
-  end type nodal_t
+  end type nodal_system_t
 
 contains
 
-  !> Collective. Lane 4 becomes the temperature at the end of a step of backward Euler: its change x
-  !> solves C x - (F(x) - F(0)) = F(T) + waiting heat. The fluxes at the result are what the nodes
-  !> get, so that heat is exact whatever the tolerance. The next step follows from dt^2/2 d2T/dt2,
-  !> freed of its stiff part by another solve, and from what the heat of friction and plastic work
-  !> that waited warms a node: until a step is made metal has the strength of its old temperature.
-  !> What is not solved for is `step%is_unsolved`, on all ranks.
-  subroutine foresee_temperature(world, scene, clock, step, particles, nodes, boundary, touched, &
-                                 gaps, books, dt)
+  !> Collective. Set lane 4 to the temperatures at the end of a backward Euler step, whose
+  !> increments x solve C x - (F(x) - F(0)) = F(T) + pending heat. The nodes then receive the fluxes
+  !> at these temperatures, so that heat is conserved whatever the tolerance. The next step is
+  !> chosen from the error dt^2/2 d2T/dt2, filtered by a second solve, and from the temperature rise
+  !> by pending heat of friction and plastic work, as the flow stress follows only after a
+  !> conduction step. A failed solve sets `step%is_unsolved` on all ranks.
+  subroutine solve_implicit(world, scene, clock, step, particles, nodes, boundary, sinks, &
+                            gaps, books, dt)
     type(world_t), intent(in), target :: world
     type(scene_t), intent(in), target :: scene
     type(clock_t), intent(inout), target :: clock
@@ -63,24 +64,24 @@ contains
     type(particles_t), intent(in), target :: particles
     type(nodes_t), intent(inout), target :: nodes
     type(boundary_t), intent(in), target :: boundary
-    type(touched_t), intent(inout), target :: touched
+    type(sinks_t), intent(inout), target :: sinks
     type(gaps_t), intent(in), target :: gaps
     type(books_t), intent(inout), target :: books
-    real(rp), intent(in) :: dt                  !! [s]
-    real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! residuals at the end
+    real(rp), intent(in) :: dt                  !! conduction step [s]
+    real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the two solves
     real(rp), dimension(nodes%patch%nn, scene%n_heat_groups) :: before, b, error, x
     real(rp) :: lost(8, size(scene%symmetry)), film
-    real(rp) :: worst(2)                        ! error, warming [K]
-    type(nodal_t) :: system
+    real(rp) :: worst(2)                        ! largest error and temperature rise [K]
+    type(nodal_system_t) :: system
     integer :: k, n
 
     lost = 0.0_rp
-    film = books%sums(e_film)                     ! what is lost here is only tried
+    film = books%sums(e_film)                     ! restored below: fluxes here are trial values
     n = scene%n_heat_groups
     before = nodes%g(4, :, :n)
-    call gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
     b = nodes%g2(5, :, :n) + nodes%g(3, :, :n)
-    call start(system, world, scene, particles, nodes, boundary, touched, gaps, books, dt)
+    call init_system(system, world, scene, particles, nodes, boundary, sinks, gaps, books, dt)
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
     associate (method => scene%method)
@@ -103,21 +104,21 @@ contains
       call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
     end do
     books%sums(e_film) = film
-  end subroutine foresee_temperature
+  end subroutine solve_implicit
 
-  !> The system of a step `dt`. Free are the nodes in use that are not empty nor behind a wall.
-  subroutine start(system, world, scene, particles, nodes, boundary, touched, gaps, books, dt)
-    type(nodal_t), intent(out) :: system
+  !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
+  subroutine init_system(system, world, scene, particles, nodes, boundary, sinks, gaps, books, dt)
+    type(nodal_system_t), intent(out) :: system
     type(world_t), intent(in), target :: world
     type(scene_t), intent(in), target :: scene
     type(particles_t), intent(in), target :: particles
     type(nodes_t), intent(inout), target :: nodes
     type(boundary_t), intent(in), target :: boundary
-    type(touched_t), intent(inout), target :: touched
+    type(sinks_t), intent(inout), target :: sinks
     type(gaps_t), intent(in), target :: gaps
     type(books_t), intent(inout), target :: books
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp), parameter :: least_change = 1.0e-9_rp   ! of temperatures, rms [K]
+    real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
     real(rp) :: lost(8, size(scene%symmetry)), all(1)
     integer :: r
 
@@ -126,7 +127,7 @@ contains
     system%particles => particles
     system%nodes => nodes
     system%boundary => boundary
-    system%touched => touched
+    system%sinks => sinks
     system%gaps => gaps
     system%books => books
     system%dt = dt
@@ -143,18 +144,19 @@ contains
     system%is_own = system%is_own .and. system%is_free
     lost = 0.0_rp
     nodes%g(4, :, :system%n) = 0.0_rp
-    call gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
     system%at_zero = nodes%g2(5, :, :system%n)
     all = sum(nodes%g(1, :, :system%n), mask=system%is_own)
     call world%sum(all)
-    system%nothing = least_change*sqrt(all(1))
-  end subroutine start
+    system%min_residual = min_change*sqrt(all(1))
+  end subroutine init_system
 
-  !> Collective. X for b on free nodes, the same on all ranks that store one, until the residual
-  !> weighted by 1/C is `relative` of that of b, or rounding.
+  !> Collective. Solve for x on the free nodes, equal on all ranks that store a node, until the
+  !> residual norm with weight 1/C falls to `relative` times that of b, or to rounding level.
   subroutine solve(system, relative, b, x)
-    type(nodal_t), intent(inout) :: system
-    real(rp), intent(in) :: relative, b(:, :)      !! [J]
+    type(nodal_system_t), intent(inout) :: system
+    real(rp), intent(in) :: relative            !! tolerance of the residual
+    real(rp), intent(in) :: b(:, :)             !! right-hand side [J]
     real(rp), intent(out) :: x(:, :)            !! [K]
     real(rp), allocatable :: rows(:)
     integer :: iterations
@@ -166,13 +168,13 @@ contains
     allocate (rows(count(system%is_own)))
     call solve_by_petsc(system%world, system, pack(system%nodes%g(1, :, :system%n), &
                                                             system%is_own), &
-                        pack(b, system%is_own), relative, system%nothing, rows, iterations)
-    call tell_all(system, rows, x)
+                        pack(b, system%is_own), relative, system%min_residual, rows, iterations)
+    call scatter_rows(system, rows, x)
   end subroutine solve
 
-  !> The solver of a program without PETSc.
+  !> Conjugate gradients with diagonal preconditioning.
   subroutine conjugate_gradients(system, relative, b, x)
-    type(nodal_t), intent(inout) :: system
+    type(nodal_system_t), intent(inout) :: system
     real(rp), intent(in) :: relative, b(:, :)
     real(rp), intent(out) :: x(:, :)
     real(rp), dimension(size(b, 1), size(b, 2)) :: p, q, r
@@ -190,7 +192,7 @@ contains
       rho = sum(r*q, mask=system%is_own)
       call system%world%sum(rho)
       if (first < 0.0_rp) first = rho(1)
-      if (rho(1) <= max(relative**2*first, system%nothing**2)) return
+      if (rho(1) <= max(relative**2*first, system%min_residual**2)) return
       p = q + (rho(1)/last)*p
       last = rho(1)
       call system%apply(p, q)
@@ -200,12 +202,12 @@ contains
       x = x + (rho(1)/curvature(1))*p
       r = r - (rho(1)/curvature(1))*q
     end do
-    if (rho(1) > 0.0_rp) system%is_unsolved = .true.   ! what is not a number is for others to find
+    if (rho(1) > 0.0_rp) system%is_unsolved = .true.   ! non-finite states are diagnosed elsewhere
   end subroutine conjugate_gradients
 
-  !> Collective. Q = A p on all nodes, from the same p on all ranks that store a node.
+  !> Collective. Product q = A p on all nodes; p must be equal on all ranks that store a node.
   subroutine apply(self, p, q)
-    class(nodal_t), intent(inout) :: self
+    class(nodal_system_t), intent(inout) :: self
     real(rp), intent(in) :: p(:, :)             !! [K]
     real(rp), intent(out) :: q(:, :)            !! [J]
     real(rp) :: lost(8, size(self%scene%symmetry))
@@ -218,26 +220,26 @@ contains
         call restore(self%scene, self%nodes, self%boundary, r_warming, g(:, :, k))
       end do
       call gather_flux(self%world, self%scene, self%particles, self%nodes, self%boundary, &
-                       self%touched, self%gaps, self%books, self%dt, lost)
+                       self%sinks, self%gaps, self%books, self%dt, lost)
       q = merge(g(1, :, :n)*p - (self%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
     end associate
   end subroutine apply
 
-  !> The same on the rows of this rank.
+  !> Collective. Product on the rows of this rank.
   subroutine multiply_rows(self, x, y)
-    class(nodal_t), intent(inout) :: self
+    class(nodal_system_t), intent(inout) :: self
     real(rp), intent(in) :: x(:)
     real(rp), intent(out) :: y(:)
     real(rp), dimension(size(self%is_own, 1), size(self%is_own, 2)) :: p, q
 
-    call tell_all(self, x, p)
+    call scatter_rows(self, x, p)
     call self%apply(p, q)
     y = pack(q, self%is_own)
   end subroutine multiply_rows
 
-  !> Collective. Values of the rows of this rank on all nodes, those of other ranks among them.
-  subroutine tell_all(system, rows, all)
-    class(nodal_t), intent(inout) :: system
+  !> Collective. Scatter row values of all ranks to all nodes stored here.
+  subroutine scatter_rows(system, rows, all)
+    class(nodal_system_t), intent(inout) :: system
     real(rp), intent(in) :: rows(:)
     real(rp), intent(out) :: all(:, :)
     integer :: k
@@ -246,6 +248,6 @@ contains
     do k = 1, system%n
       call sum_all_nodes(system%world, system%scene, system%nodes, 1, all(:, k))
     end do
-  end subroutine tell_all
+  end subroutine scatter_rows
 
 end module heat_implicit

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> Conduction between particles and nodes: temperatures of the nodes, and the heat they are brought.
+!> Conduction between particles and nodes: nodal temperatures and heat fluxes.
 module heat_nodes
   use base_kinds, only: nlane, pi, rp
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, r_warming, restore
   use comm_world, only: world_t
   use grid_geometry, only: mean_edge
-  use heat_films, only: feels_pressure, lose_heat
-  use heat_gaps, only: cross_gaps, gaps_t
-  use heat_sinks, only: draw_heat, touched_t
+  use heat_films, only: films_need_pressure, add_film_losses
+  use heat_gaps, only: add_gap_fluxes, gaps_t
+  use heat_sinks, only: add_sink_fluxes, sinks_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t
@@ -19,14 +19,14 @@ module heat_nodes
   implicit none (type, external)
   private
 
-  public :: centre_increment, evened_part, gather_flux, gather_temperature, stable_conduction
+  public :: centre_increment, smoothed_fraction, gather_flux, gather_temperature, stable_conduction
   public :: sum_all_nodes
 
-  real(rp), parameter :: least_evened = 0.1_rp   !! of unseen differences, in a conduction step
+  real(rp), parameter :: min_smoothed = 0.1_rp   !! least fraction smoothed in a conduction step
 
 contains
 
-  !> Explicit step [s]: FOURIER h^2 rho c/k over all materials.
+  !> Stable explicit step [s]: least FOURIER h^2 rho c/k of all materials.
   pure real(rp) function stable_conduction(scene)
     type(scene_t), intent(in) :: scene
     real(rp) :: c, k
@@ -40,19 +40,19 @@ contains
     end do
   end function stable_conduction
 
-  !> Capacities, temperatures and waiting heat of the nodes, and pressures across the axes if films
-  !> ask for them (lanes 6:8); `lost` is what walls change of the sums.
+  !> Collective. Nodal capacities, temperatures and pending heat, and normal pressures along the
+  !> axes if films need them (lanes 6:8).
   subroutine gather_temperature(world, scene, particles, nodes, boundary, lost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
-    real(rp), intent(inout) :: lost(8, size(scene%symmetry))
+    real(rp), intent(inout) :: lost(8, size(scene%symmetry))   !! change of the sums by walls
     logical :: with_pressure
     integer :: b, k, r
 
-    with_pressure = feels_pressure(scene)
+    with_pressure = films_need_pressure(scene)
     call clear_nodes(nodes, nodes%g)
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
@@ -77,10 +77,10 @@ contains
     end do
   end subroutine gather_temperature
 
-  !> The mean that a node gets is that at the centre of its function, which is not at the node where
-  !> cells grow. Along the graded axis the temperature is taken from there to the node by its
-  !> slope between the centres of the neighbours: linear temperatures are exact. Each node is done
-  !> by its owner.
+  !> Extrapolate nodal temperatures along the graded axis. The mean at a node belongs to the centre
+  !> of its shape function, which differs from the node where cells grow; the gradient between the
+  !> centres of the neighbours takes it to the node, exactly for linear fields. Owners compute their
+  !> nodes.
   subroutine centre_temperature(world, scene, nodes, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -112,11 +112,11 @@ contains
       end do
     end associate
   contains
-    !> Temperature at node `i` from the means of the node below, its own and that above.
+    !> Temperature at node `i` from the means at the node below, itself and the node above.
     pure real(rp) function at_node(i, is_there, mean) result(t)
       integer, intent(in) :: i
-      logical, intent(in) :: is_there(2)     !! the nodes below and above
-      real(rp), intent(in) :: mean(3)
+      logical, intent(in) :: is_there(2)     !! the nodes below and above have mass
+      real(rp), intent(in) :: mean(3)        !! [K]
       real(rp) :: distance(2), rise(2)
 
       associate (grading => scene%grid%grading)
@@ -130,13 +130,12 @@ contains
     end function at_node
   end subroutine centre_temperature
 
-  !> Increments (lane 5) likewise belong to the centres of the functions, and particles take them
-  !> from the nodes. To bring them there without loss, heat goes along the graded axis from node to
-  !> node: what passes between two of them is their difference of increments times
-  !> (w1^2 + w1 w2 + w2^2 - 3 w^2)/12 over the distance of their centres, with the widths of their
-  !> spans and the least one. For increments that are linear this sums up to the way from centre to
-  !> node, and where cells are equal and the finest nothing passes. What passes to a wall of a given
-  !> temperature is booked.
+  !> Shift the nodal increments (lane 5) along the graded axis from the centres of the shape
+  !> functions to the nodes, conserving heat: the heat exchanged by two neighbours is proportional
+  !> to the difference of their increments times (w1^2 + w1 w2 + w2^2 - 3 w^2)/12 over the distance
+  !> of the centres, with the widths w1, w2 of their supports and the smallest width w. This is
+  !> exact for linear increments and vanishes between the finest cells. Heat exchanged with a wall
+  !> of given temperature is added to the wall heat.
   subroutine centre_increment(world, scene, nodes, boundary, books, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -144,41 +143,42 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(books_t), intent(inout) :: books
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp), allocatable :: whole(:), new(:, :)     ! capacities, as if walls were no ends
-    logical, allocatable :: is_given(:)              ! on a wall of a given temperature
-    logical, allocatable :: is_image(:)              ! behind a wall
+    real(rp), allocatable :: capacity(:), new(:, :)  ! capacities [J/K], doubled on walls
+    logical, allocatable :: is_given(:)              ! node on a wall of given temperature
+    logical, allocatable :: is_image(:)              ! node behind a wall
     real(rp) :: from_above, from_below
     integer :: i, ijk(3), q, r
 
     call restore(scene, nodes, boundary, r_warming, g)
-    allocate (whole(nodes%patch%nn), new(2, nodes%patch%nn), source=0.0_rp)
+    allocate (capacity(nodes%patch%nn), new(2, nodes%patch%nn), source=0.0_rp)
     allocate (is_given(nodes%patch%nn), is_image(nodes%patch%nn), source=.false.)
     is_image(boundary%mirrors%pair(1, :boundary%mirrors%n_pairs)) = .true.
     associate (patch => nodes%patch, a => scene%grid%grading%axis, planes => scene%symmetry)
       do r = 1, nodes%n_ranges
-        whole(nodes%range(1, r):nodes%range(2, r)) = g(1, nodes%range(1, r):nodes%range(2, r))
+        capacity(nodes%range(1, r):nodes%range(2, r)) = g(1, nodes%range(1, r):nodes%range(2, r))
       end do
       do i = 1, boundary%mirrors%n_planes
         associate (node => boundary%mirrors%plane(1, i), plane => boundary%mirrors%plane(2, i))
           if (planes(plane)%axis /= a) cycle
-          whole(node) = 2.0_rp*whole(node)
+          capacity(node) = 2.0_rp*capacity(node)
           is_given(node) = planes(plane)%temperature > 0.0_rp
         end associate
       end do
-      do q = 1, patch%nn                  ! beyond open ends no node would take what passes
+      do q = 1, patch%nn                  ! no exchange beyond open ends
         ijk = patch%indices(q)
-        if (.not. is_image(q) .and. (ijk(a) < 0 .or. ijk(a) >= scene%grid%n(a))) whole(q) = 0.0_rp
+        if (.not. is_image(q) .and. (ijk(a) < 0 &
+                                     .or. ijk(a) >= scene%grid%n(a))) capacity(q) = 0.0_rp
       end do
       do q = 1, patch%nn
-        if (whole(q) <= least_capacity) cycle
+        if (capacity(q) <= least_capacity) cycle
         ijk = patch%indices(q)
         if (.not. patch%own%has(ijk)) cycle
         new(:, q) = [g(5, q), 1.0_rp]
         if (is_given(q)) cycle
         associate (below => q - patch%stride(a), above => q + patch%stride(a))
-          from_below = passed(ijk(a) - 1, below, q)
-          from_above = -passed(ijk(a), q, above)
-          new(1, q) = g(5, q) + (from_below + from_above)/whole(q)
+          from_below = exchanged(ijk(a) - 1, below, q)
+          from_above = -exchanged(ijk(a), q, above)
+          new(1, q) = g(5, q) + (from_below + from_above)/capacity(q)
           if (is_given(below)) books%sums(e_wall_heat) = books%sums(e_wall_heat) + from_below
           if (is_given(above)) books%sums(e_wall_heat) = books%sums(e_wall_heat) + from_above
         end associate
@@ -189,38 +189,37 @@ contains
       end do
     end associate
   contains
-    !> Heat that passes from node `i`, stored at `low`, to the next one at `high` [J].
-    pure real(rp) function passed(i, low, high)
+    !> Heat exchanged between node `i`, stored at `low`, and the next one at `high` [J].
+    pure real(rp) function exchanged(i, low, high)
       integer, intent(in) :: i, low, high
       real(rp) :: density
 
       associate (grading => scene%grid%grading)
-        density = min(whole(low)/sum(grading%span(5, i - 1:i + 1)), &
-                      whole(high)/sum(grading%span(5, i:i + 2)))
+        density = min(capacity(low)/sum(grading%span(5, i - 1:i + 1)), &
+                      capacity(high)/sum(grading%span(5, i:i + 2)))
         associate (w1 => grading%span(5, i), w2 => grading%span(5, i + 1))
-          passed = 0.25_rp*density*(g(5, high) - g(5, low)) &
+          exchanged = 0.25_rp*density*(g(5, high) - g(5, low)) &
                    *(w1**2 + w1*w2 + w2**2 - 3.0_rp*scene%grid%h(grading%axis)**2) &
                    /(grading%centre(i + 1) - grading%centre(i))
         end associate
       end associate
-    end function passed
+    end function exchanged
   end subroutine centre_increment
 
-  !> Heat that conduction, films, tools and gaps bring to the nodes in `dt` at the temperatures in
-  !> lane 4:
-  !> lane 5 of the second grid. Lane 8: capacity times what particles differ by from lane 5. Lane 6:
-  !> conductance of tools and of films that vary [W/K].
-  subroutine gather_flux(world, scene, particles, nodes, boundary, touched, gaps, books, dt, lost)
+  !> Collective. Heat to the nodes in `dt` by conduction, films, tools and gaps at the temperatures
+  !> in lane 4, to lane 5 of the second grid. Lane 8: capacity times the smoothed differences of
+  !> particles from the nodal field. Lane 6: conductance of tools, gaps and varying films [W/K].
+  subroutine gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
-    type(touched_t), intent(inout) :: touched
+    type(sinks_t), intent(inout) :: sinks
     type(gaps_t), intent(in) :: gaps
     type(books_t), intent(inout) :: books
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp), intent(inout) :: lost(8, size(scene%symmetry))
+    real(rp), intent(inout) :: lost(8, size(scene%symmetry))   !! change of the sums by walls
     integer :: b, k
 
     call clear_nodes(nodes, nodes%g2)
@@ -231,24 +230,26 @@ contains
                          dt, particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, k), &
                          nodes%g2(:, :, k))
     end do
-    call draw_heat(world, nodes, dt, touched)
-    call cross_gaps(nodes, gaps, dt)
+    call add_sink_fluxes(world, nodes, dt, sinks)
+    call add_gap_fluxes(nodes, gaps, dt)
     do k = 1, scene%n_heat_groups
       call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, k), lost)
       call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, k))
     end do
   end subroutine gather_flux
 
-  !> Part of the differences between neighbouring particles, which nodes do not see, that goes in a
-  !> conduction step of `dt`. Plastic work heats metal that flows particle by particle: there it is
-  !> what conduction takes of a temperature that alternates from one to the next,
-  !> 1 - exp(-kappa (pi/spacing)^2 dt). Elsewhere less is enough and keeps gradients at films; the
-  !> step follows the shortest edge of the cells, so that along the longest it is a part of one.
-  pure function evened_part(scene, body, dt, mass, temp, rate) result(part)
+  !> Fraction by which differences of particle temperatures that the grid does not resolve are
+  !> smoothed in a conduction step. In flowing material, where plastic work heats particles
+  !> unevenly, it is the physical decay of an alternating temperature, 1 - exp(-kappa (pi/spacing)^2
+  !> dt). Elsewhere a small fraction, scaled by the ratio of the shortest to the longest cell edge,
+  !> preserves gradients at films.
+  pure function smoothed_fraction(scene, body, dt, mass, temp, rate) result(part)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
-    real(rp), intent(in) :: dt, mass(nlane), temp(nlane)   !! [s], [kg], [K]
-    real(rp), intent(in) :: rate(nlane)                    !! of plastic strain [1/s]
+    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: mass(nlane)         !! [kg]
+    real(rp), intent(in) :: temp(nlane)         !! [K]
+    real(rp), intent(in) :: rate(nlane)         !! plastic strain rate [1/s]
     real(rp), dimension(nlane) :: capacity, k, part, physical
     real(rp) :: least
     integer :: p
@@ -258,7 +259,7 @@ contains
       capacity = mat%rho*mat%specific_heat_at(temp)
     end associate
     physical = 1.0_rp - exp(-dt*k/capacity*(pi/scene%body(body)%mean_spacing())**2)
-    least = least_evened*minval(scene%grid%h)/scene%grid%longest()
+    least = min_smoothed*minval(scene%grid%h)/scene%grid%longest()
     part = merge(max(least, physical), least, rate > 0.0_rp)
     if (scene%grid%grading%axis == 0) return
     do p = 1, nlane
@@ -266,9 +267,9 @@ contains
       part(p) = max(least, 1.0_rp - exp(-dt*k(p)/capacity(p) &
                                         *(pi/mean_edge(scene%spacing_of(body, mass(p))))**2))
     end do
-  end function evened_part
+  end function smoothed_fraction
 
-  !> Sum over the ranks of what is in all nodes, also in those of sleepers.
+  !> Collective. Sum nodal values over the ranks, including nodes of sleeping material.
   subroutine sum_all_nodes(world, scene, nodes, width, values)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -283,6 +284,7 @@ contains
     end if
   end subroutine sum_all_nodes
 
+  !> Add capacity, heat and pressure of a block of particles to the nodes.
   subroutine gather_block(scene, nodes, body, n, with_pressure, nf, ps, rec, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -301,6 +303,7 @@ contains
       c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_tau), rec, g)
   end subroutine gather_block
 
+  !> Add the conductive fluxes and film losses of a block of particles to the nodes.
   subroutine diffuse_block(scene, particles, nodes, books, b, body, n, dt, nf, ps, rec, g, flux)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
@@ -317,11 +320,12 @@ contains
       call flux_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, dt, &
                         mat%conductivity_at(ps(:, f_temp)), 1.0_rp/mat%rho, &
                         mat%specific_heat_at(ps(:, f_temp)), ps(1, f_jac), ps(1, f_mass), &
-                        ps(1, f_temp), evened_part(scene, body, dt, ps(:, f_mass), &
-                                                   ps(:, f_temp), ps(:, f_rate)), g, rec, flux)
+                        ps(1, f_temp), smoothed_fraction(scene, body, dt, ps(:, f_mass), &
+                                                         ps(:, f_temp), ps(:, f_rate)), g, rec, &
+                                                           flux)
     end associate
     if (any(scene%body(body)%film%acts())) then
-      call lose_heat(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
+      call add_film_losses(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
     end if
   end subroutine diffuse_block
 

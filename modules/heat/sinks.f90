@@ -1,11 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Heat that tools take from the metal under their faces, and backings through the films of theirs.
-!> A particle that was in contact with a tool since the last conduction step gives h A (T_s - T_f):
-!> A is its mean area in contact, 1/h the half spacing of metal between its centre and the face and
-!> the gap, T_s its temperature and, of the heat that the face makes, what that drives through the
-!> metal. A face of a particle in front of a backing gives the same, with the coefficient of its
-!> film and the temperature of the nodes at the face. The temperature T_f of the sink is that at the
-!> end of the step (contact_heat_sink).
+!> Heat flow into heat sinks: tools, and backings behind films. A particle that was in contact with
+!> a tool since the last conduction step loses h A (T_s - T_f), with its mean contact area A, the
+!> resistance 1/h of half a particle spacing and the gap, and the surface temperature T_s, which
+!> includes the temperature drop of the friction heat across the half spacing. A particle face in
+!> front of a backing loses heat with the coefficient of its film and the nodal temperature at the
+!> face. The sink temperature T_f is that at the end of the step (contact_heat_sink).
 module heat_sinks
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -22,38 +21,40 @@ module heat_sinks
   implicit none (type, external)
   private
 
-  public :: touched_t, draw_heat, find_touched, forget_touched, heat_sinks_by
+  public :: sinks_t, add_sink_fluxes, find_sinks, reset_contact_sums, advance_sinks
 
-  !> The particles of this rank at sinks, in a conduction step: tools, and behind them the columns
-  !> of all backings.
-  type :: touched_t
+  !> Contacts of this rank's particles with heat sinks in a conduction step. Sinks are the tools,
+  !> followed by the columns of all backings.
+  type :: sinks_t
     integer :: n = 0
-    integer, allocatable :: sink(:), group(:)          !! of each; of heat
-    integer, allocatable :: node(:, :)                 !! (27, n)
-    real(rp), allocatable :: weight(:, :)              !! (27, n)
+    integer, allocatable :: sink(:), group(:)          !! sink and heat group of each contact
+    integer, allocatable :: node(:, :)                 !! (27, n) nodes of each contact
+    real(rp), allocatable :: weight(:, :)              !! (27, n) interpolation weights
     real(rp), allocatable :: conductance(:)            !! h A [W/K]
-    real(rp), allocatable :: beyond(:)                 !! T_s over that of the nodes [K]
-    real(rp), allocatable :: whole(:)                  !! conductance of each sink, all ranks [W/K]
-    real(rp), allocatable :: still(:), per_power(:)    !! what its face answers [K], [K/W]
-    real(rp), allocatable :: power(:)                  !! that it takes [W]
-  end type touched_t
+    real(rp), allocatable :: surface_excess(:)         !! T_s less the nodal temperature [K]
+    real(rp), allocatable :: total_conductance(:)      !! of each sink, sum of all ranks [W/K]
+    real(rp), allocatable :: t_face0(:)                !! face temperature without heat flow [K]
+    real(rp), allocatable :: dt_face_dp(:)             !! its slope with the heat flow [K/W]
+    real(rp), allocatable :: power(:)                  !! heat flow into each sink [W]
+  end type sinks_t
 
 contains
 
-  !> Collective. List the particles in contact, with the means over the `waited` since the last
-  !> conduction step, for one of length `dt`.
-  subroutine find_touched(world, scene, particles, nodes, tool, backing, waited, dt, touched)
+  !> Collective. List the contacts with heat sinks from means over the time since the last
+  !> conduction step.
+  subroutine find_sinks(world, scene, particles, nodes, tool, backing, elapsed, dt, sinks)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
     type(tool_t), intent(in) :: tool(:)
     type(backing_t), intent(in) :: backing(:)
-    real(rp), intent(in) :: waited, dt                 !! [s]
-    type(touched_t), intent(inout) :: touched
-    integer :: b, i, k, n, sinks
+    real(rp), intent(in) :: elapsed                    !! time since the last conduction step [s]
+    real(rp), intent(in) :: dt                         !! conduction step [s]
+    type(sinks_t), intent(inout) :: sinks
+    integer :: b, i, k, n, n_sinks
 
-    touched%n = 0
+    sinks%n = 0
     if (.not. any(tool%heat%is_on) .and. size(backing) == 0) return
     n = count_faces(scene, particles)
     do k = 1, size(tool)
@@ -62,35 +63,35 @@ contains
         n = n + count(particles%ps(:particles%count(b), tool(k)%heat%place, b) > 0.0_rp)
       end do
     end do
-    touched = touched_t()
-    allocate (touched%sink(n), touched%group(n), touched%node(27, n), touched%weight(27, n), &
-              touched%conductance(n), touched%beyond(n))
-    sinks = size(tool) + sum([(size(backing(k)%column), k=1, size(backing))])
-    allocate (touched%whole(sinks), touched%still(sinks), touched%per_power(sinks), &
-              touched%power(sinks), source=0.0_rp)
+    sinks = sinks_t()
+    allocate (sinks%sink(n), sinks%group(n), sinks%node(27, n), sinks%weight(27, n), &
+              sinks%conductance(n), sinks%surface_excess(n))
+    n_sinks = size(tool) + sum([(size(backing(k)%column), k=1, size(backing))])
+    allocate (sinks%total_conductance(n_sinks), sinks%t_face0(n_sinks), sinks%dt_face_dp(n_sinks), &
+              sinks%power(n_sinks), source=0.0_rp)
     do k = 1, size(tool)
       if (.not. tool(k)%heat%is_on) cycle
-      call tool(k)%heat%answer(dt, touched%still(k), touched%per_power(k))
+      call tool(k)%heat%answer(dt, sinks%t_face0(k), sinks%dt_face_dp(k))
       do b = 1, particles%nblk
         if (.not. any(particles%ps(:particles%count(b), tool(k)%heat%place, b) > 0.0_rp)) cycle
         call list_block(scene, nodes, tool(k), k, particles%body(b), particles%count(b), &
-                        particles%nf, particles%ps(:, :, b), waited, touched)
+                        particles%nf, particles%ps(:, :, b), elapsed, sinks)
       end do
     end do
     if (size(backing) > 0) then
-      call list_faces(scene, particles, nodes, size(tool), backing, touched)
-      sinks = size(tool)
+      call list_faces(scene, particles, nodes, size(tool), backing, sinks)
+      n_sinks = size(tool)
       do k = 1, size(backing)
         do i = 1, size(backing(k)%column)
-          sinks = sinks + 1
-          call backing(k)%column(i)%answer(dt, touched%still(sinks), touched%per_power(sinks))
+          n_sinks = n_sinks + 1
+          call backing(k)%column(i)%answer(dt, sinks%t_face0(n_sinks), sinks%dt_face_dp(n_sinks))
         end do
       end do
     end if
-    call world%sum(touched%whole)
-  end subroutine find_touched
+    call world%sum(sinks%total_conductance)
+  end subroutine find_sinks
 
-  !> How many faces of this rank's particles are in front of a backing.
+  !> Number of particle faces of this rank in front of a backing.
   pure integer function count_faces(scene, particles) result(n)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
@@ -110,19 +111,20 @@ contains
     end do
   end function count_faces
 
-  !> These faces: linear weights of the nodes around, and the coefficient at the pressure there.
-  subroutine list_faces(scene, particles, nodes, n_tools, backing, touched)
+  !> Add the particle faces in front of backings, with linear weights of the surrounding nodes and
+  !> the film coefficient at the local pressure.
+  subroutine list_faces(scene, particles, nodes, n_tools, backing, sinks)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n_tools
     type(backing_t), intent(in) :: backing(:)
-    type(touched_t), intent(inout) :: touched
+    type(sinks_t), intent(inout) :: sinks
     real(rp) :: area, weight(0:7), x(3)
     integer :: axis, b, face, i, k, p, q(0:7)
 
     do b = 1, particles%nblk
-      associate (body => scene%body(particles%body(b)), t => touched, patch => nodes%patch)
+      associate (body => scene%body(particles%body(b)), t => sinks, patch => nodes%patch)
         if (.not. any(body%film%has_backing)) cycle
         do p = 1, particles%count(b)
           do face = 1, 6
@@ -141,29 +143,30 @@ contains
             t%node(:8, t%n) = q
             t%weight(:, t%n) = 0.0_rp
             t%weight(:8, t%n) = weight
-            t%beyond(t%n) = 0.0_rp
+            t%surface_excess(t%n) = 0.0_rp
             t%conductance(t%n) = area*sum(weight)*body%film(face)%coefficient_at( &
               sum(weight*nodes%g(5 + axis, q, body%heat_group)))
-            t%whole(t%sink(t%n)) = t%whole(t%sink(t%n)) + t%conductance(t%n)
+            t%total_conductance(t%sink(t%n)) = t%total_conductance(t%sink(t%n)) + t%conductance(t%n)
           end do
         end do
       end associate
     end do
   end subroutine list_faces
 
-  !> Those of a block at tool `k`.
-  subroutine list_block(scene, nodes, tool, k, body, n, nf, ps, waited, touched)
+  !> Add the particles of a block in contact with tool `k`.
+  subroutine list_block(scene, nodes, tool, k, body, n, nf, ps, elapsed, sinks)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: k, body, n, nf
-    real(rp), intent(in) :: ps(nlane, nf), waited
-    type(touched_t), intent(inout) :: touched
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp), intent(in) :: elapsed                    !! time since the last conduction step [s]
+    type(sinks_t), intent(inout) :: sinks
     integer :: c, first(nlane), i, j, l, p
-    real(rp) :: area, gap, metal, normal(3), room, w(nlane, 18)
+    real(rp) :: area, gap, half_spacing_resistance, normal(3), margin, w(nlane, 18)
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    associate (mat => scene%material(scene%body(body)%material), t => touched)
+    associate (mat => scene%material(scene%body(body)%material), t => sinks)
       do p = 1, n
         if (ps(p, tool%heat%place) <= 0.0_rp) cycle
         t%n = t%n + 1
@@ -178,43 +181,44 @@ contains
             end do
           end do
         end do
-        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, room)
-        metal = 0.5_rp*norm2(normal*scene%spacing_of(body, ps(p, f_mass))) &
+        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, margin)
+        half_spacing_resistance = 0.5_rp*norm2(normal*scene%spacing_of(body, ps(p, f_mass))) &
                 /mat%conductivity_at(ps(p, f_temp))
-        area = ps(p, tool%heat%place)/waited
+        area = ps(p, tool%heat%place)/elapsed
         t%sink(t%n) = k
         t%group(t%n) = scene%body(body)%heat_group
-        t%conductance(t%n) = area/(metal + 1.0_rp/tool%heat%conductance)
-        t%whole(k) = t%whole(k) + t%conductance(t%n)
-        t%beyond(t%n) = ps(p, f_temp) - sum(t%weight(:, t%n)*nodes%g(5, t%node(:, t%n), &
+        t%conductance(t%n) = area/(half_spacing_resistance + 1.0_rp/tool%heat%conductance)
+        t%total_conductance(k) = t%total_conductance(k) + t%conductance(t%n)
+        t%surface_excess(t%n) = ps(p, f_temp) - sum(t%weight(:, t%n)*nodes%g(5, t%node(:, t%n), &
         t%group(t%n))) &
-                        + metal*ps(p, tool%heat%place + 1)/(waited*area)
+                        + half_spacing_resistance*ps(p, tool%heat%place + 1)/(elapsed*area)
       end do
     end associate
   end subroutine list_block
 
-  !> Collective. Take from the nodes in `dt`, at the temperatures in lane 4, what goes into the
-  !> sinks: lane 5 of the second grid; to lane 6 the conductance.
-  subroutine draw_heat(world, nodes, dt, touched)
+  !> Collective. Subtract the heat flow into the sinks in `dt` at the temperatures in lane 4 from
+  !> lane 5 of the second grid; add the conductances to lane 6.
+  subroutine add_sink_fluxes(world, nodes, dt, sinks)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes
     real(rp), intent(in) :: dt                         !! [s]
-    type(touched_t), intent(inout) :: touched
-    real(rp) :: heat, surface(touched%n)
+    type(sinks_t), intent(inout) :: sinks
+    real(rp) :: heat, surface(sinks%n)
     integer :: c, i
 
-    if (.not. allocated(touched%power)) return
-    associate (t => touched)
+    if (.not. allocated(sinks%power)) return
+    associate (t => sinks)
       t%power = 0.0_rp
       do i = 1, t%n
-        surface(i) = t%beyond(i) + sum(t%weight(:, i)*nodes%g(4, t%node(:, i), t%group(i)))
+        surface(i) = t%surface_excess(i) + sum(t%weight(:, i)*nodes%g(4, t%node(:, i), t%group(i)))
         t%power(t%sink(i)) = t%power(t%sink(i)) + t%conductance(i)*surface(i)
       end do
       call world%sum(t%power)
-      t%power = (t%power - t%whole*t%still)/(1.0_rp + t%whole*t%per_power)
+      t%power = (t%power - t%total_conductance*t%t_face0)/(1.0_rp &
+                                                           + t%total_conductance*t%dt_face_dp)
       do i = 1, t%n
         associate (k => t%sink(i))
-          heat = dt*t%conductance(i)*(surface(i) - t%still(k) - t%per_power(k)*t%power(k))
+          heat = dt*t%conductance(i)*(surface(i) - t%t_face0(k) - t%dt_face_dp(k)*t%power(k))
         end associate
         associate (flux => nodes%g2(:, :, t%group(i)))
           do c = 1, 27
@@ -224,13 +228,13 @@ contains
         end associate
       end do
     end associate
-  end subroutine draw_heat
+  end subroutine add_sink_fluxes
 
-  !> A conduction step of `dt` is made: the sinks take their heat, which one rank books.
-  subroutine heat_sinks_by(world, dt, touched, tool, backing, books)
+  !> Advance the sinks by a conduction step and add their heat to the energy sums, on one rank.
+  subroutine advance_sinks(world, dt, sinks, tool, backing, books)
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: dt                         !! [s]
-    type(touched_t), intent(in) :: touched
+    type(sinks_t), intent(in) :: sinks
     type(tool_t), intent(inout) :: tool(:)
     type(backing_t), intent(inout) :: backing(:)
     type(books_t), intent(inout) :: books
@@ -238,21 +242,21 @@ contains
 
     do k = 1, size(tool)
       if (.not. tool(k)%heat%is_on) cycle
-      call tool(k)%heat%take(dt, touched%power(k))
-      if (world%is_root()) books%sums(e_tool) = books%sums(e_tool) + dt*touched%power(k)
+      call tool(k)%heat%take(dt, sinks%power(k))
+      if (world%is_root()) books%sums(e_tool) = books%sums(e_tool) + dt*sinks%power(k)
     end do
     sink = size(tool)
     do k = 1, size(backing)
       do i = 1, size(backing(k)%column)
         sink = sink + 1
-        call backing(k)%column(i)%take(dt, touched%power(sink))
-        if (world%is_root()) books%sums(e_film) = books%sums(e_film) + dt*touched%power(sink)
+        call backing(k)%column(i)%take(dt, sinks%power(sink))
+        if (world%is_root()) books%sums(e_film) = books%sums(e_film) + dt*sinks%power(sink)
       end do
     end do
-  end subroutine heat_sinks_by
+  end subroutine advance_sinks
 
-  !> All conduction steps since the last are made: contact is counted anew.
-  pure subroutine forget_touched(tool, particles)
+  !> Reset contact area and heat of the particles at the end of a conduction step.
+  pure subroutine reset_contact_sums(tool, particles)
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(inout) :: particles
     integer :: k
@@ -261,6 +265,6 @@ contains
       if (.not. tool(k)%heat%is_on) cycle
       particles%ps(:, tool(k)%heat%place:tool(k)%heat%place + 1, :particles%nblk) = 0.0_rp
     end do
-  end subroutine forget_touched
+  end subroutine reset_contact_sums
 
 end module heat_sinks

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Moving sources of heat. The power is exact whatever the lattice: the heat of a conduction step is
-!> shared over all particles that the source covers. A particle at the edge counts by the part of
-!> its width that is covered, so that the shares are continuous while the source moves.
+!> Moving heat sources. The power is exact for any particle spacing: the heat of a conduction step
+!> is distributed over all particles that the source covers. A particle at the edge counts by the
+!> covered part of its width, so that the distribution changes continuously while the source moves.
 module heat_sources
   use base_kinds, only: i8, rp
   use base_log, only: say
@@ -15,29 +15,29 @@ module heat_sources
   implicit none (type, external)
   private
 
-  public :: give_source_heat, source_t
+  public :: add_source_heat, source_t
 
   integer, parameter, public :: source_disc = 1, source_ball = 2
 
-  !> A moving source of heat, and what it does in the present conduction step.
+  !> A moving heat source, and its state in the current conduction step.
   type :: source_t
     integer :: kind = source_disc
     real(rp) :: power = 0.0_rp               !! [W]
-    real(rp) :: position(3) = 0.0_rp         !! of the centre at t = 0 [m]
+    real(rp) :: position(3) = 0.0_rp         !! centre at t = 0 [m]
     real(rp) :: velocity(3) = 0.0_rp         !! [m/s]
     real(rp) :: radius = 0.0_rp              !! [m]
-    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! [s]
-    real(rp) :: duration = 0.0_rp            !! how long it gives heat in this step [s]
-    real(rp) :: centre(3) = 0.0_rp           !! in the middle of that time [m]
-    real(rp) :: share = 0.0_rp               !! heat per covered area or mass [J/m2, J/kg]
-    logical :: has_warned = .false.          !! that it heats nothing
+    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times of its action [s]
+    real(rp) :: duration = 0.0_rp            !! time of action in this step [s]
+    real(rp) :: centre(3) = 0.0_rp           !! centre at the middle of that time [m]
+    real(rp) :: share = 0.0_rp               !! heat per covered area or mass [J/m2 or J/kg]
+    logical :: has_warned = .false.          !! a warning of no covered particle was given
   end type source_t
 
 contains
 
-  !> Collective. Add what the sources gave in the `dt` since the last conduction step to the heat
-  !> that waits in the particles, and book it.
-  subroutine give_source_heat(world, scene, clock, source, particles, blocks, books, dt)
+  !> Collective. Add the heat of the sources since the last conduction step to the pending heat of
+  !> the particles and to the energy sums.
+  subroutine add_source_heat(world, scene, clock, source, particles, blocks, books, dt)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -45,7 +45,7 @@ contains
     type(particles_t), intent(inout) :: particles
     type(blocks_t), intent(in) :: blocks
     type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: dt                       !! [s]
+    real(rp), intent(in) :: dt                       !! time since the last conduction step [s]
     real(rp) :: begin, end, heat, all(size(source))
     integer :: i
 
@@ -56,7 +56,7 @@ contains
         end = max(begin, min(s%end, clock%heat_time + dt))
         s%duration = end - begin
         s%centre = s%position + 0.5_rp*(begin + end)*s%velocity
-        all(i) = covered_here(scene, particles, blocks, s)
+        all(i) = covered_sum(scene, particles, blocks, s)
       end associate
     end do
     call world%sum(all)
@@ -73,27 +73,27 @@ contains
                                       ' touches no particle: its power is lost')
       end if
     end do
-  end subroutine give_source_heat
+  end subroutine add_source_heat
 
-  !> Sum of `covered` over this rank's particles.
-  real(rp) function covered_here(scene, particles, blocks, source)
+  !> Sum of `covered` over the particles of this rank.
+  real(rp) function covered_sum(scene, particles, blocks, source)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(blocks_t), intent(in) :: blocks
     type(source_t), intent(in) :: source
     integer :: b, p
 
-    covered_here = 0.0_rp
+    covered_sum = 0.0_rp
     if (source%duration <= 0.0_rp) return
     do b = 1, particles%nblk
       if (is_far(scene, blocks, source, b)) cycle
       do p = 1, particles%count(b)
-        covered_here = covered_here + covered(scene, particles, source, b, p)
+        covered_sum = covered_sum + covered(scene, particles, source, b, p)
       end do
     end do
-  end function covered_here
+  end function covered_sum
 
-  !> Add the heat of a source to what waits in the particles.
+  !> Add the heat of a source to the pending heat of the particles.
   subroutine heat_particles(scene, particles, blocks, source)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
@@ -121,7 +121,7 @@ contains
              > blocks%ball(4, b) + source%radius + (2.0_rp + skin)*scene%grid%longest()
   end function is_far
 
-  !> Area (disc) or mass (ball) of a particle that a source covers [m2, kg].
+  !> Area (disc) or mass (ball) of a particle that a source covers [m2 or kg].
   pure real(rp) function covered(scene, particles, source, b, p)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
@@ -145,11 +145,12 @@ contains
     covered = covered*max(0.0_rp, min(1.0_rp, (source%radius - norm2(d))/width + 0.5_rp))
   end function covered
 
-  !> True if a particle `d` above the centre of a disc has an open face across z within a cell of
-  !> that height.
+  !> True if a particle has a free face normal to z within one cell edge of the height of a disc.
   pure logical function lies_at_height(tag, d, spacing, h)
     integer(i8), intent(in) :: tag
-    real(rp), intent(in) :: d, spacing, h          !! [m]
+    real(rp), intent(in) :: d          !! height of the particle above the disc [m]
+    real(rp), intent(in) :: spacing    !! edge of the particle along z [m]
+    real(rp), intent(in) :: h          !! largest cell edge along z [m]
     integer :: faces
 
     faces = tag_faces(tag)
