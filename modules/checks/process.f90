@@ -5,7 +5,7 @@ module checks_process
   use base_kinds, only: rp
   use checks_around, only: surroundings_t, collect_surroundings, sample_points
   use contact_tool, only: tool_t
-  use heat_setup_cut_cells, only: holder_of, solids_t
+  use heat_setup_cut_cells, only: body_at, solids_t
   use input_values, only: input_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -237,13 +237,13 @@ contains
 
     touches = .true.
     do p = 1, size(x, 2)
-      if (holder_of(surroundings%solids, x(:, p)) > 0) return
+      if (body_at(surroundings%solids, x(:, p)) > 0) return
       if (now%has_shape()) cycle
       do a = 1, 3
         do side = -1, 1, 2
           y = x(:, p)
           y(a) = y(a) + side*surroundings%gap
-          if (holder_of(surroundings%solids, y) > 0) return
+          if (body_at(surroundings%solids, y) > 0) return
         end do
       end do
     end do
@@ -298,7 +298,7 @@ contains
       do c = 0, 3
         corner(:2) = x(:2, p) + surroundings%gap*merge(1.0_rp, -1.0_rp, [btest(c, 0), btest(c, 1)])
         corner(3) = surroundings%lower(3) + 1.0e-3_rp*surroundings%gap
-        penetrates_bottom = penetrates_bottom .and. holder_of(surroundings%solids, corner) > 0
+        penetrates_bottom = penetrates_bottom .and. body_at(surroundings%solids, corner) > 0
       end do
       if (penetrates_bottom) return
     end do

@@ -6,8 +6,8 @@ module checks_sense
   use bodies_solids, only: bounds, is_inside
   use conditions_clamp, only: clamp_t
   use contact_tool, only: tool_t
-  use heat_setup_cut_cells, only: all_solids, holder_of, solids_t
-  use heat_setup_scene, only: is_held
+  use heat_setup_cut_cells, only: all_solids, body_at, solids_t
+  use heat_setup_scene, only: is_in_body
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_written, only: to_real
@@ -302,7 +302,8 @@ contains
     integer :: i, j
 
     do i = 1, input%count('PROBE')
-      if (.not. is_held(solids, input%reals('PROBE', i, 'POSITION', 3), minval(scene%grid%h))) then
+      if (.not. is_in_body(solids, input%reals('PROBE', i, 'POSITION', 3), &
+                           minval(scene%grid%h))) then
         call input%report(diagnostics, 'PROBE', i, 'POSITION', 'lies outside the bodies')
       end if
       name = input%text('PROBE', i, 'NAME')
@@ -371,7 +372,7 @@ contains
         was = .false.
         do k = 0, levels
           z = x(3) + reach*(2.0_rp*k/levels - 1.0_rp)
-          now = holder_of(solids, [y(1), y(2), z]) > 0
+          now = body_at(solids, [y(1), y(2), z]) > 0
           if (is_ball) then
             covers = now .and. norm2([y(1), y(2), z] - x) <= r
           else

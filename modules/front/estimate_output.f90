@@ -8,7 +8,7 @@ module front_estimate_output
   use comm_world, only: world_t
   use heat_alone_checkpoint, only: save_heat
   use heat_alone_files, only: make_heat_row, put_heat_frame
-  use heat_alone_melting, only: see_cells
+  use heat_alone_melting, only: sample_cells
   use heat_alone_state, only: heat_run_t
   use io_row, only: row_t
   use output_checkpoint, only: save_checkpoint
@@ -80,7 +80,7 @@ contains
 
     spent(1) = cpu_seconds()
     call make_heat_row(world, run, names, columns, probes)
-    seen = see_cells(scene, run)
+    seen = sample_cells(scene, run)
     spent(2) = cpu_seconds()
     call put_heat_frame(world, scene, run, '', error)
     spent(3) = cpu_seconds()

@@ -31,13 +31,13 @@ contains
     type(heat_run_t) :: coarse
     type(cost_t) :: cost
     real(rp) :: best, volume(1)
-    integer(i8) :: odd
+    integer(i8) :: irregular
 
     associate (heat => run%heat, mesh => run%heat%mesh)
       volume = mesh%volume
-      odd = size(mesh%odd)
+      irregular = size(mesh%irregular)
       call world%sum(volume)
-      call world%sum(odd)
+      call world%sum(irregular)
       if (measures) then
         best = fastest_evaluation(run)
         call build_coarse(world, input, scene, run, coarse)
@@ -47,12 +47,12 @@ contains
       call line('scene', scene%output%name//'  '//scene%title)
       call line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
                 ' cells of about '//scene%grid%edges()//' mm, '//str(run%cells)// &
-                ' in the solid, '//str(odd)//' with rates of their own')
+                ' in the solid, '//str(irregular)//' with rates of their own')
       call line('volume', str(1.0e9_rp*volume(1))//' mm3')
       call line('ranks', str(world%size))
       call line('time step', trim(method_names(run%integrator%method))// &
                 ', error of a step at most '//str(run%integrator%tolerance)// &
-                ' K; an explicit step is stable below '//str(2.0_rp/heat%fastest)//' s')
+                ' K; an explicit step is stable below '//str(2.0_rp/heat%max_decay_rate)//' s')
       if (run%integrator%method /= euler .and. run%integrator%method /= rkl2) then
         call line('solver', trim(solver_names(run%integrator%implicit%solver)))
       end if
@@ -72,7 +72,7 @@ contains
     real(rp) :: power(2), started
     integer :: i
 
-    call run%heat%aim(0.0_rp, 0.0_rp)
+    call run%heat%set_sources(0.0_rp, 0.0_rp)
     allocate (rate, mold=run%heat%theta)
     best = huge(1.0_rp)
     do i = 1, 5

@@ -9,7 +9,7 @@ module heat_implicit
   use heat_gaps, only: gaps_t
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use heat_sinks, only: sinks_t
-  use heat_solvers_method, only: by_petsc, most_iterations
+  use heat_solvers_method, only: by_petsc, max_iterations
   use heat_solvers_operator, only: operator_t
   use heat_solvers_petsc, only: solve_by_petsc
   use mapping_nodes, only: nodes_t
@@ -186,7 +186,7 @@ contains
     r = b
     first = -1.0_rp
     last = 1.0_rp
-    do i = 1, most_iterations
+    do i = 1, max_iterations
       q = 0.0_rp
       where (system%is_free) q = r/system%nodes%g(1, :, :system%n)
       rho = sum(r*q, mask=system%is_own)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Checkpoints of a run of heat alone: what is written of its state, and a run filled from one.
+!> Writing and reading of checkpoints of heat-only runs.
 module heat_alone_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
@@ -15,10 +15,11 @@ module heat_alone_checkpoint
 
   public :: heat_checkpoint_path, resume_heat, save_heat
 
-  integer, parameter :: n_global = 13
+  integer, parameter :: n_global = 13   !! numbers before the frame times
 
 contains
 
+  !> File of the latest checkpoint of a heat-only run.
   pure function heat_checkpoint_path(output) result(path)
     type(output_t), intent(in) :: output
     character(:), allocatable :: path
@@ -26,7 +27,7 @@ contains
     path = output%directory//'/'//output%name//'_checkpoint.h5'
   end function heat_checkpoint_path
 
-  !> Write the state between two steps, to `path` or the usual place.
+  !> Write the state between two steps to `path`, by default heat_checkpoint_path.
   subroutine save_heat(world, scene, run, error, path)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -47,14 +48,14 @@ contains
     associate (integrator => run%integrator)
       call write_heat_checkpoint(world, file, &
         by_planes(run, reshape([run%heat%theta(1:n), memory], [n, 1 + n_kept])), &
-        [run%time, integrator%next, real(integrator%steps, rp), real(integrator%refused, rp), &
+        [run%time, integrator%next, real(integrator%steps, rp), real(integrator%rejected, rp), &
          integrator%books, run%content0, run%row_time, integrator%last, run%row_books, &
          real(run%rows, rp), real(size(run%frame_times), rp), run%frame_times, numbers], &
         notes, error)
     end associate
   end subroutine save_heat
 
-  !> Fields (cells, n) as columns of planes, each with its part of every field.
+  !> Rearrange fields (cells, n) into one column per plane with the values of all fields.
   pure function by_planes(run, fields) result(planes)
     type(heat_run_t), intent(in) :: run
     real(rp), intent(in) :: fields(:, :)
@@ -65,7 +66,7 @@ contains
     end associate
   end function by_planes
 
-  !> Fill a run, whose scene is set up, with the state of a checkpoint.
+  !> Read the state of a run, whose scene is set up, from a checkpoint.
   subroutine resume_heat(world, path, run, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -92,7 +93,7 @@ contains
       run%time = global(1)
       integrator%next = global(2)
       integrator%steps = nint(global(3), i8)
-      integrator%refused = nint(global(4), i8)
+      integrator%rejected = nint(global(4), i8)
       integrator%books = global(5:6)
       run%content0 = global(7)
       run%row_time = global(8)

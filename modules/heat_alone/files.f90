@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What a run of heat alone writes: frames, history, probes, progress, summary; and when.
+!> Output of a heat-only run and its times: frames, history, probes, progress, summary.
 module heat_alone_files
   use base_errors, only: error_t
   use base_files, only: write_whole
@@ -10,7 +10,7 @@ module heat_alone_files
   use base_timers, only: cpu_seconds, wall_time
   use comm_world, only: world_t
   use heat_alone_checkpoint, only: save_heat
-  use heat_alone_melting, only: watch_cells
+  use heat_alone_melting, only: check_cells
   use heat_alone_probes, only: read_probes
   use heat_alone_state, only: heat_run_t
   use heat_mesh_rates, only: b_film, b_source, n_books
@@ -30,34 +30,37 @@ module heat_alone_files
 
   character(*), parameter :: nl = new_line('a')
 
+  !> Open files, and the state of the output.
   type :: heat_writer_t
     type(table_t) :: history, probes
-    character(32), allocatable :: probe(:)    !! names
-    real(rp) :: started = 0.0_rp, cpu_started = 0.0_rp   !! [s]
+    character(32), allocatable :: probe(:)    !! names of the probes
+    real(rp) :: started = 0.0_rp              !! wall-clock time at the start [s]
+    real(rp) :: cpu_started = 0.0_rp          !! processor time at the start [s]
     type(time_left_t), private :: left
-    real(rp) :: first_time = 0.0_rp, next_row = 0.0_rp, next_frame = 0.0_rp
-    real(rp) :: next_checkpoint = 0.0_rp, secured = 0.0_rp
+    real(rp) :: first_time = 0.0_rp           !! simulated time at the start [s]
+    real(rp) :: next_row = 0.0_rp, next_frame = 0.0_rp, next_checkpoint = 0.0_rp   !! [s]
+    real(rp) :: secured = 0.0_rp              !! wall-clock time of the last checkpoint [s]
     integer(i8) :: first_step = 0
-    integer(i8) :: saved_step = -1            !! of the last checkpoint
+    integer(i8) :: saved_step = -1            !! step of the last checkpoint
     type(melting_t) :: melting
   contains
     procedure :: init
-    procedure :: due
+    procedure :: write_due
     procedure :: next_event
-    procedure :: progress
-    procedure :: summary
+    procedure :: show_progress_line
+    procedure :: write_summary
     procedure :: sync
     procedure :: close => close_files
   end type heat_writer_t
 
 contains
 
-  !> Open the tables; a resumed run goes on in those it has.
+  !> Open the tables; a resumed run appends to the existing ones.
   subroutine init(self, world, scene, names, run, is_resumed, error)
     class(heat_writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
-    character(*), intent(in) :: names(:)      !! of the probes
+    character(*), intent(in) :: names(:)      !! names of the probes
     type(heat_run_t), intent(inout) :: run
     logical, intent(in) :: is_resumed
     type(error_t), intent(inout) :: error
@@ -88,6 +91,7 @@ contains
     call set_times(self, scene%output, run%time)
   end subroutine init
 
+  !> Set the times of the next outputs.
   subroutine set_times(self, output, time)
     class(heat_writer_t), intent(inout) :: self
     type(output_t), intent(in) :: output
@@ -98,18 +102,18 @@ contains
     self%next_checkpoint = next_time(output%checkpoint_interval, time)
   end subroutine set_times
 
-  !> Time at which a step has to end [s]; a checkpoint waits for the end of one, and so changes
-  !> nothing.
+  !> Time at which a step must end for output [s]. Checkpoints do not limit the steps, so that they
+  !> do not change the results.
   pure real(rp) function next_event(self)
     class(heat_writer_t), intent(in) :: self
 
     next_event = min(self%next_row, self%next_frame)
   end function next_event
 
-  !> Write what is due at the present time, rows before a checkpoint, which counts them. What is
-  !> `last` leaves a checkpoint too, and behind it a row and a frame, which a restart drops if they
+  !> Write the output due at the current time, rows before a checkpoint, which stores their number.
+  !> At the end of a run write a checkpoint, then a row and a frame, which a restart drops if they
   !> were not due.
-  subroutine due(self, world, scene, run, last, is_safety_due, error)
+  subroutine write_due(self, world, scene, run, last, is_safety_due, error)
     class(heat_writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -117,14 +121,14 @@ contains
     logical, intent(in) :: last, is_safety_due
     type(error_t), intent(inout) :: error
     real(rp) :: now
-    logical :: wanted
+    logical :: is_due
 
     now = run%time*(1.0_rp + 1.0e-12_rp)
     if (now >= self%next_row .and. run%row_time < run%time) call row(self, world, scene, run)
-    if (now >= self%next_frame) call frame(world, scene, run, error)
-    wanted = (last .or. is_safety_due .or. now >= self%next_checkpoint) .and. &
+    if (now >= self%next_frame) call add_frame(world, scene, run, error)
+    is_due = (last .or. is_safety_due .or. now >= self%next_checkpoint) .and. &
              self%saved_step < run%integrator%steps
-    if (wanted) then
+    if (is_due) then
       self%saved_step = run%integrator%steps
       call self%sync()
       if (world%all_true(.not. run%lost_row)) call save_heat(world, scene, run, error)
@@ -133,10 +137,10 @@ contains
     call set_times(self, scene%output, run%time)
     if (.not. last) return
     if (run%row_time < run%time) call row(self, world, scene, run)
-    call frame(world, scene, run, error)
-  end subroutine due
+    call add_frame(world, scene, run, error)
+  end subroutine write_due
 
-  !> One row of the history and of the probes.
+  !> Write a row of the history and of the probes.
   subroutine row(self, world, scene, run)
     class(heat_writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -147,20 +151,20 @@ contains
     call make_heat_row(world, run, self%probe, columns, probes)
     call self%history%row(columns%values())
     if (size(self%probe) > 0) call self%probes%row(probes%values())
-    call watch_cells(self%melting, world, scene, run)
+    call check_cells(self%melting, world, scene, run)
     run%row_time = run%time
     run%row_books = run%integrator%books
     run%rows = run%rows + 1
     run%lost_row = self%history%is_lost() .or. self%probes%is_lost()
   end subroutine row
 
-  !> Collective. What a row of the history and one of the probes hold.
+  !> Collective. Values of a row of the history and of the probes.
   subroutine make_heat_row(world, run, names, columns, probes)
     type(world_t), intent(in) :: world
     type(heat_run_t), intent(in) :: run
-    character(*), intent(in) :: names(:)      !! of the probes
+    character(*), intent(in) :: names(:)      !! names of the probes
     type(row_t), intent(out) :: columns, probes
-    real(rp) :: sums(3), most(1), error, in, out
+    real(rp) :: sums(3), largest(1), error, in, out
     real(rp), allocatable :: t(:), read(:)
     integer :: n
 
@@ -169,25 +173,26 @@ contains
     associate (heat => run%heat, capacity => run%heat%mesh%capacity)
       call heat%temperatures(heat%theta, t)
       sums = [heat%content(heat%theta, 0.0_rp), sum(capacity*t), sum(capacity)]
-      most = maxval([0.0_rp, pack(t, capacity > 0.0_rp)])
+      largest = maxval([0.0_rp, pack(t, capacity > 0.0_rp)])
     end associate
     call world%sum(sums)
-    call world%max(most)
+    call world%max(largest)
     in = run%integrator%books(b_source)
     out = run%integrator%books(b_film)
     error = sums(1) - run%content0 - in + out
     error = 100.0_rp*error/max(abs(in) + abs(out), 1.0e-6_rp*abs(run%content0), tiny(1.0_rp))
-    columns = history_row(run, sums(1), error, most(1), sums(2)/sums(3))
+    columns = history_row(run, sums(1), error, largest(1), sums(2)/sums(3))
     if (size(names) == 0) return
     call read_probes(world, run, read)
     probes = probe_row(run, names, read)
   end subroutine make_heat_row
 
-  !> A row of NAME_history.csv.
-  type(row_t) function history_row(run, content, balance_error, hottest, mean) result(row)
+  !> Row of NAME_history.csv.
+  type(row_t) function history_row(run, content, balance_error, max_temperature, mean) result(row)
     type(heat_run_t), intent(in) :: run
-    real(rp), intent(in) :: content, balance_error   !! [J], [%]
-    real(rp), intent(in) :: hottest, mean            !! temperature [K]
+    real(rp), intent(in) :: content                  !! heat content [J]
+    real(rp), intent(in) :: balance_error            !! error of the heat balance [%]
+    real(rp), intent(in) :: max_temperature, mean    !! largest and mean temperature [K]
     real(rp) :: power(n_books)
 
     power = 0.0_rp
@@ -201,13 +206,13 @@ contains
     call row%add('source_heat', 'J', run%integrator%books(b_source))
     call row%add('film_loss', 'J', run%integrator%books(b_film))
     call row%add('balance_error', '%', balance_error)
-    call row%add('temperature_max', 'K', hottest)
+    call row%add('temperature_max', 'K', max_temperature)
     call row%add('temperature_mean', 'K', mean)
     call row%add('source_power', 'W', power(b_source))
     call row%add('film_power', 'W', power(b_film))
   end function history_row
 
-  !> A row of NAME_probes.csv.
+  !> Row of NAME_probes.csv.
   type(row_t) function probe_row(run, names, temperatures) result(row)
     type(heat_run_t), intent(in) :: run
     character(*), intent(in) :: names(:)
@@ -220,15 +225,15 @@ contains
     end do
   end function probe_row
 
-  !> The cells of the solid as points with a temperature.
-  subroutine frame(world, scene, run, error)
+  !> Collective. Write a frame with the cells of the solid as points, and update the index file.
+  subroutine add_frame(world, scene, run, error)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
 
     if (size(run%frame_times) > 0) then
-      if (run%frame_times(size(run%frame_times)) >= run%time) return   ! has it already
+      if (run%frame_times(size(run%frame_times)) >= run%time) return   ! written already
     end if
     associate (output => scene%output)
       call put_heat_frame(world, scene, run, output%directory//'/'// &
@@ -237,9 +242,9 @@ contains
       run%frame_times = [run%frame_times, run%time]
       call write_series(world, output%directory, output%name, run%frame_times, error)
     end associate
-  end subroutine frame
+  end subroutine add_frame
 
-  !> Collective. A frame at `path`; without one in memory only (h5_file).
+  !> Collective. Write a frame to `path`; with an empty path it is kept in memory only (h5_file).
   subroutine put_heat_frame(world, scene, run, path, error)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -263,8 +268,8 @@ contains
     end associate
   end subroutine put_heat_frame
 
-  !> A line with percent, time and time left, every PROGRESS_INTERVAL seconds.
-  subroutine progress(self, world, scene, run)
+  !> Show a progress line with percent, remaining time and simulated time, if it is due.
+  subroutine show_progress_line(self, world, scene, run)
     class(heat_writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -278,10 +283,10 @@ contains
     call self%left%show(percent(run%time/scene%end_time)//' %  left '// &
                         span(self%left%seconds(at, share))//'  t = '//str(run%time)//' s  step '// &
                         str(run%integrator%steps)//'  dt = '//str(run%integrator%last)//' s', width)
-  end subroutine progress
+  end subroutine show_progress_line
 
-  !> Cost of the run: a line, and NAME_summary.json.
-  subroutine summary(self, world, scene, run, error)
+  !> Collective. Log the cost of the run and write NAME_summary.json.
+  subroutine write_summary(self, world, scene, run, error)
     class(heat_writer_t), intent(in) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -301,7 +306,7 @@ contains
     call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', '{'//nl// &
                      '  "cells": '//str(run%cells)//','//nl//'  "steps": '// &
                      str(run%integrator%steps - self%first_step)//','//nl//self%melting%json()// &
-                     nl//'  "refused_steps": '//str(run%integrator%refused)//','//nl// &
+                     nl//'  "refused_steps": '//str(run%integrator%rejected)//','//nl// &
                      '  "evaluations": '//str(run%heat%evaluations)//','//nl// &
                      '  "integrator": "'//trim(method_names(run%integrator%method))//'",'//nl// &
                      '  "solver": "'//solver//'",'//nl//'  "linear_solves": '// &
@@ -316,9 +321,9 @@ contains
                ' evaluations) of '//str(run%cells)//' cells in '//str(wall)//' s on '// &
                str(world%size)//' rank(s)')
     end if
-  end subroutine summary
+  end subroutine write_summary
 
-  !> Bring the rows to the disk: a checkpoint counts on them.
+  !> Flush the rows to disk, before a checkpoint that stores their number.
   subroutine sync(self)
     class(heat_writer_t), intent(inout) :: self
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The loop of a run of heat alone: steps that end where output is due or a source begins or ends.
+!> Time loop of a heat-only run: steps end where output is due or a source begins or ends.
 module heat_alone_loop
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use base_errors, only: error_t
@@ -23,12 +23,12 @@ module heat_alone_loop
 
 contains
 
-  !> Collective. Probes, books and state at the start, or those of the checkpoint `restart`.
+  !> Collective. Initialize probes, heat sums and state, or read them from a checkpoint.
   subroutine begin_heat(world, probes, run, restart, error)
     type(world_t), intent(in) :: world
     type(probes_t), intent(in) :: probes
     type(heat_run_t), intent(inout) :: run
-    character(*), intent(in) :: restart          !! '' for none
+    character(*), intent(in) :: restart          !! file of the checkpoint; '' for a new run
     type(error_t), intent(inout) :: error
     real(rp) :: content(1)
 
@@ -46,7 +46,7 @@ contains
     end if
   end subroutine begin_heat
 
-  !> Run to the end, or until a signal or a state that is not finite stops it.
+  !> Collective. Run to the end, or until a signal, an error or a non-finite state stops the run.
   subroutine run_heat(world, scene, probes, run, is_resumed, status, message)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -63,26 +63,26 @@ contains
     message = ''
     is_lost = .false.
     call writer%init(world, scene, probes%name, run, is_resumed, error)
-    if (.not. is_resumed) call writer%due(world, scene, run, .false., .false., error)
+    if (.not. is_resumed) call writer%write_due(world, scene, run, .false., .false., error)
     do while (.not. is_finished(scene, run) .and. .not. error%is_set())
       call note_step(run%integrator%steps)
       call run%integrator%advance(run%heat, run%time, &
                                   min(scene%end_time, writer%next_event(), next_switch(run)))
-      call collect_surroundings(world, scene, run, writer, is_safety_due, is_lost, status, message)
+      call check_state(world, scene, run, writer, is_safety_due, is_lost, status, message)
       if (status == ended_broken .or. is_lost) exit
-      call writer%due(world, scene, run, is_finished(scene, run), is_safety_due, error)
-      call writer%progress(world, scene, run)
+      call writer%write_due(world, scene, run, is_finished(scene, run), is_safety_due, error)
+      call writer%show_progress_line(world, scene, run)
       if (status /= ended_well) exit
     end do
     if (status == ended_well .and. .not. (is_lost .or. error%is_set())) then
-      call writer%due(world, scene, run, .true., .false., error)
+      call writer%write_due(world, scene, run, .true., .false., error)
       call warn_of_idle_sources(world, run)
     else if ((status == ended_by_signal .or. run%integrator%is_stuck) .and. .not. is_lost) then
       call writer%sync()
       call save_heat(world, scene, run, error)
       message = message//'; checkpoint '//heat_checkpoint_path(scene%output)
     end if
-    call writer%summary(world, scene, run, error)
+    call writer%write_summary(world, scene, run, error)
     call writer%close(error)
     call note_step(-1_i8)
     if (error%is_set()) then
@@ -91,6 +91,7 @@ contains
     end if
   end subroutine run_heat
 
+  !> True at the end time or the last step.
   pure logical function is_finished(scene, run)
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
@@ -99,7 +100,7 @@ contains
     if (scene%max_steps > 0) is_finished = is_finished .or. run%integrator%steps >= scene%max_steps
   end function is_finished
 
-  !> When the next source begins or ends [s].
+  !> Next time at which a source begins or ends [s]; huge if none does.
   pure real(rp) function next_switch(run)
     type(heat_run_t), intent(in) :: run
     integer :: i
@@ -113,10 +114,10 @@ contains
     end do
   end function next_switch
 
-  !> Collective. Did a signal arrive, is a checkpoint due by the clock, is the state finite, was a
-  !> row lost?
-  subroutine collect_surroundings(world, scene, run, writer, is_safety_due, is_lost, status, &
-                                  message)
+  !> Collective. Check for signals, a checkpoint due by wall-clock time, a non-finite state and lost
+  !> output.
+  subroutine check_state(world, scene, run, writer, is_safety_due, is_lost, status, &
+                         message)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
@@ -124,19 +125,19 @@ contains
     logical, intent(out) :: is_safety_due, is_lost
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
-    character(:), allocatable :: mine
-    real(rp) :: seen(4)
+    character(:), allocatable :: local_message
+    real(rp) :: flags(4)
     logical :: is_finite
 
-    seen = [real(stop_signal(), rp), 0.0_rp, 0.0_rp, merge(1.0_rp, 0.0_rp, run%lost_row)]
-    if (scene%output%safety_interval > 0.0_rp) seen(2) = merge(1.0_rp, 0.0_rp, &
+    flags = [real(stop_signal(), rp), 0.0_rp, 0.0_rp, merge(1.0_rp, 0.0_rp, run%lost_row)]
+    if (scene%output%safety_interval > 0.0_rp) flags(2) = merge(1.0_rp, 0.0_rp, &
       wall_time() - writer%secured > scene%output%safety_interval)
     is_finite = ieee_is_finite(sum(run%heat%theta(1:run%heat%size())))
-    if (.not. is_finite) seen(3) = 1.0_rp
-    call world%max(seen)
-    is_safety_due = seen(2) > 0.0_rp
-    is_lost = seen(4) > 0.0_rp
-    if (run%integrator%is_stuck .and. .not. seen(3) > 0.0_rp) then
+    if (.not. is_finite) flags(3) = 1.0_rp
+    call world%max(flags)
+    is_safety_due = flags(2) > 0.0_rp
+    is_lost = flags(4) > 0.0_rp
+    if (run%integrator%is_stuck .and. .not. flags(3) > 0.0_rp) then
       status = ended_broken
       message = 'conduction: a step of '//str(run%integrator%last)// &
         ' s was not solved for: shorten &HEAT STEP'
@@ -145,21 +146,21 @@ contains
         str(run%integrator%last)//' s'
       end if
       message = message//' (step '//str(run%integrator%steps)//', t = '//str(run%time)//' s)'
-    else if (seen(3) > 0.0_rp) then
+    else if (flags(3) > 0.0_rp) then
       status = ended_broken
-      mine = ''
-      if (.not. is_finite) mine = not_a_number(scene, run)
-      call world%share_message(mine, message)
+      local_message = ''
+      if (.not. is_finite) local_message = describe_non_finite(scene, run)
+      call world%share_message(local_message, message)
       message = message//' (step '//str(run%integrator%steps)//', t = '//str(run%time)//' s)'
-    else if (seen(1) > 0.0_rp) then
+    else if (flags(1) > 0.0_rp) then
       status = ended_by_signal
-      message = 'signal '//str(nint(seen(1)))//' stopped the run at step '// &
+      message = 'signal '//str(nint(flags(1)))//' stopped the run at step '// &
                 str(run%integrator%steps)//', t = '//str(run%time)//' s'
     end if
-  end subroutine collect_surroundings
+  end subroutine check_state
 
-  !> The first cell of this rank whose temperature is not a finite number.
-  function not_a_number(scene, run) result(text)
+  !> Description of the first cell of this rank with a non-finite temperature.
+  function describe_non_finite(scene, run) result(text)
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
     character(:), allocatable :: text
@@ -177,9 +178,9 @@ contains
       return
     end do
     text = 'the temperatures are so large that their sum is not finite'
-  end function not_a_number
+  end function describe_non_finite
 
-  !> Collective. A source that has given no heat at the end was outside the metal.
+  !> Warn of sources that gave no heat during the run, as they were outside the bodies.
   subroutine warn_of_idle_sources(world, run)
     type(world_t), intent(in) :: world
     type(heat_run_t), intent(in) :: run

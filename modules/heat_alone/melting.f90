@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Heat alone above the melting temperature of a metal.
+!> Detection of cells above the melting temperature in heat-only runs.
 module heat_alone_melting
   use base_kinds, only: rp
   use comm_world, only: world_t
@@ -9,23 +9,23 @@ module heat_alone_melting
   implicit none (type, external)
   private
 
-  public :: see_cells, watch_cells
+  public :: sample_cells, check_cells
 
 contains
 
-  !> Collective, at a row of the history: the cells of heat alone.
-  subroutine watch_cells(melting, world, scene, run)
+  !> Collective. Check the cells at a row of the history.
+  subroutine check_cells(melting, world, scene, run)
     type(melting_t), intent(inout) :: melting
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
 
     if (all(scene%material%t_melt >= huge(1.0_rp))) return
-    call melting%update(world, scene, see_cells(scene, run), run%time)
-  end subroutine watch_cells
+    call melting%update(world, scene, sample_cells(scene, run), run%time)
+  end subroutine check_cells
 
-  !> What is molten of this rank's cells.
-  type(melt_sample_t) function see_cells(scene, run) result(sample)
+  !> Molten mass and hottest cell of this rank.
+  type(melt_sample_t) function sample_cells(scene, run) result(sample)
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(in) :: run
     real(rp) :: mass, temp
@@ -50,6 +50,6 @@ contains
         sample%body = mesh%body(c)
       end do
     end associate
-  end function see_cells
+  end function sample_cells
 
 end module heat_alone_melting

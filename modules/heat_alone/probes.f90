@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Temperature at given places of a mesh: linear between the eight centres around a place if all are
-!> in the solid, else by a plane of least squares through those of the 27 cells around it that are.
+!> Temperature at given positions in a mesh: trilinear interpolation between the eight surrounding
+!> cell centres if all are in the solid, else a least-squares plane through the solid ones of the 27
+!> surrounding cells.
 module heat_alone_probes
   use base_kinds, only: rp
   use comm_world, only: world_t
   use heat_alone_state, only: heat_run_t
-  use heat_mesh_mesh, only: mesh_t
+  use heat_mesh_mesh, only: heat_mesh_t
   implicit none (type, external)
   private
 
@@ -13,10 +14,10 @@ module heat_alone_probes
 
 contains
 
-  !> Collective. Cells and weights of the places `x` (3, n).
+  !> Collective. Find cells and weights of the probes.
   subroutine place_probes(world, x, run)
     type(world_t), intent(in) :: world
-    real(rp), intent(in) :: x(:, :)             !! [m]
+    real(rp), intent(in) :: x(:, :)             !! (3, n) positions of the probes [m]
     type(heat_run_t), intent(inout) :: run
     real(rp) :: is_solid(27)
     integer :: at(3, 27), n, near(3)
@@ -25,7 +26,8 @@ contains
     allocate (run%probe_weight(27, size(x, 2)), source=0.0_rp)
     do n = 1, size(x, 2)
       associate (mesh => run%heat%mesh, cell => run%probe_cell(:, n))
-        near = [holding(mesh%x, x(1, n)), holding(mesh%y, x(2, n)), holding(mesh%z, x(3, n))]
+        near = [cell_index(mesh%x, x(1, n)), cell_index(mesh%y, x(2, n)), cell_index(mesh%z, x(3, &
+                                                                                               n))]
         call block_around(mesh, near, at, cell)
         is_solid = 0.0_rp
         where (cell > 0) is_solid = merge(1.0_rp, 0.0_rp, mesh%capacity(max(1, cell)) > 0.0_rp)
@@ -36,16 +38,16 @@ contains
     end do
   end subroutine place_probes
 
-  !> Cell between lines that holds `x`.
-  pure integer function holding(lines, x)
+  !> Index of the cell between mesh lines that contains `x`.
+  pure integer function cell_index(lines, x)
     real(rp), intent(in) :: lines(0:), x
 
-    holding = max(1, min(ubound(lines, 1), count(lines <= x)))
-  end function holding
+    cell_index = max(1, min(ubound(lines, 1), count(lines <= x)))
+  end function cell_index
 
-  !> The 27 cells around a cell, and their numbers here; outside the mesh `at` is 0.
+  !> Indices of a cell and its 26 neighbours, 0 outside the mesh, and their numbers on this rank.
   pure subroutine block_around(mesh, near, at, cell)
-    type(mesh_t), intent(in) :: mesh
+    type(heat_mesh_t), intent(in) :: mesh
     integer, intent(in) :: near(3)
     integer, intent(out) :: at(3, 27), cell(27)
     integer :: c
@@ -61,9 +63,9 @@ contains
     end do
   end subroutine block_around
 
-  !> Weights of the 27 cells.
+  !> Interpolation weights of the 27 cells.
   pure function weights_at(mesh, x, at, is_solid) result(w)
-    type(mesh_t), intent(in) :: mesh
+    type(heat_mesh_t), intent(in) :: mesh
     real(rp), intent(in) :: x(3)
     integer, intent(in) :: at(3, 27)
     logical, intent(in) :: is_solid(27)
@@ -80,7 +82,7 @@ contains
         if (c == 14) h = box(:, 2) - box(:, 1)
       end associate
     end do
-    ! linear: products of weights along the axes, beyond the last centre as well
+    ! products of linear weights along the axes, also extrapolating beyond the last centre
     w(14) = 1.0_rp
     do a = 1, 3
       other = merge(1, -1, d(a, 14) < 0.0_rp)*3**(a - 1)
@@ -93,10 +95,10 @@ contains
     w = plane_weights(d/spread(h, 2, 27), is_solid)
   end function weights_at
 
-  !> Weights of the value at the origin of the plane of least squares through the cells that are
-  !> solid; near ones count most. A little ridge lets flat sets have their mean.
+  !> Weights of the value at the origin of a least-squares plane through the solid cells, weighted
+  !> by distance. A small regularization gives the mean for degenerate sets.
   pure function plane_weights(d, is_solid) result(w)
-    real(rp), intent(in) :: d(3, 27)            !! from the place [cells]
+    real(rp), intent(in) :: d(3, 27)            !! cell centres from the probe [cells]
     logical, intent(in) :: is_solid(27)
     real(rp) :: w(27), a(4, 4), b(4), near, row(4)
     integer :: c, i, j

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A function of one variable as values at equal steps, linear between them and beyond the ends.
+!> Functions of one variable as equidistant values, linear between them and beyond the ends.
 module heat_mesh_curve
   use base_kinds, only: rp
   implicit none (type, external)
@@ -7,27 +7,28 @@ module heat_mesh_curve
 
   public :: curve_t, property_t, make_property, table_value
 
+  !> Piecewise linear function with equidistant abscissas.
   type :: curve_t
     real(rp) :: first = 0.0_rp, step = 1.0_rp
-    real(rp), allocatable :: value(:)     !! at first, first + step, ...
+    real(rp), allocatable :: value(:)     !! values at first, first + step, ...
   contains
     procedure :: at
     procedure :: map
   end type curve_t
 
-  !> Density, specific heat and conductivity of a material. The state of a cell is its enthalpy per
-  !> volume over rho c_ref: theta = T_ref + int c_p dT/c_ref [K]; heat flows by the potential
-  !> phi = T_ref + int k dT/k_ref [K] (Kirchhoff). With constant c_p and k both are T.
+  !> Thermal properties of a material. The state of a cell is its volumetric enthalpy over rho
+  !> c_ref, theta = T_ref + int c_p dT/c_ref [K]; the heat flux is the gradient of the Kirchhoff
+  !> potential phi = T_ref + int k dT/k_ref [K]. With constant c_p and k both equal T.
   type :: property_t
     real(rp) :: rho = 1.0_rp              !! [kg/m3]
     real(rp) :: c_ref = 1.0_rp            !! [J/(kg K)]
     real(rp) :: k_ref = 0.0_rp            !! [W/(m K)]
     logical :: is_constant = .true.
-    type(curve_t) :: state                !! theta of T
-    type(curve_t) :: temperature          !! T of theta
-    type(curve_t) :: potential            !! phi of theta
-    type(curve_t) :: resistivity          !! 1/k of T [m K/W]
-    type(curve_t) :: capacity             !! c_p/c_ref of T
+    type(curve_t) :: state                !! theta over T
+    type(curve_t) :: temperature          !! T over theta
+    type(curve_t) :: potential            !! phi over theta
+    type(curve_t) :: resistivity          !! 1/k over T [m K/W]
+    type(curve_t) :: capacity             !! c_p/c_ref over T
   contains
     procedure :: state_at
     procedure :: temperature_at
@@ -35,7 +36,7 @@ module heat_mesh_curve
 
 contains
 
-  !> Value at `x`.
+  !> Value of a curve at `x`.
   elemental real(rp) function at(self, x)
     class(curve_t), intent(in) :: self
     real(rp), intent(in) :: x
@@ -48,7 +49,7 @@ contains
     at = self%value(i + 1) + s*(self%value(i + 2) - self%value(i + 1))
   end function at
 
-  !> Values at `n` places.
+  !> Values of a curve at `n` abscissas.
   pure subroutine map(self, n, x, y)
     class(curve_t), intent(in) :: self
     integer, intent(in) :: n
@@ -61,7 +62,7 @@ contains
     end do
   end subroutine map
 
-  !> Value at `t` of a table that is linear between its entries and constant beyond its ends.
+  !> Value at `t` of a table, linear between its entries and constant beyond its ends.
   pure real(rp) function table_value(t, x, y)
     real(rp), intent(in) :: t, x(:), y(:)
     integer :: i, n
@@ -77,8 +78,8 @@ contains
     end if
   end function table_value
 
-  !> Properties from tables over temperature; one entry means a constant. The integrals are those
-  !> of the tables, exact at steps of `fine`.
+  !> Properties from tables over temperature; a single entry is a constant. Integrals of the tables
+  !> are exact at multiples of the resolution `fine` [K].
   function make_property(rho, t_c, c, t_k, k) result(p)
     real(rp), intent(in) :: rho                   !! [kg/m3]
     real(rp), intent(in) :: t_c(:), c(:)          !! [K], [J/(kg K)]
@@ -124,7 +125,7 @@ contains
     end do
   end function make_property
 
-  !> Temperatures at equal steps of the state.
+  !> Inverse of a curve: temperatures at equidistant values of the state.
   pure function inverse(state, first, step, n) result(r)
     type(curve_t), intent(in) :: state
     real(rp), intent(in) :: first, step
@@ -148,7 +149,7 @@ contains
     end do
   end function inverse
 
-  !> theta of a temperature.
+  !> State theta [K] at a temperature [K].
   elemental real(rp) function state_at(self, t)
     class(property_t), intent(in) :: self
     real(rp), intent(in) :: t
@@ -157,7 +158,7 @@ contains
     if (.not. self%is_constant) state_at = self%state%at(t)
   end function state_at
 
-  !> Temperature of theta.
+  !> Temperature [K] at a state theta [K].
   elemental real(rp) function temperature_at(self, theta)
     class(property_t), intent(in) :: self
     real(rp), intent(in) :: theta

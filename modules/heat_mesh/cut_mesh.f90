@@ -1,57 +1,57 @@
 ! SPDX-License-Identifier: MIT
-!> What a solid makes of the cells of a mesh: cells that its faces cut keep the true part of their
-!> volume and of their faces (Johansen & Colella 1998). A cell with little volume gives it to the
-!> neighbour behind its largest face. Between two materials the halves of both cells conduct in
-!> series.
+!> Embedded-boundary discretization of a solid on a mesh: cut cells have their true volume and face
+!> areas (Johansen & Colella 1998). Cells with a small volume are merged with the neighbour across
+!> their largest face. Between two materials half cells of both conduct in series.
 module heat_mesh_cut_mesh
   use base_kinds, only: rp
   use heat_mesh_curve, only: property_t
-  use heat_mesh_mesh, only: mesh_t, wall_t
+  use heat_mesh_mesh, only: heat_mesh_t, boundary_face_t
   implicit none (type, external)
   private
 
-  public :: cuts_t, cut_mesh, reach
+  public :: cut_cells_t, cut_mesh, n_halo_planes
 
-  integer, parameter :: reach = 3               !! planes beyond the own ones that cuts must cover
-  real(rp), parameter :: least = 0.4_rp         !! part of its volume below which a cell is merged
-  real(rp), parameter :: exact = 1.0e-9_rp      !! relative, of areas and volumes
+  integer, parameter :: n_halo_planes = 3       !! planes beyond the own ones that are needed
+  real(rp), parameter :: min_volume = 0.4_rp    !! volume fraction below which a cell is merged
+  real(rp), parameter :: tolerance = 1.0e-9_rp  !! of fractions of areas and volumes
 
-  !> How the solid cuts the cells of some planes: parts of volumes and of faces just inside a cell.
-  type :: cuts_t
+  !> Fractions of volume and faces of the cells of some planes that lie in the solid.
+  type :: cut_cells_t
     real(rp), allocatable :: volume(:, :, :)      !! (nz, ny, planes)
     real(rp), allocatable :: face(:, :, :, :)     !! (6, nz, ny, planes), xmin xmax ymin .. zmax
-    integer, allocatable :: body(:, :, :)         !! that a cell belongs to, 0: none
-  end type cuts_t
+    integer, allocatable :: body(:, :, :)         !! body of each cell; 0: none
+  end type cut_cells_t
 
 contains
 
-  !> Rates, capacities and walls of the own cells from the cuts of the own planes and `reach` more;
-  !> `property` is that of most cells.
+  !> Set rates, capacities and boundary faces of the own cells from the cut cells of the own planes
+  !> and `n_halo_planes` more. `property` is that of the first material.
   subroutine cut_mesh(self, cuts, property, conductivity, capacity)
-    type(mesh_t), intent(inout) :: self
-    type(cuts_t), intent(in) :: cuts
+    type(heat_mesh_t), intent(inout) :: self
+    type(cut_cells_t), intent(in) :: cuts
     type(property_t), intent(in) :: property
     real(rp), intent(in) :: conductivity(:)         !! of each body [W/(m K)]
     real(rp), intent(in) :: capacity(:)             !! of each body [J/(m3 K)]
-    integer, allocatable :: target(:, :, :, :)      ! cell that takes the volume of each
-    real(rp), allocatable :: area(:, :, :, :)       ! conductance to the next [W/K]
+    integer, allocatable :: target(:, :, :, :)      ! cell that each cell is merged into
+    real(rp), allocatable :: conductance(:, :, :, :) ! to the next cell along each axis [W/K]
     integer :: first, last
 
-    first = max(1, self%lo - reach)
-    last = min(self%n(1), self%hi + reach)
+    first = max(1, self%lo - n_halo_planes)
+    last = min(self%n(1), self%hi + n_halo_planes)
     if (self%nx == 0) last = first - 1
     allocate (target(3, self%n(3), self%n(2), first:last))
-    allocate (area(3, self%n(3), self%n(2), first:last), source=0.0_rp)
+    allocate (conductance(3, self%n(3), self%n(2), first:last), source=0.0_rp)
     call choose_targets(self, cuts, first, last, target)
-    call share_faces(self, cuts, conductivity, first, last, target, area)
+    call sum_conductances(self, cuts, conductivity, first, last, target, conductance)
     call set_line_rates(self, property)
-    call set_cells(self, cuts, capacity, first, last, target, area)
+    call set_cells(self, cuts, capacity, first, last, target, conductance)
     call list_walls(self, cuts, first, last, target)
   end subroutine cut_mesh
 
-  !> Part of the face from cell (i,j,k) to the next along `axis` that both cells share.
+  !> Fraction of the face between a cell and the next along `axis` that is in the solid on both
+  !> sides.
   pure real(rp) function shared(cuts, at, axis, first)
-    type(cuts_t), intent(in) :: cuts
+    type(cut_cells_t), intent(in) :: cuts
     integer, intent(in) :: at(3), axis, first
     integer :: next(3)
 
@@ -61,10 +61,10 @@ contains
                  cuts%face(2*axis - 1, next(3), next(2), next(1) - first + 1))
   end function shared
 
-  !> Each cell's target is itself, or the neighbour of a cell with little volume; 0 for none.
+  !> Target of each cell: itself, the neighbour into which a small cell is merged, or 0 for none.
   pure subroutine choose_targets(self, cuts, first, last, target)
-    type(mesh_t), intent(in) :: self
-    type(cuts_t), intent(in) :: cuts
+    type(heat_mesh_t), intent(in) :: self
+    type(cut_cells_t), intent(in) :: cuts
     integer, intent(in) :: first, last
     integer, intent(out) :: target(3, self%n(3), self%n(2), first:last)
     real(rp) :: best, a
@@ -76,8 +76,8 @@ contains
           at = [i, j, k]
           target(:, k, j, i) = 0
           associate (volume => cuts%volume(k, j, i - first + 1))
-            if (volume > exact) target(:, k, j, i) = at
-            if (volume <= exact .or. volume >= least) cycle
+            if (volume > tolerance) target(:, k, j, i) = at
+            if (volume <= tolerance .or. volume >= min_volume) cycle
           end associate
           best = 0.0_rp
           do axis = 1, 3
@@ -86,9 +86,9 @@ contains
               next(axis) = next(axis) + side
               if (next(1) < first .or. next(1) > last .or. any(next < 1) .or. &
                   any(next > self%n)) cycle
-              if (cuts%volume(next(3), next(2), next(1) - first + 1) < least) cycle
+              if (cuts%volume(next(3), next(2), next(1) - first + 1) < min_volume) cycle
               a = shared(cuts, merge(at, next, side > 0), axis, first)*face_area(self, at, axis)
-              if (a <= best*(1.0_rp + exact)) cycle
+              if (a <= best*(1.0_rp + tolerance)) cycle
               best = a
               target(:, k, j, i) = next
             end do
@@ -98,9 +98,9 @@ contains
     end do
   end subroutine choose_targets
 
-  !> Area of the whole face of a cell across `axis` [m2].
+  !> Full area of the face of a cell normal to `axis` [m2].
   pure real(rp) function face_area(self, at, axis)
-    type(mesh_t), intent(in) :: self
+    type(heat_mesh_t), intent(in) :: self
     integer, intent(in) :: at(3), axis
     real(rp) :: d(3), b(3, 2)
 
@@ -109,17 +109,17 @@ contains
     face_area = product(d)/d(axis)
   end function face_area
 
-  !> Conductances through shared faces, between the centres; those of merged cells count for their
-  !> targets.
-  pure subroutine share_faces(self, cuts, conductivity, first, last, target, area)
-    type(mesh_t), intent(in) :: self
-    type(cuts_t), intent(in) :: cuts
+  !> Sum the conductances between cell centres through shared faces; those of merged cells count for
+  !> their targets.
+  pure subroutine sum_conductances(self, cuts, conductivity, first, last, target, conductance)
+    type(heat_mesh_t), intent(in) :: self
+    type(cut_cells_t), intent(in) :: cuts
     real(rp), intent(in) :: conductivity(:)
     integer, intent(in) :: first, last
     integer, intent(in) :: target(3, self%n(3), self%n(2), first:last)
-    real(rp), intent(inout) :: area(3, self%n(3), self%n(2), first:last)
+    real(rp), intent(inout) :: conductance(3, self%n(3), self%n(2), first:last)
     integer :: a(3), at(3), axis, b(3), i, j, k, next(3), to
-    real(rp) :: part
+    real(rp) :: fraction
 
     do i = first, last
       do j = 1, self%n(2)
@@ -129,26 +129,27 @@ contains
             next = at
             next(axis) = next(axis) + 1
             if (next(1) > last .or. any(next > self%n)) cycle
-            part = shared(cuts, at, axis, first)
-            if (part <= 0.0_rp) cycle
+            fraction = shared(cuts, at, axis, first)
+            if (fraction <= 0.0_rp) cycle
             a = target(:, k, j, i)
             b = target(:, next(3), next(2), next(1))
             if (any(a == 0) .or. any(b == 0) .or. sum(abs(b - a)) /= 1) cycle
             to = maxloc(abs(b - a), dim=1)
             if (b(to) < a(to)) a = b
-            area(to, a(3), a(2), a(1)) = area(to, a(3), a(2), a(1)) &
-              + part*face_area(self, at, axis)/resistance(self, cuts, conductivity, first, a, to)
+            conductance(to, a(3), a(2), a(1)) = conductance(to, a(3), a(2), a(1)) &
+              + fraction*face_area(self, at, axis)/resistance(self, cuts, conductivity, first, a, &
+                                                              to)
           end do
         end do
       end do
     end do
-  end subroutine share_faces
+  end subroutine sum_conductances
 
-  !> Of an area of 1 m2 from the centre of a cell to that of the next along `axis` [m2 K/W]: half a
-  !> cell of each material.
+  !> Thermal resistance of unit area between the centres of a cell and the next along `axis`, half a
+  !> cell of each material [m2 K/W].
   pure real(rp) function resistance(self, cuts, conductivity, first, at, axis)
-    type(mesh_t), intent(in) :: self
-    type(cuts_t), intent(in) :: cuts
+    type(heat_mesh_t), intent(in) :: self
+    type(cut_cells_t), intent(in) :: cuts
     real(rp), intent(in) :: conductivity(:)
     integer, intent(in) :: first, at(3), axis
     real(rp) :: b(3, 2), k(2), width(2)
@@ -164,17 +165,17 @@ contains
     resistance = 0.5_rp*(width(1)/k(1) + width(2)/k(2))
   end function resistance
 
-  !> Body that a cell belongs to.
+  !> Body of a cell, at least 1.
   pure integer function body_of(cuts, at, first)
-    type(cuts_t), intent(in) :: cuts
+    type(cut_cells_t), intent(in) :: cuts
     integer, intent(in) :: at(3), first
 
     body_of = max(1, cuts%body(at(3), at(2), at(1) - first + 1))
   end function body_of
 
-  !> Rates of whole cells, which depend on one coordinate each.
+  !> Set the rates of uncut cells, which depend on one coordinate each.
   pure subroutine set_line_rates(self, property)
-    type(mesh_t), intent(inout) :: self
+    type(heat_mesh_t), intent(inout) :: self
     type(property_t), intent(in) :: property
     real(rp) :: xm(self%n(1)), xp(self%n(1)), ym(self%n(2)), yp(self%n(2)), zm(self%n(3)), &
                 zp(self%n(3)), kappa
@@ -196,7 +197,8 @@ contains
     end do
   end subroutine set_line_rates
 
-  !> kappa/(d_i distance) to the cells before and after along one axis; 0 at the ends.
+  !> Rates kappa/(cell width times centre distance) to the previous and the next cell along an axis;
+  !> 0 at the ends [1/s].
   pure subroutine line_rates(kappa, n, x, before, after)
     real(rp), intent(in) :: kappa
     integer, intent(in) :: n
@@ -212,21 +214,21 @@ contains
     end do
   end subroutine line_rates
 
-  !> Capacities, and the rates of cells that differ from the lines'.
-  subroutine set_cells(self, cuts, capacity, first, last, target, area)
-    type(mesh_t), intent(inout) :: self
-    type(cuts_t), intent(in) :: cuts
+  !> Set the capacities, and the rates of cells that differ from those of uncut cells.
+  subroutine set_cells(self, cuts, capacity, first, last, target, conductance)
+    type(heat_mesh_t), intent(inout) :: self
+    type(cut_cells_t), intent(in) :: cuts
     real(rp), intent(in) :: capacity(:)
     integer, intent(in) :: first, last
     integer, intent(in) :: target(3, self%n(3), self%n(2), first:last)
-    real(rp), intent(in) :: area(3, self%n(3), self%n(2), first:last)
-    real(rp), allocatable :: heat(:, :, :)          ! capacities [J/K]
+    real(rp), intent(in) :: conductance(3, self%n(3), self%n(2), first:last)
+    real(rp), allocatable :: cell_capacity(:, :, :) ! [J/K]
     real(rp) :: rate(6), expected(6), b(3, 2), volume
-    integer :: at(3), c, i, j, k, n_odd, t(3), axis
-    integer, allocatable :: odd(:)
-    real(rp), allocatable :: odd_rate(:, :)
+    integer :: at(3), c, i, j, k, n_irregular, t(3), axis
+    integer, allocatable :: irregular(:)
+    real(rp), allocatable :: irregular_rate(:, :)
 
-    allocate (heat(self%n(3), self%n(2), first:last), source=0.0_rp)
+    allocate (cell_capacity(self%n(3), self%n(2), first:last), source=0.0_rp)
     self%volume = 0.0_rp
     do i = max(first, self%lo - 1), min(last, self%hi + 1)
       do j = 1, self%n(2)
@@ -235,51 +237,51 @@ contains
           if (any(t == 0)) cycle
           b = self%box(i, j, k)
           volume = product(b(:, 2) - b(:, 1))*cuts%volume(k, j, i - first + 1)
-          heat(t(3), t(2), t(1)) = heat(t(3), t(2), t(1)) &
+          cell_capacity(t(3), t(2), t(1)) = cell_capacity(t(3), t(2), t(1)) &
             + capacity(body_of(cuts, [i, j, k], first))*volume
           if (t(1) >= self%lo .and. t(1) <= self%hi) self%volume = self%volume + volume
         end do
       end do
     end do
     allocate (self%capacity(self%np*self%nx), self%body(self%np*self%nx))
-    allocate (odd(self%np*self%nx), odd_rate(6, self%np*self%nx))
-    n_odd = 0
+    allocate (irregular(self%np*self%nx), irregular_rate(6, self%np*self%nx))
+    n_irregular = 0
     do c = 1, self%np*self%nx
       call self%place(c, i, j, k)
       at = [i, j, k]
-      self%capacity(c) = heat(k, j, i)
+      self%capacity(c) = cell_capacity(k, j, i)
       self%body(c) = body_of(cuts, at, first)
       if (self%capacity(c) <= 0.0_rp) cycle
       do axis = 1, 3
-        rate(2*axis) = area(axis, k, j, i)
+        rate(2*axis) = conductance(axis, k, j, i)
         rate(2*axis - 1) = 0.0_rp
         t = at
         t(axis) = t(axis) - 1
-        if (t(axis) >= 1) rate(2*axis - 1) = area(axis, t(3), t(2), t(1))
+        if (t(axis) >= 1) rate(2*axis - 1) = conductance(axis, t(3), t(2), t(1))
       end do
       rate = rate/self%capacity(c)
       i = i - self%lo + 1
       k = 1 + mod(c - 1, self%np)
       expected = [self%xm(i), self%xp(i), self%ym(k), self%yp(k), self%zm(k), self%zp(k)]
-      if (all(abs(rate - expected) <= exact*maxval(expected))) cycle
-      n_odd = n_odd + 1
-      odd(n_odd) = c
-      odd_rate(:, n_odd) = rate
+      if (all(abs(rate - expected) <= tolerance*maxval(expected))) cycle
+      n_irregular = n_irregular + 1
+      irregular(n_irregular) = c
+      irregular_rate(:, n_irregular) = rate
     end do
     self%void = pack([(c, c=1, self%np*self%nx)], self%capacity <= 0.0_rp)
-    self%odd = odd(:n_odd)
-    self%odd_rate = odd_rate(:, :n_odd)
+    self%irregular = irregular(:n_irregular)
+    self%irregular_rate = irregular_rate(:, :n_irregular)
   end subroutine set_cells
 
-  !> Own cells' walls: plane ones between a face of a cell and what the next cell has of it, and the
-  !> surface inside cells, whose area vector closes that of the faces.
+  !> List the boundary faces of the own cells: on cell faces the part that the next cell does not
+  !> share, inside cells the surface whose area vector closes that of the faces.
   subroutine list_walls(self, cuts, first, last, target)
-    type(mesh_t), intent(inout) :: self
-    type(cuts_t), intent(in) :: cuts
+    type(heat_mesh_t), intent(inout) :: self
+    type(cut_cells_t), intent(in) :: cuts
     integer, intent(in) :: first, last
     integer, intent(in) :: target(3, self%n(3), self%n(2), first:last)
-    type(wall_t), allocatable :: list(:)
-    type(wall_t) :: wall
+    type(boundary_face_t), allocatable :: list(:)
+    type(boundary_face_t) :: wall
     real(rp) :: b(3, 2), open, whole(3), vector(3)
     integer :: axis, face, i, j, k, n, at(3), next(3), t(3)
 
@@ -304,7 +306,7 @@ contains
               open = 0.0_rp
               if (next(axis) >= 1 .and. next(axis) <= self%n(axis)) open = &
                 shared(cuts, merge(at, next, mod(face, 2) == 0), axis, first)
-              if (faces(face) - open <= exact) cycle
+              if (faces(face) - open <= tolerance) cycle
               wall%face = face
               wall%area = (faces(face) - open)*whole(axis)
               wall%depth = 0.5_rp*(b(axis, 2) - b(axis, 1))
@@ -312,7 +314,7 @@ contains
             end do
             vector = (faces(1:5:2) - faces(2:6:2))*whole
           end associate
-          if (norm2(vector) <= exact*maxval(whole)) cycle
+          if (norm2(vector) <= tolerance*maxval(whole)) cycle
           axis = maxloc(abs(vector), dim=1)
           wall%face = 2*axis - merge(0, 1, vector(axis) > 0.0_rp)
           wall%area = norm2(vector)
@@ -326,11 +328,12 @@ contains
     self%wall = list(:n)
   end subroutine list_walls
 
+  !> Append a boundary face to a list.
   pure subroutine append(list, n, wall)
-    type(wall_t), allocatable, intent(inout) :: list(:)
+    type(boundary_face_t), allocatable, intent(inout) :: list(:)
     integer, intent(inout) :: n
-    type(wall_t), intent(in) :: wall
-    type(wall_t), allocatable :: longer(:)
+    type(boundary_face_t), intent(in) :: wall
+    type(boundary_face_t), allocatable :: longer(:)
 
     if (n == size(list)) then
       allocate (longer(2*n))

@@ -1,40 +1,40 @@
 ! SPDX-License-Identifier: MIT
-!> Finite volumes for conduction in a solid: a rectilinear mesh whose lines lie on the plane faces
-!> of the solid. Cells are stored by planes across x, z fastest; a rank owns a run of planes. What
-!> the solid makes of the cells is filled in by `heat_mesh_cut_mesh`.
+!> Finite-volume mesh for conduction in a solid: rectilinear, with lines on the plane faces of the
+!> solid. Cells are stored by planes normal to x, z fastest; a rank owns consecutive planes. The
+!> geometry of the solid is set by `heat_mesh_cut_mesh`.
 module heat_mesh_mesh
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
   implicit none (type, external)
   private
 
-  public :: mesh_t, wall_t, lay_lines
+  public :: heat_mesh_t, boundary_face_t, lay_lines
 
-  !> Pieces of the surface of the solid.
-  type :: wall_t
-    integer :: cell = 0                    !! that it belongs to
-    integer :: body = 1, face = 1          !! 1..6: the direction it looks to
+  !> A piece of the surface of the solid.
+  type :: boundary_face_t
+    integer :: cell = 0                    !! cell that it belongs to
+    integer :: body = 1, face = 1          !! face 1..6: direction of its normal
     real(rp) :: area = 0.0_rp              !! [m2]
-    real(rp) :: depth = 0.0_rp             !! of the cell's centre behind it [m]
-    integer :: at(3) = 0                   !! cell in whose box it lies
-  end type wall_t
+    real(rp) :: depth = 0.0_rp             !! of the cell centre behind it [m]
+    integer :: at(3) = 0                   !! indices of the cell in which it lies
+  end type boundary_face_t
 
-  !> Rates below are per capacity [1/s]; cells are numbered through the own planes from 1.
-  type :: mesh_t
-    real(rp), allocatable :: x(:), y(:), z(:)     !! lines, from 0 [m]
-    integer :: n(3) = 0                           !! cells along the axes
-    integer :: lo = 1, hi = 0                     !! own planes
-    integer :: nx = 0, np = 0                     !! number of them, cells of a plane
+  !> Mesh of a solid. Rates are conductances over capacities [1/s]; own cells are numbered from 1.
+  type :: heat_mesh_t
+    real(rp), allocatable :: x(:), y(:), z(:)     !! mesh lines, from 0 [m]
+    integer :: n(3) = 0                           !! cells along each axis
+    integer :: lo = 1, hi = 0                     !! first and last own plane
+    integer :: nx = 0, np = 0                     !! number of own planes, cells of a plane
     integer :: before = -1, after = -1            !! ranks of the planes lo-1 and hi+1; -1: none
-    real(rp), allocatable :: xm(:), xp(:)         !! (nx) to the planes before and after
-    real(rp), allocatable, dimension(:) :: ym, yp, zm, zp   !! (np)
+    real(rp), allocatable :: xm(:), xp(:)         !! (nx) rates to the previous and next plane
+    real(rp), allocatable, dimension(:) :: ym, yp, zm, zp   !! (np) along y and z
     real(rp), allocatable :: capacity(:)          !! (np nx) [J/K]; 0: not in the solid
     real(rp) :: volume = 0.0_rp                   !! of the own cells [m3]
     integer, allocatable :: void(:)               !! cells that are not in the solid
-    integer, allocatable :: odd(:)                !! cells whose rates are not those of the lines
-    real(rp), allocatable :: odd_rate(:, :)       !! (6, odd)
-    integer, allocatable :: body(:)               !! (np nx)
-    type(wall_t), allocatable :: wall(:)
+    integer, allocatable :: irregular(:)          !! cells whose rates are not those of uncut cells
+    real(rp), allocatable :: irregular_rate(:, :) !! (6, irregular) [1/s]
+    integer, allocatable :: body(:)               !! (np nx) body of each cell
+    type(boundary_face_t), allocatable :: wall(:)   !! boundary faces of the own cells
   contains
     procedure :: init
     procedure :: plane_owner
@@ -43,12 +43,12 @@ module heat_mesh_mesh
     procedure :: place
     procedure :: all_rates
     procedure :: swap
-  end type mesh_t
+  end type heat_mesh_t
 
 contains
 
-  !> Lines about `h` apart with some on all `planes`, but those that would make cells below h/2. The
-  !> first two planes are the ends.
+  !> Mesh lines about `h` apart that include all `planes`, except those that would make cells below
+  !> h/2. The first two planes are the ends.
   pure subroutine lay_lines(h, planes, lines)
     real(rp), intent(in) :: h, planes(:)              !! [m]
     real(rp), allocatable, intent(out) :: lines(:)
@@ -79,9 +79,9 @@ contains
     end do
   end subroutine lay_lines
 
-  !> The mesh on given lines, and this rank's planes.
+  !> Initialize the mesh on given lines, and the planes of this rank.
   subroutine init(self, world, x, y, z)
-    class(mesh_t), intent(out) :: self
+    class(heat_mesh_t), intent(out) :: self
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: x(0:), y(0:), z(0:)
 
@@ -100,7 +100,7 @@ contains
     end if
   end subroutine init
 
-  !> First of the `n` planes of a rank.
+  !> First plane of a rank of `n` planes.
   pure integer function first_plane(n, rank, ranks)
     integer, intent(in) :: n, rank, ranks
 
@@ -109,7 +109,7 @@ contains
 
   !> Rank that owns a plane; -1 beyond the ends.
   pure integer function plane_owner(self, plane, ranks)
-    class(mesh_t), intent(in) :: self
+    class(heat_mesh_t), intent(in) :: self
     integer, intent(in) :: plane, ranks
 
     do plane_owner = ranks - 1, 0, -1
@@ -119,9 +119,9 @@ contains
     end do
   end function plane_owner
 
-  !> Edges of the box of cell (i, j, k): lower and upper corner [m].
+  !> Lower and upper corner of cell (i, j, k) [m].
   pure function box(self, i, j, k)
-    class(mesh_t), intent(in) :: self
+    class(heat_mesh_t), intent(in) :: self
     integer, intent(in) :: i, j, k
     real(rp) :: box(3, 2)
 
@@ -129,9 +129,9 @@ contains
     box(:, 2) = [self%x(i), self%y(j), self%z(k)]
   end function box
 
-  !> Middle of the box of own cell `c` [m].
+  !> Centre of own cell `c` [m].
   pure function centre(self, c) result(x)
-    class(mesh_t), intent(in) :: self
+    class(heat_mesh_t), intent(in) :: self
     integer, intent(in) :: c
     real(rp) :: x(3)
     integer :: i, j, k
@@ -142,7 +142,7 @@ contains
 
   !> Indices of own cell `c`.
   pure subroutine place(self, c, i, j, k)
-    class(mesh_t), intent(in) :: self
+    class(heat_mesh_t), intent(in) :: self
     integer, intent(in) :: c
     integer, intent(out) :: i, j, k
 
@@ -153,7 +153,7 @@ contains
 
   !> Rates of every own cell to its six neighbours [1/s]: xmin, xmax, ymin, ymax, zmin, zmax.
   pure subroutine all_rates(self, rate)
-    class(mesh_t), intent(in) :: self
+    class(heat_mesh_t), intent(in) :: self
     real(rp), intent(out) :: rate(6, self%np*self%nx)
     integer :: c, i, p
 
@@ -163,12 +163,12 @@ contains
       rate(:, c) = [self%xm(i), self%xp(i), self%ym(p), self%yp(p), self%zm(p), self%zp(p)]
       if (self%capacity(c) <= 0.0_rp) rate(:, c) = 0.0_rp
     end do
-    rate(:, self%odd) = self%odd_rate
+    rate(:, self%irregular) = self%irregular_rate
   end subroutine all_rates
 
-  !> Fill the planes before and after the own ones of a field (1-np:np(nx+1)).
+  !> Collective. Fill the halo planes of a field (1-np:np(nx+1)) from the neighbouring ranks.
   subroutine swap(self, world, field)
-    class(mesh_t), intent(in) :: self
+    class(heat_mesh_t), intent(in) :: self
     type(world_t), intent(in) :: world
     real(rp), intent(inout) :: field(1 - self%np:self%np*(self%nx + 1))
     integer :: n

@@ -1,38 +1,39 @@
 ! SPDX-License-Identifier: MIT
-!> Rates of heating on a mesh: C dT/dt = sum k A (phi_j - phi_i)/d - sum A (T - T_amb)/(1/h + d/k)
-!> + sources. The state is theta (heat_mesh_curve), whose sum with the capacities is the heat.
+!> Right-hand side of conduction on a mesh:
+!> C dtheta/dt = sum k A (phi_j - phi_i)/d - sum A (T - T_amb)/(1/h + d/k) + sources, with the state
+!> theta and potential phi of heat_mesh_curve; the sum of C theta is the heat content.
 module heat_mesh_rates
   use base_kinds, only: rp
   use comm_world, only: world_t
   use heat_mesh_curve, only: property_t
-  use heat_mesh_films, only: film_t
-  use heat_mesh_mesh, only: mesh_t
+  use heat_mesh_films, only: wall_films_t
+  use heat_mesh_mesh, only: heat_mesh_t
   use heat_mesh_sources, only: heat_source_t, kind_stir
   implicit none (type, external)
   private
 
   public :: heat_t, b_source, b_film, n_books
 
-  integer, parameter :: b_source = 1, b_film = 2, n_books = 2   !! powers in and out [W], and heats
+  integer, parameter :: b_source = 1, b_film = 2, n_books = 2 !! indices of powers [W] and heats [J]
 
-  !> All that determines how a field of temperature changes.
+  !> Mesh, properties, boundary conditions, sources and state of a conduction problem.
   type :: heat_t
     type(world_t) :: world
-    type(mesh_t) :: mesh
+    type(heat_mesh_t) :: mesh
     type(property_t) :: property
-    real(rp), allocatable :: conductivity(:)      !! of each body, where properties are constant
-    type(film_t) :: film
+    real(rp), allocatable :: conductivity(:)      !! of each body [W/(m K)], if constant
+    type(wall_films_t) :: film
     type(heat_source_t), allocatable :: source(:)
-    real(rp), allocatable :: total(:, :)          !! (2, sources) moments of all ranks
-    logical, allocatable :: is_on(:)              !! sources in the present step
+    real(rp), allocatable :: total(:, :)          !! (2, sources) covered moments of all ranks
+    logical, allocatable :: is_on(:)              !! active sources in the current step
     real(rp), allocatable :: theta(:)             !! (1-np:np(nx+1)) state [K]
-    real(rp) :: fastest = 0.0_rp                  !! bound of the rates of decay [1/s]
-    integer :: evaluations = 0                    !! of the rates so far
-    real(rp), allocatable, private :: phi(:), temperature(:)   !! of variable properties
+    real(rp) :: max_decay_rate = 0.0_rp           !! upper bound of the decay rates [1/s]
+    integer :: evaluations = 0                    !! evaluations of the rates so far
+    real(rp), allocatable, private :: phi(:), temperature(:)   !! for variable properties [K]
   contains
     procedure :: prepare
     procedure :: add_films
-    procedure :: aim
+    procedure :: set_sources
     procedure :: fill
     procedure :: rate
     procedure :: stage
@@ -45,19 +46,19 @@ module heat_mesh_rates
 
 contains
 
-  !> Own cells.
+  !> Number of own cells.
   pure integer function field_size(self)
     class(heat_t), intent(in) :: self
 
     field_size = self%mesh%np*self%mesh%nx
   end function field_size
 
-  !> Fields and bounds; the mesh, properties and films stand.
+  !> Allocate fields and compute bounds. Mesh, properties and films must have been set.
   subroutine prepare(self, world)
     class(heat_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     real(rp), allocatable :: rate(:, :)
-    real(rp) :: most(1), loss(self%size()), stiffer
+    real(rp) :: largest(1), loss(self%size()), factor
     integer :: c, i, n
 
     self%world = world
@@ -72,14 +73,14 @@ contains
     loss = 0.0_rp
     do i = 1, self%film%n
       c = self%film%cell(i)
-      stiffer = 1.0_rp
-      if (self%film%radiation(i) > 0.0_rp) stiffer = stiffening(self%property)
-      loss(c) = loss(c) + stiffer*self%film%steepest(i)/self%mesh%capacity(c)
+      factor = 1.0_rp
+      if (self%film%radiation(i) > 0.0_rp) factor = diffusivity_ratio(self%property)
+      loss(c) = loss(c) + factor*self%film%max_conductance(i)/self%mesh%capacity(c)
     end do
-    most = 0.0_rp
-    if (n > 0) most = maxval(2.0_rp*sum(rate, dim=1)*stiffening(self%property) + loss)
-    call world%max(most)
-    self%fastest = most(1)
+    largest = 0.0_rp
+    if (n > 0) largest = maxval(2.0_rp*sum(rate, dim=1)*diffusivity_ratio(self%property) + loss)
+    call world%max(largest)
+    self%max_decay_rate = largest(1)
     allocate (self%total(2, size(self%source)), source=0.0_rp)
     allocate (self%is_on(size(self%source)), source=.false.)
     do i = 1, size(self%source)
@@ -87,29 +88,30 @@ contains
     end do
   end subroutine prepare
 
-  !> Largest diffusivity over the reference one.
-  pure real(rp) function stiffening(property)
+  !> Ratio of the largest to the reference diffusivity.
+  pure real(rp) function diffusivity_ratio(property)
     type(property_t), intent(in) :: property
 
-    stiffening = 1.0_rp
-    if (.not. property%is_constant) stiffening = &
+    diffusivity_ratio = 1.0_rp
+    if (.not. property%is_constant) diffusivity_ratio = &
       maxval(1.0_rp/(property%resistivity%value*property%k_ref*property%capacity%value))
-  end function stiffening
+  end function diffusivity_ratio
 
-  !> Give walls film coefficients, radiation and ambient temperatures by body and face.
+  !> Set film coefficients, radiation and ambient temperatures by direction and body.
   subroutine add_films(self, coefficient, radiation, ambient)
     class(heat_t), intent(inout) :: self
-    real(rp), intent(in) :: coefficient(:, :), radiation(:, :)   !! [W/(m2 K)], [W/(m2 K4)]
-    real(rp), intent(in) :: ambient(:, :)                        !! (6, bodies) [K]
+    real(rp), intent(in) :: coefficient(:, :)     !! (6, bodies) [W/(m2 K)]
+    real(rp), intent(in) :: radiation(:, :)       !! (6, bodies) emissivity times sigma [W/(m2 K4)]
+    real(rp), intent(in) :: ambient(:, :)         !! (6, bodies) [K]
 
     call self%film%init(self%mesh%wall, self%mesh%capacity, self%conductivity, coefficient, &
                         radiation, ambient)
   end subroutine add_films
 
-  !> Collective. What the sources cover in a step. Sources must not begin or end within it.
-  subroutine aim(self, t, t_end)
+  !> Collective. Set the cells covered by the sources in a step, within which none may begin or end.
+  subroutine set_sources(self, t, t_end)
     class(heat_t), intent(inout) :: self
-    real(rp), intent(in) :: t, t_end              !! [s]
+    real(rp), intent(in) :: t, t_end              !! start and end of the step [s]
     integer :: i
 
     do i = 1, size(self%source)
@@ -121,9 +123,9 @@ contains
       self%total(:, i) = sum(self%source(i)%moment(1:3:2, :self%source(i)%n), dim=2)
       call self%world%sum(self%total(:, i))
     end do
-  end subroutine aim
+  end subroutine set_sources
 
-  !> Temperatures of own cells from a state.
+  !> Temperatures of the own cells for a state.
   subroutine temperatures(self, y, t)
     class(heat_t), intent(in) :: self
     real(rp), intent(in) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
@@ -134,7 +136,7 @@ contains
     call self%property%temperature%map(size(t), y(1:size(t)), t)
   end subroutine temperatures
 
-  !> Heat above `datum` [K] of this rank [J].
+  !> Heat content of this rank relative to `datum` [K], in J.
   pure real(rp) function content(self, y, datum)
     class(heat_t), intent(in) :: self
     real(rp), intent(in) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)), datum
@@ -142,21 +144,21 @@ contains
     content = sum(self%mesh%capacity*(y(1:self%mesh%np*self%mesh%nx) - datum))
   end function content
 
-  !> dtheta/dt of state `y` at a part `blend` of the step, and the powers of this rank.
-  subroutine rate(self, y, blend, dydt, power)
+  !> Rate dtheta/dt [K/s] of a state at a fraction of the step, and the powers of this rank.
+  subroutine rate(self, y, step_fraction, dydt, power)
     class(heat_t), intent(inout) :: self
     real(rp), intent(inout) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
-    real(rp), intent(in) :: blend
+    real(rp), intent(in) :: step_fraction
     real(rp), intent(out) :: dydt(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
     real(rp), intent(out) :: power(n_books)       !! [W]
 
     dydt = 0.0_rp
     call self%fill(y)
-    call self%stage([0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp], y, dydt, y, y, blend, power)
+    call self%stage([0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp], y, dydt, y, y, step_fraction, power)
     dydt(self%mesh%void) = 0.0_rp
   end subroutine rate
 
-  !> Bring the neighbours' planes of a state before it is given to `stage`.
+  !> Collective. Fill the halo planes of a state before `stage`.
   subroutine fill(self, y)
     class(heat_t), intent(in) :: self
     real(rp), intent(inout) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
@@ -164,13 +166,14 @@ contains
     if (self%property%is_constant) call self%mesh%swap(self%world, y)
   end subroutine fill
 
-  !> out = a1 y + a2 out + a3 y0 + a4 dtheta/dt(y) + a5 m0, and the powers at y.
-  subroutine stage(self, a, y, out, y0, m0, blend, power)
+  !> Stage of an explicit scheme, out = a1 y + a2 out + a3 y0 + a4 dtheta/dt(y) + a5 m0, and the
+  !> powers at y.
+  subroutine stage(self, a, y, out, y0, m0, step_fraction, power)
     class(heat_t), intent(inout) :: self
     real(rp), intent(in) :: a(5)
     real(rp), intent(in), dimension(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)) :: y, y0, m0
     real(rp), intent(inout) :: out(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1))
-    real(rp), intent(in) :: blend
+    real(rp), intent(in) :: step_fraction
     real(rp), intent(out) :: power(n_books)
     integer :: n
 
@@ -178,17 +181,18 @@ contains
     self%evaluations = self%evaluations + 1
     if (self%property%is_constant) then
       call sweep_all(self%mesh, a, y, y, out, y0, m0)
-      call add_walls(self, n, a(4), y(1:n), out(1:n), blend, power)
+      call add_walls(self, n, a(4), y(1:n), out(1:n), step_fraction, power)
     else
       call self%property%potential%map(n, y(1:n), self%phi(1:n))
       call self%property%temperature%map(n, y(1:n), self%temperature)
       call self%mesh%swap(self%world, self%phi)
       call sweep_all(self%mesh, a, self%phi, y, out, y0, m0)
-      call add_walls(self, n, a(4), self%temperature, out(1:n), blend, power)
+      call add_walls(self, n, a(4), self%temperature, out(1:n), step_fraction, power)
     end if
   end subroutine stage
 
-  !> Conduction alone: out = dtheta/dt of a potential whose halo is filled here; out is finite.
+  !> Collective. Conduction alone, out = dtheta/dt of a potential, whose halo is filled here. `out`
+  !> must be finite on entry.
   subroutine conduct(self, phi, out)
     class(heat_t), intent(in) :: self
     real(rp), intent(inout), dimension(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)) :: phi, out
@@ -197,22 +201,22 @@ contains
     call sweep_all(self%mesh, [0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp], phi, phi, out, phi, phi)
   end subroutine conduct
 
-  !> Conduction: whole cells line by line, then those that differ again.
+  !> Conductive rates: uncut cells by lines, then corrections of irregular cells.
   subroutine sweep_all(mesh, a, phi, y, out, y0, m0)
-    type(mesh_t), intent(in) :: mesh
+    type(heat_mesh_t), intent(in) :: mesh
     real(rp), intent(in) :: a(5)
     real(rp), intent(in), dimension(1 - mesh%np:mesh%np*(mesh%nx + 1)) :: phi, y, y0, m0
     real(rp), intent(inout) :: out(1 - mesh%np:mesh%np*(mesh%nx + 1))
-    real(rp) :: kept(size(mesh%odd)), r
+    real(rp) :: kept(size(mesh%irregular)), r
     integer :: c, i
 
     if (mesh%nx == 0) return
-    kept = out(mesh%odd)
+    kept = out(mesh%irregular)
     call sweep(mesh%np, mesh%n(3), mesh%nx, mesh%xm, mesh%xp, mesh%ym, mesh%yp, mesh%zm, mesh%zp, &
                a, phi, y, out, y0, m0)
-    do i = 1, size(mesh%odd)
-      c = mesh%odd(i)
-      associate (q => mesh%odd_rate(:, i))
+    do i = 1, size(mesh%irregular)
+      c = mesh%irregular(i)
+      associate (q => mesh%irregular_rate(:, i))
         r = q(1)*(phi(c - mesh%np) - phi(c)) + q(2)*(phi(c + mesh%np) - phi(c)) &
             + q(3)*(phi(c - mesh%n(3)) - phi(c)) + q(4)*(phi(c + mesh%n(3)) - phi(c)) &
             + q(5)*(phi(c - 1) - phi(c)) + q(6)*(phi(c + 1) - phi(c))
@@ -221,7 +225,8 @@ contains
     end do
   end subroutine sweep_all
 
-  !> All cells by the rates of the lines. A rate of 0 lets an end read the line before or behind.
+  !> Conductive rates of all cells as if uncut. At the ends a rate of 0 multiplies neighbouring
+  !> memory.
   subroutine sweep(np, nz, nx, xm, xp, ym, yp, zm, zp, a, phi, y, out, y0, m0)
     integer, intent(in) :: np, nz, nx
     real(rp), intent(in) :: xm(nx), xp(nx), a(5)
@@ -244,11 +249,11 @@ contains
     end do
   end subroutine sweep
 
-  !> Films and sources: `factor` times their rates to `out`.
-  subroutine add_walls(self, n, factor, t, out, blend, power)
+  !> Add `factor` times the rates of films and sources to `out`.
+  subroutine add_walls(self, n, factor, t, out, step_fraction, power)
     class(heat_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: factor, t(n), blend
+    real(rp), intent(in) :: factor, t(n), step_fraction
     real(rp), intent(inout) :: out(n)
     real(rp), intent(out) :: power(n_books)
     real(rp) :: heat, slope
@@ -270,7 +275,7 @@ contains
       if (.not. self%is_on(s)) cycle
       do i = 1, self%source(s)%n
         c = self%source(s)%cell(i)
-        call self%source(s)%heat_of(i, blend, self%total(:, s), t(c), &
+        call self%source(s)%heat_of(i, step_fraction, self%total(:, s), t(c), &
                                     resistivity(self, c, t(c)), heat, slope)
         out(c) = out(c) + factor*heat/self%mesh%capacity(c)
         power(b_source) = power(b_source) + heat
@@ -278,25 +283,25 @@ contains
     end do
   end subroutine add_walls
 
-  !> Films of constant conductance.
+  !> Add the rates of films with constant conductance.
   pure subroutine add_films_here(n, n_films, cell, conductance, per_capacity, ambient, factor, t, &
                                  out, power)
     integer, intent(in) :: n, n_films, cell(n_films)
     real(rp), intent(in), dimension(n_films) :: conductance, per_capacity, ambient
     real(rp), intent(in) :: factor, t(n)
     real(rp), intent(inout) :: out(n), power
-    real(rp) :: over
+    real(rp) :: excess
     integer :: c, i
 
     do i = 1, n_films
       c = cell(i)
-      over = t(c) - ambient(i)
-      out(c) = out(c) - factor*per_capacity(i)*over
-      power = power + conductance(i)*over
+      excess = t(c) - ambient(i)
+      out(c) = out(c) - factor*per_capacity(i)*excess
+      power = power + conductance(i)*excess
     end do
   end subroutine add_films_here
 
-  !> 1/k of a cell at a temperature [m K/W].
+  !> Thermal resistivity 1/k of a cell at a temperature [m K/W].
   pure real(rp) function resistivity(self, c, t)
     class(heat_t), intent(in) :: self
     integer, intent(in) :: c
@@ -309,10 +314,10 @@ contains
     end if
   end function resistivity
 
-  !> Derivative by its own temperature of what walls give to each cell [W/K], at most 0.
-  subroutine slope(self, y, blend, d)
+  !> Derivative of the boundary heat flow into each cell by its temperature [W/K], at most 0.
+  subroutine slope(self, y, step_fraction, d)
     class(heat_t), intent(in) :: self
-    real(rp), intent(in) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)), blend
+    real(rp), intent(in) :: y(1 - self%mesh%np:self%mesh%np*(self%mesh%nx + 1)), step_fraction
     real(rp), intent(out) :: d(self%mesh%np*self%mesh%nx)
     real(rp) :: heat, t, one
     integer :: c, i, s
@@ -329,7 +334,7 @@ contains
       do i = 1, self%source(s)%n
         c = self%source(s)%cell(i)
         t = self%property%temperature_at(y(c))
-        call self%source(s)%heat_of(i, blend, self%total(:, s), t, &
+        call self%source(s)%heat_of(i, step_fraction, self%total(:, s), t, &
                                     resistivity(self, c, t), heat, one)
         d(c) = d(c) + one
       end do

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Moving sources of heat on a mesh. A disc lies on walls that look up: with a given power, or as a
-!> tool that shears the surface (thesis eqs. 4.1-4.15): q = share omega r tau(T_s), where T_s is the
-!> temperature of the surface, half a cell above the centre: T_s = T_c + q d/k with the mean q over
-!> the face, also where the disc covers a part of it.
+!> Moving heat sources on a mesh. A disc lies on upward boundary faces, with a given power or as a
+!> tool that shears the surface with the heat flux q = share omega r tau(T_s). The surface
+!> temperature half a cell above the centre is T_s = T_c + q d/k with the mean flux over the face,
+!> also where the disc covers a part of it.
 module heat_mesh_sources
   use base_kinds, only: rp
   use heat_mesh_curve, only: curve_t
-  use heat_mesh_mesh, only: mesh_t
+  use heat_mesh_mesh, only: heat_mesh_t
   implicit none (type, external)
   private
 
@@ -14,21 +14,22 @@ module heat_mesh_sources
 
   integer, parameter, public :: kind_disc = 1, kind_ball = 2, kind_stir = 3
 
-  !> A source, and the pieces of the mesh under it in the present step.
+  !> A heat source, and the faces or cells under it in the current step.
   type :: heat_source_t
     integer :: kind = kind_disc
-    real(rp) :: power = 0.0_rp                       !! disc, ball [W]
-    real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp   !! at t = 0 [m], [m/s]
+    real(rp) :: power = 0.0_rp                       !! of disc and ball [W]
+    real(rp) :: position(3) = 0.0_rp                 !! centre at t = 0 [m]
+    real(rp) :: velocity(3) = 0.0_rp                 !! [m/s]
     real(rp) :: radius = 0.0_rp                      !! [m]
-    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! [s]
-    real(rp) :: spin = 0.0_rp                        !! stir: share of the heat times omega [rad/s]
-    type(curve_t) :: shear                           !! stir: tau of T [Pa]
-    real(rp), private :: strongest = 0.0_rp          !! largest tau [Pa]
-    integer, allocatable, private :: wall(:)         !! walls at its height
-    integer :: n = 0                                 !! pieces it covers before or after the step
-    integer, allocatable :: cell(:)
-    real(rp), allocatable :: insulance(:)         !! depth of the centre over area of the face [1/m]
-    real(rp), allocatable :: moment(:, :)            !! (4, n) m0, m1 before and after the step
+    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times of its action [s]
+    real(rp) :: spin = 0.0_rp                        !! stir: heat share times angular speed [rad/s]
+    type(curve_t) :: shear                           !! stir: shear stress over temperature [Pa]
+    real(rp), private :: max_shear = 0.0_rp          !! largest shear stress [Pa]
+    integer, allocatable, private :: wall(:)         !! boundary faces at its height
+    integer :: n = 0   !! faces or cells covered at the start or the end
+    integer, allocatable :: cell(:)                  !! own cell of each
+    real(rp), allocatable :: insulance(:)         !! centre depth over face area [1/m]
+    real(rp), allocatable :: moment(:, :)            !! (4, n) moments at the start and the end
   contains
     procedure :: find_walls
     procedure :: move
@@ -38,7 +39,7 @@ module heat_mesh_sources
 
 contains
 
-  !> True in the step from `t`.
+  !> True if the source acts in a step that starts at `t`.
   elemental logical function is_on(self, t)
     class(heat_source_t), intent(in) :: self
     real(rp), intent(in) :: t
@@ -46,10 +47,10 @@ contains
     is_on = t >= self%begin*(1.0_rp - 1.0e-12_rp) .and. t < self%end*(1.0_rp - 1.0e-12_rp)
   end function is_on
 
-  !> Keep the walls on which a disc can lie: those that look up within half a cell of its height.
+  !> List the boundary faces on which a disc can lie: upward faces within half a cell of its height.
   subroutine find_walls(self, mesh)
     class(heat_source_t), intent(inout) :: self
-    type(mesh_t), intent(in) :: mesh
+    type(heat_mesh_t), intent(in) :: mesh
     integer :: i
     logical :: is_level(size(mesh%wall))
 
@@ -62,16 +63,16 @@ contains
     end do
     self%wall = pack([(i, i=1, size(mesh%wall))], is_level)
     self%n = 0
-    if (self%kind == kind_stir) self%strongest = maxval(self%shear%value)
+    if (self%kind == kind_stir) self%max_shear = maxval(self%shear%value)
     allocate (self%cell(0), self%insulance(0), self%moment(4, 0))
   end subroutine find_walls
 
-  !> What it covers at the ends of a step.
+  !> Set the faces or cells covered at the start and the end of a step.
   subroutine move(self, mesh, t0, t1)
     class(heat_source_t), intent(inout) :: self
-    type(mesh_t), intent(in) :: mesh
-    real(rp), intent(in) :: t0, t1                   !! [s]
-    real(rp) :: c0(3), c1(3), m(4), b(3, 2), part
+    type(heat_mesh_t), intent(in) :: mesh
+    real(rp), intent(in) :: t0, t1                   !! start and end of the step [s]
+    real(rp) :: c0(3), c1(3), m(4), b(3, 2), fraction
     integer :: i, n
 
     c0 = self%position + t0*self%velocity
@@ -95,20 +96,21 @@ contains
         call disc_moments(b(1:2, 1) - c0(1:2), b(1:2, 2) - c0(1:2), self%radius, m(1:2))
         call disc_moments(b(1:2, 1) - c1(1:2), b(1:2, 2) - c1(1:2), self%radius, m(3:4))
         if (maxval(m) <= 0.0_rp) cycle
-        part = w%area/((b(1, 2) - b(1, 1))*(b(2, 2) - b(2, 1)))
+        fraction = w%area/((b(1, 2) - b(1, 1))*(b(2, 2) - b(2, 1)))
         n = n + 1
         self%cell(n) = w%cell
         self%insulance(n) = w%depth/w%area
-        self%moment(:, n) = part*m
+        self%moment(:, n) = fraction*m
       end associate
     end do
     self%n = n
   end subroutine move
 
-  !> Capacities inside a ball; a cell at the edge counts by the covered part of its width.
+  !> Set the capacities covered by a ball; a cell at the edge counts by the covered part of its
+  !> width.
   subroutine cover_ball(self, mesh, c0, c1)
     class(heat_source_t), intent(inout) :: self
-    type(mesh_t), intent(in) :: mesh
+    type(heat_mesh_t), intent(in) :: mesh
     real(rp), intent(in) :: c0(3), c1(3)
     real(rp) :: width, x(3), m(2)
     integer :: c, pass, n
@@ -137,8 +139,8 @@ contains
     self%n = n
   end subroutine cover_ball
 
-  !> Area m(1) and integral of r m(2) of the part of a rectangle inside a disc about the origin, by
-  !> Gauss quadrature of chords [m2, m3].
+  !> Area m(1) [m2] and integral of the radius m(2) [m3] over the part of a rectangle inside a disc
+  !> about the origin, by Gauss quadrature over chords.
   pure subroutine disc_moments(lower, upper, radius, m)
     real(rp), intent(in) :: lower(2), upper(2), radius
     real(rp), intent(out) :: m(2)
@@ -150,7 +152,7 @@ contains
     m = 0.0_rp
     near = max(lower, min(0.0_rp, upper))
     if (sum(near**2) >= radius**2) return
-    ! only the rows that the disc reaches, so that chords are smooth
+    ! only the rows within the disc, where the chord is a smooth function
     y0 = max(lower(2), -radius)
     y1 = min(upper(2), radius)
     strips = merge(1, 3, sum(max(abs(lower), abs(upper))**2) <= radius**2)
@@ -171,33 +173,35 @@ contains
     end do
   end subroutine disc_moments
 
-  !> Power into the cell of piece `i`, and its slope by temperature [W, W/K], at a part `blend` of
-  !> the step; the cell has temperature `t` and `resistivity`. With a power, `total` is the sum of
-  !> the moments of all ranks before and after.
-  pure subroutine heat_of(self, i, blend, total, t, resistivity, power, slope)
+  !> Power into the cell of covered face or cell `i` at a fraction of the step.
+  pure subroutine heat_of(self, i, step_fraction, total, t, resistivity, power, slope)
     class(heat_source_t), intent(in) :: self
     integer, intent(in) :: i
-    real(rp), intent(in) :: blend, total(2), t, resistivity   !! -, -, [K], [m K/W]
-    real(rp), intent(out) :: power, slope
-    integer, parameter :: most = 40
+    real(rp), intent(in) :: step_fraction
+    real(rp), intent(in) :: total(2)                 !! moments of all ranks at start and end
+    real(rp), intent(in) :: t                        !! temperature of the cell [K]
+    real(rp), intent(in) :: resistivity              !! of the cell [m K/W]
+    real(rp), intent(out) :: power                   !! [W]
+    real(rp), intent(out) :: slope                   !! derivative by temperature [W/K]
+    integer, parameter :: max_iterations = 40
     real(rp) :: a, f, high, low, m1, tau, d, x
     integer :: n
 
     power = 0.0_rp
     slope = 0.0_rp
     if (self%kind /= kind_stir) then
-      if (total(1) > 0.0_rp) power = (1.0_rp - blend)*self%power*self%moment(1, i)/total(1)
-      if (total(2) > 0.0_rp) power = power + blend*self%power*self%moment(3, i)/total(2)
+      if (total(1) > 0.0_rp) power = (1.0_rp - step_fraction)*self%power*self%moment(1, i)/total(1)
+      if (total(2) > 0.0_rp) power = power + step_fraction*self%power*self%moment(3, i)/total(2)
       return
     end if
-    m1 = (1.0_rp - blend)*self%moment(2, i) + blend*self%moment(4, i)
+    m1 = (1.0_rp - step_fraction)*self%moment(2, i) + step_fraction*self%moment(4, i)
     if (m1 <= 0.0_rp) return
     ! T_s - t - a tau(T_s) = 0 by Newton steps within a bracket
     a = self%spin*m1*self%insulance(i)*resistivity
     low = t
-    high = t + a*self%strongest
+    high = t + a*self%max_shear
     x = t
-    do n = 1, most
+    do n = 1, max_iterations
       call value_and_slope(self%shear, x, tau, d)
       f = x - t - a*tau
       if (abs(f) <= 1.0e-9_rp .or. high - low <= 1.0e-9_rp) exit
@@ -213,6 +217,7 @@ contains
     slope = self%spin*m1*min(d, 0.0_rp)/(1.0_rp - a*min(d, 0.0_rp))
   end subroutine heat_of
 
+  !> Value and slope of a curve at `x`.
   pure subroutine value_and_slope(curve, x, value, slope)
     type(curve_t), intent(in) :: curve
     real(rp), intent(in) :: x

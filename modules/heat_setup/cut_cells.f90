@@ -1,21 +1,21 @@
 ! SPDX-License-Identifier: MIT
-!> A mesh for conduction from the solids of the bodies: lines on their plane faces, and the parts of
-!> the cells that other faces cut, from sample points.
+!> Mesh for conduction from the solids of the bodies: lines on their plane faces, and volume and
+!> face fractions of cut cells from sample points.
 module heat_setup_cut_cells
   use base_kinds, only: rp
   use bodies_filling, only: body_solids
   use bodies_solids, only: bounds, is_inside, solid_box, solid_cylinder, solid_t, &
                            solid_trapezoid
   use comm_world, only: world_t
-  use heat_mesh_cut_mesh, only: cuts_t, reach
-  use heat_mesh_mesh, only: lay_lines, mesh_t
+  use heat_mesh_cut_mesh, only: cut_cells_t, n_halo_planes
+  use heat_mesh_mesh, only: lay_lines, heat_mesh_t
   use input_values, only: input_t
   implicit none (type, external)
   private
 
-  public :: solids_t, all_solids, holder_of, mesh_of, cut_cells
+  public :: solids_t, all_solids, body_at, mesh_of, cut_cells
 
-  integer, parameter :: fine = 12              !! samples along each edge of a cut cell
+  integer, parameter :: n_samples = 12         !! along each edge of a cut cell
   real(rp), parameter :: inside = 1.0e-6_rp    !! relative distance of samples from faces
 
   !> The solids of one body.
@@ -25,7 +25,7 @@ module heat_setup_cut_cells
 
 contains
 
-  !> The solids of all bodies.
+  !> Read the solids of all bodies.
   subroutine all_solids(input, list)
     type(input_t), intent(in) :: input
     type(solids_t), allocatable, intent(out) :: list(:)
@@ -37,23 +37,23 @@ contains
     end do
   end subroutine all_solids
 
-  !> The first body that holds `x`; 0 for none.
-  pure integer function holder_of(list, x)
+  !> First body that contains `x`; 0 for none.
+  pure integer function body_at(list, x)
     type(solids_t), intent(in) :: list(:)
     real(rp), intent(in) :: x(3)
 
-    do holder_of = 1, size(list)
-      if (is_inside(list(holder_of)%solid, x)) return
+    do body_at = 1, size(list)
+      if (is_inside(list(body_at)%solid, x)) return
     end do
-    holder_of = 0
-  end function holder_of
+    body_at = 0
+  end function body_at
 
-  !> The mesh of cells with edges of about `h` around all that is added.
+  !> Mesh with cell edges of about `h` around all solids that add material.
   subroutine mesh_of(world, h, list, mesh)
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: h(3)               !! [m]
     type(solids_t), intent(in) :: list(:)
-    type(mesh_t), intent(out) :: mesh
+    type(heat_mesh_t), intent(out) :: mesh
     real(rp), allocatable :: x(:), y(:), z(:)
 
     call lay_lines(h(1), planes_of(list, 1), x)
@@ -62,7 +62,8 @@ contains
     call mesh%init(world, x, y, z)
   end subroutine mesh_of
 
-  !> Places of faces across `axis`, the ends first: of solids that add, then of those that cut.
+  !> Positions of plane faces normal to `axis`, the ends first: of solids that add, then of those
+  !> that cut.
   pure function planes_of(list, axis) result(planes)
     type(solids_t), intent(in) :: list(:)
     integer, intent(in) :: axis
@@ -87,7 +88,7 @@ contains
     planes = [ends, planes]
   end function planes_of
 
-  !> True if a solid has plane faces across `axis`.
+  !> True if a solid has plane faces normal to `axis`.
   pure logical function is_flat(s, axis)
     type(solid_t), intent(in) :: s
     integer, intent(in) :: axis
@@ -104,15 +105,15 @@ contains
     end select
   end function is_flat
 
-  !> Parts of the cells of this rank's planes and `reach` more.
+  !> Volume and face fractions of the cells of this rank's planes and `n_halo_planes` more.
   subroutine cut_cells(list, mesh, cuts)
     type(solids_t), intent(in) :: list(:)
-    type(mesh_t), intent(in) :: mesh
-    type(cuts_t), intent(out) :: cuts
+    type(heat_mesh_t), intent(in) :: mesh
+    type(cut_cells_t), intent(out) :: cuts
     integer :: first, i, j, k, last, p
 
-    first = max(1, mesh%lo - reach)
-    last = min(mesh%n(1), mesh%hi + reach)
+    first = max(1, mesh%lo - n_halo_planes)
+    last = min(mesh%n(1), mesh%hi + n_halo_planes)
     if (mesh%nx == 0) last = first - 1
     p = last - first + 1
     allocate (cuts%volume(mesh%n(3), mesh%n(2), p), cuts%face(6, mesh%n(3), mesh%n(2), p), &
@@ -128,32 +129,34 @@ contains
     end do
   end subroutine cut_cells
 
-  !> A cell whose corners, quarter points and centre agree is whole or empty.
+  !> Volume and face fractions of a cell; it is full or empty if its corners, quarter points and
+  !> centre agree.
   pure subroutine cut_cell(list, box, volume, face, body)
     type(solids_t), intent(in) :: list(:)
     real(rp), intent(in) :: box(3, 2)          !! [m]
-    real(rp), intent(out) :: volume, face(6)
-    integer, intent(out) :: body
+    real(rp), intent(out) :: volume, face(6)   !! fractions in the solid
+    integer, intent(out) :: body               !! that the cell belongs to; 0: none
     real(rp), parameter :: at(4) = [inside, 0.25_rp, 0.75_rp, 1.0_rp - inside]
     real(rp) :: s(3)
-    integer :: c, held, holder, n
+    integer :: c, n_inside, body_here, n
 
-    body = holder_of(list, place([0.5_rp, 0.5_rp, 0.5_rp]))
-    held = merge(1, 0, body > 0)
+    body = body_at(list, place([0.5_rp, 0.5_rp, 0.5_rp]))
+    n_inside = merge(1, 0, body > 0)
     n = 1
     do c = 0, 15
       s = merge(at(2), at(3), [btest(c, 0), btest(c, 1), btest(c, 2)])
       if (c > 7) s = merge(at(1), at(4), [btest(c, 0), btest(c, 1), btest(c, 2)])
-      holder = holder_of(list, place(s))
-      if (body == 0) body = holder
+      body_here = body_at(list, place(s))
+      if (body == 0) body = body_here
       n = n + 1
-      if (holder > 0) held = held + 1
-      if (held > 0 .and. held < n) exit
+      if (body_here > 0) n_inside = n_inside + 1
+      if (n_inside > 0 .and. n_inside < n) exit
     end do
-    volume = merge(1.0_rp, 0.0_rp, held > 0)
+    volume = merge(1.0_rp, 0.0_rp, n_inside > 0)
     face = volume
-    if (held > 0 .and. held < n) call sample(volume, face)
+    if (n_inside > 0 .and. n_inside < n) call sample(volume, face)
   contains
+    !> Position of relative coordinates in the cell [m].
     pure function place(part) result(x)
       real(rp), intent(in) :: part(3)
       real(rp) :: x(3)
@@ -161,6 +164,7 @@ contains
       x = box(:, 1) + part*(box(:, 2) - box(:, 1))
     end function place
 
+    !> Fractions from samples.
     pure subroutine sample(volume, face)
       real(rp), intent(out) :: volume, face(6)
       real(rp) :: s(3)
@@ -168,23 +172,23 @@ contains
 
       volume = 0.0_rp
       face = 0.0_rp
-      do i = 1, fine
-        do j = 1, fine
+      do i = 1, n_samples
+        do j = 1, n_samples
           s = [real(i, rp), real(j, rp), 0.0_rp] - 0.5_rp
-          s = s/real(fine, rp)
-          do k = 1, fine
-            s(3) = (real(k, rp) - 0.5_rp)/real(fine, rp)
-            if (holder_of(list, place(s)) > 0) volume = volume + 1.0_rp/real(fine, rp)**3
+          s = s/real(n_samples, rp)
+          do k = 1, n_samples
+            s(3) = (real(k, rp) - 0.5_rp)/real(n_samples, rp)
+            if (body_at(list, place(s)) > 0) volume = volume + 1.0_rp/real(n_samples, rp)**3
           end do
           do a = 1, 3
             s(3) = inside
-            if (holder_of(list, place(cshift(s, -a))) > 0) face(2*a - 1) = face(2*a - 1) + 1.0_rp
+            if (body_at(list, place(cshift(s, -a))) > 0) face(2*a - 1) = face(2*a - 1) + 1.0_rp
             s(3) = 1.0_rp - inside
-            if (holder_of(list, place(cshift(s, -a))) > 0) face(2*a) = face(2*a) + 1.0_rp
+            if (body_at(list, place(cshift(s, -a))) > 0) face(2*a) = face(2*a) + 1.0_rp
           end do
         end do
       end do
-      face = face/real(fine, rp)**2
+      face = face/real(n_samples, rp)**2
     end subroutine sample
   end subroutine cut_cell
 

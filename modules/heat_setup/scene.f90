@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> A scene of heat alone from the checked input: mesh, properties, films and method.
+!> Set-up of heat-only scenes from the checked input: mesh, properties, films and method.
 module heat_setup_scene
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
   use conditions_list, only: clamp_groups
   use heat_alone_state, only: heat_run_t
   use heat_mesh_curve, only: make_property
-  use heat_mesh_cut_mesh, only: cut_mesh, cuts_t
+  use heat_mesh_cut_mesh, only: cut_mesh, cut_cells_t
   use heat_mesh_rates, only: heat_t
-  use heat_setup_cut_cells, only: all_solids, cut_cells, holder_of, mesh_of, solids_t
+  use heat_setup_cut_cells, only: all_solids, cut_cells, body_at, mesh_of, solids_t
   use heat_setup_sources, only: read_heat_sources
   use heat_setup_tables, only: check_tables, n_values
   use heat_solvers_fft, only: has_fft
@@ -22,30 +22,30 @@ module heat_setup_scene
   implicit none (type, external)
   private
 
-  public :: check_heat_scene, build_heat_scene, is_held
+  public :: check_heat_scene, build_heat_scene, is_in_body
 
 contains
 
-  !> What a scene of heat alone lacks, or cannot do in this build.
+  !> Check the heat conduction of a scene: missing keys, and what this build does not support.
   subroutine check_heat_scene(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(16), allocatable :: idle(:)
+    character(16), allocatable :: unused(:)
     integer :: g, i
 
     if (scene%method%has_mechanics) then
-      call check_heat_beside(input, scene, diagnostics)
+      call check_coupled_heat(input, scene, diagnostics)
       return
     end if
     if (scene%method%heat_every > 0) then
       call input%report(diagnostics, 'HEAT', 1, 'EVERY', 'has no effect with MECHANICS = F')
     end if
-    allocate (idle, source=[character(16) :: 'TOOL', 'MOTION', 'WALL', 'LOAD', 'TRACTION', &
-                            'CONTACT', 'FIELD', 'TRACER', clamp_groups()])
-    do g = 1, size(idle)
-      do i = 1, input%count(trim(idle(g)))
-        call input%report(diagnostics, trim(idle(g)), i, '', 'has no effect with MECHANICS = F')
+    allocate (unused, source=[character(16) :: 'TOOL', 'MOTION', 'WALL', 'LOAD', 'TRACTION', &
+                              'CONTACT', 'FIELD', 'TRACER', clamp_groups()])
+    do g = 1, size(unused)
+      do i = 1, input%count(trim(unused(g)))
+        call input%report(diagnostics, trim(unused(g)), i, '', 'has no effect with MECHANICS = F')
       end do
     end do
     if (.not. scene%method%conducts) then
@@ -70,8 +70,8 @@ contains
     end do
   end subroutine check_heat_scene
 
-  !> What conduction beside mechanics cannot do.
-  subroutine check_heat_beside(input, scene, diagnostics)
+  !> Check conduction coupled with mechanics.
+  subroutine check_coupled_heat(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -104,9 +104,9 @@ contains
       call input%report(diagnostics, 'HEAT', 1, 'SOLVER', 'needs an implicit INTEGRATOR')
     end if
     call check_solver(input, diagnostics)
-  end subroutine check_heat_beside
+  end subroutine check_coupled_heat
 
-  !> Bodies of several materials have constant properties, and conduct.
+  !> Check that several materials have constant properties and conduct.
   subroutine check_materials(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -127,20 +127,21 @@ contains
     end do
   end subroutine check_materials
 
-  !> True if a place lies in a body or on its surface.
-  pure logical function is_held(solids, x, h)
+  !> True if a position lies in a body or on its surface.
+  pure logical function is_in_body(solids, x, h)
     type(solids_t), intent(in) :: solids(:)
-    real(rp), intent(in) :: x(3), h             !! [m]
+    real(rp), intent(in) :: x(3)                !! position [m]
+    real(rp), intent(in) :: h                   !! cell edge that scales the tolerance [m]
     integer :: c
 
-    is_held = .false.
+    is_in_body = .false.
     do c = 0, 7
-      is_held = is_held .or. holder_of(solids, x + 1.0e-6_rp*h*merge(1.0_rp, -1.0_rp, &
+      is_in_body = is_in_body .or. body_at(solids, x + 1.0e-6_rp*h*merge(1.0_rp, -1.0_rp, &
                 [btest(c, 0), btest(c, 1), btest(c, 2)])) > 0
     end do
-  end function is_held
+  end function is_in_body
 
-  !> A solver that this build does not have.
+  !> Report a solver that this build does not have.
   subroutine check_solver(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -157,14 +158,15 @@ contains
     end select
   end subroutine check_solver
 
-  !> Everything but the state; the scene has no errors.
+  !> Build mesh, properties, films, sources, initial state and method. The scene must have no
+  !> errors.
   subroutine build_heat_scene(world, input, scene, run)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(solids_t), allocatable :: solids(:)
-    type(cuts_t) :: cuts
+    type(cut_cells_t) :: cuts
     real(rp), allocatable :: t_c(:), c(:), t_k(:), k(:), capacity(:)
     integer :: b, m
 
@@ -212,7 +214,7 @@ contains
     call choose_method(world, input, run%heat, run%integrator)
   end subroutine build_heat_scene
 
-  !> Integrator and linear solver by their names; what is left open is chosen.
+  !> Set integrator and linear solver by their names; choose a solver with 'auto'.
   subroutine choose_method(world, input, heat, integrator)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -239,22 +241,23 @@ contains
     integrator%implicit%tolerance = 0.1_rp*integrator%tolerance
   end subroutine choose_method
 
-  !> Collective. What was measured to be the fastest (docs/heat.md). In a box of constant properties
-  !> FFTW solves directly; in another solid of one material it preconditions faster than the
-  !> diagonal where there are many cells.
+  !> Collective. Fastest solver by measurement (docs/heat.md). In a box of constant properties FFTW
+  !> solves directly; in other solids of one material with many cells it is a better preconditioner
+  !> than the diagonal.
   integer function fastest_solver(world, heat)
     type(world_t), intent(in) :: world
     type(heat_t), intent(in) :: heat
-    integer(i8), parameter :: many = 50000_i8
+    integer(i8), parameter :: min_cells = 50000_i8
     integer(i8) :: cells(3)
 
     cells = [count(heat%mesh%capacity > 0.0_rp, kind=i8), size(heat%mesh%void, kind=i8), &
-             size(heat%mesh%odd, kind=i8)]
+             size(heat%mesh%irregular, kind=i8)]
     call world%sum(cells)
     fastest_solver = by_cg
     if (.not. has_fft) return
     if (heat%property%is_constant .and. sum(cells(2:)) == 0) fastest_solver = by_fft
-    if (cells(1) > many .and. all(abs(heat%conductivity - heat%conductivity(1)) <= 0.0_rp)) then
+    if (cells(1) > min_cells .and. all(abs(heat%conductivity &
+                                           - heat%conductivity(1)) <= 0.0_rp)) then
       fastest_solver = by_fft
     end if
   end function fastest_solver

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Scenes of heat in which nothing heats or nothing conducts, though a group is there for it.
+!> Plausibility checks of conduction: sources without heat, conduction without conductivity.
 module heat_setup_sense
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
@@ -11,7 +11,7 @@ module heat_setup_sense
 
 contains
 
-  !> Errors for sources that give no heat by their keys; warnings where all stays as it is.
+  !> Report sources without heat; warn of scenes in which temperatures cannot change.
   subroutine check_heat_sense(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -38,10 +38,10 @@ contains
       call input%warn(diagnostics, 'MATERIAL', 1, 'CONDUCTIVITY', &
                       'there is a &HEAT group, and no material conducts')
     end if
-    if (.not. input%logical('METHOD', 1, 'MECHANICS')) call check_rest(input, diagnostics)
+    if (.not. input%logical('METHOD', 1, 'MECHANICS')) call check_uniform(input, diagnostics)
   end subroutine check_heat_sense
 
-  !> A stirring source must turn, and what slides must be pressed and rub.
+  !> Check that a stirring source rotates, and that a sliding one has pressure and friction.
   subroutine check_stir(input, i, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -68,7 +68,7 @@ contains
     end if
   end subroutine check_stir
 
-  !> Whether the `i`-th &SURFACE lets any heat through.
+  !> True if the `i`-th &SURFACE transfers any heat.
   logical function can_lose(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -82,30 +82,30 @@ contains
     end if
   end function can_lose
 
-  !> A warning if no temperature will ever change in a scene of heat alone: no source, and one
-  !> temperature for all bodies and all that is around them.
-  subroutine check_rest(input, diagnostics)
+  !> Warn if no temperature can change in a heat-only scene: no source, and one temperature of all
+  !> bodies and surroundings.
+  subroutine check_uniform(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: first, t
-    logical :: is_even
+    logical :: is_uniform
     integer :: i
 
     if (input%count('SOURCE') + input%count('FIELD') > 0) return
     first = input%real('BODY', 1, 'TEMPERATURE')
-    is_even = .true.
+    is_uniform = .true.
     do i = 1, input%count('BODY')
-      is_even = is_even .and. abs(input%real('BODY', i, 'TEMPERATURE') - first) <= 0.0_rp
+      is_uniform = is_uniform .and. abs(input%real('BODY', i, 'TEMPERATURE') - first) <= 0.0_rp
     end do
     do i = 1, input%count('SURFACE')
       t = input%real('HEAT', 1, 'AMBIENT')
       if (input%given('SURFACE', i, 'AMBIENT')) t = input%real('SURFACE', i, 'AMBIENT')
-      is_even = is_even .and. (abs(t - first) <= 0.0_rp &
-                               .or. .not. can_lose(input, i))
+      is_uniform = is_uniform .and. (abs(t - first) <= 0.0_rp &
+                                     .or. .not. can_lose(input, i))
     end do
-    if (is_even) call input%warn(diagnostics, 'HEAT', 1, '', &
+    if (is_uniform) call input%warn(diagnostics, 'HEAT', 1, '', &
       'has nothing to do: there is no &SOURCE, and all bodies and surroundings have one '// &
       'temperature')
-  end subroutine check_rest
+  end subroutine check_uniform
 
 end module heat_setup_sense

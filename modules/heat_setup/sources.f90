@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Moving sources of heat alone from the checked input, and the shear stress of those that stir.
+!> Set-up of moving sources of heat-only scenes, and shear stress curves of stirring ones.
 module heat_setup_sources
   use base_kinds, only: pi, rp
   use heat_mesh_curve, only: curve_t, table_value
   use heat_mesh_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
-  use heat_setup_tables, only: n_values, pairs
+  use heat_setup_tables, only: n_values, split_pairs
   use input_values, only: input_t
   use physics_flow_law, only: softening_from
   implicit none (type, external)
@@ -14,11 +14,12 @@ module heat_setup_sources
 
 contains
 
-  !> All &SOURCE groups; stirring ones share heat with the tool by effusivities.
+  !> Read all &SOURCE groups. Stirring sources share the heat with the tool by effusivities.
   subroutine read_heat_sources(input, m, conductivity, capacity, source)
     type(input_t), intent(in) :: input
-    integer, intent(in) :: m                       !! the material
-    real(rp), intent(in) :: conductivity, capacity  !! [W/(m K)], [J/(m3 K)]
+    integer, intent(in) :: m                       !! index of the material
+    real(rp), intent(in) :: conductivity            !! [W/(m K)]
+    real(rp), intent(in) :: capacity                !! [J/(m3 K)]
     type(heat_source_t), allocatable, intent(out) :: source(:)
     real(rp) :: effusivity(2), share
     integer :: i
@@ -49,23 +50,23 @@ contains
     end do
   end subroutine read_heat_sources
 
-  !> Shear stress of a stirring source over temperature.
+  !> Shear stress [Pa] of a stirring source over temperature [K].
   function shear_curve(input, i, m) result(curve)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i, m
     type(curve_t) :: curve
-    real(rp), parameter :: step = 0.25_rp, most = 4000.0_rp
+    real(rp), parameter :: step = 0.25_rp, t_max = 4000.0_rp
     real(rp), allocatable :: t(:), v(:), sticking(:)
     real(rp) :: piece(25), sliding, last
     integer :: k, n
 
-    n = nint(most/step)
+    n = nint(t_max/step)
     allocate (sticking(0:n), source=0.0_rp)
     if (n_values(input, m, 'YIELD_LOGISTIC') > 0) then
       piece = input%reals('MATERIAL', m, 'YIELD_LOGISTIC', 25)
       sticking = [(logistic(piece, step*real(k, rp)), k=0, n)]
     else if (n_values(input, m, 'YIELD_TABLE') > 0) then
-      call pairs(input, m, 'YIELD_TABLE', t, v)
+      call split_pairs(input, m, 'YIELD_TABLE', t, v)
       sticking = [(table_value(step*real(k, rp), t, v), k=0, n)]
     end if
     last = 0.0_rp
@@ -87,8 +88,8 @@ contains
     end select
   end function shear_curve
 
-  !> The yield stress falls to 0 at melting, over its last twentieth or above the last temperature
-  !> that is given.
+  !> Reduce the yield stress to 0 at the melting temperature, over its last 5 % or above the last
+  !> given temperature.
   pure subroutine soften(t_melt, last, step, yield)
     real(rp), intent(in) :: t_melt, last, step    !! [K]
     real(rp), intent(inout) :: yield(0:)

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Tables over temperature of a &MATERIAL for heat alone: pairs of values, pieces of five.
+!> Strength tables over temperature of a &MATERIAL for heat-only scenes: pairs of values, or pieces
+!> of five values.
 module heat_setup_tables
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
@@ -8,11 +9,11 @@ module heat_setup_tables
   implicit none (type, external)
   private
 
-  public :: check_tables, n_values, pairs
+  public :: check_tables, n_values, split_pairs
 
 contains
 
-  !> Strengths are whole pairs in rising temperature; pieces have five values.
+  !> Check that strengths are pairs of rising temperature, and that pieces have five values.
   subroutine check_tables(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -22,7 +23,7 @@ contains
     do i = 1, input%count('MATERIAL')
       n = n_values(input, i, 'YIELD_TABLE')
       if (n > 0) then
-        call pairs(input, i, 'YIELD_TABLE', t, v)
+        call split_pairs(input, i, 'YIELD_TABLE', t, v)
         if (.not. rises(t)) call input%report(diagnostics, 'MATERIAL', i, 'YIELD_TABLE', &
                                               'must be pairs in rising temperature')
       end if
@@ -33,25 +34,25 @@ contains
     end do
   end subroutine check_tables
 
-  !> How many values of a list were given: up to the last that is not 0.
+  !> Number of values given in a list: up to the last nonzero one.
   integer function n_values(input, i, key)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     character(*), intent(in) :: key
     real(rp) :: x(64)
-    integer :: most
+    integer :: max_values
 
     n_values = 0
     if (.not. input%given('MATERIAL', i, key)) return
-    most = merge(25, 64, key == 'YIELD_LOGISTIC')
+    max_values = merge(25, 64, key == 'YIELD_LOGISTIC')
     x = 0.0_rp
-    x(:most) = input%reals('MATERIAL', i, key, most)
+    x(:max_values) = input%reals('MATERIAL', i, key, max_values)
     n_values = findloc(abs(x) > 0.0_rp, .true., dim=1, back=.true.)
-    if (key == 'YIELD_TABLE') n_values = n_values + mod(n_values, 2)   ! it may end with 0 Pa
+    if (key == 'YIELD_TABLE') n_values = n_values + mod(n_values, 2)   ! a table may end with 0 Pa
   end function n_values
 
   !> Temperatures and values of a table.
-  subroutine pairs(input, i, key, t, v)
+  subroutine split_pairs(input, i, key, t, v)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     character(*), intent(in) :: key
@@ -63,6 +64,6 @@ contains
     n = n_values(input, i, key)
     t = x(1:n:2)
     v = x(2:n:2)
-  end subroutine pairs
+  end subroutine split_pairs
 
 end module heat_setup_tables

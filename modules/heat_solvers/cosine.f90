@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Cosine transforms of many rows by FFTW's complex transform: even entries come first and odd
-!> ones last in reverse (Makhoul 1980, IEEE Trans. ASSP 28, 27), then Y_k = w_k V_k + conj(w_k)
-!> V_n-k with w_k = exp(-i pi k/(2 n)). Real rows go in pairs, as the parts of complex ones.
+!> Cosine transforms of many rows by complex transforms of FFTW: even entries first, odd ones last
+!> in reverse order (Makhoul 1980, IEEE Trans. ASSP 28, 27), then Y_k = w_k V_k + conj(w_k) V_n-k
+!> with w_k = exp(-i pi k/(2 n)). Pairs of real rows are the real and imaginary parts of complex
+!> rows.
 module heat_solvers_cosine
   use, intrinsic :: iso_c_binding, only: c_double_complex, c_int, c_loc, c_null_ptr, c_ptr
   use base_kinds, only: pi, rp
@@ -11,8 +12,8 @@ module heat_solvers_cosine
   public :: cosine_t
 
   integer(c_int), parameter :: forwards = -1_c_int, backwards = 1_c_int
-  integer(c_int), parameter :: flags = ior(64_c_int, 2_c_int)   !! of FFTW: estimate, which gives
-                                              !! the same plan in every run, and unaligned
+  integer(c_int), parameter :: flags = ior(64_c_int, 2_c_int)   !! of FFTW: estimate (the
+                                              !! same plan in every run) and unaligned
 
   interface
     function plan_many(rank, n, howmany, in, inembed, istride, idist, out, onembed, ostride, &
@@ -35,20 +36,21 @@ module heat_solvers_cosine
     end subroutine execute
   end interface
 
-  !> Transforms of length n of `rows` interleaved complex rows.
+  !> Cosine transforms of length n of `rows` interleaved complex rows.
   type :: cosine_t
     integer, private :: n = 0, rows = 0
-    type(c_ptr), private :: forth_plan = c_null_ptr, back_plan = c_null_ptr
-    complex(rp), allocatable, private :: turn(:)      !! (n) w_k, from k = 1
+    type(c_ptr), private :: forward_plan = c_null_ptr, backward_plan = c_null_ptr
+    complex(rp), allocatable, private :: twiddle(:)   !! (n) twiddle factors w_k, from k = 1
   contains
     procedure :: init
-    procedure :: forth
-    procedure :: back
-    procedure, private :: from_where
+    procedure :: forward
+    procedure :: backward
+    procedure, private :: source_index
   end type cosine_t
 
 contains
 
+  !> Make the plans and the twiddle factors.
   subroutine init(self, n, rows)
     class(cosine_t), intent(inout) :: self
     integer, intent(in) :: n, rows
@@ -56,11 +58,12 @@ contains
 
     self%n = n
     self%rows = rows
-    self%turn = [(exp(cmplx(0.0_rp, -0.5_rp*pi*real(k, rp)/real(n, rp), rp)), k=1, n)]
-    self%forth_plan = make_plan(n, rows, forwards)
-    self%back_plan = make_plan(n, rows, backwards)
+    self%twiddle = [(exp(cmplx(0.0_rp, -0.5_rp*pi*real(k, rp)/real(n, rp), rp)), k=1, n)]
+    self%forward_plan = make_plan(n, rows, forwards)
+    self%backward_plan = make_plan(n, rows, backwards)
   end subroutine init
 
+  !> FFTW plan for in-place transforms of interleaved rows.
   type(c_ptr) function make_plan(n, rows, sign)
     integer, intent(in) :: n, rows
     integer(c_int), intent(in) :: sign
@@ -73,12 +76,14 @@ contains
                           1_c_int, sign, flags)
   end function make_plan
 
+  !> Address of an array for FFTW.
   type(c_ptr) function address(work)
     complex(rp), intent(in), target, contiguous :: work(:, :)
 
     address = c_loc(work)
   end function address
 
+  !> Execute a plan in place.
   subroutine transform(plan, work)
     type(c_ptr), intent(in) :: plan
     complex(rp), intent(inout), target, contiguous :: work(:, :)
@@ -86,18 +91,18 @@ contains
     call execute(plan, work, address(work))
   end subroutine transform
 
-  !> Place of what stands at `q` in the order of the transform, both from 1.
-  pure integer function from_where(self, q)
+  !> Index in natural order of entry `q` in the order of the transform, both from 1.
+  pure integer function source_index(self, q)
     class(cosine_t), intent(in) :: self
     integer, intent(in) :: q
 
-    from_where = 2*q - 1
-    if (from_where > self%n) from_where = 2*(self%n + 1 - q)
-  end function from_where
+    source_index = 2*q - 1
+    if (source_index > self%n) source_index = 2*(self%n + 1 - q)
+  end function source_index
 
-  !> Y_k = 2 sum x_j cos(pi (j + 1/2) k/n), j and k from 0, of x, whose columns of all rows lie
+  !> Forward transform Y_k = 2 sum x_j cos(pi (j + 1/2) k/n), j and k from 0; the entries of x are
   !> `stride` apart.
-  subroutine forth(self, stride, x, y)
+  subroutine forward(self, stride, x, y)
     class(cosine_t), intent(in) :: self
     integer, intent(in) :: stride
     complex(rp), intent(in) :: x(stride*(self%n - 1) + self%rows)
@@ -106,24 +111,24 @@ contains
     integer :: j, k, o, q
 
     do q = 1, self%n
-      o = stride*(self%from_where(q) - 1)
+      o = stride*(self%source_index(q) - 1)
       y(:, q - 1) = x(o + 1:o + self%rows)
     end do
-    call transform(self%forth_plan, y)
+    call transform(self%forward_plan, y)
     y(:, 0) = 2.0_rp*y(:, 0)
     do k = 1, self%n/2
       o = self%n - k
       do j = 1, self%rows
-        a = self%turn(k)*y(j, k)
-        b = conjg(self%turn(k))*y(j, o)
+        a = self%twiddle(k)*y(j, k)
+        b = conjg(self%twiddle(k))*y(j, o)
         y(j, o) = cmplx(b%im - a%im, a%re - b%re, rp)   ! i (a - b)
         y(j, k) = a + b
       end do
     end do
-  end subroutine forth
+  end subroutine forward
 
-  !> x = 2 n times what `forth` made y of; y is lost.
-  subroutine back(self, stride, y, x)
+  !> Backward transform: x is 2 n times the input of `forward`; y is overwritten.
+  subroutine backward(self, stride, y, x)
     class(cosine_t), intent(in) :: self
     integer, intent(in) :: stride
     complex(rp), intent(inout) :: y(self%rows, 0:self%n - 1)
@@ -136,15 +141,15 @@ contains
       do j = 1, self%rows
         a = y(j, k)
         b = y(j, o)
-        y(j, o) = self%turn(k)*cmplx(a%re - b%im, a%im + b%re, rp)          ! a + i b
-        y(j, k) = conjg(self%turn(k))*cmplx(a%re + b%im, a%im - b%re, rp)   ! a - i b
+        y(j, o) = self%twiddle(k)*cmplx(a%re - b%im, a%im + b%re, rp)       ! a + i b
+        y(j, k) = conjg(self%twiddle(k))*cmplx(a%re + b%im, a%im - b%re, rp) ! a - i b
       end do
     end do
-    call transform(self%back_plan, y)
+    call transform(self%backward_plan, y)
     do q = 1, self%n
-      o = stride*(self%from_where(q) - 1)
+      o = stride*(self%source_index(q) - 1)
       x(o + 1:o + self%rows) = y(:, q - 1)
     end do
-  end subroutine back
+  end subroutine backward
 
 end module heat_solvers_cosine

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Exact solution of an implicit step in a box of constant properties by FFTW: cosine transforms in
-!> y and x, in between a redistribution from planes across x to columns along x, and tridiagonal
-!> systems with Robin ends in z. The response of a stirring source to the temperature of the surface
-!> is solved for in its plane alone, so that the whole costs little more than one solution of the
-!> box. For other solids it is a preconditioner: the box around them.
+!> Direct solution of an implicit step in a box of constant properties with FFTW: cosine transforms
+!> in y and x with a redistribution from planes normal to x to columns along x in between, and
+!> tridiagonal systems with Robin boundary conditions in z. The dependence of a stirring source on
+!> the surface temperature is solved for in the surface plane alone, at little extra cost. For other
+!> solids the solution of their bounding box is a preconditioner.
 module heat_solvers_fft
   use base_kinds, only: rp, pi
   use heat_mesh_rates, only: heat_t
@@ -18,14 +18,15 @@ module heat_solvers_fft
 
   logical, parameter :: has_fft = .true.
 
+  !> Plans, eigenvalues and work arrays.
   type :: fft_t
     integer, private :: n(3) = 0
-    type(redistribution_t), private :: share         !! planes and columns of the ranks
+    type(redistribution_t), private :: share         !! between planes and columns of the ranks
     type(cosine_t), private :: along_x, along_y
     type(surface_t), private :: surface
-    logical :: is_exact = .false.                    !! the solid is a box that `solve` can do
+    logical :: is_exact = .false.                    !! `solve` is exact for this solid
     type(tridiagonal_t), private :: along_z
-    real(rp), allocatable, private :: lambda_y(:)    !! [1/s]
+    real(rp), allocatable, private :: lambda_y(:)    !! eigenvalues along y [1/s]
     complex(rp), allocatable, private :: planes(:), work(:)
   contains
     procedure :: start
@@ -35,7 +36,7 @@ module heat_solvers_fft
 
 contains
 
-  !> Plans, eigenvalues and the redistribution.
+  !> Make the plans, the eigenvalues and the redistribution.
   subroutine start(self, heat)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -56,11 +57,11 @@ contains
       call self%along_x%init(self%n(1), self%share%pairs)
       call self%along_y%init(self%n(2), self%share%pairs)
       call self%surface%init(self%n(1), self%n(2))
-      call look_for_box(self, heat)
+      call detect_box(self, heat)
     end associate
   end subroutine start
 
-  !> Decay rate of cosine number `m` along an axis with the mean cell [1/s].
+  !> Decay rate of cosine mode `m` along an axis with the mean cell width [1/s].
   pure real(rp) function eigenvalue(m, n, x, heat)
     integer, intent(in) :: m, n
     real(rp), intent(in) :: x(0:)
@@ -72,7 +73,7 @@ contains
                  *(2.0_rp - 2.0_rp*cos(pi*real(m, rp)/real(n, rp)))
   end function eigenvalue
 
-  !> Losses of the films below and above [1/s], as means over the box.
+  !> Mean film losses of each plane of cells along z [1/s].
   subroutine mean_losses(self, heat)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -91,11 +92,12 @@ contains
     end associate
   end subroutine mean_losses
 
-  !> Is it a box of constant properties on even lines, with films on whole faces across z?
-  subroutine look_for_box(self, heat)
+  !> Collective. Detect a box of constant properties on equidistant lines with films on full faces
+  !> normal to z.
+  subroutine detect_box(self, heat)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
-    real(rp), parameter :: close = 1.0e-9_rp
+    real(rp), parameter :: tolerance = 1.0e-9_rp
     real(rp) :: worst(1), d(heat%size())
     integer :: c, k
 
@@ -110,14 +112,14 @@ contains
         worst = max(worst, abs(d(c) - self%along_z%loss(k)) &
                     /max(self%along_z%loss(k), tiny(1.0_rp)))
       end do
-      if (size(mesh%odd) + size(mesh%void) > 0 .or. .not. heat%property%is_constant &
+      if (size(mesh%irregular) + size(mesh%void) > 0 .or. .not. heat%property%is_constant &
           .or. f%radiates) worst = 1.0_rp
     end associate
     call heat%world%max(worst)
-    self%is_exact = worst(1) <= close
-  end subroutine look_for_box
+    self%is_exact = worst(1) <= tolerance
+  end subroutine detect_box
 
-  !> Spread of the distances of lines, relative.
+  !> Relative spread of the distances of mesh lines.
   pure real(rp) function unevenness(x)
     real(rp), intent(in) :: x(0:)
     real(rp) :: d(ubound(x, 1))
@@ -126,30 +128,30 @@ contains
     unevenness = maxval(d)/minval(d) - 1.0_rp
   end function unevenness
 
-  !> Collective. Z solves the box with right-hand side r [J], both of own cells.
+  !> Collective. Solution z [K] of the box for a right-hand side r [J] of the own cells.
   subroutine apply(self, heat, a, r, z)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
-    real(rp), intent(in) :: a                     !! [s]
+    real(rp), intent(in) :: a                     !! implicit step [s]
     real(rp), intent(in), contiguous :: r(:)
     real(rp), intent(out), contiguous :: z(:)
     complex(rp), allocatable :: columns(:)
 
-    call forth_to_columns(self, heat, r, columns)
+    call transform_to_columns(self, heat, r, columns)
     call solve_columns(self, a, self%share%nj, .true., .true., columns)
-    call back_from_columns(self, heat, columns, z)
+    call transform_from_columns(self, heat, columns, z)
   end subroutine apply
 
-  !> Collective. Z solves the box with right-hand side r [J] and slopes `d` <= 0 of what walls give
-  !> [W/K], those of the highest plane beyond the films.
+  !> Collective. Solution z [K] of the box for a right-hand side r [J] and slopes d <= 0 of the
+  !> boundary heat flow [W/K], which exceed those of the films in the top plane only.
   subroutine solve(self, heat, a, d, r, z)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
-    real(rp), intent(in) :: a                     !! [s]
+    real(rp), intent(in) :: a                     !! implicit step [s]
     real(rp), intent(in), contiguous :: d(:), r(:)
     real(rp), intent(out), contiguous :: z(:)
     complex(rp), allocatable :: columns(:)
-    real(rp), allocatable, dimension(:) :: s, su, t, g   ! of the plane; all but s its cosines
+    real(rp), allocatable, dimension(:) :: s, su, t, g   ! of the top plane; transforms, except s
     integer :: n
 
     n = self%n(1)*self%n(2)
@@ -160,21 +162,21 @@ contains
       call self%apply(heat, a, r, z)
       return
     end if
-    call forth_to_columns(self, heat, r, columns)
+    call transform_to_columns(self, heat, r, columns)
     call solve_columns(self, a, self%share%nj, .true., .false., columns)
     allocate (t(n), g(n), source=0.0_rp)
-    call read_top(self, a, self%share%nj, columns, t, g)
+    call get_top_plane(self, a, self%share%nj, columns, t, g)
     call heat%world%sum(t)
     call heat%world%sum(g)
     allocate (su(n))
     call self%surface%respond(s, t, g, su)
-    call lower_top(self, self%share%nj, g*su, columns)
+    call subtract_from_top(self, self%share%nj, g*su, columns)
     call solve_columns(self, a, self%share%nj, .false., .true., columns)
-    call back_from_columns(self, heat, columns, z)
+    call transform_from_columns(self, heat, columns, z)
   end subroutine solve
 
-  !> Collective. R over the capacities, transformed along y, as columns along x.
-  subroutine forth_to_columns(self, heat, r, columns)
+  !> Collective. Divide r by the capacities, transform along y and redistribute to columns along x.
+  subroutine transform_to_columns(self, heat, r, columns)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
     real(rp), intent(in), contiguous :: r(:)
@@ -185,9 +187,9 @@ contains
     m = self%share%pairs*self%n(2)
     do i = 1, heat%mesh%nx
       o = (i - 1)*np
-      call take(self%n(3), self%share%pairs, self%n(2), heat%mesh%capacity(o + 1:o + np), &
-                r(o + 1:o + np), self%planes((i - 1)*m + 1))
-      call self%along_y%forth(self%share%pairs, self%planes((i - 1)*m + 1), self%work)
+      call pack_row_pairs(self%n(3), self%share%pairs, self%n(2), heat%mesh%capacity(o + 1:o &
+                          + np), r(o + 1:o + np), self%planes((i - 1)*m + 1))
+      call self%along_y%forward(self%share%pairs, self%planes((i - 1)*m + 1), self%work)
       self%planes((i - 1)*m + 1:i*m) = self%work(:m)
     end do
     if (heat%world%size == 1) then               ! planes are columns
@@ -195,10 +197,10 @@ contains
     else
       call self%share%to_columns(heat%world, self%planes, columns)
     end if
-  end subroutine forth_to_columns
+  end subroutine transform_to_columns
 
-  !> Collective. The reverse of `forth_to_columns`, without the capacities.
-  subroutine back_from_columns(self, heat, columns, z)
+  !> Collective. Inverse of `transform_to_columns`, without the capacities.
+  subroutine transform_from_columns(self, heat, columns, z)
     class(fft_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
     complex(rp), allocatable, intent(inout) :: columns(:)
@@ -215,13 +217,14 @@ contains
     do i = 1, heat%mesh%nx
       o = (i - 1)*np
       self%work(:m) = self%planes((i - 1)*m + 1:i*m)
-      call self%along_y%back(self%share%pairs, self%work, self%planes((i - 1)*m + 1))
-      call give(self%n(3), self%share%pairs, self%n(2), heat%mesh%capacity(o + 1:o + np), &
-                self%planes((i - 1)*m + 1), 0.25_rp/real(self%n(1)*self%n(2), rp), z(o + 1:o + np))
+      call self%along_y%backward(self%share%pairs, self%work, self%planes((i - 1)*m + 1))
+      call unpack_row_pairs(self%n(3), self%share%pairs, self%n(2), heat%mesh%capacity(o + 1:o &
+                            + np), self%planes((i - 1)*m + 1), 0.25_rp/real(self%n(1)*self%n(2), &
+                                                                            rp), z(o + 1:o + np))
     end do
-  end subroutine back_from_columns
+  end subroutine transform_from_columns
 
-  !> s = -a d/C - a loss of the highest plane, own part.
+  !> s = -a d/C - a loss of the top plane, on this rank's part.
   subroutine slopes_on_top(self, heat, a, d, s)
     class(fft_t), intent(in) :: self
     type(heat_t), intent(in) :: heat
@@ -235,13 +238,13 @@ contains
         s(j, heat%mesh%lo + i - 1) = -a*(d(c)/heat%mesh%capacity(c) + self%along_z%loss(self%n(3)))
       end do
     end do
-    where (s <= 1.0e-9_rp*a*self%along_z%loss(self%n(3))) s = 0.0_rp   ! films alone, to rounding
+    where (s <= 1.0e-9_rp*a*self%along_z%loss(self%n(3))) s = 0.0_rp   ! zero apart from rounding
   end subroutine slopes_on_top
 
-  !> The highest plane after elimination, and its response to itself: own rows alone.
-  pure subroutine read_top(self, a, nj, columns, t, g)
+  !> Top plane after elimination and its response to heat in itself, on this rank's rows.
+  pure subroutine get_top_plane(self, a, nj, columns, t, g)
     class(fft_t), intent(in) :: self
-    real(rp), intent(in) :: a                     !! [s]
+    real(rp), intent(in) :: a                     !! implicit step [s]
     integer, intent(in) :: nj
     complex(rp), intent(in) :: columns(self%share%pairs, nj, self%n(1))
     real(rp), intent(inout), dimension(self%n(1), self%n(2)) :: t, g
@@ -253,28 +256,28 @@ contains
         t(:, self%share%j0 + j) = merge(top%re, top%im, mod(self%n(3), 2) == 1)
       end associate
     end do
-  end subroutine read_top
+  end subroutine get_top_plane
 
-  !> Take `less` from the highest plane.
-  pure subroutine lower_top(self, nj, less, columns)
+  !> Subtract an amount from the top plane.
+  pure subroutine subtract_from_top(self, nj, amount, columns)
     class(fft_t), intent(in) :: self
     integer, intent(in) :: nj
-    real(rp), intent(in) :: less(self%n(1), self%n(2))
+    real(rp), intent(in) :: amount(self%n(1), self%n(2))
     complex(rp), intent(inout) :: columns(self%share%pairs, nj, self%n(1))
     integer :: i, j
 
     do i = 1, self%n(1)
       do j = 1, nj
         associate (top => columns(self%share%pairs, j, i))
-          top = top - less(i, self%share%j0 + j) &
+          top = top - amount(i, self%share%j0 + j) &
                 *merge((1.0_rp, 0.0_rp), (0.0_rp, 1.0_rp), mod(self%n(3), 2) == 1)
         end associate
       end do
     end do
-  end subroutine lower_top
+  end subroutine subtract_from_top
 
-  !> Pairs of cells in z as complex numbers, r over the capacity; 0 outside the solid.
-  pure subroutine take(nz, pairs, ny, capacity, r, x)
+  !> Pack pairs of cells along z into complex numbers, r over the capacity; 0 outside the solid.
+  pure subroutine pack_row_pairs(nz, pairs, ny, capacity, r, x)
     integer, intent(in) :: nz, pairs, ny
     real(rp), intent(in) :: capacity(nz, ny), r(nz, ny)   !! [J/K], [J]
     complex(rp), intent(out) :: x(pairs, ny)
@@ -288,10 +291,10 @@ contains
       end do
       x(:, j) = cmplx(y(1::2), y(2::2), rp)
     end do
-  end subroutine take
+  end subroutine pack_row_pairs
 
-  !> The reverse of `take`, without the capacity.
-  pure subroutine give(nz, pairs, ny, capacity, x, factor, z)
+  !> Inverse of `pack_row_pairs`, without the capacity.
+  pure subroutine unpack_row_pairs(nz, pairs, ny, capacity, x, factor, z)
     integer, intent(in) :: nz, pairs, ny
     real(rp), intent(in) :: capacity(nz, ny), factor
     complex(rp), intent(in) :: x(pairs, ny)
@@ -304,29 +307,30 @@ contains
       y(2::2) = x(:, j)%im
       z(:, j) = merge(factor*y(:nz), 0.0_rp, capacity(:, j) > 0.0_rp)
     end do
-  end subroutine give
+  end subroutine unpack_row_pairs
 
-  !> Along x for each row of y in turn: transform and elimination in tridiagonal systems along z for
-  !> every pair of cosines (`is_up`), substitution and transform back (`is_down`).
-  subroutine solve_columns(self, a, nj, is_up, is_down, columns)
+  !> For each row of y: transform along x and elimination of the tridiagonal systems along z for
+  !> every pair of cosine modes (`eliminates`), back substitution and inverse transform
+  !> (`substitutes`).
+  subroutine solve_columns(self, a, nj, eliminates, substitutes, columns)
     class(fft_t), intent(in) :: self
-    real(rp), intent(in) :: a                     !! [s]
+    real(rp), intent(in) :: a                     !! implicit step [s]
     integer, intent(in) :: nj
-    logical, intent(in) :: is_up, is_down
+    logical, intent(in) :: eliminates, substitutes
     complex(rp), intent(inout) :: columns(self%share%pairs, nj, self%n(1))
     complex(rp), allocatable :: work(:, :)
     integer :: j
 
     allocate (work(self%share%pairs, self%n(1)))
     do j = 1, nj
-      if (is_up) then
-        call self%along_x%forth(self%share%pairs*nj, columns(1, j, 1), work)
+      if (eliminates) then
+        call self%along_x%forward(self%share%pairs*nj, columns(1, j, 1), work)
       else
         work = columns(:, j, :)
       end if
-      call self%along_z%solve(a, self%lambda_y(self%share%j0 + j), is_up, is_down, work)
-      if (is_down) then
-        call self%along_x%back(self%share%pairs*nj, work, columns(1, j, 1))
+      call self%along_z%solve(a, self%lambda_y(self%share%j0 + j), eliminates, substitutes, work)
+      if (substitutes) then
+        call self%along_x%backward(self%share%pairs*nj, work, columns(1, j, 1))
       else
         columns(:, j, :) = work
       end if

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Stands in for `fft.f90` in a build without FFTW; the set-up does not let a scene choose it.
+!> Substitute for `fft.f90` in a build without FFTW; the set-up rejects scenes that would need it.
 module heat_solvers_fft
   use base_errors, only: fatal
   use base_kinds, only: rp

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Implicit steps: backward Euler, and TR-BDF2 in its form of one diagonally implicit scheme (Hosea
-!> & Shampine 1996, Appl. Numer. Math. 20, 21), L-stable and of order 2. Stages are solved by Newton
-!> steps; the new state is that of the fluxes at the stages, so that heat is exact whatever the
-!> tolerances.
+!> Implicit steps: backward Euler, and TR-BDF2 as a diagonally implicit Runge-Kutta scheme (Hosea &
+!> Shampine 1996, Appl. Numer. Math. 20, 21), L-stable and of order 2. Stages are solved by Newton's
+!> method; the new state follows from the fluxes at the stages, so that heat is conserved whatever
+!> the tolerances.
 module heat_solvers_implicit
   use base_kinds, only: rp
   use heat_mesh_rates, only: heat_t, n_books
@@ -13,7 +13,7 @@ module heat_solvers_implicit
 
   public :: implicit_t, order_of
 
-  integer, parameter :: most_newton = 12
+  integer, parameter :: max_newton = 12
   real(rp), parameter :: root2 = sqrt(2.0_rp)
   real(rp), parameter :: first_end = 2.0_rp - root2      !! gamma: end of the first stage
   real(rp), parameter :: diagonal = 0.5_rp*first_end     !! d
@@ -21,12 +21,13 @@ module heat_solvers_implicit
   real(rp), parameter :: error_weight(3) = [(4.0_rp*weight - 1.0_rp)/3.0_rp, -1.0_rp/3.0_rp, &
                                             2.0_rp*diagonal/3.0_rp]
 
+  !> State of the implicit integrator.
   type :: implicit_t
     integer :: method = tr_bdf2
     integer :: solver = 0                         !! by_cg, by_fft, by_petsc
-    real(rp) :: tolerance = 1.0e-3_rp             !! of a stage [K]
+    real(rp) :: tolerance = 1.0e-3_rp             !! residual of a stage [K]
     integer :: newtons = 0                        !! Newton steps so far
-    logical :: has_failed = .false.               !! the last step has a stage that was not solved
+    logical :: has_failed = .false.               !! a stage of the last step did not converge
     type(linear_t) :: linear
     logical, private :: has_mean = .false.
     real(rp), allocatable, private, dimension(:) :: m2, f, base, d, scale, y, rhs, x
@@ -34,7 +35,7 @@ module heat_solvers_implicit
   contains
     procedure :: start
     procedure :: step
-    procedure :: keep
+    procedure :: save_mean_rate
     procedure :: estimate
     procedure :: pack_memory
     procedure :: unpack_memory
@@ -49,6 +50,7 @@ contains
     order_of = merge(1.0_rp, 2.0_rp, method == backward_euler)
   end function order_of
 
+  !> Allocate the fields and start the linear solver.
   subroutine start(self, heat, method)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
@@ -65,14 +67,15 @@ contains
     call self%linear%start(heat, self%solver)
   end subroutine start
 
-  !> One step of length `dt` from `y0` with rates `m0`, powers `p0`; `gain`: the heats of the step.
+  !> One step from state `y0` with rates `m0` and powers `p0` at its start.
   subroutine step(self, heat, dt, y0, m0, p0, gain)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
-    real(rp), intent(in) :: dt
-    real(rp), allocatable, intent(in) :: y0(:), m0(:)
-    real(rp), intent(in) :: p0(n_books)
-    real(rp), intent(out) :: gain(n_books)
+    real(rp), intent(in) :: dt                    !! [s]
+    real(rp), allocatable, intent(in) :: y0(:)    !! [K]
+    real(rp), allocatable, intent(in) :: m0(:)    !! [K/s]
+    real(rp), intent(in) :: p0(n_books)           !! [W]
+    real(rp), intent(out) :: gain(n_books)        !! heat of the step [J]
     real(rp) :: p(n_books)
     integer :: n
 
@@ -99,8 +102,8 @@ contains
     gain = gain + diagonal*dt*p
   end subroutine step
 
-  !> The step from `y0` to the present state is done: its mean rate predicts the next one.
-  subroutine keep(self, heat, dt, y0)
+  !> Store the mean rate of an accepted step, which predicts the next one.
+  subroutine save_mean_rate(self, heat, dt, y0)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
     real(rp), intent(in) :: dt
@@ -110,9 +113,9 @@ contains
     n = heat%size()
     self%mean = (heat%theta(1:n) - y0(1:n))/dt
     self%has_mean = .true.
-  end subroutine keep
+  end subroutine save_mean_rate
 
-  !> Pace of the last step and what the preconditioner was built from, for a run that goes on.
+  !> Data for a restart: mean rate of the last step, and the data of the preconditioner.
   subroutine pack_memory(self, fields, numbers)
     class(implicit_t), intent(in) :: self
     real(rp), intent(out) :: fields(:, :), numbers(2)      !! (cells, 2)
@@ -123,7 +126,7 @@ contains
     call self%linear%petsc%pack_memory(fields(:, 2), numbers(2))
   end subroutine pack_memory
 
-  !> Collective. Take up what `pack_memory` gave.
+  !> Collective. Restore the data of `pack_memory`.
   subroutine unpack_memory(self, fields, numbers)
     class(implicit_t), intent(inout) :: self
     real(rp), intent(in) :: fields(:, :), numbers(2)
@@ -135,28 +138,28 @@ contains
     end if
   end subroutine unpack_memory
 
-  !> y = base + a f(y) at a part `blend` of the step; f and the powers p are those of y. Linear
-  !> systems are solved as far as the stage needs.
-  subroutine solve_stage(self, heat, a, blend, p)
+  !> Collective. Solve the stage y = base + a f(y) at a fraction of the step by an inexact Newton
+  !> method; f and the powers p are those at y.
+  subroutine solve_stage(self, heat, a, step_fraction, p)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
-    real(rp), intent(in) :: a                     !! [s]
-    real(rp), intent(in) :: blend
+    real(rp), intent(in) :: a                     !! coefficient of the rate [s]
+    real(rp), intent(in) :: step_fraction
     real(rp), intent(out) :: p(n_books)
     real(rp) :: worst(1), before, relative
     integer :: k, n
 
     n = heat%size()
     before = huge(1.0_rp)
-    do k = 1, most_newton
-      call heat%rate(self%y, blend, self%f, p)
+    do k = 1, max_newton
+      call heat%rate(self%y, step_fraction, self%f, p)
       call residual(n, a, heat%mesh%capacity, self%base(1:n), self%f(1:n), self%y(1:n), self%rhs, &
                     worst(1))
       call heat%world%max(worst)
       if (worst(1) <= self%tolerance) return
       if (k > 4 .and. worst(1) >= 0.9_rp*before) exit
       before = worst(1)
-      call linearise(self, heat, blend)
+      call linearise(self, heat, step_fraction)
       relative = max(1.0e-6_rp, min(0.1_rp, 0.3_rp*self%tolerance/worst(1)))
       call self%linear%solve(heat, a, self%scale, self%d, self%rhs, relative, self%x)
       self%y(1:n) = self%y(1:n) + self%x/self%scale
@@ -165,32 +168,32 @@ contains
     self%has_failed = .true.
   end subroutine solve_stage
 
-  !> What base + a f - y is short of 0: its heat r [J] in the solid, and the largest [K].
+  !> Residual base + a f - y in the solid as heat r [J], and its maximum [K].
   pure subroutine residual(n, a, capacity, base, f, y, r, worst)
     integer, intent(in) :: n
     real(rp), intent(in) :: a, capacity(n), base(n), f(n), y(n)
     real(rp), intent(out) :: r(n), worst
-    real(rp) :: short
+    real(rp) :: defect
     integer :: i
 
     worst = 0.0_rp
-    !$omp simd reduction(max: worst) private(short)
+    !$omp simd reduction(max: worst) private(defect)
     do i = 1, n
-      short = merge(base(i) + a*f(i) - y(i), 0.0_rp, capacity(i) > 0.0_rp)
-      worst = max(worst, abs(short))
-      r(i) = capacity(i)*short
+      defect = merge(base(i) + a*f(i) - y(i), 0.0_rp, capacity(i) > 0.0_rp)
+      worst = max(worst, abs(defect))
+      r(i) = capacity(i)*defect
     end do
   end subroutine residual
 
-  !> dphi/dtheta of each cell, and the slope by phi of what walls give it.
-  subroutine linearise(self, heat, blend)
+  !> Linearize: dphi/dtheta of each cell, and the slope of its boundary heat flow by phi.
+  subroutine linearise(self, heat, step_fraction)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
-    real(rp), intent(in) :: blend
+    real(rp), intent(in) :: step_fraction
     real(rp) :: k, t
     integer :: c
 
-    call heat%slope(self%y, blend, self%d)
+    call heat%slope(self%y, step_fraction, self%d)
     self%scale = 1.0_rp
     if (heat%property%is_constant) return
     do c = 1, heat%size()
@@ -201,8 +204,8 @@ contains
     end do
   end subroutine linearise
 
-  !> Largest error of this rank's cells in the step just made [K], freed of its stiff part by a
-  !> solve.
+  !> Largest error of this rank's cells in the last step [K], with stiff components filtered by a
+  !> linear solve.
   subroutine estimate(self, heat, dt, m0, m1, error)
     class(implicit_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat

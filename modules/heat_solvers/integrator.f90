@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Time integration of a temperature field behind one interface, `advance`: by explicit Euler steps,
-!> by the super-time-stepping scheme RKL2 (Meyer, Balsara & Aslam 2014, J. Comput. Phys. 257, 594),
-!> or implicitly (heat_solvers_implicit). Step sizes follow from an estimate of the error of a step.
-!> Heats in and out are integrated by the same scheme as the field, so that the balance is exact.
+!> Time integration of a temperature field: explicit Euler, the super-time-stepping scheme RKL2
+!> (Meyer, Balsara & Aslam 2014, J. Comput. Phys. 257, 594) or implicit schemes
+!> (heat_solvers_implicit). Steps are controlled by an error estimate. The heat of sources and films
+!> is integrated with the same scheme as the field, so that the balance is exact.
 module heat_solvers_integrator
   use base_kinds, only: i8, rp
   use heat_mesh_rates, only: heat_t, n_books
@@ -15,21 +15,22 @@ module heat_solvers_integrator
 
   integer, parameter :: n_kept = 3   !! fields besides the state: rate, mean rate, preconditioner
 
-  real(rp), parameter :: safety = 0.8_rp, most_growth = 2.0_rp, least_growth = 0.2_rp
-  integer, parameter :: most_refused = 50          !! in one step
-  real(rp), parameter :: of_limit = 0.95_rp        !! part of the stability limit that is used
+  real(rp), parameter :: safety = 0.8_rp, max_growth = 2.0_rp, min_growth = 0.2_rp
+  integer, parameter :: max_rejected = 50          !! trials of one step
+  real(rp), parameter :: stability_fraction = 0.95_rp !! used fraction of the stability limit
 
+  !> State of the time integration.
   type :: integrator_t
     integer :: method = rkl2
-    real(rp) :: tolerance = 2.0_rp                 !! of the error of a step in any cell [K]
-    real(rp) :: fixed = 0.0_rp                     !! fixed step [s]; 0: by the estimate
-    real(rp) :: next = 0.0_rp                      !! step to try next [s]
-    real(rp) :: last = 0.0_rp                      !! last step made [s]
-    integer(i8) :: steps = 0, refused = 0
-    logical :: is_stuck = .false.                  !! a step failed: the state is that before it
-    real(rp) :: books(n_books) = 0.0_rp            !! heat in and out so far, of all ranks [J]
+    real(rp) :: tolerance = 2.0_rp                 !! largest error of a step in any cell [K]
+    real(rp) :: fixed = 0.0_rp                     !! fixed step [s]; 0: by the error estimate
+    real(rp) :: next = 0.0_rp                      !! next trial step [s]
+    real(rp) :: last = 0.0_rp                      !! last accepted step [s]
+    integer(i8) :: steps = 0, rejected = 0         !! accepted and rejected steps so far
+    logical :: is_stuck = .false.                  !! a step failed; the state is that before it
+    real(rp) :: books(n_books) = 0.0_rp            !! heat of sources and films so far [J]
     type(implicit_t) :: implicit
-    logical, private :: has_rate = .false.         !! `m0`, `p0` are those of the present state
+    logical, private :: has_rate = .false.         !! `m0` and `p0` are of the current state
     logical, allocatable, private :: was_on(:)
     real(rp), private :: p0(n_books) = 0.0_rp
     real(rp), allocatable, private, dimension(:) :: y0, y1, m0, m1
@@ -42,7 +43,7 @@ module heat_solvers_integrator
 
 contains
 
-  !> Fields of the size of the problem.
+  !> Allocate the fields and choose the first step.
   subroutine start(self, heat)
     class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
@@ -52,18 +53,19 @@ contains
     hi = ubound(heat%theta, 1)
     allocate (self%y0(lo:hi), self%y1(lo:hi), self%m0(lo:hi), self%m1(lo:hi), source=0.0_rp)
     allocate (self%was_on(size(heat%source)), source=.false.)
-    if (self%next <= 0.0_rp) self%next = 10.0_rp/max(heat%fastest, 1.0e-3_rp)
-    if (self%fixed > 0.0_rp) self%next = self%fixed       ! also if a restart changes it
+    if (self%next <= 0.0_rp) self%next = 10.0_rp/max(heat%max_decay_rate, 1.0e-3_rp)
+    if (self%fixed > 0.0_rp) self%next = self%fixed       ! a restart may change it
     if (is_implicit(self)) call self%implicit%start(heat, self%method)
   end subroutine start
 
+  !> True for implicit methods.
   pure logical function is_implicit(self)
     class(integrator_t), intent(in) :: self
 
     is_implicit = self%method == backward_euler .or. self%method == tr_bdf2
   end function is_implicit
 
-  !> Collective. What a run that goes on needs besides the state: fields of own cells and numbers.
+  !> Collective. Data for a restart besides the state: fields of the own cells, and numbers.
   subroutine pack_memory(self, heat, fields, numbers)
     class(integrator_t), intent(in) :: self
     type(heat_t), intent(in) :: heat
@@ -80,7 +82,8 @@ contains
                merge(1.0_rp, 0.0_rp, self%has_rate), power]
   end subroutine pack_memory
 
-  !> Take up, after `start`, what `pack_memory` gave; with other sources the rates are found anew.
+  !> Restore the data of `pack_memory` after `start`; with other sources the rates are computed
+  !> again.
   subroutine unpack_memory(self, heat, fields, numbers)
     class(integrator_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -102,24 +105,24 @@ contains
     end associate
   end subroutine unpack_memory
 
-  !> Collective. One step from `t`, at most to `t_most`; `t` becomes its end. A step that cannot be
-  !> solved, or not to the tolerance however short, leaves all as it was and `is_stuck`, on all
+  !> Collective. Make one step, which ends at `t_limit` or before, and update `t`. If a step cannot
+  !> be solved or does not meet the tolerance, the state is restored and `is_stuck` set on all
   !> ranks.
-  subroutine advance(self, heat, t, t_most)
+  subroutine advance(self, heat, t, t_limit)
     class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
-    real(rp), intent(inout) :: t                   !! [s]
-    real(rp), intent(in) :: t_most
-    real(rp) :: dt, error(1), gain(n_books), p1(n_books), t_end, wish
+    real(rp), intent(inout) :: t                   !! time [s]
+    real(rp), intent(in) :: t_limit                !! latest end of the step [s]
+    real(rp) :: dt, error(1), gain(n_books), p1(n_books), t_end, dt_wanted
     integer(i8) :: before
 
-    before = self%refused
+    before = self%rejected
     do
-      wish = min(self%next, longest(self, heat))
-      dt = fitted(wish, t_most - t)
+      dt_wanted = min(self%next, max_step(self, heat))
+      dt = equal_part(dt_wanted, t_limit - t)
       t_end = t + dt
-      if (abs(t_end - t_most) <= 1.0e-12_rp*abs(t_most)) t_end = t_most
-      call aim_at(self, heat, t, t_end)
+      if (abs(t_end - t_limit) <= 1.0e-12_rp*abs(t_limit)) t_end = t_limit
+      call prepare_step(self, heat, t, t_end)
       self%y0 = heat%theta
       select case (self%method)
       case (euler)
@@ -137,12 +140,12 @@ contains
       end if
       call estimate(self, heat, dt, error(1))
       call heat%world%max(error)
-      self%next = dt*max(least_growth, min(most_growth, &
+      self%next = dt*max(min_growth, min(max_growth, &
         safety*(self%tolerance/max(error(1), tiny(1.0_rp)))**(1.0_rp/(1.0_rp + order(self)))))
       if (.not. error(1) > self%tolerance) exit   ! also NaN, which the loop reports
       heat%theta = self%y0
-      self%refused = self%refused + 1
-      self%is_stuck = self%refused - before == most_refused
+      self%rejected = self%rejected + 1
+      self%is_stuck = self%rejected - before == max_rejected
       if (self%is_stuck) exit
     end do
     if (self%is_stuck) then
@@ -150,12 +153,13 @@ contains
       self%last = dt
       return
     end if
-    ! a step cut short by an output must not make the next ones short
-    if (error(1) <= 0.25_rp*self%tolerance .and. dt < wish) self%next = max(self%next, wish)
-    if (is_implicit(self)) call self%implicit%keep(heat, dt, self%y0)
+    ! a step shortened by an output does not shorten the next ones
+    if (error(1) <= 0.25_rp*self%tolerance .and. dt < dt_wanted) self%next = max(self%next, &
+                                                                                 dt_wanted)
+    if (is_implicit(self)) call self%implicit%save_mean_rate(heat, dt, self%y0)
     call heat%world%sum(gain)
     self%books = self%books + gain
-    call exchange(self%m0, self%m1)
+    call swap(self%m0, self%m1)
     self%p0 = p1
     self%has_rate = .true.
     self%steps = self%steps + 1
@@ -163,6 +167,7 @@ contains
     t = t_end
   end subroutine advance
 
+  !> Order of the method.
   pure real(rp) function order(self)
     class(integrator_t), intent(in) :: self
 
@@ -170,37 +175,38 @@ contains
     if (is_implicit(self)) order = order_of(self%method)
   end function order
 
-  !> `wish` or less, so that equal steps fill `left`.
-  pure real(rp) function fitted(wish, left)
-    real(rp), intent(in) :: wish, left
+  !> Largest step up to `dt_wanted` such that equal steps fill the remaining time [s].
+  pure real(rp) function equal_part(dt_wanted, left)
+    real(rp), intent(in) :: dt_wanted, left
 
-    fitted = left
-    if (wish < left) fitted = left/real(ceiling(min(left/wish, 1.0e9_rp)), rp)
-  end function fitted
+    equal_part = left
+    if (dt_wanted < left) equal_part = left/real(ceiling(min(left/dt_wanted, 1.0e9_rp)), rp)
+  end function equal_part
 
-  !> Longest step that the method can make [s]: an explicit one must be stable.
-  pure real(rp) function longest(self, heat)
+  !> Largest step of the method [s]: the stability limit of explicit Euler.
+  pure real(rp) function max_step(self, heat)
     class(integrator_t), intent(in) :: self
     type(heat_t), intent(in) :: heat
 
-    longest = huge(1.0_rp)
-    if (self%method == euler .and. heat%fastest > 0.0_rp) longest = of_limit/heat%fastest
-  end function longest
+    max_step = huge(1.0_rp)
+    if (self%method == euler &
+        .and. heat%max_decay_rate > 0.0_rp) max_step = stability_fraction/heat%max_decay_rate
+  end function max_step
 
-  !> Sources for the step, and the rates at its start if they are not known.
-  subroutine aim_at(self, heat, t, t_end)
+  !> Set the sources for the step, and the rates at its start if they are not known.
+  subroutine prepare_step(self, heat, t, t_end)
     class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
     real(rp), intent(in) :: t, t_end
 
-    call heat%aim(t, t_end)
+    call heat%set_sources(t, t_end)
     if (any(heat%is_on .neqv. self%was_on)) self%has_rate = .false.
     self%was_on = heat%is_on
     if (.not. self%has_rate) call heat%rate(heat%theta, 0.0_rp, self%m0, self%p0)
     self%has_rate = .true.
-  end subroutine aim_at
+  end subroutine prepare_step
 
-  !> y1 = y0 + dt f(y0).
+  !> Explicit Euler step.
   subroutine euler_step(self, heat, dt, gain)
     class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
@@ -211,7 +217,7 @@ contains
     gain = dt*self%p0
   end subroutine euler_step
 
-  !> RKL2 with as many stages as stability needs.
+  !> RKL2 step with as many stages as stability requires.
   subroutine rkl2_step(self, heat, dt, gain)
     class(integrator_t), intent(inout) :: self
     type(heat_t), intent(inout) :: heat
@@ -220,9 +226,10 @@ contains
     real(rp) :: a(5), b(-1:1), g(n_books), g1(n_books), gamma, mu, nu, p(n_books), w1, factor
     integer :: j, s
 
-    s = max(3, ceiling(0.5_rp*(sqrt(9.0_rp + 8.0_rp*dt*heat%fastest/of_limit) - 1.0_rp)))
+    s = max(3, ceiling(0.5_rp*(sqrt(9.0_rp + 8.0_rp*dt*heat%max_decay_rate/stability_fraction) &
+                               - 1.0_rp)))
     w1 = 4.0_rp/real(s*s + s - 2, rp)
-    ! stages are in heat%theta (j-1) and y1 (j-2, becomes j), which are then exchanged
+    ! heat%theta has stage j-1, y1 stage j-2 and then j; they are swapped
     self%y1 = self%y0
     g = 0.0_rp
     heat%theta = self%y0 + dt*w1/3.0_rp*self%m0
@@ -239,11 +246,12 @@ contains
       p = mu*g1 + nu*g + factor*p + gamma*self%p0
       g = g1
       g1 = p
-      call exchange(heat%theta, self%y1)
+      call swap(heat%theta, self%y1)
     end do
     gain = g1
   end subroutine rkl2_step
 
+  !> Coefficient b_j of RKL2.
   pure real(rp) function b_of(j)
     integer, intent(in) :: j
 
@@ -251,7 +259,7 @@ contains
     if (j > 2) b_of = real(j*j + j - 2, rp)/real(2*j*(j + 1), rp)
   end function b_of
 
-  !> Time of stage `j` of `s` within the step.
+  !> Time of stage `j` of `s` as a fraction of the step.
   pure real(rp) function part_of_step(j, s)
     integer, intent(in) :: j, s
 
@@ -259,14 +267,15 @@ contains
     if (j == 1) part_of_step = 4.0_rp/(3.0_rp*real(s*s + s - 2, rp))
   end function part_of_step
 
-  subroutine exchange(a, b)
+  !> Swap two arrays.
+  subroutine swap(a, b)
     real(rp), allocatable, intent(inout) :: a(:), b(:)
     real(rp), allocatable :: c(:)
 
     call move_alloc(a, c)
     call move_alloc(b, a)
     call move_alloc(c, b)
-  end subroutine exchange
+  end subroutine swap
 
   !> Largest error of this rank's cells [K]: for RKL2 that of Sommeijer, Shampine & Verwer (1998,
   !> J. Comput. Appl. Math. 88, 315), 0.8 (y0 - y1) + 0.4 dt (f0 + f1).

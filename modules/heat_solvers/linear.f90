@@ -1,23 +1,24 @@
 ! SPDX-License-Identifier: MIT
-!> Linear systems of an implicit step, [C/s + a (G - D)] x = b: capacities C over a scale s,
-!> conductances G, slopes D <= 0 of what walls give. By conjugate gradients without a matrix,
-!> preconditioned by the diagonal or by the exact solution for the whole box (heat_solvers_fft), or
-!> by PETSc (heat_solvers_petsc).
+!> Linear systems of an implicit step, [C/s + a (G - D)] x = b, with capacities C, scale s,
+!> conductances G and slopes D <= 0 of the boundary heat flow. Solved by matrix-free conjugate
+!> gradients with the diagonal or the direct solution of the bounding box (heat_solvers_fft) as
+!> preconditioner, or by PETSc (heat_solvers_petsc).
 module heat_solvers_linear
   use base_kinds, only: rp
   use heat_mesh_rates, only: heat_t
   use heat_solvers_fft, only: fft_t
-  use heat_solvers_method, only: by_cg, by_fft, by_petsc, most_iterations
+  use heat_solvers_method, only: by_cg, by_fft, by_petsc, max_iterations
   use heat_solvers_petsc, only: petsc_t
   implicit none (type, external)
   private
 
   public :: linear_t
 
+  !> Solver and its work arrays.
   type :: linear_t
     integer :: solver = by_cg
     integer :: solves = 0, iterations = 0
-    logical :: has_failed = .false.               !! some solve was not finished, on all ranks alike
+    logical :: has_failed = .false.               !! a solve did not converge, equal on all ranks
     type(fft_t) :: fft
     type(petsc_t) :: petsc
     real(rp), allocatable, private, dimension(:) :: p, g, diagonal, main, r, z, q
@@ -29,6 +30,7 @@ module heat_solvers_linear
 
 contains
 
+  !> Allocate the fields and start the solver.
   subroutine start(self, heat, solver)
     class(linear_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -49,8 +51,8 @@ contains
     if (solver == by_petsc) call self%petsc%start(heat, rate)
   end subroutine start
 
-  !> Collective. X of own cells for `b`, both 0 outside the solid, until the residual is `relative`
-  !> of b; else `has_failed` is set.
+  !> Collective. Solve for x of the own cells until the residual is `relative` times b; otherwise
+  !> set `has_failed`. x and b are 0 outside the solid.
   subroutine solve(self, heat, a, scale, d, b, relative, x)
     class(linear_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -73,18 +75,18 @@ contains
     self%iterations = self%iterations + iterations
   end subroutine solve
 
-  !> Collective. Like `solve`, but roughly, for an estimate: the box alone where it is known.
+  !> Collective. Approximate solution for an error estimate, by the bounding box where possible.
   subroutine filter(self, heat, a, scale, d, b, x)
     class(linear_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
     real(rp), intent(in) :: a, scale(:), d(:), b(:)
     real(rp), intent(out) :: x(:)
-    real(rp), parameter :: rough = 0.1_rp
+    real(rp), parameter :: coarse = 0.1_rp
 
     if (self%solver == by_fft) then
       call self%fft%apply(heat, a, b, x)
     else
-      call self%solve(heat, a, scale, d, b, rough, x)
+      call self%solve(heat, a, scale, d, b, coarse, x)
     end if
   end subroutine filter
 
@@ -95,7 +97,7 @@ contains
     real(rp), intent(in) :: a, b(:), relative
     real(rp), intent(out) :: x(:)
     integer, intent(out) :: iterations
-    real(rp) :: rho(1), before, rr(1), enough, curvature(1)
+    real(rp) :: rho(1), before, rr(1), target, curvature(1)
     integer :: n
 
     n = size(b)
@@ -104,10 +106,10 @@ contains
     self%p = 0.0_rp
     rr = dot_product(b, b)
     call heat%world%sum(rr)
-    enough = relative**2*rr(1)
+    target = relative**2*rr(1)
     before = 1.0_rp
-    do iterations = 0, most_iterations
-      if (rr(1) <= enough) exit
+    do iterations = 0, max_iterations
+      if (rr(1) <= target) exit
       call precondition(self, heat, a)
       rho = dot_product(self%r, self%z)
       call heat%world%sum(rho)
@@ -121,7 +123,7 @@ contains
       call advance(n, rho(1)/curvature(1), self%p(1:n), self%q, x, self%r, rr(1))
       call heat%world%sum(rr)
     end do
-    if (rr(1) > enough) self%has_failed = .true.   ! what is not a number is for others to find
+    if (rr(1) > target) self%has_failed = .true.   ! non-finite states are diagnosed elsewhere
   end subroutine conjugate_gradients
 
   !> q = main p - a capacity g and p q.
@@ -139,7 +141,7 @@ contains
     end do
   end subroutine multiply
 
-  !> A step along p: x and the residual r, and r r.
+  !> Update x and the residual r along p, and compute r r.
   pure subroutine advance(n, alpha, p, q, x, r, rr)
     integer, intent(in) :: n
     real(rp), intent(in) :: alpha, p(n), q(n)
@@ -156,7 +158,7 @@ contains
     end do
   end subroutine advance
 
-  !> z from r by the box or by the diagonal.
+  !> Precondition r to z by the box or by the diagonal.
   subroutine precondition(self, heat, a)
     class(linear_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A linear operator that is known by what it does to a vector.
+!> Abstract linear operator, defined by its product with a vector.
 module heat_solvers_operator
   use base_kinds, only: rp
   implicit none (type, external)
@@ -13,7 +13,7 @@ module heat_solvers_operator
   end type operator_t
 
   abstract interface
-    !> Collective. Y = A x, of the rows of this rank.
+    !> Collective. Product y = A x on the rows of this rank.
     subroutine multiply(self, x, y)
       import :: operator_t, rp
       implicit none (type, external)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Linear systems by PETSc, through a shared library (modules/petsc/solver.F90) that is opened when
-!> a scene asks for it. Options of PETSc are taken from the environment variable PETSC_OPTIONS.
+!> Linear systems by PETSc, through a shared library (modules/petsc/solver.F90) that is loaded when
+!> a scene needs it. Options of PETSc are read from the environment variable PETSC_OPTIONS.
 module heat_solvers_petsc
   use, intrinsic :: iso_c_binding, only: c_double, c_f_procpointer, c_funloc, c_funptr, c_int, &
                                          c_null_ptr, c_ptr
@@ -17,14 +17,14 @@ module heat_solvers_petsc
 
   public :: petsc_t, petsc_trouble, solve_by_petsc, end_petsc
 
-  real(rp), parameter :: keep = 1.5_rp   !! the preconditioner lasts while steps change less than so
+  real(rp), parameter :: reuse_factor = 1.5_rp !! change of the step for a new preconditioner
 
-  !> The systems [diagonal + a (G - ...)] x = b of the cells in the solid.
+  !> Systems (diagonal + a G) x = b of the cells in the solid.
   type :: petsc_t
     type(c_ptr), private :: matrix = c_null_ptr
     integer, allocatable, private :: row(:)   !! cells in the solid
-    real(rp), private :: built_for = 0.0_rp   !! a of the preconditioner; 0: none
-    real(rp), allocatable, private :: built_from(:)   !! its diagonal
+    real(rp), private :: built_for = 0.0_rp   !! implicit step of the preconditioner [s]; 0: none
+    real(rp), allocatable, private :: built_from(:)   !! diagonal of the preconditioner [J/K]
   contains
     procedure :: start
     procedure :: solve
@@ -76,11 +76,11 @@ module heat_solvers_petsc
   procedure(solve_matrix_t), pointer :: solve_matrix => null()
   procedure(solve_shell_t), pointer :: solve_shell => null()
   procedure(end_t), pointer :: end_library => null()
-  class(operator_t), pointer :: acting => null()   !! what PETSc solves for, while it does
+  class(operator_t), pointer :: shell_operator => null() !! operator of the solve in progress
 
 contains
 
-  !> Why this program has no PETSc; blank if it has one, which is open then.
+  !> Load PETSc; message why this is not possible, or ''.
   function petsc_trouble() result(text)
     character(:), allocatable :: text
 
@@ -103,7 +103,7 @@ contains
     is_open = .true.
   end function petsc_trouble
 
-  !> Assemble the conductances from the rates of all cells.
+  !> Collective. Assemble the conductance matrix from the rates of all cells.
   subroutine start(self, heat, rate)
     class(petsc_t), intent(inout) :: self
     type(heat_t), intent(in) :: heat
@@ -113,7 +113,7 @@ contains
     integer, allocatable :: begin(:), column(:)
     real(rp), allocatable :: value(:)
 
-    call need_petsc()
+    call require_petsc()
     associate (mesh => heat%mesh)
       self%row = pack([(i, i=1, size(mesh%capacity))], mesh%capacity > 0.0_rp)
       rows = 0
@@ -140,17 +140,18 @@ contains
     end associate
     self%matrix = assemble(heat%world%comm%mpi_val, size(self%row), begin, column, value)
   contains
-    subroutine add(where_to, what)
-      integer, intent(in) :: where_to
-      real(rp), intent(in) :: what
+    !> Add an entry of the matrix.
+    subroutine add(column_index, entry)
+      integer, intent(in) :: column_index
+      real(rp), intent(in) :: entry
 
       n = n + 1
-      column(n) = where_to
-      value(n) = what
+      column(n) = column_index
+      value(n) = entry
     end subroutine add
   end subroutine start
 
-  !> Collective. (Diagonal + a G) x = b.
+  !> Collective. Solve (diagonal + a G) x = b.
   subroutine solve(self, diagonal, a, b, relative, x, iterations)
     class(petsc_t), intent(inout) :: self
     real(rp), intent(in) :: diagonal(:), a, b(:), relative
@@ -159,17 +160,18 @@ contains
     real(rp), allocatable :: solution(:)
     logical :: is_new
 
-    is_new = a > keep*self%built_for .or. keep*a < self%built_for
+    is_new = a > reuse_factor*self%built_for .or. reuse_factor*a < self%built_for
     if (is_new) self%built_for = a
     if (is_new) self%built_from = diagonal
     allocate (solution(size(self%row)))
-    call expect(solve_matrix(self%matrix, size(self%row), merge(1, 0, is_new), &
-                             diagonal(self%row), a, b(self%row), relative, solution, iterations))
+    call check_convergence(solve_matrix(self%matrix, size(self%row), merge(1, 0, is_new), &
+                                        diagonal(self%row), a, b(self%row), relative, solution, &
+                                          iterations))
     x = 0.0_rp
     x(self%row) = solution
   end subroutine solve
 
-  !> What the preconditioner was built from; zero if there is none.
+  !> Data of the preconditioner for a restart; zero if there is none.
   subroutine pack_memory(self, diagonal, a)
     class(petsc_t), intent(in) :: self
     real(rp), intent(out) :: diagonal(:), a
@@ -179,7 +181,7 @@ contains
     if (allocated(self%built_from)) diagonal = self%built_from
   end subroutine pack_memory
 
-  !> Collective. Build the preconditioner from what `pack_memory` gave.
+  !> Collective. Rebuild the preconditioner from the data of `pack_memory`.
   subroutine unpack_memory(self, diagonal, a)
     class(petsc_t), intent(inout) :: self
     real(rp), intent(in) :: diagonal(:), a
@@ -189,8 +191,8 @@ contains
     if (a > 0.0_rp) call self%solve(diagonal, a, diagonal, 0.1_rp, x, iterations)
   end subroutine unpack_memory
 
-  !> Collective. X of A x = b for a symmetric A, until the residual, weighted by the reciprocal
-  !> `diagonal` that also preconditions, is `relative` of that of b, or `absolute`.
+  !> Collective. Solve A x = b for a symmetric operator until the residual norm, with weight
+  !> 1/diagonal that is also the preconditioner, is `relative` times that of b, or `absolute`.
   subroutine solve_by_petsc(world, operator, diagonal, b, relative, absolute, x, iterations)
     type(world_t), intent(in) :: world
     class(operator_t), intent(inout), target :: operator
@@ -198,41 +200,42 @@ contains
     real(rp), intent(out) :: x(:)
     integer, intent(out) :: iterations
 
-    call need_petsc()
-    acting => operator
-    call expect(solve_shell(world%comm%mpi_val, size(b), c_funloc(act), diagonal, b, relative, &
-                            absolute, x, iterations))
+    call require_petsc()
+    shell_operator => operator
+    call check_convergence(solve_shell(world%comm%mpi_val, size(b), c_funloc(multiply_shell), &
+                                       diagonal, b, relative, absolute, x, iterations))
   end subroutine solve_by_petsc
 
-  !> What PETSc calls in `solve_by_petsc`.
-  subroutine act(n, x, y) bind(c)
+  !> Callback of PETSc in `solve_by_petsc`: product with the operator.
+  subroutine multiply_shell(n, x, y) bind(c)
     integer(c_int), value :: n
     real(c_double), intent(in) :: x(n)
     real(c_double), intent(out) :: y(n)
 
-    call acting%multiply(x, y)
-  end subroutine act
+    call shell_operator%multiply(x, y)
+  end subroutine multiply_shell
 
-  !> Before MPI ends.
+  !> Finalize PETSc; before MPI ends.
   subroutine end_petsc()
     if (is_open) call end_library()
   end subroutine end_petsc
 
-  subroutine need_petsc()
-    character(:), allocatable :: trouble
+  !> Abort if PETSc cannot be loaded.
+  subroutine require_petsc()
+    character(:), allocatable :: problem
 
-    trouble = petsc_trouble()
-    if (trouble /= '') call fatal(trouble)
-  end subroutine need_petsc
+    problem = petsc_trouble()
+    if (problem /= '') call fatal(problem)
+  end subroutine require_petsc
 
-  !> A solve that failed ends the run.
-  subroutine expect(reason)
+  !> Abort if a solve has not converged.
+  subroutine check_convergence(reason)
     integer(c_int), intent(in) :: reason
 
     if (reason < 0) then
       call fatal('PETSc did not solve for the conduction step (KSPConvergedReason '// &
                  str(int(reason))//'): shorten &HEAT STEP')
     end if
-  end subroutine expect
+  end subroutine check_convergence
 
 end module heat_solvers_petsc

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> A box of complex numbers (pairs of cells in z, y, x) in two divisions among the ranks: planes
-!> across x as a mesh has them, and columns along x with own rows of y.
+!> Redistribution of a box of complex numbers (pairs of cells in z, y, x) between two partitions:
+!> planes normal to x as in the mesh, and columns along x with own rows of y.
 module heat_solvers_redistribution
   use base_kinds, only: rp
   use comm_world, only: world_t
@@ -10,10 +10,11 @@ module heat_solvers_redistribution
 
   public :: redistribution_t
 
+  !> Partitions and buffers.
   type :: redistribution_t
-    integer :: pairs = 0                             !! complex numbers of a row of cells in z
-    integer :: j0 = 0, nj = 0                        !! own rows of y in the columns
-    integer, private :: nx = 0, ny = 0, own_nx = 0   !! of the box; own planes
+    integer :: pairs = 0                             !! complex numbers per row of cells in z
+    integer :: j0 = 0, nj = 0                        !! offset and number of own rows of y
+    integer, private :: nx = 0, ny = 0, own_nx = 0   !! size of the box; number of own planes
     integer, allocatable, private :: send(:), receive(:), j_of(:), nj_of(:)
     complex(rp), allocatable, private :: packed(:)
   contains
@@ -24,7 +25,8 @@ module heat_solvers_redistribution
 
 contains
 
-  !> Collective. For a box of `n` cells (x, y, z) of which this rank has `own_nx` planes.
+  !> Collective. Set the partitions of a box of `n` cells (x, y, z) with `own_nx` planes on this
+  !> rank.
   subroutine init(self, world, n, own_nx)
     class(redistribution_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -48,7 +50,7 @@ contains
     if (world%size > 1) allocate (self%packed(self%pairs*n(2)*own_nx))
   end subroutine init
 
-  !> Collective. Planes (z, y, own x) to columns (z, own y, x); more than one rank.
+  !> Collective. Redistribute planes (z, y, own x) to columns (z, own y, x), on more than one rank.
   subroutine to_columns(self, world, planes, columns)
     class(redistribution_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -70,7 +72,7 @@ contains
                        columns, self%receive, offsets(self%receive), mpi_double_complex, world%comm)
   end subroutine to_columns
 
-  !> Collective. The reverse.
+  !> Collective. Redistribute columns to planes.
   subroutine to_planes(self, world, columns, planes)
     class(redistribution_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -91,7 +93,7 @@ contains
     end do
   end subroutine to_planes
 
-  !> Where each rank's part begins, from 0.
+  !> Offset of each rank's part, from 0.
   pure function offsets(counts)
     integer, intent(in) :: counts(:)
     integer :: offsets(size(counts)), r

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> The highest plane of cells of a box in an implicit step, where heat that depends on temperature
-!> enters: u + G (s u) = t, with t what the box makes of the step without it, s >= 0 the response of
-!> the source to its temperature and G that of the plane to heat given to it, diagonal in cosines.
-!> Every rank solves the whole plane.
+!> Top plane of cells of a box in an implicit step with a temperature-dependent heat source: u + G
+!> (s u) = t, with the solution t of the box without this dependence, the response s >= 0 of the
+!> source to temperature, and the response G of the plane to heat in it, which is diagonal in cosine
+!> modes. Every rank solves the whole plane.
 module heat_solvers_surface
   use base_kinds, only: rp
   use heat_solvers_cosine, only: cosine_t
@@ -11,9 +11,10 @@ module heat_solvers_surface
 
   public :: surface_t
 
-  real(rp), parameter :: relative = 1.0e-8_rp    !! residual at the end, of that at the start
-  integer, parameter :: most_iterations = 500
+  real(rp), parameter :: relative = 1.0e-8_rp    !! relative residual at convergence
+  integer, parameter :: max_iterations = 500
 
+  !> Transforms of the plane.
   type :: surface_t
     integer, private :: nx = 0, ny = 0
     type(cosine_t), private :: along_x, along_y
@@ -26,6 +27,7 @@ module heat_solvers_surface
 
 contains
 
+  !> Initialize the transforms.
   subroutine init(self, nx, ny)
     class(surface_t), intent(inout) :: self
     integer, intent(in) :: nx, ny
@@ -44,12 +46,12 @@ contains
     real(rp) :: w(self%ny, self%nx)
 
     w = u
-    call along(self%along_x, self%ny, self%nx, .true., w)
+    call transform_rows(self%along_x, self%ny, self%nx, .true., w)
     v = transpose(w)
-    call along(self%along_y, self%nx, self%ny, .true., v)
+    call transform_rows(self%along_y, self%nx, self%ny, .true., v)
   end subroutine spectrum
 
-  !> Plane of which `v` is the transform.
+  !> Inverse cosine transform of a plane.
   subroutine field(self, v, u)
     class(surface_t), intent(in) :: self
     real(rp), intent(in) :: v(self%nx, self%ny)
@@ -57,17 +59,17 @@ contains
     real(rp) :: w(self%nx, self%ny)
 
     w = v
-    call along(self%along_y, self%nx, self%ny, .false., w)
+    call transform_rows(self%along_y, self%nx, self%ny, .false., w)
     u = transpose(w)
-    call along(self%along_x, self%ny, self%nx, .false., u)
+    call transform_rows(self%along_x, self%ny, self%nx, .false., u)
     u = u*(0.25_rp/(real(self%nx, rp)*real(self%ny, rp)))
   end subroutine field
 
   !> Transform of w(rows, n) along its second dimension.
-  subroutine along(cosine, rows, n, is_forth, w)
+  subroutine transform_rows(cosine, rows, n, is_forward, w)
     type(cosine_t), intent(in) :: cosine
     integer, intent(in) :: rows, n
-    logical, intent(in) :: is_forth
+    logical, intent(in) :: is_forward
     real(rp), intent(inout) :: w(rows, n)
     complex(rp) :: x((rows + 1)/2, n), y((rows + 1)/2, n)
     integer :: m
@@ -75,17 +77,17 @@ contains
     m = rows/2
     x(:m, :) = cmplx(w(1:2*m:2, :), w(2:2*m:2, :), rp)
     if (2*m < rows) x(m + 1, :) = cmplx(w(rows, :), 0.0_rp, rp)
-    if (is_forth) then
-      call cosine%forth(size(x, 1), x, y)
+    if (is_forward) then
+      call cosine%forward(size(x, 1), x, y)
     else
-      call cosine%back(size(x, 1), x, y)
+      call cosine%backward(size(x, 1), x, y)
     end if
     w(1:2*m:2, :) = y(:m, :)%re
     w(2:2*m:2, :) = y(:m, :)%im
     if (2*m < rows) w(rows, :) = y(m + 1, :)%re
-  end subroutine along
+  end subroutine transform_rows
 
-  !> Transform of s u, from transforms of t and of G, by conjugate gradients on
+  !> Solve for the transform of s u from the transforms of t and G, by conjugate gradients on
   !> (1 + sqrt(s) G sqrt(s)) v = sqrt(s) t.
   subroutine respond(self, s, t, g, su)
     class(surface_t), intent(in) :: self
@@ -103,7 +105,7 @@ contains
     first = sum(r**2)
     before = 1.0_rp
     rr = first
-    do i = 1, most_iterations
+    do i = 1, max_iterations
       if (rr <= relative**2*first) exit
       p = r + (rr/before)*p
       before = rr

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Tridiagonal systems along z of an implicit step in a box, one for each pair of cosines:
-!> (1 + a (lambda + zm + zp + loss)) x_k - a zm x_k-1 - a zp x_k+1 = b_k. Two cells in z are the
-!> parts of a complex number.
+!> Tridiagonal systems along z of an implicit step in a box, one for each pair of cosine modes:
+!> (1 + a (lambda + zm + zp + loss)) x_k - a zm x_k-1 - a zp x_k+1 = b_k. Pairs of cells along z are
+!> the real and imaginary parts of complex numbers.
 module heat_solvers_tridiagonal
   use base_kinds, only: rp
   implicit none (type, external)
@@ -9,11 +9,12 @@ module heat_solvers_tridiagonal
 
   public :: tridiagonal_t
 
-  integer, parameter :: lanes = 8        !! systems that are solved at once
+  integer, parameter :: lanes = 8        !! systems solved at once
 
+  !> Coefficients of the systems.
   type :: tridiagonal_t
     integer :: nx = 0, nz = 0
-    real(rp), allocatable :: lambda_x(:)             !! (nx) decay rates of cosines [1/s]
+    real(rp), allocatable :: lambda_x(:)             !! (nx) decay rates of cosine modes [1/s]
     real(rp), allocatable, dimension(:) :: zm, zp, loss   !! (nz) [1/s]
   contains
     procedure :: solve
@@ -22,11 +23,12 @@ module heat_solvers_tridiagonal
 
 contains
 
-  !> Tridiagonal systems along z, `lanes` of them at once.
-  pure subroutine solve(self, a, lambda_y, is_up, is_down, work)
+  !> Solve the systems, `lanes` at once: elimination, back substitution, or both.
+  pure subroutine solve(self, a, lambda_y, eliminates, substitutes, work)
     class(tridiagonal_t), intent(in) :: self
-    real(rp), intent(in) :: a, lambda_y           !! [s], [1/s]
-    logical, intent(in) :: is_up, is_down
+    real(rp), intent(in) :: a                     !! implicit step [s]
+    real(rp), intent(in) :: lambda_y              !! decay rate along y [1/s]
+    logical, intent(in) :: eliminates, substitutes
     complex(rp), intent(inout) :: work((self%nz + 1)/2, self%nx)
     real(rp) :: lambda(lanes), x(lanes, self%nz + 1), up(lanes, self%nz), pivot(lanes), &
                 y(lanes, self%nz + 1)
@@ -42,19 +44,20 @@ contains
         x(:m, 2*k) = work(k, i:i + m - 1)%im
       end do
       y = x
-      call go_up(self%nz, a, lambda, self%zm, self%zp, self%loss, y, up, pivot)
-      if (is_up) x = y
-      if (is_down) call go_down(self%nz, up, x)
+      call eliminate(self%nz, a, lambda, self%zm, self%zp, self%loss, y, up, pivot)
+      if (eliminates) x = y
+      if (substitutes) call substitute(self%nz, up, x)
       do k = 1, (self%nz + 1)/2
         work(k, i:i + m - 1) = cmplx(x(:m, 2*k - 1), x(:m, 2*k), rp)
       end do
     end do
   end subroutine solve
 
-  !> x in the highest plane for heat of 1 there alone.
+  !> Solution in the top plane for a unit right-hand side there.
   pure subroutine response(self, a, lambda_y, g)
     class(tridiagonal_t), intent(in) :: self
-    real(rp), intent(in) :: a, lambda_y           !! [s], [1/s]
+    real(rp), intent(in) :: a                     !! implicit step [s]
+    real(rp), intent(in) :: lambda_y              !! decay rate along y [1/s]
     real(rp), intent(out) :: g(self%nx)
     real(rp) :: lambda(lanes), x(lanes, self%nz), up(lanes, self%nz), pivot(lanes)
     integer :: i, m
@@ -64,14 +67,14 @@ contains
     do i = 1, self%nx, lanes
       m = min(lanes, self%nx - i + 1)
       lambda(:m) = lambda_y + self%lambda_x(i:i + m - 1)
-      call go_up(self%nz, a, lambda, self%zm, self%zp, self%loss, x, up, pivot)
+      call eliminate(self%nz, a, lambda, self%zm, self%zp, self%loss, x, up, pivot)
       g(i:i + m - 1) = pivot(:m)
       x = 0.0_rp
     end do
   end subroutine response
 
-  !> Elimination from below; `pivot` is the inverse of the last one.
-  pure subroutine go_up(nz, a, lambda, zm, zp, loss, x, up, pivot)
+  !> Elimination from the bottom; `pivot` is the inverse of the last pivot.
+  pure subroutine eliminate(nz, a, lambda, zm, zp, loss, x, up, pivot)
     integer, intent(in) :: nz
     real(rp), intent(in) :: a, lambda(lanes), zm(nz), zp(nz), loss(nz)
     real(rp), intent(inout) :: x(lanes, nz)
@@ -89,9 +92,10 @@ contains
       x(:, k) = before
     end do
     pivot = d
-  end subroutine go_up
+  end subroutine eliminate
 
-  pure subroutine go_down(nz, up, x)
+  !> Back substitution from the top.
+  pure subroutine substitute(nz, up, x)
     integer, intent(in) :: nz
     real(rp), intent(in) :: up(lanes, nz)
     real(rp), intent(inout) :: x(lanes, nz)
@@ -100,6 +104,6 @@ contains
     do k = nz - 1, 1, -1
       x(:, k) = x(:, k) + up(:, k)*x(:, k + 1)
     end do
-  end subroutine go_down
+  end subroutine substitute
 
 end module heat_solvers_tridiagonal

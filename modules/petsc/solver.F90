@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What `heat_solvers_petsc` calls of PETSc, plain arrays in and out. It is a shared library that is
-!> opened when a scene asks for PETSc, so that no other run loads PETSc and the 50 libraries below
-!> it.
+!> Interface of `heat_solvers_petsc` to PETSc with plain arrays. It is a shared library that is
+!> loaded when a scene needs PETSc, so that other runs do not load PETSc and its 50 dependencies.
 module petsc_solver
 #include <petsc/finclude/petscksp.h>
   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, &
@@ -23,7 +22,7 @@ module petsc_solver
   end type matrix_t
 
   abstract interface
-    !> Collective. Y = A x, of the rows of this rank.
+    !> Collective. Product y = A x on the rows of this rank.
     subroutine multiply_t(n, x, y) bind(c)
       import :: c_double, c_int
       implicit none (type, external)
@@ -33,15 +32,15 @@ module petsc_solver
     end subroutine multiply_t
   end interface
 
-  ! PETSc calls back with a matrix alone: what it stands for during one solve.
+  ! PETSc passes only the matrix to callbacks: operator and diagonal of the solve in progress.
   procedure(multiply_t), pointer :: multiply => null()
-  real(rp), pointer :: its_diagonal(:) => null()
+  real(rp), pointer :: shell_diagonal(:) => null()
 
 contains
 
-  !> Collective. Keep G, of which this rank has `n` rows with the entries `start(i)+1` to
-  !> `start(i+1)` of `column` (from 0, over all ranks) and `value`. By conjugate gradients with
-  !> algebraic multigrid (ML where PETSc has it, else GAMG).
+  !> Collective. Assemble G, of which this rank has `n` rows with the entries `start(i)+1` to
+  !> `start(i+1)` of `column` (from 0, over all ranks) and `value`. The solver is conjugate
+  !> gradients with algebraic multigrid (ML where PETSc has it, else GAMG).
   function assemble(comm, n, start, column, value) result(handle) &
       bind(c, name='stirpoint_petsc_assemble')
     integer(c_int), value :: comm, n
@@ -64,7 +63,7 @@ contains
     call make_solver(m)
   end function assemble
 
-  !> A solver without a preconditioner yet.
+  !> Create a solver; its preconditioner is built in the first solve.
   subroutine make_solver(m)
     type(matrix_t), intent(inout) :: m
     PetscErrorCode :: ierr
@@ -83,8 +82,8 @@ contains
     call KSPSetFromOptions(m%ksp, ierr)
   end subroutine make_solver
 
-  !> Collective. (Diagonal + a G) x = b until the residual is `relative` of b; with `is_new` by a
-  !> new preconditioner. Returns KSPConvergedReason.
+  !> Collective. Solve (diagonal + a G) x = b until the residual is `relative` times b, with a new
+  !> preconditioner if `is_new` is not 0. Returns KSPConvergedReason.
   integer(c_int) function solve_matrix(handle, n, is_new, diagonal, a, b, relative, x, iterations) &
       bind(c, name='stirpoint_petsc_solve')
     type(c_ptr), value :: handle
@@ -100,9 +99,9 @@ contains
     call c_f_pointer(handle, m)
     call MatCopy(m%conductance, m%system, SAME_NONZERO_PATTERN, ierr)
     call MatScale(m%system, a, ierr)
-    call put(diagonal, m%d)
+    call set_entries(diagonal, m%d)
     call MatDiagonalSet(m%system, m%d, ADD_VALUES, ierr)
-    if (is_new /= 0) then                ! from nothing: it depends on no earlier one
+    if (is_new /= 0) then                ! a new solver, independent of earlier ones
       call KSPDestroy(m%ksp, ierr)
       call make_solver(m)
     else
@@ -110,16 +109,16 @@ contains
     end if
     call KSPSetTolerances(m%ksp, relative, PETSC_DEFAULT_REAL, PETSC_DEFAULT_REAL, &
                           PETSC_DEFAULT_INTEGER, ierr)
-    call put(b, m%b)
+    call set_entries(b, m%b)
     call KSPSolve(m%ksp, m%b, m%x, ierr)
-    call take(m%x, x)
+    call get_entries(m%x, x)
     call KSPGetIterationNumber(m%ksp, iterations, ierr)
     call KSPGetConvergedReason(m%ksp, reason, ierr)
     solve_matrix = int(reason, c_int)
   end function solve_matrix
 
-  !> Collective. X of A x = b for a symmetric A that `action` multiplies with, until the residual,
-  !> weighted by the reciprocal `diagonal` that also preconditions, is `relative` of that of b, or
+  !> Collective. Solve A x = b for a symmetric A with the product `action` until the residual norm,
+  !> with weight 1/diagonal that is also the preconditioner, is `relative` times that of b, or
   !> `absolute`. Returns KSPConvergedReason.
   integer(c_int) function solve_shell(comm, n, action, diagonal, b, relative, absolute, x, &
                                       iterations) &
@@ -141,14 +140,14 @@ contains
 
     call start_petsc(comm)
     call c_f_procpointer(action, multiply)
-    its_diagonal => diagonal
+    shell_diagonal => diagonal
     call MatCreateShell(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, &
                         PETSC_NULL_INTEGER, a, ierr)
     call MatShellSetOperation(a, MATOP_MULT, multiply_shell, ierr)
     call MatShellSetOperation(a, MATOP_GET_DIAGONAL, diagonal_of_shell, ierr)
     call VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DETERMINE, right, ierr)
     call VecDuplicate(right, left, ierr)
-    call put(b, right)
+    call set_entries(b, right)
     call KSPCreate(PETSC_COMM_WORLD, ksp, ierr)
     call KSPSetOperators(ksp, a, a, ierr)
     call KSPSetType(ksp, KSPCG, ierr)
@@ -158,7 +157,7 @@ contains
     call KSPSetTolerances(ksp, relative, absolute, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr)
     call KSPSetFromOptions(ksp, ierr)
     call KSPSolve(ksp, right, left, ierr)
-    call take(left, x)
+    call get_entries(left, x)
     call KSPGetIterationNumber(ksp, iterations, ierr)
     call KSPGetConvergedReason(ksp, reason, ierr)
     solve_shell = int(reason, c_int)
@@ -168,6 +167,7 @@ contains
     call VecDestroy(left, ierr)
   end function solve_shell
 
+  !> Callback: product of the operator with a vector.
   subroutine multiply_shell(a, x, y, ierr)
     Mat :: a
     Vec :: x, y
@@ -181,17 +181,18 @@ contains
     call VecRestoreArrayReadF90(x, from, ierr)
   end subroutine multiply_shell
 
+  !> Callback: diagonal of the operator.
   subroutine diagonal_of_shell(a, d, ierr)
     Mat :: a
     Vec :: d
     PetscErrorCode :: ierr
 
     ierr = 0
-    call put(its_diagonal, d)
+    call set_entries(shell_diagonal, d)
   end subroutine diagonal_of_shell
 
-  !> Give the entries of this rank to a vector.
-  subroutine put(values, v)
+  !> Copy this rank's entries into a vector.
+  subroutine set_entries(values, v)
     real(rp), intent(in) :: values(:)
     Vec :: v
     PetscScalar, pointer :: entries(:)
@@ -200,10 +201,10 @@ contains
     call VecGetArrayF90(v, entries, ierr)
     entries = values
     call VecRestoreArrayF90(v, entries, ierr)
-  end subroutine put
+  end subroutine set_entries
 
-  !> The entries of this rank.
-  subroutine take(v, values)
+  !> Copy this rank's entries out of a vector.
+  subroutine get_entries(v, values)
     Vec :: v
     real(rp), intent(out) :: values(:)
     PetscScalar, pointer :: entries(:)
@@ -212,30 +213,30 @@ contains
     call VecGetArrayReadF90(v, entries, ierr)
     values = entries
     call VecRestoreArrayReadF90(v, entries, ierr)
-  end subroutine take
+  end subroutine get_entries
 
-  !> Collective. Start PETSc if need be. Signals stay the program's; an error of PETSc ends all
-  !> ranks with its message, so that no `ierr` needs a look.
+  !> Collective. Initialize PETSc once. Signal handling stays with the program; errors of PETSc
+  !> abort all ranks with a message, so that `ierr` need not be checked.
   subroutine start_petsc(comm)
     integer(c_int), value :: comm
     PetscErrorCode :: ierr
-    PetscBool :: is_there
+    PetscBool :: is_initialized
 
-    call PetscInitialized(is_there, ierr)
-    if (is_there) return
+    call PetscInitialized(is_initialized, ierr)
+    if (is_initialized) return
     PETSC_COMM_WORLD = comm
     call PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-no_signal_handler', 'true', ierr)
     call PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-on_error_mpiabort', 'true', ierr)
     call PetscInitialize(PETSC_NULL_CHARACTER, ierr)
   end subroutine start_petsc
 
-  !> Before MPI ends.
+  !> Finalize PETSc; before MPI ends.
   subroutine end_petsc() bind(c, name='stirpoint_petsc_end')
     PetscErrorCode :: ierr
-    PetscBool :: is_there
+    PetscBool :: is_initialized
 
-    call PetscInitialized(is_there, ierr)
-    if (is_there) call PetscFinalize(ierr)
+    call PetscInitialized(is_initialized, ierr)
+    if (is_initialized) call PetscFinalize(ierr)
   end subroutine end_petsc
 
 end module petsc_solver

@@ -4,7 +4,7 @@ module setup_tracers
   use base_kinds, only: rp
   use base_text, only: str
   use heat_setup_cut_cells, only: all_solids, solids_t
-  use heat_setup_scene, only: is_held
+  use heat_setup_scene, only: is_in_body
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use particles_tracers, only: tracers_t
@@ -204,7 +204,7 @@ contains
     integer :: i
 
     kept = position(:, pack([(i, i=1, size(position, 2))], &
-                            [(is_held(solids, position(:, i), minval(scene%grid%h)), &
+                            [(is_in_body(solids, position(:, i), minval(scene%grid%h)), &
                               i=1, size(position, 2))]))
   end function positions_in_bodies
 
