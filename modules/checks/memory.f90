@@ -19,7 +19,7 @@ module checks_memory
   real(rp), parameter :: per_field = 12.0_rp    !! per particle and field, with reserve [bytes]
   real(rp), parameter :: per_node = 64.0_rp       !! per grid node [bytes]
   real(rp), parameter :: per_cell = 100.0_rp      !! per cell of a heat-only run [bytes]
-  real(rp), parameter :: max_lattice_points = 4.0e9_rp !! per rank: more take minutes to fill
+  real(rp), parameter :: max_lattice_points = 4.0e9_rp  !! per rank: more take minutes to fill
 
 contains
 

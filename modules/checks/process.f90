@@ -13,7 +13,7 @@ module checks_process
 
   public :: survey_tool, tool_survey_t, phase_survey_t, undefined
 
-  real(rp), parameter :: undefined = huge(1.0_rp) !! value of an undefined length or time
+  real(rp), parameter :: undefined = huge(1.0_rp)  !! value of an undefined length or time
   integer, parameter :: n_samples = 48            !! time samples per phase
 
   !> Survey of a phase of a tool's motion, or of its rest after the last one.
@@ -26,7 +26,7 @@ module checks_process
     real(rp) :: spin = 0.0_rp                     !! that of largest magnitude [rad/s]
     real(rp) :: depth = undefined              !! of the lowest tool point below the plate top [m]
     real(rp) :: bottom = undefined     !! least height of the tool above the plate bottom [m]
-    real(rp) :: edge = undefined !! least distance of the tool rim to a plate edge [m]
+    real(rp) :: edge = undefined  !! least distance of the tool rim to a plate edge [m]
     real(rp) :: side = undefined   !! least distance of the tool to a grid side or wall [m]
     real(rp) :: off_plate = 0.0_rp                !! path length beside the plate after contact [m]
     real(rp) :: off_plate_from = undefined              !! time at which it leaves the plate [s]

@@ -71,7 +71,7 @@ contains
       if (allocated(notes%folder)) input%folder = notes%folder
     end if
     if (.not. error%is_set()) then
-      if (input%is_whole() .and. (diagnostics%count() == 0 .or. input%is_short())) then
+      if (input%has_required_groups() .and. (diagnostics%count() == 0 .or. input%is_short())) then
         call build_scene(input, sim%scene, sim%tool, sim%backing, sim%source, sim%probes, &
                          sim%tracers, diagnostics)
         sim%clock%mass_scaling = sim%scene%method%mass_scaling

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of &WALL, &LOAD, &TRACTION and &CONTACT; conditions that hold nodes own theirs
-!> (conditions_list).
+!> Keys of &WALL, &LOAD, &TRACTION and &CONTACT; those of clamps are in conditions_list.
 module groups_boundary
   use conditions_list, only: add_clamp_keys
   use keys_table, only: key_table_t
@@ -11,7 +10,7 @@ module groups_boundary
 
 contains
 
-  !> Add their rows to the table.
+  !> Add the rows of these groups to the table.
   subroutine add_boundary(t)
     type(key_table_t), intent(inout) :: t
 

@@ -20,6 +20,7 @@ contains
     call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
   end subroutine add_heat
 
+  !> Rows of &HEAT.
   subroutine add_conduction(t)
     type(key_table_t), intent(inout) :: t
 
@@ -46,6 +47,7 @@ contains
       'TOLERANCE')
   end subroutine add_conduction
 
+  !> Rows of &SURFACE, but for backings.
   subroutine add_surface(t)
     type(key_table_t), intent(inout) :: t
 
@@ -72,7 +74,7 @@ contains
       'temperature on the other side; not given: that of &HEAT')
   end subroutine add_surface
 
-  !> More of &SURFACE.
+  !> Rows of &SURFACE for backings.
   subroutine add_backing(t)
     type(key_table_t), intent(inout) :: t
 
@@ -96,6 +98,7 @@ contains
       'temperature, over the area of the face')
   end subroutine add_backing
 
+  !> Rows of &SOURCE.
   subroutine add_source(t)
     type(key_table_t), intent(inout) :: t
 

@@ -9,7 +9,7 @@ module groups_output
 
 contains
 
-  !> Add their rows to the table.
+  !> Add the rows of these groups to the table.
   subroutine add_output(t)
     type(key_table_t), intent(inout) :: t
 

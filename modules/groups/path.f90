@@ -9,7 +9,7 @@ module groups_path
 
 contains
 
-  !> The group &PATH of `stirpoint --material`.
+  !> Add the rows of &PATH, for `stirpoint --material`, to the table.
   subroutine add_paths(t)
     type(key_table_t), intent(inout) :: t
 

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> The table of all groups and keys of the input file. A new key is a new row in one of the files of
-!> this folder; checks, defaults and the reference page follow. A restart may have other values for
-!> the keys that `may_change`: they say how to go on, or what will act from now on, not what the
-!> state is. Of &MOTION all that is still to come may change, of &SOURCE an END that is
-!> (checks_same_scene).
+!> this folder; checks, defaults and the reference page follow. A restart may change the keys that
+!> `may_change`: they control the rest of the run, not the state. Of &MOTION all future phases may
+!> change, of &SOURCE an END in the future (checks_same_scene).
 module groups_table
   use groups_body, only: add_body
   use groups_boundary, only: add_boundary
@@ -22,7 +21,8 @@ module groups_table
 
 contains
 
-  !> The table. A row: name, type, number of values (-n: up to n), unit, default, allowed, meaning.
+  !> The table. Columns: name, type, number of values (-n: up to n), unit, default, allowed,
+  !> meaning.
   function key_table() result(t)
     type(key_table_t) :: t
 

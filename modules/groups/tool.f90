@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of &TOOL and &MOTION; a shape owns the keys that describe it (tool_shapes_list).
+!> Keys of &TOOL and &MOTION; those of the shapes are in tool_shapes_list.
 module groups_tool
   use contact_law, only: friction_laws
   use keys_table, only: key_table_t
@@ -55,7 +55,7 @@ contains
     call add_motion(t)
   end subroutine add_tool
 
-  !> Keys of &TOOL: the machine that it hangs on, and its limits.
+  !> Rows of &TOOL: compliance and limits of the machine.
   subroutine add_machine(t)
     type(key_table_t), intent(inout) :: t
 
@@ -76,7 +76,7 @@ contains
       'at MAX_FORCE and MAX_TORQUE: the run ends; the tool turns on where it is; it stands still')
   end subroutine add_machine
 
-  !> Keys of &TOOL: which part of the heat of friction it takes, and where that goes.
+  !> Rows of &TOOL: partition of the friction heat, and heat sink of the tool.
   subroutine add_tool_heat(t)
     type(key_table_t), intent(inout) :: t
 

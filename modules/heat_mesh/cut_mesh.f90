@@ -33,7 +33,7 @@ contains
     real(rp), intent(in) :: conductivity(:)         !! of each body [W/(m K)]
     real(rp), intent(in) :: capacity(:)             !! of each body [J/(m3 K)]
     integer, allocatable :: target(:, :, :, :)      ! cell that each cell is merged into
-    real(rp), allocatable :: conductance(:, :, :, :) ! to the next cell along each axis [W/K]
+    real(rp), allocatable :: conductance(:, :, :, :)  ! to the next cell along each axis [W/K]
     integer :: first, last
 
     first = max(1, self%lo - n_halo_planes)
@@ -222,7 +222,7 @@ contains
     integer, intent(in) :: first, last
     integer, intent(in) :: target(3, self%n(3), self%n(2), first:last)
     real(rp), intent(in) :: conductance(3, self%n(3), self%n(2), first:last)
-    real(rp), allocatable :: cell_capacity(:, :, :) ! [J/K]
+    real(rp), allocatable :: cell_capacity(:, :, :)  ! [J/K]
     real(rp) :: rate(6), expected(6), b(3, 2), volume
     integer :: at(3), c, i, j, k, n_irregular, t(3), axis
     integer, allocatable :: irregular(:)

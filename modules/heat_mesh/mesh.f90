@@ -32,7 +32,7 @@ module heat_mesh_mesh
     real(rp) :: volume = 0.0_rp                   !! of the own cells [m3]
     integer, allocatable :: void(:)               !! cells that are not in the solid
     integer, allocatable :: irregular(:)          !! cells whose rates are not those of uncut cells
-    real(rp), allocatable :: irregular_rate(:, :) !! (6, irregular) [1/s]
+    real(rp), allocatable :: irregular_rate(:, :)  !! (6, irregular) [1/s]
     integer, allocatable :: body(:)               !! (np nx) body of each cell
     type(boundary_face_t), allocatable :: wall(:)   !! boundary faces of the own cells
   contains

@@ -14,7 +14,7 @@ module heat_mesh_rates
 
   public :: heat_t, b_source, b_film, n_books
 
-  integer, parameter :: b_source = 1, b_film = 2, n_books = 2 !! indices of powers [W] and heats [J]
+  integer, parameter :: b_source = 1, b_film = 2, n_books = 2  !! powers [W] or heats [J]
 
   !> Mesh, properties, boundary conditions, sources and state of a conduction problem.
   type :: heat_t

@@ -142,7 +142,7 @@ contains
         a = y(j, k)
         b = y(j, o)
         y(j, o) = self%twiddle(k)*cmplx(a%re - b%im, a%im + b%re, rp)       ! a + i b
-        y(j, k) = conjg(self%twiddle(k))*cmplx(a%re + b%im, a%im - b%re, rp) ! a - i b
+        y(j, k) = conjg(self%twiddle(k))*cmplx(a%re + b%im, a%im - b%re, rp)  ! a - i b
       end do
     end do
     call transform(self%backward_plan, y)

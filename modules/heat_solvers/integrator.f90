@@ -17,7 +17,7 @@ module heat_solvers_integrator
 
   real(rp), parameter :: safety = 0.8_rp, max_growth = 2.0_rp, min_growth = 0.2_rp
   integer, parameter :: max_rejected = 50          !! trials of one step
-  real(rp), parameter :: stability_fraction = 0.95_rp !! used fraction of the stability limit
+  real(rp), parameter :: stability_fraction = 0.95_rp  !! used fraction of the stability limit
 
   !> State of the time integration.
   type :: integrator_t

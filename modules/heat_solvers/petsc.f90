@@ -17,7 +17,7 @@ module heat_solvers_petsc
 
   public :: petsc_t, petsc_trouble, solve_by_petsc, end_petsc
 
-  real(rp), parameter :: reuse_factor = 1.5_rp !! change of the step for a new preconditioner
+  real(rp), parameter :: reuse_factor = 1.5_rp  !! change of the step for a new preconditioner
 
   !> Systems (diagonal + a G) x = b of the cells in the solid.
   type :: petsc_t
@@ -76,7 +76,7 @@ module heat_solvers_petsc
   procedure(solve_matrix_t), pointer :: solve_matrix => null()
   procedure(solve_shell_t), pointer :: solve_shell => null()
   procedure(end_t), pointer :: end_library => null()
-  class(operator_t), pointer :: shell_operator => null() !! operator of the solve in progress
+  class(operator_t), pointer :: shell_operator => null()  !! operator of the solve in progress
 
 contains
 

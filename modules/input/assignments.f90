@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The groups of an input and their assignments, as written (input_scan) and overridden, and
-!> look-ups in them.
+!> Groups of an input and their assignments, as written (input_scan) and overridden, with look-ups.
 module input_assignments
   use base_text, only: str
   use keys_table, only: key_table_t
@@ -12,37 +11,37 @@ module input_assignments
 
   character, parameter :: newline = achar(10)
 
-  !> One `&NAME ... /`.
+  !> A group, `&NAME ... /`.
   type :: group_t
     character(name_len) :: name = ''   !! upper case
-    integer :: line = 0                !! where it opens; -k: made by the k-th override
-    logical :: is_broken = .false.     !! it could not be read to its end
-    integer :: first = 1, last = 0     !! its assignments, but those of overrides
+    integer :: line = 0                !! line where it opens; -k: from the k-th override
+    logical :: is_broken = .false.     !! could not be read to its end
+    integer :: first = 1, last = 0     !! range of its assignments, without overrides
   end type group_t
 
-  !> One `KEY(index) = value`.
+  !> An assignment, `KEY(index) = value`.
   type :: assignment_t
-    integer :: group = 0               !! number of the group in the file
+    integer :: group = 0               !! index of its group in the file
     character(name_len) :: key = ''    !! upper case; blank: replaced by an override
     integer :: index = 0               !! 0: no index was written
-    integer :: first = 1, last = 0     !! the value is text(first:last)
+    integer :: first = 1, last = 0     !! the value is `text(first:last)`
     integer :: line = 0                !! line of the key; -k: the k-th override
-    logical :: is_broken = .false.     !! not to be used: it has a diagnostic
+    logical :: is_broken = .false.     !! invalid, has a diagnostic
   end type assignment_t
 
-  !> Where the groups of one name are: at(:n).
+  !> Indices of the groups of one name, at(:n).
   type :: places_t
     character(name_len) :: name = ''
     integer, allocatable :: at(:)
     integer :: n = 0
   end type places_t
 
-  !> A scanned file.
+  !> A scanned input file.
   type :: scan_t
     character(:), allocatable :: text              !! the file without comments
     type(group_t), allocatable :: groups(:)
     type(assignment_t), allocatable :: assignments(:)
-    integer :: n_groups = 0, n_read = 0   !! of the file; overrides stand behind them
+    integer :: n_groups = 0, n_read = 0   !! of the file; overrides follow
     type(places_t), allocatable, private :: places(:)
   contains
     procedure :: find_places
@@ -58,7 +57,7 @@ module input_assignments
 
 contains
 
-  !> Sort the groups by their names.
+  !> Index the groups by their names.
   subroutine find_places(self)
     class(scan_t), intent(inout) :: self
     integer :: i, k
@@ -66,7 +65,7 @@ contains
     if (allocated(self%places)) deallocate (self%places)
     allocate (self%places(0))
     do i = 1, size(self%groups)
-      k = place_of(self, self%groups(i)%name)
+      k = index_of_name(self, self%groups(i)%name)
       if (k == 0) then
         self%places = [self%places, places_t(name=self%groups(i)%name, at=[0, 0])]
         k = size(self%places)
@@ -79,21 +78,21 @@ contains
     end do
   end subroutine find_places
 
-  !> Number of a name in the list of places, 0 if no group has it.
-  pure integer function place_of(self, name)
+  !> Index of a name in the list of places; 0 if no group has it.
+  pure integer function index_of_name(self, name)
     class(scan_t), intent(in) :: self
     character(*), intent(in) :: name
 
-    do place_of = size(self%places), 1, -1
-      if (self%places(place_of)%name == name) exit
+    do index_of_name = size(self%places), 1, -1
+      if (self%places(index_of_name)%name == name) exit
     end do
-  end function place_of
+  end function index_of_name
 
-  !> Add a group that the file does not have.
+  !> Append a group that the file does not have.
   subroutine add_group(self, name, line)
     class(scan_t), intent(inout) :: self
     character(*), intent(in) :: name
-    integer, intent(in) :: line             !! or -k, made by the k-th override
+    integer, intent(in) :: line             !! line; -k: from the k-th override
 
     self%groups = [self%groups, group_t(name, line)]
     call self%find_places()
@@ -106,11 +105,11 @@ contains
     integer :: k
 
     count_groups = 0
-    k = place_of(self, name)
+    k = index_of_name(self, name)
     if (k > 0) count_groups = self%places(k)%n
   end function count_groups
 
-  !> Number of the `i`-th group called `name`, 0 if there is none.
+  !> Index of the `i`-th group called `name`; 0 if there is none.
   pure integer function find(self, name, i)
     class(scan_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -118,15 +117,15 @@ contains
     integer :: k
 
     find = 0
-    k = place_of(self, name)
+    k = index_of_name(self, name)
     if (k == 0 .or. i < 1) return
     if (i <= self%places(k)%n) find = self%places(k)%at(i)
   end function find
 
-  !> Number of the assignment of a key that counts, 0 if there is none.
+  !> Index of the effective assignment of a key; 0 if there is none.
   pure integer function last_of(self, group, key)
     class(scan_t), intent(in) :: self
-    integer, intent(in) :: group            !! number of the group
+    integer, intent(in) :: group            !! index of the group
     character(*), intent(in) :: key
 
     last_of = 0
@@ -142,7 +141,7 @@ contains
     last_of = 0
   end function last_of
 
-  !> The value text of assignment number `i`.
+  !> Text of the value of assignment `i`.
   pure function value(self, i) result(r)
     class(scan_t), intent(in) :: self
     integer, intent(in) :: i
@@ -151,7 +150,7 @@ contains
     r = self%text(self%assignments(i)%first:self%assignments(i)%last)
   end function value
 
-  !> Let `new` stand for what its group has for the key; its value is appended to the text.
+  !> Replace the assignments of a key in a group by `new`, whose value is appended to the text.
   subroutine replace(self, new, text)
     class(scan_t), intent(inout) :: self
     type(assignment_t), intent(inout) :: new
@@ -165,10 +164,11 @@ contains
     self%assignments = [self%assignments, new]
   end subroutine replace
 
-  !> Where the values of a key stand: the k-th is text(first(k):last(k)), first(k) = 0 if unwritten.
+  !> Positions of the values of a key: the k-th is text(first(k):last(k)); first(k) = 0 if not
+  !> written.
   pure subroutine gather(self, group, key, first, last)
     class(scan_t), intent(in) :: self
-    integer, intent(in) :: group            !! number of the group
+    integer, intent(in) :: group            !! index of the group
     character(*), intent(in) :: key
     integer, intent(out) :: first(:), last(:)
     type(items_t) :: items
@@ -178,7 +178,7 @@ contains
     last = 0
     if (group == 0) return
     do n = self%groups(group)%first, self%groups(group)%last + size(self%assignments) - self%n_read
-      i = n                                   ! those of the file, then all overrides
+      i = n                                   ! of the file, then of all overrides
       if (n > self%groups(group)%last) i = self%n_read + n - self%groups(group)%last
       associate (one => self%assignments(i))
         if (one%group /= group .or. one%key /= key .or. one%is_broken) cycle
@@ -193,7 +193,7 @@ contains
     end do
   end subroutine gather
 
-  !> All groups as namelist text, one key a line, overrides in place; no newline at the end.
+  !> All groups as namelist text, one key per line, with overrides; no newline at the end.
   pure function text_of_groups(self, table) result(r)
     class(scan_t), intent(in) :: self
     type(key_table_t), intent(in) :: table

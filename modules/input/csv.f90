@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Columns of numbers from a CSV file with a line of names; lines that begin with # do not count.
+!> Reader of numeric columns of a CSV file with a header line; lines that begin with # are ignored.
 module input_csv
   use base_kinds, only: rp
   use base_text, only: str
@@ -10,18 +10,18 @@ module input_csv
 
   public :: read_columns
 
-  integer, parameter :: line_length = 4096, most_diagnostics = 20
-  real(rp), parameter :: beyond = 1.0e9_rp    !! no time, temperature or strain
+  integer, parameter :: line_length = 4096, max_diagnostics = 20
+  real(rp), parameter :: max_value = 1.0e9_rp   !! above any time, temperature or strain
 
 contains
 
-  !> The column of each name that the file has, `values(:, k)`; `found(k)` is false if it has none.
-  !> `lines` are those of the rows. Complains of values that are no finite numbers.
+  !> Read the columns with the given names; report values that are not finite numbers.
   subroutine read_columns(path, names, values, lines, found, opened, diagnostics)
     character(*), intent(in) :: path, names(:)
-    real(rp), allocatable, intent(out) :: values(:, :)
-    integer, allocatable, intent(out) :: lines(:)
-    logical, intent(out) :: found(:), opened      !! `opened`: the file can be read
+    real(rp), allocatable, intent(out) :: values(:, :)   !! (row, name)
+    integer, allocatable, intent(out) :: lines(:)        !! line number of each row
+    logical, intent(out) :: found(:)                     !! names that the header has
+    logical, intent(out) :: opened                       !! the file can be read
     type(diagnostics_t), intent(inout) :: diagnostics
     character(line_length) :: line
     integer :: columns, place(size(names)), n, number, status, unit, wrong
@@ -36,7 +36,7 @@ contains
     n = 0
     number = 0
     has_header = .false.
-    do while (wrong < most_diagnostics)
+    do while (wrong < max_diagnostics)
       read (unit, '(a)', iostat=status) line
       if (status /= 0) exit
       number = number + 1
@@ -50,7 +50,7 @@ contains
         columns = items(line)
         cycle
       end if
-      call make_room(n + 1, values, lines)
+      call grow(n + 1, values, lines)
       n = n + 1
       lines(n) = number
       call read_row()
@@ -59,7 +59,7 @@ contains
     values = values(:n, :)
     lines = lines(:n)
   contains
-    !> The values of this line.
+    !> Read the values of the current line.
     subroutine read_row()
       character(:), allocatable :: item
       integer :: k
@@ -74,22 +74,23 @@ contains
         if (.not. found(k)) cycle
         item = item_of(line, place(k))
         call to_real(item, values(n, k), ok)
-        ok = ok .and. abs(values(n, k)) < beyond
+        ok = ok .and. abs(values(n, k)) < max_value
         if (.not. ok) then
           call report("'"//excerpt(item)//"' is no number for "//trim(names(k))//' (below 1e9)')
         end if
       end do
     end subroutine read_row
 
+    !> Report an error of the current line.
     subroutine report(message)
       character(*), intent(in) :: message
 
       wrong = wrong + 1
-      if (wrong <= most_diagnostics) call diagnostics%add(path, number, message)
+      if (wrong <= max_diagnostics) call diagnostics%add(path, number, message)
     end subroutine report
   end subroutine read_columns
 
-  !> Without the byte order mark of the first line, tabs and carriage returns.
+  !> Remove the byte order mark of the first line; replace tabs and carriage returns by blanks.
   pure subroutine clean(line, number)
     character(*), intent(inout) :: line
     integer, intent(in) :: number
@@ -102,7 +103,8 @@ contains
     end do
   end subroutine clean
 
-  pure subroutine make_room(n, values, lines)
+  !> Double the arrays if they have fewer than `n` rows.
+  pure subroutine grow(n, values, lines)
     integer, intent(in) :: n
     real(rp), allocatable, intent(inout) :: values(:, :)
     integer, allocatable, intent(inout) :: lines(:)
@@ -113,9 +115,9 @@ contains
     longer(:n - 1, :) = values
     call move_alloc(longer, values)
     lines = [lines, lines, 0, 0]
-  end subroutine make_room
+  end subroutine grow
 
-  !> Number of the column of each name, 0 if there is none.
+  !> Index of the column of each name; 0 if there is none.
   pure subroutine find_columns(line, names, place)
     character(*), intent(in) :: line, names(:)
     integer, intent(out) :: place(size(names))
@@ -127,7 +129,7 @@ contains
     end do
   end subroutine find_columns
 
-  !> How many items a line has.
+  !> Number of items of a line.
   pure integer function items(line)
     character(*), intent(in) :: line
     integer :: k
@@ -135,7 +137,7 @@ contains
     items = 1 + count([(line(k:k) == ',', k=1, len_trim(line))])
   end function items
 
-  !> The `k`-th item of a line, '' if there is none.
+  !> The `k`-th item of a line; '' if there is none.
   pure function item_of(line, k) result(item)
     character(*), intent(in) :: line
     integer, intent(in) :: k

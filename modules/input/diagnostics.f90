@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Everything that is wrong with an input, collected so that it is reported at once.
+!> Errors and warnings of an input, collected to be reported together.
 module input_diagnostics
   use, intrinsic :: iso_fortran_env, only: error_unit
   use base_log, only: say
@@ -10,23 +10,24 @@ module input_diagnostics
   public :: diagnostics_t
   public :: excerpt, has_controls
 
-  !> More diagnostics are counted, not kept.
-  integer, parameter :: most_diagnostics = 500
+  !> Maximum number of stored diagnostics; further errors are only counted.
+  integer, parameter :: max_diagnostics = 500
 
+  !> An error or a warning.
   type :: diagnostic_t
     character(:), allocatable :: file      !! file name, or the option as the user wrote it
-    integer :: line = 0                    !! 0: no line of a file
+    integer :: line = 0                    !! line in the file; 0: none
     character(:), allocatable :: message
     logical :: is_warning = .false.
   end type diagnostic_t
 
-  !> A list kept in the order of the lines; those without a line come last. Errors and warnings
-  !> are counted and printed apart.
+  !> List of diagnostics in the order of the lines, followed by those without a line. Errors and
+  !> warnings are counted and printed separately.
   type :: diagnostics_t
     private
     type(diagnostic_t), allocatable :: list(:)
-    integer :: n_more = 0                      !! errors that are not in the list
-    character(:), allocatable :: sets(:)       !! the overrides: line -k means the k-th
+    integer :: n_more = 0                      !! number of errors not in the list
+    character(:), allocatable :: sets(:)       !! overrides; line -k refers to the k-th
   contains
     procedure :: note_overrides
     procedure :: add
@@ -37,7 +38,7 @@ module input_diagnostics
 
 contains
 
-  !> Keep the `--set` overrides to name them where `add` gets the line -k.
+  !> Store the `--set` overrides, to which a line -k of `add` refers.
   subroutine note_overrides(self, sets)
     class(diagnostics_t), intent(inout) :: self
     character(*), intent(in) :: sets(:)
@@ -46,13 +47,13 @@ contains
     allocate (self%sets, source=sets)
   end subroutine note_overrides
 
-  !> Add a diagnostic; the same words about the same line are kept once.
+  !> Add a diagnostic, unless the same message is listed for this line.
   subroutine add(self, file, line, message, is_warning)
     class(diagnostics_t), intent(inout) :: self
     character(*), intent(in) :: file
-    integer, intent(in) :: line           !! line of the file, 0: none, -k: the k-th override
+    integer, intent(in) :: line           !! line of the file; 0: none; -k: k-th override
     character(*), intent(in) :: message
-    logical, intent(in), optional :: is_warning   !! true: the run goes on
+    logical, intent(in), optional :: is_warning   !! true: the run continues
     type(diagnostic_t) :: new
     type(diagnostic_t), allocatable :: longer(:)
     integer :: k
@@ -68,7 +69,7 @@ contains
       if (self%list(k)%line == new%line .and. self%list(k)%file == new%file &
           .and. self%list(k)%message == new%message) return
     end do
-    if (size(self%list) == most_diagnostics) then
+    if (size(self%list) == max_diagnostics) then
       if (.not. new%is_warning) self%n_more = self%n_more + 1
       return
     end if
@@ -84,7 +85,7 @@ contains
     call move_alloc(longer, self%list)
   end subroutine add
 
-  !> Place in the sorted list.
+  !> Sort key of a diagnostic.
   pure integer function rank_of(diagnostic)
     type(diagnostic_t), intent(in) :: diagnostic
 
@@ -111,32 +112,33 @@ contains
       trim(self%list(k)%message)
   end function text_of_diagnostic
 
-  !> Write all errors, one a line, on `unit` or standard error, or all warnings on standard output.
+  !> Print all errors, one per line, to `unit` or standard error, or all warnings to standard
+  !> output.
   subroutine print_diagnostics(self, unit, warnings)
     class(diagnostics_t), intent(in) :: self
     integer, intent(in), optional :: unit
     logical, intent(in), optional :: warnings
-    logical :: wanted
-    integer :: k, where_to
+    logical :: prints_warnings
+    integer :: k, output_unit
 
-    where_to = error_unit
-    if (present(unit)) where_to = unit
-    wanted = .false.
-    if (present(warnings)) wanted = warnings
+    output_unit = error_unit
+    if (present(unit)) output_unit = unit
+    prints_warnings = .false.
+    if (present(warnings)) prints_warnings = warnings
     if (.not. allocated(self%list)) return
     do k = 1, size(self%list)
-      if (self%list(k)%is_warning .neqv. wanted) cycle
-      if (wanted) then
+      if (self%list(k)%is_warning .neqv. prints_warnings) cycle
+      if (prints_warnings) then
         call say(self%text(k))
       else
-        write (where_to, '(a)') self%text(k)
+        write (output_unit, '(a)') self%text(k)
       end if
     end do
-    if (self%n_more > 0 .and. .not. wanted) write (where_to, '(a)') &
+    if (self%n_more > 0 .and. .not. prints_warnings) write (output_unit, '(a)') &
       self%list(1)%file//': error: and '//str(self%n_more)//' more'
   end subroutine print_diagnostics
 
-  !> `text` cut to what fits in a message.
+  !> Excerpt of a text for a message.
   pure function excerpt(text) result(r)
     character(*), intent(in) :: text
     character(:), allocatable :: r
@@ -148,21 +150,21 @@ contains
     r = shortened(r, 60)
   end function excerpt
 
-  !> `text`, cut if it is longer than `most`; ? for what cannot be printed.
-  pure function shortened(text, most) result(r)
+  !> Text truncated to `max_length` characters, with ? for control characters.
+  pure function shortened(text, max_length) result(r)
     character(*), intent(in) :: text
-    integer, intent(in) :: most
+    integer, intent(in) :: max_length
     character(:), allocatable :: r
     integer :: i
 
     r = text
-    if (len(text) > most) r = text(:most - 3)//'...'
+    if (len(text) > max_length) r = text(:max_length - 3)//'...'
     do i = 1, len(r)
       if (has_controls(r(i:i))) r(i:i) = '?'
     end do
   end function shortened
 
-  !> Whether a text has characters that mean something to a terminal or end a line.
+  !> True if a text has control characters.
   pure logical function has_controls(text)
     character(*), intent(in) :: text
     integer :: i

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Files that keys of an input name, whose content is a part of the scene: where they are, and
-!> checksums by which a restart knows them.
+!> Files named in an input, whose content is part of the scene: their paths, and checksums by which
+!> a restart identifies them.
 module input_files
   use base_disk, only: file_bytes, file_sum, full_path, sum_words
   use base_kinds, only: i8
@@ -11,12 +11,12 @@ module input_files
 
   public :: file_path, folder_of_files, sums_of_files
 
-  character(*), parameter :: key = 'FILE'   !! of all groups but &PATH, which is for no run
+  character(*), parameter :: key = 'FILE'   !! in all groups but &PATH, which no run reads
 
 contains
 
-  !> Where the file of the `i`-th group of this name is: beside the input, unless its path is a full
-  !> one; '' if the group names none.
+  !> Path of the file of the `i`-th group of this name, relative to the folder of the input unless
+  !> it is absolute; '' if the group names none.
   function file_path(input, group, i) result(path)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
@@ -32,7 +32,7 @@ contains
     end if
   end function file_path
 
-  !> The folder from which paths of files count, in full; of use to who goes on from elsewhere.
+  !> Absolute path of the folder to which file paths are relative, for a restart from elsewhere.
   function folder_of_files(input) result(folder)
     type(input_t), intent(in) :: input
     character(:), allocatable :: folder
@@ -44,7 +44,7 @@ contains
     end if
   end function folder_of_files
 
-  !> A line `GROUP i checksum` for each file.
+  !> Lines `GROUP i checksum` for all files.
   function sums_of_files(input) result(text)
     type(input_t), intent(in) :: input
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Print-outs of the table of all groups and keys of the input file.
+!> Printing of the table of all groups and keys of the input file.
 module input_keys
   use input_wording, only: describe_allowed
   use keys_table, only: group_row_t, key_row_t, key_table_t
@@ -11,7 +11,7 @@ module input_keys
 
 contains
 
-  !> The `k`-th default value as it would be written in the input; empty if there is none.
+  !> The `k`-th default value as written in an input; empty if there is none.
   pure function default_item(row, k) result(r)
     type(key_row_t), intent(in) :: row
     integer, intent(in) :: k
@@ -27,11 +27,11 @@ contains
     end if
   end function default_item
 
-  !> The table as text, for `stirpoint --keys`, or that of group number `only`.
+  !> Print the table, or the part of one group, as text for `stirpoint --keys`.
   subroutine print_keys(t, unit, only)
     type(key_table_t), intent(in) :: t
     integer, intent(in) :: unit
-    integer, intent(in) :: only           !! 0: all
+    integer, intent(in) :: only           !! index of the group; 0: all
     character(:), allocatable :: about
     integer :: g, k
 
@@ -53,7 +53,7 @@ contains
     if (only == 0) write (unit, '(a)') 'A restart may change '//changeable(t)//'.'
   end subroutine print_keys
 
-  !> What a restart may change, in words.
+  !> Text on the keys that a restart may change.
   function changeable(t) result(text)
     type(key_table_t), intent(in) :: t
     character(:), allocatable :: text
@@ -75,7 +75,7 @@ contains
     text = text//'&MOTION from the time of the checkpoint on; &SOURCE END if it is later than that'
   end function changeable
 
-  !> The reference page docs/input.md, for `stirpoint --keys=markdown`.
+  !> Print the reference page docs/input.md, for `stirpoint --keys=markdown`.
   subroutine print_keys_markdown(t, unit)
     type(key_table_t), intent(in) :: t
     integer, intent(in) :: unit
@@ -99,7 +99,7 @@ contains
     end do
   end subroutine print_keys_markdown
 
-  !> How an input file is written.
+  !> Print the introduction to the format of input files.
   subroutine print_introduction(unit)
     integer, intent(in) :: unit
     character(*), parameter :: fence = repeat('`', 3)
@@ -121,7 +121,7 @@ contains
       '- Everything that is wrong is reported at once, with line numbers, before the run begins.'
   end subroutine print_introduction
 
-  !> `once`, `once, required`, `any number`, `at least one`.
+  !> Text on the number of groups: `once`, `once, required`, `any number` or `at least one`.
   pure function occurrence(row) result(r)
     type(group_row_t), intent(in) :: row
     character(:), allocatable :: r
@@ -133,7 +133,7 @@ contains
     end if
   end function occurrence
 
-  !> `3 real [m/s]`.
+  !> Type of a key, as `3 real [m/s]`.
   pure function kind_of(row, with_unit) result(r)
     type(key_row_t), intent(in) :: row
     logical, intent(in) :: with_unit
@@ -145,7 +145,7 @@ contains
     if (with_unit .and. row%unit /= '') r = trim(r)//' ['//trim(row%unit)//']'
   end function kind_of
 
-  !> `text` at least `width` wide, and two blanks.
+  !> Text padded to `width`, followed by at least two blanks.
   pure function padded(text, width) result(r)
     character(*), intent(in) :: text
     integer, intent(in) :: width
@@ -154,7 +154,7 @@ contains
     r = text//repeat(' ', max(2, width + 2 - len(text)))
   end function padded
 
-  !> The default, `required`, or `-` if there is neither; and when the key is of use.
+  !> Default of a key, `required` or `-`; with the condition on which the key applies.
   pure function default_of(row, with_condition) result(r)
     type(key_row_t), intent(in) :: row
     logical, intent(in) :: with_condition
@@ -162,9 +162,7 @@ contains
 
     r = trim(row%default)
     if (row%is_required) r = 'required'
-    if (row%is_required .and. row%condition /= '' .and. .not. with_condition) r = '-'   ! stands
-                                                                                        ! behind the
-                                                                                        ! meaning
+    if (row%is_required .and. row%condition /= '' .and. .not. with_condition) r = '-'   ! in `about`
     if (r == '') r = '-'
     if (with_condition .and. row%condition /= '') r = r//' if '//trim(row%condition)
   end function default_of

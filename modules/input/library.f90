@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Materials from a library: a file of &MATERIAL groups with a &REFERENCE for each value. What a
-!> &MATERIAL with FROM does not give itself is taken from the entry, before the input is checked.
+!> Materials from a library, a file of &MATERIAL groups with a &REFERENCE for each value. Keys that
+!> a &MATERIAL with FROM does not give are taken from the entry before the input is checked.
 module input_library
   use base_system, only: data_file
   use base_text, only: lower
@@ -17,16 +17,16 @@ module input_library
   public :: library_table, read_library, source_line, take_from_library
 
   character(*), parameter :: group = 'MATERIAL'
-  character(*), parameter :: library_file = 'materials.nml'   !! that comes with the program
+  character(*), parameter :: library_file = 'materials.nml'   !! library of the program
 
-  !> Keys of which a material has one or the other.
+  !> Pairs of keys that exclude each other.
   character(20), parameter :: alternatives(2, 4) = reshape([character(20) :: &
     'SPECIFIC_HEAT', 'SPECIFIC_HEAT_TABLE', 'CONDUCTIVITY', 'CONDUCTIVITY_TABLE', &
     'YIELD_TABLE', 'YIELD_LOGISTIC', 'TP_STAR', 'TP_STAR_FIT'], [2, 4])
 
 contains
 
-  !> The table of keys of a library: that of inputs, and &REFERENCE.
+  !> Table of keys of a library: that of inputs, and &REFERENCE.
   function library_table(table) result(t)
     type(key_table_t), intent(in) :: table
     type(key_table_t) :: t
@@ -40,13 +40,13 @@ contains
     call t%key('SEEN', 'logical', 1, '', 'F', '', 'whether the values were compared with it')
   end function library_table
 
-  !> A library, scanned; its values are checked when they are taken.
+  !> Read and scan a library; values are checked when they are taken.
   subroutine read_library(table, file, library, diagnostics, problem)
     type(key_table_t), intent(in) :: table
-    character(*), intent(in) :: file      !! '': that of the program
+    character(*), intent(in) :: file      !! '': library of the program
     type(input_t), intent(out) :: library
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(:), allocatable, intent(out) :: problem   !! '' if all is well
+    character(:), allocatable, intent(out) :: problem   !! '' on success
     character(:), allocatable :: text
 
     library%table = library_table(table)
@@ -58,7 +58,7 @@ contains
     call scan_text(library%file, text, library%written, diagnostics)
   end subroutine read_library
 
-  !> Fill every &MATERIAL that names an entry. A resumed input has the values already.
+  !> Complete each &MATERIAL that names an entry; the input of a checkpoint has the values already.
   subroutine take_from_library(input, is_resumed, diagnostics)
     type(input_t), intent(inout) :: input
     logical, intent(in) :: is_resumed
@@ -84,7 +84,7 @@ contains
         if (index(file, '/') /= 1) file = input%file(:index(input%file, '/', back=.true.))//file
       end if
       call read_library(input%table, file, library, diagnostics, problem)
-      input%written%groups(input%written%find(group, i))%is_broken = .true.   ! until it is found
+      input%written%groups(input%written%find(group, i))%is_broken = .true.   ! until found
       if (problem /= '') then
         call input%report(diagnostics, group, i, 'FROM', &
                           'the library of materials '//library%file//' '//problem)
@@ -103,7 +103,7 @@ contains
     end do
   end subroutine take_from_library
 
-  !> Number of the entry of this name, 0 if there is none.
+  !> Index of the entry of this name; 0 if there is none.
   integer function entry_of(library, name)
     type(input_t), intent(in) :: library
     character(*), intent(in) :: name
@@ -114,7 +114,7 @@ contains
     entry_of = 0
   end function entry_of
 
-  !> Names of all entries.
+  !> Text with the names of all entries.
   function entries_of(library) result(text)
     type(input_t), intent(in) :: library
     character(:), allocatable :: text
@@ -127,7 +127,7 @@ contains
     end do
   end function entries_of
 
-  !> Give the `i`-th &MATERIAL what it lacks and entry number `m` has, as if written where FROM is.
+  !> Add the missing keys of the `i`-th &MATERIAL from entry `m`, as if written on the line of FROM.
   subroutine take_entry(input, i, library, m, diagnostics)
     type(input_t), intent(inout) :: input
     integer, intent(in) :: i, m
@@ -147,7 +147,7 @@ contains
         associate (row => input%table%keys(k))
           if (any(row%name == [character(24) :: own, 'NAME', 'FROM', 'LIBRARY'])) cycle
           if (.not. library%given(group, m, trim(row%name))) cycle
-          if (.not. is_wanted(input, i, library, m, row, own)) cycle
+          if (.not. is_needed(input, i, library, m, row, own)) cycle
           value = library%values(group, m, trim(row%name))
           message = check_value(row, 0, value)
           if (message /= '') then
@@ -162,37 +162,38 @@ contains
     end associate
   end subroutine take_entry
 
-  !> Whether the `i`-th &MATERIAL, as it is, has use for a key of entry number `m`: its law asks for
-  !> it, and no key of its `own` stands for it. Tables of heat are for heat alone in one material,
-  !> and beside mechanics where they were compared with their source.
-  logical function is_wanted(input, i, library, m, row, own)
+  !> True if the `i`-th &MATERIAL needs a key of entry `m`: its law uses the key, and none of its
+  !> `own` keys excludes it. Tables of thermal properties are taken in heat-only runs with one
+  !> material, and with mechanics if they have been compared with their source.
+  logical function is_needed(input, i, library, m, row, own)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(input_t), intent(in) :: library
     integer, intent(in) :: m
     type(key_row_t), intent(in) :: row
     character(*), intent(in) :: own(:)
-    logical :: acts, alone
+    logical :: takes_table, is_heat_only
     integer :: a
 
-    is_wanted = input%holds(group, i, row%condition)
-    alone = .not. input%logical('METHOD', 1, 'MECHANICS')
-    if (row%name(:6) == 'YIELD_') is_wanted = is_wanted .and. alone
+    is_needed = input%holds(group, i, row%condition)
+    is_heat_only = .not. input%logical('METHOD', 1, 'MECHANICS')
+    if (row%name(:6) == 'YIELD_') is_needed = is_needed .and. is_heat_only
     do a = 1, 2
       if (all(row%name /= alternatives(:, a))) cycle
-      acts = was_seen(library, m, alternatives(2, a))
-      if (alone) acts = input%count(group) == 1 .and. library%given(group, m, alternatives(2, a))
-      is_wanted = is_wanted .and. (acts .eqv. row%name == alternatives(2, a))
+      takes_table = was_seen(library, m, alternatives(2, a))
+      if (is_heat_only) takes_table = input%count(group) == 1 .and. library%given(group, m, &
+        alternatives(2, a))
+      is_needed = is_needed .and. (takes_table .eqv. row%name == alternatives(2, a))
     end do
     do a = 1, size(alternatives, 2)
-      if (row%name == alternatives(1, a)) is_wanted = is_wanted &
+      if (row%name == alternatives(1, a)) is_needed = is_needed &
           .and. .not. any(own == alternatives(2, a))
-      if (row%name == alternatives(2, a)) is_wanted = is_wanted &
+      if (row%name == alternatives(2, a)) is_needed = is_needed &
           .and. .not. any(own == alternatives(1, a))
     end do
-  end function is_wanted
+  end function is_needed
 
-  !> Where the value of a key of entry number `m` comes from.
+  !> Source of the value of a key of entry `m`.
   function reference_of(library, m, key) result(text)
     type(input_t), intent(in) :: library
     integer, intent(in) :: m
@@ -205,7 +206,7 @@ contains
     if (r > 0) text = library%text('REFERENCE', r, 'TEXT')
   end function reference_of
 
-  !> Whether the value of a key of entry number `m` was compared with its source.
+  !> True if the value of a key of entry `m` has been compared with its source.
   logical function was_seen(library, m, key)
     type(input_t), intent(in) :: library
     integer, intent(in) :: m
@@ -217,7 +218,7 @@ contains
     if (r > 0) was_seen = library%logical('REFERENCE', r, 'SEEN')
   end function was_seen
 
-  !> Number of the reference of a key of entry number `m`, 0 if there is none.
+  !> Index of the reference of a key of entry `m`; 0 if there is none.
   integer function reference_number(library, m, key) result(r)
     type(input_t), intent(in) :: library
     integer, intent(in) :: m
@@ -232,30 +233,30 @@ contains
     r = 0
   end function reference_number
 
-  !> What was taken for the `i`-th &MATERIAL from source number `s` of those it has: a line for the
-  !> log, '' if there is no such source.
+  !> Line for the log with the values of the `i`-th &MATERIAL from its `s`-th source; '' if there is
+  !> no such source.
   function source_line(input, i, s) result(line)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i, s
     character(:), allocatable :: line
-    type(taken_t), allocatable :: mine(:)
+    type(taken_t), allocatable :: values(:)
     integer :: first, k, n
 
     line = ''
-    mine = pack(input%taken, input%taken%instance == i)
+    values = pack(input%taken, input%taken%instance == i)
     n = 0
-    do first = 1, size(mine)
-      if (any(mine(:first - 1)%source == mine(first)%source)) cycle
+    do first = 1, size(values)
+      if (any(values(:first - 1)%source == values(first)%source)) cycle
       n = n + 1
       if (n == s) exit
     end do
-    if (first > size(mine)) return
-    do k = first, size(mine)
-      if (mine(k)%source /= mine(first)%source) cycle
+    if (first > size(values)) return
+    do k = first, size(values)
+      if (values(k)%source /= values(first)%source) cycle
       if (line /= '') line = line//', '
-      line = line//trim(mine(k)%key)//' = '//excerpt(input%values(group, i, trim(mine(k)%key)))
+      line = line//trim(values(k)%key)//' = '//excerpt(input%values(group, i, trim(values(k)%key)))
     end do
-    line = line//': '//trim(mine(first)%source)
+    line = line//': '//trim(values(first)%source)
   end function source_line
 
 end module input_library

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Reads the input of a run: namelist groups and `--set` overrides, checked against the table of
-!> keys.
+!> Reading of the input of a run: namelist groups and `--set` overrides, checked against the table
+!> of keys.
 module input_reading
   use base_text, only: str
   use input_assignments, only: assignment_t
@@ -18,14 +18,14 @@ module input_reading
 
 contains
 
-  !> Read and check a file; every rank may do so, nothing is printed.
+  !> Read and check an input file, on any rank; nothing is printed.
   subroutine read_input(table, file, sets, input, diagnostics, point)
-    type(key_table_t), intent(in) :: table   !! of the keys there are
+    type(key_table_t), intent(in) :: table   !! table of keys
     character(*), intent(in) :: file
     character(*), intent(in) :: sets(:)   !! GROUP.KEY=VALUE, GROUP(2).KEY=.., GROUP(name).KEY=..
     type(input_t), intent(out) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
-    logical, intent(in), optional :: point   !! true: only of a material point, not of a run
+    logical, intent(in), optional :: point   !! true: input of `--material`
     character(:), allocatable :: text, problem
 
     call read_file(file, text, problem)
@@ -39,15 +39,15 @@ contains
     end if
   end subroutine read_input
 
-  !> The same for a text at hand, such as the input kept in a checkpoint.
+  !> Check an input text, such as that of a checkpoint.
   subroutine read_input_text(table, file, text, sets, input, diagnostics, point, resumed)
     type(key_table_t), intent(in) :: table
-    character(*), intent(in) :: file      !! name for the messages; its stem is the default RUN NAME
+    character(*), intent(in) :: file      !! name in messages; its stem is the default RUN NAME
     character(*), intent(in) :: text, sets(:)
     type(input_t), intent(out) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
     logical, intent(in), optional :: point
-    logical, intent(in), optional :: resumed   !! true: of a run that once began; idle keys may stay
+    logical, intent(in), optional :: resumed   !! true: of a checkpoint; unused keys are allowed
     character(:), allocatable :: stem
     integer :: k
 
@@ -75,7 +75,7 @@ contains
     call check_presence(input, diagnostics, present(resumed))
   end subroutine read_input_text
 
-  !> Put the `k`-th override in the place of what is in the file.
+  !> Apply the `k`-th override.
   subroutine apply_override(input, set, k, diagnostics)
     type(input_t), intent(inout) :: input
     character(*), intent(in) :: set
@@ -107,7 +107,7 @@ contains
     end if
     ok = .false.
     do i = 1, input%count(group)
-      if (.not. is_meant(input, group, i, which)) cycle
+      if (.not. applies_to(input, group, i, which)) cycle
       ok = .true.
       new%group = input%written%find(group, i)
       call input%written%replace(new, value)
@@ -115,19 +115,19 @@ contains
     if (.not. ok) call diagnostics%add(input%file, -k, 'the input has no such &'//group)
   end subroutine apply_override
 
-  !> True if an override of `GROUP`, `GROUP(2)` or `GROUP(name)` means the `i`-th group.
-  logical function is_meant(input, group, i, which)
+  !> True if an override of `GROUP`, `GROUP(2)` or `GROUP(name)` applies to the `i`-th group.
+  logical function applies_to(input, group, i, which)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
     integer, intent(in) :: i
     character(*), intent(in) :: which     !! number, NAME, or empty for all
 
-    is_meant = which == '' .or. which == str(i)
-    if (is_meant .or. input%table%find_key(input%table%find_group(group), 'NAME') == 0) return
-    is_meant = input%text(group, i, 'NAME') == which
-  end function is_meant
+    applies_to = which == '' .or. which == str(i)
+    if (applies_to .or. input%table%find_key(input%table%find_group(group), 'NAME') == 0) return
+    applies_to = input%text(group, i, 'NAME') == which
+  end function applies_to
 
-  !> Unknown groups, groups given twice, missing groups.
+  !> Report unknown, duplicate and missing groups.
   subroutine check_groups(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -154,12 +154,12 @@ contains
     end do
   end subroutine check_groups
 
-  !> Unknown keys, keys given twice, bad values.
+  !> Report unknown and duplicate keys, and invalid values.
   subroutine check_assignments(input, diagnostics)
     type(input_t), intent(inout) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: label, message, value
-    integer :: g, i, row, twin
+    integer :: g, i, row, earlier
 
     do i = 1, size(input%written%assignments)
       associate (one => input%written%assignments(i))
@@ -171,10 +171,10 @@ contains
           cycle
         end if
         label = '&'//trim(input%table%groups(g)%name)//' '//trim(one%key)
-        twin = twin_of(input%written%assignments, input%written%groups(one%group)%first, i)
-        if (twin > 0) call diagnostics%add(input%file, one%line, label// &
-                                           ' is given twice (first on line '// &
-                                           str(input%written%assignments(twin)%line)//')')
+        earlier = duplicate_of(input%written%assignments, input%written%groups(one%group)%first, i)
+        if (earlier > 0) call diagnostics%add(input%file, one%line, label// &
+                                              ' is given twice (first on line '// &
+                                              str(input%written%assignments(earlier)%line)//')')
         if (one%is_broken) cycle
         value = input%written%value(i)
         message = check_value(input%table%keys(row), one%index, value)
@@ -186,22 +186,22 @@ contains
     end do
   end subroutine check_assignments
 
-  !> The assignment from number `first` on, those of its group, that gave the same as number `i` of
-  !> the file before; 0 if there is none.
-  pure integer function twin_of(list, first, i)
+  !> Index of an assignment before the `i`-th, from `first` of its group on, that sets the same
+  !> value; 0 if there is none.
+  pure integer function duplicate_of(list, first, i)
     type(assignment_t), intent(in) :: list(:)
     integer, intent(in) :: first, i
 
     if (list(i)%line > 0) then
-      do twin_of = first, i - 1
-        if (list(twin_of)%key == list(i)%key .and. (list(twin_of)%index == list(i)%index &
-            .or. list(twin_of)%index*list(i)%index == 0)) return
+      do duplicate_of = first, i - 1
+        if (list(duplicate_of)%key == list(i)%key .and. (list(duplicate_of)%index == list(i)%index &
+            .or. list(duplicate_of)%index*list(i)%index == 0)) return
       end do
     end if
-    twin_of = 0
-  end function twin_of
+    duplicate_of = 0
+  end function duplicate_of
 
-  !> Keys that are missing or of no use, and vectors of which only some components are written.
+  !> Report missing and unused keys, and incomplete vectors.
   subroutine check_presence(input, diagnostics, is_resumed)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -220,11 +220,11 @@ contains
                 call input%report(diagnostics, group, i, row%name, &
                                   'not all of its '//str(row%n)//' values are given')
               end if
-              if (.not. is_resumed) call check_use(input, group, i, row, diagnostics)
+              if (.not. is_resumed) call check_effect(input, group, i, row, diagnostics)
             else if (row%is_required) then
               if (input%holds(group, i, row%condition)) then
                 call input%report(diagnostics, group, i, '', &
-                                  'has no '//trim(row%name)//' ('//when(row)//')')
+                                  'has no '//trim(row%name)//' ('//requirement(row)//')')
               end if
             end if
           end associate
@@ -233,17 +233,17 @@ contains
     end do
   end subroutine check_presence
 
-  !> `required`, `required if KIND = box or trapezoid`.
-  pure function when(row) result(r)
+  !> Text `required`, or as `required if KIND = box or trapezoid`.
+  pure function requirement(row) result(r)
     type(key_row_t), intent(in) :: row
     character(:), allocatable :: r
 
     r = 'required'
     if (row%condition /= '') r = r//' if '//trim(row%condition)
-  end function when
+  end function requirement
 
-  !> A key that was given has an effect; one of the file that an override makes idle is only noted.
-  subroutine check_use(input, group, i, row, diagnostics)
+  !> Report a key without effect; warn if only an override makes it so.
+  subroutine check_effect(input, group, i, row, diagnostics)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
     integer, intent(in) :: i
@@ -255,15 +255,15 @@ contains
     if (input%holds(group, i, row%condition)) return
     call split_words(row%condition, w)
     choice = input%text(group, i, w(1))
-    if (choice == '') return                       ! is reported already
+    if (choice == '') return                       ! reported already
     call input%report(diagnostics, group, i, row%name, 'has no effect with '//trim(w(1))//' = '// &
                       choice// &
                         ', only with '//trim(row%condition), &
                         is_warning=input%line(group, i, w(1)) < 0 &
                         .and. input%line(group, i, row%name) > 0)
-  end subroutine check_use
+  end subroutine check_effect
 
-  !> True if a key of several values was written without some that have no default.
+  !> True if values of a key without default are missing.
   logical function is_partial(input, group, i, row)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The resolved input: what was given, taken and overridden, as an input that can be run again, with
-!> the defaults that act besides and the sources of what a library gave as comments.
+!> The resolved input: given, library and override values as an input that can be run again, with
+!> the other defaults and the sources of library values as comments.
 module input_resolved
   use input_library, only: source_line
   use input_values, only: input_t
@@ -33,7 +33,7 @@ contains
     text = text//sources_of(input)
   end function resolved_text
 
-  !> ` of NAME` for a group that has one.
+  !> Name of a group after a blank; '' if it has none.
   function name_of(input, g, i) result(text)
     type(input_t), intent(in) :: input
     integer, intent(in) :: g, i
@@ -44,7 +44,7 @@ contains
     text = ' '//input%text(trim(input%table%groups(g)%name), i, 'NAME')
   end function name_of
 
-  !> Lines of the keys of the `i`-th group of this kind that are not written and have a default.
+  !> Lines with the defaults of the keys that the `i`-th group of this kind does not give.
   function defaults_of(input, g, i) result(text)
     type(input_t), intent(in) :: input
     integer, intent(in) :: g, i
@@ -66,7 +66,7 @@ contains
     end do
   end function defaults_of
 
-  !> Lines of what libraries gave.
+  !> Lines with the values from libraries and their sources.
   function sources_of(input) result(text)
     type(input_t), intent(in) :: input
     character(:), allocatable :: text

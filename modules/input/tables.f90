@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What tables of an input have in common.
+!> Checks of tables in an input.
 module input_tables
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
@@ -11,15 +11,15 @@ module input_tables
 
 contains
 
-  !> Complain if the points of a table do not rise.
+  !> Report a table whose points do not increase.
   subroutine check_rising(input, group, i, key, points, diagnostics, which)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
-    integer, intent(in) :: i                          !! number of the group
+    integer, intent(in) :: i                          !! index of the group
     character(*), intent(in) :: key
     real(rp), intent(in) :: points(:)
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(*), intent(in), optional :: which       !! of its values; not given: all
+    character(*), intent(in), optional :: which       !! name of the points; default: all values
 
     if (rises(points)) return
     if (present(which)) then
@@ -29,7 +29,7 @@ contains
     end if
   end subroutine check_rising
 
-  !> Whether each value is above the one before.
+  !> True if each value exceeds the previous one.
   pure logical function rises(points)
     real(rp), intent(in) :: points(:)
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The checked input of a run, and look-ups in it.
+!> The checked input of a run, with look-ups.
 module input_values
   use base_errors, only: fatal
   use base_kinds, only: rp
@@ -14,23 +14,24 @@ module input_values
 
   public :: input_t, taken_t
 
-  !> A value that a library gave.
+  !> A value taken from a library.
   type :: taken_t
-    integer :: instance = 0            !! number of the &MATERIAL
+    integer :: instance = 0            !! index of the &MATERIAL
     character(24) :: key = ''
     character(240) :: source = ''
   end type taken_t
 
-  !> A checked input. Look-ups name a group, which of its instances (from 1), and a key.
+  !> A checked input. Look-ups take a group name, the index of the group among those of this name
+  !> (from 1), and a key.
   type :: input_t
     character(:), allocatable :: file                  !! name of the input file
-    type(scan_t) :: written                            !! its groups (input_reading fills both)
+    type(scan_t) :: written                            !! scanned groups (set by input_reading)
     type(key_table_t) :: table
-    type(taken_t), allocatable :: taken(:)             !! from libraries (input_library)
-    character(:), allocatable :: folder                !! of files that it names, if not its own
+    type(taken_t), allocatable :: taken(:)             !! values from libraries (input_library)
+    character(:), allocatable :: folder                !! folder of named files, if not its own
   contains
     procedure :: count => count_groups
-    procedure :: is_whole
+    procedure :: has_required_groups
     procedure :: is_short
     procedure :: given => is_given
     procedure :: holds
@@ -56,7 +57,7 @@ module input_values
 
 contains
 
-  !> File `&GROUP KEY = value: message`, or `&GROUP message` if the key is empty, where it belongs.
+  !> Add the diagnostic `&GROUP KEY = value: message`, or `&GROUP message` if the key is empty.
   subroutine report(self, diagnostics, group, i, key, message, is_warning)
     class(input_t), intent(in) :: self
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -69,14 +70,14 @@ contains
     label = '&'//trim(group)//' '//trim(key)
     a = self%written%last_of(self%written%find(group, i), key)
     if (a > 0) then
-      if (self%written%assignments(a)%is_broken) return   ! is reported already
+      if (self%written%assignments(a)%is_broken) return   ! reported already
       label = label//' = '//excerpt(self%written%value(a))
     end if
     if (key /= '') label = label//': '
     call diagnostics%add(self%file, self%line(group, i, key), label//message, is_warning)
   end subroutine report
 
-  !> The same of what may be meant: the run goes on.
+  !> Add a warning; the run continues.
   subroutine warn(self, diagnostics, group, i, key, message)
     class(input_t), intent(in) :: self
     type(diagnostics_t), intent(inout) :: diagnostics
@@ -86,23 +87,23 @@ contains
     call self%report(diagnostics, group, i, key, message, is_warning=.true.)
   end subroutine warn
 
-  !> Whether an 'off auto on' key switches something on in this scene: 'auto' if that `makes_sense`.
-  !> What `forbids` it ('' if nothing) is complained of if it is 'on', else obeyed.
-  logical function switches_on(self, diagnostics, group, key, forbids, makes_sense)
+  !> True if an 'off auto on' key switches a method on. 'auto' does so if it is recommended. An
+  !> obstacle ('' if none) switches the method off, and is reported with 'on'.
+  logical function switches_on(self, diagnostics, group, key, obstacle, is_recommended)
     class(input_t), intent(in) :: self
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(*), intent(in) :: group, key, forbids
-    logical, intent(in) :: makes_sense
+    character(*), intent(in) :: group, key, obstacle
+    logical, intent(in) :: is_recommended
     character(:), allocatable :: choice
 
     choice = self%text(group, 1, key)
-    switches_on = choice == 'on' .or. choice == 'auto' .and. makes_sense
-    if (forbids == '') return
+    switches_on = choice == 'on' .or. choice == 'auto' .and. is_recommended
+    if (obstacle == '') return
     switches_on = .false.
-    if (choice == 'on') call self%report(diagnostics, group, 1, key, 'cannot be on with '//forbids)
+    if (choice == 'on') call self%report(diagnostics, group, 1, key, 'cannot be on with '//obstacle)
   end function switches_on
 
-  !> Line of the key, or else of the group; 0 if neither was written, -k: the k-th override.
+  !> Line of the key, otherwise of the group; 0 if neither was written; -k: k-th override.
   pure integer function line_of(self, group, i, key)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group
@@ -126,19 +127,19 @@ contains
     count_groups = self%written%count(group)
   end function count_groups
 
-  !> Whether there is one of each group that must be there.
-  logical function is_whole(self)
+  !> True if all required groups are present.
+  logical function has_required_groups(self)
     class(input_t), intent(in) :: self
     integer :: g
 
-    is_whole = .true.
+    has_required_groups = .true.
     do g = 1, size(self%table%groups)
-      if (self%table%groups(g)%is_required) is_whole = is_whole &
+      if (self%table%groups(g)%is_required) has_required_groups = has_required_groups &
           .and. self%count(self%table%groups(g)%name) > 0
     end do
-  end function is_whole
+  end function has_required_groups
 
-  !> Whether there are so few groups that a scene of them is soon built, to see what else is wrong.
+  !> True if there are few enough groups to build the scene quickly and find further errors.
   pure logical function is_short(self)
     class(input_t), intent(in) :: self
 
@@ -155,7 +156,7 @@ contains
       .and. self%written%last_of(self%written%find(group, i), key) > 0
   end function is_given
 
-  !> True if `KEY = one or other` is so in this group; always if it is empty.
+  !> True if a condition `KEY = one or other` holds in this group, or is empty.
   logical function holds(self, group, i, condition)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, condition
@@ -167,12 +168,12 @@ contains
     if (.not. holds) holds = any(w(3:) == self%text(group, i, w(1)))
   end function holds
 
-  !> Row of a key in the table; asking for what cannot be there is a programming error.
+  !> Row of a key in the table; a look-up of an unknown key or group is a programming error.
   integer function row_number(self, group, i, key, kind)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
     integer, intent(in) :: i
-    character(*), intent(in) :: kind       !! types that the caller expects
+    character(*), intent(in) :: kind       !! allowed types
     integer :: g
 
     row_number = 0
@@ -189,7 +190,7 @@ contains
     end if
   end function row_number
 
-  !> The `k`-th value as text: what was written, else the default, else empty.
+  !> The `k`-th value as text: the written value, the default, or empty.
   function item(self, group, i, key, kind, k) result(r)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key, kind
@@ -213,8 +214,7 @@ contains
     end associate
   end function item
 
-  !> The first `n` values of a key of real numbers, in its unit; 0 where there is neither value nor
-  !> default.
+  !> The first `n` values of a real key in its unit; 0 without a value and default.
   function some_reals(self, group, i, key, n) result(r)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
@@ -227,7 +227,7 @@ contains
     r(:min(n, size(all))) = all(:min(n, size(all)))
   end function some_reals
 
-  !> All values of a key of real numbers up to the first that was not written and has no default.
+  !> All values of a real key up to the first that is not written and has no default.
   function all_reals(self, group, i, key) result(r)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
@@ -236,17 +236,17 @@ contains
     integer, allocatable :: first(:), last(:)
     character(:), allocatable :: text
     logical :: ok
-    integer :: a, k, most
+    integer :: a, k, n
 
     associate (row => self%table%keys(self%row_number(group, i, key, 'real')))
-      most = abs(row%n)
-      allocate (first(most), last(most), r(most))
+      n = abs(row%n)
+      allocate (first(n), last(n), r(n))
       call self%written%gather(self%written%find(group, i), key, first, last)
       a = self%written%last_of(self%written%find(group, i), key)
       if (a > 0) then
         if (self%written%assignments(a)%is_broken) a = -1
       end if
-      do k = 1, most
+      do k = 1, n
         if (first(k) > 0) then
           text = self%written%text(first(k):last(k))
         else if (a >= 0) then
@@ -261,6 +261,7 @@ contains
     r = r(:k - 1)
   end function all_reals
 
+  !> Value of a real key in its unit.
   real(rp) function one_real(self, group, i, key)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
@@ -270,6 +271,7 @@ contains
     call to_real(self%item(group, i, key, 'real', 1), one_real, ok)
   end function one_real
 
+  !> Value of an integer key.
   integer function one_integer(self, group, i, key)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
@@ -279,7 +281,7 @@ contains
     call to_integer(self%item(group, i, key, 'integer', 1), one_integer, ok)
   end function one_integer
 
-  !> The first `n` values of a key of whole numbers; 0 for those that neither file nor default has.
+  !> The first `n` values of an integer key; 0 without a value and default.
   function some_integers(self, group, i, key, n) result(r)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
@@ -295,6 +297,7 @@ contains
     end do
   end function some_integers
 
+  !> Value of a logical key.
   logical function one_logical(self, group, i, key)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
@@ -304,7 +307,7 @@ contains
     call to_logical(self%item(group, i, key, 'logical', 1), one_logical, ok)
   end function one_logical
 
-  !> A text, or a choice in small letters; without trailing blanks.
+  !> Value of a text key, or a choice in lower case, without trailing blanks.
   function one_text(self, group, i, key) result(r)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
@@ -315,7 +318,7 @@ contains
     call to_text(self%item(group, i, key, 'text or choice', 1), r, ok)
   end function one_text
 
-  !> The input with overrides applied, as namelist text: for outputs and checkpoints.
+  !> The input with overrides as namelist text, for outputs and checkpoints.
   function text_of_file(self) result(r)
     class(input_t), intent(in) :: self
     character(:), allocatable :: r
@@ -323,7 +326,7 @@ contains
     r = self%written%text_of_groups(self%table)
   end function text_of_file
 
-  !> Another default for a key.
+  !> Set the default of a key.
   subroutine set_default(self, group, key, value)
     class(input_t), intent(inout) :: self
     character(*), intent(in) :: group, key, value
@@ -332,8 +335,7 @@ contains
                                     'real integer logical text choice'))%default = value
   end subroutine set_default
 
-  !> All values of a key as text with commas between: what was written, else the default, else
-  !> nothing.
+  !> All values of a key as text with commas: written values or defaults.
   function values(self, group, i, key) result(r)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
@@ -358,7 +360,7 @@ contains
     end associate
   end function values
 
-  !> The same as `text_of_file`, with all defaults: what the state of a run belongs to.
+  !> As `text_of_file`, with all defaults, for comparison by a restart.
   function text_of_scene(self) result(r)
     class(input_t), intent(in) :: self
     character(:), allocatable :: r
@@ -369,7 +371,7 @@ contains
     do g = 1, size(self%table%groups)
       group = trim(self%table%groups(g)%name)
       n = self%count(group)
-      if (.not. self%table%groups(g)%repeats .and. group /= 'HEAT') n = 1   ! &HEAT means something
+      if (.not. self%table%groups(g)%repeats .and. group /= 'HEAT') n = 1   ! its presence matters
       do i = 1, n
         one = '&'//group//new_line('a')
         do k = self%table%groups(g)%first, self%table%groups(g)%last
@@ -381,7 +383,7 @@ contains
     end do
   end function text_of_scene
 
-  !> Write this text.
+  !> Write the input to a unit.
   subroutine echo(self, unit)
     class(input_t), intent(in) :: self
     integer, intent(in) :: unit

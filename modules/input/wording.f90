@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What is wrong with a value, a key or a group of an input, in words; what is allowed instead.
+!> Messages on invalid values, keys and groups of an input, and on what is allowed.
 module input_wording
   use base_kinds, only: i8, rp
   use base_text, only: edit_distance, lower, str
@@ -12,13 +12,13 @@ module input_wording
 
   public :: can_name_results, check_value, describe_allowed, unknown_group, unknown_key
 
-  integer, parameter :: longest_name = 32, longest_file_name = 128, longest_text = 4000
-  character(*), parameter :: never_in_names = ',;/\"'''
-  character(*), parameter :: never_first = '=+-@'   !! a spreadsheet takes it for a formula
+  integer, parameter :: max_name = 32, max_file_name = 128, max_text = 4000
+  character(*), parameter :: forbidden_in_names = ',;/\"'''
+  character(*), parameter :: forbidden_first = '=+-@'  !! spreadsheets would read a formula
 
 contains
 
-  !> `did you mean X?` if at most two letters of a name differ from `word`; else empty.
+  !> Text `did you mean X?` if a name differs from `word` in at most two letters; otherwise empty.
   pure function suggestion(word, names) result(r)
     character(*), intent(in) :: word, names(:)
     character(:), allocatable :: r
@@ -26,7 +26,7 @@ contains
 
     r = ''
     best = min(3, len_trim(word))
-    if (len_trim(word) > longest_name) return
+    if (len_trim(word) > max_name) return
     do k = 1, size(names)
       distance = edit_distance(trim(word), trim(names(k)))
       if (distance >= best) cycle
@@ -35,7 +35,7 @@ contains
     end do
   end function suggestion
 
-  !> What a value of this key is: `3 real numbers [m]`.
+  !> Expected value of a key, as `3 real numbers [m]`.
   pure function expected(row) result(r)
     type(key_row_t), intent(in) :: row
     character(:), allocatable :: r
@@ -61,7 +61,7 @@ contains
     if (row%unit /= '') r = r//' ['//trim(row%unit)//']'
   end function expected
 
-  !> The allowed values in words: `> 0 and <= 1`, `box, sphere`.
+  !> Allowed values of a key, as `> 0 and <= 1` or `box, sphere`.
   pure function describe_allowed(row) result(r)
     type(key_row_t), intent(in) :: row
     character(:), allocatable :: r
@@ -81,10 +81,10 @@ contains
       select case (row%allowed)
       case ('')
       case ('name')
-        r = 'at most '//str(longest_name)//' characters, none of '//never_in_names// &
-            ', not first one of '//never_first
+        r = 'at most '//str(max_name)//' characters, none of '//forbidden_in_names// &
+            ', not first one of '//forbidden_first
       case ('file name')
-        r = 'at most '//str(longest_file_name)//' letters, digits, - _ and ., not first a . or -'
+        r = 'at most '//str(max_file_name)//' letters, digits, - _ and ., not first a . or -'
       case default
         r = 'only the characters '//trim(row%allowed)
       end select
@@ -98,14 +98,14 @@ contains
       if (high /= 'inf') then
         r = r//trim(merge('<= ', '<  ', index(row%allowed, ']') > 0))//' '//high
       end if
-    case default   ! any logical value will do
+    case default   ! no restriction of logical values
     end select
   end function describe_allowed
 
-  !> What is wrong with the value of a key; empty if nothing is.
+  !> Error of the value of a key; empty if it is valid.
   pure function check_value(row, first, text) result(r)
     type(key_row_t), intent(in) :: row
-    integer, intent(in) :: first         !! written index of the first value, 0 if none
+    integer, intent(in) :: first         !! written index of the first value; 0 if none
     character(*), intent(in) :: text
     character(:), allocatable :: r
     type(items_t) :: items
@@ -127,7 +127,7 @@ contains
     end do
   end function check_value
 
-  !> What is wrong with one item of the value of a key; empty if nothing is.
+  !> Error of one item of the value of a key; empty if it is valid.
   pure function check_item(row, item) result(r)
     type(key_row_t), intent(in) :: row
     character(*), intent(in) :: item
@@ -142,7 +142,7 @@ contains
     select case (row%kind)
     case ('real')
       call to_real(item, x, ok)
-      if (ok) ok = abs(x) <= huge(x)   ! the range below is judged for finite numbers only
+      if (ok) ok = abs(x) <= huge(x)   ! the range is checked for finite numbers only
     case ('integer')
       call to_integer(item, i, ok)
       x = real(i, rp)
@@ -168,7 +168,7 @@ contains
     end if
   end function check_item
 
-  !> What is wrong with a text or a choice.
+  !> Error of a text or a choice; empty if it is valid.
   pure function check_text(row, text) result(r)
     type(key_row_t), intent(in) :: row
     character(*), intent(in) :: text
@@ -188,75 +188,74 @@ contains
     else if (has_controls(text)) then
       r = 'has a character that cannot be printed'
     else if (row%allowed == 'name') then
-      if (len(text) > longest_name .or. scan(text, never_in_names) > 0 &
-          .or. scan(text, never_first) == 1) r = 'must be '//describe_allowed(row)
+      if (len(text) > max_name .or. scan(text, forbidden_in_names) > 0 &
+          .or. scan(text, forbidden_first) == 1) r = 'must be '//describe_allowed(row)
     else if (row%allowed == 'file name') then
       if (.not. is_file_name(text)) r = 'must be '//describe_allowed(row)
-    else if (len(text) > longest_text) then
-      r = 'has '//str(len(text))//' characters; at most '//str(longest_text)//' are possible'
+    else if (len(text) > max_text) then
+      r = 'has '//str(len(text))//' characters; at most '//str(max_text)//' are possible'
     else if (row%allowed /= '' .and. verify(text, trim(row%allowed)) > 0) then
       r = describe_allowed(row)//' may be used'
     end if
   end function check_text
 
-  !> Whether a text can be the beginning of the names of files.
+  !> True if a text is a valid stem of file names.
   pure logical function is_file_name(text)
     character(*), intent(in) :: text
 
-    is_file_name = len(text) > 0 .and. len(text) <= longest_file_name
+    is_file_name = len(text) > 0 .and. len(text) <= max_file_name
     if (is_file_name) is_file_name = verify(text, letters//'0123456789._-') == 0 &
         .and. scan(text(1:1), '.-') == 0
   end function is_file_name
 
-  !> Whether the name of an input file can be that of its results: files, and columns of tables.
+  !> True if the stem of an input file is a valid name of results, in files and columns of tables.
   pure logical function can_name_results(stem)
     character(*), intent(in) :: stem
 
-    can_name_results = len(stem) > 0 .and. len(stem) <= longest_file_name &
+    can_name_results = len(stem) > 0 .and. len(stem) <= max_file_name &
       .and. .not. has_controls(stem) &
-                       .and. scan(stem, never_in_names) == 0 .and. index(stem, '.') /= 1
+                       .and. scan(stem, forbidden_in_names) == 0 .and. index(stem, '.') /= 1
   end function can_name_results
 
-  !> What is wrong with a number that no scene has, though its key sets no limit; empty if nothing
-  !> is.
+  !> Error of a number beyond any real scene, for keys without limits; empty if it is valid.
   pure function check_size(row, x) result(r)
     type(key_row_t), intent(in) :: row
     real(rp), intent(in) :: x
     character(:), allocatable :: r
-    real(rp) :: least, most
+    real(rp) :: lower_limit, upper_limit
 
     r = ''
-    least = 1.0e-30_rp
+    lower_limit = 1.0e-30_rp
     select case (row%unit)
     case ('m')
-      most = 1.0e4_rp
-      least = 1.0e-12_rp
+      upper_limit = 1.0e4_rp
+      lower_limit = 1.0e-12_rp
     case ('m/s')
-      most = 1.0e5_rp
+      upper_limit = 1.0e5_rp
     case ('K')
-      most = 1.0e5_rp
-      least = 1.0e-6_rp
+      upper_limit = 1.0e5_rp
+      lower_limit = 1.0e-6_rp
     case ('kg/m3')
-      most = 1.0e6_rp
-      least = 1.0e-6_rp
+      upper_limit = 1.0e6_rp
+      lower_limit = 1.0e-6_rp
     case ('s', 'm/s2', 'rad/s', 'J/mol')
-      most = 1.0e9_rp
+      upper_limit = 1.0e9_rp
     case ('1/min')
-      most = 1.0e7_rp
+      upper_limit = 1.0e7_rp
     case ('Pa', 'N', 'W', '1/s', 'W/(m2 K)')
-      most = 1.0e15_rp
+      upper_limit = 1.0e15_rp
     case default
-      most = 1.0e30_rp
+      upper_limit = 1.0e30_rp
     end select
-    if (abs(x) > most) then
-      r = 'is beyond all measure: at most '//str(most)
-    else if (row%allowed(1:2) == '(0' .and. x < least) then
-      r = 'is beyond all measure: at least '//str(least)
+    if (abs(x) > upper_limit) then
+      r = 'is beyond all measure: at most '//str(upper_limit)
+    else if (row%allowed(1:2) == '(0' .and. x < lower_limit) then
+      r = 'is beyond all measure: at least '//str(lower_limit)
     end if
     if (r /= '' .and. row%unit /= '') r = r//' ['//trim(row%unit)//']'
   end function check_size
 
-  !> Wording for a group that is not in the table.
+  !> Message on an unknown group.
   pure function unknown_group(table, name) result(r)
     type(key_table_t), intent(in) :: table
     character(*), intent(in) :: name
@@ -265,10 +264,10 @@ contains
     r = 'unknown group &'//trim(name)//hint(name, (table%groups%name))
   end function unknown_group
 
-  !> Wording for a key that the group does not have.
+  !> Message on a key that the group does not have.
   pure function unknown_key(table, g, name) result(r)
     type(key_table_t), intent(in) :: table
-    integer, intent(in) :: g              !! number of the group
+    integer, intent(in) :: g              !! index of the group
     character(*), intent(in) :: name
     character(:), allocatable :: r
 
@@ -276,7 +275,7 @@ contains
       hint(name, (table%keys(table%groups(g)%first:table%groups(g)%last)%name))
   end function unknown_key
 
-  !> The known name that was meant, or all of them.
+  !> Hint at a similar known name, or a list of all.
   pure function hint(name, known) result(r)
     character(*), intent(in) :: name, known(:)
     character(:), allocatable :: r

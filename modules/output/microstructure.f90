@@ -17,7 +17,7 @@ module output_microstructure
   public :: add_micro_columns, frame_outputs, micro_means_t, microstructure_means, zero_means, &
             pack_outputs, warning_message
 
-  real(rp), parameter :: stirred_strain = 1.0_rp !! least plastic strain of stirred material
+  real(rp), parameter :: stirred_strain = 1.0_rp  !! least plastic strain of stirred material
 
   !> For each output of the scene: mass-weighted mean over stirred material, minimum over all
   !> material.

@@ -11,13 +11,13 @@ module output_time_left
 
   integer, parameter :: max_samples = 64      !! number of samples kept
   real(rp), parameter :: spacing = 0.5_rp     !! initial interval of samples [s]
-  real(rp), parameter :: redraw_interval = 1.0_rp !! of the line in a terminal window [s]
+  real(rp), parameter :: redraw_interval = 1.0_rp  !! of the line in a terminal window [s]
 
   type :: time_left_t
     real(rp) :: interval = 0.0_rp             !! between two lines in a log file [s]
     logical :: is_asked = .false.             !! the interval is given in the input, and constant
-    real(rp), private :: at(max_samples) = 0.0_rp !! wall-clock times of samples since start [s]
-    real(rp), private :: share(max_samples) = 0.0_rp !! completed share of the run at the samples
+    real(rp), private :: at(max_samples) = 0.0_rp  !! wall-clock times of samples since start [s]
+    real(rp), private :: share(max_samples) = 0.0_rp  !! completed share of the run at the samples
     integer, private :: n = 0
     real(rp), private :: gap = spacing        !! interval of samples [s]
     real(rp), private :: began = 0.0_rp       !! wall-clock time of the start [s]

@@ -12,8 +12,8 @@ module setup_laws
 
 contains
 
-  !> Reserve particle storage for the internal variables of the flow laws; list the warnings that the
-  !> laws can give.
+  !> Reserve particle storage for internal variables of the flow laws; list the warnings of the
+  !> laws.
   subroutine lay_out_laws(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene

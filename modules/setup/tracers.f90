@@ -77,7 +77,7 @@ contains
   subroutine list_positions(input, i, position, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), allocatable, intent(out) :: position(:, :) !! (3, n) [m]
+    real(rp), allocatable, intent(out) :: position(:, :)  !! (3, n) [m]
     type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: low(3), side(3), step
     integer :: n(3)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A tree of boxes around things in space, by which the nearest of them is found.
+!> Bounding volume hierarchy of axis-aligned boxes, for searches of nearest and overlapping objects.
 module tool_meshes_boxes
   use base_kinds, only: rp
   use base_sort, only: order_of
@@ -8,41 +8,42 @@ module tool_meshes_boxes
 
   public :: boxes_t, build_boxes, descent_t
 
-  integer, parameter :: most_levels = 64   !! of a tree whose halves are even
+  integer, parameter :: max_levels = 64    !! depth of a balanced tree
 
-  !> Node 1 is the root. Things of a node are those in places first, ..., first + count - 1 of the
-  !> sorted things; a node of count 0 has two children, `first` and the one behind it.
+  !> Tree of boxes with root 1. A leaf has the objects first, ..., first + count - 1 of the sorted
+  !> list; an inner node has count 0 and the children `first` and first + 1.
   type :: boxes_t
     integer :: n = 0
     integer, allocatable :: first(:), count(:)
     real(rp), allocatable :: lower(:, :), upper(:, :)   !! (3, n) [m]
   end type boxes_t
 
-  !> The way down a tree to the things near to a place: nodes to look at, the nearest last.
+  !> Traversal of a tree: stack of nodes to visit, the nearest on top.
   type :: descent_t
-    integer, private :: top, node(most_levels)
-    real(rp), private :: far(most_levels)               !! squares of their distances [m2]
+    integer, private :: top, node(max_levels)
+    real(rp), private :: far2(max_levels)               !! squared distances of the nodes [m2]
   contains
     procedure :: begin
     procedure :: next_leaf
-    procedure :: next_meeting
+    procedure :: next_overlap
   end type descent_t
 
 contains
 
-  !> The tree of things with these boxes, and their order in it.
+  !> Build the tree of objects with the given boxes, and their order in it.
   subroutine build_boxes(lower, upper, tree, order)
-    real(rp), intent(in) :: lower(:, :), upper(:, :)     !! (3, any number) [m]
+    real(rp), intent(in) :: lower(:, :), upper(:, :)     !! (3, n) corners of the boxes [m]
     type(boxes_t), intent(out) :: tree
     integer, allocatable, intent(out) :: order(:)
-    integer, parameter :: few = 4              ! things that a leaf may have
+    integer, parameter :: max_in_leaf = 4      ! objects in a leaf, less 1
     integer :: axis, first, half, i, last, node
     integer, allocatable :: ends(:)
 
     allocate (order, source=[(i, i=1, size(lower, 2))])
-    associate (most => max(1, 2*size(order)))
-      allocate (tree%first(most), tree%count(most), tree%lower(3, most), tree%upper(3, most))
-      allocate (ends(most))
+    associate (max_nodes => max(1, 2*size(order)))
+      allocate (tree%first(max_nodes), tree%count(max_nodes), tree%lower(3, max_nodes), &
+                tree%upper(3, max_nodes))
+      allocate (ends(max_nodes))
     end associate
     tree%n = 1
     tree%first(1) = 1
@@ -55,7 +56,7 @@ contains
       tree%count(node) = last - first + 1
       tree%lower(:, node) = minval(lower(:, order(first:last)), 2)
       tree%upper(:, node) = maxval(upper(:, order(first:last)), 2)
-      if (last - first < few) cycle
+      if (last - first < max_in_leaf) cycle
       axis = maxloc(tree%upper(:, node) - tree%lower(:, node), 1)
       order(first:last) = order(first - 1 + order_of(lower(axis:axis, order(first:last)) &
                                                      + upper(axis:axis, order(first:last))))
@@ -68,30 +69,31 @@ contains
     end do
   end subroutine build_boxes
 
-  !> Square of the distance of `x` from a box, 0 inside [m2].
-  pure real(rp) function gap2(lower, upper, x)
+  !> Squared distance of `x` from a box, 0 inside [m2].
+  pure real(rp) function distance2(lower, upper, x)
     real(rp), intent(in) :: lower(3), upper(3), x(3)
 
-    gap2 = max(0.0_rp, lower(1) - x(1), x(1) - upper(1))**2 &
+    distance2 = max(0.0_rp, lower(1) - x(1), x(1) - upper(1))**2 &
            + max(0.0_rp, lower(2) - x(2), x(2) - upper(2))**2 &
            + max(0.0_rp, lower(3) - x(3), x(3) - upper(3))**2
-  end function gap2
+  end function distance2
 
-  !> Begin at the root.
+  !> Start a traversal at the root.
   pure subroutine begin(self)
     class(descent_t), intent(inout) :: self
 
     self%top = 1
     self%node(1) = 1
-    self%far(1) = 0.0_rp
+    self%far2(1) = 0.0_rp
   end subroutine begin
 
-  !> Places first to last of the things of the next leaf whose box is nearer to `x` than `best`,
-  !> which may have become less since the leaf before; none are left if last < first.
+  !> Objects first to last of the next leaf whose box is nearer to `x` than `best`, which may
+  !> decrease between calls; last < first at the end.
   pure subroutine next_leaf(self, tree, x, best, first, last)
     class(descent_t), intent(inout) :: self
     type(boxes_t), intent(in) :: tree
-    real(rp), intent(in) :: x(3), best               !! [m], square of a distance [m2]
+    real(rp), intent(in) :: x(3)                     !! point [m]
+    real(rp), intent(in) :: best                     !! squared distance found so far [m2]
     integer, intent(out) :: first, last
     real(rp) :: gap(2)
     integer :: child, k, node
@@ -99,24 +101,24 @@ contains
     do while (self%top > 0)
       node = self%node(self%top)
       self%top = self%top - 1
-      if (self%far(self%top + 1) >= best) cycle
+      if (self%far2(self%top + 1) >= best) cycle
       first = tree%first(node)
       last = first + tree%count(node) - 1
       if (last >= first) return
       child = first
-      gap = [gap2(tree%lower(:, child), tree%upper(:, child), x), &
-             gap2(tree%lower(:, child + 1), tree%upper(:, child + 1), x)]
-      k = merge(0, 1, gap(1) > gap(2))           ! the nearer one last, so that it comes first
+      gap = [distance2(tree%lower(:, child), tree%upper(:, child), x), &
+             distance2(tree%lower(:, child + 1), tree%upper(:, child + 1), x)]
+      k = merge(0, 1, gap(1) > gap(2))           ! the nearer child on top
       self%node(self%top + 1:self%top + 2) = child + [k, 1 - k]
-      self%far(self%top + 1:self%top + 2) = gap([k + 1, 2 - k])
+      self%far2(self%top + 1:self%top + 2) = gap([k + 1, 2 - k])
       self%top = self%top + 2
     end do
     first = 1
     last = 0
   end subroutine next_leaf
 
-  !> The same of the next leaf whose box meets another.
-  pure subroutine next_meeting(self, tree, lower, upper, first, last)
+  !> Objects first to last of the next leaf whose box overlaps a given box; last < first at the end.
+  pure subroutine next_overlap(self, tree, lower, upper, first, last)
     class(descent_t), intent(inout) :: self
     type(boxes_t), intent(in) :: tree
     real(rp), intent(in) :: lower(3), upper(3)       !! [m]
@@ -135,6 +137,6 @@ contains
     end do
     first = 1
     last = 0
-  end subroutine next_meeting
+  end subroutine next_overlap
 
 end module tool_meshes_boxes

@@ -1,86 +1,89 @@
 ! SPDX-License-Identifier: MIT
-!> A shoulder with a pin whose surface is not one of revolution: thread and flats on the pin, a
-!> scroll in the face. It is drawn in columns at angles about the axis, each a line from the top
-!> round to the tip; facets between columns follow the grooves.
+!> Surface mesh of a shoulder with thread and flats on the pin or a scroll in the face. It is built
+!> from meridians, polylines in half planes at angles about the axis from the top to the tip; facets
+!> between meridians follow the grooves.
 module tool_meshes_cuts
   use base_errors, only: fatal
   use base_kinds, only: pi, rp
   use base_sort, only: order_of
-  use tool_meshes_facets, only: facets_t, flaw_t, join_corners, list_flaws, match_edges
+  use tool_meshes_facets, only: facets_t, defect_t, join_corners, list_defects, match_edges
   use tool_meshes_grooves, only: grooves_t
-  use tool_meshes_mesh, only: mesh_t, new_mesh
+  use tool_meshes_mesh, only: surface_mesh_t, new_mesh
   implicit none (type, external)
   private
 
-  public :: cuts_t, mesh_of
+  public :: cut_pin_shape_t, mesh_of
 
-  integer, parameter :: turns = 96             !! columns; chords of a circle are within 0.05 % of
-                                               !! its radius
-  integer, parameter :: parts = 4              !! of a column: wall, face, ledge, pin
+  integer, parameter :: n_meridians = 96       !! meridians; chords deviate by at most
+                                               !! 0.05 % of the radius
+  integer, parameter :: n_sections = 4         !! of a meridian: wall, face, ledge, pin
 
-  type :: cuts_t
+  !> Sizes of the shoulder, the pin and the cuts.
+  type :: cut_pin_shape_t
     real(rp) :: radius = 0.0_rp, height = 0.0_rp        !! [m]
-    real(rp) :: slope = 0.0_rp                          !! of the face, up to the axis
+    real(rp) :: slope = 0.0_rp                          !! of the face, rising towards the axis
     real(rp) :: pin_radius = 0.0_rp, tip_radius = 0.0_rp, pin_length = 0.0_rp   !! [m]; 0: no pin
     type(grooves_t) :: thread, scroll
     integer :: n_flats = 0
     real(rp) :: flat_depth = 0.0_rp                     !! [m]
-  end type cuts_t
+  end type cut_pin_shape_t
 
-  !> Points (r, z) of one part of a column, from the top on, with numbers that fall and are those of
-  !> the same corners in all columns.
-  type :: line_t
+  !> Points (r, z) of one section of a meridian, from the top, with decreasing keys that identify
+  !> corresponding corners of all meridians.
+  type :: polyline_t
     integer :: n = 0
     real(rp), allocatable :: r(:), z(:), key(:)
   contains
     procedure :: add
-  end type line_t
+  end type polyline_t
 
-  type :: column_t
+  !> A meridian.
+  type :: meridian_t
     real(rp) :: c = 1.0_rp, s = 0.0_rp          !! cosine and sine of its angle
-    type(line_t) :: part(parts)
-  end type column_t
+    type(polyline_t) :: part(n_sections)
+  end type meridian_t
 
 contains
 
-  !> Its mesh.
+  !> Make the mesh of a shoulder with cuts.
   subroutine mesh_of(shape, mesh)
-    type(cuts_t), intent(in) :: shape
-    type(mesh_t), intent(out) :: mesh
-    type(column_t), allocatable :: column(:)
+    type(cut_pin_shape_t), intent(in) :: shape
+    type(surface_mesh_t), intent(out) :: mesh
+    type(meridian_t), allocatable :: meridian(:)
     real(rp), allocatable :: angle(:), y(:, :)
     type(facets_t) :: facets
-    type(flaw_t), allocatable :: flaw(:)
+    type(defect_t), allocatable :: defect(:)
     integer, allocatable :: kept(:)
     integer :: i, n
 
     allocate (angle, source=angles(shape))
-    allocate (column(size(angle)))
+    allocate (meridian(size(angle)))
     do i = 1, size(angle)
-      call draw_column(shape, angle(i), column(i))
+      call draw_meridian(shape, angle(i), meridian(i))
     end do
     n = 0
     allocate (y(3, 1024))
     do i = 1, size(angle)
-      call add_strip(shape, column(i), column(modulo(i, size(angle)) + 1), i == size(angle), n, y)
+      call add_strip(shape, meridian(i), meridian(modulo(i, size(angle)) + 1), i == size(angle), &
+                     n, y)
     end do
     call join_corners(y(:, :n), facets, kept)
     call match_edges(facets)
-    call list_flaws(facets, flaw)
-    if (size(flaw) > 0) call fatal('the facets of a shoulder with cuts do not close')
+    call list_defects(facets, defect)
+    if (size(defect) > 0) call fatal('the facets of a shoulder with cuts do not close')
     call new_mesh(facets, mesh)
   end subroutine mesh_of
 
-  !> Angles of the columns: even ones, and those of the edges of flats on a pin that is a cylinder;
-  !> even ones that are next to these are left out.
+  !> Angles of the meridians [rad]: equidistant ones and those of the edges of flats on a
+  !> cylindrical pin, which replace equidistant ones close to them.
   function angles(shape) result(angle)
-    type(cuts_t), intent(in) :: shape
+    type(cut_pin_shape_t), intent(in) :: shape
     real(rp), allocatable :: angle(:), edge(:)
-    real(rp), parameter :: step = 2.0_rp*pi/turns
+    real(rp), parameter :: step = 2.0_rp*pi/n_meridians
     real(rp) :: half, pitch
     integer :: i
 
-    angle = [(step*i, i=0, turns - 1)]
+    angle = [(step*i, i=0, n_meridians - 1)]
     if (shape%n_flats == 0) return
     pitch = 2.0_rp*pi/shape%n_flats
     half = acos(1.0_rp - shape%flat_depth/shape%pin_radius)
@@ -93,18 +96,18 @@ contains
     angle = angle(order_of(reshape(angle, [1, size(angle)])))
   end function angles
 
-  !> All parts of a column.
-  subroutine draw_column(shape, phi, column)
-    type(cuts_t), intent(in) :: shape
+  !> Make all sections of a meridian.
+  subroutine draw_meridian(shape, phi, meridian)
+    type(cut_pin_shape_t), intent(in) :: shape
     real(rp), intent(in) :: phi
-    type(column_t), intent(out) :: column
+    type(meridian_t), intent(out) :: meridian
     real(rp) :: inner, root, z
 
-    column%c = cos(phi)
-    column%s = sin(phi)
-    call draw_face(shape, phi, inner_radius(shape, phi), column%part(2))
-    associate (wall => column%part(1), face => column%part(2), ledge => column%part(3), &
-               pin => column%part(4))
+    meridian%c = cos(phi)
+    meridian%s = sin(phi)
+    call draw_face(shape, phi, inner_radius(shape, phi), meridian%part(2))
+    associate (wall => meridian%part(1), face => meridian%part(2), ledge => meridian%part(3), &
+               pin => meridian%part(4))
       call wall%add(shape%radius, shape%height, 1.0_rp)
       call wall%add(shape%radius, face%z(1), 0.0_rp)
       inner = face%r(face%n)
@@ -120,12 +123,12 @@ contains
         call pin%add(inner, z, 0.0_rp)
       end if
     end associate
-  end subroutine draw_column
+  end subroutine draw_meridian
 
-  !> Where the face ends: at the pin, or without one where a groove of the scroll would go inwards
-  !> more than round (at 45 degrees).
+  !> Inner radius of the face [m]: at the pin, or without a pin where the scroll would be steeper
+  !> than 45 degrees.
   pure real(rp) function inner_radius(shape, phi)
-    type(cuts_t), intent(in) :: shape
+    type(cut_pin_shape_t), intent(in) :: shape
     real(rp), intent(in) :: phi
 
     if (shape%pin_radius > 0.0_rp) then
@@ -135,11 +138,11 @@ contains
     end if
   end function inner_radius
 
-  !> The face from its rim to the radius `inner`.
+  !> Make the face from its rim to the radius `inner` [m].
   subroutine draw_face(shape, phi, inner, line)
-    type(cuts_t), intent(in) :: shape
+    type(cut_pin_shape_t), intent(in) :: shape
     real(rp), intent(in) :: phi, inner
-    type(line_t), intent(inout) :: line
+    type(polyline_t), intent(inout) :: line
     real(rp), allocatable :: w(:), part(:), key(:)
     integer :: i
 
@@ -149,18 +152,18 @@ contains
     end do
   end subroutine draw_face
 
-  !> The pin from height `root` to its tip.
+  !> Make the pin from height `root` [m] to its tip.
   subroutine draw_pin(shape, phi, root, line)
-    type(cuts_t), intent(in) :: shape
+    type(cut_pin_shape_t), intent(in) :: shape
     real(rp), intent(in) :: phi, root
-    type(line_t), intent(inout) :: line
+    type(polyline_t), intent(inout) :: line
     real(rp), allocatable :: w(:), part(:), key(:)
     real(rp) :: face, radius
     integer :: i, rows
 
     face = shape%slope*(shape%radius - shape%pin_radius)
     rows = 2                                     ! edges of flats on a cone need more
-    if (abs(shape%pin_radius - shape%tip_radius) > 0.0_rp) rows = 2 + turns/4
+    if (abs(shape%pin_radius - shape%tip_radius) > 0.0_rp) rows = 2 + n_meridians/4
     call cross_grooves(shape%thread, phi, root, -shape%pin_length, rows, w, part, key)
     do i = 1, size(w)
       radius = shape%pin_radius
@@ -171,9 +174,9 @@ contains
     end do
   end subroutine draw_pin
 
-  !> Radius of a pin of `radius` at an angle, `cut` [m] where there is no flat.
+  !> Radius at an angle of a pin with flats [m]; `cut` where there is no flat.
   pure real(rp) function flattened(shape, phi, radius, cut)
-    type(cuts_t), intent(in) :: shape
+    type(cut_pin_shape_t), intent(in) :: shape
     real(rp), intent(in) :: phi, radius, cut
     real(rp) :: beside, step
 
@@ -185,8 +188,8 @@ contains
                                                                  /cos(beside)
   end function flattened
 
-  !> Places from `first` down to `last` where grooves have corners, and the ends; without grooves
-  !> there are `rows` places. Corners very near to an end are left out.
+  !> Coordinates w from `first` down to `last` at the corners of grooves and the ends, without
+  !> corners very close to an end; without grooves `rows` equidistant coordinates.
   subroutine cross_grooves(grooves, phi, first, last, rows, w, part, key)
     type(grooves_t), intent(in) :: grooves
     real(rp), intent(in) :: phi, first, last
@@ -208,7 +211,7 @@ contains
     key = [ends(1)]
     near = 1.0e-3_rp*grooves%pitch
     do k = floor(ends(1)), ceiling(ends(2)), -1
-      associate (at => grooves%place_of(k, phi))
+      associate (at => grooves%coordinate_of(k, phi))
         if (at > first - near .or. at < last + near) cycle
         w = [w, at]
         part = [part, grooves%part_of(k)]
@@ -220,8 +223,9 @@ contains
     key = [key, ends(2)]
   end subroutine cross_grooves
 
+  !> Append a point.
   subroutine add(self, r, z, key)
-    class(line_t), intent(inout) :: self
+    class(polyline_t), intent(inout) :: self
     real(rp), intent(in) :: r, z, key
 
     if (self%n == 0) allocate (self%r(0), self%z(0), self%key(0))
@@ -231,27 +235,27 @@ contains
     self%n = self%n + 1
   end subroutine add
 
-  !> Facets between a column and the next; behind the last comes the first, whose numbers are
-  !> those of a turn before.
+  !> Add the facets between a meridian and the next; the first follows the last with keys shifted by
+  !> one turn.
   subroutine add_strip(shape, left, right, is_last, n, y)
-    type(cuts_t), intent(in) :: shape
-    type(column_t), intent(in) :: left, right
+    type(cut_pin_shape_t), intent(in) :: shape
+    type(meridian_t), intent(in) :: left, right
     logical, intent(in) :: is_last
-    integer, intent(inout) :: n                  !! corners so far
+    integer, intent(inout) :: n                  !! number of corners so far
     real(rp), allocatable, intent(inout) :: y(:, :)
-    real(rp) :: shift(parts)
+    real(rp) :: shift(n_sections)
     integer :: i, j, k
 
     shift = 0.0_rp
     if (is_last .and. shape%scroll%depth > 0.0_rp) shift(2) = shape%scroll%rise*shape%scroll%n
     if (is_last .and. shape%thread%depth > 0.0_rp) shift(4) = shape%thread%rise*shape%thread%n
     call add_facet(on_axis(shape%height), point(left, 1, 1), point(right, 1, 1), n, y)
-    do k = 1, parts
+    do k = 1, n_sections
       i = 1
       j = 1
       associate (a => left%part(k), b => right%part(k))
         do while (i < a%n .or. j < b%n)
-          if (goes_left(a, b, i, j, shift(k))) then
+          if (advances_left(a, b, i, j, shift(k))) then
             call add_facet(point(left, k, i), point(left, k, i + 1), point(right, k, j), n, y)
             i = i + 1
           else
@@ -261,33 +265,35 @@ contains
         end do
       end associate
     end do
-    associate (a => left%part(parts))
-      call add_facet(point(left, parts, a%n), tip(shape), &
-                     point(right, parts, right%part(parts)%n), n, y)
+    associate (a => left%part(n_sections))
+      call add_facet(point(left, n_sections, a%n), tip(shape), &
+                     point(right, n_sections, right%part(n_sections)%n), n, y)
     end associate
   end subroutine add_strip
 
-  !> Whether the next facet goes on along the left column: its next corner comes first.
-  pure logical function goes_left(a, b, i, j, shift)
-    type(line_t), intent(in) :: a, b
+  !> True if the next facet advances along the left meridian, whose next corner comes first.
+  pure logical function advances_left(a, b, i, j, shift)
+    type(polyline_t), intent(in) :: a, b
     integer, intent(in) :: i, j
     real(rp), intent(in) :: shift
 
-    goes_left = j == b%n
+    advances_left = j == b%n
     if (i == a%n .or. j == b%n) return
-    goes_left = a%key(i + 1) >= b%key(j + 1) + shift
-  end function goes_left
+    advances_left = a%key(i + 1) >= b%key(j + 1) + shift
+  end function advances_left
 
-  pure function point(column, part, i) result(x)
-    type(column_t), intent(in) :: column
+  !> Point of a section of a meridian [m].
+  pure function point(meridian, part, i) result(x)
+    type(meridian_t), intent(in) :: meridian
     integer, intent(in) :: part, i
     real(rp) :: x(3)
 
-    associate (line => column%part(part))
-      x = [line%r(i)*column%c, line%r(i)*column%s, line%z(i)]
+    associate (line => meridian%part(part))
+      x = [line%r(i)*meridian%c, line%r(i)*meridian%s, line%z(i)]
     end associate
   end function point
 
+  !> Point on the axis [m].
   pure function on_axis(z) result(x)
     real(rp), intent(in) :: z
     real(rp) :: x(3)
@@ -295,16 +301,16 @@ contains
     x = [0.0_rp, 0.0_rp, z]
   end function on_axis
 
-  !> The lowest place of the axis: the tip, or the middle of the face.
+  !> Lowest point on the axis: the tip of the pin, or the centre of the face [m].
   pure function tip(shape) result(x)
-    type(cuts_t), intent(in) :: shape
+    type(cut_pin_shape_t), intent(in) :: shape
     real(rp) :: x(3)
 
     x = on_axis(shape%slope*shape%radius)
     if (shape%pin_radius > 0.0_rp) x = on_axis(-shape%pin_length)
   end function tip
 
-  !> Add a facet, if it has three corners.
+  !> Append a facet.
   subroutine add_facet(a, b, c, n, y)
     real(rp), intent(in) :: a(3), b(3), c(3)
     integer, intent(inout) :: n

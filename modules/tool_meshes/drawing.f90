@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What others see of a surface of facets: points on it, and triangles for pictures.
+!> Points on a surface of facets, and triangles for visualization.
 module tool_meshes_drawing
   use base_kinds, only: rp
   use base_sort, only: order_of
@@ -11,19 +11,19 @@ module tool_meshes_drawing
 
 contains
 
-  !> Points spread over a surface, some `parts` along its longest side: corners of facets, and
-  !> lattices on large ones; of many, one in so many and the outermost along the axes.
+  !> Points spread over a surface, about `parts` along its longest side: corners of facets, and
+  !> lattices on large facets; if too many, a subset that includes the extremes along the axes.
   subroutine outline_of(facets, x)
     type(facets_t), intent(in) :: facets
     real(rp), allocatable, intent(out) :: x(:, :)
-    integer, parameter :: parts = 24, enough = 2000
+    integer, parameter :: parts = 24, max_points = 2000
     real(rp) :: a(3), b(3), c(3), spacing
-    integer :: i, j, k, m, n, p, round
+    integer :: i, j, k, m, n, p, pass
 
     spacing = maxval(maxval(facets%x, 2) - minval(facets%x, 2))/parts
-    do round = 1, 2                             ! count, then list
+    do pass = 1, 2                              ! count, then list
       p = size(facets%x, 2)
-      if (round == 2) x(:, :p) = facets%x
+      if (pass == 2) x(:, :p) = facets%x
       do i = 1, size(facets%corner, 2)
         a = facets%x(:, facets%corner(1, i))
         b = facets%x(:, facets%corner(2, i)) - a
@@ -34,20 +34,20 @@ contains
             m = n - j - k
             if (max(j, k, m) == n) cycle       ! a corner
             p = p + 1
-            if (round == 2) x(:, p) = a + real(j, rp)/n*b + real(k, rp)/n*c
+            if (pass == 2) x(:, p) = a + real(j, rp)/n*b + real(k, rp)/n*c
           end do
         end do
       end do
-      if (round == 1) allocate (x(3, p))
+      if (pass == 1) allocate (x(3, p))
     end do
-    if (p <= enough) return
-    x = x(:, [[(i, i=1, p, p/enough + 1)], minloc(x, 2), maxloc(x, 2)])
+    if (p <= max_points) return
+    x = x(:, [[(i, i=1, p, p/max_points + 1)], minloc(x, 2), maxloc(x, 2)])
   end subroutine outline_of
 
-  !> Facets for pictures; points on edges that show are there once a side.
+  !> Triangles for visualization; points on sharp edges are duplicated for each side.
   subroutine surface_of(facets, patch, x, corner)
     type(facets_t), intent(in) :: facets
-    integer, intent(in) :: patch(:)                  !! of each facet, which edges that show divide
+    integer, intent(in) :: patch(:)                  !! patch of each facet, bounded by sharp edges
     real(rp), allocatable, intent(out) :: x(:, :)
     integer, allocatable, intent(out) :: corner(:, :)
     real(rp), allocatable :: key(:, :)

@@ -1,32 +1,34 @@
 ! SPDX-License-Identifier: MIT
-!> Triangles that close a body, seen from outside counterclockwise: their common corners, what lies
-!> across each of their edges, and what is wrong with them.
+!> Closed surface of triangles, counterclockwise seen from outside: common corners, neighbours
+!> across edges, and defects.
 module tool_meshes_facets
   use base_kinds, only: rp
   use base_sort, only: order_of
   implicit none (type, external)
   private
 
-  public :: cross, facets_t, flaw_t, join_corners, list_flaws, match_edges
+  public :: cross, facets_t, defect_t, join_corners, list_defects, match_edges
 
-  ! What is wrong with an edge.
-  integer, parameter, public :: is_open = 1, is_turned = 2, is_crowded = 3
+  ! Defects of an edge: no neighbour, neighbour of opposite orientation, several neighbours.
+  integer, parameter, public :: is_open = 1, is_flipped = 2, is_shared = 3
 
+  !> Corners and connectivity.
   type :: facets_t
     real(rp), allocatable :: x(:, :)          !! (3, points) [m]
-    integer, allocatable :: corner(:, :)      !! (3, facets)
-    integer, allocatable :: across(:, :)      !! (3, facets) 3 (facet - 1) + edge that has the same
-                                              !! ends as the edge from a corner to the next; 0: none
+    integer, allocatable :: corner(:, :)      !! (3, facets) points of each facet
+    integer, allocatable :: across(:, :)      !! (3, facets) edge of the neighbour across each
+                                              !! edge, as 3 (facet - 1) + edge; 0: none
   end type facets_t
 
-  !> An edge of a facet that does not close.
-  type :: flaw_t
+  !> A defective edge of a facet.
+  type :: defect_t
     integer :: facet = 0, kind = 0
-    real(rp) :: from(3) = 0.0_rp, to(3) = 0.0_rp
-  end type flaw_t
+    real(rp) :: from(3) = 0.0_rp, to(3) = 0.0_rp   !! its ends [m]
+  end type defect_t
 
 contains
 
+  !> Cross product.
   pure function cross(a, b) result(c)
     real(rp), intent(in) :: a(3), b(3)
     real(rp) :: c(3)
@@ -34,8 +36,8 @@ contains
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
 
-  !> Facets that have their own corners, y(3, 3 facets): corners in one place become one. Facets of
-  !> which two corners are one are left out; `kept` are the others.
+  !> Facets from separate corners y(3, 3 facets), with coinciding corners merged. Degenerate facets
+  !> are left out; `kept` are the indices of the others.
   subroutine join_corners(y, facets, kept)
     real(rp), intent(in) :: y(:, :)
     type(facets_t), intent(out) :: facets
@@ -65,7 +67,7 @@ contains
     facets%corner = corner(:, kept)
   end subroutine join_corners
 
-  !> Find what lies across each edge.
+  !> Find the neighbour across each edge.
   subroutine match_edges(facets)
     type(facets_t), intent(inout) :: facets
     real(rp), allocatable :: key(:, :)
@@ -95,6 +97,7 @@ contains
     end do
   end subroutine match_edges
 
+  !> Set the neighbour of an edge.
   pure subroutine set_across(facets, edge, other)
     type(facets_t), intent(inout) :: facets
     integer, intent(in) :: edge, other
@@ -112,19 +115,19 @@ contains
     ends = facets%corner([i, modulo(i, 3) + 1], (edge + 2)/3)
   end function ends_of
 
-  !> Edges with nothing across them, one for each pair of ends: those of one facet, those of two
-  !> that face opposite sides, those of more than two.
-  subroutine list_flaws(facets, flaw)
+  !> List the edges without a neighbour, one for each pair of ends: those of one facet, of two
+  !> facets with opposite orientation, or of more than two.
+  subroutine list_defects(facets, defect)
     type(facets_t), intent(in) :: facets
-    type(flaw_t), allocatable, intent(out) :: flaw(:)
+    type(defect_t), allocatable, intent(out) :: defect(:)
     real(rp), allocatable :: key(:, :)
     integer, allocatable :: edge(:), order(:)
-    integer :: first, i, n, n_flaws
+    integer :: first, i, n, n_defects
 
     edge = pack([(i, i=1, size(facets%across))], [facets%across] == 0)
     n = size(edge)
-    allocate (key(2, n), order(n), flaw(n))
-    n_flaws = 0
+    allocate (key(2, n), order(n), defect(n))
+    n_defects = 0
     do i = 1, n
       key(:, i) = real([minval(ends_of(facets, edge(i))), maxval(ends_of(facets, edge(i)))], rp)
     end do
@@ -135,14 +138,14 @@ contains
         if (all(abs(key(:, order(i + 1)) - key(:, order(i))) <= 0.0_rp)) cycle
       end if
       associate (e => edge(order(first)))
-        n_flaws = n_flaws + 1
-        flaw(n_flaws) = flaw_t((e + 2)/3, min(i - first + 1, is_crowded), &
-                               facets%x(:, minval(ends_of(facets, e))), &
-                               facets%x(:, maxval(ends_of(facets, e))))
+        n_defects = n_defects + 1
+        defect(n_defects) = defect_t((e + 2)/3, min(i - first + 1, is_shared), &
+                                     facets%x(:, minval(ends_of(facets, e))), &
+                                     facets%x(:, maxval(ends_of(facets, e))))
       end associate
       first = i + 1
     end do
-    flaw = flaw(:n_flaws)
-  end subroutine list_flaws
+    defect = defect(:n_defects)
+  end subroutine list_defects
 
 end module tool_meshes_facets

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Grooves side by side, as those of a thread and of a scroll: their profile over a pitch, in
-!> straight lines, and where its corners are.
+!> Parallel grooves of a thread or a scroll: their polygonal profile over a pitch, and the positions
+!> of its corners.
 module tool_meshes_grooves
   use base_kinds, only: pi, rp
   implicit none (type, external)
@@ -9,28 +9,28 @@ module tool_meshes_grooves
   public :: grooves_t, profile_names
 
   character(*), parameter :: profile_names = 'square v round'
-  integer, parameter :: most_knots = 16        !! a round groove is met within 1 % of its depth
+  integer, parameter :: max_knots = 16   !! round grooves are approximated to 1 % of their depth
 
-  !> Along the way w across the grooves and the angle phi about the axis, all depends on
-  !> u = w/pitch + rise phi/(2 pi): the groove is `depth` times part(u) deep.
+  !> With the coordinate w across the grooves and the angle phi about the axis, the depth of the
+  !> groove is `depth` times a function of u = w/pitch + rise phi/(2 pi).
   type :: grooves_t
     real(rp) :: pitch = 0.0_rp, depth = 0.0_rp   !! [m]; depth 0: there are none
-    integer :: rise = 0                          !! pitches that a groove goes to smaller w in a
+    integer :: rise = 0                          !! pitches by which w of a groove decreases per
                                                  !! turn (counterclockwise seen from above)
     integer :: n = 0
-    real(rp) :: at(most_knots) = 0.0_rp          !! corners of the profile over a pitch, from 0 to 1
-    real(rp) :: part(most_knots) = 0.0_rp        !! of the depth there
+    real(rp) :: at(max_knots) = 0.0_rp           !! u of the profile corners, from 0 to 1
+    real(rp) :: part(max_knots) = 0.0_rp         !! fraction of the depth at the corners
   contains
     procedure :: set_profile
     procedure :: key_of
     procedure :: part_at
-    procedure :: place_of
+    procedure :: coordinate_of
     procedure :: part_of
   end type grooves_t
 
 contains
 
-  !> A profile by its name.
+  !> Set a profile by its name.
   pure subroutine set_profile(self, name)
     class(grooves_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -42,8 +42,8 @@ contains
       self%at(:2) = [0.0_rp, 0.5_rp]
       self%part(:2) = [0.0_rp, 1.0_rp]
     case ('round')
-      self%n = most_knots
-      self%at = [(real(i, rp)/most_knots, i=0, most_knots - 1)]
+      self%n = max_knots
+      self%at = [(real(i, rp)/max_knots, i=0, max_knots - 1)]
       self%part = 0.5_rp*(1.0_rp - cos(2.0_rp*pi*self%at))
     case default
       self%n = 4
@@ -52,7 +52,7 @@ contains
     end select
   end subroutine set_profile
 
-  !> Number of the corner at place `w` and angle `phi`, with fractions between corners.
+  !> Corner number at coordinate `w` and angle `phi`, fractional between corners.
   pure real(rp) function key_of(self, w, phi)
     class(grooves_t), intent(in) :: self
     real(rp), intent(in) :: w, phi               !! [m], [rad]
@@ -73,22 +73,22 @@ contains
     key_of = real(self%n*floor(u) + i, rp) + (rest - from)/(to - from)
   end function key_of
 
-  !> Part of the depth there.
+  !> Fraction of the depth at a fractional corner number.
   pure real(rp) function part_at(self, key)
     class(grooves_t), intent(in) :: self
-    real(rp), intent(in) :: key                  !! of `key_of`
-    real(rp), parameter :: least = 1.0e-9_rp     !! no slivers beside a corner
-    real(rp) :: beyond
+    real(rp), intent(in) :: key                  !! corner number of `key_of`
+    real(rp), parameter :: tolerance = 1.0e-9_rp  !! avoids slivers at a corner
+    real(rp) :: excess
     integer :: k
 
     k = floor(key)
-    beyond = key - k
-    if (beyond < least) beyond = 0.0_rp
-    if (beyond > 1.0_rp - least) beyond = 1.0_rp
-    part_at = (1.0_rp - beyond)*self%part_of(k) + beyond*self%part_of(k + 1)
+    excess = key - k
+    if (excess < tolerance) excess = 0.0_rp
+    if (excess > 1.0_rp - tolerance) excess = 1.0_rp
+    part_at = (1.0_rp - excess)*self%part_of(k) + excess*self%part_of(k + 1)
   end function part_at
 
-  !> Part of the depth at corner number `k`.
+  !> Fraction of the depth at corner number `k`.
   pure real(rp) function part_of(self, k)
     class(grooves_t), intent(in) :: self
     integer, intent(in) :: k
@@ -96,8 +96,8 @@ contains
     part_of = self%part(modulo(k - 1, self%n) + 1)
   end function part_of
 
-  !> Place w of corner number `k` [m].
-  pure real(rp) function place_of(self, k, phi)
+  !> Coordinate w of corner number `k` [m].
+  pure real(rp) function coordinate_of(self, k, phi)
     class(grooves_t), intent(in) :: self
     integer, intent(in) :: k
     real(rp), intent(in) :: phi
@@ -105,7 +105,7 @@ contains
 
     i = modulo(k - 1, self%n) + 1
     turns = (k - i)/self%n
-    place_of = self%pitch*(turns + self%at(i) - self%rise*phi/(2.0_rp*pi))
-  end function place_of
+    coordinate_of = self%pitch*(turns + self%at(i) - self%rise*phi/(2.0_rp*pi))
+  end function coordinate_of
 
 end module tool_meshes_grooves

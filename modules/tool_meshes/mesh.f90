@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> A closed surface of triangles: exact distances by a tree of boxes. The nearest point lies on a
-!> facet, an edge or a corner, whose normal says whether a place is inside: of an edge the mean of
-!> its two facets', of a corner that of its facets by their angles (Baerentzen & Aanaes 2005).
+!> Exact signed distances from a closed triangulated surface with a tree of boxes. The nearest point
+!> lies on a facet, an edge or a corner, whose normal determines the sign: for an edge the mean of
+!> both facet normals, for a corner the angle-weighted mean (Baerentzen & Aanaes 2005).
 module tool_meshes_mesh
   use base_kinds, only: pi, rp
   use tool_meshes_boxes, only: boxes_t, build_boxes, descent_t
@@ -10,26 +10,27 @@ module tool_meshes_mesh
   implicit none (type, external)
   private
 
-  public :: mesh_t, new_mesh
+  public :: surface_mesh_t, new_mesh
 
-  real(rp), parameter :: slack = 1.0_rp + 1.0e-9_rp    !! of bounds, for rounding
-  integer, parameter :: on_face = 0   !! else 1 to 3: on an edge, 4 to 6: on a corner
+  real(rp), parameter :: slack = 1.0_rp + 1.0e-9_rp    !! factor on bounds, for rounding
+  integer, parameter :: on_face = 0   !! region; 1 to 3: on an edge, 4 to 6: on a corner
 
-  type :: mesh_t
+  !> Mesh with its search structures.
+  type :: surface_mesh_t
     type(facets_t) :: facets                       !! in the order of the tree
     type(boxes_t) :: tree
-    type(ridges_t) :: ridges                       !! edges that stand out
-    real(rp), allocatable :: place(:, :, :)        !! (3, 4, facets) first corner, ways to the
-                                                   !! others [m], normal
-    real(rp), allocatable :: edge_normal(:, :, :)  !! (3, 3, facets)
-    real(rp), allocatable :: normal(:, :)          !! (3, points)
-    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! [m]
-    real(rp) :: radius = 0.0_rp                    !! about the last axis [m]
-    real(rp) :: approach = 0.0_rp                  !! at which its surface comes nearer when it
-                                                   !! turns about that axis, at most [m/rad]
+    type(ridges_t) :: ridges                       !! sharp convex edges
+    real(rp), allocatable :: geometry(:, :, :)     !! (3, 4, facets) first corner, edge vectors to
+                                                   !! the others [m], normal
+    real(rp), allocatable :: edge_normal(:, :, :)  !! (3, 3, facets) of each edge
+    real(rp), allocatable :: normal(:, :)          !! (3, points) of each corner
+    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! bounding box [m]
+    real(rp) :: radius = 0.0_rp                    !! largest distance from the last axis [m]
+    real(rp) :: approach = 0.0_rp                  !! largest approach of the surface per angle of
+                                                   !! rotation about that axis [m/rad]
     real(rp) :: volume = 0.0_rp                    !! [m3]
-    real(rp) :: step = 0.0_rp                      !! edge of the cells of a grid around it [m]
-    real(rp), allocatable :: known(:, :, :)        !! distances of their middles [m]
+    real(rp) :: step = 0.0_rp                      !! edge of the cells of a distance grid [m]
+    real(rp), allocatable :: grid_distance(:, :, :)  !! distances of the cell centres [m]
   contains
     procedure :: distance
     procedure :: distances
@@ -38,14 +39,14 @@ module tool_meshes_mesh
     procedure, private :: bracket
     procedure, private :: nearest
     procedure, private :: side_of
-  end type mesh_t
+  end type surface_mesh_t
 
 contains
 
-  !> The mesh of facets that close; their corners are joined.
+  !> Make the mesh of closed facets with merged corners.
   subroutine new_mesh(facets, mesh)
     type(facets_t), intent(in) :: facets
-    type(mesh_t), intent(out) :: mesh
+    type(surface_mesh_t), intent(out) :: mesh
     integer, allocatable :: order(:)
     integer :: i
 
@@ -57,54 +58,54 @@ contains
     end associate
     call match_edges(mesh%facets)
     associate (x => mesh%facets%x, c => mesh%facets%corner)
-      allocate (mesh%place(3, 4, size(c, 2)))
+      allocate (mesh%geometry(3, 4, size(c, 2)))
       do i = 1, size(c, 2)
-        mesh%place(:, 1, i) = x(:, c(1, i))
-        mesh%place(:, 2, i) = x(:, c(2, i)) - x(:, c(1, i))
-        mesh%place(:, 3, i) = x(:, c(3, i)) - x(:, c(1, i))
-        mesh%place(:, 4, i) = cross(mesh%place(:, 2, i), mesh%place(:, 3, i))
-        mesh%volume = mesh%volume + dot_product(x(:, c(1, i)), mesh%place(:, 4, i))/6.0_rp
-        mesh%place(:, 4, i) = mesh%place(:, 4, i)/norm2(mesh%place(:, 4, i))
+        mesh%geometry(:, 1, i) = x(:, c(1, i))
+        mesh%geometry(:, 2, i) = x(:, c(2, i)) - x(:, c(1, i))
+        mesh%geometry(:, 3, i) = x(:, c(3, i)) - x(:, c(1, i))
+        mesh%geometry(:, 4, i) = cross(mesh%geometry(:, 2, i), mesh%geometry(:, 3, i))
+        mesh%volume = mesh%volume + dot_product(x(:, c(1, i)), mesh%geometry(:, 4, i))/6.0_rp
+        mesh%geometry(:, 4, i) = mesh%geometry(:, 4, i)/norm2(mesh%geometry(:, 4, i))
       end do
       mesh%lower = minval(x, 2)
       mesh%upper = maxval(x, 2)
       mesh%radius = sqrt(maxval(x(1, :)**2 + x(2, :)**2))
     end associate
     call find_normals(mesh)
-    mesh%approach = fastest_approach(mesh)
-    call find_ridges(mesh%facets, mesh%place(:, 4, :), mesh%ridges)
+    mesh%approach = max_approach(mesh)
+    call find_ridges(mesh%facets, mesh%geometry(:, 4, :), mesh%ridges)
     call fill_grid(mesh)
   end subroutine new_mesh
 
-  !> Distances on a grid, by which most places are known to be far.
+  !> Compute distances on a grid, which bound the distances of other points.
   subroutine fill_grid(mesh)
-    type(mesh_t), intent(inout) :: mesh
+    type(surface_mesh_t), intent(inout) :: mesh
     integer, parameter :: parts = 32               ! along the longest side
     real(rp), allocatable :: x(:, :)
     integer :: i, j, k, n(3)
 
     mesh%step = maxval(mesh%upper - mesh%lower)/parts
     n = max(1, ceiling((mesh%upper - mesh%lower)/mesh%step))
-    allocate (mesh%known(n(1), n(2), n(3)), x(n(1), 3))
+    allocate (mesh%grid_distance(n(1), n(2), n(3)), x(n(1), 3))
     x(:, 1) = mesh%lower(1) + mesh%step*[(i - 0.5_rp, i=1, n(1))]
     do k = 1, n(3)
       x(:, 3) = mesh%lower(3) + mesh%step*(k - 0.5_rp)
       do j = 1, n(2)
         x(:, 2) = mesh%lower(2) + mesh%step*(j - 0.5_rp)
-        call exact_distances(mesh, n(1), x, mesh%known(:, j, k))
+        call exact_distances(mesh, n(1), x, mesh%grid_distance(:, j, k))
       end do
     end do
   end subroutine fill_grid
 
-  !> Normals of edges and points.
+  !> Compute the normals of edges and corners.
   subroutine find_normals(mesh)
-    type(mesh_t), intent(inout) :: mesh
+    type(surface_mesh_t), intent(inout) :: mesh
     real(rp) :: a(3), b(3)
     integer :: i, k, p
 
     allocate (mesh%normal(3, size(mesh%facets%x, 2)), source=0.0_rp)
     allocate (mesh%edge_normal(3, 3, size(mesh%facets%corner, 2)))
-    associate (x => mesh%facets%x, c => mesh%facets%corner, n => mesh%place(:, 4, :))
+    associate (x => mesh%facets%x, c => mesh%facets%corner, n => mesh%geometry(:, 4, :))
       do i = 1, size(c, 2)
         do k = 1, 3
           a = n(:, i) + n(:, (mesh%facets%across(k, i) + 2)/3)
@@ -122,102 +123,103 @@ contains
     end do
   end subroutine find_normals
 
-  !> How fast, at most, the surface comes nearer to anything when it turns about the last axis: the
-  !> velocity of its nearest point along the way there. Along a facet it is linear; ways from edges
-  !> and corners lie between the normals n of their facets, and no combination of those with length
-  !> 1 goes faster than the fastest of them over the least of n . m, m any direction.
-  pure real(rp) function fastest_approach(mesh) result(most)
-    type(mesh_t), intent(in) :: mesh
-    real(rp) :: fastest(size(mesh%facets%x, 2)), least(size(mesh%facets%x, 2)), v(3)
+  !> Upper bound of the approach of the surface to any point per angle of rotation about the last
+  !> axis [m/rad], the velocity of the nearest point towards it. On a facet this is linear.
+  !> Directions from edges and corners are combinations of the adjacent facet normals n; a
+  !> combination of length 1 approaches at most as fast as the largest value of a facet over the
+  !> least n . m, with the mean normal m.
+  pure real(rp) function max_approach(mesh) result(bound)
+    type(surface_mesh_t), intent(in) :: mesh
+    real(rp) :: max_speed(size(mesh%facets%x, 2)), lower_bound(size(mesh%facets%x, 2)), v(3)
     integer :: i, k, p
 
-    fastest = 0.0_rp
-    least = 1.0_rp
+    max_speed = 0.0_rp
+    lower_bound = 1.0_rp
     do i = 1, size(mesh%facets%corner, 2)
       do k = 1, 3
         p = mesh%facets%corner(k, i)
         v = [-mesh%facets%x(2, p), mesh%facets%x(1, p), 0.0_rp]
-        fastest(p) = max(fastest(p), abs(dot_product(v, mesh%place(:, 4, i))))
-        least(p) = min(least(p), dot_product(mesh%normal(:, p), mesh%place(:, 4, i)))
+        max_speed(p) = max(max_speed(p), abs(dot_product(v, mesh%geometry(:, 4, i))))
+        lower_bound(p) = min(lower_bound(p), dot_product(mesh%normal(:, p), mesh%geometry(:, 4, i)))
       end do
     end do
-    most = 0.0_rp
-    do p = 1, size(fastest)
+    bound = 0.0_rp
+    do p = 1, size(max_speed)
       v = [mesh%facets%x(:2, p), 0.0_rp]
-      if (least(p)*norm2(v) > fastest(p)) then
-        most = max(most, fastest(p)/least(p))
+      if (lower_bound(p)*norm2(v) > max_speed(p)) then
+        bound = max(bound, max_speed(p)/lower_bound(p))
       else
-        most = max(most, norm2(v))
+        bound = max(bound, norm2(v))
       end if
     end do
-  end function fastest_approach
+  end function max_approach
 
-  !> Signed distance of `x`, its gradient, and the room along the surface to the nearest edge that
-  !> stands out, below 0 beyond it.
-  pure subroutine distance(self, x, d, normal, room)
-    class(mesh_t), intent(in) :: self
+  !> Signed distance of `x`, its gradient, and the distance along the surface to the nearest sharp
+  !> edge, negative beyond it.
+  pure subroutine distance(self, x, d, normal, edge_distance)
+    class(surface_mesh_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, normal(3), room
-    real(rp) :: at(3), least, limit, way(3)
+    real(rp), intent(out) :: d, normal(3), edge_distance
+    real(rp) :: at(3), lower_bound, limit, offset(3)
     integer :: corner, facet, region
 
-    call self%bracket(x, least, limit)
+    call self%bracket(x, lower_bound, limit)
     call self%nearest(x, limit**2, facet, region, at)
     call self%side_of(x, facet, region, at, d, normal)
-    way = x - at
+    offset = x - at
     if (region == on_face) then
-      normal = self%place(:, 4, facet)
-    else if (abs(d) > 1.0e-12_rp*self%radius) then   ! else the way is rounding
-      normal = way/d
+      normal = self%geometry(:, 4, facet)
+    else if (abs(d) > 1.0e-12_rp*self%radius) then   ! otherwise the direction is rounding
+      normal = offset/d
     end if
     corner = 0
     if (region > 3) corner = self%facets%corner(region - 3, facet)
     if (d > 0.0_rp .and. region /= on_face) then
-      room = -self%ridges%beyond(region, facet, corner, way)
-      if (room > -no_edge .and. room < no_edge) return
+      edge_distance = -self%ridges%overhang(region, facet, corner, offset)
+      if (edge_distance > -no_edge .and. edge_distance < no_edge) return
     end if
-    room = self%ridges%room(facet, at)
+    edge_distance = self%ridges%edge_distance(facet, at)
   end subroutine distance
 
-  !> Distances of `n` places; of those beyond `most` any number beyond it will do.
-  pure subroutine distances(self, n, x, most, d)
-    class(mesh_t), intent(in) :: self
+  !> Signed distances of `n` points; beyond `bound` any value above it may be returned.
+  pure subroutine distances(self, n, x, bound, d)
+    class(surface_mesh_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3), most
+    real(rp), intent(in) :: x(n, 3), bound
     real(rp), intent(out) :: d(n)
-    real(rp) :: at(3), least, limit, normal(3)
+    real(rp) :: at(3), lower_bound, limit, normal(3)
     integer :: facet, p, region
 
     do p = 1, n
-      call self%bracket(x(p, :), least, limit)
-      d(p) = least
-      if (least > most) cycle
+      call self%bracket(x(p, :), lower_bound, limit)
+      d(p) = lower_bound
+      if (lower_bound > bound) cycle
       call self%nearest(x(p, :), limit**2, facet, region, at)
       call self%side_of(x(p, :), facet, region, at, d(p), normal)
     end do
   end subroutine distances
 
-  !> The least that a distance may be, and the most that it is in either direction, by the grid.
-  pure subroutine bracket(self, x, least, limit)
-    class(mesh_t), intent(in) :: self
+  !> Lower bound of the signed distance and upper bound of its magnitude, from the grid.
+  pure subroutine bracket(self, x, lower_bound, limit)
+    class(surface_mesh_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: least, limit
-    real(rp) :: inside(3), way
+    real(rp), intent(out) :: lower_bound, limit
+    real(rp) :: inside(3), offset
     integer :: i(3)
 
     inside = min(max(x, self%lower), self%upper)
-    i = min(int((inside - self%lower)/self%step) + 1, shape(self%known))
-    way = norm2(x - (self%lower + self%step*(i - 0.5_rp)))
-    associate (d => self%known(i(1), i(2), i(3)))
-      least = d - way
-      limit = slack*(abs(d) + way + 1.0e-9_rp*self%radius)
+    i = min(int((inside - self%lower)/self%step) + 1, shape(self%grid_distance))
+    offset = norm2(x - (self%lower + self%step*(i - 0.5_rp)))
+    associate (d => self%grid_distance(i(1), i(2), i(3)))
+      lower_bound = d - offset
+      limit = slack*(abs(d) + offset + 1.0e-9_rp*self%radius)
     end associate
-    if (any(abs(x - inside) > 0.0_rp)) least = max(least, norm2(x - inside))
+    if (any(abs(x - inside) > 0.0_rp)) lower_bound = max(lower_bound, norm2(x - inside))
   end subroutine bracket
 
-  !> Distances of `n` places; those in a row are near to each other.
+  !> Signed distances of `n` points in a sequence of close neighbours.
   pure subroutine exact_distances(self, n, x, d)
-    type(mesh_t), intent(in) :: self
+    type(surface_mesh_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: x(n, 3)
     real(rp), intent(out) :: d(n)
@@ -233,17 +235,17 @@ contains
     end do
   end subroutine exact_distances
 
-  !> Signed distance of `x`, whose nearest point is `at`, and the normal there.
+  !> Signed distance of `x` from its nearest surface point `at`, and the normal there.
   pure subroutine side_of(self, x, facet, region, at, d, normal)
-    class(mesh_t), intent(in) :: self
+    class(surface_mesh_t), intent(in) :: self
     real(rp), intent(in) :: x(3), at(3)
     integer, intent(in) :: facet, region
     real(rp), intent(out) :: d, normal(3)
 
     select case (region)
     case (on_face)
-      normal = self%place(:, 4, facet)
-      d = dot_product(x - self%place(:, 1, facet), normal)
+      normal = self%geometry(:, 4, facet)
+      d = dot_product(x - self%geometry(:, 1, facet), normal)
       return
     case (1:3)
       normal = self%edge_normal(:, region, facet)
@@ -253,18 +255,18 @@ contains
     d = sign(norm2(x - at), dot_product(x - at, normal))
   end subroutine side_of
 
-  !> The facet nearest to `x`, the place `at` of it that is, and where on the facet that lies. No
-  !> farther than `most` [m2], which there must be.
-  pure subroutine nearest(self, x, most, facet, region, at)
-    class(mesh_t), intent(in) :: self
-    real(rp), intent(in) :: x(3), most
+  !> Facet nearest to `x` within the squared distance `bound` [m2], which must exist, its nearest
+  !> point and the region of this point.
+  pure subroutine nearest(self, x, bound, facet, region, at)
+    class(surface_mesh_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), bound
     integer, intent(out) :: facet, region
     real(rp), intent(out) :: at(3)
     type(descent_t) :: descent
     real(rp) :: best, d2, y(3)
     integer :: first, i, k, last
 
-    best = most
+    best = bound
     facet = 1
     region = on_face
     at = x
@@ -273,8 +275,8 @@ contains
       call descent%next_leaf(self%tree, x, best, first, last)
       if (last < first) exit
       do i = first, last
-        if (dot_product(x - self%place(:, 1, i), self%place(:, 4, i))**2 >= best) cycle
-        call project(self%place(:, :, i), x, k, d2, y)
+        if (dot_product(x - self%geometry(:, 1, i), self%geometry(:, 4, i))**2 >= best) cycle
+        call project(self%geometry(:, :, i), x, k, d2, y)
         if (d2 >= best) cycle
         best = d2
         facet = i
@@ -284,19 +286,19 @@ contains
     end do
   end subroutine nearest
 
-  !> The place of a facet that is nearest to `x`, where on the facet it lies, and the square of the
-  !> distance (C. Ericson, Real-Time Collision Detection, 5.1.5).
-  pure subroutine project(place, x, region, d2, at)
-    real(rp), intent(in) :: place(3, 4), x(3)
+  !> Nearest point of a facet to `x`, its region and the squared distance (C. Ericson, Real-Time
+  !> Collision Detection, 5.1.5).
+  pure subroutine project(geometry, x, region, d2, at)
+    real(rp), intent(in) :: geometry(3, 4), x(3)
     integer, intent(out) :: region
     real(rp), intent(out) :: d2, at(3)
-    real(rp) :: a(2), b(2), c(2), u, v, w, way(3)
+    real(rp) :: a(2), b(2), c(2), u, v, w, offset(3)
 
-    way = x - place(:, 1)
-    a = [dot_product(place(:, 2), way), dot_product(place(:, 3), way)]
-    associate (bb => dot_product(place(:, 2), place(:, 2)), &
-               bc => dot_product(place(:, 2), place(:, 3)), &
-               cc => dot_product(place(:, 3), place(:, 3)))
+    offset = x - geometry(:, 1)
+    a = [dot_product(geometry(:, 2), offset), dot_product(geometry(:, 3), offset)]
+    associate (bb => dot_product(geometry(:, 2), geometry(:, 2)), &
+               bc => dot_product(geometry(:, 2), geometry(:, 3)), &
+               cc => dot_product(geometry(:, 3), geometry(:, 3)))
       b = a - [bb, bc]
       c = a - [bc, cc]
     end associate
@@ -305,60 +307,61 @@ contains
     w = a(1)*b(2) - b(1)*a(2)
     if (all(a <= 0.0_rp)) then
       region = 4
-      at = place(:, 1)
+      at = geometry(:, 1)
     else if (b(1) >= 0.0_rp .and. b(2) <= b(1)) then
       region = 5
-      at = place(:, 1) + place(:, 2)
+      at = geometry(:, 1) + geometry(:, 2)
     else if (c(2) >= 0.0_rp .and. c(1) <= c(2)) then
       region = 6
-      at = place(:, 1) + place(:, 3)
+      at = geometry(:, 1) + geometry(:, 3)
     else if (w <= 0.0_rp .and. a(1) >= 0.0_rp .and. b(1) <= 0.0_rp) then
       region = 1
-      at = place(:, 1) + a(1)/(a(1) - b(1))*place(:, 2)
+      at = geometry(:, 1) + a(1)/(a(1) - b(1))*geometry(:, 2)
     else if (v <= 0.0_rp .and. a(2) >= 0.0_rp .and. c(2) <= 0.0_rp) then
       region = 3
-      at = place(:, 1) + a(2)/(a(2) - c(2))*place(:, 3)
+      at = geometry(:, 1) + a(2)/(a(2) - c(2))*geometry(:, 3)
     else if (u <= 0.0_rp .and. b(2) >= b(1) .and. c(1) >= c(2)) then
       region = 2
       u = (b(2) - b(1))/((b(2) - b(1)) + (c(1) - c(2)))
-      at = place(:, 1) + (1.0_rp - u)*place(:, 2) + u*place(:, 3)
+      at = geometry(:, 1) + (1.0_rp - u)*geometry(:, 2) + u*geometry(:, 3)
     else
       region = on_face
-      d2 = dot_product(way, place(:, 4))
-      at = x - d2*place(:, 4)
+      d2 = dot_product(offset, geometry(:, 4))
+      at = x - d2*geometry(:, 4)
       d2 = d2**2
       return
     end if
     d2 = sum((x - at)**2)
   end subroutine project
 
-  !> A box around it when its axes are `axes`: that around its box, cut to that around the cylinder
-  !> that encloses it.
+  !> Bounding box for the tool axes `axes`: intersection of the box around the rotated bounding box
+  !> and that around the enclosing cylinder.
   pure subroutine bounds(self, axes, middle, half)
-    class(mesh_t), intent(in) :: self
+    class(surface_mesh_t), intent(in) :: self
     real(rp), intent(in) :: axes(3, 3)
     real(rp), intent(out) :: middle(3), half(3)
-    real(rp), dimension(3) :: centre, lower, upper, way
+    real(rp), dimension(3) :: centre, lower, upper, offset
 
     centre = matmul(axes, 0.5_rp*(self%lower + self%upper))
-    way = matmul(abs(axes), 0.5_rp*(self%upper - self%lower))
-    lower = centre - way
-    upper = centre + way
+    offset = matmul(abs(axes), 0.5_rp*(self%upper - self%lower))
+    lower = centre - offset
+    upper = centre + offset
     associate (axis => axes(:, 3))
       centre = 0.5_rp*(self%upper(3) + self%lower(3))*axis
-      way = 0.5_rp*(self%upper(3) - self%lower(3))*abs(axis) &
+      offset = 0.5_rp*(self%upper(3) - self%lower(3))*abs(axis) &
             + self%radius*sqrt(max(0.0_rp, 1.0_rp - axis**2))
     end associate
-    lower = max(lower, centre - way)
-    upper = min(upper, centre + way)
+    lower = max(lower, centre - offset)
+    upper = min(upper, centre + offset)
     middle = 0.5_rp*(lower + upper)
     half = 0.5_rp*(upper - lower)
   end subroutine bounds
 
-  !> How far, at most, its surface comes nearer to anything while it turns about its last axis.
+  !> Upper bound of the approach of the surface to any point during a rotation about the last axis
+  !> [m].
   pure real(rp) function sweep(self, before, after)
-    class(mesh_t), intent(in) :: self
-    real(rp), intent(in) :: before(3, 3), after(3, 3)   !! its axes
+    class(surface_mesh_t), intent(in) :: self
+    real(rp), intent(in) :: before(3, 3), after(3, 3)   !! axes before and after
     real(rp) :: chord
 
     chord = min(1.0_rp, 0.5_rp*norm2(after(:, 1) - before(:, 1)))

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Edges of a mesh that stand out, as the rim of a punch does, and how far it is to them. A surface
-!> that turns by less than `feature_angle` at an edge is smooth there: the facets of a cylinder have
-!> no rims between them.
+!> Sharp convex edges of a mesh, such as the rim of a punch, and distances to them. Edges with an
+!> angle below `feature_angle` are smooth, such as those between the facets of a cylinder.
 module tool_meshes_ridges
   use base_kinds, only: pi, rp
   use tool_meshes_boxes, only: boxes_t, build_boxes, descent_t
@@ -11,30 +10,30 @@ module tool_meshes_ridges
 
   public :: find_ridges, ridges_t
 
-  real(rp), parameter, public :: no_edge = 1.0e100_rp   !! room where there is none: far, and may be
-                                                        !! divided by the edge of a cell [m]
+  real(rp), parameter, public :: no_edge = 1.0e100_rp   !! distance without an edge; may
+                                                        !! be divided by a cell edge [m]
 
-  real(rp), parameter :: feature_angle = 30.0_rp*pi/180.0_rp   !! as meshes of surfaces take it: a
-                                                               !! cylinder of 12 facets is smooth
+  real(rp), parameter :: feature_angle = 30.0_rp*pi/180.0_rp   !! a cylinder of 12 facets is smooth
 
+  !> Ridges and their adjacency.
   type :: ridges_t
     integer :: n = 0
     type(boxes_t) :: tree
-    integer, allocatable :: patch(:)          !! of each facet, which edges that show divide
-    integer, allocatable :: of_edge(:, :)     !! (3, facets) number, 0: none stands out there
-    integer, allocatable :: begin(:), of_point(:)   !! of point p from begin(p) to begin(p + 1) - 1
-    integer, allocatable :: beside(:, :)      !! (2, n) patches
-    real(rp), allocatable :: place(:, :, :)   !! (3, 2, n) begin, and way to the end [m]
-    real(rp), allocatable :: out(:, :, :)     !! (3, 2, n) in either facet, out of it
-    real(rp), allocatable :: sharpness(:)     !! 1 - cos of the angle, at most 1
+    integer, allocatable :: patch(:)          !! patch of each facet, bounded by sharp edges
+    integer, allocatable :: of_edge(:, :)     !! (3, facets) ridge of each edge; 0: none
+    integer, allocatable :: begin(:), of_point(:)   !! of point p: begin(p) to begin(p+1)-1
+    integer, allocatable :: beside(:, :)      !! (2, n) adjacent patches
+    real(rp), allocatable :: segment(:, :, :)  !! (3, 2, n) start, and vector to the end [m]
+    real(rp), allocatable :: out(:, :, :)     !! (3, 2, n) outward direction in both facets
+    real(rp), allocatable :: sharpness(:)     !! 1 - cos of the edge angle, at most 1
   contains
-    procedure :: beyond
-    procedure :: room
+    procedure :: overhang
+    procedure :: edge_distance
   end type ridges_t
 
 contains
 
-  !> The ridges of facets with these normals (3, facets).
+  !> Find the ridges of facets with the normals (3, facets).
   subroutine find_ridges(facets, normal, ridges)
     type(facets_t), intent(in) :: facets
     real(rp), intent(in) :: normal(:, :)
@@ -54,7 +53,7 @@ contains
         c = dot_product(normal(:, i), normal(:, other))
         along = facets%x(:, facets%corner(modulo(k, 3) + 1, i)) - facets%x(:, facets%corner(k, i))
         if (c >= cos(feature_angle)) then
-          call join(ridges%patch, i, other)
+          call merge_patches(ridges%patch, i, other)
         else if (dot_product(cross(normal(:, i), normal(:, other)), along) > 0.0_rp) then
           n = n + 1
           edge(n) = 3*(i - 1) + k
@@ -65,13 +64,14 @@ contains
       ridges%patch(i) = root_of(ridges%patch, i)
     end do
     ridges%n = n
-    allocate (ridges%beside(2, n), ridges%place(3, 2, n), ridges%out(3, 2, n), ridges%sharpness(n))
+    allocate (ridges%beside(2, n), ridges%segment(3, 2, n), ridges%out(3, 2, n), &
+              ridges%sharpness(n))
     allocate (order(n))
     do i = 1, n
       call set_ridge(facets, normal, edge(i), ridges, i)
     end do
-    if (n > 0) call build_boxes(min(ridges%place(:, 1, :), sum(ridges%place, 2)), &
-                                max(ridges%place(:, 1, :), sum(ridges%place, 2)), &
+    if (n > 0) call build_boxes(min(ridges%segment(:, 1, :), sum(ridges%segment, 2)), &
+                                max(ridges%segment(:, 1, :), sum(ridges%segment, 2)), &
                                 ridges%tree, order)
     do i = 1, n
       call set_ridge(facets, normal, edge(order(i)), ridges, i)
@@ -79,7 +79,7 @@ contains
     call list_at_points(facets, edge(order), ridges)
   end subroutine find_ridges
 
-  !> Put an edge in place `i`.
+  !> Store an edge as ridge `i`.
   subroutine set_ridge(facets, normal, edge, ridges, i)
     type(facets_t), intent(in) :: facets
     real(rp), intent(in) :: normal(:, :)
@@ -96,9 +96,9 @@ contains
     other = (other + 2)/3
     associate (from => facets%x(:, facets%corner(k, facet)))
       along = facets%x(:, facets%corner(modulo(k, 3) + 1, facet)) - from
-      ridges%place(:, 1, i) = from
+      ridges%segment(:, 1, i) = from
     end associate
-    ridges%place(:, 2, i) = along
+    ridges%segment(:, 2, i) = along
     ridges%beside(:, i) = ridges%patch([facet, other])
     ridges%sharpness(i) = min(1.0_rp, 1.0_rp - dot_product(normal(:, facet), normal(:, other)))
     along = along/norm2(along)
@@ -106,7 +106,7 @@ contains
     ridges%out(:, 2, i) = -cross(along, normal(:, other))
   end subroutine set_ridge
 
-  !> The ridges that end in each point; `edge` of the facets is the i-th.
+  !> List the ridges that end in each point; `edge` are the edges of the ridges.
   subroutine list_at_points(facets, edge, ridges)
     type(facets_t), intent(in) :: facets
     integer, intent(in) :: edge(:)
@@ -137,19 +137,19 @@ contains
     end do
   end subroutine list_at_points
 
-  !> Let two facets be of one patch.
-  pure subroutine join(patch, a, b)
+  !> Merge the patches of two facets (union-find).
+  pure subroutine merge_patches(patch, a, b)
     integer, intent(inout) :: patch(:)
     integer, intent(in) :: a, b
     integer :: root
 
     root = min(root_of(patch, a), root_of(patch, b))
-    call lead_to(patch, a, root)
-    call lead_to(patch, b, root)
-  end subroutine join
+    call set_root(patch, a, root)
+    call set_root(patch, b, root)
+  end subroutine merge_patches
 
-  !> Let all on the way from `i` to its root name another root.
-  pure subroutine lead_to(patch, i, root)
+  !> Set the root of all entries on the path from `i`.
+  pure subroutine set_root(patch, i, root)
     integer, intent(inout) :: patch(:)
     integer, intent(in) :: i, root
     integer :: k, next
@@ -161,8 +161,9 @@ contains
       patch(k) = root
       if (next == k) exit
     end do
-  end subroutine lead_to
+  end subroutine set_root
 
+  !> Root of the patch of facet `i`.
   pure integer function root_of(patch, i) result(root)
     integer, intent(in) :: patch(:), i
 
@@ -172,36 +173,38 @@ contains
     end do
   end function root_of
 
-  !> How far a place is beyond the end of the facet that it is less far from being beside: one whose
-  !> nearest point is on an edge or a corner, the `way` from there [m]. `no_edge` if nothing stands
-  !> out.
-  pure real(rp) function beyond(self, region, facet, corner, way)
+  !> Distance by which a point with the nearest surface point on an edge or a corner lies beyond the
+  !> ends of the adjacent facets [m]; `no_edge` if there is no ridge.
+  pure real(rp) function overhang(self, region, facet, corner, offset)
     class(ridges_t), intent(in) :: self
-    integer, intent(in) :: region          !! 1 to 3: edge of the facet, more: corner
+    integer, intent(in) :: region          !! 1 to 3: edge of the facet; above 3: corner
     integer, intent(in) :: facet, corner
-    real(rp), intent(in) :: way(3)
+    real(rp), intent(in) :: offset(3)
     integer :: i
 
-    beyond = -no_edge
+    overhang = -no_edge
     if (region <= 3) then
-      if (self%of_edge(region, facet) > 0) beyond = past(self%out(:, :, &
-                                                         self%of_edge(region, facet)), way)
+      if (self%of_edge(region, facet) > 0) overhang = overhang_of(self%out(:, :, &
+                                                                  self%of_edge(region, facet)), &
+                                                                    offset)
     else
       do i = self%begin(corner), self%begin(corner + 1) - 1
-        beyond = max(beyond, past(self%out(:, :, self%of_point(i)), way))
+        overhang = max(overhang, overhang_of(self%out(:, :, self%of_point(i)), offset))
       end do
     end if
-    if (beyond <= -no_edge) beyond = no_edge
-  end function beyond
+    if (overhang <= -no_edge) overhang = no_edge
+  end function overhang
 
-  pure real(rp) function past(out, way)
-    real(rp), intent(in) :: out(3, 2), way(3)
+  !> Overhang over a ridge with the given outward directions [m].
+  pure real(rp) function overhang_of(out, offset)
+    real(rp), intent(in) :: out(3, 2), offset(3)
 
-    past = max(0.0_rp, min(dot_product(out(:, 1), way), dot_product(out(:, 2), way)))
-  end function past
+    overhang_of = max(0.0_rp, min(dot_product(out(:, 1), offset), dot_product(out(:, 2), offset)))
+  end function overhang_of
 
-  !> Room from the place `at` of a facet to the nearest ridge of its patch, that of sharpness 1.
-  pure real(rp) function room(self, facet, at)
+  !> Distance from the point `at` of a facet to the nearest ridge of its patch, over its sharpness
+  !> [m].
+  pure real(rp) function edge_distance(self, facet, at)
     class(ridges_t), intent(in) :: self
     integer, intent(in) :: facet
     real(rp), intent(in) :: at(3)
@@ -209,21 +212,22 @@ contains
     real(rp) :: length
     integer :: first, i, last, patch
 
-    room = no_edge
+    edge_distance = no_edge
     if (self%n == 0) return
     patch = self%patch(facet)
     call descent%begin()
     do
-      call descent%next_leaf(self%tree, at, room**2, first, last)
+      call descent%next_leaf(self%tree, at, edge_distance**2, first, last)
       if (last < first) exit
       do i = first, last
         if (all(self%beside(:, i) /= patch)) cycle
-        associate (from => self%place(:, 1, i), way => self%place(:, 2, i))
-          length = max(0.0_rp, min(1.0_rp, dot_product(at - from, way)/dot_product(way, way)))
-          room = min(room, norm2(at - from - length*way)/self%sharpness(i))
+        associate (from => self%segment(:, 1, i), offset => self%segment(:, 2, i))
+          length = max(0.0_rp, min(1.0_rp, dot_product(at - from, offset)/dot_product(offset, &
+                                                                                      offset)))
+          edge_distance = min(edge_distance, norm2(at - from - length*offset)/self%sharpness(i))
         end associate
       end do
     end do
-  end function room
+  end function edge_distance
 
 end module tool_meshes_ridges

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Facets from an STL file, of text or binary, and all that is wrong with them: lines that do not
-!> belong there, numbers that are none, edges that do not close, facets that intersect.
+!> Reader of STL files, text or binary, with checks: syntax, finite numbers, closed surface, facets
+!> without intersections.
 module tool_meshes_stl_file
   use, intrinsic :: iso_fortran_env, only: int32, real32
   use base_kinds, only: rp
@@ -8,37 +8,37 @@ module tool_meshes_stl_file
   use input_diagnostics, only: diagnostics_t, excerpt
   use keys_written, only: split_words, to_real
   use tool_meshes_crossings, only: find_crossings
-  use tool_meshes_facets, only: cross, facets_t, flaw_t, is_open, is_turned, join_corners, &
-                                list_flaws, match_edges
+  use tool_meshes_facets, only: cross, facets_t, defect_t, is_open, is_flipped, join_corners, &
+                                list_defects, match_edges
   implicit none (type, external)
   private
 
   public :: read_stl
 
-  integer, parameter :: head = 80, record = 50    !! bytes of a binary file: its head, a facet
-  integer, parameter :: most_complaints = 20
+  integer, parameter :: head = 80, record = 50    !! bytes of header and facet in a binary file
+  integer, parameter :: max_reports = 20
 
-  !> What a file says.
+  !> Content of an STL file.
   type :: stl_t
     character(:), allocatable :: path
     logical :: is_binary = .false.
     integer :: n = 0
     real(rp), allocatable :: y(:, :)        !! (3, 3 facets) corners, in the unit of the file
-    integer, allocatable :: line(:)         !! of each facet; of a binary file its number
-    integer :: n_complaints = 0
+    integer, allocatable :: line(:)         !! line of each facet; in a binary file its number
+    integer :: n_reports = 0
   contains
     procedure :: add
-    procedure :: complain
+    procedure :: report
   end type stl_t
 
 contains
 
-  !> The facets of a file in its own unit, joined and matched; of use if nothing was complained of.
-  !> `opened` is false if it cannot be read.
+  !> Read the facets of a file in its own unit, with merged corners and matched edges; valid if no
+  !> errors are reported.
   subroutine read_stl(path, facets, opened, diagnostics)
     character(*), intent(in) :: path
     type(facets_t), intent(out) :: facets
-    logical, intent(out) :: opened
+    logical, intent(out) :: opened          !! the file can be read
     type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: bytes
     type(stl_t) :: stl
@@ -56,12 +56,12 @@ contains
                            'the 84 + 50 n bytes of n binary facets')
       return
     end if
-    if (stl%n_complaints == 0) call check(stl, facets, diagnostics)
-    if (stl%n_complaints > most_complaints) call diagnostics%add(path, 0, 'and '// &
-      str(stl%n_complaints - most_complaints)//' more')
+    if (stl%n_reports == 0) call check(stl, facets, diagnostics)
+    if (stl%n_reports > max_reports) call diagnostics%add(path, 0, 'and '// &
+      str(stl%n_reports - max_reports)//' more')
   end subroutine read_stl
 
-  !> All bytes of a file.
+  !> Read all bytes of a file.
   subroutine read_bytes(path, bytes, opened)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: bytes
@@ -81,7 +81,7 @@ contains
     close (unit)
   end subroutine read_bytes
 
-  !> Whether the length is that of the number of facets behind the head.
+  !> True if the length of the file matches the number of facets after the header.
   pure logical function is_binary(bytes)
     character(*), intent(in) :: bytes
 
@@ -92,7 +92,7 @@ contains
                 .and. (len(bytes) - head - 4)/record == integer_at(bytes, head + 1)
   end function is_binary
 
-  !> Four bytes, the lowest first.
+  !> Little-endian integer of four bytes.
   pure integer(int32) function integer_at(bytes, i)
     character(*), intent(in) :: bytes
     integer, intent(in) :: i
@@ -104,7 +104,7 @@ contains
     end do
   end function integer_at
 
-  !> Facets of a binary file.
+  !> Read the facets of a binary file.
   subroutine read_records(bytes, stl, diagnostics)
     character(*), intent(in) :: bytes
     type(stl_t), intent(inout) :: stl
@@ -122,12 +122,12 @@ contains
       end do
       call stl%add(x(:, 2:), i)
       if (.not. all(abs(x(:, 2:)) <= huge(1.0_real32))) then
-        call stl%complain(i, 'has a corner that is no finite number', diagnostics)
+        call stl%report(i, 'has a corner that is no finite number', diagnostics)
       end if
     end do
   end subroutine read_records
 
-  !> Facets of a text.
+  !> Read the facets of a text file.
   subroutine read_lines(bytes, stl, diagnostics)
     character(*), intent(in) :: bytes
     type(stl_t), intent(inout) :: stl
@@ -143,7 +143,7 @@ contains
     facet = 0
     corners = 0
     expected = 'solid'
-    do while (first <= len(bytes) .and. stl%n_complaints <= most_complaints)
+    do while (first <= len(bytes) .and. stl%n_reports <= max_reports)
       last = index(bytes(first:), new_line('a')) + first - 2
       if (last < first - 1) last = len(bytes)
       row = lower(cleaned(bytes(first:last)))
@@ -154,12 +154,12 @@ contains
       ok = is_expected(word, expected)
       if (ok .and. word(1) == 'vertex') then
         corners = corners + 1
-        call read_place(word, x(:, corners), ok)
+        call read_vertex(word, x(:, corners), ok)
       end if
       if (.not. ok) then
-        call stl%complain(number, what_is_missing(expected)//", and not '"// &
-                          excerpt(trim(row))//"'", diagnostics)
-        exit                                     ! what follows is no more known
+        call stl%report(number, what_is_missing(expected)//", and not '"// &
+                        excerpt(trim(row))//"'", diagnostics)
+        exit                                     ! the state is not known any more
       end if
       select case (word(1))
       case ('facet')
@@ -172,12 +172,12 @@ contains
       end select
       expected = next_words(trim(word(1)), corners)
     end do
-    if (stl%n_complaints == 0 .and. index(expected, 'solid ') /= 1) then
-      call stl%complain(number, 'the file ends where '//what_is_missing(expected), diagnostics)
+    if (stl%n_reports == 0 .and. index(expected, 'solid ') /= 1) then
+      call stl%report(number, 'the file ends where '//what_is_missing(expected), diagnostics)
     end if
   end subroutine read_lines
 
-  !> What a line must begin with behind one that began with `word`; a facet has three corners.
+  !> Words with which the line after one that begins with `word` may begin.
   pure function next_words(word, corners) result(expected)
     character(*), intent(in) :: word
     integer, intent(in) :: corners
@@ -200,6 +200,7 @@ contains
     end select
   end function next_words
 
+  !> Message on an expected line.
   pure function what_is_missing(expected) result(text)
     character(*), intent(in) :: expected
     character(:), allocatable :: text
@@ -218,6 +219,7 @@ contains
     end select
   end function what_is_missing
 
+  !> True if a line begins with an expected word.
   pure logical function is_expected(word, expected)
     character(48), intent(in) :: word(:)
     character(*), intent(in) :: expected
@@ -227,8 +229,8 @@ contains
     if (word(1) == 'vertex') is_expected = is_expected .and. size(word) == 4
   end function is_expected
 
-  !> A corner.
-  pure subroutine read_place(word, x, ok)
+  !> Read a corner.
+  pure subroutine read_vertex(word, x, ok)
     character(48), intent(in) :: word(:)
     real(rp), intent(out) :: x(3)
     logical, intent(out) :: ok
@@ -240,9 +242,9 @@ contains
       call to_real(trim(word(a + 1)), x(a), is_number)
       ok = ok .and. is_number
     end do
-  end subroutine read_place
+  end subroutine read_vertex
 
-  !> A line without tabulators and the end that Windows gives it.
+  !> A line with blanks for control characters.
   pure function cleaned(line) result(row)
     character(*), intent(in) :: line
     character(len(line)) :: row
@@ -274,82 +276,85 @@ contains
     self%line(self%n) = line
   end subroutine add
 
-  !> Complain where a facet is, of the first ones that are wrong.
-  subroutine complain(self, line, message, diagnostics)
+  !> Report an error of a facet; further ones are only counted.
+  subroutine report(self, line, message, diagnostics)
     class(stl_t), intent(inout) :: self
-    integer, intent(in) :: line             !! or number
+    integer, intent(in) :: line             !! line, or number of the facet
     character(*), intent(in) :: message
     type(diagnostics_t), intent(inout) :: diagnostics
 
-    self%n_complaints = self%n_complaints + 1
-    if (self%n_complaints > most_complaints) return
+    self%n_reports = self%n_reports + 1
+    if (self%n_reports > max_reports) return
     if (self%is_binary) then
       call diagnostics%add(self%path, 0, 'facet '//str(line)//' '//message)
     else
       call diagnostics%add(self%path, line, message)
     end if
-  end subroutine complain
+  end subroutine report
 
-  !> Join the facets, and complain of those that do not close, have no area or face inwards.
+  !> Merge corners and match edges; report a surface that is not closed, degenerate facets, inward
+  !> facing or intersecting ones.
   subroutine check(stl, facets, diagnostics)
     type(stl_t), intent(inout) :: stl
     type(facets_t), intent(out) :: facets
     type(diagnostics_t), intent(inout) :: diagnostics
-    type(flaw_t), allocatable :: flaw(:)
+    type(defect_t), allocatable :: defect(:)
     integer, allocatable :: crossed(:), kept(:)
     real(rp) :: volume
     integer :: i
 
     if (stl%n == 0) then
-      call stl%complain(1, 'there are no facets', diagnostics)
+      call stl%report(1, 'there are no facets', diagnostics)
       return
     end if
     call join_corners(stl%y(:, :3*stl%n), facets, kept)
     call match_edges(facets)
-    call list_flaws(facets, flaw)
-    do i = 1, size(flaw)
-      call stl%complain(stl%line(kept(flaw(i)%facet)), text_of(flaw(i)), diagnostics)
+    call list_defects(facets, defect)
+    do i = 1, size(defect)
+      call stl%report(stl%line(kept(defect(i)%facet)), text_of(defect(i)), diagnostics)
     end do
     volume = 0.0_rp
     do i = 1, size(kept)
       associate (a => facets%x(:, facets%corner(1, i)), b => facets%x(:, facets%corner(2, i)), &
                  c => facets%x(:, facets%corner(3, i)))
-        if (norm2(cross(b - a, c - a)) <= 0.0_rp) call stl%complain(stl%line(kept(i)), &
+        if (norm2(cross(b - a, c - a)) <= 0.0_rp) call stl%report(stl%line(kept(i)), &
           'the facet has no area: its corners lie on a line', diagnostics)
         volume = volume + dot_product(a, cross(b, c))
       end associate
     end do
-    if (stl%n_complaints > 0) return
-    if (volume <= 0.0_rp) call stl%complain(stl%line(1), 'all facets face inwards: their '// &
+    if (stl%n_reports > 0) return
+    if (volume <= 0.0_rp) call stl%report(stl%line(1), 'all facets face inwards: their '// &
       'corners must be counterclockwise seen from outside', diagnostics)
     call find_crossings(facets, crossed)
     do i = 1, size(kept)
-      if (crossed(i) > 0) call stl%complain(stl%line(kept(i)), 'the facet goes through that of '// &
+      if (crossed(i) > 0) call stl%report(stl%line(kept(i)), 'the facet goes through that of '// &
         trim(merge('number', 'line  ', stl%is_binary))//' '//str(stl%line(kept(crossed(i))))// &
         ': the surface must not intersect itself', diagnostics)
     end do
   end subroutine check
 
-  function text_of(flaw) result(text)
-    type(flaw_t), intent(in) :: flaw
+  !> Message on a defective edge.
+  function text_of(defect) result(text)
+    type(defect_t), intent(in) :: defect
     character(:), allocatable :: text
 
-    text = 'the edge from ('//place(flaw%from)//') to ('//place(flaw%to)//') '
-    select case (flaw%kind)
+    text = 'the edge from ('//point_text(defect%from)//') to ('//point_text(defect%to)//') '
+    select case (defect%kind)
     case (is_open)
       text = text//'has no other facet: the surface is not closed'
-    case (is_turned)
+    case (is_flipped)
       text = text//'has two facets that face opposite sides'
     case default
       text = text//'has more than two facets'
     end select
   end function text_of
 
-  function place(x) result(text)
+  !> Text of the coordinates of a point.
+  function point_text(x) result(text)
     real(rp), intent(in) :: x(3)
     character(:), allocatable :: text
 
     text = str(x(1))//', '//str(x(2))//', '//str(x(3))
-  end function place
+  end function point_text
 
 end module tool_meshes_stl_file

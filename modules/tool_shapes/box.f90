@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A box, centred at the tool's position.
+!> Tool shape: a box centred at the tool's position.
 module tool_shapes_box
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
@@ -9,9 +9,9 @@ module tool_shapes_box
   implicit none (type, external)
   private
 
-  public :: box_t
+  public :: box_shape_t
 
-  type, extends(shape_t) :: box_t
+  type, extends(shape_t) :: box_shape_t
     real(rp) :: half(3) = 0.0_rp       !! half edges [m]
   contains
     procedure, nopass :: add_keys
@@ -23,7 +23,7 @@ module tool_shapes_box
     procedure :: sweep
     procedure :: outline
     procedure :: surface
-  end type box_t
+  end type box_shape_t
 
 contains
 
@@ -36,7 +36,7 @@ contains
   end subroutine add_keys
 
   subroutine read_keys(self, input, i, frame, diagnostics)
-    class(box_t), intent(inout) :: self
+    class(box_shape_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
@@ -47,7 +47,7 @@ contains
   end subroutine read_keys
 
   subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
-    class(box_t), intent(in) :: self
+    class(box_shape_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: grid, cell(3), width
@@ -60,10 +60,10 @@ contains
     end if
   end subroutine check_size
 
-  pure subroutine distance(self, x, d, normal, room)
-    class(box_t), intent(in) :: self
+  pure subroutine distance(self, x, d, normal, edge_distance)
+    class(box_shape_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, normal(3), room
+    real(rp), intent(out) :: d, normal(3), edge_distance
     real(rp) :: q(3), outside(3)
     integer :: a
 
@@ -80,13 +80,13 @@ contains
     end if
     a = maxloc(q, 1)
     q(a) = -huge(1.0_rp)
-    room = -maxval(q)
+    edge_distance = -maxval(q)
   end subroutine distance
 
-  pure subroutine distances(self, n, x, most, d)
-    class(box_t), intent(in) :: self
+  pure subroutine distances(self, n, x, cutoff, d)
+    class(box_shape_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3), most
+    real(rp), intent(in) :: x(n, 3), cutoff
     real(rp), intent(out) :: d(n)
     real(rp) :: q(3)
     integer :: p
@@ -98,7 +98,7 @@ contains
   end subroutine distances
 
   pure subroutine bounds(self, axes, middle, half)
-    class(box_t), intent(in) :: self
+    class(box_shape_t), intent(in) :: self
     real(rp), intent(in) :: axes(3, 3)
     real(rp), intent(out) :: middle(3), half(3)
 
@@ -106,17 +106,17 @@ contains
     half = matmul(abs(axes), self%half)
   end subroutine bounds
 
-  !> No corner moves farther than its arm times the change of the axes.
+  !> Bound: distance of the corners from the axis times the change of the axes.
   pure real(rp) function sweep(self, before, after)
-    class(box_t), intent(in) :: self
+    class(box_shape_t), intent(in) :: self
     real(rp), intent(in) :: before(3, 3), after(3, 3)
 
     sweep = norm2(after - before)*norm2(self%half)
   end function sweep
 
-  !> A lattice of points in it and on its faces.
+  !> A lattice of points in the box and on its faces.
   subroutine outline(self, x)
-    class(box_t), intent(in) :: self
+    class(box_shape_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)
     integer, parameter :: parts = 6
     integer :: p
@@ -128,9 +128,9 @@ contains
     end do
   end subroutine outline
 
-  !> Four corners of each face.
+  !> Two triangles per face, with separate corners for each face.
   subroutine surface(self, x, corner)
-    class(box_t), intent(in) :: self
+    class(box_shape_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)
     integer, allocatable, intent(out) :: corner(:, :)
     real(rp) :: along(3), across(3), out(3)

@@ -1,30 +1,30 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of thread and flats on the pin of a shoulder, and of the scroll in its face.
+!> Keys of thread and flats on the pin of a shoulder tool, and of the scroll in its face.
 module tool_shapes_cut_keys
   use base_kinds, only: rp
   use base_text, only: str
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use tool_meshes_cuts, only: cuts_t
+  use tool_meshes_cuts, only: cut_pin_shape_t
   use tool_meshes_grooves, only: profile_names
   use tool_shapes_shape, only: length_text
   implicit none (type, external)
   private
 
-  public :: add_cut_keys, asks_for_cuts, check_cuts, read_cuts
+  public :: add_cut_keys, has_cut_keys, check_cuts, read_cuts
 
-  ! Keys that say more of a cut, and those that make it.
-  character(14), parameter :: part(9) = [character(14) :: 'THREAD_PITCH', 'THREAD_STARTS', &
+  ! Keys of details of a cut, and the keys that enable the cut.
+  character(14), parameter :: detail(9) = [character(14) :: 'THREAD_PITCH', 'THREAD_STARTS', &
     'THREAD_HAND', 'THREAD_PROFILE', 'FLAT_DEPTH', 'SCROLL_PITCH', 'SCROLL_ARMS', 'SCROLL_SENSE', &
     'SCROLL_PROFILE']
-  character(12), parameter :: maker(9) = [character(12) :: 'THREAD_DEPTH', 'THREAD_DEPTH', &
+  character(12), parameter :: enabling(9) = [character(12) :: 'THREAD_DEPTH', 'THREAD_DEPTH', &
     'THREAD_DEPTH', 'THREAD_DEPTH', 'FLATS', 'SCROLL_DEPTH', 'SCROLL_DEPTH', 'SCROLL_DEPTH', &
     'SCROLL_DEPTH']
 
 contains
 
-  !> Add their rows.
+  !> Add the rows of these keys to &TOOL.
   subroutine add_cut_keys(t)
     type(key_table_t), intent(inout) :: t
 
@@ -55,37 +55,37 @@ contains
                'of its grooves, as THREAD_PROFILE')
   end subroutine add_cut_keys
 
-  !> Whether the `i`-th &TOOL, a shoulder, has cuts, or keys of some that it has not.
-  logical function asks_for_cuts(input, i)
+  !> True if the `i`-th &TOOL, a shoulder, has cuts, or has keys of details without the cut.
+  logical function has_cut_keys(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     integer :: k
 
-    asks_for_cuts = input%real('TOOL', i, 'THREAD_DEPTH') > 0.0_rp &
+    has_cut_keys = input%real('TOOL', i, 'THREAD_DEPTH') > 0.0_rp &
                     .or. input%integer('TOOL', i, 'FLATS') > 0 &
                     .or. input%real('TOOL', i, 'SCROLL_DEPTH') > 0.0_rp
-    do k = 1, size(part)
-      asks_for_cuts = asks_for_cuts .or. is_idle(input, i, k)
+    do k = 1, size(detail)
+      has_cut_keys = has_cut_keys .or. lacks_cut(input, i, k)
     end do
-  end function asks_for_cuts
+  end function has_cut_keys
 
-  !> Whether the `k`-th key of a part is given without the key that makes the cut.
-  logical function is_idle(input, i, k)
+  !> True if the `k`-th key of details is given without the key that enables the cut.
+  logical function lacks_cut(input, i, k)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i, k
 
-    is_idle = input%given('TOOL', i, trim(part(k)))
-    if (is_idle) is_idle = .not. input%given('TOOL', i, trim(maker(k)))
-  end function is_idle
+    lacks_cut = input%given('TOOL', i, trim(detail(k)))
+    if (lacks_cut) lacks_cut = .not. input%given('TOOL', i, trim(enabling(k)))
+  end function lacks_cut
 
-  !> Read the cuts of the `i`-th &TOOL into a shoulder that has its sizes, and judge them.
+  !> Read and check the cuts of the `i`-th &TOOL, a shoulder whose sizes have been read.
   subroutine read_cuts(input, i, cut, is_sound, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(cuts_t), intent(inout) :: cut
-    logical, intent(out) :: is_sound        !! there are some, and the shape can be made
+    type(cut_pin_shape_t), intent(inout) :: cut
+    logical, intent(out) :: is_sound        !! there are cuts without errors
     type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: least
+    real(rp) :: min_radius
     integer :: before, k
     logical :: has_cuts
 
@@ -104,24 +104,24 @@ contains
     call cut%scroll%set_profile(input%text('TOOL', i, 'SCROLL_PROFILE'))
     has_cuts = cut%thread%depth > 0.0_rp .or. cut%n_flats > 0 .or. cut%scroll%depth > 0.0_rp
 
-    do k = 1, size(part)
-      if (is_idle(input, i, k)) call input%report(diagnostics, 'TOOL', i, trim(part(k)), &
-                                                  'has no effect without '//trim(maker(k)))
+    do k = 1, size(detail)
+      if (lacks_cut(input, i, k)) call input%report(diagnostics, 'TOOL', i, trim(detail(k)), &
+                                                    'has no effect without '//trim(enabling(k)))
     end do
-    call need('THREAD_DEPTH', 'THREAD_PITCH', cut%thread%depth, cut%thread%pitch)
-    call need('FLATS', 'FLAT_DEPTH', real(cut%n_flats, rp), cut%flat_depth)
-    call need('SCROLL_DEPTH', 'SCROLL_PITCH', cut%scroll%depth, cut%scroll%pitch)
+    call check_pair('THREAD_DEPTH', 'THREAD_PITCH', cut%thread%depth, cut%thread%pitch)
+    call check_pair('FLATS', 'FLAT_DEPTH', real(cut%n_flats, rp), cut%flat_depth)
+    call check_pair('SCROLL_DEPTH', 'SCROLL_PITCH', cut%scroll%depth, cut%scroll%pitch)
     if (cut%pin_radius <= 0.0_rp) then
       if (cut%thread%depth > 0.0_rp) call input%report(diagnostics, 'TOOL', i, 'THREAD_DEPTH', &
                                                        'makes no thread without PIN_RADIUS')
       if (cut%n_flats > 0) call input%report(diagnostics, 'TOOL', i, 'FLATS', &
                                              'are none without PIN_RADIUS')
     else
-      least = min(cut%pin_radius, cut%tip_radius)
-      if (cut%thread%depth >= least) call input%report(diagnostics, 'TOOL', i, 'THREAD_DEPTH', &
-        'must be below the least radius of the pin, '//length_text(least))
-      if (cut%flat_depth >= least) call input%report(diagnostics, 'TOOL', i, 'FLAT_DEPTH', &
-        'must be below the least radius of the pin, '//length_text(least))
+      min_radius = min(cut%pin_radius, cut%tip_radius)
+      if (cut%thread%depth >= min_radius) call input%report(diagnostics, 'TOOL', i, &
+        'THREAD_DEPTH', 'must be below the least radius of the pin, '//length_text(min_radius))
+      if (cut%flat_depth >= min_radius) call input%report(diagnostics, 'TOOL', i, 'FLAT_DEPTH', &
+        'must be below the least radius of the pin, '//length_text(min_radius))
     end if
     if (cut%scroll%depth >= cut%height) call input%report(diagnostics, 'TOOL', i, 'SCROLL_DEPTH', &
       'must be below HEIGHT')
@@ -134,21 +134,21 @@ contains
         <= cut%slope*cut%radius + cut%scroll%depth) call input%report(diagnostics, 'TOOL', i, &
         'HEIGHT', 'must be above the highest place of the face')
   contains
-    !> A key that needs another.
-    subroutine need(one, other, a, b)
+    !> Report a key that needs another.
+    subroutine check_pair(one, other, a, b)
       character(*), intent(in) :: one, other
       real(rp), intent(in) :: a, b
 
       if (a > 0.0_rp .and. b <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, one, &
                                                           'needs '//other)
-    end subroutine need
+    end subroutine check_pair
   end subroutine read_cuts
 
-  !> Warn of cells that cannot see the grooves.
+  !> Warn of cells that do not resolve the grooves.
   subroutine check_cuts(input, i, cell, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(in) :: cell(3)         !! [m]
+    real(rp), intent(in) :: cell(3)         !! edges of the grid cells [m]
     type(diagnostics_t), intent(inout) :: diagnostics
 
     call check('THREAD', cell(3))
@@ -157,12 +157,12 @@ contains
     subroutine check(name, edge)
       character(*), intent(in) :: name
       real(rp), intent(in) :: edge
-      real(rp), parameter :: enough = 2.0_rp     ! cells, one for a groove and one for a ridge
+      real(rp), parameter :: min_cells = 2.0_rp  ! cells per pitch: one groove, one ridge
       real(rp) :: pitch
 
       if (input%real('TOOL', i, name//'_DEPTH') <= 0.0_rp) return
       pitch = input%real('TOOL', i, name//'_PITCH')
-      if (pitch >= enough*edge*(1.0_rp - 1.0e-9_rp)) return
+      if (pitch >= min_cells*edge*(1.0_rp - 1.0e-9_rp)) return
       call input%warn(diagnostics, 'TOOL', i, name//'_PITCH', 'is '//str(pitch/edge)// &
                       ' cells: they cannot see grooves less than two cells apart')
     end subroutine check

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> A shoulder with a thread or flats on its pin, or a scroll in its face: a mesh.
+!> Tool shape: a shoulder with a thread or flats on its pin, or a scroll in its face, as a mesh.
 module tool_shapes_cut_shoulder
   use base_kinds, only: pi, rp
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use tool_meshes_cuts, only: cuts_t, mesh_of
+  use tool_meshes_cuts, only: cut_pin_shape_t, mesh_of
   use tool_shapes_cut_keys, only: add_cut_keys, check_cuts, read_cuts
   use tool_shapes_meshed, only: meshed_t
   use tool_shapes_shoulder, only: shoulder_t
@@ -15,7 +15,7 @@ module tool_shapes_cut_shoulder
   public :: cut_shoulder_t
 
   type, extends(meshed_t) :: cut_shoulder_t
-    type(shoulder_t) :: plain          !! without cuts, which judges the sizes
+    type(shoulder_t) :: plain          !! the same without cuts, which checks the sizes
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
@@ -36,7 +36,7 @@ contains
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
     type(diagnostics_t), intent(inout) :: diagnostics
-    type(cuts_t) :: cuts
+    type(cut_pin_shape_t) :: cuts
     logical :: is_sound
 
     call self%plain%read_keys(input, i, frame, diagnostics)

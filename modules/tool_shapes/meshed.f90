@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Shapes whose surface is a mesh. One that extends this type reads its keys and makes the mesh.
+!> Tool shapes with a surface mesh. An extension reads its keys and makes the mesh.
 module tool_shapes_meshed
   use base_kinds, only: rp
   use tool_meshes_drawing, only: outline_of, surface_of
-  use tool_meshes_mesh, only: mesh_t
+  use tool_meshes_mesh, only: surface_mesh_t
   use tool_shapes_shape, only: shape_t
   implicit none (type, external)
   private
@@ -11,7 +11,7 @@ module tool_shapes_meshed
   public :: meshed_t
 
   type, abstract, extends(shape_t) :: meshed_t
-    type(mesh_t) :: mesh
+    type(surface_mesh_t) :: mesh
   contains
     procedure :: distance
     procedure :: distances
@@ -23,21 +23,21 @@ module tool_shapes_meshed
 
 contains
 
-  pure subroutine distance(self, x, d, normal, room)
+  pure subroutine distance(self, x, d, normal, edge_distance)
     class(meshed_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, normal(3), room
+    real(rp), intent(out) :: d, normal(3), edge_distance
 
-    call self%mesh%distance(x, d, normal, room)
+    call self%mesh%distance(x, d, normal, edge_distance)
   end subroutine distance
 
-  pure subroutine distances(self, n, x, most, d)
+  pure subroutine distances(self, n, x, cutoff, d)
     class(meshed_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3), most
+    real(rp), intent(in) :: x(n, 3), cutoff
     real(rp), intent(out) :: d(n)
 
-    call self%mesh%distances(n, x, most, d)
+    call self%mesh%distances(n, x, cutoff, d)
   end subroutine distances
 
   pure subroutine bounds(self, axes, middle, half)

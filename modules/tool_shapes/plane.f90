@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A rigid half space; its surface looks along the last axis.
+!> Tool shape: a rigid half space, with its normal along the last axis.
 module tool_shapes_plane
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
@@ -31,7 +31,7 @@ contains
                'plane: direction out of the rigid half space')
   end subroutine add_keys
 
-  !> The last axis is the normal.
+  !> Read the normal, which is the last axis.
   subroutine read_keys(self, input, i, frame, diagnostics)
     class(plane_t), intent(inout) :: self
     type(input_t), intent(in) :: input
@@ -56,27 +56,27 @@ contains
     frame(:, 3) = normal
   end subroutine read_keys
 
-  !> There is no edge.
-  pure subroutine distance(self, x, d, normal, room)
+  !> Distance from the plane, which has no edges.
+  pure subroutine distance(self, x, d, normal, edge_distance)
     class(plane_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, normal(3), room
+    real(rp), intent(out) :: d, normal(3), edge_distance
 
     d = x(3)
     normal = [0.0_rp, 0.0_rp, 1.0_rp]
-    room = no_edge
+    edge_distance = no_edge
   end subroutine distance
 
-  pure subroutine distances(self, n, x, most, d)
+  pure subroutine distances(self, n, x, cutoff, d)
     class(plane_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3), most
+    real(rp), intent(in) :: x(n, 3), cutoff
     real(rp), intent(out) :: d(n)
 
     d = x(:, 3)
   end subroutine distances
 
-  !> It has no end.
+  !> Infinite box.
   pure subroutine bounds(self, axes, middle, half)
     class(plane_t), intent(in) :: self
     real(rp), intent(in) :: axes(3, 3)
@@ -93,7 +93,7 @@ contains
     sweep = 0.0_rp
   end function sweep
 
-  !> None.
+  !> No points, as the plane is infinite.
   subroutine outline(self, x)
     class(plane_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Bodies of revolution about the last axis, with an outline of straight lines. A shape that extends
-!> this type draws its outline and reads its keys, no more.
+!> Tool shapes of revolution about the last axis, with a polygonal profile. An extension reads its
+!> keys and sets the profile.
 module tool_shapes_revolved
   use base_kinds, only: pi, rp
   use tool_shapes_shape, only: no_edge, shape_t
@@ -9,14 +9,14 @@ module tool_shapes_revolved
 
   public :: profile_t, revolved_t
 
-  integer, parameter, public :: most_corners = 8
+  integer, parameter, public :: max_corners = 8
 
-  !> Outline of a body of revolution in the (r, z) half plane, from the axis round to the axis
-  !> again, with the body on the right-hand side.
+  !> Profile of a body of revolution in the (r, z) half plane, from axis to axis with the body on
+  !> the right-hand side; corners in m.
   type :: profile_t
     integer :: n = 0
-    real(rp) :: r(most_corners) = 0.0_rp
-    real(rp) :: z(most_corners) = 0.0_rp
+    real(rp) :: r(max_corners) = 0.0_rp
+    real(rp) :: z(max_corners) = 0.0_rp
   contains
     procedure :: corner
   end type profile_t
@@ -32,11 +32,11 @@ module tool_shapes_revolved
     procedure :: surface
   end type revolved_t
 
-  real(rp), parameter :: no_corner = 1.0e-200_rp   !! sharpness of none; lengths over it are finite
+  real(rp), parameter :: no_corner = 1.0e-200_rp   !! no edge; lengths over it are finite
 
 contains
 
-  !> Go on to the next corner of an outline [m].
+  !> Append a corner to the profile [m].
   pure subroutine corner(self, r, z)
     class(profile_t), intent(inout) :: self
     real(rp), intent(in) :: r, z
@@ -46,12 +46,12 @@ contains
     self%z(self%n) = z
   end subroutine corner
 
-  !> Distance of `x`, its gradient, and the room along the surface to the nearest edge that stands
-  !> out, below 0 beyond it.
-  pure subroutine distance(self, x, d, normal, room)
+  !> Signed distance of `x`, its gradient, and the distance along the surface to the nearest convex
+  !> edge, negative beyond it.
+  pure subroutine distance(self, x, d, normal, edge_distance)
     class(revolved_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, normal(3), room
+    real(rp), intent(out) :: d, normal(3), edge_distance
     real(rp) :: r, z, ar, az, br, bz, er, ez, t, length, d2, best, nearest, nr, nz
     logical :: inside
     integer :: i, side
@@ -80,18 +80,18 @@ contains
     ar = self%profile%r(side); az = self%profile%z(side)
     br = self%profile%r(side + 1) - ar; bz = self%profile%z(side + 1) - az
     length = sqrt(br*br + bz*bz)
-    room = min(no_edge, nearest*length/sharpness(self%profile, side), &
-               (1.0_rp - nearest)*length/sharpness(self%profile, side + 1))
+    edge_distance = min(no_edge, nearest*length/sharpness(self%profile, side), &
+                        (1.0_rp - nearest)*length/sharpness(self%profile, side + 1))
     d = merge(-sqrt(best), sqrt(best), inside)
     if (nearest > 0.0_rp .and. nearest < 1.0_rp .or. best <= 0.0_rp) then
-      nr = -bz/length                     ! outward normal of the side: the body is on its right
+      nr = -bz/length                     ! outward normal of the side
       nz = br/length
     else                                  ! from the corner to the point
       er = r - ar - nearest*br
       ez = z - az - nearest*bz
       nr = er/d
       nz = ez/d
-      room = -beyond(self%profile, side + nint(nearest), er, ez)
+      edge_distance = -overhang(self%profile, side + nint(nearest), er, ez)
     end if
     if (r > 0.0_rp) then
       normal = [nr*x(1)/r, nr*x(2)/r, nz]
@@ -100,11 +100,11 @@ contains
     end if
   end subroutine distance
 
-  !> Distances of `n` places.
-  pure subroutine distances(self, n, x, most, d)
+  !> Signed distances of `n` points.
+  pure subroutine distances(self, n, x, cutoff, d)
     class(revolved_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3), most
+    real(rp), intent(in) :: x(n, 3), cutoff
     real(rp), intent(out) :: d(n)
     real(rp) :: r(n)
 
@@ -112,7 +112,7 @@ contains
     call distances_at(self%profile, n, r, x(:, 3), d)
   end subroutine distances
 
-  !> Distances of `n` places at (r, z) from the body of revolution.
+  !> Signed distances of `n` points (r, z) from a profile.
   pure subroutine distances_at(profile, n, r, z, distance)
     type(profile_t), intent(in) :: profile
     integer, intent(in) :: n
@@ -140,24 +140,24 @@ contains
     distance = side*sqrt(distance)
   end subroutine distances_at
 
-  !> How far the point at (er, ez) from corner `i` is beyond the end of the side that it is less far
-  !> from being beside; far below 0 where no edge stands out [m].
-  pure real(rp) function beyond(profile, i, er, ez)
+  !> Distance by which a point at (er, ez) from corner `i` lies beyond the ends of both adjacent
+  !> sides; -no_edge at a corner that is not convex [m].
+  pure real(rp) function overhang(profile, i, er, ez)
     type(profile_t), intent(in) :: profile
     integer, intent(in) :: i
     real(rp), intent(in) :: er, ez
     real(rp) :: a(2), b(2)
 
-    beyond = -no_edge
+    overhang = -no_edge
     if (.not. sharpness(profile, i) > no_corner) return
     a = [profile%r(i) - profile%r(i - 1), profile%z(i) - profile%z(i - 1)]
     b = [profile%r(i) - profile%r(i + 1), profile%z(i) - profile%z(i + 1)]
-    beyond = max(0.0_rp, min(dot_product(a, [er, ez])/norm2(a), &
-                             dot_product(b, [er, ez])/norm2(b)))
-  end function beyond
+    overhang = max(0.0_rp, min(dot_product(a, [er, ez])/norm2(a), &
+                               dot_product(b, [er, ez])/norm2(b)))
+  end function overhang
 
-  !> How much a corner stands out: 1 - cos of the angle by which the outline turns, at most 1; next
-  !> to nothing on the axis and where it turns inwards.
+  !> Sharpness of a corner: 1 - cos of the turning angle of the profile, at most 1; `no_corner` on
+  !> the axis and at concave corners.
   pure real(rp) function sharpness(profile, i)
     type(profile_t), intent(in) :: profile
     integer, intent(in) :: i
@@ -169,12 +169,12 @@ contains
     az = profile%z(i) - profile%z(i - 1)
     br = profile%r(i + 1) - profile%r(i)
     bz = profile%z(i + 1) - profile%z(i)
-    if (ar*bz - az*br >= 0.0_rp) return         ! the body is on the right
+    if (ar*bz - az*br >= 0.0_rp) return         ! concave: the body is on the right
     sharpness = max(no_corner, min(1.0_rp, &
       1.0_rp - (ar*br + az*bz)/sqrt((ar*ar + az*az)*(br*br + bz*bz))))
   end function sharpness
 
-  !> The box around its two ends and its widest corner.
+  !> Box around the two ends and the widest corner.
   pure subroutine bounds(self, axes, middle, half)
     class(revolved_t), intent(in) :: self
     real(rp), intent(in) :: axes(3, 3)
@@ -188,7 +188,7 @@ contains
     end associate
   end subroutine bounds
 
-  !> Turning about its axis brings nothing nearer.
+  !> Zero, as rotation about the axis does not move the surface.
   pure real(rp) function sweep(self, before, after)
     class(revolved_t), intent(in) :: self
     real(rp), intent(in) :: before(3, 3), after(3, 3)
@@ -196,7 +196,7 @@ contains
     sweep = 0.0_rp
   end function sweep
 
-  !> Rings of points on each side of the outline.
+  !> Rings of points on each side of the profile.
   subroutine outline(self, x)
     class(revolved_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)
@@ -221,7 +221,7 @@ contains
     end do
   end subroutine outline
 
-  !> Two rings of points on each side of the outline, and triangles between them.
+  !> Two rings of points on each side of the profile, with triangles between them.
   subroutine surface(self, x, corner)
     class(revolved_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)

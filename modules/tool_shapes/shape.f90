@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> What the shape of a rigid tool must offer. Geometry is in the tool's own axes, with its POSITION
-!> as the origin: signed distances (negative inside, gradient of length 1), a box around it, how
-!> its surface moves when it turns, points of its surface. It owns the keys of &TOOL that describe
-!> it. A new shape is a type in a file of its own and one line in `tool_shapes_list`.
+!> Interface of the shapes of rigid tools. Geometry is in the tool's own axes with its POSITION as
+!> the origin: signed distances (negative inside, gradient of length 1), bounding box, motion of the
+!> surface in rotation, points of the surface. A shape has its own keys of &TOOL. A new shape is a
+!> type in a file of its own and one line in `tool_shapes_list`.
 module tool_shapes_shape
   use base_kinds, only: pi, rp
   use base_text, only: str
@@ -15,9 +15,10 @@ module tool_shapes_shape
 
   public :: shape_t, add_radius, add_tilt, far_larger, no_edge, tilted_frame, length_text
 
+  !> Shape of a tool.
   type, abstract :: shape_t
-    real(rp) :: radius = 0.0_rp   !! of what stirs; 0: it has none [m]
-    real(rp) :: pin_radius = 0.0_rp   !! pin below a shoulder; 0: it has none [m]
+    real(rp) :: radius = 0.0_rp   !! outer radius; 0: none [m]
+    real(rp) :: pin_radius = 0.0_rp   !! radius of a pin below a shoulder; 0: none [m]
   contains
     procedure(keys_interface), nopass, deferred :: add_keys
     procedure(read_interface), deferred :: read_keys
@@ -31,47 +32,47 @@ module tool_shapes_shape
   end type shape_t
 
   abstract interface
-    !> Add the rows of its keys to &TOOL; several shapes may share a key whose rows differ in the
-    !> condition alone.
+    !> Add the rows of the shape's keys to &TOOL; shapes may share a key if their rows differ only
+    !> in the condition.
     subroutine keys_interface(t)
       import :: key_table_t
       implicit none (type, external)
       type(key_table_t), intent(inout) :: t
     end subroutine keys_interface
 
-    !> Read the `i`-th &TOOL: sizes, and the tool's axes at t = 0.
+    !> Read the `i`-th &TOOL: sizes, and the axes of the tool at t = 0.
     subroutine read_interface(self, input, i, frame, diagnostics)
       import :: shape_t, diagnostics_t, input_t, rp
       implicit none (type, external)
       class(shape_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
-      real(rp), intent(out) :: frame(3, 3)             !! columns: its axes; it spins about the last
+      real(rp), intent(out) :: frame(3, 3)   !! columns: axes; the last is that of rotation
       type(diagnostics_t), intent(inout) :: diagnostics
     end subroutine read_interface
 
-    !> Distance of a place, its gradient, and the room along the surface to the nearest edge that
-    !> stands out (`no_edge`: there is none; below 0: so far beyond it).
-    pure subroutine distance_interface(self, x, d, normal, room)
+    !> Signed distance of a point, its gradient, and the distance along the surface to the nearest
+    !> convex edge (`no_edge` if there is none; negative beyond the edge).
+    pure subroutine distance_interface(self, x, d, normal, edge_distance)
       import :: shape_t, rp
       implicit none (type, external)
       class(shape_t), intent(in) :: self
-      real(rp), intent(in) :: x(3)                     !! [m]
-      real(rp), intent(out) :: d, normal(3), room      !! [m], [-], [m]
+      real(rp), intent(in) :: x(3)                     !! point [m]
+      real(rp), intent(out) :: d, normal(3), edge_distance  !! [m], [-], [m]
     end subroutine distance_interface
 
-    !> Distances of `n` places; of those beyond `most` any number beyond it will do.
-    pure subroutine distances_interface(self, n, x, most, d)
+    !> Signed distances of `n` points; beyond the cutoff any value above it may be returned.
+    pure subroutine distances_interface(self, n, x, cutoff, d)
       import :: shape_t, rp
       implicit none (type, external)
       class(shape_t), intent(in) :: self
       integer, intent(in) :: n
-      real(rp), intent(in) :: x(n, 3), most            !! [m]
+      real(rp), intent(in) :: x(n, 3), cutoff          !! [m]
       real(rp), intent(out) :: d(n)                    !! [m]
     end subroutine distances_interface
 
-    !> A box of the scene around the shape when its axes are `axes`: from the tool's position to the
-    !> middle of the box, and half of its edges; huge where there is no end.
+    !> Bounding box in scene axes for the tool axes `axes`: from the tool's position to the middle
+    !> of the box, and its half edges; huge for infinite extent.
     pure subroutine bounds_interface(self, axes, middle, half)
       import :: shape_t, rp
       implicit none (type, external)
@@ -80,16 +81,16 @@ module tool_shapes_shape
       real(rp), intent(out) :: middle(3), half(3)      !! [m]
     end subroutine bounds_interface
 
-    !> How far, at most, its surface comes nearer to anything while it turns about its last axis.
+    !> Upper bound of the approach of the surface to any point during a rotation about the last axis
+    !> [m].
     pure real(rp) function sweep_interface(self, before, after)
       import :: shape_t, rp
       implicit none (type, external)
       class(shape_t), intent(in) :: self
-      real(rp), intent(in) :: before(3, 3), after(3, 3)   !! its axes; the function is in [m]
+      real(rp), intent(in) :: before(3, 3), after(3, 3)   !! axes before and after
     end function sweep_interface
 
-    !> Points spread over its surface (3, any number), for checks of its motion; none if it has no
-    !> ends.
+    !> Points spread over the surface, (3, n), for checks of the motion; none for infinite extent.
     subroutine outline_interface(self, x)
       import :: shape_t, rp
       implicit none (type, external)
@@ -100,21 +101,21 @@ module tool_shapes_shape
 
 contains
 
-  !> Sizes that look like another unit or do not go with the bodies; all are fine if not overridden.
+  !> Report sizes that suggest another unit or do not fit the bodies. The default reports none.
   subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
     class(shape_t), intent(in) :: self
     type(input_t), intent(in) :: input
-    integer, intent(in) :: i                      !! number of the &TOOL
+    integer, intent(in) :: i                      !! index of the &TOOL
     real(rp), intent(in) :: grid                  !! longest side of the grid [m]
     real(rp), intent(in) :: cell(3)               !! edges of a cell [m]
-    real(rp), intent(in) :: width                 !! of the bodies that deform, seen from above [m]
-    logical, intent(in) :: spins                  !! at any time
+    real(rp), intent(in) :: width                 !! horizontal extent of deformable bodies [m]
+    logical, intent(in) :: spins                  !! the tool rotates in any phase
     type(diagnostics_t), intent(inout) :: diagnostics
   end subroutine check_size
 
-  !> Its surface as triangles, for pictures: points (3, n), and the numbers (3, m) of the corners of
-  !> each, counterclockwise seen from outside. Points on an edge that shows are there once a side.
-  !> None if not overridden.
+  !> Surface triangles for visualization: points (3, n), and the indices (3, m) of their corners,
+  !> counterclockwise seen from outside. Points on sharp edges are duplicated for each side. The
+  !> default has none.
   subroutine surface(self, x, corner)
     class(shape_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)    !! [m]
@@ -123,9 +124,9 @@ contains
     allocate (x(3, 0), corner(3, 0))
   end subroutine surface
 
-  !> What is wrong with a size far beyond that of the `grid` [m].
+  !> Message on a size far larger than the grid.
   function far_larger(grid) result(text)
-    real(rp), intent(in) :: grid
+    real(rp), intent(in) :: grid                  !! longest side of the grid [m]
     character(:), allocatable :: text
 
     text = 'is far larger than the grid of '//length_text(grid)//': lengths are in m'
@@ -149,7 +150,7 @@ contains
                'the tool tips backwards against the travel direction +x: trailing edge deeper')
   end subroutine add_tilt
 
-  !> Axes of a tool that is tilted: turned about y, the trailing edge (-x) goes down.
+  !> Axes of a tilted tool: rotated about y such that the trailing edge (-x) is lower.
   function tilted_frame(input, i) result(frame)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -161,7 +162,7 @@ contains
     frame(:, 3) = [-sin(tilt), 0.0_rp, cos(tilt)]
   end function tilted_frame
 
-  !> A length in mm, for messages.
+  !> Text of a length in mm.
   pure function length_text(x) result(text)
     real(rp), intent(in) :: x                      !! [m]
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Shoulder disc with a face that is flat or a cone rising to the axis, with an optional pin.
+!> Tool shape: a shoulder with a flat or concave conical face and an optional pin.
 module tool_shapes_shoulder
   use base_kinds, only: pi, rp
   use input_diagnostics, only: diagnostics_t
@@ -22,12 +22,15 @@ module tool_shapes_shoulder
 
 contains
 
-  !> Shoulder of `radius` whose face rises to the axis by `concavity` [rad], with a pin: radius at
-  !> the face (0: no pin), radius at the tip, length. The face's rim is at z = 0, the tool's body
-  !> goes up to `height`. All lengths in m.
+  !> Shoulder with the rim of its face at z = 0.
   pure type(shoulder_t) function new_shoulder(radius, height, concavity, pin_radius, tip_radius, &
                                               pin_length) result(new)
-    real(rp), intent(in) :: radius, height, concavity, pin_radius, tip_radius, pin_length
+    real(rp), intent(in) :: radius          !! of the shoulder [m]
+    real(rp), intent(in) :: height          !! of the top of the tool [m]
+    real(rp), intent(in) :: concavity       !! angle by which the face rises towards the axis [rad]
+    real(rp), intent(in) :: pin_radius      !! at the face; 0: no pin [m]
+    real(rp), intent(in) :: tip_radius      !! at the tip [m]
+    real(rp), intent(in) :: pin_length      !! [m]
 
     new%radius = radius
     call new%profile%corner(0.0_rp, height)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A ball.
+!> Tool shape: a sphere.
 module tool_shapes_sphere
   use base_kinds, only: pi, rp
   use input_diagnostics, only: diagnostics_t
@@ -58,22 +58,22 @@ contains
     end if
   end subroutine check_size
 
-  !> There is no edge.
-  pure subroutine distance(self, x, d, normal, room)
+  !> Distance from the sphere, which has no edges.
+  pure subroutine distance(self, x, d, normal, edge_distance)
     class(sphere_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, normal(3), room
+    real(rp), intent(out) :: d, normal(3), edge_distance
 
     d = norm2(x)
     normal = x/max(d, tiny(1.0_rp))
     d = d - self%radius
-    room = no_edge
+    edge_distance = no_edge
   end subroutine distance
 
-  pure subroutine distances(self, n, x, most, d)
+  pure subroutine distances(self, n, x, cutoff, d)
     class(sphere_t), intent(in) :: self
     integer, intent(in) :: n
-    real(rp), intent(in) :: x(n, 3), most
+    real(rp), intent(in) :: x(n, 3), cutoff
     real(rp), intent(out) :: d(n)
 
     d = sqrt(x(:, 1)**2 + x(:, 2)**2 + x(:, 3)**2) - self%radius
@@ -111,7 +111,7 @@ contains
     end do
   end subroutine outline
 
-  !> Rings of points from pole to pole, and triangles between them.
+  !> Rings of points from pole to pole, with triangles between them.
   subroutine surface(self, x, corner)
     class(sphere_t), intent(in) :: self
     real(rp), allocatable, intent(out) :: x(:, :)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> A tool whose surface is that of an STL file, in any unit, orientation and place.
+!> Tool shape: the surface of an STL file, in any unit, orientation and position.
 module tool_shapes_stl
   use base_kinds, only: pi, rp
   use input_diagnostics, only: diagnostics_t
@@ -61,7 +61,7 @@ contains
     end if
     path = file_path(input, 'TOOL', i)
     unit = metres(input%text('TOOL', i, 'UNIT'))
-    if (path == '' .or. unit <= 0.0_rp) return   ! is complained of already
+    if (path == '' .or. unit <= 0.0_rp) return   ! reported already
     before = diagnostics%count()
     call read_stl(path, facets, opened, diagnostics)
     if (.not. opened) call input%report(diagnostics, 'TOOL', i, 'FILE', path//' cannot be read')
@@ -75,7 +75,7 @@ contains
     self%radius = self%mesh%radius
   end subroutine read_keys
 
-  !> Length of a unit [m]; 0: there is no such unit.
+  !> Length of a unit [m]; 0 for an unknown unit.
   pure real(rp) function metres(unit)
     character(*), intent(in) :: unit
 
@@ -95,10 +95,11 @@ contains
     end select
   end function metres
 
-  !> Rows that turn `axis` of a model to z, and the x axis of the model to x as far as it is across
-  !> that (or y, if x is along it); then by `angle` about z.
+  !> Rotation matrix that takes `axis` of the model to z and the projection of its x axis (y axis,
+  !> if x is along `axis`) to x, followed by a rotation by `angle` about z.
   pure function axes_of(axis, angle) result(axes)
-    real(rp), intent(in) :: axis(3), angle          !! of length 1, [rad]
+    real(rp), intent(in) :: axis(3)                 !! of length 1
+    real(rp), intent(in) :: angle                   !! [rad]
     real(rp) :: axes(3, 3), ahead(3), left(3)
 
     ahead = merge([0.0_rp, 1.0_rp, 0.0_rp], [1.0_rp, 0.0_rp, 0.0_rp], abs(axis(1)) > 0.9_rp)
@@ -110,7 +111,7 @@ contains
     axes(3, :) = axis
   end function axes_of
 
-  !> A unit that is not that of the file shows.
+  !> Report a size that suggests a wrong unit.
   subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
     class(stl_shape_t), intent(in) :: self
     type(input_t), intent(in) :: input

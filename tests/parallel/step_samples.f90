@@ -16,7 +16,7 @@ module step_samples
   use run_balance, only: first_partition
   use run_regrid, only: regrid
   use step_simulation, only: simulation_t
-  use tool_shapes_box, only: box_t
+  use tool_shapes_box, only: box_shape_t
   use tool_shapes_plane, only: plane_t
   use tool_shapes_shoulder, only: new_shoulder
   use tool_shapes_sphere, only: sphere_t
@@ -178,7 +178,7 @@ contains
   type(tool_t) function box_tool(half, axis) result(tool)
     real(rp), intent(in) :: half(3), axis(3)     !! half edges [m]
 
-    allocate (tool%shape, source=box_t(half=half))
+    allocate (tool%shape, source=box_shape_t(half=half))
     tool%frame = frame_of(axis)
   end function box_tool
 

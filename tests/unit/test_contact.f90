@@ -7,7 +7,7 @@ program test_contact
   use contact_motion, only: phase_t
   use contact_tool, only: rigid_t, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
                           s_torque, s_work, tool_t
-  use tool_shapes_box, only: box_t
+  use tool_shapes_box, only: box_shape_t
   use tool_shapes_plane, only: plane_t
   use tool_shapes_shoulder, only: new_shoulder
   implicit none (type, external)
@@ -352,7 +352,7 @@ contains
                 all(before - after <= tool%displacement()*(1.0_rp + 1.0e-9_rp)))
 
     deallocate (tool%shape)
-    allocate (tool%shape, source=box_t(half=[0.008_rp, 0.002_rp, 0.004_rp]))
+    allocate (tool%shape, source=box_shape_t(half=[0.008_rp, 0.002_rp, 0.004_rp]))
     tool%motion%phase(1)%velocity = 0.0_rp
     call tool%move_to(0.05_rp)
     call tool%note_place()
@@ -387,7 +387,7 @@ contains
     call tool%distance([0.0002_rp, 0.0_rp, -0.0045_rp], d, n, room)
     call expect_close('the axis is no edge', room, 0.0028_rp, rtol=1.0e-12_rp)
     deallocate (tool%shape)
-    allocate (tool%shape, source=box_t(half=[0.01_rp, 0.02_rp, 0.03_rp]))
+    allocate (tool%shape, source=box_shape_t(half=[0.01_rp, 0.02_rp, 0.03_rp]))
     call tool%distance([0.007_rp, -0.016_rp, 0.031_rp], d, n, room)
     call expect_close('room on the face of a box', room, 0.003_rp, rtol=1.0e-12_rp)
     call tool%distance([0.011_rp, 0.0_rp, 0.031_rp], d, n, room)

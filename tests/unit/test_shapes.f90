@@ -9,7 +9,7 @@ program test_shapes
   use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input_text
   use input_values, only: input_t
-  use tool_shapes_box, only: box_t
+  use tool_shapes_box, only: box_shape_t
   use tool_shapes_list, only: make_shape, read_shape, shape_names
   use tool_shapes_shape, only: shape_t
   use tool_shapes_shoulder, only: new_shoulder, shoulder_t
@@ -529,7 +529,7 @@ contains
     real(rp), parameter :: half(3) = [0.3_rp, 0.5_rp, 0.2_rp], step = 1.0e-7_rp
     real(rp) :: x(3), y(3), d, d1, d2, want, normal(3), unused(3), gradient(3), room
     real(rp) :: off, off_gradient
-    type(box_t) :: box
+    type(box_shape_t) :: box
     integer :: a, i, n_inside
 
     box%half = half

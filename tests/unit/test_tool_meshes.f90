@@ -7,10 +7,10 @@ program test_tool_meshes
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use input_diagnostics, only: diagnostics_t
-  use tool_meshes_cuts, only: cuts_t, mesh_of
+  use tool_meshes_cuts, only: cut_pin_shape_t, mesh_of
   use tool_meshes_drawing, only: surface_of
   use tool_meshes_facets, only: cross, facets_t
-  use tool_meshes_mesh, only: mesh_t, new_mesh
+  use tool_meshes_mesh, only: surface_mesh_t, new_mesh
   use tool_meshes_stl_file, only: read_stl
   use tool_shapes_shape, only: shape_t
   use tool_shapes_shoulder, only: new_shoulder
@@ -30,8 +30,8 @@ program test_tool_meshes
 
 contains
 
-  pure type(cuts_t) function plain() result(shape)
-    shape = cuts_t(radius=9.0e-3_rp, height=4.0e-3_rp, pin_radius=3.0e-3_rp, &
+  pure type(cut_pin_shape_t) function plain() result(shape)
+    shape = cut_pin_shape_t(radius=9.0e-3_rp, height=4.0e-3_rp, pin_radius=3.0e-3_rp, &
                            tip_radius=3.0e-3_rp, pin_length=5.0e-3_rp)
   end function plain
 
@@ -43,7 +43,7 @@ contains
   end function random
 
   !> A shoulder with random cuts of all kinds.
-  type(cuts_t) function random_cuts(k) result(shape)
+  type(cut_pin_shape_t) function random_cuts(k) result(shape)
     integer, intent(in) :: k
 
     shape = plain()
@@ -63,7 +63,7 @@ contains
 
   !> Distance, side and normal at random places, of which many are near the surface.
   subroutine test_brute_force()
-    type(mesh_t) :: mesh
+    type(surface_mesh_t) :: mesh
     real(rp), allocatable :: x(:, :)
     integer, allocatable :: corner(:, :)
     real(rp) :: away, d, exact, normal(3), room, to(3), y(3), worst(2)
@@ -153,8 +153,8 @@ contains
   end function winding
 
   real(rp) function volume_of(shape)
-    type(cuts_t), intent(in) :: shape
-    type(mesh_t) :: mesh
+    type(cut_pin_shape_t), intent(in) :: shape
+    type(surface_mesh_t) :: mesh
 
     call mesh_of(shape, mesh)
     volume_of = mesh%volume
@@ -173,7 +173,7 @@ contains
   !> A helical groove takes the same from each cross-section: with its part g of the depth d that of
   !> the circle is (2 R d g - d^2 g^2) pi.
   subroutine test_thread_volumes()
-    type(cuts_t) :: shape
+    type(cut_pin_shape_t) :: shape
     real(rp) :: exact, m(2), made
     integer :: k
 
@@ -196,7 +196,7 @@ contains
 
   !> A flat cuts a segment of the circle; so many that they meet make a prism.
   subroutine test_flat_volumes()
-    type(cuts_t) :: shape
+    type(cut_pin_shape_t) :: shape
     real(rp) :: exact, half
 
     shape = plain()
@@ -214,7 +214,7 @@ contains
 
   !> A spiral groove takes the same part of each ring of the face.
   subroutine test_scroll_volumes()
-    type(cuts_t) :: shape
+    type(cut_pin_shape_t) :: shape
     real(rp) :: exact
     integer :: k
 
@@ -232,8 +232,8 @@ contains
 
   !> A right-handed groove rises counterclockwise, seen from above; a flat looks along x.
   subroutine test_groove_places()
-    type(cuts_t) :: shape
-    type(mesh_t) :: mesh
+    type(cut_pin_shape_t) :: shape
+    type(surface_mesh_t) :: mesh
     real(rp) :: angle, d(2), normal(3), r, room, z
     integer :: hand, k
 
@@ -280,7 +280,7 @@ contains
   subroutine test_stl_cylinder()
     class(shape_t), allocatable :: exact
     type(facets_t) :: facets
-    type(mesh_t) :: mesh
+    type(surface_mesh_t) :: mesh
     type(diagnostics_t) :: diagnostics
     real(rp), allocatable :: x(:, :)
     integer, allocatable :: corner(:, :)
