@@ -36,6 +36,9 @@ ENVIRONMENT = dict(
     OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
     OMPI_MCA_rmaps_base_oversubscribe="1",
     OMPI_MCA_hwloc_base_binding_policy="none",
+    OMPI_MCA_ess_singleton_isolated="1",
+    OMPI_MCA_orte_create_session_dirs="0",
+    OMPI_MCA_pml="ob1",
 )
 CPU_LIMIT = 60     # [s] of the processor, sanitizers included: a busy machine is no fault of the program
 TIME_LIMIT = 600.0  # [s] for a case that waits

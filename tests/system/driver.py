@@ -23,7 +23,8 @@ EXECUTABLE = str(
 # Exit status of the program.
 WELL, BAD_INPUT, BROKEN, BY_SIGNAL = 0, 2, 3, 75
 
-# More ranks than cores, as root, several at a time: Open MPI refuses or crawls without these.
+# More ranks than cores, as root, several at a time: Open MPI refuses or crawls without these. It finds the last
+# one itself on one machine, but searches for networks first, for 0.2 s.
 ENVIRONMENT = dict(
     os.environ,
     OMPI_ALLOW_RUN_AS_ROOT="1",
@@ -33,7 +34,12 @@ ENVIRONMENT = dict(
     OMPI_MCA_mpi_yield_when_idle="1",
     PRTE_MCA_rmaps_default_mapping_policy=":oversubscribe",
     PRTE_MCA_hwloc_default_binding_policy="none",
+    OMPI_MCA_pml="ob1",
 )
+
+# Without mpirun a start takes 0.1 s less without the daemon that Open MPI puts beside a single process, for
+# MPI_Comm_spawn alone, and without its folder in /tmp, which all single processes would share.
+ALONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0"}
 
 # For python -m stirpost: the package of this tree, installed or not.
 POSTPROC = ENVIRONMENT | {"PYTHONPATH": str(ROOT / "postproc")}
@@ -70,6 +76,10 @@ def command_of(name, options, ranks, sets):
     return words + [str(option) for option in options]
 
 
+def environment_of(ranks):
+    return ENVIRONMENT | (ALONE if ranks is None else {})
+
+
 @dataclasses.dataclass
 class Done:
     """A finished run: exit status, what it printed, and its results."""
@@ -90,7 +100,7 @@ def run(name, *options, directory, ranks=None, sets=None, expect=WELL, timeout=1
     words = command_of(name, options, ranks, sets)
     begun = time.monotonic()
     done = subprocess.run(
-        words, cwd=directory, env=ENVIRONMENT, capture_output=True, text=True, timeout=timeout
+        words, cwd=directory, env=environment_of(ranks), capture_output=True, text=True, timeout=timeout
     )
     if expect is not None:
         assert done.returncode == expect, f"{' '.join(words)}\n{done.stdout}\n{done.stderr}"
@@ -127,13 +137,13 @@ def run_all(cases, directory):
 class Started:
     """A run in progress."""
 
-    def __init__(self, name, *options, directory, ranks=None, sets=None, environment=ENVIRONMENT):
+    def __init__(self, name, *options, directory, ranks=None, sets=None, environment=None):
         self.directory = pathlib.Path(directory)
         self.log = open(self.directory / "log.txt", "w+", encoding="utf-8")
         self.process = subprocess.Popen(
             command_of(name, options, ranks, sets),
             cwd=directory,
-            env=environment,
+            env=environment or environment_of(ranks),
             stdout=self.log,
             stderr=subprocess.STDOUT,
         )
