@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Work and precision: error against core-seconds of option sets, as JSON lines, pictures and tables.
 
-    benchmarks/work_precision/run.sh                 everything anew: points, pictures, docs/measurements/methods.md
+    benchmarks/work_precision/run.sh                 everything anew: points, pictures, results.md
     benchmarks/work_precision/run.sh --smallest      trial of it: coarsest resolutions, once, into build/work_precision
     benchmarks/work_precision/work_precision.py [CASE...] [options]
 
@@ -13,6 +13,7 @@ has any more are left out of pictures and tables.
 
 import argparse
 import json
+import os
 import pathlib
 import sys
 
@@ -25,7 +26,8 @@ import pictures  # noqa: E402
 import table  # noqa: E402
 
 RESULTS = HERE / "results.jsonl"
-PAGE = measuring.ROOT / "docs/measurements/methods.md"
+PAGE = HERE / "results.md"
+DRAWN = measuring.ROOT / "docs/pictures"
 TRIAL = measuring.ROOT / "build" / "work_precision"  # results, page and pictures of --smallest
 TABLES = "<!-- tables of benchmarks/work_precision -->", "<!-- end of the tables -->"
 PICTURES = "<!-- pictures of benchmarks/work_precision -->", "<!-- end of the pictures -->"
@@ -116,13 +118,14 @@ def between(text, marks, new):
     return f"{head}{marks[0]}\n{new}{marks[1]}{rest.split(marks[1])[1]}"
 
 
-def renew_page(points, page):
-    """Pictures in `pictures` beside the folder of `page`, which is the page with new ones and new tables between its marks."""
-    drawn = pictures.all_pictures(case_list.CASES, points, page.parents[1] / "pictures")
+def renew_page(points, page, directory):
+    """Pictures in `directory`, and in `page` links to them and new tables between the marks of PAGE."""
+    drawn = pictures.all_pictures(case_list.CASES, points, directory)
+    here = os.path.relpath(directory, page.parent)
     origins = dict.fromkeys((p["version"], p["machine"]) for p in points)
     measured = "; ".join(f"{version} on {machine}" for version, machine in origins)
     text = between(PAGE.read_text(encoding="utf-8"), PICTURES,
-                   "".join(f"![{name}](../pictures/precision_{name}.png)\n" for name in drawn))
+                   "".join(f"![{name}]({here}/precision_{name}.png)\n" for name in drawn))
     text = between(text, TABLES, f"Measured with {measured}, one core.\n\n{table.markdown(points)}")
     page.parent.mkdir(parents=True, exist_ok=True)
     page.write_text(text, encoding="utf-8")
@@ -138,7 +141,7 @@ def main():
             print("    " + "; ".join(case.option_sets))
         return
     stored = options.json or (TRIAL / RESULTS.name if options.smallest else RESULTS)
-    page = TRIAL / "measurements" / PAGE.name if options.smallest else PAGE
+    page = TRIAL / PAGE.name if options.smallest else PAGE
     if options.estimate:
         estimate(options, read(stored))
         return
@@ -153,7 +156,7 @@ def main():
             stored.unlink(missing_ok=True)
         measure(options, stored if options.all else options.json)
     if options.page or options.all:
-        renew_page(read(stored), page)
+        renew_page(read(stored), page, TRIAL / "pictures" if options.smallest else DRAWN)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ MATERIAL_COLUMNS = ("force", "torque", "heat")
 
 # For what, which method, and the points that say so: problem, option set, resolutions.
 CHOICES = (
-    ("impact, plastic flow", "FLIP with B-splines; cpGIMP is dearer and more precise", "taylor",
+    ("impact, plastic flow", "FLIP with B-splines; cpGIMP costs more and is more accurate", "taylor",
      ("bspline flip", "cpgimp flip", "cpgimp apic", "bspline apic", "ugimp flip", "ugimp fmpm(2)")),
     ("sliding with friction", "any; B-spline APIC is cheapest", "friction_block", ("bspline apic", "cpgimp flip", "ugimp flip")),
     ("stirring: viscous flow round a pin that sticks", "uGIMP at 10 cells over the gap, B-spline FLIP without FBAR at 20",
@@ -62,7 +62,7 @@ def verification(record):
             order = f"{math.log(known[-2][1] / known[-1][1]) / math.log(known[-1][0] / known[-2][0]):.1f}"
         rows.append([label, problem.norm, f"{problem.passes:.1%} at {problem.resolutions[-1]}",
                      ", ".join(f"{n}: {error:.2%}" for n, error in known), problem.cells, order])
-    return table(["problem", "error", "asked", "cells: measured", "cells", "order"], rows)
+    return table(["problem", "error", "limit", "cells: measured", "cells", "order"], rows)
 
 
 def disc_on_plate(record):
@@ -298,7 +298,7 @@ ALL = {
     **{f"new scenes, {title}": kept(BEGIN, title) for title in ("scenes", "pin")},
 }
 
-SERIES = "docs/measurements/methods.md"
+SERIES = "benchmarks/work_precision/results.md"
 
 
 def has_series(text):

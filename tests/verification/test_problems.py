@@ -65,7 +65,7 @@ def test_sticking_at_any_mass_scaling(seed, tmp_path):
 
 def test_sticking_of_a_tilted_tool(tmp_path):
     """The same with a tool that is tilted by 2 to 4 degrees, pressed on a slanted end: torque within 2 %. Light nodes lose
-    up to 2 % of its work (docs/measurements/sticking.md)."""
+    up to 2 % of its work (docs/accuracy.md)."""
     draw = np.random.default_rng(7)
     problem = problems.ALL["tool_torque_tilted"]
     parameters = problem.parameters | {"scaling": 10.0 ** draw.uniform(0.0, 4.0), "tilt": draw.uniform(2.0, 4.0)}
