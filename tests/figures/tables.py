@@ -112,11 +112,6 @@ def plates(record):
                   "a division of the grid [steps]"], rows)
 
 
-def versions(_):
-    """As benchmarks/speed --versions prints it."""
-    return measures.command("benchmarks/speed", "--versions")
-
-
 def speed(_):
     """As benchmarks/speed --markdown prints it."""
     text = measures.command("benchmarks/speed", "--markdown", "benchmarks/speed_results.jsonl")
@@ -287,8 +282,8 @@ PASSES = "benchmarks/passes/results/tables.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
     "welds": welds, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
-    "scaling": scaling, "plates": plates, "versions": versions, "speed": speed, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
-    "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"), "sleeping, cavity": kept(SLEEPING, "tool in the cavity, 890 K"),
+    "scaling": scaling, "plates": plates, "speed": speed, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
+    "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
     "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
