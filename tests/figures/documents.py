@@ -10,8 +10,6 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 NAMES = ("README.md", "docs/accuracy.md", "docs/choosing.md", "docs/heat.md", "docs/method.md", "docs/microstructure.md",
          "docs/restart.md", "docs/results.md", "docs/speed.md", "docs/tutorial.md", "docs/validation.md", "docs/welds.md")
-# Pages of measurements of which a program writes tables; their other numbers are rows of one study each.
-MEASUREMENTS = ("docs/measurements/scenes.md",)
 # Documents that are not read, and why.
 NOT_READ = {"docs/input.md": "the program writes it",
             "docs/index.md": "it has no figures",

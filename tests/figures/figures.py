@@ -57,7 +57,7 @@ def not_as_recorded(record):
             if not any(begin <= number.begin and number.end <= end for begin, end in covered):
                 complaints.append(f"{name}:{documents.line_of(text, number.begin)}: {number.text}: no measurement and no "
                                   "definition in tests/figures/statements.py covers this number")
-    for name in documents.NAMES + documents.MEASUREMENTS:
+    for name in documents.NAMES:
         for title, lines in documents.tables(documents.read(name)).items():
             if title not in tables.ALL:
                 complaints.append(f"{name}: no table '{title}' in tests/figures/tables.py")
@@ -97,7 +97,7 @@ def show_list():
 
 
 def write_pages(record):
-    for name in documents.NAMES + documents.MEASUREMENTS:
+    for name in documents.NAMES:
         text = documents.read(name)
         titles = documents.tables(text)
         if titles:
