@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The architecture as the sources have it: draws the layers in docs/architecture.md from the add_layer lists
-of CMakeLists.txt, and says where document or sources leave what is agreed.
+"""The architecture as the sources have it: writes the table of layers in docs/architecture.md from the add_layer
+lists of CMakeLists.txt (its last column is kept), and reports where document or sources leave the limits.
 
-    docs/architecture.py           writes the picture into docs/architecture.md
+    docs/architecture.py           writes the table into docs/architecture.md
     docs/architecture.py --check   what is out of date or out of bounds; exit status 1 if anything is
     docs/architecture.py --step    the files that a step with a tool passes, and the way to the kernels
 """
@@ -50,7 +50,8 @@ ENTERED = {
 # Blocks come back from the grid while sums of contact are on their way: no way of its own to the kernels.
 WAITING = ("step_schedule", "sum_meanwhile")
 
-PICTURE = re.compile(r"(<!-- layers: .*?-->\n```\n)(.*?)(```\n<!-- end of the layers -->)", re.DOTALL)
+LAYERS = re.compile(r"(<!-- layers: .*?-->\n)(.*?)(<!-- end of the layers -->)", re.DOTALL)
+CONTENT = re.compile(r"^\|[^|]*\| `(\w+)` \|[^|]*\| ([^|]+) \|$", re.MULTILINE)
 STEP = re.compile(r"<!-- step: .*?-->\n```\n(.*?)```\n<!-- end of the step -->", re.DOTALL)
 
 
@@ -73,30 +74,29 @@ def height(layers, name):
     return 1 + max((height(layers, use) for use in layers[name]), default=0)
 
 
-def drawn(layers):
-    """A line a layer, highest first; layers of a height do not use each other. Behind it stand the
-    layers that it rests on, without those that these rest on themselves."""
-    lines = []
+def drawn(layers, content):
+    """A row a layer, highest first; layers of a height do not use each other. Then the layers that it
+    rests on, without those that these rest on themselves, and its content."""
+    lines = ["| | layer | rests on | content |\n", "|---|---|---|---|\n"]
     order = sorted(layers, key=lambda name: (-height(layers, name), name))
     for number, name in enumerate(order):
         covered = set().union(*(below(layers, use) for use in layers[name]))
         rests = sorted(set(layers[name]) - covered, key=lambda use: (-height(layers, use), use))
         first = number == 0 or height(layers, order[number - 1]) != height(layers, name)
-        label = f"{height(layers, name):2d}" if first else "  "
-        lines.append(f"{label}  {name:<14}{'-> ' if rests else ''}{', '.join(rests)}".rstrip() + "\n")
+        label = height(layers, name) if first else ""
+        lines.append(f"| {label} | `{name}` | {', '.join(rests)} | {content.get(name, '')} |\n")
     return "".join(lines)
 
 
 def check_text(root, text):
     """What docs/architecture.md says that is not so."""
     layers = layers_of(root)
-    picture, step = PICTURE.search(text), STEP.search(text)
-    if not picture or picture.group(2) != drawn(layers):
-        yield "docs/architecture.md: the picture of the layers is out of date: run docs/architecture.py"
-    described = " ".join(re.findall(r"^\| (`.*?) \|", text, re.MULTILINE))
+    table, step, content = LAYERS.search(text), STEP.search(text), dict(CONTENT.findall(text))
+    if not table or table.group(2) != drawn(layers, content):
+        yield "docs/architecture.md: the table of the layers is out of date: run docs/architecture.py"
     for name in layers:
-        if f"`{name}`" not in described:
-            yield f"docs/architecture.md: the table of layers lacks {name}"
+        if name not in content:
+            yield f"docs/architecture.md: the table of layers lacks the content of {name}"
     for line in step.group(1).splitlines() if step else ["no step"]:
         names = re.search(r"(\w+) +(\w+/\w+\.[fF]90)", line)
         if not names:
@@ -106,15 +106,6 @@ def check_text(root, text):
         path = root / "modules" / file
         if not path.exists() or not re.search(rf"(subroutine|function) {procedure}\b", path.read_text(encoding="utf-8")):
             yield f"docs/architecture.md: {procedure} is not in modules/{file}"
-
-
-def check_owners_table(text, sources):
-    """The parts of the simulation, with their types and layers."""
-    module = sources.modules["step_simulation"]
-    for part, (kind, _) in module.types["simulation_t"].components.items():
-        layer = sources.modules[module.uses[kind][0]].layer
-        if f"| `{part}` | `{kind}`, {layer} |" not in text:
-            yield f"docs/architecture.md: the table of owners lacks {part}: {kind} of {layer}"
 
 
 def components(graph):
@@ -225,7 +216,7 @@ def problems(root):
     """All that is out of date or out of bounds in a source tree."""
     layers, sources = layers_of(root), call_graph.Sources(root)
     text = (root / "docs/architecture.md").read_text(encoding="utf-8")
-    return [*check_text(root, text), *check_owners_table(text, sources), *check_sizes(root), *check_uses(sources, layers), *check_owners(sources), *check_step(sources)]
+    return [*check_text(root, text), *check_sizes(root), *check_uses(sources, layers), *check_owners(sources), *check_step(sources)]
 
 
 def print_step(root):
@@ -253,8 +244,9 @@ def main():
         return 1 if found else 0
     else:
         document = given.root / "docs/architecture.md"
-        text, picture = document.read_text(encoding="utf-8"), drawn(layers_of(given.root))
-        document.write_text(PICTURE.sub(lambda m: m.group(1) + picture + m.group(3), text), encoding="utf-8")
+        text = document.read_text(encoding="utf-8")
+        table = drawn(layers_of(given.root), dict(CONTENT.findall(text)))
+        document.write_text(LAYERS.sub(lambda m: m.group(1) + table + m.group(3), text), encoding="utf-8")
     return 0
 
 
