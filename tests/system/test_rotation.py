@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A free elastic cube turns once about an axis askew to the grid, with the affine transfer (APIC). FLIP with
-lumped mass loses a third of the angular momentum in this turn: docs/method.md."""
+lumped mass loses a third of the angular momentum in this turn: docs/accuracy.md."""
 
 import driver
 import numpy as np
