@@ -3,7 +3,8 @@
 !> libraries opened late.
 module base_system
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funptr, c_int, &
-                                         c_int64_t, c_null_char, c_ptr, c_loc, c_size_t, c_associated
+                                         c_int64_t, c_null_char, c_ptr, c_loc, c_size_t, &
+                                         c_associated
   use base_errors, only: fatal
   use base_kinds, only: i8, rp
   implicit none (type, external)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Metal that necks from the first plastic strain on (Considère, 1885): in tension a bar is stable
-!> while its load rises, d(sigma exp(-epsilon))/d(epsilon) > 0. Without that the width of the neck is
-!> that of the cells, and what follows depends on them.
+!> Metal that necks from the first plastic strain on (Considere, 1885): in tension a bar is stable
+!> while its load rises, d(sigma exp(-epsilon))/d(epsilon) > 0. Without that the width of the neck
+!> is that of the cells, and what follows depends on them.
 module checks_necking
   use base_kinds, only: rp
   use base_text, only: str
