@@ -225,7 +225,7 @@ run_tests() {
     --label-exclude stress ||
     fail "TESTS FAILED: of the program (see above)"
   stage "Tests of the post-processing"
-  "$venv/bin/python" -m pytest -q -p no:cacheprovider -n "$(nproc)" --tier "$tier" "$root/postproc/tests" ||
+  "$venv/bin/python" -m pytest -q -p no:cacheprovider -n "$(nproc)" --dist worksteal --tier "$tier" "$root/postproc/tests" ||
     fail "TESTS FAILED: of the post-processing (see above)"
   if [[ $tier == long ]]; then # other draws with every commit
     STIRPOINT_SEED=${STIRPOINT_SEED:-$(git -C "$root" rev-list --count HEAD 2>/dev/null || echo 0)}
@@ -234,7 +234,7 @@ run_tests() {
   fi
   stage "Tests of whole runs: $tier" # for half of its time a test waits for programs to start
   STIRPOINT_EXECUTABLE=$build/stirpoint "$venv/bin/python" -m pytest -q -p no:cacheprovider \
-    -n "$((2 * $(nproc)))" --tier "$tier" "$root/tests" "$root/benchmarks" ||
+    -n "$((2 * $(nproc)))" --dist worksteal --tier "$tier" "$root/tests" "$root/benchmarks" ||
     fail "TESTS FAILED: of whole runs (see above)"
   stage "ALL TESTS PASSED: $tier"
 }
