@@ -7,6 +7,7 @@ section, track, compare, sweep, calibrate, material, heat
           the other commands, each a module with main(arguments)
 program   the solver that some of them start
 
+files     reading and writing: errors that name the file
 run       the run directory: frames, series, histories, input text
 table     CSV histories as pandas frames, columns by name and unit
 look      colours, fonts, names and units for people
@@ -19,7 +20,8 @@ scene     the input of a run: groups, solids, cavities
 flow      stirpost flow: volumes, stir zone, layers of a pass
 tracks    pathlines of tracers: pictures, and lines for VTK
 summary   the key figures and the phases
-alarms    what to be wary of
+machine   the log of a machine beside a run
+alarms    whether the figures may be trusted
 trials    runs of one input with other values, each kept and computed once
 solid     what the view that turns draws, by three.js
 page      one self-contained HTML page

@@ -4,7 +4,6 @@
 film     the film coefficient of a backing plate from a cooling record, by differences (thesis eq. 4.10)
          and by an exponential
 share    the part of the heat that enters the plate, from properties (eq. 2.11)
-compare  thermocouples of a run over a measured record, with residuals
 fit      any inputs so that a run follows a measured record (scipy.optimize.least_squares), with standard errors
 
 A record is a table as text: time[s], then thermocouples with their unit, T1[K] or T1[C]; values parted by commas,
@@ -45,12 +44,6 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     for name in ("plate", "tool"):
         share.add_argument(f"--{name}", nargs=3, type=float, required=True, metavar=("K", "RHO", "C"))
     share.set_defaults(action=show_share)
-
-    compare = actions.add_parser("compare")
-    compare.add_argument("run", help="NAME.out, or its NAME_probes.csv")
-    add_record(compare)
-    compare.add_argument("-o", "--output", type=Path, default=Path("compare.png"))
-    compare.set_defaults(action=show_compare)
 
     fit = actions.add_parser("fit")
     fit.add_argument("input", type=Path)
@@ -104,18 +97,6 @@ def probes_of(path: str | Path) -> cooling.Record:
             raise ValueError(f"{path}: no single NAME_probes.csv")
         path = found[0]
     return cooling.Record.read(path)
-
-
-def show_compare(options) -> int:
-    model, measured = probes_of(options.run), cooling.Record.read(options.record, options.unit)
-    apart = cooling.residuals(model, measured)
-    for name, values in readings(apart).items():
-        print(f"{name}: mean {values.mean():+.2f} K, rms {np.sqrt(np.mean(values**2)):.2f} K, "
-              f"largest {values[np.abs(values).argmax()]:+.2f} K")
-    from . import heat_pictures
-
-    heat_pictures.overlay(model, measured, apart, options.output)
-    return 0
 
 
 def readings(apart: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

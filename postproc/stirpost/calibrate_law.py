@@ -25,10 +25,12 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from scipy.optimize import least_squares
-from . import look, program
-from .table import Table, read_table
 
-HEADINGS = "temperature[K],strain_rate[1/s],plastic_strain[1],stress[Pa]"
+from . import look, program
+from .files import text_of, write
+from .table import Table, read_frame, read_table
+
+UNITS = {"temperature": "K", "strain_rate": "1/s", "plastic_strain": "1", "stress": "Pa"}
 PATH_GROUP = re.compile(r"^\s*&PATH\b.*?/\s*?$", re.DOTALL | re.MULTILINE | re.IGNORECASE)
 ROWS = 400  # of a model curve, between which it is linear
 
@@ -68,14 +70,19 @@ def run_program(words: list, directory: Path) -> dict[str, Table]:
     done = program.run(["--material", *words, "--quiet", "--output", directory / "curves"])
     if done.returncode != 0:
         raise Failure(done.stderr.strip() or "stirpoint --material failed")
-    return {path.stem: read_table(path) for path in (directory / "curves").glob("*.csv")}
+    faults: list[str] = []
+    found = {path.stem: read_table(path, faults, ("time", *UNITS)) for path in (directory / "curves").glob("*.csv")}
+    if faults:
+        raise Failure("; ".join(faults))
+    return found
 
 
 def generate(options) -> None:
     with tempfile.TemporaryDirectory() as directory:
         curves = run_program([options.input], Path(directory))
     random = np.random.default_rng(options.seed)
-    lines = [f"# from {options.input.name}, noise {options.noise} of the stress, seed {options.seed}", HEADINGS]
+    lines = [f"# from {options.input.name}, noise {options.noise} of the stress, seed {options.seed}",
+             ",".join(f"{name}[{unit}]" for name, unit in UNITS.items())]
     for name in sorted(curves):
         table = curves[name]
         noise = 1.0 + options.noise * random.standard_normal(len(table))
@@ -83,7 +90,7 @@ def generate(options) -> None:
             row = [table["temperature"][k], table["strain_rate"][k], table["plastic_strain"][k],
                    table["stress"][k] * noise[k]]
             lines.append(",".join(f"{value:.9g}" for value in row))
-    options.data.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write(options.data, "\n".join(lines) + "\n")
     print(f"{len(curves)} curves in {options.data}")
 
 
@@ -95,16 +102,12 @@ class Curve:
 
 
 def read_data(path: Path) -> list[Curve]:
-    lines = [x for x in path.read_text(encoding="utf-8").splitlines() if x.strip() and not x.startswith("#")]
-    names = [x.strip() for x in lines[0].split(",")] if lines else []
-    wanted = HEADINGS.split(",")
-    if not set(wanted) <= set(names):
-        raise Failure(f"{path} needs the columns {HEADINGS}")
-    try:
-        rows = np.array([[float(x) for x in line.split(",")] for line in lines[1:]])
-    except ValueError as problem:
-        raise Failure(f"{path}: {problem}") from problem
-    rows = rows[:, [names.index(name) for name in wanted]]
+    faults: list[str] = []
+    frame, units = read_frame(path, faults, UNITS)
+    faults += [f"{path}: {name} is in [{units[name]}], needed in [{unit}]" for name, unit in UNITS.items() if units[name] != unit]
+    if faults:
+        raise Failure("; ".join(faults))
+    rows = frame[list(UNITS)].to_numpy()
     if np.any(rows[:, 3] <= 0.0):
         raise Failure(f"{path}: a stress is not above 0")
     curves = []
@@ -129,13 +132,13 @@ class Model:
         self.sizes = [len(values) for values in starts]
         self.start = np.log(np.concatenate(starts))
         self.material, self.curves, self.directory, self.calls = options.material, curves, directory, 0
-        text = PATH_GROUP.sub("", options.input.read_text(encoding="utf-8"))
+        text = PATH_GROUP.sub("", text_of(options.input))
         for k, curve in enumerate(curves):
             text += (f"\n&PATH NAME = 'c{k}', MATERIAL = '{self.material}', TEMPERATURE = {curve.temperature:.9g}, "
                      f"RATE = {curve.rate:.9g}, STRAIN = {max(curve.strain.max(), 1e-6):.9g}, ROWS = {ROWS}"
                      + (", ADIABATIC = T" if options.adiabatic else "") + " /")
         self.input = directory / options.input.name
-        self.input.write_text(text + "\n", encoding="utf-8")
+        write(self.input, text + "\n")
 
     def named(self, values) -> dict[str, list[float]]:
         ends = np.cumsum(self.sizes)
@@ -147,6 +150,9 @@ class Model:
         for key, values in self.named(np.exp(logarithms)).items():
             words += ["--set", f"MATERIAL({self.material}).{key}=" + ",".join(f"{x:.15g}" for x in values)]
         tables = run_program(words, self.directory)
+        missing = [f"c{k}.csv" for k in range(len(self.curves)) if f"c{k}" not in tables]
+        if missing:
+            raise Failure(f"stirpoint --material has not written {missing[0]}")
         self.calls += 1
         return [np.interp(curve.strain, tables[f"c{k}"]["plastic_strain"], tables[f"c{k}"]["stress"])
                 for k, curve in enumerate(self.curves)]
@@ -181,9 +187,9 @@ def calibrate(options) -> None:
         "runs": model.calls,
     }
     options.output.mkdir(parents=True, exist_ok=True)
-    (options.output / "fit.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    write(options.output / "fit.json", json.dumps(report, indent=1) + "\n")
     lines = [f"{key} = {', '.join(f'{x:.6g}' for x in numbers)}" for key, numbers in report["fitted"].items()]
-    (options.output / "fit.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write(options.output / "fit.txt", "\n".join(lines) + "\n")
     with matplotlib.rc_context(look.STYLE):
         look.save(picture(curves, begun, fitted), options.output / "fit.png")
     for key, numbers in report["fitted"].items():

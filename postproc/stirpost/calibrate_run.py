@@ -30,6 +30,7 @@ import numpy as np
 import pandas as pd
 
 from . import cooling, look
+from .files import write
 from .trials import Curve, Spent, Trials, measured, table_of
 
 STEP = 0.04  # of the range of a value, for slopes: above what runs rattle by
@@ -54,9 +55,9 @@ def main(arguments: list[str] | None = None) -> int:
         fit.solve(start)
     finally:
         if fit.rows:
-            pd.DataFrame(fit.rows).to_csv(output / "trials.csv", index=False)
+            write(output / "trials.csv", pd.DataFrame(fit.rows).to_csv(index=False))
     result = fit.result()
-    (output / "calibration.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(output / "calibration.json", json.dumps(result, indent=1) + "\n")
     with matplotlib.rc_context(look.STYLE):
         look.save(picture(fit), output / "calibration.png")
     print("\n".join(lines(result)), f"{output}: calibration.json, trials.csv, calibration.png", sep="\n")

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib import import_module
+from pathlib import Path
+from traceback import extract_tb
 
 # Name, module with `main(arguments) -> exit status`, what it does. A module is imported only when it is asked for.
 COMMANDS = (
@@ -13,7 +16,7 @@ COMMANDS = (
     ("section", "section", "grain size on a cross-section"),
     ("track", "track", "the history of one particle, as &PATH KIND = 'history' reads it"),
     ("tracks", "tracks", "pathlines of the tracers: pictures, and lines for VTK"),
-    ("compare", "compare", "numbers and pictures of two runs"),
+    ("compare", "compare", "numbers and pictures of two runs, or of a run and a machine's log"),
     ("sweep", "sweep", "a study over keys of an input, and its picture"),
     ("calibrate", "calibrate", "keys of an input from measurements"),
     ("material", "material", "pictures of the curves of stirpoint --material"),
@@ -45,14 +48,25 @@ def run_command(before: str, commands, words: list[str]) -> int:
         print(f"{before}: no command {words[0]}; there are: {', '.join(known)}", file=sys.stderr)
         return 2
     try:
-        return import_module(f"stirpost.{known[words[0]]}").main(words[1:])
+        status = import_module(f"stirpost.{known[words[0]]}").main(words[1:])
+        sys.stdout.flush()
+        return status
     except ModuleNotFoundError as problem:
         print(f"{before} {words[0]}: this Python lacks {problem.name}: 'pip install ./postproc' brings all it needs, and "
               "'bash jobscripts/local.sh python' makes build/venv, which has it", file=sys.stderr)
-    except BrokenPipeError:
-        return 1
-    except (OSError, ValueError, RuntimeError) as problem:
-        print(f"{before} {words[0]}: {problem}", file=sys.stderr)
+    except KeyboardInterrupt:
+        return 130
+    except Exception as problem:
+        from .files import told
+
+        if isinstance(problem, OSError) and problem.filename is None:  # of standard output: what is in its buffer is lost
+            sys.stdout = open(os.devnull, "w", encoding="utf-8")
+        if isinstance(problem, BrokenPipeError):
+            return 1
+        own, where = not isinstance(problem, (OSError, ValueError, RuntimeError)), extract_tb(problem.__traceback__)[-1]
+        place = f" ({Path(where.filename).name}, line {where.lineno}: a mistake of stirpost)" if own else ""
+        print(f"{before} {words[0]}: {told(problem)}{place}", file=sys.stderr)
+        return 3 if own else 2
     return 2
 
 

@@ -1,9 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""Numbers and pictures of two runs: stirpost compare A.out B.out [-o DIR]
+"""Two runs, or a run and the log of a machine, in numbers and pictures.
 
-Written to DIR (default compare_A_B): compare.csv (a row a quantity: A, B, their difference), loads.png (force, torque,
+usage: stirpost compare A.out B.out [-o DIR]
+       stirpost compare RUN.out --machine LOG.csv [--delimiter ';'] [--column NAME=HEADING ...] [--unit NAME=UNIT ...]
+                        [--shift SECONDS] [-o DIR]
+
+Two runs: written to DIR (default compare_A_B): compare.csv (a row a quantity: A, B, their difference), loads.png (force, torque,
 power and highest temperature over time), thermocouples.png, sections.png (temperature in the cross-section of both at
 the end).
+
+A log is a table as text with a heading: time, spindle torque or power, forces, thermocouples, each with its unit in
+brackets, torque [N m], or by --unit torque='N m': N, kN, N m, kN m, W, kW, K, C, s, ms, min, h. Columns are found by the name of
+the run's column, with or without that of the tool (tool_torque, torque, Fz, T1); --column force_z=-F3 takes the column
+F3, with the opposite sign. Rows that cannot be read are named with their line and left out. Each reading is compared with the
+run's mean over the time half way to its neighbours. Printed, and written to DIR (default compare_RUN_LOG): machine.csv (peak,
+mean over the common span, time of the peak: computed, measured, difference; rms of the difference), machine.png.
 """
 
 from __future__ import annotations
@@ -15,7 +26,10 @@ import matplotlib
 import numpy as np
 import pandas as pd
 
-from . import curves, look, maps, summary
+from . import curves, look, machine, maps, summary
+from .calibrate_run import pairs as named
+from .cooling import Record
+from .files import write
 from .run import Run
 from .tools import main_tool
 
@@ -24,21 +38,51 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="stirpost compare", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("one", type=Path)
-    parser.add_argument("other", type=Path)
+    parser.add_argument("other", type=Path, nargs="?")
+    parser.add_argument("--machine", type=Path, metavar="LOG.csv", help="compare with this log instead of a second run")
+    parser.add_argument("--delimiter", metavar="MARK", help="between values of the log (default: that of its heading, of ; tab and ,)")
+    parser.add_argument("--column", action="append", default=[], metavar="NAME=HEADING", help="the column of the log for NAME, which is "
+                        "time or a column of the run")
+    parser.add_argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="of a column of the log")
+    parser.add_argument("--shift", type=float, default=0.0, metavar="SECONDS", help="time of the run at which the log is at 0")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
+    if (options.other is None) == (options.machine is None):
+        parser.error("either a second run or --machine LOG.csv")
+    if options.machine is not None:
+        return with_machine(options)
     runs = [Run(options.one), Run(options.other)]
+    for run in runs:
+        run.drop_damaged(["temperature"])
     names = [run.name for run in runs] if runs[0].name != runs[1].name else [str(options.one), str(options.other)]
     output = options.output or Path(f"compare_{runs[0].name}_{runs[1].name}")
     output.mkdir(parents=True, exist_ok=True)
     table = difference(*(summary.measures(run) for run in runs), names)
-    table.to_csv(output / "compare.csv")
+    write(output / "compare.csv", table.to_csv())
     print(table.to_string(float_format=lambda value: f"{value:.4g}", na_rep="-"))
     with matplotlib.rc_context(look.STYLE):
-        for name, figure in (("loads", loads(runs, names)), ("thermocouples", thermocouples(runs, names)),
-                             ("sections", sections(runs, names))):
-            if figure is not None:
-                print(look.save(figure, output / f"{name}.png"))
+        for name, draw in (("loads", loads), ("thermocouples", thermocouples), ("sections", sections)):
+            picture = runs[0].attempt(f"the picture {name}", look.drawn, draw, runs, names)
+            if picture is not None:
+                print(write(output / f"{name}.png", picture))
+    return 0
+
+
+def with_machine(options) -> int:
+    run, faults = Run(options.one), []
+    mark = {"tab": "\t", "\\t": "\t"}.get(options.delimiter, options.delimiter)
+    if mark is not None and len(mark) != 1:
+        raise ValueError(f"--delimiter {mark}: expected one character, or tab")
+    log = Record.read(options.machine, None, True, mark, named(options.column, "--column"), named(options.unit, "--unit"), faults)
+    for text in faults:
+        run.warn(text)
+    found = machine.pairs(run, log, options.shift)
+    output = options.output or Path(f"compare_{run.name}_{options.machine.stem}")
+    output.mkdir(parents=True, exist_ok=True)
+    write(output / "machine.csv", machine.table(found).to_csv(index=False))
+    with matplotlib.rc_context(look.STYLE):
+        look.save(machine.picture(run, found), output / "machine.png")
+    print("\n".join(machine.lines(found)), f"{output}: machine.csv, machine.png", sep="\n")
     return 0
 
 

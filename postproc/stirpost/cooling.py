@@ -11,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from .files import text_of
+
 HEADING = re.compile(r"\s*(?P<name>[^\[(]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?\s*")
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
 ABOVE_KELVIN = {"k": 0.0, "kelvin": 0.0, "c": 273.15, "°c": 273.15, "degc": 273.15, "celsius": 273.15}
-LOADS = {"n": ("N", 1.0), "kn": ("N", 1e3), "nm": ("Nm", 1.0), "n m": ("Nm", 1.0), "knm": ("Nm", 1e3), "w": ("W", 1.0), "kw": ("W", 1e3)}
+LOADS = {"n": ("N", 1.0), "kn": ("N", 1e3), "nm": ("Nm", 1.0), "knm": ("Nm", 1e3), "w": ("W", 1.0), "kw": ("W", 1e3)}
 COLDEST = 200.0  # [K] below which a reading is taken for degrees Celsius
 MOST_COMPLAINTS = 20
 
@@ -27,30 +29,38 @@ class Record:
     names: list[str]
     values: np.ndarray
     units: list[str] | None = None  # None: K of all
+    others: list[str] | None = None  # headings of columns that were not read
 
     @classmethod
-    def read(cls, path: Path | str, unit: str | None = None, loads: bool = False) -> "Record":
+    def read(cls, path: Path | str, unit: str | None = None, loads: bool = False, mark: str | None = None,
+             columns: dict[str, str] | None = None, units: dict[str, str] | None = None, faults: list[str] | None = None) -> "Record":
         """A table as text: time first, then thermocouples, units in brackets: time[s], T1[K], T2[C]; with `loads` also
         forces, torques and powers, tool_force_z[kN], in N, Nm and W. Columns of other units, as the places of a run's
-        NAME_probes.csv, and lines with # are left out. Values are parted by commas,
-        semicolons or tabs; with the latter two, numbers may have decimal commas. An empty value is no reading.
-        `unit` is that of thermocouples without one. All that is wrong is one ValueError, with the numbers of lines."""
-        lines = [(k, line) for k, line in enumerate(text_of(path).splitlines(), 1)
+        NAME_probes.csv, and lines with # are left out. Values are parted by `mark`, else by commas,
+        semicolons or tabs; but with commas, numbers may have decimal commas. An empty value is no reading.
+        `unit` is that of thermocouples without one, `units` those of columns by name. `columns` gives other names: the new name
+        and the heading, which may have a - before it for the opposite sign. All that is wrong is one ValueError, with the numbers of
+        lines; with `faults` what is wrong with rows goes there, and what is not a number is no reading."""
+        lines = [(k, line) for k, line in enumerate(text_of(path).replace("\0", "?").splitlines(), 1)
                  if line.strip() and not line.lstrip().startswith("#")]
         if len(lines) < 2:
             raise ValueError(f"{path}: no rows")
         (first, header), *lines = lines
-        mark = next((c for c in ";\t" if c in header), ",")
+        mark = mark or next((c for c in ";\t" if c in header), ",")
         wrong: list[str] = []
-        factor, columns = read_header(next(csv.reader([header], delimiter=mark)), unit, wrong, loads)
+        header = next(csv.reader([header], delimiter=mark))
+        found, others = read_header(header, unit, wrong, loads, columns or {}, units or {}, faults is not None)
         wrong = [f"{path}:{first}: {text}" for text in wrong]
-        table = np.full((len(lines), 1 + len(columns)), np.nan)
+        rows = wrong if faults is None else []
+        table = np.full((len(lines), len(found)), np.nan)
+        last = -np.inf
         for row, (k, line) in enumerate(lines):
-            items = next(csv.reader([line], delimiter=mark))
-            table[row] = read_row(items, header.count(mark) + 1, columns, mark, f"{path}:{k}", wrong)
-            if row and not table[row, 0] > table[row - 1, 0] and np.isfinite(table[row - 1:row + 1, 0]).all():
-                wrong.append(f"{path}:{k}: time does not rise")
-        for c, (_, name, zero, _, own) in enumerate(columns, 1):
+            table[row] = read_row(next(csv.reader([line], delimiter=mark)), len(header), found, mark, f"{path}:{k}", rows)
+            if table[row, 0] <= last:
+                rows.append(f"{path}:{k}: time does not rise")
+                table[row, 0] = np.nan
+            last = np.fmax(last, table[row, 0])
+        for c, (_, name, zero, _, own) in enumerate(found[1:], 1):
             cold = np.flatnonzero(table[:, c] < COLDEST)
             if cold.size and own == "K" and zero == 0.0 and unit != "K":
                 wrong.append(f"{path}:{lines[cold[0]][0]}: {name} is {table[cold[0], c]:g} K: if that is degrees Celsius, "
@@ -58,9 +68,11 @@ class Record:
             if not wrong and not np.isfinite(table[:, c]).any():
                 wrong.append(f"{path}: {name} has no reading")
         if wrong:
-            more = [f"and {len(wrong) - MOST_COMPLAINTS} more"] if len(wrong) > MOST_COMPLAINTS else []
-            raise ValueError("\n".join(wrong[:MOST_COMPLAINTS] + more))
-        return cls(factor * table[:, 0], [column[1] for column in columns], table[:, 1:], [column[4] for column in columns])
+            raise ValueError("\n".join(first_of(wrong)))
+        if faults is not None:
+            faults += first_of(rows)
+        table = table[np.isfinite(table[:, 0])]
+        return cls(table[:, 0], [column[1] for column in found[1:]], table[:, 1:], [column[4] for column in found[1:]], others)
 
     def after(self, start: float) -> "Record":
         """The rows from `start` on [s]."""
@@ -75,40 +87,51 @@ class Record:
             yield self.time[np.isfinite(t)], t[np.isfinite(t)]
 
 
-def text_of(path: Path | str) -> str:
-    """The text of a file, without a byte order mark."""
-    raw = Path(path).read_bytes()
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16")
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("cp1252", errors="replace")
+def first_of(complaints: list[str]) -> list[str]:
+    more = len(complaints) - MOST_COMPLAINTS
+    return complaints[:MOST_COMPLAINTS] + [f"and {more} more"] * (more > 0)
 
 
-def read_header(headings: list[str], unit: str | None, wrong: list[str], loads: bool = False):
-    """Seconds of a unit of time, and of each thermocouple (and load): column, name, what is added and what it is then
-    multiplied with to be in its unit, this unit."""
-    found = [HEADING.fullmatch(text) for text in headings]
-    parts = [(text.strip(), "?") if match is None else (match["name"], match["unit"])
-             for text, match in zip(headings, found)]
-    factor = SECONDS.get((parts[0][1] or "").lower())
-    if not parts[0][0].lower().startswith("t") or factor is None:
-        wrong.append(f"the first column is '{headings[0].strip()}': expected time[s] (or ms, min, h)")
-    columns = []
-    for k, (name, own) in enumerate(parts[1:], 1):
-        known = (own or unit or "").lower()
+def read_header(headings: list[str], unit: str | None, wrong: list[str], loads: bool, columns: dict[str, str],
+                units: dict[str, str], any_other: bool):
+    """Of time, each thermocouple and each load: column, name, what is added and what it is then multiplied with to be in its
+    unit, this unit; and the headings of the other columns."""
+    headings = [text.strip() for text in headings]
+    matches = [HEADING.fullmatch(text) for text in headings]
+    names = [text if match is None else match["name"] for text, match in zip(headings, matches)]
+    own = ["?" if match is None else units.get(match["name"], match["unit"]) for match in matches]
+    signs = np.ones(len(names))
+    for name, heading in columns.items():
+        plain = heading if heading in headings + names else heading.removeprefix("-")
+        place = next((k for k, text in enumerate(headings) if plain in (text, names[k])), None)
+        if place is None:
+            wrong.append(f"no column '{plain}'; there are: {', '.join(headings)}")
+        else:
+            names[place], signs[place] = name, 1.0 if plain == heading else -1.0
+            own[place] = units.get(name, own[place])
+    first = names.index("time") if "time" in columns and "time" in names else 0
+    own = [re.sub(r"[\s·*.]", "", text or "").lower() for text in own]
+    factor = SECONDS.get(own[first])
+    if not names[first].lower().startswith("t") or factor is None:
+        wrong.append(f"the {'column of time' if 'time' in columns else 'first column'} is '{headings[first]}': expected time[s] (or ms, min, h)")
+    found, others = [(first, "time", 0.0, factor or 1.0, "s")], []
+    for k, name in enumerate(names):
+        known = own[k] or (unit or "").lower()
+        if k == first:
+            continue
         if known in ABOVE_KELVIN:
-            columns.append((k, name, ABOVE_KELVIN[known], 1.0, "K"))
+            found.append((k, name, ABOVE_KELVIN[known], 1.0, "K"))
         elif loads and known in LOADS:
-            columns.append((k, name, 0.0, LOADS[known][1], LOADS[known][0]))
-        elif not known or known.strip("°deg") in ("f", "fahrenheit"):
-            wrong.append(f"column '{headings[k].strip()}': expected {name or 'NAME'}[K] or {name or 'NAME'}[C], or --unit")
-    names = [column[1] for column in columns]
-    wrong += [f"two columns are called {name}" for name in sorted(set(names)) if names.count(name) > 1]
-    if not columns and not wrong:
-        wrong.append("no column of temperatures, as T1[K] or T1[C]")
-    return factor or 1.0, columns
+            found.append((k, name, 0.0, signs[k] * LOADS[known][1], LOADS[known][0]))
+        elif not any_other and (not known or known.strip("°deg") in ("f", "fahrenheit")):
+            wrong.append(f"column '{headings[k]}': expected {name or 'NAME'}[K] or {name or 'NAME'}[C], or --unit")
+        else:
+            others.append(headings[k])
+    named = [column[1] for column in found]
+    wrong += [f"two columns are called {name}" for name in sorted(set(named)) if named.count(name) > 1]
+    if len(found) == 1 and not wrong:
+        wrong.append("no column of temperatures, as T1[K] or T1[C]" + (", or of loads, as torque[N m]" if loads else ""))
+    return found, others
 
 
 def read_row(items: list[str], count: int, columns, mark: str, place: str, wrong: list[str]) -> list[float]:
@@ -116,20 +139,21 @@ def read_row(items: list[str], count: int, columns, mark: str, place: str, wrong
     if len(items) != count:
         hint = " (numbers with decimal commas need ; or tabs between them)" if mark == "," and len(items) > count else ""
         wrong.append(f"{place}: {len(items)} values in a table of {count} columns{hint}")
-        return [np.nan] * (1 + len(columns))
+        return [np.nan] * len(columns)
     row = []
-    for k, name, zero, factor, _ in [(0, "time", 0.0, 1.0, "s"), *columns]:
+    for number, (k, name, zero, factor, _) in enumerate(columns):
         text = items[k].strip()
         if mark != "," and "." not in text:
             text = text.replace(",", ".")
         try:
-            value = float(text) if text or k == 0 else np.nan
+            value = float(text) if text or number == 0 else np.nan
         except ValueError:
             wrong.append(f"{place}: '{text}' is no number for {name}")
             value = np.nan
         else:
             if text and not np.isfinite(value):
                 wrong.append(f"{place}: {text} for {name}")
+                value = np.nan
         row.append((value + zero) * factor)
     return row
 

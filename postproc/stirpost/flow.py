@@ -28,6 +28,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from . import look, metal
+from .files import write
 from .run import Frame, NoRun, Run
 from .scene import Cavity, Scene, cavity_of
 from .tools import Tool, main_tool, tools_of
@@ -55,7 +56,7 @@ def main(arguments=None) -> int:
     output = options.output or options.run / "report"
     output.mkdir(parents=True, exist_ok=True)
     text = json.dumps(result, indent=1)
-    (output / "flow.json").write_text(text + "\n", encoding="utf-8")
+    write(output / "flow.json", text + "\n")
     if flow.cavity is not None:
         with matplotlib.rc_context(look.STYLE):
             look.save(cavity_picture(flow), output / "flow_cavity.png")
@@ -162,11 +163,11 @@ class Flow:
         self.first = first = run.frames[0]
         if first is frame:
             raise NoRun("there is one frame only: nothing to compare it with")
-        if "id" not in frame.fields:
-            raise NoRun(f"{frame.path}: no field id")
         self.ids, place, body = by_number(first, rigid)
         now_ids, now, _ = by_number(frame, rigid)
         there = np.isin(self.ids, now_ids)
+        if not there.any():
+            raise NoRun(f"{frame.path}: none of the particles of {first.path}")
         self.lost = int((~there).sum())
         self.ids, self.x0, self.body = self.ids[there], place[there], body[there]
         keep = np.isin(now_ids, self.ids)
@@ -435,9 +436,7 @@ class Flow:
 
 def by_number(frame: Frame, rigid: set[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numbers, places and bodies of the particles that are no tool, in the order of their numbers."""
-    points, body, ids = frame.points(), frame.bodies(), frame.field("id")
-    if ids is None:
-        raise NoRun(f"{frame.path}: no field id")
+    points, body, ids = frame.points(), frame.bodies(), frame.need("id")
     keep = np.ones(len(points), dtype=bool)
     for number, name in enumerate(frame.body_names):
         keep &= (body != number) | (name not in rigid)
@@ -508,19 +507,19 @@ def percent(value: float | None) -> str:
 def rows(result: dict) -> list[tuple[str, str]]:
     """Meaning and value of what is one number."""
     flash, volume = result["flash"], result["volumes"]
-    found = [("flash, advancing side: height; metal above the first face",
+    found = [("flash, advancing side: height; volume above the initial top face",
               f"{mm(flash['height_advancing[m]'])}; {mm(volume['above_advancing[m3]'], 3)}"),
-             ("flash, retreating side: height; metal above the first face",
+             ("flash, retreating side: height; volume above the initial top face",
               f"{mm(flash['height_retreating[m]'])}; {mm(volume['above_retreating[m3]'], 3)}")]
     if "groove[m3]" in volume:
-        found.append(("groove: missing below that face where the tool passed; mean depth",
+        found.append(("groove: volume below the initial top face; mean depth",
                       f"{mm(volume['groove[m3]'], 3)}; {mm(volume['groove_mean_depth[m]'])}"))
-    found.append(("metal beyond ends; sides; below the bottom; debris",
+    found.append(("metal displaced beyond ends; sides; below the bottom; debris",
                   "; ".join(mm(volume[f"{k}[m3]"], 3) for k in ("ends", "sides", "below", "debris"))))
     found.append(("thermal and elastic expansion", mm(volume["expansion[m3]"], 3)))
     if volume.get("closure") is not None:
-        found.append(("missing below the first face beside the groove", mm(volume["sunk_beside[m3]"], 3)))
-        found.append(("all that left the groove, less expansion, over the groove, less 1", percent(volume["closure"])))
+        found.append(("sinkage of the top face beside the groove: volume", mm(volume["sunk_beside[m3]"], 3)))
+        found.append(("balance of volumes: displaced metal less expansion, over the groove, less 1", percent(volume["closure"])))
     if "cavity" in result:
         found.append(("cavity: filled; metal in it", f"{percent(result['cavity']['filled'])}; {mm(volume['cavity[m3]'], 3)}"))
     for pair in (pair for pair in result.get("mixing", []) if pair["volume[m3]"] > 0.0):

@@ -13,22 +13,6 @@ from .curves import beside, finish
 from .run import Frame
 
 
-def overlay(model: Record, measured: Record, apart: dict[str, np.ndarray], path: Path) -> Path:
-    """Curves of a run over measured ones, and what they differ by."""
-    figure = look.new_figure(9.6, 6.2)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-    names = [name for name in apart if name != "time"]
-    for name, colour in zip(names, look.line_colours(len(names))):
-        upper.plot(model.time, model.values[:, model.names.index(name)], color=colour, label=name)
-        upper.plot(measured.time, measured.values[:, measured.names.index(name)], ".", ms=3, color=colour)
-        lower.plot(apart["time"], apart[name], color=colour)
-    finish(upper, "temperature [K]")
-    finish(lower, "model - record [K]")
-    lower.set_xlabel("time [s]")
-    beside(upper, len(names), offset=1.01)
-    return look.save(figure, path)
-
-
 def thermocouples(record: Record, speed: float, radius: float, length: float, path: Path) -> Path:
     """Thermocouples with the times at which the tool's front and rear pass the ends (figure 4.6)."""
     figure = look.new_figure(9.6, 4.3)

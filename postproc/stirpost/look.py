@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import matplotlib
@@ -10,6 +11,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
+
+from .files import write
 
 MM = 1e3  # metres to millimetres
 CELSIUS = 273.15
@@ -68,11 +71,23 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def save(figure: Figure, path: Path) -> Path:
+def rendered(figure: Figure) -> bytes:
+    """As PNG."""
     figure.get_layout_engine().execute(figure)
     figure.set_layout_engine("none")  # else the layout is sought a second time
-    figure.savefig(path, facecolor="white")
-    return path
+    picture = io.BytesIO()
+    figure.savefig(picture, facecolor="white")
+    return picture.getvalue()
+
+
+def drawn(draw, *arguments) -> bytes | None:
+    """The picture that a function makes; None if it makes none."""
+    figure = draw(*arguments)
+    return None if figure is None else rendered(figure)
+
+
+def save(figure: Figure, path: Path) -> Path:
+    return write(path, rendered(figure))
 
 
 def line_colours(count: int) -> list:

@@ -8,6 +8,7 @@ a logarithmic axis), below it the temperature where one changes, and the grain s
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import matplotlib
@@ -26,13 +27,16 @@ def main(arguments=None) -> int:
     parser.add_argument("--over", choices=("strain", "time"), default="strain")
     options = parser.parse_args(arguments)
     groups: dict[str, dict] = {}
+    faults: list[str] = []
     for path in sorted(options.directory.glob("*.csv")):
         group, _, label = path.stem.partition("-")
-        table = read_table(path)
+        table = read_table(path, faults, (TIME, STRESS, STRAIN, WARMTH))
         if table is not None:
             groups.setdefault(group, {})[label or group] = table
     if not groups:
-        raise ValueError(f"{options.directory}: no curves here")
+        raise ValueError("; ".join([*faults, f"{options.directory}: no curves here"]))
+    for text in faults:
+        print(f"warning: {text}", file=sys.stderr)
     output = options.output or options.directory
     output.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(look.STYLE):

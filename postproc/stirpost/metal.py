@@ -73,8 +73,8 @@ def same_places(one: np.ndarray, other: np.ndarray) -> bool:
 
 def spacings(frame: Frame, run: Run) -> np.ndarray:
     """Edge of the particles of each body [m]."""
-    given = np.atleast_1d(frame.attributes.get("spacing", np.nan)).astype(float)
-    given = np.where(np.isfinite(given) & (given > 0), given, run.spacing)
+    given = frame.attribute("spacing")
+    given = np.where(np.isfinite(given), given, run.spacing)
     return np.append(given, np.full(1000, given[-1]))
 
 

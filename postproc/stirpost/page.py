@@ -12,6 +12,8 @@ from pathlib import Path
 from PIL import Image
 
 from . import solid
+from .alarms import Check, verdict
+from .files import write
 
 LAYOUT = """
 * { box-sizing: border-box; }
@@ -19,6 +21,12 @@ body { margin: 0; background: #f4f6f8; color: #22303c; font: 15px/1.5 system-ui,
 main { max-width: 1120px; margin: 0 auto; padding: 20px 18px 60px; }
 h1 { font-size: 25px; line-height: 1.25; margin: 8px 0 4px; } h2 { font-size: 18px; margin: 32px 0 10px; }
 p.sub { color: #5d6a75; margin: 0; font-size: 14px; }
+p.weld { margin: 6px 0; } p.weld strong { padding: 1px 8px; }
+p.checks { display: flex; flex-wrap: wrap; gap: 6px; margin: 6px 0 10px; font-size: 14px; }
+p.checks a { padding: 1px 8px; border: 1px solid; color: inherit; text-decoration: none; }
+.green { background: #e3f3e6; border-color: #2a8c4a; } .amber { background: #fdf1d8; border-color: #b8860b; }
+.red { background: #fbe0dc; border-color: #c2331f; } .green::before { content: "\\2713  "; }
+.amber::before { content: "!  "; } .red::before { content: "\\2717  "; }
 nav { display: flex; flex-wrap: wrap; gap: 6px 14px; margin: 12px 0 0; font-size: 14px; } nav a { color: #0b6fa4; }
 .wide { overflow-x: auto; background: white; border: 1px solid #dfe4ea; }
 table { border-collapse: collapse; width: 100%; }
@@ -64,6 +72,8 @@ class Page:
 
     title: str
     origin: str
+    weld: str = ""  # what was welded, with which tool and how
+    checks: list[Check] = field(default_factory=list)
     alarms: list[str] = field(default_factory=list)
     process: tuple[list[str], list[tuple[str, list[str], str]]] | None = None
     results: list[tuple[str, str]] = field(default_factory=list)
@@ -96,8 +106,7 @@ class Page:
         body = "\n".join(f'<section id="c{k}"><h2>{escape(title)}</h2>\n{text}</section>' for k, (title, text) in enumerate(parts))
         drawn = (f"<script>{solid.library()}</script>\n<script>{solid.script()}\n"
                  f'window.view = viewer(document.querySelector(".solid"), {self.solid});</script>') if self.solid else ""
-        path.write_text(
-            f"""<!DOCTYPE html>
+        write(path, f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
@@ -107,6 +116,7 @@ class Page:
 </head>
 <body><main>
 <h1>{escape(self.title)}</h1>
+{trust(self.weld, self.checks, [title for title, _ in parts])}
 <p class="sub">{escape(self.origin)}</p>
 <nav>{links}</nav>
 {warned}
@@ -115,9 +125,7 @@ class Page:
 {drawn}
 </body>
 </html>
-""",
-            encoding="utf-8",
-        )
+""")
 
 
 SOLID = """<div class="solid"><div class="canvas"></div>
@@ -126,6 +134,16 @@ SOLID = """<div class="solid"><div class="canvas"></div>
 <span class="time"></span></div>
 <div class="bar"><select aria-label="colours"></select><span class="scale"></span>
 <label><input type="checkbox" checked> tool</label></div></div>"""
+
+
+def trust(weld: str, checks: list[Check], sections: list[str]) -> str:
+    """What was welded, whether its figures may be trusted, and each check with a link to the first of its sections."""
+    level, words = verdict(checks)
+    links = ""
+    for check in checks:
+        there = [f' href="#c{sections.index(name)}"' for name in check.sections if name in sections]
+        links += f'<a class="{check.level}"{there[0] if there else ""}>{escape(check.name)}: {escape(check.value)}</a> '
+    return f'<p class="weld">{escape(weld)} <strong class="{level}">{escape(words)}</strong></p>\n<p class="checks">{links}</p>'
 
 
 def process(headings: list[str], rows: list[tuple[str, list[str], str]]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from . import alarms, cooling, curves, flow, look, maps, page, solid, summary, surface
+from .files import write
 from .run import Run
 
 # Field, colours, its scale, whether that ends early, label, caption, chapter.
@@ -29,24 +30,16 @@ def main(arguments: list[str] | None = None) -> int:
     measured = cooling.Record.read(options.measured) if options.measured else None
     output = options.output or options.run_directory / "report"
     output.mkdir(parents=True, exist_ok=True)
-    stirred = flow_of(run)
+    run.drop_damaged([kind[0] for kind in KINDS])
+    stirred = run.attempt("flow", flow_of, run)
     with matplotlib.rc_context(look.STYLE):
-        pictures = draw_all(run, output, measured)
-        if stirred is not None and stirred.cavity is not None:
-            pictures.append(page.Picture(look.save(flow.cavity_picture(stirred), output / "flow_cavity.png"),
-                                         "Three sections through the cavity at the end.", "Flow"))
+        pictures = draw_all(run, output, measured, stirred)
+    made = compose(run, pictures, stirred, measured)
     for text in alarms.alarms(run):
-        print(f"warning: {text}")
-    written = output / "report.html"
-    made = compose(run, pictures)
-    if stirred is not None:
-        measures = stirred.measures()
-        made.results += flow.rows(measures)
-        made.tables += flow.tables(measures)
-    if measured is not None and run.probes is not None:
-        made.results += curves.apart(run.probes, measured)
-    made.write(written)
-    print(f"{len(pictures)} pictures and {written}")
+        if text not in run.faults:
+            print(f"warning: {text}")
+    made.write(output / "report.html")
+    print(f"{len(pictures)} pictures and {output / 'report.html'}")
     return 0
 
 
@@ -60,21 +53,31 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def compose(run: Run, pictures: list[page.Picture]) -> page.Page:
-    process = summary.process_table(run)
+def compose(run: Run, pictures: list[page.Picture], stirred: flow.Flow | None, measured: cooling.Record | None) -> page.Page:
+    process = run.attempt("the table of the process", summary.process_table, run)
     beside = {remark for _, _, remark in process[1]} if process else set()
-    return page.Page(
+    results = run.attempt("the shape of the metal", summary.shape_rows, run) if run.frames else None
+    made = page.Page(
         title=run.title or run.name,
         origin=summary.origin(run),
-        alarms=[text for text in alarms.alarms(run) if not any(text in remark for remark in beside)],
         process=process,
-        results=summary.shape_rows(run) if run.frames else [],
-        solid=turning(run),
+        results=results or [],
+        solid=run.attempt("the view that turns", turning, run) or "",
         pictures=pictures,
-        tables=summary.phase_tables(run),
-        figures=summary.key_figures(run),
+        tables=run.attempt("the phases", summary.phase_tables, run) or [],
+        figures=run.attempt("the key figures", summary.key_figures, run) or [],
         input_text=run.resolved_text,
     )
+    measures = run.attempt("measures of flow", stirred.measures) if stirred is not None else None
+    if measures is not None:
+        made.results += flow.rows(measures)
+        made.tables += flow.tables(measures)
+    if measured is not None and run.probes is not None:
+        made.results += curves.apart(run.probes, measured)
+    made.weld = run.attempt("what was welded", summary.weld, run) or ""
+    made.checks = alarms.checks(run)
+    made.alarms = [text.replace(f"{run.directory}/", "") for text in alarms.alarms(run) if not any(text in remark for remark in beside)]
+    return made
 
 
 def turning(run: Run) -> str:
@@ -89,34 +92,34 @@ def flow_of(run: Run) -> flow.Flow | None:
     """What the tool did to the metal; None without a tool that travels, or without frames to compare."""
     if len(run.frames) < 2 or "id" not in run.frames[-1].fields:
         return None
-    try:
-        found = flow.Flow(run, run.frames[-1])
-    except ValueError as problem:
-        print(f"warning: no measures of flow: {problem}")
-        return None
+    found = flow.Flow(run, run.frames[-1])
     return found if found.way is not None else None
 
 
-def draw_all(run: Run, output: Path, measured: cooling.Record | None = None) -> list[page.Picture]:
+def draw_all(run: Run, output: Path, measured: cooling.Record | None, stirred: flow.Flow | None) -> list[page.Picture]:
     """Every picture the run has data for, in the order of the page."""
     pictures: list[page.Picture] = []
 
-    def add(name: str, figure: Figure | None, caption: str, chapter: str) -> None:
-        if figure is not None:
-            pictures.append(page.Picture(look.save(figure, output / f"{name}.png"), caption, chapter))
+    def add(name: str, chapter: str, caption: str, draw, *arguments) -> None:
+        picture = run.attempt(f"the picture {name}", look.drawn, draw, *arguments)
+        if picture is not None:
+            pictures.append(page.Picture(write(output / f"{name}.png", picture), caption, chapter))
 
     if run.frames:
-        draw_frames(run, add)
+        run.attempt("pictures of the frames", draw_frames, run, add)
     if run.probes is not None:
-        add("thermocouples", curves.thermocouples(run.probes, measured),
-            "Temperature at the thermocouples, with their first positions"
-            + ("; dots: measured." if measured is not None else "."), "Over time")
+        add("thermocouples", "Over time", "Temperature at the thermocouples, with their first positions"
+            + ("; dots: measured." if measured is not None else "."), curves.thermocouples, run.probes, measured)
     if run.history is not None:
-        add("tool_loads", curves.tool_loads(run.history), "Torque, force and power of the tool, and what it is doing.",
-            "Over time")
-        add("wall_loads", curves.wall_loads(run.history), "Forces of walls and clamps on the metal.", "Over time")
-        add("energies", curves.energies(run.history), "Energies since the start, and the error of their audit.", "Over time")
-        add("history", curves.others(run.history), "Further histories.", "Over time")
+        for name, caption, draw in (
+            ("tool_loads", "Torque, force and power of the tool, and what it is doing.", curves.tool_loads),
+            ("wall_loads", "Forces of walls and clamps on the metal.", curves.wall_loads),
+            ("energies", "Energies since the start, and the error of their audit.", curves.energies),
+            ("history", "Further histories.", curves.others),
+        ):
+            add(name, "Over time", caption, draw, run.history)
+    if stirred is not None and stirred.cavity is not None:
+        add("flow_cavity", "Flow", "Three sections through the cavity at the end.", flow.cavity_picture, stirred)
     return pictures
 
 
@@ -140,14 +143,14 @@ def draw_frames(run: Run, add) -> None:
         if name == "temperature" and surface.can_render():
             for picture, frame in surface_frames(frames):
                 mesh = scene.top[frames.index(frame)].mesh
-                add(picture, surface.plate_picture(frame, mesh, run.tools(frame), name, label, norm, colours),
-                    f"The deformed plate at {look.seconds(frame.time)}, coloured by temperature.", chapter)
+                add(picture, chapter, f"The deformed plate at {look.seconds(frame.time)}, coloured by temperature.",
+                    surface.plate_picture, frame, mesh, run.tools(frame), name, label, norm, colours)
         for kind, view, where in views:
-            add(f"{name}_{view}", maps.field_map(getattr(scene, kind), kind, name, label, colours, norm, extend),
-                caption.format(where), chapter)
+            add(f"{name}_{view}", chapter, caption.format(where),
+                maps.field_map, getattr(scene, kind), kind, name, label, colours, norm, extend)
     if len(frames[-1].body_names) > 1:
         for kind, view, where in views[-2:]:
-            add(f"bodies_{view}", maps.body_map(getattr(scene, kind)[-1], kind), f"The bodies {where}, at the end.", "Bodies")
+            add(f"bodies_{view}", "Bodies", f"The bodies {where}, at the end.", maps.body_map, getattr(scene, kind)[-1], kind)
 
 
 def surface_frames(frames: list) -> list:

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
-from .table import Table, read_table
+from .files import hdf5, text_of, told
+from .table import Table, more, read_table
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -25,30 +26,42 @@ class NoRun(ValueError):
 
 class Frame:
     """One VTKHDF file; fields are read when they are asked for. Particles without a finite
-    position, as a run that failed may leave them, are left out."""
+    position, as a run that failed may leave them, are left out. A file that cannot be read is a ValueError that names it."""
 
     def __init__(self, path: Path, time: float | None = None):
         self.path = path
-        with h5py.File(path, "r") as file:
+        with hdf5(path) as file:
             self.count = int(file["VTKHDF/Points"].shape[0])
             self.attributes = {key: np.squeeze(value) for key, value in file.attrs.items()}
-            self.fields = list(file.get("VTKHDF/PointData", {}))
+            data = file.get("VTKHDF/PointData", {})
+            self.fields = [name for name in data if data[name].shape[:1] == (self.count,) and data[name].dtype.kind in "fiu"]
+            self.odd = sorted(set(data) - set(self.fields))  # of another length, or no numbers
+            self.step = int(self.attributes.get("step", -1))
+            self.time = float(self.attributes.get("time", np.nan)) if time is None else float(time)
+            if not np.isfinite(self.time):
+                raise ValueError("no time")
         names = np.atleast_1d(self.attributes.get("body_names", [])).tolist()
         self.body_names = [n.decode(errors="replace") if isinstance(n, bytes) else str(n) for n in names]
-        self.step = int(self.attributes.get("step", -1))
-        self.time = float(self.attributes.get("time", np.nan)) if time is None else float(time)
         self._finite: np.ndarray | None = None
+
+    def attribute(self, name: str) -> np.ndarray:
+        """Its numbers, those that are none or not above 0 as NaN; [NaN] without it."""
+        values = np.atleast_1d(self.attributes.get(name, np.nan))
+        values = values.astype(float) if values.dtype.kind in "fiu" else np.full(1, np.nan)
+        return np.where(values > 0, values, np.nan)
 
     def bodies(self) -> np.ndarray:
         """Numbers of the bodies of the particles, from 0."""
         body = self.field("body")
-        return np.zeros(len(self.points()), dtype=int) if body is None else body.astype(int) - 1
+        return np.zeros(len(self.points()), dtype=int) if body is None else np.maximum(body.astype(int) - 1, 0)
 
     def points(self) -> np.ndarray:
         """Positions (n, 3) [m]."""
-        with h5py.File(self.path, "r") as file:
+        with hdf5(self.path) as file:
             points = file["VTKHDF/Points"][...].astype(np.float64).reshape(-1, 3)
-        self._finite = np.isfinite(points).all(axis=1)
+            self._finite = np.isfinite(points).all(axis=1)
+            if not self._finite.any():
+                raise ValueError("no particle has a position")
         return points[self._finite]
 
     def field(self, name: str) -> np.ndarray | None:
@@ -57,57 +70,78 @@ class Frame:
             return None
         if self._finite is None:
             self.points()
-        with h5py.File(self.path, "r") as file:
+        with hdf5(self.path) as file:
             return file["VTKHDF/PointData"][name][...][self._finite]
+
+    def need(self, name: str) -> np.ndarray:
+        values = self.field(name)
+        if values is None:
+            raise NoRun(f"{self.path}: no field {name}")
+        return values
 
 
 class Run:
-    """All there is in a run directory; frames are in the order of time."""
+    """All there is in a run directory; frames are in the order of time. What cannot be read of it is left out, and is a
+    line in `faults` and on standard error."""
 
     def __init__(self, directory: Path):
         self.directory = Path(directory)
+        self.faults: list[str] = []
         if not self.directory.is_dir():
             raise NoRun(f"{directory}: no such directory")
         self.name = run_name(self.directory)
-        self.frames = list_frames(self.directory, self.name)
-        self.history: Table | None = read_table(self.directory / f"{self.name}_history.csv")
-        self.probes: Table | None = read_table(self.directory / f"{self.name}_probes.csv")
+        found: list[str] = []
+        self.frames = list_frames(self.directory, self.name, found)
+        self.history: Table | None = read_table(self.directory / f"{self.name}_history.csv", found)
+        self.probes: Table | None = read_table(self.directory / f"{self.name}_probes.csv", found)
         if not self.frames and self.history is None:
-            raise NoRun(
-                f"{directory}: no run here (no {self.name}_000000.hdf, no {self.name}_history.csv)"
-            )
-        self.summary: dict | None = read_summary(self.directory / f"{self.name}_summary.json")
-        self.input_text = read_input_text(self.frames)
-        self.resolved_text = read_resolved(self.directory / f"{self.name}_input.nml") or self.input_text
-        self.spacing = particle_spacing(self.frames[0]) if self.frames else np.nan
-        self.cell = (
-            float(np.max(self.frames[0].attributes.get("cell", np.nan))) if self.frames else np.nan
-        )
+            raise NoRun("; ".join(found) or
+                        f"{directory}: no run here (no {self.name}_000000.hdf, no {self.name}_history.csv)")
+        self.summary: dict | None = read_summary(self.directory / f"{self.name}_summary.json", found)
+        self.input_text = self.attempt("the input in the frames", read_input_text, self.frames) or ""
+        self.resolved_text = read_resolved(self.directory / f"{self.name}_input.nml", found) or self.input_text
+        for text in found:
+            self.warn(text)
+        self.spacing = (self.attempt("the spacing of the particles", particle_spacing, self.frames[0]) or 1e-3) \
+            if self.frames else np.nan
+        self.cell = float(np.max(self.frames[0].attribute("cell"))) if self.frames else np.nan
+
+    def warn(self, text: str) -> None:
+        """Say once that something is left out, and keep it for the page."""
+        if text not in self.faults:
+            self.faults.append(text)
+            print(f"warning: {text}", file=sys.stderr)
+
+    def attempt(self, what: str, function, *arguments):
+        """What a function gives, or None and a warning: what is damaged does not take along what is not."""
+        try:
+            return function(*arguments)
+        except Exception as problem:  # whatever a damaged file leads to
+            self.warn(f"{what} left out: {told(problem)}")
+            return None
+
+    def drop_damaged(self, names: list[str]) -> None:
+        """Leave out the frames whose places, or fields of these names, cannot be read."""
+        def sound(frame: Frame) -> bool:
+            for name in names:
+                frame.field(name)
+            return len(frame.points()) > 0
+
+        self.frames = [frame for frame in self.frames if self.attempt("a frame", sound, frame)]
+        if not self.frames and self.history is None:
+            raise NoRun("; ".join(self.faults))
 
     def spacing_of(self, body: int) -> float:
         """Edge of the particles of a body, whose number is from 0 [m]."""
-        given = np.atleast_1d(self.frames[0].attributes.get("spacing", np.nan)).astype(float)
-        value = given[body] if body < len(given) else np.nan
-        return float(value) if np.isfinite(value) and value > 0 else self.spacing
+        given = self.frames[0].attribute("spacing")
+        return float(given[body]) if body < len(given) and np.isfinite(given[body]) else self.spacing
 
     def tools(self, frame: Frame) -> pv.PolyData | None:
         """The surfaces of all tools at the time of a frame, with azimuth [rad], velocity [m/s] and the number of the
         tool; None if there are none, or their file cannot be read."""
         found = FRAME_NAME.match(frame.path.name)
         path = frame.path.with_name(f"{found['name']}_tools_{found['number']}.hdf") if found else None
-        if path is None or not path.is_file():
-            return None
-        import pyvista as pv
-
-        try:
-            with h5py.File(path, "r") as file:
-                group = file["VTKHDF"]
-                mesh = pv.PolyData.from_regular_faces(group["Points"][...], group["Connectivity"][...].reshape(-1, 3))
-                for name, values in group["PointData"].items():
-                    mesh.point_data[name] = values[...]
-        except (OSError, KeyError, ValueError):  # still being written, or cut short
-            return None
-        return mesh
+        return self.attempt("a tool", tool_surface, path) if path is not None and path.is_file() else None
 
     @property
     def title(self) -> str:
@@ -140,17 +174,32 @@ def run_name(directory: Path) -> str:
     return stem
 
 
-def list_frames(directory: Path, name: str) -> list[Frame]:
+def tool_surface(path: Path) -> pv.PolyData:
+    import pyvista as pv
+
+    with hdf5(path) as file:
+        group = file["VTKHDF"]
+        points, corners = group["Points"][...], group["Connectivity"][...].reshape(-1, 3)
+        if corners.min() < 0 or corners.max() >= len(points) or not np.isfinite(points).all():
+            raise ValueError("corners without a place")
+        mesh = pv.PolyData.from_regular_faces(points, corners)
+        for name in ("azimuth", "tool"):
+            mesh.point_data[name] = group["PointData"][name][...]
+    return mesh
+
+
+def list_frames(directory: Path, name: str, faults: list[str]) -> list[Frame]:
     """The frames of the series, or else the files by number. Unreadable files are left out."""
     series = directory / f"{name}.hdf.series"
     listed: list[tuple[Path, float | None]] = []
-    try:
-        listed = [
-            (directory / entry["name"], float(entry["time"]))
-            for entry in json.loads(series.read_text())["files"]
-        ]
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
+    if series.exists():
+        try:
+            listed = [(directory / entry["name"], float(entry["time"])) for entry in json.loads(text_of(series))["files"]]
+        except (OSError, ValueError, KeyError, TypeError) as problem:
+            faults.append(f"{series}: not understood, frames are taken by their numbers ({told(problem)})")
+    gone = [path for path, _ in listed if not path.is_file()]
+    if gone:
+        faults.append(f"{gone[0]}: no such file" + more(gone, "frame"))
     listed = [(path, time) for path, time in listed if path.is_file()]
     if not listed:
         numbered = [(FRAME_NAME.match(path.name), path) for path in directory.glob("*.hdf")]
@@ -166,33 +215,39 @@ def list_frames(directory: Path, name: str) -> list[Frame]:
     for path, time in listed:
         try:
             frame = Frame(path, time)
-        except (OSError, KeyError):  # still being written, or cut short
+        except ValueError as problem:
+            faults.append(f"a frame left out: {problem}")
             continue
+        if frame.odd:
+            faults.append(f"{path}: field {frame.odd[0]} is not {frame.count} numbers" + more(frame.odd, "field"))
         if frame.count > 0:
             frames.append(frame)
     return sorted(frames, key=lambda frame: frame.time)
 
 
-def read_summary(path: Path) -> dict | None:
+def read_summary(path: Path, faults: list[str]) -> dict | None:
     """What a run says of itself when it ends; None without that."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    if not path.exists():
         return None
-    return found if isinstance(found, dict) else None
+    try:
+        return dict(json.loads(text_of(path)))
+    except (OSError, ValueError, TypeError) as problem:
+        faults.append(f"{path}: not understood ({told(problem)})")
+        return {}
 
 
-def read_resolved(path: Path) -> str:
+def read_resolved(path: Path, faults: list[str]) -> str:
     """The input as it was run, with its defaults as comments; '' if the run has not left it."""
     try:
-        return path.read_text(encoding="utf-8", errors="replace")
-    except OSError:
+        return text_of(path) if path.exists() else ""
+    except OSError as problem:
+        faults.append(told(problem))
         return ""
 
 
 def read_input_text(frames: list[Frame]) -> str:
     for frame in frames:
-        with h5py.File(frame.path, "r") as file:
+        with hdf5(frame.path) as file:
             if "stirpoint/input" not in file:
                 continue
             lines = np.atleast_1d(file["stirpoint/input"][()])
@@ -206,10 +261,9 @@ def read_input_text(frames: list[Frame]) -> str:
 def particle_spacing(frame: Frame, samples: int = 48) -> float:
     """Edge of a particle [m]: the attribute `spacing` (the largest of the bodies), else the median
     distance of some particles to their nearest neighbours."""
-    given = np.atleast_1d(frame.attributes.get("spacing", np.nan)).astype(float)
-    given = given[np.isfinite(given) & (given > 0)]
-    if given.size:
-        return float(given.max())
+    given = frame.attribute("spacing")
+    if np.isfinite(given).any():
+        return float(np.nanmax(given))
     points = frame.points()
     nearest = []
     for k in np.linspace(0, len(points) - 1, min(samples, len(points))).astype(int):

@@ -19,7 +19,9 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.colors import LogNorm
+
 from . import look
+from .files import write
 from .run import NoRun, Run
 
 STIRRED = 1.0  # plastic strain
@@ -61,7 +63,9 @@ class Section:
         if not near.any():
             raise NoRun(f"no particle near x = {options.x} m at t = {frame.time} s")
         self.y, self.z = points[near, 1], points[near, 2]
-        self.fields = {name: frame.field(name)[near].astype(float) for name in FIELDS}
+        self.fields = {name: frame.need(name)[near].astype(float) for name in FIELDS}
+        if not (self.fields["grain_size"] > 0.0).all():
+            raise NoRun(f"{frame.path}: field grain_size is not above 0 everywhere near x = {options.x} m")
         self.stirred = self.fields["plastic_strain"] > STIRRED
 
     def line(self, y):
@@ -100,14 +104,11 @@ class Section:
 def report(section, options, output) -> None:
     stem = output / f"section_x{options.x * 1e3:g}"
     lines = {name: section.line(section.centre + side * options.offset) for name, side in LINES}
-    with open(f"{stem}.csv", "w", encoding="utf-8") as file:
-        print("line,height[m],particles,grain_size[m],plastic_strain[1],temperature[K],dislocation_density[1/m2]",
-              file=file)
-        for name, rows in lines.items():
-            for row in rows:
-                print(name, *(f"{x:.6g}" for x in row), sep=",", file=file)
+    table = ["line,height[m],particles,grain_size[m],plastic_strain[1],temperature[K],dislocation_density[1/m2]"]
+    table += [",".join([name, *(f"{x:.6g}" for x in row)]) for name, rows in lines.items() for row in rows]
+    write(Path(f"{stem}.csv"), "\n".join(table) + "\n")
     zone = {"time[s]": section.time, "x[m]": options.x, "offset[m]": options.offset} | section.stir_zone()
-    Path(f"{stem}.json").write_text(json.dumps(zone, indent=1) + "\n", encoding="utf-8")
+    write(Path(f"{stem}.json"), json.dumps(zone, indent=1) + "\n")
     with matplotlib.rc_context(look.STYLE):
         look.save(picture(section, lines, options), Path(f"{stem}.png"))
     for key, value in zone.items():

@@ -7,6 +7,7 @@ import numpy as np
 
 from . import alarms, look, metal
 from .run import Run
+from .scene import Scene
 from .table import Column, Table
 from .tools import LOADS, Phase, main_tool, supports, tools_of
 
@@ -61,7 +62,7 @@ def hottest_frame(run: Run) -> tuple[float, float] | None:
 
 
 def shape_rows(run: Run) -> Rows:
-    """Flash above the first top face, debris apart, and groove below it at the end; none for a scene without a tool,
+    """Flash above the initial top face, debris apart, and groove below it at the end; none for a scene without a tool,
     or whose metal has not moved."""
     tools = tools_of(run.history)
     if run.history is not None and not tools:
@@ -70,10 +71,10 @@ def shape_rows(run: Run) -> Rows:
     if shape is None:
         return []
     rows = [
-        ("flash: highest connected metal above the first top face", f"{shape.flash_height * look.MM:.2f} mm"),
-        ("flash: connected metal above that face", cubic(shape.flash_volume)),
+        ("flash: height above the initial top face", f"{shape.flash_height * look.MM:.2f} mm"),
+        ("flash: volume above the initial top face", cubic(shape.flash_volume)),
         (
-            "debris, which hangs together with no body",
+            "debris",
             f"{counted(shape.debris_particles, 'particle')} in {counted(shape.debris_pieces, 'piece')}, "
             f"{cubic(shape.debris_volume)}"
             if shape.debris_pieces
@@ -81,7 +82,7 @@ def shape_rows(run: Run) -> Rows:
         ),
     ]
     if shape.groove is not None:
-        rows.append(("deepest place of the surface below that face", f"{shape.groove * look.MM:.2f} mm"))
+        rows.append(("groove: greatest depth below the initial top face", f"{shape.groove * look.MM:.2f} mm"))
     return rows
 
 
@@ -156,10 +157,14 @@ def process_table(run: Run) -> Process | None:
     shown = [phase for phase in phases if phase.kind not in ("approach", "away")]
     spans = [*shown, Phase("whole run", 1, len(history) - 1)]
     rows = [("time [s]", [f"{history['time'][p.first - 1]:.4g} to {history['time'][p.last]:.4g}" for p in spans], "")]
+
+    def remark(check) -> str:
+        found = run.attempt("a check", check, run)
+        return found.text if found is not None else ""
+
     hottest = next(iter(history.matching("temperature_max")), None)
     if hottest is not None:
-        rows.append(("peak temperature [K]", [figure(largest(hottest.values, p), 4) for p in spans], " ".join(alarms.melting(run))))
-    inertia = " ".join(alarms.inertia(run))
+        rows.append(("peak temperature [K]", [figure(largest(hottest.values, p), 4) for p in spans], remark(alarms.melting)))
     for load, words in (("force_z", "axial force"), ("force_x", "force along the track"), ("force_y", "force across"),
                         ("torque", "torque"), ("power", "power")):
         column = tool.column(load)
@@ -167,9 +172,9 @@ def process_table(run: Run) -> Process | None:
             continue
         factor, unit = look.scaled(float(np.nanmax(np.abs(column.values))), column.unit)
         values = [f"{figure(factor * tool.mean(column, p), 4)}; {figure(factor * largest(column.values, p), 4)}" for p in spans]
-        rows.append((f"{words} [{unit}], mean; peak", values, inertia if load == "force_z" else ""))
+        rows.append((f"{words} [{unit}], mean; peak", values, remark(alarms.inertia) if load == "force_z" else ""))
     shares = [figure(tool.friction_share(p), 3) for p in spans]
-    rows.append(("share of friction in the heat [%]", shares, " ".join(alarms.balances(run))))
+    rows.append(("share of friction in the heat [%]", shares, remark(alarms.audit)))
     return [phase.kind for phase in spans], rows
 
 
@@ -206,6 +211,40 @@ def measures(run: Run) -> dict[str, float]:
     return found
 
 
+def weld(run: Run) -> str:
+    """What was welded, with which tool and how, as far as the run tells."""
+    tool, scene = main_tool(run.history), Scene(run.resolved_text)
+    rigid = {t.name for t in tools_of(run.history)}
+    bodies = [n.strip() for n in run.frames[0].body_names if n.strip() not in rigid] if run.frames else []
+    parts = []
+    for name in bodies:
+        material = scene.of("body", name).get("material")
+        parts.append(f"{name} ({material})" if material else name)
+    text = f"{'Weld' if len(bodies) > 1 else 'Pass'} of {' and '.join(parts)}" if parts else "Pass"
+    if run.frames:
+        points = metal.metal_points(run.frames[0], rigid)[0]
+        size = " x ".join(f"{x * look.MM:.3g}" for x in np.ptp(points, axis=0) + run.spacing) if len(points) else ""
+        text += f", {size} mm" if size else ""
+    if tool is None:
+        return f"{text}, without a tool."
+    keys = scene.of("tool", tool.name)
+    lengths = [f"{words} {1e3 * float(keys[key]):.4g} mm" for key, words in
+               (("radius", "shoulder radius"), ("pin_radius", "pin radius"), ("pin_length", "pin length")) if keys.get(key)]
+    how = [f"tilt {float(keys['tilt_deg']):g}\N{DEGREE SIGN}"] if keys.get("tilt_deg") else []
+    moves = [phase for phase in tool.phases() if phase.kind == "travel"] or [p for p in tool.phases() if p.kind == "dwell"]
+    if moves:
+        phase = max(moves, key=lambda p: p.last - p.first)
+        start, end = run.history["time"][[phase.first - 1, phase.last]]
+        angle = tool.column("angle")
+        if angle is not None:
+            turns = np.abs(np.diff(angle.values[[phase.first - 1, phase.last]]))[0] / (2.0 * np.pi)
+            how.append(f"{60.0 * turns / (end - start):.4g} rpm")
+        way = np.linalg.norm(tool.place(end) - tool.place(start)) * look.MM
+        if phase.kind == "travel":
+            how.append(f"{way / (end - start):.3g} mm/s over {way:.3g} mm")
+    return "; ".join([text, *([", ".join([tool.name, *lengths])]), *([", ".join(how)] if how else [])]) + "."
+
+
 def largest(values: np.ndarray, phase: Phase) -> float:
     """The value of the largest magnitude in a phase."""
     there = values[phase.first:phase.last + 1]
@@ -221,12 +260,11 @@ def origin(run: Run) -> str:
         parts.append(str(known["finished"]))
     if known.get("commit"):
         parts.append(f"Stirpoint {known.get('version', '')}, commit {known['commit']}")
-    ranks = known.get("ranks")
+    ranks, wall = (alarms.number(known.get(key)) for key in ("ranks", "wall_seconds"))
     if ranks:
         parts.append(counted(int(ranks), "rank"))
-    wall = known.get("wall_seconds")
     if wall:
-        parts.append(f"computed in {duration(float(wall))}")
+        parts.append(f"computed in {duration(wall)}")
     return " \N{MIDDLE DOT} ".join(parts)
 
 

@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 
 from . import look, program, summary
+from .files import text_of, write
 from .run import NoRun, Run
 
 
@@ -33,8 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--program", help="stirpoint itself, where it is not found by itself")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
-    if not options.input.is_file():
-        raise ValueError(f"{options.input}: no such input")
+    text_of(options.input)
     axes = [axis_of(text) for text in options.sets]
     output = options.output or Path(f"{options.input.stem}_sweep")
     output.mkdir(parents=True, exist_ok=True)
@@ -46,7 +46,7 @@ def main(arguments: list[str] | None = None) -> int:
         rows.append({key: number(value) for key, value in chosen.items()} | summary.measures(Run(directory)))
         print(f"{directory}: {note}")
     table = pd.DataFrame(rows)
-    table.to_csv(output / "sweep.csv", index=False)
+    write(output / "sweep.csv", table.to_csv(index=False))
     with matplotlib.rc_context(look.STYLE):
         look.save(picture(table, [key for key, _ in axes]), output / "sweep.png")
     print(f"{len(table)} runs in {output}: sweep.csv, sweep.png")
@@ -74,12 +74,12 @@ def number(value: str):
 
 def recipe(path: Path, chosen: dict[str, str]) -> str:
     """What a run was made from: the input and its values."""
-    return "".join(f"{key}={value}\n" for key, value in chosen.items()) + path.read_text(encoding="utf-8", errors="replace")
+    return "".join(f"{key}={value}\n" for key, value in chosen.items()) + text_of(path)
 
 
 def is_done(directory: Path, path: Path, chosen: dict[str, str]) -> bool:
     made = directory / "sweep_input.txt"
-    return made.is_file() and made.read_text(encoding="utf-8") == recipe(path, chosen) and \
+    return made.is_file() and text_of(made) == recipe(path, chosen) and \
         any(directory.glob("*_summary.json"))
 
 
@@ -90,7 +90,7 @@ def calculate(options, directory: Path, chosen: dict[str, str]) -> str:
     done = program.run(words, options.program, options.ranks)
     if done.returncode != 0:
         raise RuntimeError(f"{directory}: {done.stderr.strip() or 'stirpoint failed'}")
-    (directory / "sweep_input.txt").write_text(recipe(options.input, chosen), encoding="utf-8")
+    write(directory / "sweep_input.txt", recipe(options.input, chosen))
     return "computed"
 
 

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from .files import text_of, told
+
 HEADING = re.compile(r"^\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*$")
 BARE_EXPONENT = r"^\s*([+-]?[\d.]+)([+-]\d{3})\s*$"  # Fortran writes 1.0-101 for 1.0E-101
 
@@ -54,22 +56,50 @@ class Table:
         return [c for c in self.columns if wanted.fullmatch(c.name) and np.isfinite(c.values).any()]
 
 
-def read_table(path: Path) -> Table | None:
-    """The table of a file, or None if there is no file, no row in it or no column `time`."""
-    if not path.is_file():
+def read_table(path: Path, faults: list[str], needed=("time",)) -> Table | None:
+    """The table of a file; None if there is no file, no row in it or no column that is `needed`."""
+    if not path.exists():
         return None
     try:
-        text = pd.read_csv(path, comment="#", dtype=str, skip_blank_lines=True, encoding_errors="replace",
-                           on_bad_lines="skip", index_col=False, keep_default_na=False)
-    except pd.errors.EmptyDataError:
+        frame, units = read_frame(path, faults, needed)
+    except (OSError, ValueError) as problem:
+        faults.append(told(problem))
         return None
-    headings = [parse_heading(name) for name in text.columns]
-    text.columns = [name for name, _ in headings]
-    text = text[text.iloc[:, -1] != ""]  # a row cut short is left out
-    if "time" not in text.columns or text.empty:
-        return None
-    frame = drop_repeated_times(text.apply(parse_numbers))
-    return Table([Column(name, unit, frame[name].to_numpy()) for name, unit in headings])
+    frame = drop_repeated_times(frame)
+    return Table([Column(name, unit, frame[name].to_numpy()) for name, unit in units.items()]) if len(frame) else None
+
+
+def read_frame(path: Path, faults: list[str], needed, words=()) -> tuple[pd.DataFrame, dict[str, str]]:
+    """Columns of numbers, and of `words`, and their units. ValueError without a row or a column that is `needed`. Rows
+    of another number of values are left out, values that are no numbers are NaN: each kind is a line in `faults`. A last row
+    that is cut short is left out without a word: it is still being written."""
+    lines = [(k, x) for k, x in enumerate(text_of(path).splitlines(), 1) if x.strip() and not x.lstrip().startswith("#")]
+    if not lines:
+        raise ValueError(f"{path}: empty")
+    headings = [parse_heading(name) for name in lines[0][1].split(",")]
+    words = [name for name, _ in headings if name in words]
+    names = [name for name, _ in headings]
+    wrong = [name for name in needed if name not in names] or [name for name in set(names) if names.count(name) > 1]
+    if wrong:
+        raise ValueError(f"{path}:{lines[0][0]}: the heading needs one column {wrong[0]}, and has {names.count(wrong[0])}")
+    rows = [(k, cells) for k, x in lines[1:] if len(cells := x.split(",")) == len(names)]
+    broken = sorted({k for k, _ in lines[1:-1]} - {k for k, _ in rows})
+    if broken:
+        faults.append(f"{path}:{broken[0]}: not the {len(names)} values that the heading has" + more(broken, "row"))
+    if not rows:
+        raise ValueError(f"{path}: no rows yet")
+    text = pd.DataFrame([cells for _, cells in rows], columns=names, dtype=str)
+    frame = text.apply(lambda column: column.str.strip() if column.name in words else parse_numbers(column))
+    bad = np.argwhere(~np.isfinite(frame.drop(columns=words).to_numpy()))
+    if len(bad):
+        row, name = bad[0][0], frame.columns.drop(words)[bad[0][1]]
+        faults.append(f"{path}:{rows[row][0]}: column {names.index(name) + 1}, {name}, is '{text[name][row].strip()[:40]}', no "
+                      "number" + more(bad, "value"))
+    return frame, dict(headings)
+
+
+def more(found, word: str) -> str:
+    return f", and {len(found) - 1} more such {word}{'s' * (len(found) > 2)}" if len(found) > 1 else ""
 
 
 def parse_heading(text: str) -> tuple[str, str]:

@@ -10,6 +10,8 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+
+from .files import write
 from .run import NoRun, Run
 
 
@@ -21,7 +23,7 @@ def main(arguments=None) -> int:
     options = parser.parse_args(arguments)
     rows = track(Run(options.run), options.id)
     text = "".join(f"{t:.9g},{temp:.9g},{strain:.9g}\n" for t, temp, strain in rows)
-    options.file.write_text("time[s],temperature[K],plastic_strain[1]\n" + text, encoding="utf-8")
+    write(options.file, "time[s],temperature[K],plastic_strain[1]\n" + text)
     print(f"{len(rows)} rows in {options.file}")
     return 0
 
@@ -29,10 +31,10 @@ def main(arguments=None) -> int:
 def track(run: Run, number: int) -> list:
     rows = []
     for frame in run.frames:
-        (place,) = np.nonzero(frame.field("id") == number)
+        (place,) = np.nonzero(frame.need("id") == number)
         if len(place):
             k = place[0]
-            rows.append((frame.time, frame.field("temperature")[k], frame.field("plastic_strain")[k]))
+            rows.append((frame.time, frame.need("temperature")[k], frame.need("plastic_strain")[k]))
     if not rows:
         raise NoRun(f"no particle has the id {number}")
     return rows

@@ -24,7 +24,9 @@ from matplotlib.collections import LineCollection
 from . import look
 from .run import NoRun, Run
 from .scene import Scene, cavity_of
+from .table import read_frame
 
+COLUMNS = ("time", "group", "tracer", "id", "x", "y", "z", "temperature", "plastic_strain")
 COLOURS = {"origin": "origin", "time": "time [s]", "temperature": "temperature [K]"}
 # Title, axis to the right, axis upwards.
 VIEWS = (("from the top", 0, 1), ("from the side", 0, 2), ("along x", 2, 1))
@@ -65,11 +67,12 @@ class Tracks:
     @classmethod
     def read(cls, run: Run, wanted: list[str] | None = None, until: float | None = None) -> "Tracks":
         path = run.directory / f"{run.name}_tracers.csv"
-        if not path.is_file():
+        if not path.exists():
             raise NoRun(f"{run.directory}: no {path.name}: the input has no &TRACER")
-        frame = pd.read_csv(path, comment="#", skipinitialspace=True)
-        frame.columns = [name.split("[")[0] for name in frame.columns]
-        frame = frame.dropna()
+        faults: list[str] = []
+        frame = read_frame(path, faults, COLUMNS, words=("group", "body"))[0].dropna()
+        for text in faults:
+            run.warn(text)
         there = list(dict.fromkeys(frame["group"]))
         missing = [name for name in wanted or [] if name not in there]
         if missing:

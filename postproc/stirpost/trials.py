@@ -13,6 +13,7 @@ import numpy as np
 
 from . import program
 from .cooling import Record
+from .files import text_of, write
 from .run import Run
 from .table import Table
 
@@ -40,7 +41,7 @@ class Trials:
     def run(self, values: dict[str, float]) -> Run:
         """The run with these values: as it was kept, gone on with from its checkpoint, or new."""
         keys = self.sets | {key: f"{value:.12g}" for key, value in values.items()}
-        recipe = json.dumps({"program": self.made_by, "keys": keys, "input": self.path.read_text(errors="replace")}, indent=1)
+        recipe = json.dumps({"program": self.made_by, "keys": keys, "input": text_of(self.path)}, indent=1)
         place = self.folder / hashlib.sha256(recipe.encode()).hexdigest()[:12]
         results = place / f"{self.path.stem}.out"
         if any(results.glob("*_summary.json")):
@@ -49,7 +50,7 @@ class Trials:
             raise Spent
         self.done += 1
         place.mkdir(parents=True, exist_ok=True)
-        (place / "recipe.json").write_text(recipe, encoding="utf-8")
+        write(place / "recipe.json", recipe)
         checkpoint = next(results.glob("*_checkpoint.h5"), None)
         words = ["--restart", checkpoint] if checkpoint else [self.path, "--overwrite"]
         if not checkpoint:
@@ -93,7 +94,7 @@ class Curve:
         the model is averaged: rows of a history are means, and rattle."""
         table = table_of(run, self.name)
         if self.time[-1] > table["time"][-1] * (1 + 1e-9):
-            raise ValueError(f"the run ends at {table['time'][-1]:g} s, before the reading of {self.name} at {self.time[-1]:g} s")
+            raise ValueError(f"{run.directory}: the run ends at {table['time'][-1]:g} s, before the reading of {self.name} at {self.time[-1]:g} s")
         return means(table["time"], table[self.name], self.time) - self.values
 
 

@@ -9,7 +9,7 @@ from stirpost.table import parse_heading, parse_numbers, read_table
 def table_of(tmp_path, text):
     path = tmp_path / "history.csv"
     path.write_text(text)
-    return read_table(path)
+    return read_table(path, [])
 
 
 def test_columns_are_found_by_name_with_their_unit(tmp_path):
@@ -60,6 +60,6 @@ def test_after_a_restart_the_later_rows_count(tmp_path):
 
 
 def test_nothing_to_read_is_none(tmp_path):
-    assert read_table(tmp_path / "absent.csv") is None
+    assert read_table(tmp_path / "absent.csv", []) is None
     assert table_of(tmp_path, "") is None
     assert table_of(tmp_path, "time[s],T1[K]\n") is None

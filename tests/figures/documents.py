@@ -14,6 +14,7 @@ NAMES = ("README.md", "docs/accuracy.md", "docs/choosing.md", "docs/heat.md", "d
 NOT_READ = {"docs/input.md": "the program writes it",
             "docs/index.md": "it has no figures",
             "docs/gallery.md": "it has no figures but how long a run takes, which --check measures",
+            "docs/postprocessing.md": "it has no figures but limits of stirpost/alarms.py, which a test compares",
             "docs/verification.md": "it has no figures, which are in docs/accuracy.md",
             "docs/theory.md": "it has equations, and no figures",
             "docs/install.md": "it has no figures but versions, which cmake asks for",
