@@ -303,7 +303,6 @@ DEFINITIONS = (
     ("docs/speed.md", "whole pass with particles 1 mm apart", KEY),
     ("docs/speed.md", "plunged at 8 mm/s and 970 rpm", KEY),
     ("docs/speed.md", "means from 0.05 to 0.2 s; INERTIAL_FRACTION 0.02, MASS_SCALING_RANGE = 1e4, 1e7", KEY),
-    ("docs/speed.md", "it fails above 3 %", ASKED),
     ("docs/speed.md", "a particle-step of 200 ns", KEY),
     ("docs/speed.md", "has 2 us and 10 GB/s", KEY),
     ("docs/speed.md", "at most 310 in the passes of copper", ASKED),
