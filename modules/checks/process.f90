@@ -14,12 +14,13 @@ module checks_process
   public :: survey_tool, tool_survey_t, phase_survey_t, undefined
 
   real(rp), parameter :: undefined = huge(1.0_rp)  !! value of an undefined length or time
-  integer, parameter :: n_samples = 48            !! time samples per phase
+  integer, parameter :: most_samples = 1000       !! time samples per phase
 
   !> Survey of a phase of a tool's motion, or of its rest after the last one.
   type :: phase_survey_t
     character(8) :: name = 'rest'
     integer :: motion = 0                         !! index of its &MOTION; 0: none
+    integer :: n_samples = 48                     !! time samples
     real(rp) :: from = 0.0_rp, to = 0.0_rp        !! start and end time [s]
     real(rp) :: path_length = 0.0_rp              !! [m]
     real(rp) :: speed = 0.0_rp                    !! maximum [m/s]
@@ -39,7 +40,6 @@ module checks_process
     real(rp) :: through = undefined   !! time at which it penetrates the plate bottom [s]
     logical :: is_in_grid = .false.               !! reaches into the grid at any time
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! bounding box at t = 0 [m]
-    real(rp) :: swept(3, 2) = 0.0_rp              !! bounding box over the ends of all phases [m]
   end type tool_survey_t
 
 contains
@@ -55,7 +55,6 @@ contains
     type(surroundings_t) :: surroundings
     type(tool_t) :: now
     real(rp), allocatable :: outline(:, :)
-    real(rp) :: start(3)
     integer :: i
 
     call collect_surroundings(input, scene, solids, k, surroundings)
@@ -63,14 +62,10 @@ contains
     call list_phases(input, scene, tool, survey%phase)
     now = tool
     call now%move_to(0.0_rp)
-    start = now%position
     survey%lower = minval(spread(now%position, 2, size(outline, 2)) + matmul(now%axes, outline), 2)
     survey%upper = maxval(spread(now%position, 2, size(outline, 2)) + matmul(now%axes, outline), 2)
-    survey%swept = reshape([survey%lower, survey%upper], [3, 2])
     do i = 1, size(survey%phase)
       call sample_phase(surroundings, now, outline, survey, survey%phase(i))
-      survey%swept(:, 1) = min(survey%swept(:, 1), survey%lower + now%position - start)
-      survey%swept(:, 2) = max(survey%swept(:, 2), survey%upper + now%position - start)
     end do
   end subroutine survey_tool
 
@@ -115,6 +110,11 @@ contains
       current%name = 'travel'
       if (abs(v(3)) > norm2(v(:2))) current%name = merge('plunge ', 'retract', v(3) < 0.0_rp)
       if (all(abs(v) <= 0.0_rp)) current%name = 'dwell'
+      if (allocated(tool%motion%phase(k)%path%time)) then
+        current%name = 'path'
+        current%n_samples = max(current%n_samples, min(most_samples, &
+                                                       4*size(tool%motion%phase(k)%path%time)))
+      end if
       if (tool%motion%phase(k)%presses) current%name = 'press'
       phase = [phase, current]
     end do
@@ -136,13 +136,13 @@ contains
     call now%move_to(phase%from)
     last = now%position
     before = phase%from
-    do i = 0, n_samples
-      t = phase%from + (phase%to - phase%from)*i/n_samples
+    do i = 0, phase%n_samples
+      t = phase%from + (phase%to - phase%from)*i/phase%n_samples
       call now%move_to(t)
       x = spread(now%position, 2, size(x, 2)) + matmul(now%axes, outline)
       phase%path_length = phase%path_length + norm2(now%position - last)
-      if (i < n_samples .or. phase%to > phase%from) phase%speed = max(phase%speed, &
-                                                                      norm2(now%velocity))
+      if (i < phase%n_samples .or. phase%to > phase%from) phase%speed = max(phase%speed, &
+                                                                            norm2(now%velocity))
       if (abs(now%spin) > abs(phase%spin)) phase%spin = now%spin
       call measure(surroundings, now, x, survey, phase)
       if (survey%touch >= undefined) then

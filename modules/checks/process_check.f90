@@ -52,16 +52,18 @@ contains
     type(input_t), intent(in) :: input
     type(tool_t), intent(in) :: tool(:)
     type(diagnostics_t), intent(inout) :: diagnostics
-    integer :: i, k
+    integer :: i, k, n
     logical :: is_last
 
     do k = 1, size(tool)
       is_last = .false.
+      n = 0
       do i = 1, input%count('MOTION')
         if (input%text('MOTION', i, 'TOOL') /= tool(k)%name) cycle
+        n = n + 1
         if (is_last) call input%report(diagnostics, 'MOTION', i, '', &
           'is never reached: a phase before it has no DURATION and lasts to the end of the run')
-        associate (duration => input%real('MOTION', i, 'DURATION'))
+        associate (duration => tool(k)%motion%phase(n)%duration)
           if (duration > 0.0_rp .and. input%real('MOTION', i, 'RAMP') &
               > duration*(1.0_rp + 1.0e-9_rp)) then
             call input%warn(diagnostics, 'MOTION', i, 'RAMP', &
@@ -124,7 +126,7 @@ contains
           call input%report(diagnostics, 'TOOL', k, 'POSITION', text, &
                             .not. has_floor(input, scene, lower(3)))
         else
-          call input%report(diagnostics, 'MOTION', one%motion, 'VELOCITY', text, &
+          call input%report(diagnostics, 'MOTION', one%motion, key_of(input, one%motion), text, &
                             .not. has_floor(input, scene, lower(3)))
         end if
       end associate
@@ -133,14 +135,25 @@ contains
       associate (one => survey%phase(i))
         if (one%motion == 0 .or. one%off_plate <= 0.0_rp) cycle
         if (one%off_plate <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
-        call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'the tool travels '// &
-                        length_text(one%path_length)//' and is off the plate of '// &
+        call input%warn(diagnostics, 'MOTION', one%motion, key_of(input, one%motion), &
+                        'the tool travels '//length_text(one%path_length)// &
+                        ' and is off the plate of '// &
                         length_text(upper(1) - lower(1))//' x '// &
                         length_text(upper(2) - lower(2))//' from t = '//str(one%off_plate_from)// &
-                          ' s on')
+                        ' s on')
       end associate
     end do
   end subroutine check_tool_motion
+
+  !> Key that determines the motion of a phase.
+  function key_of(input, motion) result(key)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: motion                  !! index of its &MOTION
+    character(:), allocatable :: key
+
+    key = 'VELOCITY'
+    if (input%text('MOTION', motion, 'FILE') /= '') key = 'FILE'
+  end function key_of
 
   !> Warn of a plunged tool whose shoulder rim, at its lowest point, does not reach the plate by the
   !> end of the run. Phases with a force are not checked, as the depth is not known beforehand.
@@ -193,8 +206,9 @@ contains
     do i = 1, size(survey%phase)
       associate (one => survey%phase(i))
         if (one%motion == 0 .or. one%side >= 0.0_rp .or. any(scene%grid%period > 0)) cycle
-        call input%warn(diagnostics, 'MOTION', one%motion, 'VELOCITY', 'takes the rigid body '// &
-                        length_text(-one%side)//' beyond a side of the grid or a wall')
+        call input%warn(diagnostics, 'MOTION', one%motion, key_of(input, one%motion), &
+                        'takes the rigid body '//length_text(-one%side)//' beyond a side of '// &
+                        'the grid or a wall')
       end associate
     end do
   end subroutine check_rigid_motion

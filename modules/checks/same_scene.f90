@@ -4,13 +4,13 @@
 module checks_same_scene
   use base_kinds, only: rp
   use base_text, only: lower, str
-  use contact_motion, only: motion_t
+  use contact_motion, only: motion_t, wrapped
   use input_diagnostics, only: diagnostics_t, excerpt
   use input_files, only: sums_of_files
   use input_values, only: input_t
   use keys_table, only: key_row_t
   use keys_written, only: items_t, split_values, to_logical, to_real, to_text
-  use setup_tools, only: motion_of
+  use setup_motions, only: read_motion
   implicit none (type, external)
   private
 
@@ -42,10 +42,11 @@ contains
   end subroutine compare_scenes
 
   !> Report files named by the scene whose content differs from that at the start of the run, by
-  !> their checksums in the checkpoint (input_files).
-  subroutine compare_files(sums, new, diagnostics)
+  !> their checksums in the checkpoint at `time` (input_files), except for paths that start later.
+  subroutine compare_files(sums, new, time, diagnostics)
     character(*), intent(in) :: sums
     type(input_t), intent(in) :: new
+    real(rp), intent(in) :: time
     type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: line, rest
     character(24) :: group
@@ -57,6 +58,9 @@ contains
       rest = rest(len(line) + 1:)
       if (index(new_line('a')//sums, new_line('a')//line) > 0) cycle
       read (line, *, iostat=status) group, i
+      if (status == 0 .and. group == 'MOTION') then
+        if (begin_of(new, i) >= time) cycle
+      end if
       if (status == 0) call new%report(diagnostics, trim(group), i, 'FILE', 'a restart cannot '// &
         'change it: the content of the file is not that with which the run began')
     end do
@@ -185,14 +189,17 @@ contains
     type(input_t), intent(in) :: old, new
     real(rp), intent(in) :: time
     type(diagnostics_t), intent(inout) :: diagnostics
+    type(motion_t) :: one, other
     character(:), allocatable :: name
     real(rp) :: t
     integer :: i
 
     do i = 1, old%count('MOTION')
       name = old%text('MOTION', i, 'TOOL')
-      t = time_of_difference(motion_of(old, name), motion_of(new, name), time)
-      if (may_end_early(motion_of(old, name)) .or. may_end_early(motion_of(new, name))) then
+      one = motion_of(old, name)
+      other = motion_of(new, name)
+      t = time_of_difference(one, other, time)
+      if (may_end_early(one) .or. may_end_early(other)) then
         if (t < huge(1.0_rp)) call new%report(diagnostics, 'MOTION', max(1, first_of(new, &
           name)), '', 'of '//name//': a restart cannot change phases where some end at a load '// &
           'or temperature: it is not known from the input which have begun')
@@ -202,8 +209,7 @@ contains
       call new%report(diagnostics, 'MOTION', max(1, first_of(new, name)), '', 'of '//name// &
                       ': a restart at t = '//str(time)// &
                       ' s cannot change what was before; at t = '//str(t)//' s it is '// &
-                      position_text(motion_of(new, name), t)//' instead of '// &
-                      position_text(motion_of(old, name), t))
+                      position_text(other, t)//' instead of '//position_text(one, t))
     end do
     do i = 1, new%count('MOTION')
       name = new%text('MOTION', i, 'TOOL')
@@ -214,6 +220,30 @@ contains
                                      ' s it did not move')
     end do
   end subroutine compare_motions
+
+  !> Motion of the tool `name`; errors are reported where the scene is built.
+  type(motion_t) function motion_of(input, name) result(motion)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: name
+    type(diagnostics_t) :: unused
+
+    call read_motion(input, name, motion, unused)
+  end function motion_of
+
+  !> Start time of the `i`-th &MOTION [s]; 0 if it depends on a load, or if the tilt of the phases
+  !> before follows its path.
+  real(rp) function begin_of(input, i)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(motion_t) :: motion
+    integer :: k
+
+    motion = motion_of(input, input%text('MOTION', i, 'TOOL'))
+    k = count([(input%text('MOTION', k, 'TOOL') == input%text('MOTION', i, 'TOOL'), k=1, i - 1)])
+    begin_of = sum(motion%phase(:k)%duration)
+    if (motion%phase(k + 1)%path%leads_tilt .and. .not. any(motion%phase(:k)%path%leads_tilt) &
+        .or. may_end_early(motion)) begin_of = 0.0_rp
+  end function begin_of
 
   !> Index of the first &MOTION of a tool; 0 if it has none.
   integer function first_of(input, name)
@@ -305,14 +335,17 @@ contains
   pure logical function differ(one, other, t)
     type(motion_t), intent(in) :: one, other
     real(rp), intent(in) :: t
-    real(rp) :: a(4), b(4), force(2), v(3), spin
+    real(rp) :: a(4), b(4), direction(2), force(2), v(3), spin
     logical :: presses(2)
 
     call one%at(t, a(1:3), v, a(4), spin)
     call other%at(t, b(1:3), v, b(4), spin)
+    call one%face(t, direction(1), spin)
+    call other%face(t, direction(2), spin)
     call one%pressing(t, 0.0_rp, presses(1), force(1))
     call other%pressing(t, 0.0_rp, presses(2), force(2))
-    differ = presses(1) .neqv. presses(2)
+    differ = (presses(1) .neqv. presses(2)) &
+             .or. abs(wrapped(direction(2) - direction(1))) > slack*1000.0_rp
     differ = differ .or. abs(force(1) - force(2)) > slack*maxval(abs(force))
     differ = differ .or. any(abs(a - b) > slack*(1.0_rp + 1000.0_rp*maxval(abs([a, b]))))
   end function differ

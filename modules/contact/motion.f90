@@ -1,28 +1,44 @@
 ! SPDX-License-Identifier: MIT
-!> Motion of a rigid tool. Its schedule is phases of constant velocity and spin, joined by linear
-!> ramps: that part of the pose is a closed function of time, of which a checkpoint keeps nothing.
+!> Motion of a rigid tool. Its schedule is phases of constant velocity or a path, and constant spin,
+!> joined by linear ramps: a closed function of time, of which a checkpoint keeps nothing.
 !>
 !> Along its axis a machine holds it in its place, gives under load as a spring does, or presses
 !> with a force (drive_t). The tool then has an equation of motion along its axis,
 !> M dv/dt = R - F - c v, with the reaction R of the bodies, and its place beside the schedule is a
 !> state. M is scaled as the mass of the bodies is (&TIME MASS_SCALING), and c with its root.
 module contact_motion
-  use base_kinds, only: rp
+  use base_kinds, only: pi, rp
   implicit none (type, external)
   private
 
-  public :: phase_t, motion_t, drive_t, watch_t, most_forces, n_drive
+  public :: drive_t, motion_t, path_t, phase_t, most_forces, n_drive, wrapped
 
   integer, parameter :: most_forces = 32        !! in a table of force over time
+  integer, parameter :: n_drive = 8             !! reals of its state
+
+  !> Polyline with constant velocity on each segment. With a ramp, position and direction are means
+  !> over the ramp time before: the velocity changes linearly at a point, and corners are rounded.
+  type :: path_t
+    logical :: leads_tilt = .false.          !! the tilt follows the direction of travel
+    real(rp), allocatable :: time(:)         !! since the start of the phase, from 0 [s]
+    real(rp), allocatable :: place(:, :)     !! (3, points) relative to the first point [m]
+    real(rp), allocatable :: heading(:)      !! azimuth of the segment after each point, from +x to
+                                             !! +y, continuous by whole turns [rad]
+    integer, allocatable :: line(:)          !! line of each point in its file
+  contains
+    procedure :: along
+    procedure :: place_at
+  end type path_t
 
   type :: phase_t
     real(rp) :: duration = 0.0_rp      !! [s]; 0: to the end of the run
     real(rp) :: velocity(3) = 0.0_rp   !! [m/s]
+    type(path_t) :: path               !! instead of it, if it has points
     real(rp) :: spin = 0.0_rp          !! [rad/s], clockwise seen from above is positive
     real(rp) :: ramp = 0.0_rp          !! time to change from the phase before [s]
     logical :: presses = .false.       !! with a force along the axis of the tool
     real(rp) :: force = 0.0_rp         !! into the plate [N]
-    integer :: n_forces = 0            !! instead of it: forces over the time since the phase began
+    integer :: n_forces = 0            !! instead of it: forces over the time in the phase
     real(rp) :: forces(2, most_forces) = 0.0_rp       !! [s], [N]
     ! What ends the phase before its duration is over; huge: nothing.
     real(rp) :: until_force = huge(1.0_rp)        !! into the plate [N]
@@ -37,36 +53,12 @@ module contact_motion
     type(phase_t), allocatable :: phase(:)
   contains
     procedure :: at
+    procedure :: face
     procedure :: phase_at
     procedure :: pressing
     procedure :: end_phase
     procedure :: halt
   end type motion_t
-
-  !> What may end phases of a tool, or stop it: its load.
-  type :: watch_t
-    logical :: is_on = .false.
-    real(rp) :: most_force = huge(1.0_rp), most_torque = huge(1.0_rp)   !! limits [N], [N m]
-    integer :: at_limit = 1                     !! with 1 the run ends, 2 the feed stops, 3 all
-    ! State.
-    real(rp) :: felt(2) = 0.0_rp                !! force [N] and torque [N m], means of late
-    real(rp) :: felt_before(2) = 0.0_rp         !! means of these, twice as late
-    real(rp) :: noted = 0.0_rp                  !! angular impulse before this step [N m s]
-    integer :: phase = 1                        !! of the schedule
-    logical :: has_ended = .false.              !! that phase, before its time
-    real(rp) :: halted = -1.0_rp                !! when the tool was stopped; -1: it was not [s]
-    real(rp) :: spin = 0.0_rp                   !! with which it then turns on [rad/s]
-  contains
-    procedure :: feel
-    procedure :: load
-    procedure :: state => watch_state
-    procedure :: set_state => set_watch
-    procedure :: size_of_state
-  end type watch_t
-
-  integer, parameter :: n_watch = 8             !! reals of its state beside durations of phases
-
-  integer, parameter :: n_drive = 8             !! reals of its state
 
   type :: drive_t
     logical :: is_free = .false.                !! the tool has an equation of motion
@@ -101,7 +93,7 @@ contains
     class(motion_t), intent(in) :: self
     real(rp), intent(in) :: t
     real(rp), intent(out) :: shift(3), velocity(3), angle, spin
-    real(rp) :: now(4), before(4), way(4), from, length, s
+    real(rp) :: now(4), before(4), way(4), from, length, s, on(4), rate(4)
     integer :: i
 
     now = 0.0_rp
@@ -115,6 +107,11 @@ contains
           s = min(t - from, length)
           if (s < 0.0_rp) exit
           call advance(before, [phase%velocity, phase%spin], phase%ramp, s, way, now)
+          if (allocated(phase%path%time)) then
+            call phase%path%along(phase%ramp, s, 0.0_rp, on, rate)
+            way(1:3) = way(1:3) + on(1:3)
+            now(1:3) = now(1:3) + rate(1:3)
+          end if
           from = from + length
         end associate
         if (t < from) exit
@@ -126,6 +123,90 @@ contains
     angle = way(4)
     spin = now(4)
   end subroutine at
+
+  !> Azimuth that the tilt follows at time `t`, and its rate; before the first path its initial one.
+  pure subroutine face(self, t, direction, rate)
+    class(motion_t), intent(in) :: self
+    real(rp), intent(in) :: t                   !! [s]
+    real(rp), intent(out) :: direction, rate    !! [rad], [rad/s]
+    real(rp) :: from, rates(4), way(4)
+    logical :: is_first
+    integer :: i
+
+    direction = 0.0_rp
+    rate = 0.0_rp
+    from = 0.0_rp
+    is_first = .true.
+    if (.not. allocated(self%phase)) return
+    do i = 1, size(self%phase)
+      if (t < from .and. .not. is_first) return
+      associate (phase => self%phase(i))
+        if (phase%path%leads_tilt) then
+          if (is_first) direction = phase%path%heading(1)
+          is_first = .false.
+          call phase%path%along(phase%ramp, max(0.0_rp, min(t - from, phase%duration)), &
+                                 direction, way, rates)
+          direction = way(4)
+          rate = merge(rates(4), 0.0_rp, t >= from .and. t < from + phase%duration)
+        end if
+        from = from + phase%duration
+      end associate
+    end do
+  end subroutine face
+
+  !> Angle reduced to the range from -pi to pi.
+  elemental real(rp) function wrapped(angle)
+    real(rp), intent(in) :: angle                   !! [rad]
+
+    wrapped = angle - 2.0_rp*pi*anint(angle/(2.0_rp*pi))
+  end function wrapped
+
+  !> Displacement [m] and azimuth [rad] `s` seconds after the start of the phase, which begins at
+  !> rest with the azimuth `before`, and their rates.
+  pure subroutine along(self, ramp, s, before, way, rate)
+    class(path_t), intent(in) :: self
+    real(rp), intent(in) :: ramp, s, before         !! [s], [rad]
+    real(rp), intent(out) :: way(4), rate(4)
+    real(rp) :: from(3), heading, next, to(3), u
+    integer :: k
+
+    k = max(1, count(self%time <= s))
+    way = [self%place_at(s), self%heading(k)]
+    k = min(k, size(self%time) - 1)
+    rate(1:3) = (self%place(:, k + 1) - self%place(:, k))/(self%time(k + 1) - self%time(k))
+    rate(4) = 0.0_rp
+    if (ramp <= 0.0_rp) return
+    u = s - ramp
+    k = count(self%time <= u)
+    from = self%place_at(u)
+    heading = self%heading(1) + wrapped(before - self%heading(1))
+    if (k > 0) heading = self%heading(k)
+    rate = (way - [from, heading])/ramp
+    way = 0.0_rp
+    do while (u < s)
+      next = s
+      if (k < size(self%time)) next = min(s, self%time(k + 1))
+      to = self%place_at(next)
+      way = way + (next - u)/ramp*[0.5_rp*(from + to), heading]
+      u = next
+      from = to
+      k = min(k + 1, size(self%time))
+      heading = self%heading(k)
+    end do
+  end subroutine along
+
+  !> Position on the polyline after `s` seconds [m].
+  pure function place_at(self, s) result(x)
+    class(path_t), intent(in) :: self
+    real(rp), intent(in) :: s                       !! [s]
+    real(rp) :: x(3)
+    integer :: k
+
+    k = count(self%time <= s)
+    x = self%place(:, max(1, k))
+    if (k == 0 .or. k == size(self%time)) return
+    x = x + (s - self%time(k))/(self%time(k + 1) - self%time(k))*(self%place(:, k + 1) - x)
+  end function place_at
 
   !> Whether something else than time may end a phase.
   elemental logical function ends_early(self)
@@ -147,11 +228,15 @@ contains
   pure subroutine halt(self, t, spin)
     class(motion_t), intent(inout) :: self
     real(rp), intent(in) :: t, spin             !! [s], [rad/s]
+    type(phase_t), allocatable :: phase(:)
     integer :: i
 
     i = min(self%phase_at(t), size(self%phase))
     call self%end_phase(i, t)
-    self%phase = [self%phase(:i), phase_t(spin=spin)]
+    allocate (phase(i + 1))                     ! no constructor: gfortran 12 frees paths twice
+    phase(:i) = self%phase(:i)
+    phase(i + 1)%spin = spin
+    call move_alloc(phase, self%phase)
   end subroutine halt
 
   !> Number of the phase at time `t`; behind the last one if all have ended.
@@ -218,11 +303,9 @@ contains
     real(rp), intent(in) :: before(4), target(4), ramp, s
     real(rp), intent(inout) :: way(4)
     real(rp), intent(out) :: now(4)
-    real(rp) :: part
 
     if (ramp > 0.0_rp .and. s < ramp) then
-      part = s/ramp
-      now = before + (target - before)*part
+      now = before + (target - before)*(s/ramp)
       way = way + s*0.5_rp*(before + now)
     else
       now = target
@@ -305,70 +388,5 @@ contains
     self%begin = state(8)
     self%time = time
   end subroutine set_state
-
-  !> Take a load of now, force [N] and torque [N m], into the means; `part` is that of the step in
-  !> the time of a mean.
-  pure subroutine feel(self, now, part)
-    class(watch_t), intent(inout) :: self
-    real(rp), intent(in) :: now(2), part
-
-    self%felt = self%felt + part*(now - self%felt)
-    self%felt_before = self%felt_before + part*(self%felt - self%felt_before)
-  end subroutine feel
-
-  !> Force [N] and torque [N m] of now. A mean of late lags behind a load that grows, the mean of it
-  !> by the same again: what they differ by takes the lag away (double exponential smoothing, R. G.
-  !> Brown 1963).
-  pure function load(self)
-    class(watch_t), intent(in) :: self
-    real(rp) :: load(2)
-
-    load = 2.0_rp*self%felt - self%felt_before
-  end function load
-
-  !> Reals of the state of a tool that is watched, with a schedule of `n` phases in the input.
-  elemental integer function size_of_state(self, n)
-    class(watch_t), intent(in) :: self
-    integer, intent(in) :: n
-
-    size_of_state = merge(n_watch + n, 0, self%is_on)
-  end function size_of_state
-
-  !> Its state, for a checkpoint, with that of the schedule: how long phases lasted. A stopped tool
-  !> has one phase more or less than the input has, `n`.
-  pure function watch_state(self, motion, n) result(state)
-    class(watch_t), intent(in) :: self
-    type(motion_t), intent(in) :: motion
-    integer, intent(in) :: n
-    real(rp) :: state(self%size_of_state(n))
-    integer :: last
-
-    if (.not. self%is_on) return
-    last = min(n, size(motion%phase))
-    state = 0.0_rp
-    state(:n_watch) = [self%felt, self%felt_before, real(self%phase, rp), &
-                       merge(1.0_rp, 0.0_rp, self%has_ended), self%halted, self%spin]
-    state(n_watch + 1:n_watch + last) = motion%phase(:last)%duration
-  end function watch_state
-
-  !> The state of a checkpoint, into a schedule as the input has it: phases that have begun lasted
-  !> as long as they did.
-  pure subroutine set_watch(self, state, motion)
-    class(watch_t), intent(inout) :: self
-    real(rp), intent(in) :: state(:)
-    type(motion_t), intent(inout) :: motion
-    integer :: last
-
-    self%felt = state(1:2)
-    self%felt_before = state(3:4)
-    self%phase = nint(state(5))
-    self%has_ended = state(6) > 0.0_rp
-    self%halted = state(7)
-    self%spin = state(8)
-    last = min(self%phase, size(motion%phase))
-    if (.not. self%has_ended) last = min(last, self%phase - 1)
-    motion%phase(:last)%duration = state(n_watch + 1:n_watch + last)
-    if (self%halted >= 0.0_rp) call motion%halt(self%halted, self%spin)
-  end subroutine set_watch
 
 end module contact_motion

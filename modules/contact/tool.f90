@@ -6,7 +6,8 @@ module contact_tool
   use base_kinds, only: nlane, rp
   use contact_heat_sink, only: heat_sink_t
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
-  use contact_motion, only: drive_t, motion_t, watch_t
+  use contact_motion, only: drive_t, motion_t, wrapped
+  use contact_watch, only: watch_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
@@ -49,7 +50,7 @@ module contact_tool
     character(32) :: name = 'tool'
     class(shape_t), allocatable :: shape   !! unallocated: of a rigid body
     real(rp) :: start(3) = 0.0_rp          !! position at t = 0 [m]
-    real(rp) :: frame(3, 3) = 0.0_rp       !! columns: local axes at t = 0
+    real(rp) :: frame(3, 3) = 0.0_rp       !! columns: local axes at t = 0, towards +x
     real(rp) :: friction = 0.0_rp          !! coefficient of Coulomb's law
     type(friction_law_t) :: friction_law
     type(friction_table_t) :: friction_table   !! of the law's coefficient, if it is of something
@@ -78,6 +79,7 @@ module contact_tool
     procedure :: stirring_radius
     procedure :: move_to
     procedure :: mean_motion
+    procedure, private :: facing
     procedure :: tilt
     procedure :: carry
     procedure :: distance
@@ -96,7 +98,7 @@ contains
   elemental subroutine move_to(self, t)
     class(tool_t), intent(inout) :: self
     real(rp), intent(in) :: t                   !! [s]
-    real(rp) :: shift(3), c, s
+    real(rp) :: frame(3, 3), rate, shift(3), c, s
 
     self%last_position = self%position
     self%last_axes = self%axes
@@ -106,19 +108,34 @@ contains
       self%velocity = self%velocity + self%drive%rate*self%drive%axis
     end if
     self%position = self%start + shift
-    self%omega = -self%spin*self%frame(:, 3)    ! clockwise seen from above
+    call self%facing(t, frame, rate)
+    self%omega = [0.0_rp, 0.0_rp, rate] - self%spin*frame(:, 3)    ! clockwise seen from above
     c = cos(self%angle)
     s = -sin(self%angle)
-    self%axes(:, 1) = c*self%frame(:, 1) + s*self%frame(:, 2)
-    self%axes(:, 2) = c*self%frame(:, 2) - s*self%frame(:, 1)
-    self%axes(:, 3) = self%frame(:, 3)
+    self%axes(:, 1) = c*frame(:, 1) + s*frame(:, 2)
+    self%axes(:, 2) = c*frame(:, 2) - s*frame(:, 1)
+    self%axes(:, 3) = frame(:, 3)
   end subroutine move_to
 
-  !> Angle of the axis to the vertical, above 0 if the trailing edge (-x) is the lower one [rad].
+  !> Axes at time `t` without the spin, and their rate of rotation about z [rad/s].
+  pure subroutine facing(self, t, frame, rate)
+    class(tool_t), intent(in) :: self
+    real(rp), intent(in) :: t                   !! [s]
+    real(rp), intent(out) :: frame(3, 3), rate
+    real(rp) :: direction
+
+    frame = self%frame
+    call self%motion%face(t, direction, rate)
+    if (abs(direction) <= 0.0_rp) return
+    frame(1, :) = cos(direction)*self%frame(1, :) - sin(direction)*self%frame(2, :)
+    frame(2, :) = sin(direction)*self%frame(1, :) + cos(direction)*self%frame(2, :)
+  end subroutine facing
+
+  !> Angle of the axis to the vertical, above 0 if the trailing edge is the lower one [rad].
   pure real(rp) function tilt(self)
     class(tool_t), intent(in) :: self
 
-    associate (axis => self%axes(:, 3))
+    associate (axis => self%frame(:, 3))
       tilt = atan2(norm2(axis(1:2)), axis(3))
       if (axis(1) > 0.0_rp) tilt = -tilt
     end associate
@@ -129,8 +146,11 @@ contains
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: t, dt               !! [s]
     real(rp), dimension(3) :: from, to, unused
-    real(rp) :: before, after, spin
+    real(rp) :: before, after, direction(2), frame(3, 3), spin
 
+    call self%facing(t + 0.5_rp*dt, frame, spin)
+    call self%motion%face(t, direction(1), spin)
+    call self%motion%face(t + dt, direction(2), spin)
     call self%motion%at(t, from, unused, before, spin)
     call self%motion%at(t + dt, to, unused, after, spin)
     mean_motion%centre = self%start + 0.5_rp*(from + to)
@@ -139,7 +159,8 @@ contains
       mean_motion%centre = mean_motion%centre + self%drive%offset(t + 0.5_rp*dt)*self%drive%axis
       mean_motion%velocity = mean_motion%velocity + self%drive%rate*self%drive%axis
     end if
-    mean_motion%omega = -(after - before)/dt*self%frame(:, 3)
+    mean_motion%omega = [0.0_rp, 0.0_rp, wrapped(direction(2) - direction(1))/dt] &
+                        - (after - before)/dt*frame(:, 3)
   end function mean_motion
 
   !> Velocity of the rigid motion at `x` [m/s].

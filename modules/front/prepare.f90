@@ -78,8 +78,9 @@ contains
       end if
     end if
     if (diagnostics%count() == 0 .and. command%restart /= '') then
+      old%folder = folder_of_files(input)        ! compare_files judges the content
       call compare_scenes(old, input, notes%time, diagnostics)
-      call compare_files(notes%files, input, diagnostics)
+      call compare_files(notes%files, input, notes%time, diagnostics)
       if (strange%count() > 0) then
         call diagnostics%add(command%restart, 0, 'its scene is that of '// &
                              'another version of the program: '//strange%text(1))

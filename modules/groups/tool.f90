@@ -115,8 +115,16 @@ contains
       'A phase of motion of a tool; phases follow in the order of the file.')
     call t%key('TOOL', 'text', 1, '', 'tool', '', 'NAME of the &TOOL, or of a rigid &BODY')
     call t%key('DURATION', 'real', 1, 's', '0', '[0,inf)', &
-      'length of the phase; 0: to the end of the run')
+      'length of the phase; 0: to the end of the run, or of the path of FILE')
     call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the tool')
+    call t%key('FILE', 'text', 1, '', '', '', &
+      'path instead of VELOCITY: CSV beside the input with columns x[m], y[m], optional z[m] '// &
+      'and time[s]. It starts at the position of the tool; RAMP rounds its corners')
+    call t%key('SPEED', 'real', 1, 'm/s', '', '(0,inf)', &
+      'speed on a path without a column time[s]')
+    call t%key('TILT_FOLLOWS', 'logical', 1, '', '.false.', '', &
+      'TILT_DEG is against the direction of travel on the path instead of +x, in phases before '// &
+      'as at its start, after as at its end; FORCE and STIFFNESS act along z')
     call t%key('SPIN_RPM', 'real', 1, '1/min', '0', '', &
       'spin; positive is clockwise seen from above (+z)')
     call t%key('FORCE', 'real', 1, 'N', '', '[0,inf)', &

@@ -15,7 +15,8 @@ module input_csv
 
 contains
 
-  !> Read the columns with the given names; report values that are not finite numbers.
+  !> Read the columns with the given names; report values that are not finite numbers,
+  !> and omit their rows.
   subroutine read_columns(path, names, values, lines, found, opened, diagnostics)
     character(*), intent(in) :: path, names(:)
     real(rp), allocatable, intent(out) :: values(:, :)   !! (row, name)
@@ -24,7 +25,7 @@ contains
     logical, intent(out) :: opened                       !! the file can be read
     type(diagnostics_t), intent(inout) :: diagnostics
     character(line_length) :: line
-    integer :: columns, place(size(names)), n, number, status, unit, wrong
+    integer :: before, columns, place(size(names)), n, number, status, unit, wrong
     logical :: has_header
 
     found = .false.
@@ -53,7 +54,9 @@ contains
       call grow(n + 1, values, lines)
       n = n + 1
       lines(n) = number
+      before = wrong
       call read_row()
+      if (wrong > before) n = n - 1
     end do
     close (unit)
     values = values(:n, :)
@@ -121,11 +124,15 @@ contains
   pure subroutine find_columns(line, names, place)
     character(*), intent(in) :: line, names(:)
     integer, intent(out) :: place(size(names))
-    integer :: i
+    character(:), allocatable :: item
+    integer :: i, unit
 
     place = 0
     do i = items(line), 1, -1
-      where (names == item_of(line, i)) place = i
+      item = item_of(line, i)
+      unit = index(item, '[')
+      if (unit > 1) item = trim(item(:unit - 1))//item(unit:)   ! `x [m]` as `x[m]`
+      where (names == item) place = i
     end do
   end subroutine find_columns
 

@@ -29,6 +29,7 @@ module setup_scene
   use setup_grading, only: check_grading, read_grading
   use setup_laws, only: lay_out_laws
   use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
+  use setup_motions, only: check_paths
   use setup_scaling, only: is_sparse, read_elastic_scaling, read_selective_scaling
   use setup_sleeping, only: read_sleeping
   use setup_tool_heat, only: read_tool_heat
@@ -70,6 +71,7 @@ contains
     call check_shapes(input, scene, diagnostics)
     call read_conditions(input, scene, diagnostics)
     call read_tools(input, scene%body, scene%material, tool, diagnostics)
+    call check_paths(input, scene, tool, diagnostics)
     call read_tool_heat(input, scene, tool, diagnostics)
     call read_contacts(input, scene, diagnostics)
     call read_gaps(input, scene, diagnostics)

@@ -4,19 +4,19 @@ module setup_tools
   use base_kinds, only: pi, rp
   use contact_law, only: friction_law_t, friction_laws, friction_table_t, law_coulomb, &
                          law_schmidt_hattel, of_nothing
-  use contact_motion, only: most_forces, motion_t, phase_t
   use contact_tool, only: tool_t
   use input_diagnostics, only: diagnostics_t
   use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_names, only: find, known
   use physics_material, only: material_t
+  use setup_motions, only: limit_of, read_motion
   use state_scene, only: body_t
   use tool_shapes_list, only: read_shape
   implicit none (type, external)
   private
 
-  public :: read_tools, motion_of
+  public :: read_tools
 
 contains
 
@@ -42,7 +42,7 @@ contains
       call read_friction_law(input, i, body, material, tool(i)%friction_law, diagnostics)
       call read_friction_table(input, i, tool(i), diagnostics)
       call read_shape(input, i, tool(i)%shape, tool(i)%frame, diagnostics)
-      tool(i)%motion = motion_of(input, tool(i)%name)
+      call read_motion(input, tool(i)%name, tool(i)%motion, diagnostics)
       call read_watch(input, i, tool(i), diagnostics)
       call read_drive(input, i, body, material, tool(i), diagnostics)
       call tool(i)%move_to(0.0_rp)
@@ -81,9 +81,11 @@ contains
       do a = 1, 3
         tool(k)%frame(a, a) = 1.0_rp
       end do
-      tool(k)%motion = motion_of(input, tool(k)%name)
+      call read_motion(input, tool(k)%name, tool(k)%motion, diagnostics)
       if (any(tool(k)%motion%phase%presses)) call input%report(diagnostics, 'BODY', b, 'RIGID', &
                                                                'FORCE of &MOTION is for a &TOOL')
+      if (any(tool(k)%motion%phase%path%leads_tilt)) call input%report(diagnostics, 'BODY', b, &
+        'RIGID', 'TILT_FOLLOWS of &MOTION is for a &TOOL')
       if (any(tool(k)%motion%phase%ends_early())) call input%report(diagnostics, 'BODY', b, &
         'RIGID', 'UNTIL_FORCE, UNTIL_TORQUE and UNTIL_TEMPERATURE of &MOTION are for a &TOOL')
       call tool(k)%move_to(0.0_rp)
@@ -151,6 +153,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     character(*), parameter :: only_free = 'is for a tool with a STIFFNESS or with a FORCE in '// &
                                            '&MOTION'
+    real(rp), allocatable :: way(:, :)
     real(rp) :: face_stiffness, radius, density
     integer :: b
     logical :: is_given
@@ -170,10 +173,12 @@ contains
     end if
     do b = 1, size(tool%motion%phase)
       associate (phase => tool%motion%phase(b))
-        if (.not. phase%presses .or. abs(dot_product(phase%velocity, tool%frame(:, 3))) &
-            <= 0.5_rp*norm2(phase%velocity)) cycle
+        way = reshape(phase%velocity, [3, 1])
+        if (allocated(phase%path%time)) way = phase%path%place
+        if (.not. phase%presses .or. all(abs(matmul(tool%frame(:, 3), way)) &
+                                         <= 0.5_rp*norm2(way, 1))) cycle
         call input%report(diagnostics, 'TOOL', i, 'NAME', 'in a &MOTION with a FORCE it must '// &
-                          'not have a VELOCITY along its axis')
+                          'not have a VELOCITY along its axis, nor a path')
       end associate
     end do
     radius = tool%stirring_radius()
@@ -237,69 +242,12 @@ contains
     tool%friction_table = table
   end subroutine read_friction_table
 
-  !> Motion phases of the tool `name` in the order of the input file.
-  function motion_of(input, name) result(motion)
-    type(input_t), intent(in) :: input
-    character(*), intent(in) :: name
-    type(motion_t) :: motion
-    type(phase_t) :: phase
-    real(rp), allocatable :: forces(:)
-    integer :: i
-
-    allocate (motion%phase(0))
-    do i = 1, input%count('MOTION')
-      if (input%text('MOTION', i, 'TOOL') /= name) cycle
-      phase%duration = input%real('MOTION', i, 'DURATION')
-      phase%velocity = input%reals('MOTION', i, 'VELOCITY', 3)
-      phase%spin = input%real('MOTION', i, 'SPIN_RPM')*2.0_rp*pi/60.0_rp
-      phase%ramp = input%real('MOTION', i, 'RAMP')
-      phase%presses = input%given('MOTION', i, 'FORCE')
-      phase%force = 0.0_rp
-      if (phase%presses) phase%force = input%real('MOTION', i, 'FORCE')
-      forces = input%list('MOTION', i, 'FORCE_TABLE')
-      phase%n_forces = size(forces)/2
-      phase%forces(:, :phase%n_forces) = reshape(forces, [2, phase%n_forces])
-      if (phase%n_forces > 0) phase%presses = .true.
-      phase%until_force = limit_of(input, 'MOTION', i, 'UNTIL_FORCE')
-      phase%until_torque = limit_of(input, 'MOTION', i, 'UNTIL_TORQUE')
-      phase%until_temperature = limit_of(input, 'MOTION', i, 'UNTIL_TEMPERATURE')
-      phase%until_probe = probe_of(input, i)
-      motion%phase = [motion%phase, phase]
-    end do
-  end function motion_of
-
-  !> Limit in the input; huge if it is not given.
-  real(rp) function limit_of(input, group, i, key)
-    type(input_t), intent(in) :: input
-    character(*), intent(in) :: group, key
-    integer, intent(in) :: i
-    logical :: is_given
-
-    limit_of = huge(1.0_rp)
-    is_given = input%given(group, i, key)
-    if (is_given) limit_of = input%real(group, i, key)
-  end function limit_of
-
-  !> Index of the probe that ends the `i`-th &MOTION; 0 if none is named or the name is unknown.
-  integer function probe_of(input, i)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-
-    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '') then
-      do probe_of = 1, input%count('PROBE')
-        if (input%text('PROBE', probe_of, 'NAME') == input%text('MOTION', i, 'UNTIL_PROBE')) return
-      end do
-    end if
-    probe_of = 0
-  end function probe_of
-
-  !> Read the load limits of the `i`-th tool; check the conditions that end its phases.
+  !> Read the load limits of the `i`-th tool.
   subroutine read_watch(input, i, tool, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(tool_t), intent(inout) :: tool
     type(diagnostics_t), intent(inout) :: diagnostics
-    integer :: k, m
     logical :: is_given
 
     tool%n_phases = size(tool%motion%phase)
@@ -318,49 +266,9 @@ contains
       if (watch%is_on .and. .not. input%logical('METHOD', 1, 'MECHANICS')) call input%report( &
         diagnostics, 'TOOL', i, 'NAME', 'limits and UNTIL_... need METHOD MECHANICS = T')
     end associate
-    k = 0
-    do m = 1, input%count('MOTION')
-      if (input%text('MOTION', m, 'TOOL') /= tool%name) cycle
-      k = k + 1
-      call check_phase(input, m, tool%motion%phase(k), diagnostics)
-    end do
     tool%drive%axis = tool%frame(:, 3)
     if (input%text('TOOL', i, 'KIND') == 'plane') tool%drive%axis = -tool%drive%axis
+    if (any(tool%motion%phase%path%leads_tilt)) tool%drive%axis = [0.0_rp, 0.0_rp, 1.0_rp]
   end subroutine read_watch
-
-  !> Check the end conditions and the force table of the `i`-th &MOTION.
-  subroutine check_phase(input, i, phase, diagnostics)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    type(phase_t), intent(in) :: phase
-    type(diagnostics_t), intent(inout) :: diagnostics
-    logical :: is_given
-    integer :: n
-
-    if (phase%ends_early() .and. phase%duration <= 0.0_rp) then
-      call input%report(diagnostics, 'MOTION', i, 'DURATION', &
-                        'must be given, the longest time of a phase that ends at a load or '// &
-                        'temperature')
-    end if
-    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '') then
-      if (phase%until_probe == 0) call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
-                                                    'there is no &PROBE of this name')
-      if (phase%until_temperature >= huge(1.0_rp)) then
-        call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
-                          'has no effect without UNTIL_TEMPERATURE')
-      end if
-    end if
-    n = size(input%list('MOTION', i, 'FORCE_TABLE'))
-    if (n == 0) return
-    is_given = input%given('MOTION', i, 'FORCE')
-    if (is_given) call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', &
-                                    'takes the place of FORCE: give one of them')
-    if (mod(n, 2) /= 0 .or. n > 2*most_forces) then
-      call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must be pairs of time and force')
-      return
-    end if
-    call check_rising(input, 'MOTION', i, 'FORCE_TABLE', phase%forces(1, :n/2), diagnostics, &
-                      'times')
-  end subroutine check_phase
 
 end module setup_tools

@@ -1,9 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> The schedule of a tool against the sum of small steps.
+!> The schedule of a tool against the sum of small steps, its path against a circle.
 program test_motion
-  use base_kinds, only: rp
+  use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_motion, only: motion_t, phase_t, watch_t
+  use contact_motion, only: motion_t, path_t, phase_t
+  use contact_paths, only: new_path
+  use contact_tool, only: rigid_t, tool_t
+  use contact_watch, only: watch_t
   implicit none (type, external)
 
   call begin_tests()
@@ -11,6 +14,8 @@ program test_motion
   call test_after_the_end()
   call test_rest()
   call test_growing_load()
+  call test_circle()
+  call test_corner()
   call end_tests()
 
 contains
@@ -109,5 +114,101 @@ contains
     call expect_close('a constant one', load(2), 7.0_rp, rtol=1.0e-12_rp)
     call expect('its mean lags', watch%felt(1) < 5950.0_rp)
   end subroutine test_growing_load
+
+  !> Three quarters of a circle at one speed, from +y on, behind a plunge: the mean over a ramp T of
+  !> a circle is one of radius R sin(w T/2)/(w T/2), T/2 later. The tilt leans against the tangent,
+  !> and velocities are those of the pose.
+  subroutine test_circle()
+    integer, parameter :: n = 541
+    real(rp), parameter :: radius = 0.02_rp, w = 0.25_rp, ramp = 0.4_rp, plunge = 2.0_rp, &
+                           lean = 3.0_rp*pi/180.0_rp, small = 1.0e-5_rp
+    real(rp) :: a(n), mean, off, turned, middle, t, x(3), before(3), after(3), y(3)
+    type(tool_t) :: tool
+    type(rigid_t) :: rigid
+    integer :: k
+
+    a = 1.5_rp*pi*[(k, k=0, n - 1)]/(n - 1)
+    tool%start = [1.0_rp, 2.0_rp, 3.0_rp]
+    tool%frame = reshape([cos(lean), 0.0_rp, sin(lean), 0.0_rp, 1.0_rp, 0.0_rp, &
+                          -sin(lean), 0.0_rp, cos(lean)], [3, 3])
+    tool%motion%phase = [phase_t(duration=plunge, velocity=[0.0_rp, 0.0_rp, -1.0e-3_rp], &
+                                 spin=30.0_rp), &
+      phase_t(duration=a(n)/w + ramp, ramp=ramp, spin=30.0_rp, &
+              path=new_path(a/w, reshape([radius*cos(a), radius*sin(a), 0.0_rp*a], [3, n], &
+                                         order=[2, 1]), [(k, k=1, n)], .true.)), &
+                             phase_t(spin=30.0_rp)]
+    call tool%move_to(0.0_rp)
+    call expect_close('circle: before it the tilt is that of its beginning', &
+                      norm2(tool%axes(:, 3) - [0.0_rp, -sin(lean), cos(lean)]), 0.0_rp, &
+                      atol=1.0e-3_rp)
+    mean = sin(0.5_rp*w*ramp)/(0.5_rp*w*ramp)
+    off = 0.0_rp
+    turned = 0.0_rp
+    do k = 1, 100
+      t = ramp + 0.01_rp*k*(a(n)/w - 2.0_rp*ramp)
+      middle = w*(t - 0.5_rp*ramp)
+      call tool%move_to(plunge + t)
+      x = tool%start + [radius*(mean*cos(middle) - 1.0_rp), radius*mean*sin(middle), &
+                        -1.0e-3_rp*plunge + 0.5e-3_rp*(-ramp)]
+      off = max(off, norm2(tool%position - x))
+      turned = max(turned, norm2(tool%axes(:, 3) &
+                                 - [sin(lean)*sin(middle), -sin(lean)*cos(middle), cos(lean)]))
+    end do
+    call expect_close('circle: place', off, 0.0_rp, atol=radius*(a(2)**2/8.0_rp + 1.0e-12_rp))
+    call expect_close('circle: tilt', turned, 0.0_rp, &
+                      atol=1.001_rp*sin(lean)*a(2)**2/(8.0_rp*w*ramp))
+    call expect_close('circle: sense of the tilt', tool%tilt(), lean, atol=1.0e-12_rp)
+    y = [0.006_rp, -0.003_rp, 0.002_rp]
+    t = plunge + 3.0_rp
+    call tool%move_to(t - small)
+    before = tool%position + matmul(tool%axes, y)
+    call tool%move_to(t + small)
+    after = tool%position + matmul(tool%axes, y)
+    rigid = tool%mean_motion(t - small, 2.0_rp*small)
+    call expect_close('circle: mean motion', norm2(rigid%velocity_at(0.5_rp*(before + after)) &
+                                                   - (after - before)/(2.0_rp*small)), 0.0_rp, &
+                      atol=1.0e-8_rp)
+    call tool%move_to(t)
+    call expect_close('circle: velocity of the surface', &
+                      norm2(tool%surface_velocity(tool%position + matmul(tool%axes, y)) &
+                            - (after - before)/(2.0_rp*small)), 0.0_rp, atol=1.0e-7_rp)
+    call expect_close('circle: what turns the tilt', tool%omega(3) + 30.0_rp*tool%axes(3, 3), w, &
+                      rtol=a(2)/(w*ramp))
+    call tool%move_to(plunge + a(n)/w + ramp + 1.0_rp)
+    call expect_close('circle: its end', &
+                      norm2(tool%position - tool%start - [-radius, -radius, -2.2e-3_rp]), 0.0_rp, &
+                      atol=1.0e-12_rp)
+    call expect('circle: rest behind it', all(abs(tool%velocity) <= 0.0_rp))
+  end subroutine test_circle
+
+  !> A corner with a rest in it: as two phases with the same ramp and one without motion between.
+  subroutine test_corner()
+    type(motion_t) :: one, other
+    type(path_t) :: path
+    real(rp) :: a(4), b(4), v(3), u(3), spin, off, t
+    integer :: k
+
+    path = new_path([5.0_rp, 6.0_rp, 7.5_rp, 9.5_rp], &
+                    reshape([1.0_rp, 1.0_rp, 1.0_rp, 3.0_rp, 1.0_rp, 1.0_rp, &
+                             3.0_rp, 1.0_rp, 1.0_rp, 3.0_rp, 3.0_rp, 0.0_rp], [3, 4]), &
+                    [1, 2, 3, 4], .false.)
+    off = 0.0_rp
+    do k = 0, 1
+      one%phase = [phase_t(duration=1.0_rp, velocity=[0.0_rp, 0.0_rp, 1.0_rp], spin=2.0_rp), &
+                   phase_t(duration=4.5_rp, path=path, ramp=0.5_rp*k, spin=3.0_rp)]
+      other%phase = [one%phase(1), &
+        phase_t(duration=1.0_rp, velocity=[2.0_rp, 0.0_rp, 0.0_rp], ramp=0.5_rp*k, spin=3.0_rp), &
+        phase_t(duration=1.5_rp, ramp=0.5_rp*k, spin=3.0_rp), &
+        phase_t(duration=2.0_rp, velocity=[0.0_rp, 1.0_rp, -0.5_rp], ramp=0.5_rp*k, spin=3.0_rp)]
+      t = 0.0_rp
+      do while (t < 5.5_rp)
+        call one%at(t, a(1:3), v, a(4), spin)
+        call other%at(t, b(1:3), u, b(4), spin)
+        off = max(off, maxval(abs(a - b)), maxval(abs(v - u)))
+        t = t + 0.01171875_rp
+      end do
+    end do
+    call expect_close('corner', off, 0.0_rp, atol=1.0e-12_rp)
+  end subroutine test_corner
 
 end program test_motion

@@ -1,0 +1,243 @@
+! SPDX-License-Identifier: MIT
+!> Read the motion schedules of tools: the phases of &MOTION, and paths from files.
+module setup_motions
+  use base_kinds, only: pi, rp
+  use base_text, only: str
+  use contact_motion, only: most_forces, motion_t, phase_t
+  use contact_paths, only: new_path
+  use contact_tool, only: tool_t
+  use input_csv, only: read_columns
+  use input_diagnostics, only: diagnostics_t
+  use input_files, only: file_path
+  use input_tables, only: check_rising
+  use input_values, only: input_t
+  use state_scene, only: scene_t
+  implicit none (type, external)
+  private
+
+  public :: check_paths, limit_of, read_motion
+
+  real(rp), parameter :: fastest = 0.1_rp      !! speed on a path [wave speeds of the metal]
+
+contains
+
+  !> Read the motion phases of the tool `name` in the order of the input file.
+  subroutine read_motion(input, name, motion, diagnostics)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: name
+    type(motion_t), intent(out) :: motion
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: i, k
+
+    allocate (motion%phase(count([(input%text('MOTION', i, 'TOOL') == name, &
+                                   i=1, input%count('MOTION'))])))
+    k = 0
+    do i = 1, input%count('MOTION')
+      if (input%text('MOTION', i, 'TOOL') /= name) cycle
+      k = k + 1
+      motion%phase(k) = phase_of(input, i)
+      call read_path(input, i, motion%phase(k), diagnostics)
+      call check_phase(input, i, motion%phase(k), diagnostics)
+    end do
+  end subroutine read_motion
+
+  !> Phase of the `i`-th &MOTION, without its path.
+  type(phase_t) function phase_of(input, i) result(phase)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    real(rp), allocatable :: forces(:)
+
+    phase%duration = input%real('MOTION', i, 'DURATION')
+    phase%velocity = input%reals('MOTION', i, 'VELOCITY', 3)
+    phase%spin = input%real('MOTION', i, 'SPIN_RPM')*2.0_rp*pi/60.0_rp
+    phase%ramp = input%real('MOTION', i, 'RAMP')
+    phase%presses = input%given('MOTION', i, 'FORCE')
+    if (phase%presses) phase%force = input%real('MOTION', i, 'FORCE')
+    forces = input%list('MOTION', i, 'FORCE_TABLE')
+    phase%n_forces = size(forces)/2
+    phase%forces(:, :phase%n_forces) = reshape(forces, [2, phase%n_forces])
+    if (phase%n_forces > 0) phase%presses = .true.
+    phase%until_force = limit_of(input, 'MOTION', i, 'UNTIL_FORCE')
+    phase%until_torque = limit_of(input, 'MOTION', i, 'UNTIL_TORQUE')
+    phase%until_temperature = limit_of(input, 'MOTION', i, 'UNTIL_TEMPERATURE')
+    phase%until_probe = probe_of(input, i)
+  end function phase_of
+
+  !> Read the path of the `i`-th &MOTION from its FILE, if given, and set the duration.
+  subroutine read_path(input, i, phase, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(phase_t), intent(inout) :: phase
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(*), parameter :: names(4) = ['time[s]', 'x[m]   ', 'y[m]   ', 'z[m]   ']
+    character(:), allocatable :: file
+    real(rp), allocatable :: rows(:, :)
+    integer, allocatable :: lines(:)
+    logical :: found(4), has_speed, leads_tilt, opened
+    integer :: before, k, n
+
+    file = file_path(input, 'MOTION', i)
+    has_speed = input%given('MOTION', i, 'SPEED')
+    leads_tilt = input%logical('MOTION', i, 'TILT_FOLLOWS')
+    if (file == '') then
+      if (has_speed) call input%report(diagnostics, 'MOTION', i, 'SPEED', 'needs a FILE')
+      if (leads_tilt) call input%report(diagnostics, 'MOTION', i, 'TILT_FOLLOWS', 'needs a FILE')
+      return
+    end if
+    before = diagnostics%count()
+    if (any(abs(phase%velocity) > 0.0_rp)) call input%report(diagnostics, 'MOTION', i, &
+      'VELOCITY', 'has no effect beside a FILE')
+    if (leads_tilt .and. phase%ramp <= 0.0_rp) call input%report(diagnostics, 'MOTION', i, &
+      'TILT_FOLLOWS', 'needs a RAMP: the time in which the tilt turns at a point')
+    call read_columns(file, names, rows, lines, found, opened, diagnostics)
+    n = size(rows, 1)
+    if (.not. opened) then
+      call input%report(diagnostics, 'MOTION', i, 'FILE', file//' cannot be read')
+    else if (.not. all(found(2:3))) then
+      call diagnostics%add(file, 0, 'needs columns x[m] and y[m], and may have z[m] and '// &
+                           'time[s], with commas between them')
+    else if (n < 2) then
+      if (diagnostics%count() == before) call diagnostics%add(file, 0, 'has fewer than two points')
+    else if (found(1)) then
+      if (has_speed) call input%report(diagnostics, 'MOTION', i, 'SPEED', &
+                                       'has no effect: '//file//' has a column time[s]')
+      call report_point(file, lines(2:), rows(2:, 1) <= rows(:n - 1, 1), 'time does not rise', &
+                        diagnostics)
+    else if (.not. has_speed) then
+      call input%report(diagnostics, 'MOTION', i, 'FILE', &
+                        'has no column time[s]: the phase needs a SPEED')
+    else
+      do k = 2, n
+        rows(k, 1) = rows(k - 1, 1) &
+                     + norm2(rows(k, 2:) - rows(k - 1, 2:))/input%real('MOTION', i, 'SPEED')
+      end do
+      call report_point(file, lines(2:), rows(2:, 1) <= rows(:n - 1, 1), &
+                        'repeats the point before', diagnostics)
+    end if
+    if (diagnostics%count() > before) return
+    phase%path = new_path(rows(:, 1), transpose(rows(:, 2:)), lines, leads_tilt)
+    associate (length => phase%path%time(n) + phase%ramp)
+      if (phase%duration > length*(1.0_rp + 1.0e-9_rp)) call input%report(diagnostics, 'MOTION', &
+        i, 'DURATION', 'is longer than path and RAMP take, '//str(length)//' s')
+      if (phase%duration <= 0.0_rp) phase%duration = length
+    end associate
+  end subroutine read_path
+
+  !> Report paths that leave the grid or exceed a fraction of the wave speed of the metal.
+  subroutine check_paths(input, scene, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: file
+    real(rp), allocatable :: x(:, :)
+    real(rp) :: angle, begin(3), now(3), spin, upper(3), waves
+    integer :: b, i, k, n, phase
+
+    upper = scene%grid%upper()
+    waves = huge(1.0_rp)
+    do b = 1, size(scene%body)
+      if (scene%body(b)%material == 0 .or. scene%body(b)%is_rigid()) cycle
+      waves = min(waves, scene%material(scene%body(b)%material)%wave_speed() &
+                         /sqrt(scene%method%mass_scaling))
+    end do
+    do k = 1, size(tool)
+      phase = 0
+      do i = 1, input%count('MOTION')
+        if (input%text('MOTION', i, 'TOOL') /= tool(k)%name) cycle
+        phase = phase + 1
+        if (.not. allocated(tool(k)%motion%phase(phase)%path%time)) cycle
+        file = file_path(input, 'MOTION', i)
+        call tool(k)%motion%at(sum(tool(k)%motion%phase(:phase - 1)%duration), begin, now, angle, &
+                               spin)
+        associate (path => tool(k)%motion%phase(phase)%path)
+          n = size(path%time)
+          x = path%place + spread(tool(k)%start + begin, 2, n)
+          call report_point(file, path%line, any((x < spread(scene%grid%lower, 2, n) .or. &
+            x > spread([upper(:2), huge(1.0_rp)], 2, n)) .and. &
+            spread(scene%grid%period <= 0, 2, n), 1), 'the path leaves the grid', diagnostics)
+          x(:, 2:) = path%place(:, 2:) - path%place(:, :n - 1)
+          call report_point(file, path%line(2:), norm2(x(:, 2:), 1) > fastest*waves &
+            *(path%time(2:) - path%time(:n - 1)), 'the segment to this point is faster than '// &
+            str(fastest*waves)//' m/s, a tenth of the wave speed of the metal with its '// &
+            'MASS_SCALING', diagnostics)
+        end associate
+      end do
+    end do
+  end subroutine check_paths
+
+  !> Report the first point of a path where `is` holds, and the number of others.
+  subroutine report_point(file, lines, is, message, diagnostics)
+    character(*), intent(in) :: file, message
+    integer, intent(in) :: lines(:)
+    logical, intent(in) :: is(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: more
+
+    more = ''
+    if (count(is) > 1) more = ', and at '//str(count(is) - 1)//' more'
+    if (any(is)) call diagnostics%add(file, lines(findloc(is, .true., dim=1)), message//more)
+  end subroutine report_point
+
+  !> Limit in the input; huge if it is not given.
+  real(rp) function limit_of(input, group, i, key)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group, key
+    integer, intent(in) :: i
+    logical :: is_given
+
+    limit_of = huge(1.0_rp)
+    is_given = input%given(group, i, key)
+    if (is_given) limit_of = input%real(group, i, key)
+  end function limit_of
+
+  !> Index of the probe that ends the `i`-th &MOTION; 0 if none is named or the name is unknown.
+  integer function probe_of(input, i)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+
+    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '') then
+      do probe_of = 1, input%count('PROBE')
+        if (input%text('PROBE', probe_of, 'NAME') == input%text('MOTION', i, 'UNTIL_PROBE')) return
+      end do
+    end if
+    probe_of = 0
+  end function probe_of
+
+  !> Check the end conditions and the force table of the `i`-th &MOTION.
+  subroutine check_phase(input, i, phase, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(phase_t), intent(in) :: phase
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: is_given
+    integer :: n
+
+    if (phase%ends_early() .and. phase%duration <= 0.0_rp &
+        .and. input%text('MOTION', i, 'FILE') == '') then
+      call input%report(diagnostics, 'MOTION', i, 'DURATION', &
+                        'must be given, the longest time of a phase that ends at a load or '// &
+                        'temperature')
+    end if
+    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '') then
+      if (phase%until_probe == 0) call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
+                                                    'there is no &PROBE of this name')
+      if (phase%until_temperature >= huge(1.0_rp)) then
+        call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
+                          'has no effect without UNTIL_TEMPERATURE')
+      end if
+    end if
+    n = size(input%list('MOTION', i, 'FORCE_TABLE'))
+    if (n == 0) return
+    is_given = input%given('MOTION', i, 'FORCE')
+    if (is_given) call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', &
+                                    'takes the place of FORCE: give one of them')
+    if (mod(n, 2) /= 0 .or. n > 2*most_forces) then
+      call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must be pairs of time and force')
+      return
+    end if
+    call check_rising(input, 'MOTION', i, 'FORCE_TABLE', phase%forces(1, :n/2), diagnostics, &
+                      'times')
+  end subroutine check_phase
+
+end module setup_motions
