@@ -177,7 +177,7 @@ contains
       if (world%is_root() .and. note /= '') call say(note)
     end if
     if (world%is_root() .and. .not. error%is_set()) then
-      call open_log(output%directory//'/'//output%name//'.log', goes_on=command%restart /= '')
+      call open_log(output%directory//'/'//output%name//'.log', appends=command%restart /= '')
       call write_whole(output%directory//'/'//output%name//'_input.nml', resolved_text(input), &
                        error)
     end if

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Files as the operating system has them (modules/base/disk.c): locks, syncs, lists, checksums.
+!> File operations of the operating system (modules/base/disk.c): locks, syncs, lists, checksums.
 module base_disk
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_null_char
   use base_kinds, only: i8, rp
@@ -10,11 +10,11 @@ module base_disk
   public :: process_number, host_name, full_path, file_bytes, read_head, write_head
   public :: locked, locked_elsewhere, has_no_locks
 
-  integer, parameter, public :: name_length = 255   !! of a file, at most
+  integer, parameter, public :: name_length = 255   !! maximum length of a file name
   integer(c_int), parameter :: locked = 0, locked_elsewhere = 1, has_no_locks = 2
 
   interface
-    !> Checksum of words that follow `seed`: any other word makes another sum.
+    !> Checksum of words after `seed`; a change of any word changes the sum.
     pure integer(c_int64_t) function sum_words(seed, words, n) bind(c, name='stirpoint_sum_words')
       import :: c_int64_t
       implicit none (type, external)
@@ -57,13 +57,13 @@ module base_disk
       integer(c_int64_t), value :: size
     end function c_list
 
-    !> A number that no other call returns.
+    !> Random number that no other call returns.
     integer(c_int64_t) function random_number64() bind(c, name='stirpoint_random')
       import :: c_int64_t
       implicit none (type, external)
     end function random_number64
 
-    !> Number of this process.
+    !> Process identifier.
     integer(c_int) function process_number() bind(c, name='stirpoint_process')
       import :: c_int
       implicit none (type, external)
@@ -87,7 +87,7 @@ module base_disk
 
 contains
 
-  !> Checksum of `count` bytes of a file from `first` (from 0) on; `ok` if they could be read.
+  !> Checksum of `count` bytes of a file from byte `first` (from 0); `ok` if they could be read.
   subroutine file_sum(path, first, count, total, ok)
     character(*), intent(in) :: path
     integer(i8), intent(in) :: first, count
@@ -97,22 +97,23 @@ contains
     ok = c_sum_file(trim(path)//c_null_char, first, count, total) == 0
   end subroutine file_sum
 
-  !> Bring a file or a directory to the disk.
+  !> Flush a file or a directory to disk.
   logical function sync_file(path)
     character(*), intent(in) :: path
 
     sync_file = c_sync(trim(path)//c_null_char) == 0
   end function sync_file
 
-  !> Give a file a second name, in place of what has it; true also if there is no such file.
+  !> Give a file a second name, which is replaced; true also if there is no such file.
   logical function keep_file(path, kept)
     character(*), intent(in) :: path, kept
 
     keep_file = c_keep(trim(path)//c_null_char, trim(kept)//c_null_char) == 0
   end function keep_file
 
-  !> Take the lock of a file, which is made if need be, until this process ends, within `seconds`:
-  !> locked, locked_elsewhere, has_no_locks (the file system), or below 0 if it cannot be made.
+  !> Lock a file, which is created if needed, until this process ends. Returns locked,
+  !> locked_elsewhere (after `seconds`), has_no_locks (of the file system), or a negative value if
+  !> it cannot be created.
   integer function lock_file(path, seconds)
     character(*), intent(in) :: path
     real(rp), intent(in) :: seconds
@@ -120,7 +121,7 @@ contains
     lock_file = c_lock(trim(path)//c_null_char, seconds)
   end function lock_file
 
-  !> Names in a directory, none if it cannot be read.
+  !> File names in a directory; none if it cannot be read.
   function list_directory(path) result(names)
     character(*), intent(in) :: path
     character(name_length), allocatable :: names(:)
@@ -129,7 +130,7 @@ contains
     integer :: first, last
 
     text = ''
-    do   ! until it fits: names may come meanwhile
+    do   ! until it fits, as files may be added meanwhile
       length = c_list(trim(path)//c_null_char, text, int(len(text), i8))
       if (length <= len(text)) exit
       text = repeat(' ', int(length) + 256)
@@ -153,7 +154,7 @@ contains
     name = buffer(:index(buffer, c_null_char) - 1)
   end function host_name
 
-  !> Path of something that exists from the root on; '' if it cannot be known.
+  !> Absolute path of an existing file or directory; '' if unknown.
   function full_path(path) result(full)
     character(*), intent(in) :: path
     character(:), allocatable :: full
@@ -164,7 +165,7 @@ contains
     full = buffer(:index(buffer, c_null_char) - 1)
   end function full_path
 
-  !> Size of a file, -1 if there is none.
+  !> Size of a file [bytes]; -1 if there is none.
   integer(i8) function file_bytes(path)
     character(*), intent(in) :: path
     logical :: exists
@@ -173,7 +174,7 @@ contains
     if (.not. exists) file_bytes = -1
   end function file_bytes
 
-  !> The first characters of a file, as many as `head` has; blanks if it has not so many.
+  !> Read the first characters of a file, as many as `head` has; blanks if the file is shorter.
   subroutine read_head(path, head, ok)
     character(*), intent(in) :: path
     character(*), intent(out) :: head

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Error value returned by set-up and I/O, and the exit for programming errors.
+!> Error values of set-up and I/O, and the abort on programming errors.
 module base_errors
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none (type, external)
@@ -7,7 +7,7 @@ module base_errors
 
   public :: error_t, fatal, set_abort_hook
 
-  !> Holds a message if something failed; unallocated means success.
+  !> Error message; not allocated on success.
   type :: error_t
     character(:), allocatable :: message
   contains
@@ -25,7 +25,7 @@ module base_errors
 
 contains
 
-  !> Record `message`, unless an earlier one is held.
+  !> Set the message, unless an earlier one is set.
   subroutine raise(self, message)
     class(error_t), intent(inout) :: self
     character(*), intent(in) :: message
@@ -40,14 +40,14 @@ contains
     is_set = allocated(self%message)
   end function is_set
 
-  !> Replace what `fatal` calls after printing (MPI_Abort in a parallel run).
+  !> Set the procedure that `fatal` calls after printing (MPI_Abort in parallel runs).
   subroutine set_abort_hook(hook)
     procedure(abort_interface) :: hook
 
     abort_hook => hook
   end subroutine set_abort_hook
 
-  !> Stop every rank at once: a programming error or a lost file system.
+  !> Abort all ranks, on a programming error or a lost file system.
   subroutine fatal(message)
     character(*), intent(in) :: message
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Text files written without a buffer: a full disk is known by the row that it loses.
+!> Unbuffered text files, so that a full disk is detected with the first lost row.
 module base_files
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char
   use base_errors, only: error_t
@@ -9,7 +9,7 @@ module base_files
 
   public :: text_file_t, write_whole, reason_of
 
-  !> A file that text is appended to. `code` is errno of the first call that failed, or 0.
+  !> A text file to append to. `code` is errno of the first failed call, or 0.
   type :: text_file_t
     integer :: code = 0
     integer(c_int), private :: fd = -1
@@ -22,11 +22,11 @@ module base_files
   end type text_file_t
 
   interface
-    integer(c_int) function c_open(path, fresh) bind(c, name='stirpoint_text_open')
+    integer(c_int) function c_open(path, is_new) bind(c, name='stirpoint_text_open')
       import :: c_char, c_int
       implicit none (type, external)
       character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: fresh
+      integer(c_int), value :: is_new
     end function c_open
 
     integer(c_int) function c_put(fd, text, n) bind(c, name='stirpoint_text_put')
@@ -59,33 +59,34 @@ module base_files
 
 contains
 
-  !> A new file, in place of one that is there.
+  !> Create a file, replacing an existing one.
   subroutine create(self, path)
     class(text_file_t), intent(inout) :: self
     character(*), intent(in) :: path
 
-    call start(self, path, 1_c_int)
+    call open_file(self, path, 1_c_int)
   end subroutine create
 
-  !> Go on with a file.
+  !> Open a file to append to.
   subroutine append(self, path)
     class(text_file_t), intent(inout) :: self
     character(*), intent(in) :: path
 
-    call start(self, path, 0_c_int)
+    call open_file(self, path, 0_c_int)
   end subroutine append
 
-  subroutine start(self, path, fresh)
+  !> Open a file.
+  subroutine open_file(self, path, is_new)
     class(text_file_t), intent(inout) :: self
     character(*), intent(in) :: path
-    integer(c_int), intent(in) :: fresh
+    integer(c_int), intent(in) :: is_new
 
     self%code = 0
-    self%fd = c_open(trim(path)//c_null_char, fresh)
+    self%fd = c_open(trim(path)//c_null_char, is_new)
     if (self%fd < 0) self%code = -self%fd
-  end subroutine start
+  end subroutine open_file
 
-  !> Append `text`; nothing more is written after a failure.
+  !> Append `text`; after a failure nothing is written.
   subroutine put(self, text)
     class(text_file_t), intent(inout) :: self
     character(*), intent(in) :: text
@@ -93,14 +94,14 @@ contains
     if (self%code == 0) self%code = c_put(self%fd, text, len(text, c_long_long))
   end subroutine put
 
-  !> Bring all of it to the disk.
+  !> Flush the file to disk.
   subroutine sync(self)
     class(text_file_t), intent(inout) :: self
 
     if (self%code == 0 .and. self%fd >= 0) self%code = c_sync(self%fd)
   end subroutine sync
 
-  !> Close it, also after a failure; one that is not open is fine.
+  !> Close the file, if it is open, also after a failure.
   subroutine close_file(self)
     class(text_file_t), intent(inout) :: self
     integer :: code
@@ -111,7 +112,7 @@ contains
     self%fd = -1
   end subroutine close_file
 
-  !> Put `text` in place of the file `path` in one go; an error leaves the old one.
+  !> Replace the file `path` by `text` atomically; after an error the old file remains.
   subroutine write_whole(path, text, error)
     character(*), intent(in) :: path, text
     type(error_t), intent(inout) :: error
@@ -132,7 +133,7 @@ contains
     if (.not. ok) call error%raise(path//' cannot be replaced by '//path//'.tmp')
   end subroutine write_whole
 
-  !> Text of an errno.
+  !> Message of an errno.
   function reason_of(code) result(text)
     integer, intent(in) :: code
     character(:), allocatable :: text

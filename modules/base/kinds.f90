@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Numeric kinds and the sizes that every layer shares.
+!> Numeric kinds and common constants.
 module base_kinds
   use, intrinsic :: iso_fortran_env, only: int64, real32, real64
   implicit none (type, external)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Lines of a run on standard output and in its log file, written at once and without a buffer: a
-!> line that is lost is known. In a window one line of progress is drawn anew in its place.
+!> Log lines on standard output and in the log file, unbuffered, so that lost lines are detected. In
+!> a terminal window the progress line is redrawn in place.
 module base_log
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long
   use, intrinsic :: iso_fortran_env, only: error_unit
@@ -14,8 +14,8 @@ module base_log
   character(*), parameter :: clear_line = achar(13)//achar(27)//'[K'
 
   logical :: is_lost = .false.     !! a line could not be written
-  logical :: is_read = .true.      !! the reader is there
-  logical :: is_drawn = .false.    !! a line of progress stands in the window
+  logical :: is_read = .true.      !! standard output has a reader
+  logical :: is_drawn = .false.    !! the window shows a progress line
   logical :: is_open = .false.     !! the log file
   type(text_file_t) :: file        !! that
   character(:), allocatable :: early   !! what was said before it
@@ -29,7 +29,7 @@ module base_log
       integer(c_long_long), value :: n
     end function c_say
 
-    !> Columns of the window of standard output, 0 if it is none.
+    !> Columns of the terminal window of standard output; 0 if it is none.
     integer(c_int) function window_width() bind(c, name='stirpoint_window')
       import :: c_int
       implicit none (type, external)
@@ -38,8 +38,8 @@ module base_log
 
 contains
 
-  !> A line on standard output and in the log. The first that cannot be written is reported on
-  !> standard error; a reader that has gone away (`| head`) is not, and gets nothing more.
+  !> Write a line to standard output and the log. The first failure is reported on standard error,
+  !> except for a closed pipe (`| head`), after which nothing more is written.
   subroutine say(text)
     character(*), intent(in) :: text
 
@@ -49,8 +49,7 @@ contains
     call put(text//nl)
   end subroutine say
 
-  !> How far a run is: in a window of `width` columns in the place of the line before, else (0) a
-  !> line like others.
+  !> Show a progress line: in a window of `width` columns in place, otherwise (0) as a log line.
   subroutine show_progress(text, width)
     character(*), intent(in) :: text
     integer, intent(in) :: width
@@ -63,7 +62,7 @@ contains
     end if
   end subroutine show_progress
 
-  !> To standard output.
+  !> Write to standard output.
   subroutine put(text)
     character(*), intent(in) :: text
     integer :: code
@@ -77,7 +76,7 @@ contains
       reason_of(code)//'; the program goes on and will end with exit status 4'
   end subroutine put
 
-  !> A line for the log alone.
+  !> Write a line to the log only.
   subroutine note_log(text)
     character(*), intent(in) :: text
 
@@ -89,12 +88,12 @@ contains
     end if
   end subroutine note_log
 
-  !> Begin the log file, or go on with it, with what was said so far.
-  subroutine open_log(path, goes_on)
+  !> Open the log file, new or to append, and write the lines so far.
+  subroutine open_log(path, appends)
     character(*), intent(in) :: path
-    logical, intent(in) :: goes_on
+    logical, intent(in) :: appends
 
-    if (goes_on) then
+    if (appends) then
       call file%append(path)
     else
       call file%create(path)
@@ -103,7 +102,7 @@ contains
     is_open = .true.
   end subroutine open_log
 
-  !> End it. What it could not take is told; standard output has it.
+  !> Close the log; report lost lines on standard error.
   subroutine close_log()
     if (is_drawn) call put(nl)
     is_drawn = .false.

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Memory that processes of this node may still take: what the kernel has, and what control groups
-!> leave.
+!> Memory available on this node, by the kernel and the limits of control groups.
 module base_memory
   use base_kinds, only: rp
   implicit none (type, external)
@@ -10,7 +9,7 @@ module base_memory
 
 contains
 
-  !> Memory that can be had on this node [bytes]; huge where that is unknown.
+  !> Available memory of this node [bytes]; huge if unknown.
   real(rp) function available_memory()
     character(4096) :: line
     integer :: colon, status, unit
@@ -31,27 +30,27 @@ contains
     end do
     close (unit)
   contains
-    !> Heed the limits of a control group and of those that hold it.
+    !> Apply the limits of a control group and its parents.
     subroutine restrict(root, group, limit, used)
       character(*), intent(in) :: root, group, limit, used
       character(:), allocatable :: path
-      real(rp) :: most
+      real(rp) :: memory_limit
 
       path = group
       do
-        most = number_in(root//path//limit)
-        if (most < huge(1.0_rp)) available_memory = min(available_memory, most &
-                                                        - number_in(root//path//used))
+        memory_limit = number_in(root//path//limit)
+        if (memory_limit < huge(1.0_rp)) available_memory = min(available_memory, memory_limit &
+                                                                - number_in(root//path//used))
         if (index(path, '/', back=.true.) == 0) exit
         path = path(:index(path, '/', back=.true.) - 1)
       end do
-      most = number_in(root//limit)
-      if (most < huge(1.0_rp)) available_memory = min(available_memory, most &
-                                                      - number_in(root//used))
+      memory_limit = number_in(root//limit)
+      if (memory_limit < huge(1.0_rp)) available_memory = min(available_memory, memory_limit &
+                                                              - number_in(root//used))
     end subroutine restrict
   end function available_memory
 
-  !> What the kernel could give to new processes [bytes].
+  !> Memory that the kernel reports as available [bytes].
   real(rp) function kernel_memory()
     character(256) :: line
     integer :: status, unit
@@ -70,7 +69,7 @@ contains
     close (unit)
   end function kernel_memory
 
-  !> The number in a small file; huge if it has none (`max`) or is not there.
+  !> Number in a small file; huge if it has none (`max`) or does not exist.
   real(rp) function number_in(path)
     character(*), intent(in) :: path
     character(64) :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The FFTW library that this program runs with.
+!> Version of the FFTW library in use.
 module base_optional_fftw
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_ptr
   implicit none (type, external)
@@ -8,7 +8,7 @@ module base_optional_fftw
   public :: fftw_text
 
   interface
-    !> Of optional_fftw.c: Fortran can only define a variable of C, not name one of a library.
+    !> Version text of FFTW (optional_fftw.c), as Fortran cannot access variables of a C library.
     type(c_ptr) function get_version() bind(c, name='stirpoint_fftw_version')
       import :: c_ptr
       implicit none (type, external)
@@ -17,7 +17,7 @@ module base_optional_fftw
 
 contains
 
-  !> Its version.
+  !> Version of FFTW.
   function fftw_text() result(text)
     character(:), allocatable :: text
     character(kind=c_char), pointer :: name(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Stands in for `optional_fftw.f90` in a build without FFTW.
+!> Substitute for `optional_fftw.f90` in a build without FFTW.
 module base_optional_fftw
   implicit none (type, external)
   private

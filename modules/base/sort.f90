@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Sorting: in which order things rise.
+!> Sorting.
 module base_sort
   use base_kinds, only: rp
   implicit none (type, external)
@@ -9,8 +9,8 @@ module base_sort
 
 contains
 
-  !> The order in which columns of `key` (rows, n) rise, by their first row, then by the second, and
-  !> so on; equal ones stay as they are. Merges runs of 1, 2, 4, ...
+  !> Permutation that sorts the columns of `key` (rows, n) in ascending lexicographic order, by a
+  !> stable merge sort.
   pure function order_of(key) result(order)
     real(rp), intent(in) :: key(:, :)
     integer :: order(size(key, 2)), merged(size(key, 2))
@@ -48,7 +48,7 @@ contains
     end do
   end function order_of
 
-  !> Whether `a` comes before `b`.
+  !> True if `a` precedes `b`.
   pure logical function is_less(a, b)
     real(rp), intent(in) :: a(:), b(:)
     integer :: i

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What Fortran lacks: aligned memory, files renamed in one go, directories, signals, prefetch,
-!> libraries opened late.
+!> System functions not in Fortran: aligned memory, atomic renaming of files, directories, signals,
+!> prefetch, dynamic loading of libraries.
 module base_system
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funptr, c_int, &
                                          c_int64_t, c_null_char, c_ptr, c_loc, c_size_t, &
@@ -63,13 +63,13 @@ module base_system
       character(kind=c_char), intent(in) :: path(*)
     end function c_remove
 
-    !> Set a flag on SIGUSR1, SIGTERM, SIGINT and SIGHUP; the same again ends the program
+    !> Set a flag on SIGUSR1, SIGTERM, SIGINT and SIGHUP; a second signal ends the program
     !> (native.c).
     subroutine watch_signals() bind(c, name='stirpoint_watch_signals')
       implicit none (type, external)
     end subroutine watch_signals
 
-    !> Let these signals end the program at once, also one that came already.
+    !> Restore the default action of these signals, also for one that has arrived.
     subroutine leave_signals() bind(c, name='stirpoint_leave_signals')
       implicit none (type, external)
     end subroutine leave_signals
@@ -82,7 +82,7 @@ module base_system
       integer(c_int64_t), value :: step
     end subroutine note_step
 
-    !> Number of the signal that asked for a stop, or 0.
+    !> Number of the signal that has arrived, or 0.
     integer(c_int) function stop_signal() bind(c, name='stirpoint_stop_signal')
       import :: c_int
       implicit none (type, external)
@@ -95,7 +95,7 @@ module base_system
       integer(c_int), value :: number
     end function raise_signal
 
-    !> The `bytes` from `p` on are needed soon: `fetch_some` fetches them in small parts.
+    !> Register `bytes` from `p` for prefetching by `fetch_some`.
     subroutine need_soon(p, bytes) bind(c, name='stirpoint_need_soon')
       import :: c_double, c_int
       implicit none (type, external)
@@ -103,7 +103,7 @@ module base_system
       integer(c_int), value :: bytes
     end subroutine need_soon
 
-    !> Fetch the next `lines` of 64 bytes of what is needed soon into the cache.
+    !> Prefetch the next `lines` cache lines of 64 bytes of the registered memory.
     subroutine fetch_some(lines) bind(c, name='stirpoint_fetch_some')
       import :: c_int
       implicit none (type, external)
@@ -151,14 +151,15 @@ module base_system
 
 contains
 
-  !> Set a variable of the environment that has no value yet.
+  !> Set an environment variable that has no value.
   subroutine set_default_variable(name, value)
     character(*), intent(in) :: name, value
 
     if (c_setenv(name//c_null_char, value//c_null_char, 0_c_int) /= 0) call fatal('out of memory')
   end subroutine set_default_variable
 
-  !> Zeroed memory for `n` reals on a 64-byte boundary; one cache line never straddles two records.
+  !> Allocate zeroed memory for `n` reals on a 64-byte boundary, so that records are aligned to
+  !> cache lines.
   subroutine allocate_aligned(n, a)
     integer(i8), intent(in) :: n
     real(rp), pointer, contiguous, intent(out) :: a(:)
@@ -170,8 +171,8 @@ contains
     a = 0.0_rp
   end subroutine allocate_aligned
 
-  !> Memory of `allocate_aligned` for `n` reals instead: the first ones stay, new ones are 0. Of
-  !> large memory nothing is copied.
+  !> Resize memory of `allocate_aligned` to `n` reals; values are kept, new ones are 0. Large memory
+  !> is not copied.
   subroutine resize_aligned(n, a)
     integer(i8), intent(in) :: n
     real(rp), pointer, contiguous, intent(inout) :: a(:)
@@ -185,14 +186,14 @@ contains
     a(old + 1:) = 0.0_rp
   end subroutine resize_aligned
 
-  !> Bytes of the cache lines that hold `n` reals.
+  !> Size of `n` reals in bytes, rounded up to cache lines.
   pure integer(c_size_t) function whole_lines(n)
     integer(i8), intent(in) :: n
 
     whole_lines = 64_c_size_t*((8_c_size_t*max(n, 1_i8) + 63_c_size_t)/64_c_size_t)
   end function whole_lines
 
-  !> Give back memory of `allocate_aligned`.
+  !> Free memory of `allocate_aligned`.
   subroutine free_aligned(a)
     real(rp), pointer, contiguous, intent(inout) :: a(:)
 
@@ -210,7 +211,7 @@ contains
     ok = c_rename(trim(from)//c_null_char, trim(to)//c_null_char) == 0
   end subroutine rename_file
 
-  !> Make a directory; one that exists is fine.
+  !> Make a directory, if it does not exist.
   subroutine make_directory(path, ok)
     character(*), intent(in) :: path
     logical, intent(out) :: ok
@@ -222,7 +223,7 @@ contains
     ok = ok .or. status == 0
   end subroutine make_directory
 
-  !> Remove a file if it is there.
+  !> Remove a file, if it exists.
   subroutine remove_file(path)
     character(*), intent(in) :: path
     integer(c_int) :: status
@@ -231,8 +232,7 @@ contains
     if (status /= 0) return
   end subroutine remove_file
 
-  !> Folder of the program's file with a / at its end, '' if it is not known; `link` is asked for it
-  !> first.
+  !> Folder of the program with a trailing /, from the symbolic `link`; '' if unknown.
   function program_folder(link) result(here)
     character(*), intent(in) :: link
     character(:), allocatable :: here
@@ -247,8 +247,8 @@ contains
     end do
   end function program_folder
 
-  !> A file that comes with the program: in ../share/stirpoint from where it is installed, in
-  !> share/stirpoint where it was built. `problem` says that it is in neither, else it is ''.
+  !> Path of a data file of the program: in ../share/stirpoint of an installed program, in
+  !> share/stirpoint of a build. `problem` is '' if it exists.
   subroutine data_file(name, path, problem)
     character(*), intent(in) :: name
     character(:), allocatable, intent(out) :: path, problem
@@ -269,7 +269,7 @@ contains
     problem = 'is not there'
   end subroutine data_file
 
-  !> Open a shared library; `trouble` is why that failed, blank if it worked.
+  !> Load a shared library; `trouble` is the error message, '' on success.
   subroutine open_library(name, trouble)
     character(*), intent(in) :: name
     character(:), allocatable, intent(out) :: trouble
@@ -287,7 +287,7 @@ contains
     end do
   end subroutine open_library
 
-  !> A procedure of the library that was opened.
+  !> Address of a procedure of the loaded library.
   type(c_funptr) function symbol_of(name)
     character(*), intent(in) :: name
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Small helpers for text: case, numbers as text, likeness of two words.
+!> Text functions: case, numbers as text, similarity of words.
 module base_text
   use base_kinds, only: i8, rp
   implicit none (type, external)
@@ -14,7 +14,7 @@ module base_text
 
 contains
 
-  !> `s` in capitals.
+  !> `s` in upper case.
   pure function upper(s) result(r)
     character(*), intent(in) :: s
     character(len(s)) :: r
@@ -26,7 +26,7 @@ contains
     end do
   end function upper
 
-  !> `s` in small letters.
+  !> `s` in lower case.
   pure function lower(s) result(r)
     character(*), intent(in) :: s
     character(len(s)) :: r
@@ -54,7 +54,8 @@ contains
     r = trim(buffer)
   end function str_long
 
-  !> Six significant digits, without needless zeros: 0.0005 is 5e-4, 298 is 298.
+  !> Text of a number with six significant digits without trailing zeros: 0.0005 is 5e-4, 298 is
+  !> 298.
   pure function str_real(x) result(r)
     real(rp), intent(in) :: x
     character(:), allocatable :: r
@@ -84,6 +85,7 @@ contains
     end if
   end function str_real
 
+  !> Text of an exponent without leading zeros.
   pure function exponent_text(digits) result(r)
     character(*), intent(in) :: digits
     character(:), allocatable :: r
@@ -93,7 +95,7 @@ contains
     r = str_int(value)
   end function exponent_text
 
-  !> Number of insertions, deletions and exchanges that turn `a` into `b` (Levenshtein).
+  !> Levenshtein distance: number of insertions, deletions and substitutions that turn `a` into `b`.
   pure integer function edit_distance(a, b)
     character(*), intent(in) :: a, b
     integer :: d(0:len(a), 0:len(b)), i, j

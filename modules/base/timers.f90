@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Date, wall-clock and CPU time, and the shares of the phases of a step.
+!> Date, wall-clock and processor time, and the times of the phases of a step.
 module base_timers
   use base_kinds, only: i8, rp
   implicit none (type, external)
@@ -16,7 +16,7 @@ module base_timers
   character(17), parameter, public :: phase_name(n_phases) = [character(17) :: &
     'to_grid', 'exchange', 'nodes', 'to_particles', 'conduction', 'sorting', 'output']
 
-  !> Accumulates wall time by phase; `lap(k)` books the time since the last lap to phase k.
+  !> Wall-clock times of the phases; `lap(k)` adds the time since the last call to phase k [s].
   type :: phase_timer_t
     real(rp) :: seconds(n_phases) = 0.0_rp
     real(rp) :: last = 0.0_rp
@@ -49,13 +49,14 @@ contains
     call cpu_time(cpu_seconds)
   end function cpu_seconds
 
+  !> Start timing.
   subroutine start(self)
     class(phase_timer_t), intent(inout) :: self
 
     self%last = wall_time()
   end subroutine start
 
-  !> Book the time since the last call to phase `k`.
+  !> Add the time since the last call to phase `k`.
   subroutine lap(self, k)
     class(phase_timer_t), intent(inout) :: self
     integer, intent(in) :: k

@@ -24,7 +24,7 @@ module bodies_fields
 
 contains
 
-  !> Give bodies the fields of the &FIELD groups, and the particles storage for their first places.
+  !> Read the fields of the &FIELD groups; reserve particle storage for initial positions.
   subroutine read_fields(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -32,7 +32,7 @@ contains
     class(field_t), allocatable :: field
     integer :: body, i
 
-    if (size(scene%material) == 0) return          ! is reported already
+    if (size(scene%material) == 0) return          ! reported already
     do i = 1, input%count('FIELD')
       body = find(scene%body%name, input%text('FIELD', i, 'BODY'))
       if (body == 0) then
@@ -51,7 +51,7 @@ contains
     end do
   end subroutine read_fields
 
-  !> The field of group `i`; none for noise, or without a known KIND.
+  !> Make the field of group `i`; none for noise or an unknown KIND.
   subroutine make_field(input, i, body, scene, diagnostics, field)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i, body
@@ -78,7 +78,7 @@ contains
     end associate
   end subroutine make_field
 
-  !> What must hold for a known motion to be the exact one.
+  !> Check the conditions under which a known motion is exact.
   subroutine check_motion(input, i, body, scene, is_forced, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i, body
@@ -123,7 +123,7 @@ contains
     takes_part = [(index(input%text('FIELD', i, 'AXES'), 'xyz'(a:a)) > 0, a=1, 3)]
   end function axes_of
 
-  !> w from FREQUENCY [rad/s], or `natural` if that is 0.
+  !> Angular frequency from FREQUENCY, or the natural one if that is 0 [rad/s].
   real(rp) function rate_of(input, i, natural)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -161,6 +161,7 @@ contains
     if (is_forced) call require_frequency(input, i, diagnostics)
   end function waves
 
+  !> Report a missing FREQUENCY.
   subroutine require_frequency(input, i, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -171,6 +172,7 @@ contains
     end if
   end subroutine require_frequency
 
+  !> Generalised vortex.
   type(vortex_t) function vortex(input, i, material, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -189,6 +191,7 @@ contains
     call require_frequency(input, i, diagnostics)
   end function vortex
 
+  !> Expanding ring.
   type(ring_t) function ring(input, i, material, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -215,6 +218,7 @@ contains
     end if
   end function ring
 
+  !> Inner and outer radius [m].
   function radii_of(input, i, diagnostics) result(radii)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -226,6 +230,7 @@ contains
                                                 'the outer one must be above the inner one')
   end function radii_of
 
+  !> Decaying mode of conduction.
   type(heat_mode_t) function heat_mode(input, i, mean, material, conducts, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -248,7 +253,7 @@ contains
     end if
   end function heat_mode
 
-  !> Add random or alternating velocities to particles that stand on the lattice.
+  !> Add random or alternating velocities to particles at their initial positions.
   subroutine add_noise(input, scene, particles)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Fills bodies with particles on a lattice; each rank makes a slab of every body.
+!> Filling of bodies with particles on a lattice; each rank fills planes of every body.
 module bodies_filling
   use base_kinds, only: i8, nlane, rp
   use bodies_lattice, only: lattice_of, lattice_t
@@ -19,7 +19,7 @@ module bodies_filling
 
 contains
 
-  !> The solids of body `body` in the order of the file.
+  !> Read the solids of a body in the order of the file.
   subroutine body_solids(input, body, solids)
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
@@ -42,7 +42,7 @@ contains
     end do
   end subroutine body_solids
 
-  !> Make this rank's share of all particles: planes of the lattices dealt out in turn.
+  !> Make the particles of this rank, on lattice planes assigned to the ranks in turn.
   subroutine fill_bodies(world, input, scene, particles)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -68,6 +68,7 @@ contains
     call particles%fit()
   end subroutine fill_bodies
 
+  !> Make the particles of plane `i` of a lattice.
   subroutine fill_plane(input, scene, body, solids, lattice, i, offset, particles)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -117,8 +118,8 @@ contains
     l = reshape([0.0_rp, w(3), -w(2), -w(3), 0.0_rp, w(1), w(2), -w(1), 0.0_rp], [3, 3])
   end function rotation
 
-  !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside;
-  !> behind a periodic side comes the other one.
+  !> Bits of the directions (-x, +x, -y, +y, -z, +z) in which the next lattice point is outside the
+  !> body, with periodic images.
   pure integer function open_faces(grid, solids, lattice, ijk)
     type(grid_t), intent(in) :: grid
     type(solid_t), intent(in) :: solids(:)
@@ -178,7 +179,7 @@ contains
     particles%tag(p, b) = tag
   end subroutine add_particle
 
-  !> Fields that only some methods need, of the particle added last.
+  !> Set the fields that only some methods need, for the particle added last.
   subroutine add_extras(scene, body, gradient, particles)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
@@ -203,13 +204,13 @@ contains
     end associate
   end subroutine add_extras
 
-  !> Particles of each body (all ranks together) without making them; this rank counts its share.
+  !> Collective. Count the particles of each body, of all ranks, without making them.
   subroutine count_particles(world, input, scene, counts, shares)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     integer(i8), intent(out) :: counts(:)
-    real(rp), intent(out) :: shares(:)       !! their volumes in particles of the least spacing
+    real(rp), intent(out) :: shares(:)       !! volume of each body over that of a particle
     type(solid_t), allocatable :: solids(:)
     type(lattice_t) :: lattice
     integer :: body, i, j, k
@@ -234,10 +235,10 @@ contains
     call world%sum(shares)
   end subroutine count_particles
 
-  !> Share the forces of &LOAD groups over the masses of their bodies.
+  !> Distribute the forces of &LOAD groups over the masses of their bodies.
   subroutine load_bodies(input, shares, scene)
     type(input_t), intent(in) :: input
-    real(rp), intent(in) :: shares(:)        !! as `count_particles` has them
+    real(rp), intent(in) :: shares(:)        !! from `count_particles`
     type(scene_t), intent(inout) :: scene
     real(rp) :: mass
     type(load_t) :: load
@@ -257,7 +258,7 @@ contains
     end do
   end subroutine load_bodies
 
-  !> A probe starts with the temperature of the body it sits in.
+  !> Set the initial temperature of probes to that of their bodies.
   subroutine warm_probes(input, scene, probes)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Lattices that bodies are filled with: straight rows, rings around the axis of a cylinder, or
-!> shells of rings around the centre of a sphere, so that the outermost points lie half a spacing
-!> below its surface everywhere.
+!> Lattices of particles: straight rows, rings around the axis of a cylinder, or shells of rings
+!> around the centre of a sphere, with the outermost points half a spacing below the surface.
 module bodies_lattice
   use base_kinds, only: rp
   use bodies_solids, only: bounds, reference, solid_sphere, solid_t
@@ -14,16 +13,17 @@ module bodies_lattice
 
   integer, parameter :: straight = 0, rings = 1, shells = 2
 
-  !> Spacing, first point and numbers along the axes; or, round, numbers of rings or shells (from
-  !> the outermost, inside `radius`), of points on one at most, along the axis.
+  !> Lattice: spacing [m], first point [m] and numbers of points along the axes. Round lattices:
+  !> numbers of rings or shells (from the outermost, inside `radius` [m]), of points on the largest,
+  !> along the axis.
   type :: lattice_t
     integer :: kind = straight
     real(rp) :: spacing(3) = 0.0_rp, origin(3) = 0.0_rp
     integer :: n(3) = 0
     integer :: axis = 3
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
-    type(grading_t) :: grading   !! along its axis straight rows are even in places of the grid,
-                                 !! `layer` apart, the first at `bottom` [cells]
+    type(grading_t) :: grading   !! along its axis rows are equidistant in grid coordinates, `layer`
+                                 !! apart from `bottom` [cells]
     real(rp) :: layer = 0.0_rp, bottom = 0.0_rp
   contains
     procedure :: edges
@@ -38,7 +38,7 @@ module bodies_lattice
 
 contains
 
-  !> Lattice points, `spacing` apart, that cover all added solids.
+  !> Lattice that covers all added solids of a body.
   pure type(lattice_t) function lattice_of(scene, body, solids) result(lattice)
     type(scene_t), intent(in) :: scene
     type(body_t), intent(in) :: body
@@ -73,8 +73,8 @@ contains
     end associate
   end function lattice_of
 
-  !> Rows along the graded axis of the grid. Those of a body with a lattice of its own are as many
-  !> as come nearest to PARTICLES_PER_CELL, from its lower to its upper end.
+  !> Set the rows along the graded axis of the grid. With a lattice of its own a body has the number
+  !> of rows from its lower to its upper end that is nearest to PARTICLES_PER_CELL.
   pure subroutine grade_rows(scene, body, corner, low, high, lattice)
     type(scene_t), intent(in) :: scene
     type(body_t), intent(in) :: body
@@ -102,7 +102,7 @@ contains
     end associate
   end subroutine grade_rows
 
-  !> Edges of point (i, j, k) of a straight lattice [m].
+  !> Particle edges at point (i, j, k) of a straight lattice [m].
   pure function edges(self, i, j, k) result(h)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i, j, k
@@ -118,7 +118,7 @@ contains
     end associate
   end function edges
 
-  !> A corner between points of a body's lattice [m].
+  !> Anchor of a body's lattice: a corner between points [m].
   pure function lattice_corner(scene, body, solids) result(corner)
     type(scene_t), intent(in) :: scene
     type(body_t), intent(in) :: body
@@ -129,13 +129,14 @@ contains
     if (body%own_lattice) corner = reference(solids(findloc(solids%adds, .true., 1)))
   end function lattice_corner
 
+  !> True for straight rows.
   pure logical function is_straight(self)
     class(lattice_t), intent(in) :: self
 
     is_straight = self%kind == straight
   end function is_straight
 
-  !> Points on ring or shell `i` from 0 on; all rows of a straight lattice have the same number.
+  !> Number of points on ring or shell `i` (from 0), or in a row.
   pure integer function on_ring(self, i)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i
@@ -159,6 +160,7 @@ contains
     if (self%kind == rings) pitch = minval(self%spacing, [1, 2, 3] /= self%axis)
   end function pitch
 
+  !> Radius of ring or shell `i` [m].
   pure real(rp) function ring_radius(self, i)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i
@@ -166,7 +168,7 @@ contains
     ring_radius = self%radius - (i + 0.5_rp)*self%pitch()
   end function ring_radius
 
-  !> Bands of latitude of a shell.
+  !> Number of latitude bands of a shell.
   pure integer function n_bands(self, i)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i
@@ -174,7 +176,8 @@ contains
     n_bands = max(1, nint(half_turn*ring_radius(self, i)/self%pitch()))
   end function n_bands
 
-  !> Points on band `k` from 0 on: a multiple of four, even about planes through the axes.
+  !> Number of points on band `k` (from 0): a multiple of four, symmetric about planes through the
+  !> axes.
   pure integer function on_band(self, i, k)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i, k
@@ -192,7 +195,7 @@ contains
     polar = half_turn*k/n_bands(self, i)
   end function polar
 
-  !> Band of point `j` of a shell, and its number there.
+  !> Band of point `j` of a shell, and the index in the band.
   pure subroutine find_band(self, i, j, band, at)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i, j
@@ -206,7 +209,7 @@ contains
     end do
   end subroutine find_band
 
-  !> Place of a point, its numbers from 0 on [m].
+  !> Position of a point with indices from 0 [m].
   pure function point(self, i, j, k) result(x)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i, j, k
@@ -237,8 +240,8 @@ contains
     x(b) = self%centre(b) + r*sin(phi)
   end function point
 
-  !> Volume of a point over the product of the spacings; the points of all bands and shells together
-  !> have the volume of the shells.
+  !> Volume of a point over the product of the spacings; the points of a shell have its total
+  !> volume.
   pure real(rp) function share(self, i, j, k)
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i, j, k

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Solids that bodies are cut from: boxes, cylinders, spheres and trapezoid prisms, added or
+!> Solids of which bodies consist: boxes, cylinders, spheres and trapezoidal prisms, added or
 !> subtracted.
 module bodies_solids
   use base_kinds, only: rp
@@ -13,22 +13,23 @@ module bodies_solids
 
   integer, parameter, public :: solid_box = 1, solid_cylinder = 2, solid_sphere = 3, &
                                 solid_trapezoid = 4
-  !> Names of these kinds as KIND takes them; they are compared once a solid, not once a point.
+  !> Values of KIND for these solids.
   character(9), parameter :: names(4) = ['box      ', 'cylinder ', 'sphere   ', 'trapezoid']
 
+  !> A solid.
   type :: solid_t
     integer :: kind = solid_box
     logical :: adds = .true.
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box, trapezoid [m]
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp, length = 0.0_rp   !! cylinder, sphere [m]
-    integer :: axis = 3                                !! of the cylinder
-    integer :: along = 1, across = 2                   !! trapezoid
-    real(rp) :: width(2) = 0.0_rp                      !! at the lower and upper end [m]
+    integer :: axis = 3                                !! axis of a cylinder
+    integer :: along = 1, across = 2                   !! axes of a trapezoid
+    real(rp) :: width(2) = 0.0_rp                      !! of a trapezoid at both ends [m]
   end type solid_t
 
 contains
 
-  !> The solid of &SHAPE number `i`, and what is wrong with its keys.
+  !> Read the solid of the `i`-th &SHAPE; report errors of its keys.
   subroutine read_solid(input, i, solid, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -80,7 +81,7 @@ contains
     end subroutine read_trapezoid
   end subroutine read_solid
 
-  !> True if `x` belongs to the body made of `solids`, taken in their order.
+  !> True if `x` is in the body made of `solids` in their order.
   pure logical function is_inside(solids, x)
     type(solid_t), intent(in) :: solids(:)
     real(rp), intent(in) :: x(3)
@@ -119,7 +120,7 @@ contains
     end select
   end function holds
 
-  !> Box around a solid [m].
+  !> Bounding box of a solid [m].
   pure subroutine bounds(solid, lower, upper)
     type(solid_t), intent(in) :: solid
     real(rp), intent(out) :: lower(3), upper(3)
@@ -134,7 +135,7 @@ contains
     upper = solid%centre + half
   end subroutine bounds
 
-  !> The point of a solid that lattices are anchored at: a corner, or the centre of a round one [m].
+  !> Anchor of lattices: a corner of a solid, or the centre of a round one [m].
   pure function reference(solid) result(x)
     type(solid_t), intent(in) :: solid
     real(rp) :: x(3)

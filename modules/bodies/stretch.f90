@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Bodies that start stretched: the initial elastic state of &BODY DEFORMATION.
+!> Initial elastic state of bodies from &BODY DEFORMATION.
 module bodies_stretch
   use base_kinds, only: nlane, rp
   use input_diagnostics, only: diagnostics_t
@@ -13,7 +13,7 @@ module bodies_stretch
 
 contains
 
-  !> Complain about a deformation gradient of body `i` that no material can have.
+  !> Report an invalid deformation gradient of body `i`.
   subroutine check_stretch(input, i, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -26,7 +26,7 @@ contains
     end if
   end subroutine check_stretch
 
-  !> State and stress in which the particles of the bodies start; an unstretched body has none.
+  !> Set the initial elastic state and stress of bodies with a deformation.
   subroutine stretch_bodies(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -49,6 +49,7 @@ contains
     end do
   end subroutine stretch_bodies
 
+  !> Deformation gradient of body `i`.
   function deformation(input, i) result(f)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -57,6 +58,7 @@ contains
     f = transpose(reshape(input%reals('BODY', i, 'DEFORMATION', 9), [3, 3]))
   end function deformation
 
+  !> Determinant of a tensor.
   pure real(rp) function determinant(f)
     real(rp), intent(in) :: f(3, 3)
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Metal that necks from the first plastic strain on (Considere, 1885): in tension a bar is stable
-!> while its load rises, d(sigma exp(-epsilon))/d(epsilon) > 0. Without that the width of the neck
-!> is that of the cells, and what follows depends on them.
+!> Check for material that necks from the first plastic strain on. By the criterion of Considere
+!> (1885) a bar in tension is stable while its load rises, d(sigma exp(-epsilon))/d(epsilon) > 0.
+!> Otherwise the neck is as wide as the cells, and the results depend on them.
 module checks_necking
   use base_kinds, only: rp
   use base_text, only: str
@@ -14,12 +14,12 @@ module checks_necking
 
   public :: check_necking
 
-  real(rp), parameter :: strain = 0.01_rp        !! at whose end the load is compared
+  real(rp), parameter :: strain = 0.01_rp        !! plastic strain of the comparison
   real(rp), parameter :: rate = 1.0_rp           !! plastic strain rate of the comparison [1/s]
 
 contains
 
-  !> Warn of such bodies in a scene without tools; under a tool metal is pressed.
+  !> Warn of such bodies in scenes without tools; under a tool the material is in compression.
   subroutine check_necking(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> One verdict for all ranks: an error of any rank becomes the error of every rank.
+!> Agreement on errors: an error of any rank becomes the error of all ranks.
 module comm_agree
   use base_errors, only: error_t, fatal
   use base_kinds, only: rp
@@ -12,24 +12,25 @@ module comm_agree
 
   public :: agree
 
-  real(rp), parameter :: patience = 60.0_rp   !! [s]
+  real(rp), parameter :: wait_limit = 60.0_rp  !! for the other ranks after an error [s]
 
 contains
 
-  !> If a rank holds an error, give its message (of the lowest such rank) to those that hold none.
+  !> Collective. If any rank has an error, the lowest such rank sends its message to ranks without
+  !> one.
   !>
-  !> A collective write may fail on some ranks and never return on the others (a full disk does
-  !> that). So a rank with an error waits for them with a limit, and then stops the run.
+  !> A collective write may fail on some ranks and never return on others, as with a full disk. A
+  !> rank with an error therefore waits for the others up to a limit, and then aborts the run.
   subroutine agree(world, error)
     type(world_t), intent(in) :: world
     type(error_t), intent(inout) :: error
     character(:), allocatable :: message
     type(mpi_request) :: request
-    integer, asynchronous :: mine, first
+    integer, asynchronous :: own_rank, first
     integer :: length
 
-    mine = merge(world%rank, world%size, error%is_set())
-    call mpi_iallreduce(mine, first, 1, mpi_integer, mpi_min, world%comm, request)
+    own_rank = merge(world%rank, world%size, error%is_set())
+    call mpi_iallreduce(own_rank, first, 1, mpi_integer, mpi_min, world%comm, request)
     if (error%is_set()) then
       call wait_for_others(request, error%message)
     else
@@ -46,6 +47,7 @@ contains
     call error%raise(message)
   end subroutine agree
 
+  !> Wait for all ranks up to the limit, then abort.
   subroutine wait_for_others(request, message)
     type(mpi_request), intent(inout) :: request
     character(*), intent(in) :: message
@@ -56,7 +58,7 @@ contains
     do
       call mpi_test(request, done, mpi_status_ignore)
       if (done) return
-      if (wall_time() - start > patience) call fatal(message//' (disk full?)')
+      if (wall_time() - start > wait_limit) call fatal(message//' (disk full?)')
     end do
   end subroutine wait_for_others
 

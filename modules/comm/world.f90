@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The ranks of the run: start, end, and the few collective operations the code needs.
+!> Ranks of the run: start and end of MPI, and collective operations.
 module comm_world
   use base_errors, only: set_abort_hook
   use base_kinds, only: i8, rp
@@ -37,9 +37,9 @@ module comm_world
     procedure :: swap
   end type world_t
 
-  !> Largest values over ranks that are found while this rank goes on.
+  !> Non-blocking maximum over ranks.
   type :: reduction_t
-    real(rp), allocatable :: value(:)        !! this rank's, of all ranks once it is done
+    real(rp), allocatable :: value(:)        !! values of this rank, then maxima of all ranks
     type(mpi_request), private :: request
   contains
     procedure :: start => start_reduction
@@ -49,12 +49,12 @@ module comm_world
 
 contains
 
-  !> This rank by itself.
+  !> Communicator of this rank alone.
   type(world_t) function alone()
     alone%comm = mpi_comm_self
   end function alone
 
-  !> Collective. Ranks on the computer that this one runs on.
+  !> Collective. Number of ranks on this computer.
   integer function ranks_here(self)
     class(world_t), intent(in) :: self
     type(mpi_comm) :: here
@@ -64,9 +64,9 @@ contains
     call mpi_comm_free(here)
   end function ranks_here
 
-  !> Start MPI (a run without mpirun is one rank). Files have no shared pointer: Open MPI would keep
-  !> it in a named semaphore of the node, which a killed run leaves locked for all later ones, and
-  !> whose name has no room for long paths.
+  !> Start MPI (without mpirun one rank). Shared file pointers of Open MPI are disabled: they use a
+  !> named semaphore of the node, which a killed run leaves locked and whose name cannot hold long
+  !> paths.
   subroutine start_world(world)
     type(world_t), intent(out) :: world
 
@@ -82,7 +82,7 @@ contains
     call mpi_finalize()
   end subroutine end_world
 
-  !> What the MPI library says of itself, its first line.
+  !> First line of the version text of the MPI library.
   function mpi_text() result(text)
     character(:), allocatable :: text
     character(mpi_max_library_version_string) :: name
@@ -147,7 +147,7 @@ contains
     call mpi_allreduce(mpi_in_place, a, size(a), mpi_double_precision, mpi_max, self%comm)
   end subroutine max_reals
 
-  !> Collective. Begin to find the largest of `value` over the ranks.
+  !> Collective. Start the maximum of `value` over the ranks.
   subroutine start_reduction(self, world, value)
     class(reduction_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -158,21 +158,21 @@ contains
                         world%comm, self%request)
   end subroutine start_reduction
 
-  !> Whether all ranks have begun, and `finish` need not wait.
+  !> True if the maximum is complete.
   logical function is_done(self)
     class(reduction_t), intent(inout) :: self
 
     call mpi_test(self%request, is_done, mpi_status_ignore)
   end function is_done
 
-  !> Wait for the largest values of all ranks.
+  !> Wait for the maximum.
   subroutine finish_reduction(self)
     class(reduction_t), intent(inout) :: self
 
     call mpi_wait(self%request, mpi_status_ignore)
   end subroutine finish_reduction
 
-  !> Values of rank 0 to all.
+  !> Broadcast values of rank 0.
   subroutine broadcast(self, a)
     class(world_t), intent(in) :: self
     real(rp), intent(inout), contiguous :: a(:)
@@ -191,25 +191,25 @@ contains
     all_true = flag == 1
   end function all_true
 
-  !> The message of the lowest rank that has one ('' if none), on every rank.
-  subroutine share_message(self, mine, message)
+  !> Collective. Message of the lowest rank that has one; '' if none.
+  subroutine share_message(self, local_message, message)
     class(world_t), intent(in) :: self
-    character(*), intent(in) :: mine
+    character(*), intent(in) :: local_message
     character(:), allocatable, intent(inout) :: message
     integer :: first, length
 
-    first = merge(self%rank, self%size, mine /= '')
+    first = merge(self%rank, self%size, local_message /= '')
     call mpi_allreduce(mpi_in_place, first, 1, mpi_integer, mpi_min, self%comm)
     message = ''
     if (first == self%size) return
-    length = len(mine)
+    length = len(local_message)
     call mpi_bcast(length, 1, mpi_integer, first, self%comm)
     message = repeat(' ', length)
-    if (self%rank == first) message = mine
+    if (self%rank == first) message = local_message
     call mpi_bcast(message, length, mpi_character, first, self%comm)
   end subroutine share_message
 
-  !> Swap with the rank before and the one after (-1: none) in a row of ranks.
+  !> Exchange data with the previous and the next rank (-1: none) in a row of ranks.
   subroutine swap(self, before, after, to_before, to_after, from_before, from_after)
     class(world_t), intent(in) :: self
     integer, intent(in) :: before, after

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> A known motion or temperature of a body, for blocks of particles named by the places X where they
-!> lie undeformed. A kind of field overrides what it gives.
+!> Known motion or temperature of a body at undeformed positions X, for blocks of particles. An
+!> extension overrides the quantities that it gives.
 module fields_field
   use base_kinds, only: nlane, rp
   implicit none (type, external)
@@ -9,9 +9,9 @@ module fields_field
   public :: field_t
 
   type, abstract :: field_t
-    logical :: has_motion = .false.        !! `motion` is the exact one
-    logical :: has_force = .false.         !! it needs the body force `force`
-    logical :: has_temperature = .false.   !! `temperature` is the exact one
+    logical :: has_motion = .false.        !! `motion` is given
+    logical :: has_force = .false.         !! the motion needs the body force `force`
+    logical :: has_temperature = .false.   !! `temperature` is given
   contains
     procedure :: motion => rest
     procedure :: force => no_force
@@ -20,7 +20,8 @@ module fields_field
 
 contains
 
-  !> Place, velocity and deformation gradient at time `t` of the points that started at `x0`.
+  !> Position, velocity and deformation gradient at time `t` of points with undeformed positions
+  !> `x0`.
   pure subroutine rest(self, t, x0, x, v, f)
     class(field_t), intent(in) :: self
     real(rp), intent(in) :: t               !! [s]
@@ -37,7 +38,7 @@ contains
     f(:, 9) = 1.0_rp
   end subroutine rest
 
-  !> Body force per mass that keeps up the motion.
+  !> Body force per mass of the motion.
   pure subroutine no_force(self, t, x0, b)
     class(field_t), intent(in) :: self
     real(rp), intent(in) :: t               !! [s]
@@ -47,7 +48,7 @@ contains
     b = 0.0_rp
   end subroutine no_force
 
-  !> Temperature at time `t` of the points that started at `x0`.
+  !> Temperature at time `t` of points with undeformed positions `x0`.
   pure subroutine no_temperature(self, t, x0, temp)
     class(field_t), intent(in) :: self
     real(rp), intent(in) :: t               !! [s]

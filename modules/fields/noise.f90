@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Initial velocities that no grid should see: random ones, or ones that alternate from point to
-!> point of the lattice. They depend on the lattice point alone, not on ranks or numbering.
+!> Initial velocity noise that the grid does not resolve: random, or alternating between lattice
+!> points. It depends on the lattice point only, not on ranks or numbering.
 module fields_noise
   use base_kinds, only: i8, rp
   implicit none (type, external)
@@ -13,9 +13,9 @@ module fields_noise
   type :: noise_t
     real(rp) :: amplitude = 0.0_rp          !! A [m/s]
     logical :: takes_part(3) = .false.      !! components that are not zero
-    logical :: alternates = .false.         !! +A and -A by turns along these axes
+    logical :: alternates = .false.         !! alternating +A and -A along these axes
     integer :: seed = 1
-    real(rp) :: corner(3) = 0.0_rp          !! between points of the lattice [m]
+    real(rp) :: corner(3) = 0.0_rp          !! corner between lattice points [m]
     real(rp) :: spacing(3) = 1.0_rp         !! of the lattice [m]
   contains
     procedure :: velocity

@@ -24,7 +24,7 @@ module fields_ring
 
 contains
 
-  !> The polynomial for inner and outer radius [m]; the outer one must not be thrice the inner one.
+  !> Set the polynomial for inner and outer radius [m], whose ratio must not be 3.
   pure subroutine set_radii(self, radii)
     class(ring_t), intent(inout) :: self
     real(rp), intent(in) :: radii(2)
@@ -39,27 +39,27 @@ contains
     class(ring_t), intent(in) :: self
     real(rp), intent(in) :: t, x0(nlane, 3)
     real(rp), intent(out) :: x(nlane, 3), v(nlane, 3), f(nlane, 9)
-    real(rp), dimension(nlane) :: px, py, r, share, bend
-    real(rp) :: swing, speed
+    real(rp), dimension(nlane) :: px, py, r, share, curvature
+    real(rp) :: displacement, speed
 
     px = x0(:, 1) - self%centre(1)
     py = x0(:, 2) - self%centre(2)
     r = hypot(px, py)
-    swing = self%amplitude*sin(self%rate*t)
+    displacement = self%amplitude*sin(self%rate*t)
     speed = self%amplitude*self%rate*cos(self%rate*t)
     share = self%c(1) + r*(self%c(2) + r*self%c(3))              ! Q/R
-    x(:, 1) = x0(:, 1) + swing*share*px
-    x(:, 2) = x0(:, 2) + swing*share*py
+    x(:, 1) = x0(:, 1) + displacement*share*px
+    x(:, 2) = x0(:, 2) + displacement*share*py
     x(:, 3) = x0(:, 3)
     v(:, 1) = speed*share*px
     v(:, 2) = speed*share*py
     v(:, 3) = 0.0_rp
-    bend = swing*(self%c(2) + 2.0_rp*r*self%c(3))/max(r, tiny(1.0_rp))   ! T (Q/R)'/R
+    curvature = displacement*(self%c(2) + 2.0_rp*r*self%c(3))/max(r, tiny(1.0_rp))  ! T (Q/R)'/R
     f = 0.0_rp
-    f(:, 1) = 1.0_rp + swing*share + bend*px*px
-    f(:, 2) = bend*px*py
-    f(:, 4) = bend*px*py
-    f(:, 5) = 1.0_rp + swing*share + bend*py*py
+    f(:, 1) = 1.0_rp + displacement*share + curvature*px*px
+    f(:, 2) = curvature*px*py
+    f(:, 4) = curvature*px*py
+    f(:, 5) = 1.0_rp + displacement*share + curvature*py*py
     f(:, 9) = 1.0_rp
   end subroutine motion
 
@@ -70,17 +70,17 @@ contains
     real(rp), intent(in) :: t, x0(nlane, 3)
     real(rp), intent(out) :: b(nlane, 3)
     real(rp), dimension(nlane) :: px, py, r, share, radial, around, second, over_r
-    real(rp) :: swing
+    real(rp) :: displacement
 
     px = x0(:, 1) - self%centre(1)
     py = x0(:, 2) - self%centre(2)
     r = max(hypot(px, py), tiny(1.0_rp))
-    swing = self%amplitude*sin(self%rate*t)
+    displacement = self%amplitude*sin(self%rate*t)
     share = self%c(1) + r*(self%c(2) + r*self%c(3))
-    around = 1.0_rp + swing*share
-    radial = around + swing*r*(self%c(2) + 2.0_rp*r*self%c(3))
-    second = swing*(2.0_rp*self%c(2) + 6.0_rp*r*self%c(3))
-    over_r = -self%rate**2*swing*share &
+    around = 1.0_rp + displacement*share
+    radial = around + displacement*r*(self%c(2) + 2.0_rp*r*self%c(3))
+    second = displacement*(2.0_rp*self%c(2) + 6.0_rp*r*self%c(3))
+    over_r = -self%rate**2*displacement*share &
              - self%mu*((1.0_rp + 1.0_rp/radial**2)*second &
                         + (radial - 1.0_rp/radial - around + 1.0_rp/around)/r)/r
     b(:, 1) = over_r*px

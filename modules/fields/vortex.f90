@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Generalised vortex (Kamojjala, Brannon, Sadeghirad & Guilkey 2015): circles of an annulus turn
-!> to and fro by alpha = A sin(w t) h(R) about an axis along z, h = (1 - s^2)^2, s = (R - Rm)/d;
-!> all else stays at rest.
+!> Generalised vortex (Kamojjala, Brannon, Sadeghirad & Guilkey 2015): circles of an annulus
+!> oscillate by the angle alpha = A sin(w t) h(R) about an axis along z, h = (1 - s^2)^2, s = (R -
+!> Rm)/d; the rest is at rest.
 module fields_vortex
   use base_kinds, only: nlane, rp
   use fields_field, only: field_t
@@ -27,7 +27,7 @@ contains
   !> Radius R, h and its first two derivatives.
   elemental subroutine profile(self, x, y, r, h, h1, h2)
     class(vortex_t), intent(in) :: self
-    real(rp), intent(in) :: x, y            !! place from the axis [m]
+    real(rp), intent(in) :: x, y            !! position from the axis [m]
     real(rp), intent(out) :: r, h, h1, h2   !! [m], [-], [1/m], [1/m2]
     real(rp) :: d, s
 
@@ -49,15 +49,15 @@ contains
     real(rp), intent(in) :: t, x0(nlane, 3)
     real(rp), intent(out) :: x(nlane, 3), v(nlane, 3), f(nlane, 9)
     real(rp), dimension(nlane) :: px, py, r, h, h1, h2, c, s, slope
-    real(rp) :: swing, speed
+    real(rp) :: displacement, speed
 
     px = x0(:, 1) - self%centre(1)
     py = x0(:, 2) - self%centre(2)
     call self%profile(px, py, r, h, h1, h2)
-    swing = self%amplitude*sin(self%rate*t)
+    displacement = self%amplitude*sin(self%rate*t)
     speed = self%amplitude*self%rate*cos(self%rate*t)
-    c = cos(swing*h)
-    s = sin(swing*h)
+    c = cos(displacement*h)
+    s = sin(displacement*h)
     f = 0.0_rp
     f(:, 9) = 1.0_rp
     x(:, 1) = c*px - s*py
@@ -65,7 +65,7 @@ contains
     v(:, 1) = -speed*h*x(:, 2)
     v(:, 2) = speed*h*x(:, 1)
     v(:, 3) = 0.0_rp
-    slope = swing*h1/r                      ! grad alpha = slope (px, py)
+    slope = displacement*h1/r               ! grad alpha = slope (px, py)
     f(:, 1) = c - x(:, 2)*slope*px
     f(:, 2) = -s - x(:, 2)*slope*py
     f(:, 4) = s + x(:, 1)*slope*px
@@ -82,17 +82,17 @@ contains
     real(rp), intent(in) :: t, x0(nlane, 3)
     real(rp), intent(out) :: b(nlane, 3)
     real(rp), dimension(nlane) :: px, py, r, h, h1, h2, br, bt, c, s
-    real(rp) :: swing, speed
+    real(rp) :: displacement, speed
 
     px = x0(:, 1) - self%centre(1)
     py = x0(:, 2) - self%centre(2)
     call self%profile(px, py, r, h, h1, h2)
-    swing = self%amplitude*sin(self%rate*t)
+    displacement = self%amplitude*sin(self%rate*t)
     speed = self%amplitude*self%rate*cos(self%rate*t)
-    br = r*(self%mu*(swing*h1)**2 - (speed*h)**2)
-    bt = -swing*(self%rate**2*r*h + self%mu*(3.0_rp*h1 + r*h2))
-    c = (cos(swing*h)*px - sin(swing*h)*py)/r
-    s = (sin(swing*h)*px + cos(swing*h)*py)/r
+    br = r*(self%mu*(displacement*h1)**2 - (speed*h)**2)
+    bt = -displacement*(self%rate**2*r*h + self%mu*(3.0_rp*h1 + r*h2))
+    c = (cos(displacement*h)*px - sin(displacement*h)*py)/r
+    s = (sin(displacement*h)*px + cos(displacement*h)*py)/r
     b(:, 1) = c*br - s*bt
     b(:, 2) = s*br + c*bt
     b(:, 3) = 0.0_rp

@@ -11,7 +11,7 @@ module fields_waves
   public :: waves_t
 
   type, extends(field_t) :: waves_t
-    real(rp) :: amplitude(3) = 0.0_rp   !! A; 0: the axis takes no part [m]
+    real(rp) :: amplitude(3) = 0.0_rp   !! A; 0: no displacement along the axis [m]
     real(rp) :: number(3) = 1.0_rp      !! k [rad/m]
     real(rp) :: shift(3) = 0.0_rp       !! P [rad]
     real(rp) :: rate(3) = 0.0_rp        !! w [rad/s]
@@ -30,17 +30,17 @@ contains
     class(waves_t), intent(in) :: self
     real(rp), intent(in) :: t, x0(nlane, 3)
     real(rp), intent(out) :: x(nlane, 3), v(nlane, 3), f(nlane, 9)
-    real(rp) :: angle(nlane), swing, speed
+    real(rp) :: angle(nlane), displacement, speed
     integer :: a
 
     f = 0.0_rp
     do a = 1, 3
       angle = self%number(a)*x0(:, a) + self%shift(a)
-      swing = self%amplitude(a)*sin(self%rate(a)*t + self%phase(a))
+      displacement = self%amplitude(a)*sin(self%rate(a)*t + self%phase(a))
       speed = self%amplitude(a)*self%rate(a)*cos(self%rate(a)*t + self%phase(a))
-      x(:, a) = x0(:, a) + swing*sin(angle)
+      x(:, a) = x0(:, a) + displacement*sin(angle)
       v(:, a) = speed*sin(angle)
-      f(:, 4*a - 3) = 1.0_rp + swing*self%number(a)*cos(angle)
+      f(:, 4*a - 3) = 1.0_rp + displacement*self%number(a)*cos(angle)
     end do
   end subroutine motion
 

@@ -6,21 +6,23 @@ module front_command_line
 
   public :: command_t, read_command
 
+  !> Parsed command line.
   type :: command_t
-    character(:), allocatable :: action  !! the option that names it, or run
-    character(:), allocatable :: topic       !! what is behind the = of --check, --keys and --help,
-                                             !! or behind --new
+    character(:), allocatable :: action  !! option that selects it, or run
+    character(:), allocatable :: topic       !! value of --check, --keys, --help
+                                             !! or --new
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
-    character(:), allocatable :: directory   !! for outputs, '' for the default
+    character(:), allocatable :: directory   !! results folder, '' for the default
     character(:), allocatable :: sets(:)     !! GROUP.KEY=VALUE
-    character(:), allocatable :: problem     !! what is wrong with the command line, '' if nothing
+    character(:), allocatable :: problem     !! error in the command line, '' if none
     logical :: is_quiet = .false.
-    logical :: overwrites = .false.          !! results of an earlier run
+    logical :: overwrites = .false.          !! delete results of an earlier run
   end type command_t
 
 contains
 
+  !> Parse the command line.
   subroutine read_command(command)
     type(command_t), intent(out) :: command
     character(:), allocatable :: option, word
@@ -89,7 +91,7 @@ contains
       command%problem = 'no input file (see stirpoint --help)'
     end if
   contains
-    !> The word behind an option, or behind its =.
+    !> Value of an option: the next word, or the text after its =.
     function next(i, option) result(value)
       integer, intent(inout) :: i
       character(*), intent(in) :: option
@@ -111,6 +113,7 @@ contains
     end function next
   end subroutine read_command
 
+  !> Argument `i` of the command line.
   function argument(i) result(word)
     integer, intent(in) :: i
     character(:), allocatable :: word

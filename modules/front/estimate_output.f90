@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What output costs a run: a row of each table, a frame and a checkpoint are made once, the files
-!> in memory (h5_file). What the disk takes is not counted.
+!> Cost of the output of a run, from one row of each table, one frame and one checkpoint, with the
+!> files in memory (h5_file); disk time is not included.
 module front_estimate_output
   use base_errors, only: error_t
   use base_kinds, only: rp
@@ -26,12 +26,13 @@ module front_estimate_output
 
 contains
 
-  !> Collective. Processor time of all ranks for the output of a run to `end` in `steps` [s]; the
-  !> simulation is of no use afterwards.
+  !> Collective. Processor time of all ranks for the output of a run [s]; the simulation cannot be
+  !> used afterwards.
   real(rp) function output_seconds(world, sim, end, steps) result(seconds)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: end, steps             !! [s], [-]
+    real(rp), intent(in) :: end                    !! of the run [s]
+    real(rp), intent(in) :: steps                  !! of the run
     type(error_t) :: error
     type(row_t) :: columns
     character(:), allocatable :: text
@@ -58,19 +59,19 @@ contains
     end if
     spent(5) = cpu_seconds()
     call world%sum(spent)
-    seconds = sum_of(sim%scene%output, end, steps, spent(2:4) - spent(1:3))
+    seconds = total_of(sim%scene%output, end, steps, spent(2:4) - spent(1:3))
     if (sim%tracers%n == 0) return
     do n = 1, size(sim%tracers%interval)
-      seconds = seconds + (2.0_rp + between(sim%tracers%interval(n), end, steps)) &
+      seconds = seconds + (2.0_rp + outputs_between(sim%tracers%interval(n), end, steps)) &
                 *(spent(5) - spent(4))*count(sim%tracers%group == n)/sim%tracers%n
     end do
   end function output_seconds
 
-  !> Collective. The same of heat alone.
+  !> Collective. Processor time of all ranks for the output of a heat-only run [s].
   real(rp) function heat_output_seconds(world, scene, names, run, steps) result(seconds)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
-    character(*), intent(in) :: names(:)           !! of the probes
+    character(*), intent(in) :: names(:)           !! names of the probes
     type(heat_run_t), intent(inout) :: run
     real(rp), intent(in) :: steps
     type(error_t) :: error
@@ -87,27 +88,27 @@ contains
     call save_heat(world, scene, run, error, '')
     spent(4) = cpu_seconds()
     call world%sum(spent)
-    seconds = sum_of(scene%output, scene%end_time, steps, spent(2:4) - spent(1:3))
+    seconds = total_of(scene%output, scene%end_time, steps, spent(2:4) - spent(1:3))
   end function heat_output_seconds
 
-  !> All rows, frames and checkpoints of a run, if one takes `each` [s]. The first row and frame are
-  !> those at the start, the last of all comes at the end.
-  pure real(rp) function sum_of(output, end, steps, each)
+  !> Time for all rows, frames and checkpoints of a run with the times `each` of one [s], including
+  !> those at the start and the end.
+  pure real(rp) function total_of(output, end, steps, each)
     type(output_t), intent(in) :: output
     real(rp), intent(in) :: end, steps, each(3)
 
-    sum_of = each(1)*(2.0_rp + between(output%history_interval, end, steps)) &
-             + each(2)*(2.0_rp + between(output%frame_interval, end, steps)) &
-             + each(3)*(1.0_rp + between(output%checkpoint_interval, end, steps))
-  end function sum_of
+    total_of = each(1)*(2.0_rp + outputs_between(output%history_interval, end, steps)) &
+             + each(2)*(2.0_rp + outputs_between(output%frame_interval, end, steps)) &
+             + each(3)*(1.0_rp + outputs_between(output%checkpoint_interval, end, steps))
+  end function total_of
 
-  !> Times of output after the start and before the end, at most one a step.
-  pure real(rp) function between(interval, end, steps)
+  !> Number of outputs between start and end, at most one per step.
+  pure real(rp) function outputs_between(interval, end, steps)
     real(rp), intent(in) :: interval, end, steps   !! [s], [s], [-]
 
-    between = 0.0_rp
+    outputs_between = 0.0_rp
     if (interval <= 0.0_rp) return
-    between = max(0.0_rp, min(steps - 1.0_rp, aint(end/interval*(1.0_rp - 1.0e-9_rp))))
-  end function between
+    outputs_between = max(0.0_rp, min(steps - 1.0_rp, aint(end/interval*(1.0_rp - 1.0e-9_rp))))
+  end function outputs_between
 
 end module front_estimate_output

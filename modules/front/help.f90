@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What the command line takes: the help, the man page and the completion of bash from one table.
+!> Options of the command line: help, man page and bash completion from one table.
 module front_help
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_log, only: say
@@ -17,16 +17,17 @@ module front_help
 
   character, parameter :: nl = new_line('a')
 
-  !> Scenes to begin with: share/stirpoint/new/NAME.nml.
+  !> Template scenes: share/stirpoint/new/NAME.nml.
   character(8), parameter :: scenes(5) = [character(8) :: 'pin', 'shoulder', 'butt', 'lap', 'heat']
 
+  !> An option.
   type :: option_t
     character(12) :: name = ''
-    character(20) :: value = ''        !! what stands behind it
+    character(20) :: value = ''        !! its value
     character(240) :: about = ''
   end type option_t
 
-  integer, parameter :: indent = 25, width = 96   !! of the help
+  integer, parameter :: indent = 25, width = 96   !! of the help [characters]
 
 contains
 
@@ -56,7 +57,7 @@ contains
       option_t('--version', '', 'commit, compiler and flags, MPI, HDF5, FFTW, PETSc')]
   end function options
 
-  !> `pin, shoulder, butt, lap or heat`.
+  !> Text `pin, shoulder, butt, lap or heat`.
   function known_scenes() result(text)
     character(:), allocatable :: text
     integer :: k
@@ -67,7 +68,7 @@ contains
     end do
   end function known_scenes
 
-  !> What comes behind the options, in paragraphs.
+  !> Paragraphs after the options.
   function remarks() result(text)
     character(:), allocatable :: text
 
@@ -83,7 +84,7 @@ contains
       'the run had begun)'//nl
   end function remarks
 
-  !> The help, or as `topic` says the man page or the completion; `ok` is false for another topic.
+  !> Print the help, the man page or the completion; `ok` is false for an unknown topic.
   subroutine print_help(topic, ok)
     character(*), intent(in) :: topic    !! '', man or bash
     logical, intent(out) :: ok
@@ -103,6 +104,7 @@ contains
     end select
   end subroutine print_help
 
+  !> Print the help.
   subroutine print_text()
     type(option_t), allocatable :: list(:)
     character(:), allocatable :: rest
@@ -111,21 +113,21 @@ contains
     write (output_unit, '(a)') &
       'Stirpoint simulates friction stir processing with the Material Point Method.', '', &
       'usage: [mpirun -n RANKS] stirpoint INPUT [options]', ''
-    call put_entry('INPUT', 'file of namelist groups (see --new, --keys and docs/input.md)')
+    call print_entry('INPUT', 'file of namelist groups (see --new, --keys and docs/input.md)')
     allocate (list, source=options())
     do k = 1, size(list)
-      call put_entry(usage_of(list(k)), trim(list(k)%about))
+      call print_entry(usage_of(list(k)), trim(list(k)%about))
     end do
     write (output_unit, '()')
     rest = remarks()
     do while (rest /= '')
       k = index(rest, nl)
-      call put_wrapped(rest(:k - 1), 0, 2)
+      call print_wrapped(rest(:k - 1), 0, 2)
       rest = rest(k + 1:)
     end do
   end subroutine print_text
 
-  !> `--restart FILE`.
+  !> Usage of an option, as `--restart FILE`.
   pure function usage_of(option) result(text)
     type(option_t), intent(in) :: option
     character(:), allocatable :: text
@@ -135,20 +137,20 @@ contains
     text = trim(text//trim(option%value))
   end function usage_of
 
-  !> An entry and its meaning beside it.
-  subroutine put_entry(name, about)
+  !> Print an entry with its description.
+  subroutine print_entry(name, about)
     character(*), intent(in) :: name, about
     character(indent) :: left
 
     left = '  '//name
-    call put_wrapped(left//about, indent, indent)
-  end subroutine put_entry
+    call print_wrapped(left//about, indent, indent)
+  end subroutine print_entry
 
-  !> A paragraph in lines of `width`, broken at blanks; all but the first are indented.
-  subroutine put_wrapped(text, from, margin)
+  !> Print a paragraph in lines of `width`; all but the first are indented.
+  subroutine print_wrapped(text, from, margin)
     character(*), intent(in) :: text
-    integer, intent(in) :: from          !! characters at the beginning that stay together
-    integer, intent(in) :: margin
+    integer, intent(in) :: from          !! number of leading characters that are not broken
+    integer, intent(in) :: margin        !! indent of further lines
     character(:), allocatable :: rest
     integer :: cut
 
@@ -159,9 +161,9 @@ contains
       rest = repeat(' ', margin)//rest(cut + 1:)
     end do
     write (output_unit, '(a)') rest
-  end subroutine put_wrapped
+  end subroutine print_wrapped
 
-  !> The man page: share/man/man1/stirpoint.1.
+  !> Print the man page, share/man/man1/stirpoint.1.
   subroutine print_man()
     type(option_t), allocatable :: list(:)
     type(key_table_t) :: table
@@ -197,7 +199,7 @@ contains
     end do
   end subroutine print_man
 
-  !> Text with its dashes as those of options.
+  !> Text with dashes escaped for the man page.
   pure function dashes(text) result(r)
     character(*), intent(in) :: text
     character(:), allocatable :: r
@@ -210,7 +212,7 @@ contains
     end do
   end function dashes
 
-  !> The completion of bash: share/bash-completion/completions/stirpoint.
+  !> Print the bash completion, share/bash-completion/completions/stirpoint.
   subroutine print_completion()
     type(option_t), allocatable :: list(:)
     type(key_table_t) :: table
@@ -272,7 +274,7 @@ contains
       '  esac', '}', 'complete -o filenames -F _stirpoint stirpoint'
   end subroutine print_completion
 
-  !> Scenes with blanks between.
+  !> Template scenes separated by blanks.
   function scene_words() result(text)
     character(:), allocatable :: text
     integer :: k
@@ -283,7 +285,7 @@ contains
     end do
   end function scene_words
 
-  !> All keys, those of one group, or all as a page; `ok` is false if there is no such group.
+  !> Print all keys, those of one group, or the reference page; `ok` is false for an unknown group.
   subroutine print_keys_of(topic, ok)
     character(*), intent(in) :: topic    !! '', markdown or a group
     logical, intent(out) :: ok
@@ -308,7 +310,7 @@ contains
     end if
   end subroutine print_keys_of
 
-  !> The scene to begin with that is called `name`; `ok` is false if there is none.
+  !> Print a template scene; `ok` is false for an unknown name.
   subroutine print_new(name, ok)
     character(*), intent(in) :: name
     logical, intent(out) :: ok

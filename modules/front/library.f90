@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What the library of materials has (`stirpoint --materials`), and what an input took from one.
+!> Report of the library of materials (`stirpoint --materials`), and of values taken from a library.
 module front_library
   use, intrinsic :: iso_fortran_env, only: error_unit
   use base_log, only: say
@@ -11,12 +11,12 @@ module front_library
   implicit none (type, external)
   private
 
-  public :: print_materials, tell_sources
+  public :: print_materials, log_sources
 
 contains
 
-  !> The entries of the program's library with their values and sources; `ok` is false if there is
-  !> no library.
+  !> Print the entries of the program's library with values and sources; `ok` is false without a
+  !> library.
   subroutine print_materials(ok)
     logical, intent(out) :: ok
     type(input_t) :: library
@@ -47,7 +47,7 @@ contains
     call say('from '//library%file)
   end subroutine print_materials
 
-  !> The values of `keys` of entry number `m`.
+  !> Text of the values of `keys` of entry `m`.
   function values_of(library, m, keys) result(text)
     type(input_t), intent(in) :: library
     integer, intent(in) :: m
@@ -64,8 +64,8 @@ contains
     end do
   end function values_of
 
-  !> Lines that say which values materials took from a library, and their sources.
-  subroutine tell_sources(input)
+  !> Log the values that materials took from a library, with their sources.
+  subroutine log_sources(input)
     type(input_t), intent(in) :: input
     character(:), allocatable :: line
     integer :: i, s
@@ -82,6 +82,6 @@ contains
         s = s + 1
       end do
     end do
-  end subroutine tell_sources
+  end subroutine log_sources
 
 end module front_library

@@ -9,8 +9,8 @@ module front_material_driver
   use base_text, only: str
   use comm_world, only: world_t
   use front_command_line, only: command_t
-  use front_library, only: tell_sources
-  use front_point_watch, only: point_watch_t
+  use front_library, only: log_sources
+  use front_point_watch, only: validity_checker_t
   use groups_table, only: key_table
   use input_csv, only: read_columns
   use input_diagnostics, only: diagnostics_t
@@ -19,7 +19,7 @@ module front_material_driver
   use io_histories, only: table_t
   use io_row, only: row_t
   use keys_names, only: find, known
-  use materials_needed, only: need_property
+  use materials_needed, only: require_property
   use materials_properties, only: read_materials
   use physics_material, only: material_t
   use physics_point, only: point_t
@@ -30,24 +30,25 @@ module front_material_driver
   public :: drive_material
 
   character(*), parameter :: group = 'PATH'
-  real(rp), parameter :: largest_warming = 2.0_rp   !! within an increment of a history [K]
-  real(rp), parameter :: least_part = 1.0e-6_rp    !! of the rate of a path: the yield test of shear
-  integer, parameter :: least_parts = 8             !! of a line of a history with annealing
+  real(rp), parameter :: max_temperature_step = 2.0_rp  !! per increment of a history [K]
+  real(rp), parameter :: slowest_share = 1.0e-6_rp  !! slowest rate over that of a shear path
+  integer, parameter :: min_increments = 8   !! increments per line of a history with annealing
 
-  !> What simple shear shows beside the point.
-  type :: sheared_t
-    real(rp) :: strain, stress               !! of von Mises; shear [Pa]
-    real(rp) :: det_error                    !! of bbar, whose determinant is 1
-  end type sheared_t
+  !> Additional output of simple shear.
+  type :: shear_output_t
+    real(rp) :: strain                       !! von Mises strain
+    real(rp) :: stress                       !! shear stress [Pa]
+    real(rp) :: det_error                    !! det bbar - 1
+  end type shear_output_t
 
 contains
 
-  !> Collective. `status` 2: bad input, nothing written; `io_status`: a file cannot be written.
+  !> Collective. Compute the curves of all &PATH groups.
   subroutine drive_material(world, command, io_status, status)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command
-    integer, intent(in) :: io_status
-    integer, intent(inout) :: status
+    integer, intent(in) :: io_status         !! status if a file cannot be written
+    integer, intent(inout) :: status         !! 2: invalid input
     type(input_t) :: input
     type(diagnostics_t) :: diagnostics
     type(material_t), allocatable :: material(:)
@@ -64,7 +65,7 @@ contains
       if (world%is_root()) call diagnostics%print()
       return
     end if
-    if (world%is_root() .and. .not. command%is_quiet) call tell_sources(input)
+    if (world%is_root() .and. .not. command%is_quiet) call log_sources(input)
     directory = input%text('RUN', 1, 'NAME')//'.out'
     if (command%directory /= '') directory = command%directory
     call make_directory(directory, ok)
@@ -72,7 +73,7 @@ contains
     do i = 1, input%count(group)
       if (error%is_set()) exit
       m = find(material%name, input%text(group, i, 'MATERIAL'))
-      call follow(world, input, i, material(m), command%input, directory, error)
+      call compute_path(world, input, i, material(m), command%input, directory, error)
     end do
     if (error%is_set()) then
       status = io_status
@@ -82,6 +83,7 @@ contains
     end if
   end subroutine drive_material
 
+  !> Check the &PATH groups.
   subroutine check_paths(input, material, file, diagnostics)
     type(input_t), intent(in) :: input
     type(material_t), intent(in) :: material(:)
@@ -100,14 +102,14 @@ contains
         call input%report(diagnostics, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
       else
         if (input%logical(group, i, 'ADIABATIC')) then
-          if (.not. material(m)%knows_heat) call need_property( &
+          if (.not. material(m)%knows_heat) call require_property( &
             input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', diagnostics)
-          call need_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
+          call require_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
         end if
         if (material(m)%flow%knows_melting()) then
-          call need_property(input, m, 'T_MELT', &
-                             "LAW = '"//input%text('MATERIAL', m, 'LAW')//"' softens towards it", &
-                             diagnostics)
+          call require_property(input, m, 'T_MELT', &
+                                "LAW = '"//input%text('MATERIAL', m, 'LAW')// &
+                                "' softens towards it", diagnostics)
         end if
       end if
       name(i) = input%text(group, i, 'NAME')
@@ -119,8 +121,8 @@ contains
     end do
   end subroutine check_paths
 
-  !> One path: its curve goes to directory/NAME.csv.
-  subroutine follow(world, input, i, material, file, directory, error)
+  !> Compute a path and write its curve to directory/NAME.csv.
+  subroutine compute_path(world, input, i, material, file, directory, error)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -129,48 +131,48 @@ contains
     type(error_t), intent(inout) :: error
     type(table_t) :: curve
     type(point_t) :: point
-    type(point_watch_t) :: watch
+    type(validity_checker_t) :: checker
     type(row_t) :: row
 
     call point%init(material, material%t_ref, 1.0_rp)
     row = point_row(material, 0.0_rp, point)
     if (input%text(group, i, 'KIND') == 'shear') then
-      row = point_row(material, 0.0_rp, point, sheared_t(0.0_rp, 0.0_rp, 0.0_rp))
+      row = point_row(material, 0.0_rp, point, shear_output_t(0.0_rp, 0.0_rp, 0.0_rp))
     end if
     call curve%open(world, directory//'/'//input%text(group, i, 'NAME')//'.csv', &
                     input%text('RUN', 1, 'TITLE'), row%headings(), -1_i8, 0.0_rp, error)
     if (error%is_set()) return
     select case (input%text(group, i, 'KIND'))
     case ('shear')
-      call follow_shear(input, i, material, curve, watch)
+      call compute_shear(input, i, material, curve, checker)
     case ('history')
-      call follow_history(input, i, material, file, curve, watch)
+      call compute_history(input, i, material, file, curve, checker)
     case default
-      call follow_strain(input, i, material, curve, watch)
+      call compute_strain(input, i, material, curve, checker)
     end select
     call curve%close(error)
-    if (world%is_root()) call watch%tell(material, input%text(group, i, 'NAME'))
-  end subroutine follow
+    if (world%is_root()) call checker%log_warnings(material, input%text(group, i, 'NAME'))
+  end subroutine compute_path
 
-  !> Write the present point.
+  !> Write a row of the curve.
   subroutine write_point(curve, material, time, point, sheared)
     type(table_t), intent(inout) :: curve
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: time
     type(point_t), intent(in) :: point
-    type(sheared_t), intent(in), optional :: sheared
+    type(shear_output_t), intent(in), optional :: sheared
     type(row_t) :: row
 
     row = point_row(material, time, point, sheared)
     call curve%row(row%values())
   end subroutine write_point
 
-  !> A row of a curve.
+  !> Row of a curve.
   type(row_t) function point_row(material, time, point, sheared) result(row)
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: time                          !! [s]
     type(point_t), intent(in) :: point
-    type(sheared_t), intent(in), optional :: sheared
+    type(shear_output_t), intent(in), optional :: sheared
     real(rp), allocatable :: values(:)
     integer :: k
 
@@ -191,25 +193,26 @@ contains
     call row%add('det_error', '1', sheared%det_error)
   end function point_row
 
-  !> Rows of equal strain, each of as many increments as STEP asks for.
+  !> Number of rows of equal strain, of increments per row, and the increment from STEP.
   subroutine divide(input, i, strain, rows, parts, x)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: strain
     integer, intent(out) :: rows, parts
-    real(rp), intent(out) :: x               !! the increment
+    real(rp), intent(out) :: x               !! strain increment
 
     rows = input%integer(group, i, 'ROWS')
     parts = max(1, ceiling(strain/(rows*input%real(group, i, 'STEP'))*(1.0_rp - 1.0e-12_rp)))
     x = strain/(real(rows, rp)*parts)
   end subroutine divide
 
-  subroutine follow_strain(input, i, material, curve, watch)
+  !> Path of constant strain rate.
+  subroutine compute_strain(input, i, material, curve, checker)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
     type(table_t), intent(inout) :: curve
-    type(point_watch_t), intent(inout) :: watch
+    type(validity_checker_t), intent(inout) :: checker
     type(point_t) :: point
     real(rp) :: rate, x
     integer :: k, part, parts, rows
@@ -228,19 +231,20 @@ contains
           call point%strain_to(material, x, rate, point%temp)
         end if
         call point%anneal(material, x/rate)
-        call watch%look(material, ((k - 1)*parts + part)*x/rate, point)
+        call checker%inspect(material, ((k - 1)*parts + part)*x/rate, point)
       end do
       call write_point(curve, material, k*parts*x/rate, point)
     end do
-  end subroutine follow_strain
+  end subroutine compute_strain
 
-  !> Simple shear xy through elasticity and return, in steps of at most STEP of von Mises strain.
-  subroutine follow_shear(input, i, material, curve, watch)
+  !> Simple shear xy with elasticity and return mapping, in steps of at most STEP of von Mises
+  !> strain.
+  subroutine compute_shear(input, i, material, curve, checker)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
     type(table_t), intent(inout) :: curve
-    type(point_watch_t), intent(inout) :: watch
+    type(validity_checker_t), intent(inout) :: checker
     type(material_t) :: mat
     type(stress_sums_t) :: sums
     type(point_t) :: point
@@ -255,7 +259,7 @@ contains
     dt = x/input%real(group, i, 'RATE')
     call point%init(mat, input%real(group, i, 'TEMPERATURE'), input%real(group, i, 'RATE'))
     mat%t_ref = point%temp
-    mat%flow%slowest = min(mat%flow%slowest, least_part*input%real(group, i, 'RATE'))
+    mat%flow%slowest = min(mat%flow%slowest, slowest_share*input%real(group, i, 'RATE'))
     mass = 1.0_rp
     b = 0.0_rp
     b(:, 1:3) = 1.0_rp
@@ -274,15 +278,15 @@ contains
                           mat%flow%n_state, state, sums)
         call mat%flow%anneal(dt, temp, rate, state)
         point = point_t(alpha(1), temp(1), rate(1), flow(1), state(1, :))
-        call watch%look(mat, ((k - 1)*parts + part)*dt, point, sums%failed)
+        call checker%inspect(mat, ((k - 1)*parts + part)*dt, point, sums%failed)
         sums%failed = 0
       end do
       call write_point(curve, mat, k*parts*dt, point, &
-                       sheared_t(k*parts*x, tau(1, 4)/j(1), determinant(b(1, :)) - 1.0_rp))
+                       shear_output_t(k*parts*x, tau(1, 4)/j(1), determinant(b(1, :)) - 1.0_rp))
     end do
-  end subroutine follow_shear
+  end subroutine compute_shear
 
-  !> Of a symmetric tensor.
+  !> Determinant of a symmetric tensor.
   pure real(rp) function determinant(b)
     real(rp), intent(in) :: b(6)
 
@@ -290,7 +294,7 @@ contains
                   + b(6)*(b(4)*b(5) - b(2)*b(6))
   end function determinant
 
-  !> Rows (time, temperature, plastic strain) of the file of a history.
+  !> Read rows (time [s], temperature [K], plastic strain) from the file of a history.
   subroutine read_history(input, i, file, rows, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -333,7 +337,7 @@ contains
                    + 0.5_rp*(rows(k, 4) + rows(k - 1, 4))*(rows(k, 1) - rows(k - 1, 1))
     end do
   contains
-    !> About the first row that is wrong, with the number of all.
+    !> Report the first invalid row and the number of all.
     subroutine report_once(is_wrong, message)
       logical, intent(in) :: is_wrong(:)
       character(*), intent(in) :: message
@@ -346,39 +350,40 @@ contains
     end subroutine report_once
   end subroutine read_history
 
-  !> From row to row with constant rate of strain and of temperature.
-  subroutine follow_history(input, i, material, file, curve, watch)
+  !> History of temperature and strain, with constant rates between rows.
+  subroutine compute_history(input, i, material, file, curve, checker)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
     character(*), intent(in) :: file
     type(table_t), intent(inout) :: curve
-    type(point_watch_t), intent(inout) :: watch
+    type(validity_checker_t), intent(inout) :: checker
     type(point_t) :: point
     type(diagnostics_t) :: diagnostics
     real(rp), allocatable :: rows(:, :)
-    real(rp) :: dt, temp, warming, x
+    real(rp) :: dt, temp, temperature_change, x
     integer :: k, n, part
 
-    call read_history(input, i, file, rows, diagnostics)   ! was read without errors before
+    call read_history(input, i, file, rows, diagnostics)   ! read without errors before
     call point%init(material, rows(1, 2), 1.0_rp)
     point%alpha = rows(1, 3)
     point%rate = 0.0_rp
     call write_point(curve, material, rows(1, 1), point)
     do k = 2, size(rows, 1)
       x = rows(k, 3) - rows(k - 1, 3)
-      warming = rows(k, 2) - rows(k - 1, 2)
-      n = max(1, ceiling(x/input%real(group, i, 'STEP')), ceiling(abs(warming)/largest_warming), &
-              merge(least_parts, 1, material%flow%anneals))
+      temperature_change = rows(k, 2) - rows(k - 1, 2)
+      n = max(1, ceiling(x/input%real(group, i, 'STEP')), &
+              ceiling(abs(temperature_change)/max_temperature_step), merge(min_increments, 1, &
+                                                                           material%flow%anneals))
       dt = (rows(k, 1) - rows(k - 1, 1))/n
       do part = 1, n
-        temp = rows(k - 1, 2) + part*warming/n
+        temp = rows(k - 1, 2) + part*temperature_change/n
         call point%strain_to(material, x/n, x/(n*dt), temp)
         call point%anneal(material, dt)
-        call watch%look(material, rows(k - 1, 1) + part*dt, point)
+        call checker%inspect(material, rows(k - 1, 1) + part*dt, point)
       end do
       call write_point(curve, material, rows(k, 1), point)
     end do
-  end subroutine follow_history
+  end subroutine compute_history
 
 end module front_material_driver

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Counts where a material point leaves what its flow law is valid for, as a run does of particles.
+!> Count of increments of a material point outside the validity of its flow law.
 module front_point_watch
   use base_kinds, only: i8, nlane, rp
   use base_log, only: say
@@ -10,35 +10,36 @@ module front_point_watch
   implicit none (type, external)
   private
 
-  public :: point_watch_t
+  public :: validity_checker_t
 
-  ! Behind the warnings of the law.
+  ! Kinds of warnings after those of the law.
   integer, parameter :: unsolved = most_warnings + 1, molten = most_warnings + 2, &
                         n_kinds = most_warnings + 2
 
-  type :: point_watch_t
+  !> Counts of warnings.
+  type :: validity_checker_t
     private
-    integer(i8) :: looks = 0, counts(n_kinds) = 0
-    real(rp) :: first(3, n_kinds) = 0.0_rp       !! time [s], plastic strain, temperature [K]
+    integer(i8) :: increments = 0                !! number of increments
+    integer(i8) :: counts(n_kinds) = 0           !! number of warnings
+    real(rp) :: first(3, n_kinds) = 0.0_rp       !! first: time [s], plastic strain, T [K]
   contains
-    procedure :: look
-    procedure :: tell
-  end type point_watch_t
+    procedure :: inspect
+    procedure :: log_warnings
+  end type validity_checker_t
 
 contains
 
-  !> Look at the point after an increment that ended at `time`; `failed`: returns that did not
-  !> converge.
-  subroutine look(self, material, time, point, failed)
-    class(point_watch_t), intent(inout) :: self
+  !> Check the point after an increment.
+  subroutine inspect(self, material, time, point, failed)
+    class(validity_checker_t), intent(inout) :: self
     type(material_t), intent(in) :: material
-    real(rp), intent(in) :: time                 !! [s]
+    real(rp), intent(in) :: time                 !! end of the increment [s]
     type(point_t), intent(in) :: point
-    integer, intent(in), optional :: failed
+    integer, intent(in), optional :: failed      !! number of return mappings not converged
     real(rp) :: temp(nlane), rate(nlane)
     integer :: found(n_kinds), k, lane(most_warnings)
 
-    self%looks = self%looks + 1
+    self%increments = self%increments + 1
     found = 0
     lane = 0
     temp = point%temp
@@ -52,11 +53,11 @@ contains
       if (self%counts(k) == 0) self%first(:, k) = [time, point%alpha, point%temp]
       self%counts(k) = self%counts(k) + 1
     end do
-  end subroutine look
+  end subroutine inspect
 
-  !> Write a warning of each kind that there was.
-  subroutine tell(self, material, path)
-    class(point_watch_t), intent(in) :: self
+  !> Log the warnings, one line for each kind.
+  subroutine log_warnings(self, material, path)
+    class(validity_checker_t), intent(in) :: self
     type(material_t), intent(in) :: material
     character(*), intent(in) :: path             !! NAME of the &PATH
     character(48), allocatable :: own(:)
@@ -69,10 +70,10 @@ contains
     text(:size(own)) = own
     do k = 1, n_kinds
       if (self%counts(k) == 0) cycle
-      call say('warning: path '//path//': '//str(self%counts(k))//' of '//str(self%looks)// &
+      call say('warning: path '//path//': '//str(self%counts(k))//' of '//str(self%increments)// &
                ' increments '//trim(text(k))//'; the first at t = '//str(self%first(1, k))// &
                ' s, plastic strain '//str(self%first(2, k))//', '//str(self%first(3, k))//' K')
     end do
-  end subroutine tell
+  end subroutine log_warnings
 
 end module front_point_watch

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Makes a simulation ready to run: from an input file, or from a checkpoint.
+!> Preparation of a simulation from an input file or a checkpoint.
 module front_prepare
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
@@ -15,7 +15,7 @@ module front_prepare
   use checks_volumes, only: check_volumes, measure_volumes, volumes_t
   use comm_world, only: world_t
   use front_command_line, only: command_t
-  use front_library, only: tell_sources
+  use front_library, only: log_sources
   use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
   use input_files, only: folder_of_files, sums_of_files
@@ -37,7 +37,7 @@ module front_prepare
 
 contains
 
-  !> Read and check the input; all errors are printed and `is_good` is false if there is any.
+  !> Collective. Read and check the input; print all errors.
   subroutine read_scene(world, command, sim, input, counts, volumes, is_good)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command
@@ -45,8 +45,8 @@ contains
     type(input_t), intent(out) :: input
     integer(i8), allocatable, intent(out) :: counts(:)   !! particles of each body
     type(volumes_t), allocatable, intent(out) :: volumes(:)   !! of each body
-    logical, intent(out) :: is_good
-    type(diagnostics_t) :: diagnostics, strange   ! the latter of the scene of the checkpoint
+    logical, intent(out) :: is_good                      !! no errors
+    type(diagnostics_t) :: diagnostics, old_errors  ! the latter of the checkpoint
     type(error_t) :: error
     type(notes_t) :: notes
     type(input_t) :: old
@@ -57,7 +57,7 @@ contains
     if (error%is_set()) then
       call diagnostics%add('stirpoint', 0, error%message)
     else if (command%restart /= '') then
-      call read_input_text(key_table(), command%restart, notes%scene, no_sets, old, strange, &
+      call read_input_text(key_table(), command%restart, notes%scene, no_sets, old, old_errors, &
                            resumed=.true.)
     end if
     if (error%is_set()) then
@@ -81,9 +81,9 @@ contains
       old%folder = folder_of_files(input)        ! compare_files judges the content
       call compare_scenes(old, input, notes%time, diagnostics)
       call compare_files(notes%files, input, notes%time, diagnostics)
-      if (strange%count() > 0) then
+      if (old_errors%count() > 0) then
         call diagnostics%add(command%restart, 0, 'its scene is that of '// &
-                             'another version of the program: '//strange%text(1))
+                             'another version of the program: '//old_errors%text(1))
       else if (diagnostics%count() == 0 .and. sim%scene%method%has_mechanics &
                .and. notes%layout /= sim%scene%layout%places()) then
         call diagnostics%add(command%restart, 0, 'its particles are those of '// &
@@ -112,7 +112,7 @@ contains
       return
     end if
     if (world%is_root() .and. command%restart == '') then
-      call tell_sources(input)
+      call log_sources(input)
       call diagnostics%print(warnings=.true.)
     end if
     if (sim%scene%method%has_mechanics) then
@@ -131,7 +131,7 @@ contains
     if (command%directory /= '') sim%scene%output%directory = command%directory
   end subroutine read_scene
 
-  !> Without an input file a resumed run goes on where its checkpoint lies.
+  !> Folder of the checkpoint, the default results folder of a resumed run without an input file.
   pure function folder_of(checkpoint) result(folder)
     character(*), intent(in) :: checkpoint
     character(:), allocatable :: folder
@@ -142,6 +142,7 @@ contains
     if (slash > 0) folder = checkpoint(:max(1, slash - 1))
   end function folder_of
 
+  !> Report bodies without particles.
   subroutine require_particles(input, counts, diagnostics)
     type(input_t), intent(in) :: input
     integer(i8), intent(in) :: counts(:)
@@ -154,7 +155,7 @@ contains
     end do
   end subroutine require_particles
 
-  !> Particles, partition and books; from the checkpoint if the command names one.
+  !> Collective. Set up particles, partition and sums, or read them from the checkpoint.
   subroutine place_particles(world, command, input, sim, error)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> `stirpoint --check`: the scene in numbers, its cost, and what it does not need.
+!> `stirpoint --check`: summary of the scene, its cost, and unused components.
 module front_report
   use base_kinds, only: i8, rp
   use base_log, only: say
@@ -27,8 +27,8 @@ module front_report
 
 contains
 
-  !> Collective; writes no file. Takes steps if it `measures` the cost, after which the simulation
-  !> is of no use.
+  !> Collective. Report the scene without writing files. Measuring the cost makes steps, after which
+  !> the simulation cannot be used.
   subroutine report_scene(world, input, sim, counts, volumes, measures)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
@@ -48,50 +48,51 @@ contains
     call world%sum(memory)
     if (measures) call estimate_run(world, sim, dt, cost)
     if (.not. world%is_root()) return
-    call line('scene', sim%scene%output%name//'  '//sim%scene%title)
+    call print_line('scene', sim%scene%output%name//'  '//sim%scene%title)
     associate (grid => sim%scene%grid)
       cells = grid%cells()
-      call line('grid', str(cells(1))//' x '//str(cells(2))//' x '//str(cells(3))//' cells of '// &
-                grid%edges()//' mm'//periodic_axes(grid))
+      call print_line('grid', str(cells(1))//' x '//str(cells(2))//' x '//str(cells(3))// &
+                      ' cells of '//grid%edges()//' mm'//periodic_axes(grid))
     end associate
     do b = 1, size(counts)
       associate (body => sim%scene%body(b))
-        call line('body', trim(body%name)//': '//str(counts(b))//' particles '// &
-                  str(1.0e3_rp*body%mean_spacing())//' mm apart, '// &
-                  trim(sim%scene%material(body%material)%name))
+        call print_line('body', trim(body%name)//': '//str(counts(b))//' particles '// &
+                        str(1.0e3_rp*body%mean_spacing())//' mm apart, '// &
+                        trim(sim%scene%material(body%material)%name))
       end associate
     end do
-    call line('particles', str(sum(counts)))
+    call print_line('particles', str(sum(counts)))
     call report_volumes(sim%scene, volumes)
-    call line('ranks', str(world%size)//', up to '// &
-              str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
-    call line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
-              str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
-    if (sim%tracers%n > 0) call line('tracers', followed(sim%tracers))
-    call line('method', method(sim))
-    call line('time step', str(dt)//' s, limited by '//limited_by)
-    if (elastic_strain(input, sim%scene) > 0.0_rp) call line('elasticity', elasticity(input, sim))
+    call print_line('ranks', str(world%size)//', up to '// &
+                    str(nint(sim%scene%method%rebalance*100.0_rp - 100.0_rp))//' % imbalance')
+    call print_line('memory', str(memory(1)*1.0e-6_rp)//' MB for particles and grid, '// &
+                    str(nint(memory(1)/real(sum(counts), rp)))//' bytes per particle')
+    if (sim%tracers%n > 0) call print_line('tracers', tracer_text(sim%tracers))
+    call print_line('method', method(sim))
+    call print_line('time step', str(dt)//' s, limited by '//limited_by)
+    if (elastic_strain(input, sim%scene) > 0.0_rp) call print_line('elasticity', elasticity(input, &
+                                                                                            sim))
     if (measures) then
-      call line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
-      call line('speed', &
-                str(real(sum(counts), rp)*cost%steps/max(cost%seconds, tiny(1.0_rp))*1.0e-6_rp)// &
-                ' M particle-steps/s of processor time here, '//str(nint(100.0_rp*cost%awake))// &
-                ' % of the particles awake')
-      call line('run time', cost%run_time(world%size))
+      call print_line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
+      call print_line('speed', &
+                      str(real(sum(counts), rp)*cost%steps/max(cost%seconds, &
+                      tiny(1.0_rp))*1.0e-6_rp)//' M particle-steps/s of processor time here, '// &
+                      str(nint(100.0_rp*cost%awake))//' % of the particles awake')
+      call print_line('run time', cost%run_time(world%size))
     end if
     call report_process(input, sim%scene, sim%tool)
     call log_heat_shares(sim%scene, sim%tool)
-    call line('skipped', what_is_skipped)
+    call print_line('skipped', what_is_skipped)
   end subroutine report_scene
 
-  !> Collective. Warn of a tool that starts inside a body, which it would hit hard.
+  !> Collective. Warn of a tool that starts inside a body.
   subroutine warn_of_overlap(world, input, sets, sim)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
-    character(*), intent(in) :: sets(:)      !! the overrides, to name them
+    character(*), intent(in) :: sets(:)      !! overrides, for messages
     type(simulation_t), intent(in) :: sim
     type(diagnostics_t) :: warnings
-    real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, room
+    real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, edge_distance
     integer :: b, k, p
 
     deepest = 0.0_rp
@@ -99,7 +100,8 @@ contains
       reach = 0.5_rp*minval(sim%scene%body(sim%particles%body(b))%spacing)
       do k = 1, size(sim%tool)
         do p = 1, sim%particles%count(b)
-          call sim%tool(k)%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, room)
+          call sim%tool(k)%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, &
+                                    edge_distance)
           deepest(k) = max(deepest(k), reach - d)
         end do
       end do
@@ -118,7 +120,7 @@ contains
     call warnings%print(warnings=.true.)
   end subroutine warn_of_overlap
 
-  !> `, periodic along xy`.
+  !> Text on periodic axes, as `, periodic along xy`.
   pure function periodic_axes(grid) result(text)
     type(grid_t), intent(in) :: grid
     character(:), allocatable :: text
@@ -131,15 +133,16 @@ contains
     end do
   end function periodic_axes
 
-  subroutine line(name, text)
+  !> Print a line with a label.
+  subroutine print_line(name, text)
     character(*), intent(in) :: name, text
     character(12) :: label
 
     label = name
     call say(label//' '//trim(text))
-  end subroutine line
+  end subroutine print_line
 
-  !> Shape functions, transfer and scheme, as given or chosen.
+  !> Text on shape functions, transfer and scheme.
   function method(sim) result(text)
     type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
@@ -154,6 +157,7 @@ contains
     if (sim%scene%method%sleep%is_on) text = text//', still material sleeps'
   end function method
 
+  !> Text on the limits of the time step.
   function limit(sim) result(text)
     type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
@@ -180,8 +184,8 @@ contains
     end if
   end function limit
 
-  !> Tracers of each group, and places of which another tracer has the particle.
-  function followed(tracers) result(text)
+  !> Text on the tracers of each group, and the positions whose particle another tracer has.
+  function tracer_text(tracers) result(text)
     type(tracers_t), intent(in) :: tracers
     character(:), allocatable :: text
     integer :: g, n
@@ -194,9 +198,9 @@ contains
       if (n > 0) text = text//' ('//str(n)//' places more share their particles)'
     end do
     text = text(3:)
-  end function followed
+  end function tracer_text
 
-  !> What a softer elasticity does, or would do, to metal that can flow.
+  !> Text on the elastic strain of flowing material, with the effect of ELASTIC_SCALING.
   function elasticity(input, sim) result(text)
     type(input_t), intent(in) :: input
     type(simulation_t), intent(in) :: sim
@@ -217,7 +221,7 @@ contains
            'springback and thermal stress do not'
   end function elasticity
 
-  !> Components that this scene does without.
+  !> Text on the components that this scene does not use.
   function skipped(sim) result(text)
     type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Typed arrays of parallel HDF5 files; arrays may have any number of dimensions.
+!> Typed arrays of any rank in parallel HDF5 files.
 module h5_arrays
   use, intrinsic :: iso_c_binding, only: c_loc
   use, intrinsic :: iso_fortran_env, only: int8
@@ -12,12 +12,12 @@ module h5_arrays
 
   public :: write_array, read_array
 
-  !> write_array(file, name, a, error): the columns of every rank.
+  !> write_array(file, name, a, error): write the columns of all ranks.
   interface write_array
     module procedure write_f64, write_f32, write_i64, write_i32, write_u8
   end interface write_array
 
-  !> read_array(file, name, first, a, error): columns `first`.. (from 0) of the file.
+  !> read_array(file, name, first, a, error): read columns from `first` (from 0).
   interface read_array
     module procedure read_f64, read_f32, read_i64, read_i32, read_u8
   end interface read_array
@@ -119,7 +119,7 @@ contains
     call file%get_columns(name, kind_u8, first, extents(shape(a, i8)), c_loc(a), error)
   end subroutine read_u8
 
-  !> gfortran gives the shape of an empty section or temporary of assumed rank as negative.
+  !> Shape with negative extents set to 0, as gfortran reports for empty arrays of assumed rank.
   pure function extents(dims)
     integer(i8), intent(in) :: dims(:)
     integer(i8) :: extents(size(dims))

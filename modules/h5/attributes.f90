@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> HDF5's attributes by identifiers and addresses (h5_types).
+!> Calls of HDF5 for attributes, with identifiers and addresses (h5_types).
 module h5_attributes
   use, intrinsic :: iso_c_binding, only: c_ptr
   use base_kinds, only: i8
@@ -15,7 +15,7 @@ module h5_attributes
 
 contains
 
-  !> Attribute `name` of the object at `place`; the same data on all ranks.
+  !> Write attribute `name` of the object at `place`, with the same data on all ranks.
   subroutine make_attribute(file, place, name, kind, length, dims, data, worst)
     type(handle_t), intent(in) :: file
     character(*), intent(in) :: place, name
@@ -39,7 +39,7 @@ contains
     call h5tclose_f(type, ierr)
   end subroutine make_attribute
 
-  !> Number of values of an attribute, -1 if there is none, and the bytes of each.
+  !> Number of values of an attribute (-1 if there is none) and bytes of each.
   subroutine attribute_shape(file, place, name, n, bytes, worst)
     type(handle_t), intent(in) :: file
     character(*), intent(in) :: place, name
@@ -71,7 +71,7 @@ contains
     call h5aclose_f(id, ierr)
   end subroutine attribute_shape
 
-  !> Values of an attribute as `kind` (texts: of `length` bytes each).
+  !> Read the values of an attribute as `kind` (texts with `length` bytes each).
   subroutine get_attribute(file, place, name, kind, length, data, worst)
     type(handle_t), intent(in) :: file
     character(*), intent(in) :: place, name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> HDF5's files, groups and datasets by identifiers and addresses (h5_types).
+!> Calls of HDF5 for files, groups and datasets, with identifiers and addresses (h5_types).
 module h5_calls
   use, intrinsic :: iso_c_binding, only: c_ptr
   use base_kinds, only: i8
@@ -23,14 +23,14 @@ module h5_calls
   public :: make_dataset, open_dataset, close_dataset, dataset_shape, text_length, move_columns
 
   integer(i8), parameter :: chunk_values = 131072_i8   !! values per compressed chunk
-  integer, parameter :: deflate_level = 1              !! more costs time and gains little
+  integer, parameter :: deflate_level = 1              !! higher levels are slow with little gain
   integer(size_t), parameter :: memory_step = 8388608_size_t   !! growth of a file in memory [bytes]
 
 contains
 
-  !> Create (is_new) or open a file for all ranks of `comm`, without HDF5's own error messages. A
-  !> new one leaves `free` bytes at its beginning: 0, or a power of two from 512 on. One `in_memory`
-  !> of a rank by itself is never written.
+  !> Create (is_new) or open a file on all ranks of `comm`, without error messages of HDF5. A new
+  !> file leaves `free` bytes at its beginning, 0 or a power of two from 512. A file `in_memory` of
+  !> a single rank is never written.
   subroutine open_parallel(comm, path, is_new, file, worst, free, in_memory)
     type(mpi_comm), intent(in) :: comm
     character(*), intent(in) :: path
@@ -74,7 +74,7 @@ contains
     call h5pclose_f(access, ierr)
   end subroutine open_parallel
 
-  !> Bring everything written so far to the disk.
+  !> Flush a file to disk.
   subroutine flush_parallel(file, worst)
     type(handle_t), intent(in) :: file
     integer, intent(inout) :: worst
@@ -109,7 +109,7 @@ contains
     if (ierr >= 0) call h5gclose_f(id, ierr)
   end subroutine make_group
 
-  !> New dataset; `length` is that of texts, `packed` compresses.
+  !> Create a dataset; `length` is that of texts, `packed` compresses.
   subroutine make_dataset(file, name, kind, length, dims, packed, dataset, worst)
     type(handle_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -140,7 +140,7 @@ contains
     call h5sclose_f(space, ierr)
   end subroutine make_dataset
 
-  !> Chunks of whole columns, compressed.
+  !> Set compressed chunks of whole columns.
   subroutine pack_chunks(layout, dims, worst)
     integer(hid_t), intent(in) :: layout
     integer(hsize_t), intent(in) :: dims(:)
@@ -157,7 +157,7 @@ contains
     worst = min(worst, minval(status))
   end subroutine pack_chunks
 
-  !> Old dataset, to be read as `kind`; a text is read with the length it has.
+  !> Open a dataset for reading as `kind`; texts with their stored length.
   subroutine open_dataset(file, name, kind, dataset, worst)
     type(handle_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -203,7 +203,7 @@ contains
     call h5sclose_f(space, ierr)
   end subroutine dataset_shape
 
-  !> Characters of a text dataset.
+  !> Length of a text dataset [characters].
   integer(i8) function text_length(dataset)
     type(handle_t), intent(in) :: dataset
     integer(size_t) :: n
@@ -214,10 +214,9 @@ contains
     if (ierr >= 0) text_length = int(n, i8)
   end function text_length
 
-  !> Write (new dataset) or read columns `first`.. of shape `dims`; a rank without columns selects
-  !> nothing. No dimensions: a scalar, if `mine`. Compressed data are written collectively, as HDF5
-  !> demands; others by every rank on its own: their pieces are contiguous, so nothing is gained by
-  !> gathering.
+  !> Write (new dataset) or read columns from `first` of shape `dims`; a rank without columns
+  !> selects nothing. Without dimensions a scalar is moved, if `mine`. Compressed data are written
+  !> collectively, as HDF5 requires; other data independently, as their pieces are contiguous.
   subroutine move_columns(file, dataset, first, dims, mine, data, worst)
     type(handle_t), intent(in) :: file, dataset
     integer(i8), intent(in) :: first, dims(:)

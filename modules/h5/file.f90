@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
 !> Parallel HDF5 files: open, close, groups, and arrays distributed over the ranks.
 !>
-!> Every procedure is collective. An array is distributed by its last dimension: the file holds the
-!> columns of rank 0, then those of rank 1, and so on; a rank may have none. A call made with
-!> `error` set does nothing (but `close` closes), so a sequence of calls needs one test, at its end.
-!> Typed arrays are in h5_arrays, texts and attributes in h5_notes.
+!> All procedures are collective. An array is distributed along its last dimension: the file has the
+!> columns of rank 0, then those of rank 1, and so on; a rank may have none. With `error` set calls
+!> have no effect, except `close`, so that a sequence of calls needs one test at its end. Typed
+!> arrays are in h5_arrays, texts and attributes in h5_notes.
 module h5_file
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
@@ -26,16 +26,16 @@ module h5_file
   public :: h5file_t
 
   integer(i8), parameter :: packed_from = 4096_i8        !! smaller arrays are not compressed
-  integer(i8), parameter :: round_bytes = 536870912_i8   !! MPI counts are 32-bit: go in rounds
+  integer(i8), parameter :: round_bytes = 536870912_i8   !! per round, as MPI counts are 32-bit
 
-  !> An open file. A new one is called path.tmp until `close` finds it complete.
+  !> An open file. A new file is named path.tmp until `close`.
   type :: h5file_t
     type(world_t) :: world
     type(handle_t) :: handle
     logical, private :: packed = .false.   !! compress larger arrays
-    logical, private :: sealed = .false.   !! seal it, and keep the file that has its name so far
-    logical, private :: in_memory = .false.   !! of this rank alone, never written
-    integer(i8), private :: bytes = 0      !! of an old file
+    logical, private :: sealed = .false.   !! seal it, and keep the previous file
+    logical, private :: in_memory = .false.   !! of this rank only, never written
+    integer(i8), private :: bytes = 0      !! size of an existing file
     character(:), allocatable, private :: path
   contains
     procedure :: create
@@ -50,13 +50,12 @@ module h5_file
   end type h5file_t
 
   interface
-    !> Writes of a new file begin: none has failed (modules/h5/writes.c).
+    !> Reset the record of failed writes (modules/h5/writes.c).
     subroutine begin_writes() bind(c, name='stirpoint_begin_writes')
       implicit none (type, external)
     end subroutine begin_writes
 
-    !> errno of the first write of this rank that failed since, -1 if there is none for it; 0: all
-    !> well.
+    !> errno of the first failed write of this rank; -1 if unknown; 0 if none failed.
     integer(c_int) function lost_write() bind(c, name='stirpoint_lost_write')
       import :: c_int
       implicit none (type, external)
@@ -65,10 +64,9 @@ module h5_file
 
 contains
 
-  !> New file, `packed` if its larger arrays shall be compressed. One that is `sealed` gets a
-  !> checksum over everything, is on the disk when it gets its name, and the one before it is kept
-  !> (h5_seal). Without a path nothing is written: every rank has its part in memory, to measure
-  !> what making it costs.
+  !> Create a file, `packed` with compressed large arrays. A `sealed` file gets a checksum, is
+  !> flushed to disk before it gets its name, and the previous file is kept (h5_seal). Without a
+  !> path every rank keeps its part in memory, to measure the cost of writing.
   subroutine create(self, world, path, packed, error, sealed)
     class(h5file_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -92,7 +90,7 @@ contains
     call self%verify(worst, 'cannot be created', error)
   end subroutine create
 
-  !> Old file, to be read.
+  !> Open an existing file for reading.
   subroutine open_old(self, world, path, error)
     class(h5file_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -115,7 +113,7 @@ contains
     call self%verify(worst, 'is not an HDF5 file, or it is damaged or cut short', error)
   end subroutine open_old
 
-  !> Bring everything written so far to the disk.
+  !> Flush the file to disk.
   subroutine flush_file(self, error)
     class(h5file_t), intent(in) :: self
     type(error_t), intent(inout) :: error
@@ -127,7 +125,8 @@ contains
     call self%verify(worst, 'cannot be written', error)
   end subroutine flush_file
 
-  !> Close, also after an error. A new file gets its name if it is complete, else it is removed.
+  !> Close the file, also after an error. A new file gets its name if it is complete, otherwise it
+  !> is removed.
   subroutine close_file(self, error)
     class(h5file_t), intent(inout) :: self
     type(error_t), intent(inout) :: error
@@ -146,7 +145,7 @@ contains
     deallocate (self%path)
   end subroutine close_file
 
-  !> Let a new file take its name if it is complete, else remove it.
+  !> Rename a complete new file to its name, otherwise remove it.
   subroutine give_name(self, error)
     type(h5file_t), intent(in) :: self
     type(error_t), intent(inout) :: error
@@ -167,7 +166,7 @@ contains
     call self%verify(merge(0, -1, ok), 'cannot be written', error)
   end subroutine give_name
 
-  !> Turn a negative `status` or a write that failed on any rank into an error on all.
+  !> Raise an error on all ranks if `status` is negative or a write failed on any rank.
   subroutine verify(self, status, problem, error)
     class(h5file_t), intent(in) :: self
     integer, intent(in) :: status
@@ -196,8 +195,7 @@ contains
     call self%verify(worst, 'cannot be written: '//name, error)
   end subroutine group
 
-  !> Shape of an array of the file; never of more values than the file has bytes, if it is an old
-  !> one.
+  !> Shape of an array of the file; an existing file with more values than bytes is an error.
   subroutine extent(self, name, dims, error)
     class(h5file_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -217,7 +215,7 @@ contains
     if (error%is_set()) dims = dims(:0)
   end subroutine extent
 
-  !> Write the columns of all ranks: `dims` is the shape here, `data` the address.
+  !> Write the columns of all ranks, with the local shape `dims` and the address `data`.
   subroutine put_columns(self, name, kind, dims, data, error)
     class(h5file_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -248,7 +246,7 @@ contains
     call close_dataset(dataset)
   end subroutine put_columns
 
-  !> Read columns `first`.. into memory of shape `dims`.
+  !> Read columns from `first` into memory of shape `dims`.
   subroutine get_columns(self, name, kind, first, dims, data, error)
     class(h5file_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -282,7 +280,7 @@ contains
     call close_dataset(dataset)
   end subroutine get_columns
 
-  !> Move columns in as many rounds as the rank with most of them needs.
+  !> Move columns in as many rounds as the rank with the most columns needs.
   subroutine move_rounds(self, dataset, first, dims, data, worst)
     type(h5file_t), intent(in) :: self
     type(handle_t), intent(in) :: dataset
@@ -291,7 +289,7 @@ contains
     integer, intent(inout) :: worst
     integer(int8), pointer, contiguous :: memory(:)
     integer(int8), target :: nothing(8)
-    integer(i8) :: width, n, step, most, done, m
+    integer(i8) :: width, n, step, most_columns, done, m
     type(c_ptr) :: here
     integer :: r
 
@@ -300,9 +298,9 @@ contains
     width = dataset%bytes*product(dims(:r - 1))
     call c_f_pointer(data, memory, [n*width])
     step = max(1_i8, round_bytes/max(1_i8, width))
-    most = n
-    call mpi_allreduce(mpi_in_place, most, 1, mpi_integer8, mpi_max, self%world%comm)
-    do done = 0, most - 1, step
+    most_columns = n
+    call mpi_allreduce(mpi_in_place, most_columns, 1, mpi_integer8, mpi_max, self%world%comm)
+    do done = 0, most_columns - 1, step
       m = max(0_i8, min(step, n - done))
       here = c_loc(nothing)
       if (m*width > 0) here = c_loc(memory(done*width + 1))

@@ -28,7 +28,7 @@ module h5_notes
 
 contains
 
-  !> Text of rank 0, as one string.
+  !> Write the text of rank 0 as one string.
   subroutine write_text(file, name, text, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: name, text
@@ -53,7 +53,7 @@ contains
     call close_dataset(dataset)
   end subroutine write_text
 
-  !> The text, on all ranks.
+  !> Read a text on all ranks.
   subroutine read_text(file, name, text, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -171,7 +171,7 @@ contains
     call fetch(file, place, name, kind_i32, size(value, kind=i8), c_loc(value), error)
   end subroutine read_integers
 
-  !> Numbers of an attribute that must have `n` of them.
+  !> Read an attribute that must have `n` numbers.
   subroutine fetch(file, place, name, kind, n, data, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: place, name
@@ -211,7 +211,7 @@ contains
     call file%verify(worst, 'has no text attribute '//name, error)
   end subroutine read_word
 
-  !> The characters of a text; a null for an empty one.
+  !> Characters of a text; a null character for an empty one.
   pure function to_bytes(text) result(bytes)
     character(*), intent(in) :: text
     character(1) :: bytes(max(1, len(text)))
@@ -223,7 +223,7 @@ contains
     end do
   end function to_bytes
 
-  !> The text before the nulls.
+  !> Text before the first null character.
   pure function from_bytes(bytes) result(text)
     character(1), intent(in) :: bytes(:)
     character(:), allocatable :: text

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The seal of a checkpoint: its first 512 bytes say in a few lines how long it is and what the
-!> checksum of all the rest is. Nothing of a file is read before its seal was found right.
+!> Seal of a checkpoint: lines in its first 512 bytes with its length and the checksum of the rest.
+!> The seal is checked before anything else of the file is read.
 module h5_seal
   use base_disk, only: file_bytes, file_sum, read_head, sum_words, write_head
   use base_errors, only: error_t
@@ -14,14 +14,14 @@ module h5_seal
 
   public :: check_seal, previous_of, seal
 
-  integer, parameter, public :: seal_bytes = 512      !! HDF5 leaves these free: a "user block"
-  integer, parameter, public :: format_version = 5    !! of checkpoints
-  integer(i8), parameter :: piece = 4194304_i8        !! the ranks share a file by pieces
+  integer, parameter, public :: seal_bytes = 512      !! the user block of the HDF5 file
+  integer, parameter, public :: format_version = 5    !! version of checkpoints
+  integer(i8), parameter :: piece = 4194304_i8        !! bytes per piece of the checksum
   character(*), parameter :: first_words = 'Stirpoint checkpoint, version '
 
 contains
 
-  !> Where the checkpoint before that of `path` is kept.
+  !> Path of the previous checkpoint of `path`.
   pure function previous_of(path) result(previous)
     character(*), intent(in) :: path
     character(:), allocatable :: previous
@@ -32,7 +32,7 @@ contains
     previous = path(:stem)//'_previous'//trim(path(stem + 1:))
   end function previous_of
 
-  !> Collective. Seal the complete file.
+  !> Collective. Write the seal of a complete file.
   subroutine seal(world, path, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -48,14 +48,14 @@ contains
     call agree(world, error)
   end subroutine seal
 
-  !> Collective. Is this a checkpoint, of this version, and as it was written?
+  !> Collective. Raise an error unless a file is an undamaged checkpoint of this version.
   subroutine check_seal(world, path, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
     character(seal_bytes) :: head
     character(:), allocatable :: line
-    integer(i8) :: bytes, total, promised
+    integer(i8) :: bytes, total, expected
     integer :: status
     logical :: ok
 
@@ -82,16 +82,16 @@ contains
     call sum_of_file(world, path, bytes, total, error)
     if (error%is_set() .or. head == text_of(bytes, total)) return
     line = head(index(head, 'bytes '):)
-    read (line(6:index(line//new_line('a'), new_line('a')) - 1), *, iostat=status) promised
-    if (status == 0 .and. promised > bytes) then
-      call error%raise(path//' is damaged: it was cut short, from '//str(promised)//' to '// &
+    read (line(6:index(line//new_line('a'), new_line('a')) - 1), *, iostat=status) expected
+    if (status == 0 .and. expected > bytes) then
+      call error%raise(path//' is damaged: it was cut short, from '//str(expected)//' to '// &
                        str(bytes)//' bytes')
     else
       call error%raise(path//' is damaged: its checksum does not match')
     end if
   end subroutine check_seal
 
-  !> What stands in the first bytes.
+  !> Text of the seal.
   pure function text_of(bytes, total) result(text)
     integer(i8), intent(in) :: bytes, total
     character(seal_bytes) :: text
@@ -102,7 +102,7 @@ contains
            'checksum '//digits//new_line('a')
   end function text_of
 
-  !> Length of a file, and the checksum of what is behind the seal; every rank reads a part.
+  !> Length of a file, and the checksum of the data after the seal; every rank reads a part.
   subroutine sum_of_file(world, path, bytes, total, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path

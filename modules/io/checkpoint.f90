@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> Checkpoints with the particle blocks as they lie in memory, so that a restart is exact.
+!> Checkpoints with the particle blocks as in memory, so that a restart is exact.
 !>
-!> With as many ranks as before every rank gets back its own blocks, padding included; with another
-!> number the blocks are dealt out evenly and the caller has to distribute the particles anew. The
-!> file has a seal, a checksum over everything (h5_seal).
+!> With the same number of ranks every rank reads its own blocks, padding included; with another
+!> number the blocks are distributed evenly and the caller must redistribute the particles. The file
+!> has a seal, a checksum of its content (h5_seal).
 module io_checkpoint
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
   use base_errors, only: error_t
@@ -23,35 +23,34 @@ module io_checkpoint
   public :: write_checkpoint, read_checkpoint, read_checkpoint_notes
   public :: write_notes, open_checkpoint
 
-  !> Notes of a checkpoint about its run. The texts of the scene are those of rank 0, but
-  !> of all ranks where they were read.
+  !> Metadata of a checkpoint. The texts of rank 0 are written; all ranks read them.
   type, public :: notes_t
-    character(:), allocatable :: input   !! as it was written, with overrides
-    character(:), allocatable :: scene   !! the same with every default: what the state belongs to
-    character(:), allocatable :: run     !! name of the run, by which its results are known
-    real(rp) :: time = 0.0_rp            !! of the state [s]
-    character(:), allocatable :: files   !! checksums of files that the scene names; '' without any
-    character(:), allocatable :: folder  !! from which their paths count, if there are any
-    character(:), allocatable :: layout  !! where the fields of particles lie; '' without any
+    character(:), allocatable :: input   !! input with overrides
+    character(:), allocatable :: scene   !! input with all defaults, for comparison
+    character(:), allocatable :: run     !! identifier of the run
+    real(rp) :: time = 0.0_rp            !! time of the state [s]
+    character(:), allocatable :: files   !! checksums of files named in the input; '' if none
+    character(:), allocatable :: folder  !! folder to which their paths are relative
+    character(:), allocatable :: layout  !! positions of the particle fields; '' if none
   end type notes_t
 
 contains
 
-  !> Write everything that a restart needs.
+  !> Collective. Write a checkpoint.
   subroutine write_checkpoint(world, path, particles, boxes, global, local, notes, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(particles_t), intent(in) :: particles
     type(box_t), intent(in) :: boxes(0:)           !! of all ranks
-    real(rp), intent(in), contiguous :: global(:)   !! state of the run; rank 0's is kept
-    real(rp), intent(in), contiguous :: local(:)    !! of this rank, as many numbers on every rank
+    real(rp), intent(in), contiguous :: global(:)   !! state of the run; that of rank 0 is written
+    real(rp), intent(in), contiguous :: local(:)  !! sums of this rank, of equal number on all ranks
     type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
     integer, allocatable :: ends(:, :)
     integer :: mine, r
 
-    ! What rank 0 writes for all is an array of which the other ranks have no columns.
+    ! Data of rank 0 only are arrays without columns on the other ranks.
     mine = merge(1, 0, world%is_root())
     allocate (ends(6, world%size*mine))
     do r = 1, size(ends, 2)
@@ -74,7 +73,7 @@ contains
     call file%close(error)
   end subroutine write_checkpoint
 
-  !> Notes of the checkpoint about its run.
+  !> Write the metadata.
   subroutine write_notes(file, notes, error)
     type(h5file_t), intent(in) :: file
     type(notes_t), intent(in) :: notes
@@ -90,7 +89,7 @@ contains
     call write_attribute(file, '/', 'folder', notes%folder, error)
   end subroutine write_notes
 
-  !> The blocks of all ranks, one after the other.
+  !> Write the blocks of all ranks, in the order of the ranks.
   subroutine write_blocks(file, particles, error)
     type(h5file_t), intent(in) :: file
     type(particles_t), intent(in) :: particles
@@ -115,7 +114,7 @@ contains
     end if
   end subroutine write_blocks
 
-  !> The first `n` blocks as columns; the caller deallocates `state` if n = 0.
+  !> View of the first `n` blocks as columns; the caller deallocates `state` if n = 0.
   subroutine view_state(particles, n, state)
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: n
@@ -128,8 +127,8 @@ contains
     end if
   end subroutine view_state
 
-  !> Read a checkpoint. `boxes` is allocated only if the number of ranks is that of the writer;
-  !> if not, `local` of all ranks is summed on rank 0 and zero elsewhere.
+  !> Collective. Read a checkpoint. With another number of ranks `boxes` is not allocated, and
+  !> `local` is the sum over all ranks on rank 0 and zero elsewhere.
   subroutine read_checkpoint(world, path, particles, boxes, global, local, same_ranks, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -161,7 +160,7 @@ contains
     call file%close(error)
   end subroutine read_checkpoint
 
-  !> The notes of the checkpoint alone.
+  !> Collective. Read the metadata of a checkpoint.
   subroutine read_checkpoint_notes(world, path, notes, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
@@ -189,8 +188,8 @@ contains
     call file%close(error)
   end subroutine read_checkpoint_notes
 
-  !> Open a checkpoint whose seal is right; if it is not, the message names the one before it if
-  !> that is.
+  !> Open a checkpoint with a valid seal; otherwise the message names the previous checkpoint if
+  !> that is valid.
   subroutine open_checkpoint(file, world, path, error)
     type(h5file_t), intent(out) :: file
     type(world_t), intent(in) :: world
@@ -209,7 +208,7 @@ contains
     call file%open(world, path, error)
   end subroutine open_checkpoint
 
-  !> Blocks as long as this program has them?
+  !> Check that the block size is that of this program.
   subroutine check_lanes(file, path, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -224,6 +223,7 @@ contains
     end if
   end subroutine check_lanes
 
+  !> Read the boxes of all ranks.
   subroutine read_boxes(file, world, boxes, error)
     type(h5file_t), intent(in) :: file
     type(world_t), intent(in) :: world
@@ -241,6 +241,7 @@ contains
     end do
   end subroutine read_boxes
 
+  !> Read the sums of this rank, or of all ranks.
   subroutine read_local(file, world, same_ranks, local, error)
     type(h5file_t), intent(in) :: file
     type(world_t), intent(in) :: world
@@ -267,7 +268,7 @@ contains
     local = sum(columns, dim=2)
   end subroutine read_local
 
-  !> Which blocks this rank reads: `mine` of them from number `first` (from 0).
+  !> Blocks that this rank reads: `mine` blocks from index `first` (from 0).
   subroutine split_blocks(file, world, path, nf, ranks, first, mine, error)
     type(h5file_t), intent(in) :: file
     type(world_t), intent(in) :: world
@@ -300,6 +301,7 @@ contains
     call agree(world, error)
   end subroutine split_blocks
 
+  !> Read the blocks of this rank.
   subroutine read_blocks(file, nf, first, n, particles, error)
     type(h5file_t), intent(in) :: file
     integer, intent(in) :: nf, n

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What a VTKHDF frame says of itself where ParaView shows it: field data of one number whose name
-!> is the text, since readers of VTK take no texts of fixed length and parallel HDF5 writes no
-!> others.
+!> Metadata of VTKHDF frames that ParaView shows: field data of one number with the text as its
+!> name, as readers of VTK do not accept texts of fixed length and parallel HDF5 writes no others.
 module io_field_data
   use base_errors, only: error_t
   use base_kinds, only: rp
@@ -17,7 +16,7 @@ module io_field_data
 
 contains
 
-  !> Time and step of a frame, and the names of its `kind`, numbered as in its point data.
+  !> Write time and step of a frame, and the names of bodies, numbered as in the point data.
   subroutine write_notes(file, time, step, kind, names, error)
     type(h5file_t), intent(in) :: file
     real(rp), intent(in) :: time                !! [s]
@@ -34,7 +33,7 @@ contains
     end do
   end subroutine write_notes
 
-  !> A number with its name.
+  !> Write a number with its name.
   subroutine note(file, name, value, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: name
@@ -45,7 +44,7 @@ contains
                      error)
   end subroutine note
 
-  !> The unit of a field.
+  !> Write the unit of a field.
   subroutine note_unit(file, field, unit, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: field, unit
@@ -54,7 +53,7 @@ contains
     call note(file, 'unit of '//field//': '//unit, 1, error)
   end subroutine note_unit
 
-  !> Units of all fields that have one, where ParaView shows them.
+  !> Write the units of all fields.
   subroutine note_units(file, extra_names, extra_units, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: extra_names(:), extra_units(:)
@@ -73,7 +72,7 @@ contains
     end do
   end subroutine note_units
 
-  !> A number of rank 0; nothing of the others.
+  !> Array with a number on rank 0, empty on the others.
   function of_root(file, value) result(values)
     type(h5file_t), intent(in) :: file
     real(rp), intent(in) :: value
@@ -83,7 +82,7 @@ contains
     values = value
   end function of_root
 
-  !> A text as a name in HDF5, where a slash divides groups.
+  !> Name for HDF5, in which slashes separate groups.
   pure function without_slash(text) result(name)
     character(*), intent(in) :: text
     character(:), allocatable :: name

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> The folder of the results belongs to one run at a time, and holds the results of one run.
+!> Results folder, which belongs to one run at a time and has the results of one run.
 !>
-!> NAME_run.txt names the run, and is locked while the run goes on; the kernel takes the
-!> lock away when the process ends, however it ends. Results of another run are put into previous_1,
-!> previous_2, ... before anything is written.
+!> NAME_run.txt identifies the run and is locked while it is in progress; the kernel releases the
+!> lock when the process ends. Results of another run are moved to previous_1, previous_2, ...
+!> before anything is written.
 module io_folder
   use base_disk, only: file_bytes, has_no_locks, host_name, list_directory, lock_file, locked, &
                        locked_elsewhere, name_length, process_number, random_number64, read_head
@@ -21,7 +21,7 @@ module io_folder
 
   public :: take_folder, clear_folder
 
-  real(rp), parameter :: patience = 5.0_rp   !! for a run that is just ending [s]
+  real(rp), parameter :: lock_timeout = 5.0_rp  !! wait for a run that is ending [s]
   character(*), parameter :: nl = new_line('a')
   character(*), parameter :: run_file = '_run.txt'
   character(*), parameter :: endings(13) = [character(24) :: '_history.csv', '_probes.csv', &
@@ -32,7 +32,7 @@ module io_folder
 
 contains
 
-  !> Collective. A name for a new run, which no other has.
+  !> Collective. Unique identifier of a new run.
   subroutine new_run(world, run)
     type(world_t), intent(in) :: world
     character(:), allocatable, intent(inout) :: run
@@ -43,13 +43,12 @@ contains
     call world%share_message(trim(digits), run)
   end subroutine new_run
 
-  !> Collective. Make the folder and take its lock for as long as the program runs. `is_taken` tells
-  !> that the error is another run that has it.
+  !> Collective. Make the folder and lock it while the program runs.
   subroutine take_folder(world, directory, name, note, is_taken, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
-    character(:), allocatable, intent(out) :: note   !! to be told to the user; '' for nothing
-    logical, intent(out) :: is_taken
+    character(:), allocatable, intent(out) :: note   !! message for the user; '' if none
+    logical, intent(out) :: is_taken                 !! the error is a lock of another run
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path
     integer :: status
@@ -61,7 +60,7 @@ contains
       path = directory//'/'//name//run_file
       call make_directory(directory, ok)
       if (.not. ok) call error%raise('cannot make directory '//directory)
-      if (ok) status = lock_file(path, patience)
+      if (ok) status = lock_file(path, lock_timeout)
       if (status == locked_elsewhere) then
         call error%raise(directory//' is in use by another run: process '// &
                          line_of(path, 'process')//' (see '//path//')')
@@ -75,15 +74,15 @@ contains
     is_taken = .not. world%all_true(status /= locked_elsewhere)
   end subroutine take_folder
 
-  !> Collective. Clear away for the results of `run` in a folder that was taken. Those of another
-  !> run are moved into a folder previous_N, or deleted if `overwrites`. A run that goes on where it
-  !> has been loses frames from number `frames` (from 0) on, and checkpoints that are not of its
-  !> past are moved away; one that goes on elsewhere becomes a run of its own.
+  !> Collective. Prepare a locked folder for the results of `run`. Results of another run are moved
+  !> to a folder previous_N, or deleted if `overwrites`. For a run resumed in its own folder frames
+  !> from number `frames` (from 0) are deleted, and later checkpoints are moved; a run resumed
+  !> elsewhere gets a new identifier.
   subroutine clear_folder(world, directory, name, run, restart, frames, overwrites, note, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
     character(:), allocatable, intent(inout) :: run
-    character(*), intent(in) :: restart               !! the checkpoint it goes on from; '' for none
+    character(*), intent(in) :: restart               !! checkpoint of a resumed run; '' if none
     integer, intent(in) :: frames
     logical, intent(in) :: overwrites
     character(:), allocatable, intent(out) :: note
@@ -106,8 +105,8 @@ contains
         if (size(mine) > 0) note = 'note: '//str(frames_there)// &
           ' frame(s) behind the checkpoint deleted'
         call delete(place, mine)
-        mine = other_future(place//name//'_checkpoint.h5', restart)
-        if (size(mine) > 0) call set_aside(directory, name, mine, note, error)
+        mine = later_checkpoints(place//name//'_checkpoint.h5', restart)
+        if (size(mine) > 0) call move_to_previous(directory, name, mine, note, error)
       else
         mine = pack(all, [(is_result(trim(all(k)), name), k=1, size(all))])
         if (size(mine) > 0 .and. overwrites) then
@@ -115,7 +114,7 @@ contains
           call delete(place, mine)
         else if (size(mine) > 0) then
           if (any(all == 'report')) mine = [character(name_length) :: mine, 'report']
-          call set_aside(directory, name, mine, note, error)
+          call move_to_previous(directory, name, mine, note, error)
         end if
       end if
       if (.not. error%is_set()) then
@@ -127,9 +126,9 @@ contains
     call agree(world, error)
   end subroutine clear_folder
 
-  !> Checkpoints of a run that may be later than the one it goes on from: those that were written
-  !> after it if it is one of the two that are kept, else both.
-  function other_future(newest, restart) result(files)
+  !> Checkpoints that may be later than that of a resumed run: those written after it if it is one
+  !> of the two kept, otherwise both.
+  function later_checkpoints(newest, restart) result(files)
     character(*), intent(in) :: newest, restart
     character(name_length), allocatable :: files(:)
     character(:), allocatable :: path
@@ -147,10 +146,10 @@ contains
                                           path(index(path, '/', back=.true.) + 1:)]
       path = previous_of(newest)
     end do
-  end function other_future
+  end function later_checkpoints
 
-  !> Move files into the first folder previous_N that is not there.
-  subroutine set_aside(directory, name, files, note, error)
+  !> Move files into the first folder previous_N that does not exist.
+  subroutine move_to_previous(directory, name, files, note, error)
     character(*), intent(in) :: directory, name, files(:)
     character(:), allocatable, intent(inout) :: note
     type(error_t), intent(inout) :: error
@@ -175,8 +174,9 @@ contains
     if (.not. ok) call error%raise('the results in '//directory//' cannot be moved to '//place)
     if (note /= '') note = note//nl
     note = note//'note: '//str(size(files))//' file(s) of an earlier run moved to '//place
-  end subroutine set_aside
+  end subroutine move_to_previous
 
+  !> Delete files in a folder.
   subroutine delete(place, files)
     character(*), intent(in) :: place, files(:)
     integer :: k
@@ -202,14 +202,14 @@ contains
     end do
   end function is_result
 
-  !> The same of a frame of `name` or of its tools.
+  !> Number of a frame of `name` or of its tools; -1 if the file is no frame.
   pure integer function any_frame(file, name)
     character(*), intent(in) :: file, name
 
     any_frame = max(number_of_frame(file, name), number_of_frame(file, name//'_tools'))
   end function any_frame
 
-  !> Number of the frame that a file holds, complete or not; -1 if it is no frame of `name`.
+  !> Number of a frame of `name`, complete or not; -1 if the file is no frame.
   pure integer function number_of_frame(file, name)
     character(*), intent(in) :: file, name
     character(9), parameter :: ending(3) = [character(9) :: '.hdf', '.hdf.tmp', '.hdf.room']
@@ -224,7 +224,7 @@ contains
     if (status /= 0) number_of_frame = -1
   end function number_of_frame
 
-  !> What stands behind a word at the beginning of a line of a small file; '' if nothing.
+  !> Text after a word at the beginning of a line of a file; '' if none.
   function line_of(path, word) result(rest)
     character(*), intent(in) :: path, word
     character(:), allocatable :: rest
@@ -244,7 +244,7 @@ contains
     close (unit, iostat=status)
   end function line_of
 
-  !> Replace what is in a file, which stays the same file: it may be locked.
+  !> Replace the content of a file in place, as it may be locked.
   subroutine write_text(path, text, error)
     character(*), intent(in) :: path, text
     type(error_t), intent(inout) :: error
@@ -257,7 +257,7 @@ contains
     if (file%code /= 0) call error%raise(path//' cannot be written: '//reason_of(file%code))
   end subroutine write_text
 
-  !> The job of Slurm in which this process runs; '' if none.
+  !> Text on the Slurm job of this process; '' if none.
   function job() result(text)
     character(:), allocatable :: text
     character(64) :: number

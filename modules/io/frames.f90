@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Output frames: the particles at one time as a VTKHDF 1.0 UnstructuredGrid (ParaView, VTK, h5py).
 !>
-!> Every rank is a piece of vertices. The group /stirpoint and the attributes of the file are our
-!> own; VTK ignores them. NAME.hdf.series lists the frames with their times for ParaView.
+!> Every rank writes a piece with vertices. The group /stirpoint and the attributes of the file are
+!> not part of VTKHDF. NAME.hdf.series lists the frames with their times for ParaView.
 module io_frames
   use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
@@ -41,7 +41,7 @@ contains
     file = trim(name)//'_'//trim(digits)//'.hdf'
   end function frame_name
 
-  !> One frame.
+  !> Collective. Write a frame of particles.
   subroutine write_frame(world, path, time, step, cell, spacing, names, made_of, material, &
                          origin, particles, extra_names, extra_units, extra, input_text, error)
     type(world_t), intent(in) :: world
@@ -49,11 +49,11 @@ contains
     real(rp), intent(in) :: time             !! [s]
     integer, intent(in) :: step
     real(rp), intent(in) :: cell(3)          !! edges of the grid's cells [m]
-    real(rp), intent(in), contiguous :: spacing(:)       !! distance of particles of each body [m]
-    character(*), intent(in) :: names(:)     !! of the bodies
-    integer, intent(in) :: made_of(:)        !! material of each
-    character(*), intent(in) :: material(:)  !! names
-    integer, intent(in) :: origin            !! field of the position at t = 0, 0: not kept
+    real(rp), intent(in), contiguous :: spacing(:)       !! particle spacing of each body [m]
+    character(*), intent(in) :: names(:)     !! names of the bodies
+    integer, intent(in) :: made_of(:)        !! material of each body
+    character(*), intent(in) :: material(:)  !! names of the materials
+    integer, intent(in) :: origin            !! field of the initial position; 0: none
     type(particles_t), intent(in) :: particles
     character(*), intent(in) :: extra_names(:), extra_units(:)
     real(sp), intent(in), contiguous :: extra(:, :)      !! further scalars of each particle
@@ -87,7 +87,7 @@ contains
     call file%close(error)
   end subroutine write_frame
 
-  !> One frame of a run of heat alone: the centres of the cells.
+  !> Collective. Write a frame of a heat-only run: the centres of the cells.
   subroutine write_heat_frame(world, path, time, step, cell, names, x, temperature, body, &
                               input_text, error)
     type(world_t), intent(in) :: world
@@ -95,7 +95,7 @@ contains
     real(rp), intent(in) :: time             !! [s]
     integer, intent(in) :: step
     real(rp), intent(in) :: cell(3)          !! [m]
-    character(*), intent(in) :: names(:)     !! of the bodies
+    character(*), intent(in) :: names(:)     !! names of the bodies
     real(sp), intent(in), contiguous :: x(:, :), temperature(:)   !! (3, n) [m], (n) [K]
     integer, intent(in), contiguous :: body(:)
     character(*), intent(in) :: input_text   !! of rank 0
@@ -115,7 +115,7 @@ contains
     call file%close(error)
   end subroutine write_heat_frame
 
-  !> A new file with the attributes of every frame.
+  !> Create a file with the common attributes of frames.
   subroutine begin_frame(file, world, path, time, step, cell, spacing, names, input_text, error)
     type(h5file_t), intent(out) :: file
     type(world_t), intent(in) :: world
@@ -139,7 +139,7 @@ contains
     call write_text(file, '/stirpoint/input', input_text, error)
   end subroutine begin_frame
 
-  !> Positions, and one cell, a vertex, for each.
+  !> Write positions, and a vertex cell for each.
   subroutine write_vertices(file, x, error)
     type(h5file_t), intent(in) :: file
     real(sp), intent(in), contiguous :: x(:, :)   !! (3, n) [m]
@@ -165,6 +165,7 @@ contains
     call write_attribute(file, '/VTKHDF/Points', 'units', 'm', error)
   end subroutine write_vertices
 
+  !> Write the fields of the particles.
   subroutine write_point_data(file, particles, error)
     type(h5file_t), intent(in) :: file
     type(particles_t), intent(in) :: particles
@@ -199,7 +200,7 @@ contains
     call write_attribute(file, point_data//'id', 'units', '1', error)
   end subroutine write_point_data
 
-  !> The material of each particle.
+  !> Write the material of each particle.
   subroutine write_materials(file, particles, made_of, error)
     type(h5file_t), intent(in) :: file
     type(particles_t), intent(in) :: particles
@@ -218,6 +219,7 @@ contains
     call write_attribute(file, point_data//'material', 'units', '1', error)
   end subroutine write_materials
 
+  !> Write a scalar field.
   subroutine write_scalar(file, name, units, a, error)
     type(h5file_t), intent(in) :: file
     character(*), intent(in) :: name, units
@@ -228,7 +230,7 @@ contains
     call write_attribute(file, point_data//name, 'units', units, error)
   end subroutine write_scalar
 
-  !> One field of the particles, without the unused lanes of the blocks.
+  !> Pack a field of the particles without the unused lanes of the blocks.
   subroutine pack_scalar(particles, field, a)
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: field

@@ -8,7 +8,7 @@ module keys_names
 
 contains
 
-  !> Place of `name` in a list, 0 if it is not there.
+  !> Index of `name` in a list; 0 if it is not there.
   pure integer function find(names, name)
     character(*), intent(in) :: names(:), name
 
@@ -18,7 +18,7 @@ contains
     find = 0
   end function find
 
-  !> The names there are, for a diagnostic.
+  !> Text with the known names, for a diagnostic.
   pure function known(names) result(text)
     character(*), intent(in) :: names(:)
     character(:), allocatable :: text

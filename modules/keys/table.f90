@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The table of input keys: its groups and rows, and how they are added and found.
+!> Table of input keys: groups and rows, with additions and look-ups.
 module keys_table
   use base_errors, only: fatal
   use keys_written, only: split_words
@@ -13,7 +13,7 @@ module keys_table
     character(16) :: name = ''
     logical :: repeats = .false.
     logical :: is_required = .false.
-    integer :: first = 1, last = 0      !! its rows in the list of keys
+    integer :: first = 1, last = 0      !! range of its rows in the list of keys
     character(240) :: about = ''
   end type group_row_t
 
@@ -24,15 +24,15 @@ module keys_table
     integer :: n = 1                    !! number of values; -n: up to n
     character(12) :: unit = ''
     character(256) :: default = ''      !! as text
-    logical :: is_required = .false.    !! where it is of use
-    character(96) :: condition = ''     !! 'KEY = a or b': of use only there; empty: always
+    logical :: is_required = .false.    !! if the condition holds
+    character(96) :: condition = ''     !! 'KEY = a or b' under which it applies; '': always
     character(96) :: allowed = ''       !! interval, names of a choice, characters of a text,
                                         !! 'name', 'file name'
     character(240) :: about = ''
-    logical :: may_change = .false.     !! in a restart
+    logical :: may_change = .false.     !! may change in a restart
   end type key_row_t
 
-  !> The table; the keys of a group stand together.
+  !> The table; the keys of a group are contiguous.
   type :: key_table_t
     type(group_row_t), allocatable :: groups(:)
     type(key_row_t), allocatable :: keys(:)
@@ -50,7 +50,7 @@ contains
   subroutine add_group(self, name, occurs, about)
     class(key_table_t), intent(inout) :: self
     character(*), intent(in) :: name
-    character(*), intent(in) :: occurs   !! 'once' or 'repeat', then perhaps 'required'
+    character(*), intent(in) :: occurs   !! 'once' or 'repeat', optionally 'required'
     character(*), intent(in) :: about
     type(group_row_t) :: row
 
@@ -65,15 +65,15 @@ contains
     self%groups = [self%groups, row]
   end subroutine add_group
 
-  !> Add a key to the group opened last. A row that is there with another condition on the same key
-  !> gets the new one beside it.
+  !> Add a key to the group opened last; an existing row with another condition is extended by the
+  !> new one.
   subroutine add_key(self, name, kind, n, unit, default, allowed, about)
     class(key_table_t), intent(inout) :: self
     character(*), intent(in) :: name, kind
     integer, intent(in) :: n
     character(*), intent(in) :: unit
-    character(*), intent(in) :: default          !! the default or 'required'; then perhaps 'if KEY
-                                                 !! = a or b'
+    character(*), intent(in) :: default          !! default or 'required', optionally followed by
+                                                 !! 'if KEY = a or b'
     character(*), intent(in) :: allowed, about
     type(key_row_t) :: row
     character(:), allocatable :: condition
@@ -99,7 +99,7 @@ contains
     self%groups(size(self%groups))%last = size(self%keys)
   end subroutine add_key
 
-  !> Let the condition of `row` be met also by that of `other`, a row that is otherwise the same.
+  !> Extend the condition of `row` by that of `other`, an otherwise equal row.
   subroutine share_key(row, other)
     type(key_row_t), intent(inout) :: row
     type(key_row_t), intent(in) :: other
@@ -126,11 +126,11 @@ contains
     row%condition = both
   end subroutine share_key
 
-  !> Let a restart change keys of a group: those whose names are in `names`, or all if that is '*'.
+  !> Allow a restart to change keys of a group: those in `names`, or all with '*'.
   subroutine let_change(self, group, names)
     class(key_table_t), intent(inout) :: self
     character(*), intent(in) :: group
-    character(*), intent(in) :: names   !! divided by blanks
+    character(*), intent(in) :: names   !! separated by blanks
     character(48), allocatable :: list(:)
     integer :: g, k, row
 
@@ -146,7 +146,7 @@ contains
     end do
   end subroutine let_change
 
-  !> Number of a group, 0 if there is none of this name.
+  !> Index of a group; 0 if there is none of this name.
   pure integer function find_group(self, name)
     class(key_table_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -156,7 +156,7 @@ contains
     end do
   end function find_group
 
-  !> Number of the row of a key of group number `group`, 0 if there is none of this name.
+  !> Row of a key of group `group`; 0 if there is none of this name.
   pure integer function find_key(self, group, name)
     class(key_table_t), intent(in) :: self
     integer, intent(in) :: group

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Names and values as an input writes them: words, numbers, texts in quotes, lists, overrides.
+!> Parsing of names and values of an input: words, numbers, quoted texts, lists, overrides.
 module keys_written
   use base_kinds, only: rp
   use base_text, only: lower, upper
@@ -22,7 +22,7 @@ module keys_written
 
 contains
 
-  !> The words of `text`, which blanks divide.
+  !> Split a text into words at blanks.
   pure subroutine split_words(text, r)
     character(*), intent(in) :: text
     character(48), allocatable, intent(out) :: r(:)
@@ -85,7 +85,7 @@ contains
       if (.not. ok) return
       exponent = max(-10000, min(exponent, 10000))
     end if
-    ok = exponent <= 308 .and. exponent + n_before <= 308   ! reading a larger one would trap
+    ok = exponent <= 308 .and. exponent + n_before <= 308   ! larger ones would trap
     if (.not. ok .or. exponent - n_after < -307 - 17) return
     read (buffer, *, iostat=status) x
     ok = status == 0
@@ -164,7 +164,7 @@ contains
     text = trim(text(:n))
   end subroutine to_text
 
-  !> Divide a value text at commas and blanks, take repeat counts (`3*0.0`) off.
+  !> Split a value text at commas and blanks, with repeat counts (`3*0.0`).
   pure subroutine split_values(text, items)
     character(*), intent(in) :: text
     type(items_t), intent(out) :: items

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Thermal properties that a scene needs of its materials: none has a default.
+!> Check of the thermal properties that a scene needs of its materials, as none has a default.
 module materials_needed
   use base_kinds, only: rp
   use flow_laws_list, only: make_law
@@ -9,24 +9,24 @@ module materials_needed
   implicit none (type, external)
   private
 
-  public :: check_properties, need_property
+  public :: check_properties, require_property
 
   character(*), parameter :: group = 'MATERIAL'
 
 contains
 
-  !> Complaints about properties of materials that the scene needs and does not give, with the
-  !> reason, and about those that nothing heeds.
+  !> Report missing properties of materials with the reason for which they are needed, and
+  !> properties without effect.
   subroutine check_properties(input, diagnostics)
     type(input_t), intent(in) :: input
     type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: heated, law
     class(flow_law_t), allocatable :: flow
-    logical :: alone, conducts, has_table, is_heated, knows_melting
+    logical :: is_heat_only, conducts, has_table, is_heated, knows_melting
     integer :: i
 
     conducts = input%count('HEAT') > 0
-    alone = .not. input%logical('METHOD', 1, 'MECHANICS')
+    is_heat_only = .not. input%logical('METHOD', 1, 'MECHANICS')
     do i = 1, input%count(group)
       law = input%text(group, i, 'LAW')
       call make_law(law, flow)
@@ -34,25 +34,26 @@ contains
       if (allocated(flow)) knows_melting = flow%knows_melting()
       heated = ''
       is_heated = input%real(group, i, 'PLASTIC_HEAT') > 0.0_rp
-      if (law /= 'elastic' .and. .not. alone .and. is_heated) then
+      if (law /= 'elastic' .and. .not. is_heat_only .and. is_heated) then
         heated = 'plastic work heats it (PLASTIC_HEAT)'
       end if
       if (conducts) heated = 'the scene conducts heat (&HEAT)'
       has_table = input%given(group, i, 'SPECIFIC_HEAT_TABLE')
       if (heated /= '' .and. .not. has_table) then
-        call need_property(input, i, 'SPECIFIC_HEAT', heated, diagnostics)
+        call require_property(input, i, 'SPECIFIC_HEAT', heated, diagnostics)
       end if
       has_table = input%given(group, i, 'CONDUCTIVITY_TABLE')
       if (conducts .and. .not. has_table) then
-        call need_property(input, i, 'CONDUCTIVITY', heated, diagnostics)
+        call require_property(input, i, 'CONDUCTIVITY', heated, diagnostics)
       end if
-      if (knows_melting .and. .not. alone) then
-        call need_property(input, i, 'T_MELT', "LAW = '"//law//"' softens towards it", diagnostics)
-      else if (law /= 'elastic' .and. .not. alone .and. heated /= '') then
-        call need_property(input, i, 'T_MELT', heated//', and molten it has no strength', &
-                           diagnostics)
+      if (knows_melting .and. .not. is_heat_only) then
+        call require_property(input, i, 'T_MELT', "LAW = '"//law//"' softens towards it", &
+                              diagnostics)
+      else if (law /= 'elastic' .and. .not. is_heat_only .and. heated /= '') then
+        call require_property(input, i, 'T_MELT', heated//', and molten it has no strength', &
+                              diagnostics)
       else if (input%count('SOURCE') > 0) then
-        call need_property(input, i, 'T_MELT', 'a &SOURCE may melt it', diagnostics)
+        call require_property(input, i, 'T_MELT', 'a &SOURCE may melt it', diagnostics)
       end if
       if (input%given(group, i, 'T_ROOM') .and. .not. knows_melting &
           .and. abs(input%real(group, i, 'EXPANSION')) <= 0.0_rp) call input%report(diagnostics, &
@@ -60,8 +61,8 @@ contains
     end do
   end subroutine check_properties
 
-  !> Complaint if &MATERIAL `i` does not give `key`, which it needs because of `reason`.
-  subroutine need_property(input, i, key, reason, diagnostics)
+  !> Report if &MATERIAL `i` does not give `key`, which is needed for `reason`.
+  subroutine require_property(input, i, key, reason, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     character(*), intent(in) :: key, reason
@@ -72,6 +73,6 @@ contains
     if (is_given .or. input%written%groups(input%written%find(group, i))%is_broken) return
     call input%report(diagnostics, group, i, '', "'"//input%text(group, i, 'NAME')//"' has no "// &
                       key//', which it needs: '//reason)
-  end subroutine need_property
+  end subroutine require_property
 
 end module materials_needed

@@ -13,11 +13,11 @@ module materials_properties
 
   public :: read_materials
 
-  real(rp), parameter :: reference = 298.0_rp   !! temperature of c_p where there is a table [K]
+  real(rp), parameter :: reference = 298.0_rp   !! temperature of c_p from a table [K]
 
 contains
 
-  !> All materials in the order of the file.
+  !> Read all materials in the order of the file.
   subroutine read_materials(input, material, diagnostics)
     type(input_t), intent(in) :: input
     type(material_t), allocatable, intent(out) :: material(:)
@@ -52,7 +52,7 @@ contains
     end do
   end subroutine read_materials
 
-  !> A table over temperature, if it is given and whole.
+  !> Read a table over temperature, if given.
   subroutine read_table(input, i, key, table, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -75,6 +75,7 @@ contains
     end if
   end subroutine read_table
 
+  !> Read the elastic constants and thermal expansion.
   subroutine read_elasticity(input, i, material, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
