@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Text functions: case, numbers as text, similarity of words.
 module base_text
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use base_kinds, only: i8, rp
   implicit none (type, external)
   private
@@ -62,7 +63,10 @@ contains
     character(32) :: buffer
     integer :: e, last
 
-    if (x == 0.0_rp) then
+    if (.not. ieee_is_finite(x)) then
+      write (buffer, '(es14.5e3)') x
+      r = trim(adjustl(buffer))
+    else if (x == 0.0_rp) then
       r = '0'
     else if (abs(x) >= 1.0e-3_rp .and. abs(x) < 1.0e6_rp) then
       write (buffer, '(f0.'//achar(48 + min(8, max(0, 5 - floor(log10(abs(x))))))//')') x
@@ -75,10 +79,6 @@ contains
       write (buffer, '(es14.5e3)') x
       buffer = adjustl(buffer)
       e = index(buffer, 'E')
-      if (e == 0) then   ! NaN, Infinity
-        r = trim(buffer)
-        return
-      end if
       last = verify(buffer(:e - 1), '0', back=.true.)
       if (buffer(last:last) == '.') last = last - 1
       r = buffer(:last)//'e'//exponent_text(buffer(e + 1:))

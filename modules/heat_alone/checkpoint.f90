@@ -5,9 +5,11 @@ module heat_alone_checkpoint
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
   use heat_alone_state, only: heat_run_t
+  use heat_mesh_rates, only: n_books
   use heat_solvers_integrator, only: n_kept
   use io_checkpoint, only: notes_t
   use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
+  use io_plausible, only: counts, is_between, least, most, numbers_t
   use output_checkpoint, only: make_notes
   use state_scene, only: output_t, scene_t
   implicit none (type, external)
@@ -73,21 +75,32 @@ contains
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
     real(rp), allocatable :: planes(:, :), global(:), fields(:, :)
+    type(numbers_t) :: of_run
+    character(:), allocatable :: message, wrong
     integer :: frames
 
     associate (mesh => run%heat%mesh, n => run%heat%size())
       allocate (planes(mesh%np*(1 + n_kept), mesh%nx), source=0.0_rp)
-      call read_heat_checkpoint(world, path, mesh%lo - 1, planes, global, error)
+      call read_heat_checkpoint(world, path, mesh%lo - 1, planes, of_run%value, error)
       if (error%is_set()) return
-      frames = -1
-      if (size(global) > n_global) frames = nint(global(n_global))
-      if (frames < 0 .or. n_global + frames + 3 > size(global)) then
-        call error%raise(path//' is damaged')
-        return
-      end if
+      of_run%place = path//': /global'
+      call check_numbers(of_run)
+      if (of_run%error%is_set()) error = of_run%error
+      if (error%is_set()) return
+      call move_alloc(of_run%value, global)
+      frames = nint(global(n_global))
       fields = reshape(reshape(planes, [mesh%np, mesh%nx, 1 + n_kept], order=[1, 3, 2]), &
                        [n, 1 + n_kept])
       run%heat%theta(1:n) = fields(:, 1)
+      wrong = ''
+      if (.not. all(is_between(fields, -most, most))) then
+        wrong = 'a number that is not finite'
+      else if (any(run%heat%property%temperature_at(fields(:, 1)) < least)) then
+        wrong = 'a temperature that is not above 0 K'
+      end if
+      call world%share_message(wrong, message)
+      if (message /= '') call error%raise(path//': /heat/state: '//message)
+      if (error%is_set()) return
     end associate
     associate (integrator => run%integrator)
       run%time = global(1)
@@ -105,5 +118,41 @@ contains
       call integrator%unpack_memory(run%heat, fields(:, 2:), global(n_global + frames + 1:))
     end associate
   end subroutine resume_heat
+
+  !> Whether a run can have written these numbers, in the order of `save_heat` and of `pack_memory`
+  !> of the integrator.
+  subroutine check_numbers(global)
+    type(numbers_t), intent(inout) :: global
+    integer :: ranks, sources
+    real(rp) :: most_values, time
+
+    most_values = real(size(global%value), rp)
+    sources = 0
+    time = most
+    if (size(global%value) > 0) time = global%value(1)
+    call global%expect(1, 'the time [s]', 0.0_rp)
+    call global%expect(1, 'the next step [s]', 0.0_rp)
+    call global%expect(2, 'the number of steps or refused steps', 0.0_rp, counts)
+    call global%expect(2, 'the book of a heat [J]')
+    call global%expect(1, 'the heat at t = 0 [J]')
+    call global%expect(1, 'the time of the last row [s]', 0.0_rp, time)
+    call global%expect(1, 'the last step [s]', 0.0_rp)
+    call global%expect(2, 'the book of a heat at the last row [J]')
+    call global%expect(1, 'the number of rows', 0.0_rp, counts)
+    call global%expect(1, 'the number of frames', 0.0_rp, most_values)
+    if (global%error%is_set()) return
+    if (size(global%value) >= n_global) then
+      call global%expect(nint(global%value(n_global)), 'the time of a frame [s]', 0.0_rp, time)
+    end if
+    call global%expect(1, 'whether a mean rate is known', 0.0_rp, 1.0_rp)
+    call global%expect(1, 'the step of the preconditioner [s]', 0.0_rp)
+    call global%expect(1, 'the number of sources', 0.0_rp, most_values)
+    if (global%error%is_set()) return
+    if (size(global%value) >= global%n) sources = nint(global%value(global%n))
+    call global%expect(sources + 1, 'whether a source is on or rates are known', 0.0_rp, 1.0_rp)
+    ranks = max(1, (size(global%value) - global%n)/n_books)
+    call global%expect(n_books*ranks, 'the power in or out of a rank [W]')
+    call global%finish()
+  end subroutine check_numbers
 
 end module heat_alone_checkpoint

@@ -16,6 +16,7 @@ module io_checkpoint
   use h5_file, only: h5file_t
   use h5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
   use h5_seal, only: check_seal, previous_of
+  use io_plausible, only: is_between, most
   use particles_store, only: particles_t
   implicit none (type, external)
   private
@@ -174,6 +175,9 @@ contains
     call read_text(file, '/scene', notes%scene, error)
     call read_attribute(file, '/', 'run', notes%run, error)
     call read_attribute(file, '/', 'time', notes%time, error)
+    if (.not. (error%is_set() .or. is_between(notes%time, 0.0_rp, most))) then
+      call error%raise(trim(path)//': time is '//str(notes%time)//' s')
+    end if
     notes%files = ''
     notes%layout = ''
     has_layout = .false.
@@ -284,12 +288,17 @@ contains
     first = 0
     mine = 0
     if (error%is_set()) return
-    allocate (blocks(0:max(1, ranks) - 1), source=0)
+    call file%extent('/ranks/blocks', dims, error)
+    if (.not. error%is_set() .and. any(dims /= ranks)) then
+      call error%raise(trim(path)//' is damaged: the numbers of ranks do not match')
+    end if
+    if (error%is_set()) return
+    allocate (blocks(0:ranks - 1), source=0)
     call read_array(file, '/ranks/blocks', 0_i8, blocks, error)
     call file%extent('/particles/state', dims, error)
     if (error%is_set()) return
     total = sum(int(blocks, i8))
-    if (nf < 1 .or. any(blocks < 0) .or. any(dims /= [int(nf*nlane, i8), total])) then
+    if (nf < 1 .or. any(blocks < 0) .or. any(dims /= [int(nf, i8)*nlane, total])) then
       call error%raise(trim(path)//' is damaged: the numbers of blocks do not match')
     else if (ranks == world%size) then
       first = sum(int(blocks(:world%rank - 1), i8))

@@ -13,7 +13,7 @@ module output_diagnostics
   implicit none (type, external)
   private
 
-  public :: describe_failure, is_finite
+  public :: describe_failure, field_name, is_finite
 
 contains
 

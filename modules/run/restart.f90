@@ -3,17 +3,20 @@
 module run_restart
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
+  use base_text, only: str
   use comm_world, only: world_t
   use contact_motion, only: n_drive
   use contact_tool, only: n_tool_sums
   use grid_geometry, only: box_t
   use io_checkpoint, only: read_checkpoint
+  use io_plausible, only: numbers_t
   use output_checkpoint, only: n_clock
   use particles_migrate, only: find_outside
   use particles_store, only: awake, particles_t, set_rest, tag_rest
   use run_balance, only: find_room, first_partition, store_nodes
   use run_debris, only: let_debris_go
   use run_regrid, only: relist, sort_particles
+  use run_restart_check, only: check_boxes, check_global, check_local, check_particles
   use sleep_motion, only: start_tracking
   use sleep_sleepers, only: n_motion
   use state_books, only: n_sums
@@ -22,9 +25,6 @@ module run_restart
   private
 
   public :: resume
-
-  character(*), parameter :: other_scene = &
-    ': the checkpoint belongs to another scene (tools, walls, clamps, probes or tracers differ)'
 
 contains
 
@@ -37,28 +37,44 @@ contains
     type(box_t), allocatable :: boxes(:)
     type(box_t) :: cubes
     real(rp), allocatable :: global(:), local(:)
-    logical :: fits, same_ranks
+    character(:), allocatable :: message, wrong
+    type(numbers_t) :: of_run, of_rank
+    logical :: same_ranks
     integer :: k, n, n_before, plain
 
-    call read_checkpoint(world, path, sim%particles, boxes, global, local, same_ranks, error)
+    call read_checkpoint(world, path, sim%particles, boxes, of_run%value, of_rank%value, &
+                         same_ranks, error)
     if (error%is_set()) return
-    n_before = n_sums + 1 + size(sim%books%warnings)
-    n = n_before + size(sim%books%impulse)
     associate (layout => sim%scene%layout)   ! sleeping may change, and with it the last field
       plain = layout%n - merge(1, 0, layout%rest > 0)
-      fits = sim%particles%nf == plain .or. sim%particles%nf == plain + 1
-      if (fits) call sim%particles%change_fields(layout%n)
+      if (all(sim%particles%nf /= [plain, plain + 1])) call error%raise(path// &
+        ': /particles/state: '//str(sim%particles%nf)//' fields, not '//str(plain))
     end associate
-    if (size(global) >= n_clock) then
-      cubes = box_t(nint(global(22:24)), nint(global(25:27)))
-      fits = fits .and. size(local) == n + n_tool_sums*size(sim%tool) + n_motion*cubes%count()
-    end if
-    if (.not. fits .or. size(global) < n_clock) then
-      call error%raise(path//other_scene)
-      return
-    end if
-    call unpack_global(sim, global, path, error)
+    of_run%place = '/global'
+    call check_global(sim, of_run)
+    if (of_run%error%is_set()) call error%raise(path//': '//of_run%error%message)
     if (error%is_set()) return
+    call move_alloc(of_run%value, global)
+    cubes = box_t(nint(global(22:24)), nint(global(25:27)))
+    call sim%particles%change_fields(sim%scene%layout%n)
+    of_rank%place = '/ranks/local'
+    call check_local(sim, cubes%count(), of_rank)
+    if (of_rank%error%is_set()) then
+      wrong = of_rank%error%message
+    else if (.not. same_ranks) then
+      wrong = check_particles(sim, box_t([0, 0, 0], sim%scene%grid%n - 1))
+    else if (check_boxes(sim%scene%grid, boxes)) then
+      wrong = check_particles(sim, boxes(world%rank))
+    else
+      wrong = '/ranks/boxes: they do not make up the grid'
+    end if
+    call world%share_message(wrong, message)
+    if (message /= '') call error%raise(path//': '//message)
+    if (error%is_set()) return
+    call move_alloc(of_rank%value, local)
+    call unpack_global(sim, global)
+    n_before = n_sums + 1 + size(sim%books%warnings)
+    n = n_before + size(sim%books%impulse)
     sim%books%sums = local(1:n_sums)
     sim%books%failed_returns = nint(local(n_sums + 1))
     sim%books%warnings = local(n_sums + 2:n_before)
@@ -118,12 +134,11 @@ contains
     end associate
   end subroutine wake_all
 
-  subroutine unpack_global(sim, global, path, error)
+  !> The numbers of the run, after `check_global`.
+  subroutine unpack_global(sim, global)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: global(:)
-    character(*), intent(in) :: path
-    type(error_t), intent(inout) :: error
-    integer :: followed, frames, k, last, n, n_heat, sums
+    integer :: frames, k, last, n, n_heat, sums
 
     associate (c => sim%clock)
       c%step = nint(global(1), i8)
@@ -153,16 +168,6 @@ contains
     frames = nint(global(14))
     last = n_clock + 4*n + frames + size(sim%history%row_impulse)
     sums = last + size(sim%history%row_sums)
-    followed = 0
-    if (sim%tracers%n > 0) followed = 1 + size(sim%tracers%row_time) + sim%tracers%n
-    if (n /= sim%probes%n .or. &
-        size(global) /= sums + n_drive*count(sim%tool%drive%is_free) + followed &
-        + sum(sim%tool%watch%size_of_state(sim%tool%n_phases)) &
-        + sum([(size(sim%tool(k)%heat%state()), k=1, size(sim%tool))]) &
-        + sum([(size(sim%backing(k)%state()), k=1, size(sim%backing))])) then
-      call error%raise(path//other_scene)
-      return
-    end if
     sim%probes%x = reshape(global(n_clock + 1:n_clock + 3*n), [3, n])
     sim%probes%temperature = global(n_clock + 3*n + 1:n_clock + 4*n)
     sim%history%frame_times = global(n_clock + 4*n + 1:n_clock + 4*n + frames)

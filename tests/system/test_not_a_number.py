@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A state that is not a number ends the run by the next row of the history, with the particle, the field, the place."""
+"""A state that is not a number is refused at a restart, with the particle and the field; one that no step can follow ends the run."""
 
 import driver
 import h5py
@@ -35,18 +35,28 @@ def spoil(path, field, value):
     return place
 
 
-@pytest.mark.parametrize("field", [name for name in NAMES if name != "x"])
+@pytest.mark.parametrize("field", NAMES)
 def test_any_field(tmp_path, saved, field):
-    """Exact: status 3 at the latest by the next row, with the field and no good checkpoint."""
+    """Exact: status 2 with file, data set, field and value; nothing is written."""
     path = tmp_path / "spoilt.h5"
     path.write_bytes(saved.read_bytes())
     spoil(path, field, np.nan if field != "v" else np.inf)
-    sets = {"TIME.END": 2e-6, "OUTPUT.HISTORY_INTERVAL": 1e-8, "OUTPUT.CHECKPOINT_INTERVAL": 1e-8}
-    done = driver.run("small", "--quiet", "--restart", path, "--output", "spoilt", directory=tmp_path, sets=sets, expect=None)
+    done = driver.run("small", "--quiet", "--restart", path, "--output", "spoilt", directory=tmp_path, expect=driver.BAD_INPUT)
     print(done.err)
-    assert done.status == driver.BROKEN
-    assert "is not a finite number" in done.err and "spoilt/small_broken.h5" in done.err
-    assert not (tmp_path / "spoilt" / "small_checkpoint.h5").exists()
+    value = "Infinity" if field == "v" else "NaN"
+    assert "spoilt.h5: /particles/state: particle " in done.err and f" has a {NAMES[field]} of {value}, not from " in done.err
+    assert not (tmp_path / "spoilt").exists()
+
+
+def test_no_step_can_follow(tmp_path, saved):
+    """Exact: a stress beyond all measure: status 3 by the next row, with the particle."""
+    path = tmp_path / "spoilt.h5"
+    path.write_bytes(saved.read_bytes())
+    spoil(path, "tau", 9e29)
+    sets = {"TIME.END": 2e-6, "OUTPUT.HISTORY_INTERVAL": 1e-8, "OUTPUT.CHECKPOINT_INTERVAL": 1e-8}
+    done = driver.run("small", "--quiet", "--restart", path, "--output", "spoilt", directory=tmp_path, sets=sets, expect=driver.BROKEN)
+    print(done.err)
+    assert "runs away: at (" in done.err
     times = driver.Table(tmp_path / "spoilt" / "small_history.csv")["time[s]"]
     assert len(times) <= 2
 
@@ -69,21 +79,21 @@ def test_sleeping_particle(tmp_path, run):
         number = int(file["/particles/tag"][block, lane]) & (1 << 48) - 1
         file["/particles/state"][:] = raw
     driver.seal(path)
-    done = run("stir", "--quiet", "--restart", path, sets=sets | {"TIME.END": 0.2}, expect=driver.BROKEN)
+    done = run("stir", "--quiet", "--restart", path, sets=sets | {"TIME.END": 0.2}, expect=driver.BAD_INPUT)
     print(done.err)
-    assert f"particle {number} has a plastic strain that is not a finite number: at (" in done.err
-    assert "stir_broken.h5" in done.err
+    assert f"stir_checkpoint.h5: /particles/state: particle {number} has a plastic strain of NaN, not from 0 to " in done.err
 
 
 def test_heat_alone(tmp_path, run):
-    """Exact: a temperature of heat alone that is not a number: status 3, the body and the place."""
+    """Exact: a temperature of heat alone that is not a number, or not above 0 K: status 2 with file and data set."""
     sets = {"GRID.CELL": 4e-3, "TIME.END": 0.5, "OUTPUT.FRAME_INTERVAL": 0}
     path = run(PLAIN, "--quiet", sets=sets).results("heat_copper_plain").path("_checkpoint.h5")
-    with h5py.File(path, "r+") as file:
-        state = file["/heat/state"][:]
-        state[0, 0] = np.nan
-        file["/heat/state"][:] = state
-    driver.seal(path)
-    done = run(PLAIN, "--quiet", "--restart", path, sets=sets | {"TIME.END": 1.0}, expect=driver.BROKEN)
-    print(done.err)
-    assert "the temperature is not a finite number at (" in done.err and "in body" in done.err
+    for value, what in ((np.nan, "a number that is not finite"), (-1.0, "a temperature that is not above 0 K")):
+        with h5py.File(path, "r+") as file:
+            state = file["/heat/state"][:]
+            state[0, 0] = value
+            file["/heat/state"][:] = state
+        driver.seal(path)
+        done = run(PLAIN, "--quiet", "--restart", path, sets=sets | {"TIME.END": 1.0}, expect=driver.BAD_INPUT)
+        print(done.err)
+        assert f"heat_copper_plain_checkpoint.h5: /heat/state: {what}" in done.err
