@@ -82,12 +82,12 @@ int stirpoint_keep(const char *path, const char *kept)
 }
 
 /* Take the lock of a file for the life of this process: 0; 1: another process has it after so many
- * seconds; 2: the file system has no locks; -1: the file cannot be made. */
+ * seconds; 2: the file system has no locks; -errno: the file cannot be made. */
 int stirpoint_lock(const char *path, double seconds)
 {
     const struct timespec nap = {0, 20000000};
-    int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (fd < 0) return -1;
+    int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+    if (fd < 0) return -errno;
     for (;; seconds -= 0.02) {
         if (flock(fd, LOCK_EX | LOCK_NB) == 0) return 0;
         if (errno != EWOULDBLOCK && errno != EINTR) {
@@ -153,11 +153,22 @@ void stirpoint_host(char *name, int size)
 
 /* Text files without a buffer: what a call says it wrote has left the program. 0 or errno comes back. */
 
-/* File descriptor of a file emptied (fresh) or gone on with, or -errno. */
+/* File descriptor of a file emptied (fresh) or gone on with, or -errno. A link is not followed; a fresh file replaces it. */
 int stirpoint_text_open(const char *path, int fresh)
 {
-    int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC | (fresh ? O_TRUNC : O_APPEND), 0644);
+    const int flags = O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | (fresh ? O_TRUNC : O_APPEND);
+    int fd = open(path, flags, 0644);
+    if (fd < 0 && errno == ELOOP && fresh && unlink(path) == 0) fd = open(path, flags, 0644);
     return fd >= 0 ? fd : -errno;
+}
+
+/* 1 if the path is no longer that of the open file, which was moved, deleted or replaced; else 0. */
+int stirpoint_text_is_removed(int fd, const char *path)
+{
+    struct stat mine, there;
+    if (fstat(fd, &mine) != 0) return 0;
+    if (lstat(path, &there) != 0) return errno == ENOENT;
+    return there.st_dev != mine.st_dev || there.st_ino != mine.st_ino;
 }
 
 int stirpoint_text_put(int fd, const char *text, long long n)
@@ -177,7 +188,23 @@ int stirpoint_text_put(int fd, const char *text, long long n)
     return 0;
 }
 
-/* The same to standard output; -1 if nobody reads it any more. */
+/* Copy an open file to a new one: its descriptor or -errno. */
+int stirpoint_text_copy(int fd, const char *path)
+{
+    char text[4096];
+    off_t at = 0;
+    int copy = stirpoint_text_open(path, 0);
+    for (ssize_t n; copy >= 0 && (n = pread(fd, text, sizeof text, at)) != 0;) {
+        int code = n > 0 ? stirpoint_text_put(copy, text, n) : errno;
+        at += n > 0 ? n : 0;
+        if (code == 0 || code == EINTR) continue;
+        close(copy);
+        return -code;
+    }
+    return copy;
+}
+
+/* Text to standard output: 0, errno, or -1 if nobody reads it any more. */
 int stirpoint_say(const char *text, long long n)
 {
     int code = stirpoint_text_put(STDOUT_FILENO, text, n);
@@ -214,7 +241,7 @@ int stirpoint_text_close(int fd) { return close(fd) == 0 ? 0 : errno; }
 void stirpoint_reason(int code, char *text, int n)
 {
     char own[256];
-    const char *words = strerror_r(code, own, sizeof own);
+    const char *words = code == ELOOP ? "it is a symbolic link" : strerror_r(code, own, sizeof own);
     memset(text, ' ', (size_t)n);
     memcpy(text, words, strnlen(words, (size_t)n));
 }

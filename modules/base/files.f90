@@ -4,15 +4,18 @@ module base_files
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char
   use base_errors, only: error_t
   use base_system, only: remove_file, rename_file
+  use base_text, only: str
   implicit none (type, external)
   private
 
-  public :: text_file_t, write_whole, reason_of
+  public :: free_name, text_file_t, write_whole, reason_of
 
   !> A text file to append to. `code` is errno of the first failed call, or 0.
   type :: text_file_t
     integer :: code = 0
+    logical :: was_restored = .false.        !! after it was moved, deleted or replaced
     integer(c_int), private :: fd = -1
+    character(:), allocatable, private :: path
   contains
     procedure :: create
     procedure :: append
@@ -28,6 +31,20 @@ module base_files
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: is_new
     end function c_open
+
+    integer(c_int) function c_is_removed(fd, path) bind(c, name='stirpoint_text_is_removed')
+      import :: c_char, c_int
+      implicit none (type, external)
+      integer(c_int), value :: fd
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_is_removed
+
+    integer(c_int) function c_copy(fd, path) bind(c, name='stirpoint_text_copy')
+      import :: c_char, c_int
+      implicit none (type, external)
+      integer(c_int), value :: fd
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_copy
 
     integer(c_int) function c_put(fd, text, n) bind(c, name='stirpoint_text_put')
       import :: c_char, c_int, c_long_long
@@ -82,7 +99,8 @@ contains
     integer(c_int), intent(in) :: is_new
 
     self%code = 0
-    self%fd = c_open(trim(path)//c_null_char, is_new)
+    self%path = trim(path)
+    self%fd = c_open(self%path//c_null_char, is_new)
     if (self%fd < 0) self%code = -self%fd
   end subroutine open_file
 
@@ -91,6 +109,7 @@ contains
     class(text_file_t), intent(inout) :: self
     character(*), intent(in) :: text
 
+    call restore(self)
     if (self%code == 0) self%code = c_put(self%fd, text, len(text, c_long_long))
   end subroutine put
 
@@ -98,8 +117,43 @@ contains
   subroutine sync(self)
     class(text_file_t), intent(inout) :: self
 
+    call restore(self)
     if (self%code == 0 .and. self%fd >= 0) self%code = c_sync(self%fd)
   end subroutine sync
+
+  !> If the file was moved, deleted or replaced since it was opened, copy its content to a new file
+  !> at its path, and continue with that. Another file at the path is renamed (free_name).
+  subroutine restore(self)
+    class(text_file_t), intent(inout) :: self
+    integer(c_int) :: fd
+    logical :: ok
+
+    if (self%code /= 0 .or. self%fd < 0) return
+    if (c_is_removed(self%fd, self%path//c_null_char) == 0) return
+    self%was_restored = .true.
+    call rename_file(self%path, free_name(self%path), ok)   ! fails if there is none
+    fd = c_copy(self%fd, self%path//c_null_char)
+    if (fd < 0) self%code = -fd
+    if (fd < 0) return
+    self%code = c_close(self%fd)
+    self%fd = fd
+  end subroutine restore
+
+  !> The first of the names path.1, path.2, ... that does not exist.
+  function free_name(path) result(free)
+    character(*), intent(in) :: path
+    character(:), allocatable :: free
+    logical :: exists
+    integer :: k
+
+    k = 0
+    exists = .true.
+    do while (exists)
+      k = k + 1
+      free = path//'.'//str(k)
+      inquire (file=free, exist=exists)
+    end do
+  end function free_name
 
   !> Close the file, if it is open, also after a failure.
   subroutine close_file(self)

@@ -84,6 +84,8 @@ contains
     if (error%is_set()) return
     self%path = trim(path)
     worst = 0
+    if (world%is_root() .and. .not. self%in_memory) call remove_file(self%path//'.tmp')   ! a link?
+    call self%world%barrier()
     call begin_writes()
     call open_parallel(self%world%comm, self%path//'.tmp', .true., self%handle, worst, &
                        merge(seal_bytes, 0, self%sealed), self%in_memory)

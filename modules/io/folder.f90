@@ -67,7 +67,7 @@ contains
       else if (status == has_no_locks) then
         note = 'warning: no locks in '//directory//': see to it that no other run writes there'
       else if (status /= locked) then
-        call error%raise(path//' cannot be written')
+        call error%raise(path//' cannot be written: '//reason_of(-status))
       end if
     end if
     call agree(world, error)

@@ -2,7 +2,7 @@
 !> Tables of values over time as CSV text, written by rank 0 and continued after a restart.
 module io_histories
   use base_errors, only: error_t
-  use base_files, only: reason_of, text_file_t, write_whole
+  use base_files, only: free_name, reason_of, text_file_t, write_whole
   use base_kinds, only: i8, rp
   use base_log, only: say
   use base_system, only: rename_file
@@ -135,19 +135,12 @@ contains
     integer(i8), intent(in) :: found, rows
     real(rp), intent(in) :: last_time
     character(:), allocatable :: message, aside
-    logical :: exists, ok
-    integer :: k
+    logical :: ok
 
     message = 'warning: '//path//' holds '//str(found)//' of the '//str(rows)// &
               ' rows that the run had written until t = '//str(last_time)//' s'
     if (is_there) then
-      k = 0
-      exists = .true.
-      do while (exists)
-        k = k + 1
-        aside = path//'.'//str(k)
-        inquire (file=aside, exist=exists)
-      end do
+      aside = free_name(path)
       call rename_file(path, aside, ok)
       if (ok) message = message//'; it is kept as '//aside
     end if
@@ -199,7 +192,7 @@ contains
 
     if (.not. self%world%is_root()) return
     write (line, '(es19.12, *(:, ",", es17.9))') values
-    call self%file%put(compact(line)//new_line('a'))
+    call self%lines(compact(line)//new_line('a'))
   end subroutine row
 
   !> Append rows that are text already, each with its end of line.
@@ -207,7 +200,9 @@ contains
     class(table_t), intent(inout) :: self
     character(*), intent(in) :: text
 
-    if (self%world%is_root() .and. len(text) > 0) call self%file%put(text)
+    if (.not. self%world%is_root() .or. len(text) == 0) return
+    call self%file%put(text)
+    call report_restored(self)
   end subroutine lines
 
   !> True on rank 0 if a row could not be written.
@@ -222,7 +217,17 @@ contains
     class(table_t), intent(inout) :: self
 
     call self%file%sync()
+    call report_restored(self)
   end subroutine sync
+
+  !> Warn that the file was moved, deleted or replaced and has been written again.
+  subroutine report_restored(self)
+    class(table_t), intent(inout) :: self
+
+    if (self%file%was_restored .and. .not. self%is_lost()) call say('warning: '//self%path// &
+      ' was moved, deleted or replaced during the run; it is written again with all its rows')
+    self%file%was_restored = .false.
+  end subroutine report_restored
 
   !> A row without its blanks, and with an E also before exponents of three digits, where Fortran
   !> drops it.

@@ -9,6 +9,7 @@ import subprocess
 import time
 
 import driver
+import numpy as np
 import pytest
 
 SETS = {"TIME.MAX_STEPS": 10, "OUTPUT.FRAME_INTERVAL": 0, "TIME.MASS_SCALING": 1e8}
@@ -232,3 +233,69 @@ def test_the_job_is_noted(run, tmp_path, monkeypatch):
     monkeypatch.setitem(driver.ENVIRONMENT, "SLURM_JOB_ID", "4711")
     results = run("stir", "--quiet", sets=SETS).results("stir")
     assert "job 4711" in results.path("_run.txt").read_text().splitlines()
+
+
+@pytest.mark.parametrize("action", ["moved", "deleted", "replaced"])
+def test_history_that_goes_away(tmp_path, run, action):
+    """Exact: a history that is moved, deleted or replaced under the run is written again with every row, with a warning, and
+    a file that has taken its name is kept."""
+    one = driver.Started("stir", "--quiet", directory=tmp_path, sets=LONG)
+    path = tmp_path / "stir.out" / "stir_history.csv"
+    try:
+        one.wait_for_rows(path, 3)
+        if action == "deleted":
+            path.unlink()
+        else:
+            path.rename(tmp_path / "away.csv")
+        if action == "replaced":
+            path.write_text("mine\n")
+        limit = time.monotonic() + 30
+        while "written again" not in one.text() and time.monotonic() < limit:
+            time.sleep(0.02)
+        one.send(signal.SIGUSR1)
+        assert one.wait() == driver.BY_SIGNAL
+    finally:
+        one.end()
+    assert one.text().count("stir_history.csv was moved, deleted or replaced during the run; it is written again") == 1
+    times = driver.Table(path)["time[s]"]
+    assert times[0] == 0.0 and len(times) > 3
+    assert times == pytest.approx(LONG["OUTPUT.HISTORY_INTERVAL"] * np.arange(len(times)), abs=5e-4)
+    if action != "deleted":
+        assert path.read_text().startswith((tmp_path / "away.csv").read_text())
+    assert (tmp_path / "stir.out" / "stir_history.csv.1").exists() == (action == "replaced")
+    done = run("stir", "--restart", path.with_name("stir_checkpoint.h5"), sets=LONG | {"TIME.MAX_STEPS": 1})
+    assert "rows that the run had written" not in done.out
+
+
+def test_folder_that_goes_away(tmp_path):
+    """Exact: a run whose folder is deleted ends with status 4 and a file that cannot be written."""
+    one = driver.Started("stir", "--quiet", directory=tmp_path, sets=LONG)
+    try:
+        one.wait_for_rows(tmp_path / "stir.out" / "stir_history.csv", 3)
+        shutil.rmtree(tmp_path / "stir.out")
+        assert one.wait() == 4
+    finally:
+        one.end()
+    assert "cannot be written: No such file or directory" in one.text()
+
+
+def test_links_are_not_written_through(run, tmp_path):
+    """Exact: results that are symbolic links do not change the files that these point to: NAME_run.txt is refused with status 4,
+    a restart replaces the others, or warns of the log."""
+    mine = tmp_path / "mine"
+    results = run("stir", "--quiet", sets=SETS).results("stir")
+    links = [".log", "_history.csv.tmp", "_checkpoint.h5.tmp", "_input.nml.tmp", "_000002.hdf.tmp", "_history.csv", "_probes.csv"]
+    for rest in links:
+        (tmp_path / f"mine{rest}").write_bytes(results.path(rest).read_bytes() if results.path(rest).exists() else b"mine")
+        results.path(rest).unlink(missing_ok=True)
+        results.path(rest).symlink_to(tmp_path / f"mine{rest}")
+    before = {rest: (tmp_path / f"mine{rest}").read_bytes() for rest in links}
+    done = run("stir", "--quiet", "--restart", results.path("_checkpoint.h5"), sets=SETS | {"TIME.MAX_STEPS": 12})
+    assert "the log is not whole: it is a symbolic link" in done.err
+    assert {rest: (tmp_path / f"mine{rest}").read_bytes() for rest in links} == before
+    assert results.checkpoint().step == 12 and not results.path("_history.csv").is_symlink()
+    mine.write_text("mine")
+    results.path("_run.txt").unlink()
+    results.path("_run.txt").symlink_to(mine)
+    done = run("stir", "--quiet", sets=SETS, expect=4)
+    assert "stir_run.txt cannot be written: it is a symbolic link" in done.err and mine.read_text() == "mine"
