@@ -57,7 +57,7 @@ contains
     type(particles_t), intent(in) :: particles
     character(*), intent(in) :: extra_names(:), extra_units(:)
     real(sp), intent(in), contiguous :: extra(:, :)      !! further scalars of each particle
-    character(*), intent(in) :: input_text   !! of rank 0
+    character(*), intent(in) :: input_text   !! input; that of rank 0 is written
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
     real(sp), allocatable :: x(:, :)
@@ -96,9 +96,9 @@ contains
     integer, intent(in) :: step
     real(rp), intent(in) :: cell(3)          !! [m]
     character(*), intent(in) :: names(:)     !! names of the bodies
-    real(sp), intent(in), contiguous :: x(:, :), temperature(:)   !! (3, n) [m], (n) [K]
+    real(sp), intent(in), contiguous :: x(:, :), temperature(:)   !! (3, n) [m]; (n) [K]
     integer, intent(in), contiguous :: body(:)
-    character(*), intent(in) :: input_text   !! of rank 0
+    character(*), intent(in) :: input_text   !! input; that of rank 0 is written
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
     integer :: b
@@ -245,7 +245,7 @@ contains
     end do
   end subroutine pack_scalar
 
-  !> Three fields as a vector.
+  !> Pack three fields as a vector.
   subroutine pack_vector(particles, field, v)
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: field
@@ -262,7 +262,7 @@ contains
     end do
   end subroutine pack_vector
 
-  !> Velocities with which the particles move, or their own.
+  !> Pack the grid velocities at the particles, if available, or the particle velocities [m/s].
   subroutine pack_velocity(particles, v)
     type(particles_t), intent(in) :: particles
     real(sp), intent(out) :: v(:, :)
@@ -284,7 +284,7 @@ contains
     end function first_of
   end subroutine pack_velocity
 
-  !> Cauchy stress xx, yy, zz, xy, yz, xz, as VTK has symmetric tensors.
+  !> Write the Cauchy stress xx, yy, zz, xy, yz, xz, the order of symmetric tensors in VTK.
   subroutine write_stress(file, particles, error)
     type(h5file_t), intent(in) :: file
     type(particles_t), intent(in) :: particles
@@ -304,7 +304,7 @@ contains
     call write_attribute(file, point_data//'stress', 'units', 'Pa', error)
   end subroutine write_stress
 
-  !> Pressure -tr(tau)/(3 J) and von Mises stress sqrt(3/2) |dev tau|/J, both of Cauchy stress.
+  !> Pack pressure -tr(tau)/(3 J) and von Mises stress sqrt(3/2) |dev tau|/J of the Cauchy stress.
   subroutine pack_stress(particles, pressure, von_mises)
     type(particles_t), intent(in) :: particles
     real(sp), intent(out) :: pressure(:), von_mises(:)   !! [Pa]
@@ -340,13 +340,13 @@ contains
     end do
   end subroutine pack_numbers
 
-  !> List the frames directory/name_000000.hdf ... that are there in directory/name.hdf.series;
-  !> none, no list.
+  !> Write directory/name.hdf.series with the existing frames directory/name_000000.hdf, ..., if
+  !> any.
   subroutine write_series(world, directory, name, times, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: directory, name
-    real(rp), intent(in) :: times(:)   !! of all frames from number 0 on, also of those that lie
-                                       !! elsewhere [s]
+    real(rp), intent(in) :: times(:)   !! times of all frames from number 0, also
+                                       !! of those in other folders [s]
     type(error_t), intent(inout) :: error
     character(:), allocatable :: path, text
     integer :: k, used
@@ -381,7 +381,7 @@ contains
     end subroutine add
   end subroutine write_series
 
-  !> A time with enough digits to tell every double apart.
+  !> Text of a time with enough digits to distinguish all doubles.
   function digits_of(time) result(text)
     real(rp), intent(in) :: time
     character(:), allocatable :: text

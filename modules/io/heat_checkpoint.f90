@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Checkpoints of a run of heat alone: the field in the order of the cells, whatever the ranks.
+!> Checkpoints of heat-only runs: the field in the order of the cells, for any number of ranks.
 module io_heat_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
@@ -14,12 +14,12 @@ module io_heat_checkpoint
 
 contains
 
-  !> Write everything that a restart needs.
+  !> Collective. Write a checkpoint.
   subroutine write_heat_checkpoint(world, path, field, global, notes, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in), contiguous :: field(:, :)   !! (cells of a plane, own planes)
-    real(rp), intent(in), contiguous :: global(:)     !! state of the run; rank 0's is kept
+    real(rp), intent(in), contiguous :: global(:)     !! state of the run; that of rank 0 is written
     type(notes_t), intent(in) :: notes
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
@@ -35,7 +35,7 @@ contains
     call file%close(error)
   end subroutine write_heat_checkpoint
 
-  !> Read what `write_heat_checkpoint` wrote, with the planes from `first` (from 0) on.
+  !> Collective. Read a checkpoint, with the planes from `first` (from 0).
   subroutine read_heat_checkpoint(world, path, first, field, global, error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path

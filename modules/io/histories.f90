@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Tables of values over time as CSV text, written by rank 0 and continued after a restart.
+!> Tables of values over time as CSV files, written by rank 0 and continued after a restart.
 module io_histories
   use base_errors, only: error_t
   use base_files, only: free_name, reason_of, text_file_t, write_whole
@@ -14,9 +14,9 @@ module io_histories
 
   public :: table_t, compact
 
-  real(rp), parameter :: time_slack = 1.0e-12_rp   !! relative; times have 13 digits in the file
+  real(rp), parameter :: time_slack = 1.0e-12_rp   !! relative tolerance of times with 13 digits
 
-  !> An open table. Ranks other than 0 may make the same calls; they write nothing.
+  !> An open table. Calls of ranks other than 0 have no effect.
   type :: table_t
     private
     type(world_t) :: world
@@ -33,17 +33,17 @@ module io_histories
 
 contains
 
-  !> Start a table, or continue the one that is there after the `rows` that the run had written, the
-  !> last at `last_time`. If it does not hold just those, the run says so and keeps it aside; more
-  !> rows of that very time are cut if they `may_follow`, behind the checkpoint of the run.
+  !> Start a table, or continue an existing one after the `rows` of the run, the last at
+  !> `last_time`. A table with other rows is moved aside with a warning; further rows at `last_time`
+  !> are removed if they `may_follow` the checkpoint.
   subroutine open_table(self, world, path, title, columns, rows, last_time, error, may_follow)
     class(table_t), intent(out) :: self
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     character(*), intent(in) :: title        !! first line, after '# '; none if blank
     character(*), intent(in) :: columns(:)   !! names with units, as time[s]; the first is the time
-    integer(i8), intent(in) :: rows          !! below zero: a fresh table
-    real(rp), intent(in) :: last_time        !! [s]
+    integer(i8), intent(in) :: rows          !! negative: a new table
+    real(rp), intent(in) :: last_time        !! time of the last row [s]
     type(error_t), intent(inout) :: error
     logical, intent(in), optional :: may_follow
     character(:), allocatable :: text
@@ -79,20 +79,20 @@ contains
     text = text//new_line('a')
   end function header
 
-  !> Header and rows up to `last_time` of the old table; its last line may be incomplete.
+  !> Copy header and rows up to `last_time` of the old table, whose last line may be incomplete.
   subroutine keep_rows(path, columns, rows, last_time, cuts_more, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: columns(:)
     integer(i8), intent(in) :: rows
     real(rp), intent(in) :: last_time
-    logical, intent(in) :: cuts_more         !! rows of that very time
+    logical, intent(in) :: cuts_more         !! remove further rows at `last_time`
     character(:), allocatable, intent(inout) :: text
     type(error_t), intent(inout) :: error
     character(:), allocatable :: old, kept
     integer(i8) :: found
     integer :: first, last, length, used
     logical :: has_header
-    real(rp) :: slack, time                  ! of a row [s]
+    real(rp) :: slack, time                  ! time of a row [s]
 
     slack = time_slack*abs(last_time)
     call read_file(path, old)
@@ -128,7 +128,7 @@ contains
     text = text//kept(:used)
   end subroutine keep_rows
 
-  !> Say that a table does not hold the rows of this run, and keep it aside.
+  !> Move a table with other rows than those of this run aside, with a warning.
   subroutine tell_apart(path, is_there, found, rows, last_time)
     character(*), intent(in) :: path
     logical, intent(in) :: is_there
@@ -147,7 +147,7 @@ contains
     call say(message)
   end subroutine tell_apart
 
-  !> First value of a line; huge if the line is no full row of `n` values.
+  !> First value of a line; huge if the line is not a complete row of `n` values.
   real(rp) function time_of(line, n) result(time)
     character(*), intent(in) :: line
     integer, intent(in) :: n
@@ -162,7 +162,7 @@ contains
     if (status == 0) time = value
   end function time_of
 
-  !> The whole file; empty if there is none.
+  !> Content of a file; empty if there is none.
   subroutine read_file(path, text)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: text
@@ -183,8 +183,8 @@ contains
     if (status /= 0) text = ''
   end subroutine read_file
 
-  !> Append a row. A failure is kept for `is_lost` and `close`: rows are frequent, an agreement of
-  !> ranks is not.
+  !> Append a row. A failure is reported by `is_lost` and `close`, to avoid communication for each
+  !> row.
   subroutine row(self, values)
     class(table_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
@@ -195,7 +195,7 @@ contains
     call self%lines(compact(line)//new_line('a'))
   end subroutine row
 
-  !> Append rows that are text already, each with its end of line.
+  !> Append rows given as text with line ends.
   subroutine lines(self, text)
     class(table_t), intent(inout) :: self
     character(*), intent(in) :: text
@@ -212,7 +212,7 @@ contains
     is_lost = self%file%code /= 0
   end function is_lost
 
-  !> Bring the rows so far to the disk: a checkpoint counts on them.
+  !> Flush the rows to disk, before a checkpoint that stores their number.
   subroutine sync(self)
     class(table_t), intent(inout) :: self
 
@@ -229,8 +229,7 @@ contains
     self%file%was_restored = .false.
   end subroutine report_restored
 
-  !> A row without its blanks, and with an E also before exponents of three digits, where Fortran
-  !> drops it.
+  !> A row without blanks, with an E also before exponents of three digits, where Fortran omits it.
   pure function compact(line) result(text)
     character(*), intent(in) :: line
     character(:), allocatable :: text
@@ -252,7 +251,7 @@ contains
     text = kept(:n)
   end function compact
 
-  !> Close; an error on all ranks if a row was lost.
+  !> Collective. Close the table; raise an error on all ranks if a row was lost.
   subroutine close_table(self, error)
     class(table_t), intent(inout) :: self
     type(error_t), intent(inout) :: error

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> One row of a table, filled column by column: what adds a value also names it.
+!> One row of a table, filled by columns with name, unit and value.
 module io_row
   use base_errors, only: fatal
   use base_kinds, only: rp
@@ -8,18 +8,18 @@ module io_row
 
   public :: row_t
 
-  integer, parameter :: wide = 64              !! characters of a column's name
+  integer, parameter :: max_name = 64          !! length of column names
 
-  type :: column_t
-    character(wide) :: name = ''
+  type :: row_column_t
+    character(max_name) :: name = ''
     character(8) :: unit = ''
     real(rp) :: value = 0.0_rp
-  end type column_t
+  end type row_column_t
 
   type :: row_t
     private
     integer :: n = 0
-    type(column_t), allocatable :: column(:)   !! the first n
+    type(row_column_t), allocatable :: column(:)  !! the first n are used
   contains
     procedure :: add
     procedure :: headings
@@ -32,9 +32,9 @@ contains
   !> Append a column.
   pure subroutine add(self, name, unit, value)
     class(row_t), intent(inout) :: self
-    character(*), intent(in) :: name, unit     !! unit: '' without one
+    character(*), intent(in) :: name, unit     !! unit: '' if none
     real(rp), intent(in) :: value
-    type(column_t), allocatable :: longer(:)
+    type(row_column_t), allocatable :: longer(:)
 
     if (.not. allocated(self%column)) allocate (self%column(64))
     if (self%n == size(self%column)) then
@@ -43,13 +43,13 @@ contains
       call move_alloc(longer, self%column)
     end if
     self%n = self%n + 1
-    self%column(self%n) = column_t(name, unit, value)
+    self%column(self%n) = row_column_t(name, unit, value)
   end subroutine add
 
   !> Names of the columns with their units, as time[s].
   pure function headings(self) result(names)
     class(row_t), intent(in) :: self
-    character(wide + 10) :: names(self%n)
+    character(max_name + 10) :: names(self%n)
     integer :: k
 
     do k = 1, self%n
@@ -68,7 +68,7 @@ contains
     if (self%n > 0) values = self%column(:self%n)%value
   end function values
 
-  !> Value of the first column with this name, which must be there.
+  !> Value of the first column with this name, which must exist.
   real(rp) function value(self, name)
     class(row_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Output frames of the tools: their surfaces at one time, triangles in a VTKHDF 1.0
-!> UnstructuredGrid, a series of its own beside that of the particles.
+!> Output frames of the tools: their surfaces at one time as triangles of a VTKHDF 1.0
+!> UnstructuredGrid, in a separate series.
 module io_tool_frames
   use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
@@ -20,19 +20,19 @@ module io_tool_frames
 
 contains
 
-  !> One frame; rank 0 writes it, the arrays of the others are not looked at.
+  !> Collective. Write a frame; only the arrays of rank 0 are used.
   subroutine write_tool_frame(world, path, time, step, names, x, velocity, azimuth, tool, corner, &
                               error)
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     real(rp), intent(in) :: time                            !! [s]
     integer, intent(in) :: step
-    character(*), intent(in) :: names(:)                    !! of the tools
-    real(sp), intent(in), contiguous :: x(:, :)             !! (3, n) [m]
+    character(*), intent(in) :: names(:)                    !! names of the tools
+    real(sp), intent(in), contiguous :: x(:, :)             !! (3, n) positions [m]
     real(sp), intent(in), contiguous :: velocity(:, :)      !! (3, n) [m/s]
-    real(sp), intent(in), contiguous :: azimuth(:)          !! (n), in the tool's axes [rad]
-    integer, intent(in), contiguous :: tool(:)              !! (n), number of the tool from 1
-    integer, intent(in), contiguous :: corner(:, :)         !! (3, m), points from 1
+    real(sp), intent(in), contiguous :: azimuth(:)          !! (n) in the tool's axes [rad]
+    integer, intent(in), contiguous :: tool(:)              !! (n) index of the tool
+    integer, intent(in), contiguous :: corner(:, :)         !! (3, m) points of each triangle
     type(error_t), intent(inout) :: error
     type(h5file_t) :: file
     integer(i8) :: n, m, k
