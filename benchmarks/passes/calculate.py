@@ -16,12 +16,9 @@ import kept  # noqa: E402
 import scenes  # noqa: E402
 
 
-def keys_of(name, kind, particles, mass, elastic):
+def keys_of(name, kind, particles, mass):
     """All keys that differ from the input of the pass: of the variant, and those of the numbers."""
-    keys = scenes.cells(name, particles) | {"TIME.MASS_SCALING": f"{mass:g}"}
-    if elastic > 1:
-        keys["TIME.ELASTIC_SCALING"] = f"{elastic:g}"
-    return keys | scenes.variant(kind)
+    return scenes.cells(name, particles) | {"TIME.MASS_SCALING": f"{mass:g}", "TIME.MASS_SCALING_RANGE": "0,0"} | scenes.variant(name, kind)
 
 
 def digest(recipe):

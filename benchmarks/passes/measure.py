@@ -65,7 +65,7 @@ def metal(run):
     end = flow.Flow(run, run.frames[-1])
     told = end.measures(list(SECTIONS), STIRRED, [748.0], whole=True)
     volume, flash = told["volumes"], told["flash"]
-    found = {"cavity filled, %": 100 * told["cavity"]["filled"] if "cavity" in told else np.nan}
+    found = {f"cavity {name}, %": 100 * told["cavity"][name] if "cavity" in told else np.nan for name in ("filled", "covered")}
     if "cavity" in told:
         quarters = {name: told["cavity"][f"{name}[m3]"] for name in ("rear_advancing", "rear_retreating", "front_advancing", "front_retreating")}
         total = max(sum(quarters.values()), 1e-30)

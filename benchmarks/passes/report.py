@@ -10,11 +10,8 @@ from calculate import HERE, driver, kept
 
 COMMAND = "benchmarks/passes/run.sh"
 TABLES = HERE / "results/tables.json"
-LAWS = {"jc": "Johnson-Cook", "tp": "two-phase", "hot": "hot copper"}
-COLUMNS = [(kind, law) for kind in ("printed", "calibrated") for law in LAWS]
-HEADS = [f"{start}{law}" for kind in ("as printed: ", "calibrated: ")
-         for start, law in zip((kind, "", ""), LAWS.values())]
-NUMERICAL = ("steps",)  # experiments that give the error bar, beside particles twice as far apart
+LAWS = {"hot": "hot copper", "jc": "Johnson-Cook", "tp": "two-phase"}
+COLUMNS = [(law, apart) for law in LAWS for apart in (1, 2)]  # particles so many mm apart
 
 # Quantity, experiment, thesis's model, measure, format.
 CAVITY1 = (
@@ -28,7 +25,8 @@ CAVITY1 = (
     ("of T2, K", "dip T2", "", "T2 dip over the cavity, K", ".0f"),
     ("of T3, K", "dip T3", "", "T3 dip over the cavity, K", ".0f"),
     ("cavity filled, %", "68", "61; 66", "cavity filled, %", ".0f"),
-    ("of this in the rear advancing quarter, %", "most", "", "in the rear advancing quarter, %", ".0f"),
+    ("cavity covered, seen from above, %", "68", "61; 66", "cavity covered, %", ".0f"),
+    ("of the metal in it in the rear advancing quarter, %", "most", "", "in the rear advancing quarter, %", ".0f"),
     ("flash, retreating side, mm", "8", "14", "flash, retreating side, mm", ".1f"),
     ("flash, advancing side, mm", "less", "less", "flash, advancing side, mm", ".1f"),
     ("metal above the plate, retreating side, mm3", "", "", "metal above the plate, retreating side, mm3", ".0f"),
@@ -67,7 +65,7 @@ AA5005 = (
     ("torque at 12.5 s, N m", "", "", "torque at 12.5 s, N m", ".1f", 1.0),
     ("hottest metal, K", "", "", "hottest metal, K", ".0f", 1.0),
 )
-STUDIED = ("T1 peak, K", "T2 peak, K", "T3 peak, K", "cavity filled, %", "flash, retreating side, mm", "flash, advancing side, mm",
+STUDIED = ("T1 peak, K", "T2 peak, K", "T3 peak, K", "cavity filled, %", "cavity covered, %", "flash, retreating side, mm", "flash, advancing side, mm",
            "groove, mm3", "beyond sides and ends, mm3", "stir zone at 65 mm, depth, mm", "interface velocity, % of the tool's",
            "strain under the tool at 15 s, mean", "share of friction, %", "largest way of a tracer, tool diameters",
            "grain size, stir zone, nm", "force at 12.5 s, kN", "torque at 12.5 s, N m", "power at 12.5 s, kW", "power at 50 s, kW",
@@ -105,72 +103,43 @@ def record_dip(rows, name):
     return measure.dip(*values.T)
 
 
-def spread(fine, coarse, measure, form):
-    """Largest change on cavity 1 as printed, of any law: of particles twice as far apart, and there by a numerical experiment."""
-    apart = []
-    for law in LAWS:
-        name = f"cavity1_{law}"
-        base = coarse.get((name, "printed"))
-        for other in (fine.get((name, "printed")), *(coarse.get((name, kind)) for kind in NUMERICAL)):
-            values = [one["measures"].get(measure) if one else None for one in (base, other)]
-            if None not in values:
-                apart.append(abs(values[1] - values[0]))
-    return f"{max(apart):{form}}" if apart else ""
-
-
-def cavity1(all_of, coarse):
-    peaks = record()
-    rows = [["quantity", "experiment", "thesis's model: Johnson-Cook; two-phase", *HEADS, "error bar"]]
+def cavity1(fine, coarse):
+    """The pass of cavity 1 on the floor of the valley of each law."""
+    peaks, of = record(), {1: fine, 2: coarse}
+    columns = [(law, apart) for law, apart in COLUMNS if (f"cavity1_{law}", "floor") in of[apart]]
+    rows = [["quantity", "experiment", "thesis's model: Johnson-Cook; two-phase", *(f"{LAWS[law]}, {apart} mm" for law, apart in columns)]]
     for label, experiment, thesis, measure, form in CAVITY1:
-        values = [shown(all_of, f"cavity1_{law}", kind, measure, form) for kind, law in COLUMNS]
-        rows.append([label, peaks.get(experiment, experiment), thesis, *values, spread(all_of, coarse, measure, form)])
+        rows.append([label, peaks.get(experiment, experiment), thesis,
+                     *(shown(of[apart], f"cavity1_{law}", "floor", measure, form) for law, apart in columns)])
     return rows
 
 
 def cavities(all_of):
-    rows = [["filled, %", "experiment", "thesis's model: Johnson-Cook; two-phase", *HEADS]]
-    for plate, (experiment, thesis) in FILLED.items():
-        rows.append([plate.replace("cavity", "cavity "), experiment, thesis,
-                     *(shown(all_of, f"{plate}_{law}", kind, "cavity filled, %", ".0f") for kind, law in COLUMNS)])
-    for what, measure, form in (("flash, retreating side, mm", "flash, retreating side, mm", ".1f"),
-                                ("peak of T2, K", "T2 peak, K", ".0f"), ("stir zone at 65 mm, mm", "stir zone at 65 mm, depth, mm", ".1f")):
-        for plate in ("cavity2", "cavity3", "plain"):
-            name = {"cavity2": "cavity 2", "cavity3": "cavity 3", "plain": "no cavity"}[plate]
-            rows.append([f"{name}: {what}", "", "", *(shown(all_of, f"{plate}_{law}", kind, measure, form) for kind, law in COLUMNS)])
+    rows = [["quantity", "experiment", "thesis's model: Johnson-Cook; two-phase", "hot copper"]]
+    for label, measure, form in (("filled, %", "cavity filled, %", ".0f"), ("covered, %", "cavity covered, %", ".0f"),
+                                 ("flash, retreating side, mm", "flash, retreating side, mm", ".1f"), ("peak of T2, K", "T2 peak, K", ".0f"),
+                                 ("stir zone at 65 mm, mm", "stir zone at 65 mm, depth, mm", ".1f")):
+        for plate, (_, words) in scenes.PLATES.items():
+            if label.endswith("ed, %") and plate == "plain":
+                continue
+            experiment, thesis = FILLED.get(plate, ("", "")) if label.endswith("ed, %") else ("", "")
+            rows.append([f"{words}: {label}", experiment, thesis, shown(all_of, f"{plate}_hot", "floor", measure, form)])
     return rows
 
 
 def aa5005(all_of):
-    rows = [["quantity", "experiment", "thesis's model", "as printed", "calibrated on copper"]]
+    rows = [["quantity", "experiment", "thesis's model", "computed"]]
     for label, experiment, thesis, measure, form, factor in AA5005:
-        rows.append([label, experiment, thesis,
-                     *(shown(all_of, "aa5005_tp", kind, measure, form, factor) for kind in ("printed", "calibrated"))])
+        rows.append([label, experiment, thesis, shown(all_of, "aa5005_tp", "floor", measure, form, factor)])
     return rows
 
 
 def experiments(all_of, law):
     name = f"cavity1_{law}"
-    kinds = [kind for kind in scenes.EXPERIMENTS if (name, kind) in all_of]
-    rows = [["quantity", "as printed", *(scenes.EXPERIMENTS[kind][0] for kind in kinds)]]
+    kinds = [kind for kind in scenes.KINDS if (name, kind) in all_of]
+    rows = [["quantity", *(scenes.EXPERIMENTS[kind][0] if kind != "floor" else "floor of the valley" for kind in kinds)]]
     for measure in STUDIED:
-        rows.append([measure, *(shown(all_of, name, kind, measure, ".3g") for kind in ("printed", *kinds))])
-    return rows
-
-
-def sticking(fine, coarse):
-    """Metal that sticks, with particles 1 and 2 mm apart."""
-    laws, kind = ("tp", "hot"), "stuck_film"
-    rows = [["quantity", *(f"{LAWS[law]}, {apart} mm" for law in laws for apart in (2, 1))]]
-    for measure in STUDIED:
-        rows.append([measure, *(shown(of, f"cavity1_{law}", kind, measure, ".3g") for law in laws for of in (coarse, fine))])
-    return rows
-
-
-def refined(finest, fine, coarse):
-    """The pass of cavity 1 with Johnson-Cook's law and calibrated numbers, with particles 2, 1 and 0.5 mm apart."""
-    rows = [["quantity", "2 mm", "1 mm", "0.5 mm"]]
-    for measure in STUDIED:
-        rows.append([measure, *(shown(of, "cavity1_jc", "calibrated", measure, ".3g") for of in (coarse, fine, finest))])
+        rows.append([measure, *(shown(all_of, name, kind, measure, ".3g") for kind in kinds)])
     return rows
 
 
@@ -209,33 +178,13 @@ def valley_laws(_):
     return rows
 
 
-def valley_floor(fine):
-    """The pass on the floor of the valley with particles 1 mm apart."""
-    rows = [["quantity", "experiment", "1 mm"]]
-    peaks = record()
-    for label, experiment, _, measure, form in CAVITY1:
-        rows.append([label, peaks.get(experiment, experiment), shown(fine, "cavity1_hot", "valley", measure, form)])
-    return rows
-
-
 def runs(all_of):
-    rows = [["pass", "kind", "particles", "apart, mm", "mass scaling", "elastic scaling", "steps", "processor time, s", "solver"]]
+    rows = [["pass", "kind", "particles", "apart, mm", "mass scaling", "steps", "processor time, s", "solver"]]
     for (name, kind), one in all_of.items():
         m, keys = one["measures"], one["keys"]
         rows.append([name, kind, f"{m['particles']:.0f}", f"{m['distance of particles, mm']:.3g}", keys.get("TIME.MASS_SCALING", "1e5"),
-                     keys.get("TIME.ELASTIC_SCALING", "1"), f"{m['steps']:.0f}", f"{sum(one_['cpu_seconds'] for one_ in one['made']):.0f}",
+                     f"{m['steps']:.0f}", f"{sum(one_['cpu_seconds'] for one_ in one['made']):.0f}",
                      one["solver"]])
-    return rows
-
-
-def calibrated(_):
-    found = json.loads(scenes.CALIBRATED.read_text(encoding="utf-8"))
-    rows = [["key", "value", "standard error", "bounds"]]
-    for name, key in found["fit"]["keys"].items():
-        error = "at a bound" if key["at_a_bound"] else "not determined" if key["standard_error"] is None else f"{key['standard_error']:.2g}"
-        rows.append([f"`{name}`", f"{key['value']:.3g}", error, f"{key['low']:g} to {key['high']:g}"])
-    for name, left in found["fit"]["curves"].items():
-        rows.append([f"{name}, computed less record, K", f"mean {left['mean']:+.0f}", f"rms {left['rms']:.0f}", f"largest {left['largest']:+.0f}"])
     return rows
 
 
@@ -244,8 +193,7 @@ def picture(place):
     import matplotlib
     from stirpost import look
 
-    kinds = [(law, kind) for law in LAWS for kind in ("printed", "calibrated")]
-    found = {(law, kind): driver.Results(place / f"cavity1_{law}_{kind}/cavity1_{law}.out", f"cavity1_{law}") for law, kind in kinds}
+    found = {law: driver.Results(place / f"cavity1_{law}_floor/cavity1_{law}.out", f"cavity1_{law}") for law in LAWS}
     if not all(results.path("_probes.csv").is_file() for results in found.values()):
         return
     rows = list(csv.DictReader((HERE / "cavity1_record.csv").read_text(encoding="utf-8").splitlines()))
@@ -254,10 +202,9 @@ def picture(place):
         for panel, name in zip(figure.subplots(1, 3, sharex=True, sharey=True), ("T1", "T2", "T3")):
             panel.plot([float(row["time[s]"]) for row in rows], [float(row[f"{name}[K]"]) for row in rows], ".", color=look.INK,
                        markersize=4, label="record")
-            for (law, kind), results in found.items():
+            for k, (law, results) in enumerate(found.items()):
                 probes = results.probes()
-                panel.plot(probes["time[s]"], probes[f"{name}[K]"], color=look.LINES[list(LAWS).index(law)],
-                           linestyle="-" if kind == "calibrated" else "--", label=f"{LAWS[law]}, {kind}")
+                panel.plot(probes["time[s]"], probes[f"{name}[K]"], color=look.LINES[k], label=LAWS[law])
             panel.set_title(name)
             panel.set_xlabel("time [s]")
             panel.grid(True)
@@ -297,12 +244,10 @@ def valley_picture():
 
 def tables_of(folder):
     """All tables, by their titles, from the results in a folder."""
-    finest, fine, coarse = (load(folder / f"{apart}mm") for apart in (0.5, 1, 2))
-    return {"cavity 1": cavity1(fine, coarse), "cavities": cavities(coarse), "AA5005": aa5005(coarse), "calibration": calibrated(coarse),
-              "Johnson and Cook": experiments(coarse, "jc"), "two phases": experiments(coarse, "tp"), "hot copper": experiments(coarse, "hot"),
-              "sticking": sticking(fine, coarse), "refined": refined(finest, fine, coarse),
-              "valley": valley(coarse), "valley, laws": valley_laws(coarse), "valley, 1 mm": valley_floor(fine),
-              "runs": runs(finest) + runs(fine)[1:] + runs(coarse)[1:]}
+    fine, coarse = (load(folder / f"{apart}mm") for apart in (1, 2))
+    return {"cavity 1": cavity1(fine, coarse), "cavities": cavities(coarse), "AA5005": aa5005(coarse),
+            "experiments": experiments(coarse, "hot"), "grains": experiments(coarse, "tp"), "mass scaling": experiments(fine, "hot"),
+            "valley": valley(coarse), "valley, laws": valley_laws(coarse), "runs": runs(fine) + runs(coarse)[1:]}
 
 
 def write(folder, place):

@@ -3,7 +3,7 @@
 # The passes of the thesis; --help tells more.
 #
 #     benchmarks/passes/run.sh [NAME[:KIND]...] [--particles MM] [--ranks N] [--draw]
-#     benchmarks/passes/run.sh --calibrate | --mass-scaling-study --particles MM | --valley | --tables
+#     benchmarks/passes/run.sh --valley | --tables
 set -e
 here=$(cd "$(dirname "$0")" && pwd)
 python=$here/../../build/venv/bin/python

@@ -20,7 +20,7 @@ ROWS = HERE / "results/valley.jsonl"
 SHEAR, COULOMB = (0.2, 0.35, 0.5, 0.65, 0.8, 1.0), (0.1, 0.2, 0.3, 0.6, 1.0)
 FILMS = (20000, 40000, 10000, 100000, 3000, 700)
 KEPT = ("T1 peak, K", "T2 peak, K", "T3 peak, K", "force at 12.5 s, kN", "force at 50 s, kN", "torque at 12.5 s, N m", "torque at 50 s, N m",
-        "stir zone at 25 mm, depth, mm", "stir zone at 65 mm, depth, mm", "cavity filled, %", "flash, advancing side, mm",
+        "stir zone at 25 mm, depth, mm", "stir zone at 65 mm, depth, mm", "cavity filled, %", "cavity covered, %", "flash, advancing side, mm",
         "flash, retreating side, mm", "interface velocity, mm/s", "hottest metal, K", "inertial over flow stress, largest, %",
         "energy audit, largest, %", "groove, mm3")
 
@@ -47,7 +47,7 @@ def points():
         for value in SHEAR[1::2]:
             yield "hot", "shear", value, 700, factor, "held"
     for film in FILMS[:3]:
-        yield "hot", "shear", 0.65, film, 0, "printed"
+        yield "hot", "shear", 0.65, film, 0, "free"
 
 
 def misfit(row):

@@ -337,12 +337,12 @@ class Flow:
         return found
 
     def fill(self) -> dict:
-        """Part of the cavity's empty volume that is filled, whole and by quarters."""
+        """Part of the cavity's empty volume that is filled, whole and by quarters, and part of its area that metal covers."""
         k = REGIONS.index("cavity")
         before = float((self.then_shares[:, k] * self.volume0).sum())
         volume = self.cavity.volume(0.2 * self.spacing)
         gained = float((self.now_shares[:, k] * self.volume).sum()) - before
-        result = {"volume[m3]": volume, "filled": gained / (volume - before)}
+        result = {"volume[m3]": volume, "filled": gained / (volume - before), "covered": self.covered()}
         middle = 0.5 * (self.cavity.low + self.cavity.high)
         if self.way is None:
             return result
@@ -353,6 +353,19 @@ class Flow:
                           ("front_advancing", ahead & advancing), ("front_retreating", ahead & ~advancing)):
             result[f"{name}[m3]"] = float(inside[own].sum())
         return result
+
+    def covered(self) -> float:
+        """Part of the cavity's area, seen from above at half its depth, over which metal lies a particle or more above its floor."""
+        low, high = self.cavity.low, self.cavity.high
+        edge = 0.25 * self.spacing
+        plan = [np.arange(low[k] + 0.5 * edge, high[k], edge) for k in (0, 1)]
+        places = np.stack(np.meshgrid(*plan, [0.5 * (low[2] + high[2])], indexing="ij"), axis=-1).reshape(-1, 3)
+        places = places[self.cavity.holds(places), :2]
+        above = self.x[:, 2] > low[2] + self.spacing
+        if not above.any() or not len(places):
+            return 0.0
+        away, nearest = cKDTree(self.x[above, :2]).query(places, p=np.inf)
+        return float((away <= 0.5 * self.edge0[above][nearest]).mean())
 
     def default_sections(self) -> list[float]:
         """Places at quarters of the way, as coordinates along the travel."""

@@ -288,8 +288,8 @@ ALL = {
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
     "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
     "disc on a hot plate": kept(PLATE, "disc on a hot plate"),
-    **{f"passes, {title}": kept(PASSES, title) for title in ("calibration", "cavity 1", "cavities", "AA5005", "Johnson and Cook", "two phases",
-                                                            "hot copper", "sticking", "refined", "mass scaling", "valley", "valley, laws", "valley, 1 mm", "runs")},
+    **{f"passes, {title}": kept(PASSES, title) for title in ("cavity 1", "cavities", "AA5005", "experiments", "grains",
+                                                            "mass scaling", "valley", "valley, laws", "runs")},
     **{f"new scenes, {title}": kept(BEGIN, title) for title in ("scenes", "pin")},
 }
 

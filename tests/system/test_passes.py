@@ -18,10 +18,10 @@ import scenes  # noqa: E402
 def test_all_inputs_are_good(tmp_path):
     """Exact: every plate and every kind takes its first step; what --set names is there. Annealing is of the two-phase law."""
     cases = {}
-    wanted = [(name, "printed", 2.0) for name in scenes.SCENES]
-    wanted += [("cavity1_tp" if kind.startswith("annealing") else "cavity1_jc", kind, 2.0) for kind in scenes.KINDS[1:]]
-    for name, kind, particles in wanted:
-        keys = calculate.keys_of(name, kind, particles, 1e6, 25) | {"TIME.MAX_STEPS": 1}
+    wanted = [(name, "floor") for name in scenes.SCENES]
+    wanted += [("cavity1_tp" if kind.startswith("annealing") else "cavity1_hot", kind) for kind in scenes.KINDS[1:]]
+    for name, kind in wanted:
+        keys = calculate.keys_of(name, kind, 2.0, 1e6) | {"TIME.MAX_STEPS": 1}
         cases[name, kind] = ([f"{name}.nml", "--quiet"], {"text": scenes.text_of(name, kind), "sets": keys})
     for (name, kind), done in driver.run_all(cases, tmp_path).items():
         assert done.status == driver.WELL, (name, kind, done.err)
@@ -30,17 +30,17 @@ def test_all_inputs_are_good(tmp_path):
 
 def test_kept_runs_and_measures(tmp_path):
     """A short pass: computed once, then left alone; with other keys computed again; its measures are numbers."""
-    keys = calculate.keys_of("cavity1_tp", "printed", 2.0, 1e6, 25) | {"TIME.END": "6", "OUTPUT.FRAME_INTERVAL": "3"}
+    keys = calculate.keys_of("cavity1_tp", "floor", 2.0, 1e6) | {"TIME.END": "6", "OUTPUT.FRAME_INTERVAL": "3"}
     told = []
-    results = calculate.calculate(tmp_path / "a", "cavity1_tp", "printed", keys, tell=told.append)
-    calculate.calculate(tmp_path / "a", "cavity1_tp", "printed", keys, tell=told.append)
-    calculate.calculate(tmp_path / "a", "cavity1_tp", "printed", keys | {"TOOL.FRICTION": "0.1"}, tell=told.append)
+    results = calculate.calculate(tmp_path / "a", "cavity1_tp", "floor", keys, tell=told.append)
+    calculate.calculate(tmp_path / "a", "cavity1_tp", "floor", keys, tell=told.append)
+    calculate.calculate(tmp_path / "a", "cavity1_tp", "floor", keys | {"TOOL.SHEAR_FACTOR": "0.1"}, tell=told.append)
     assert ["computed" in told[0], "is there" in told[1], "computed" in told[2]] == [True] * 3
     made = [json.loads(line) for line in (tmp_path / "a/machine.jsonl").read_text().splitlines()]
     assert len(made) == 2 and made[0]["cpu_seconds"] > 0.0 and made[0]["machine"]
     assert float(results.summary()["particles"]) == 5844
     (tmp_path / "a/machine.jsonl").unlink()  # as if it had been stopped: it goes on from the checkpoint
-    calculate.calculate(tmp_path / "a", "cavity1_tp", "printed", keys | {"TOOL.FRICTION": "0.1"}, tell=told.append)
+    calculate.calculate(tmp_path / "a", "cavity1_tp", "floor", keys | {"TOOL.SHEAR_FACTOR": "0.1"}, tell=told.append)
     assert "computed" in told[3] and json.loads((tmp_path / "a/machine.jsonl").read_text())["restarted"]
 
 
