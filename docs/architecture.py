@@ -25,8 +25,8 @@ STEP_BEGINS = ("step_advance", "take_step")
 KERNELS = {("transfer_scatter", "p2g_block"), ("transfer_gather", "gather_block")}
 # What a step with a tool does not enter: one body of one law, FLIP, USL, nothing asleep.
 NOT_ENTERED = {
-    "step_advance.strain_before": "USAVG",
-    "step_advance.map_again": "MUSL, USAVG",
+    "step_advance.update_stress_before": "USAVG",
+    "step_advance.remap_velocities": "MUSL, USAVG",
     "update_sweeps.accelerate": "MUSL, USAVG",
     "step_filter": "XPIC, FMPM",
     "mapping_apic": "APIC",
@@ -48,7 +48,7 @@ ENTERED = {
     "tool_shapes": {"tool_shapes_revolved", "tool_shapes_shape", "tool_shapes_shoulder"},
 }
 # Blocks come back from the grid while sums of contact are on their way: no way of its own to the kernels.
-WAITING = ("step_schedule", "sum_meanwhile")
+WAITING = ("step_schedule", "sum_with_overlap")
 
 LAYERS = re.compile(r"(<!-- layers: .*?-->\n)(.*?)(<!-- end of the layers -->)", re.DOTALL)
 CONTENT = re.compile(r"^\|[^|]*\| `(\w+)` \|[^|]*\| ([^|]+) \|$", re.MULTILINE)

@@ -15,7 +15,7 @@ module bodies_filling
   implicit none (type, external)
   private
 
-  public :: body_solids, fill_bodies, count_particles, load_bodies, warm_probes
+  public :: body_solids, fill_bodies, count_particles, load_bodies, update_probe_temperatures
 
 contains
 
@@ -259,7 +259,7 @@ contains
   end subroutine load_bodies
 
   !> Set the initial temperature of probes to that of their bodies.
-  subroutine warm_probes(input, scene, probes)
+  subroutine update_probe_temperatures(input, scene, probes)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(probes_t), intent(inout) :: probes
@@ -274,6 +274,6 @@ contains
         probes%group(i) = scene%body(b)%group
       end do
     end do
-  end subroutine warm_probes
+  end subroutine update_probe_temperatures
 
 end module bodies_filling

@@ -1,19 +1,18 @@
 ! SPDX-License-Identifier: MIT
-!> Node pairs of bodies in contact and the gaps there. A gap is that between the particles
-!> themselves.
+!> Node pairs of bodies in contact and their gaps, measured between the particles.
 module body_contact_gaps
   use base_kinds, only: rp
   use body_contact_near, only: list_near
-  use body_contact_node_pairs, only: least_weight, n_sums_all, n_sums_gradient, n_trials, &
+  use body_contact_node_pairs, only: min_weight, n_sums_all, n_sums_gradient, n_trials, &
                                      node_pairs_t
   use body_contact_normals, only: average_normals, try_normals
   use body_contact_sums, only: sum_particles
   use body_contact_surfaces, only: choose_normal, first_stretches, measure_mean, &
-                                   measure_shared, take_mean
+                                   measure_shared, choose_mean
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
   use contact_pair, only: moves_as_one, normal_regression
-  use mapping_nodes, only: append, least_mass, nodes_t
+  use mapping_nodes, only: append, min_node_mass, nodes_t
   use particles_store, only: f_mass, particles_t
   use state_blocks, only: blocks_t
   use state_clock, only: clock_t
@@ -25,7 +24,7 @@ module body_contact_gaps
 
 contains
 
-  !> Collective. List the nodes with mass of two groups, their normals and gaps.
+  !> Collective. List the nodes with mass of two groups, and find their normals and gaps.
   subroutine find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, &
                              g)
     type(world_t), intent(in) :: world
@@ -43,7 +42,7 @@ contains
       call find_lightest(world, scene, particles, nodes%n_groups, pairs%lightest)
     end if
     call list_nodes(scene, clock, nodes, pairs, g)
-    call note_walls(scene, boundary, pairs)
+    call mark_walls(scene, boundary, pairs)
     call list_near(scene, particles, blocks, nodes, pairs)
     start = first_stretches(scene)
     call choose_normals(world, scene, nodes, start, pairs)
@@ -51,17 +50,17 @@ contains
     call sum_entries(world, nodes, pairs, .false., 3, pairs%mean)
     call measure_mean(scene, nodes%patch, start, pairs)
     call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
-    call take_mean(scene, nodes%patch, pairs)
+    call choose_mean(scene, nodes%patch, pairs)
     pairs%is_known = .true.
   end subroutine find_node_pairs
 
-  !> Collective. Normals and gaps of all entries, each from its own particles: at once where no
-  !> other rank or image has any.
+  !> Collective. Find normals and gaps of all entries, each from its own particles; immediately
+  !> where no other rank or image contributes.
   subroutine choose_normals(world, scene, nodes, start, pairs)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
-    real(rp), intent(in) :: start(6, size(scene%body))   !! first stretches
+    real(rp), intent(in) :: start(6, size(scene%body))   !! initial stretches
     type(node_pairs_t), intent(inout) :: pairs
     integer :: e
 
@@ -83,6 +82,7 @@ contains
     end do
   end subroutine choose_normals
 
+  !> Collective. Sum values of the entries over ranks and images, or take maxima.
   subroutine sum_entries(world, nodes, pairs, largest, width, values)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes
@@ -95,7 +95,7 @@ contains
                             width, values)
   end subroutine sum_entries
 
-  !> An entry for each pair of groups with mass at a node.
+  !> List an entry for each pair of groups with mass at a node.
   subroutine list_nodes(scene, clock, nodes, pairs, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -105,14 +105,14 @@ contains
     integer :: c, e, i, n, r, width
     logical :: has_mass(nodes%n_groups)
 
-    call pairs%forget(nodes%patch%nn)
+    call pairs%reset(nodes%patch%nn)
     width = n_sums_gradient
     if (any(scene%contact%normal == normal_regression)) width = n_sums_all
     n = 0
     if (.not. allocated(pairs%found)) allocate (pairs%found(3, 1))
     do r = 1, nodes%n_ranges
       do i = nodes%range(1, r), nodes%range(2, r)
-        has_mass = g(8, i, :) > least_mass
+        has_mass = g(8, i, :) > min_node_mass
         if (count(has_mass) < 2) cycle
         do c = 1, size(scene%contact)
           if (all(has_mass(scene%contact(c)%group))) call append(pairs%found, n, &
@@ -130,15 +130,15 @@ contains
         if (pairs%first(q) == 0) pairs%first(q) = e
       end associate
     end do
-    call note_shared(nodes, pairs)
-    call note_met(scene, clock, nodes, pairs, g)
+    call mark_shared(nodes, pairs)
+    call mark_touching(scene, clock, nodes, pairs, g)
     pairs%free = 1.0_rp
   end subroutine list_nodes
 
-  !> Entries of bodies with a &CONTACT where particles of both may have so much weight that they
-  !> count for the gap: as none is lighter than the lightest of its group, its weight is at most the
-  !> mass of the node over that.
-  pure subroutine note_met(scene, clock, nodes, pairs, g)
+  !> Mark entries of bodies with a &CONTACT where particles of both may have enough weight to count
+  !> for the gap: since none is lighter than the lightest of its group, its weight is at most the
+  !> nodal mass over that.
+  pure subroutine mark_touching(scene, clock, nodes, pairs, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
@@ -148,16 +148,16 @@ contains
     real(rp) :: least(nodes%n_groups)
     integer :: e
 
-    least = rounding*least_weight*clock%mass_scaling*pairs%lightest
+    least = rounding*min_weight*clock%mass_scaling*pairs%lightest
     do e = 1, pairs%n
       associate (contact => scene%contact(pairs%pair(e)))
-        pairs%is_met(e) = contact%normal /= moves_as_one &
+        pairs%may_touch(e) = contact%normal /= moves_as_one &
                           .and. all(g(8, pairs%node(e), contact%group) > least(contact%group))
       end associate
     end do
-  end subroutine note_met
+  end subroutine mark_touching
 
-  !> Collective. Masses of the lightest particles of each group.
+  !> Collective. Find the mass of the lightest particle of each group [kg].
   subroutine find_lightest(world, scene, particles, n_groups, lightest)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -178,8 +178,8 @@ contains
     lightest = merge(1.0_rp/max(heaviest_inverse, tiny(1.0_rp)), 0.0_rp, heaviest_inverse > 0.0_rp)
   end subroutine find_lightest
 
-  !> Entries at nodes that several ranks store, or one through several images.
-  pure subroutine note_shared(nodes, pairs)
+  !> Mark entries at nodes that several ranks store, or one through several images.
+  pure subroutine mark_shared(nodes, pairs)
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
     logical :: is_shared(nodes%patch%nn)
@@ -191,27 +191,27 @@ contains
     is_shared(nodes%halo%image(1, :)) = .true.
     is_shared(nodes%halo%image(2, :)) = .true.
     pairs%is_shared = is_shared(pairs%node)
-  end subroutine note_shared
+  end subroutine mark_shared
 
-  !> Directions in which a wall or clamp holds the nodes.
-  subroutine note_walls(scene, boundary, pairs)
+  !> Mark directions in which a wall or clamp holds the nodes.
+  subroutine mark_walls(scene, boundary, pairs)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     integer :: i
 
     do i = 1, boundary%n_fixed
-      call note_node(pairs, boundary%fixed(1, i), scene%clamp(boundary%fixed(2, i))%clamp%held)
+      call mark_node(pairs, boundary%fixed(1, i), scene%clamp(boundary%fixed(2, i))%clamp%held)
     end do
     do i = 1, boundary%mirrors%n_planes
       associate (plane => boundary%mirrors%plane(:, i))
-        call note_node(pairs, plane(1), scene%symmetry(plane(2))%odd)
+        call mark_node(pairs, plane(1), scene%symmetry(plane(2))%odd)
       end associate
     end do
-  end subroutine note_walls
+  end subroutine mark_walls
 
-  !> The entries of node `q` are not free in directions that are `held`.
-  pure subroutine note_node(pairs, q, held)
+  !> Mark the `held` directions of the entries of node `q` as not free.
+  pure subroutine mark_node(pairs, q, held)
     type(node_pairs_t), intent(inout) :: pairs
     integer, intent(in) :: q
     logical, intent(in) :: held(3)
@@ -224,6 +224,6 @@ contains
       e = e + 1
       if (e > pairs%n) exit
     end do
-  end subroutine note_node
+  end subroutine mark_node
 
 end module body_contact_gaps

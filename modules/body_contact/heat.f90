@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Heat of friction between bodies.
+!> Friction heat between bodies.
 module body_contact_heat
   use base_kinds, only: nlane, rp
   use body_contact_node_pairs, only: node_pairs_t
@@ -14,13 +14,13 @@ module body_contact_heat
 
 contains
 
-  !> Shares of the friction heat that enter two groups of bodies with one temperature at the face,
-  !> as their effusivities; as the masses of the node where no heat is conducted. A group of several
-  !> materials takes their mean.
+  !> Fractions of the friction heat that enter two groups of bodies with equal face temperature,
+  !> proportional to their effusivities, or to the nodal masses where no heat is conducted. A group
+  !> of several materials uses their mean.
   pure function heat_shares(scene, groups, temp, mass) result(share)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: groups(2)
-    real(rp), intent(in) :: temp(2), mass(2)     !! of the node [K], [kg]
+    real(rp), intent(in) :: temp(2), mass(2)     !! nodal temperature [K] and mass [kg]
     real(rp) :: share(2)
     integer :: b, k
 
@@ -36,7 +36,7 @@ contains
     share = share/sum(share)
   end function heat_shares
 
-  !> Friction heat of the nodes to the particles of both bodies, in each by their weighted masses.
+  !> Give the friction heat of the nodes to the particles of both bodies, by their weighted masses.
   subroutine give_heat(scene, clock, particles, nodes, pairs)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -64,7 +64,8 @@ contains
     end associate
   end subroutine give_heat
 
-  !> Heat of all entries of each node, for each group, and the corners whose nodes get any.
+  !> Sum the heat of all entries of each node, for each group, and mark the corners whose nodes have
+  !> any.
   pure subroutine gather_heat(scene, nodes, pairs)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -92,10 +93,10 @@ contains
     end associate
   end subroutine gather_heat
 
-  !> Heat to `n` particles of a block.
+  !> Interpolate the heat to `n` particles of a block.
   pure subroutine heat_block(n, stride, nn, node_heat, is_hot, first, w, mass_scaling, mass, heat)
     integer, intent(in) :: n, stride(3), nn, first(nlane)
-    real(rp), intent(in) :: node_heat(nn)      !! over mass [J/kg]
+    real(rp), intent(in) :: node_heat(nn)      !! heat over mass [J/kg]
     logical, intent(in) :: is_hot(nn)          !! corners of 27 nodes with heat
     real(rp), intent(in) :: w(nlane, 9), mass_scaling, mass(nlane)
     real(rp), intent(inout) :: heat(nlane)     !! [J]

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The particles near node pairs, listed once a step by the nodes they have weight at. Node pairs
-!> are few, and so are these particles; all others are looked at no more.
+!> Particles near node pairs, listed once per step by the nodes at which they have weight. Node
+!> pairs are few, and so are these particles; all others are skipped.
 module body_contact_near
   use base_kinds, only: nlane, rp
   use body_contact_node_pairs, only: bundle_lanes, n_bundle, near_t, node_pairs_t, u_place, &
@@ -17,34 +17,33 @@ module body_contact_near
 
   public :: first_stretch, list_near, sizes_along
 
-  real(rp), parameter, public :: far = 1.0e30_rp    !! beyond any surface [m]
+  real(rp), parameter, public :: far_distance = 1.0e30_rp    !! beyond any surface [m]
 
 contains
 
-  !> List the particles with weight at the entries where contact is more than one velocity for both
-  !> bodies.
+  !> List the particles with weight at entries, unless the bodies just move as one.
   subroutine list_near(scene, particles, blocks, nodes, pairs)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    logical :: is_met(nodes%n_groups), matters(size(scene%contact))
+    logical :: may_touch(nodes%n_groups), is_needed(size(scene%contact))
     real(rp) :: low(3), high(3), reach
     integer :: b, c
 
-    call pairs%near%begin(nodes%patch%nn, size(scene%body), nodes%n_groups)
-    is_met = .false.
-    do c = 1, size(matters)
+    call pairs%near%reset_near(nodes%patch%nn, size(scene%body), nodes%n_groups)
+    may_touch = .false.
+    do c = 1, size(is_needed)
       associate (contact => scene%contact(c))
-        matters(c) = contact%normal == moves_as_one .and. any(scene%is_rigid_group(contact%group))
-        if (matters(c) .or. contact%normal /= moves_as_one) is_met(contact%group) = .true.
+        is_needed(c) = contact%normal == moves_as_one .and. any(scene%is_rigid_group(contact%group))
+        if (is_needed(c) .or. contact%normal /= moves_as_one) may_touch(contact%group) = .true.
       end associate
     end do
-    call list_corners(nodes, pairs, matters, low, high)
+    call list_corners(nodes, pairs, is_needed, low, high)
     if (pairs%near%n_corners == 0) return
     do b = 1, particles%nblk
-      if (.not. is_met(scene%body(particles%body(b))%group)) cycle
+      if (.not. may_touch(scene%body(particles%body(b))%group)) cycle
       reach = blocks%ball(4, b) + (1.0_rp + skin)*scene%grid%longest()
       if (any(blocks%ball(1:3, b) + reach < low)) cycle
       if (any(blocks%ball(1:3, b) - reach > high)) cycle
@@ -53,12 +52,11 @@ contains
     end do
   end subroutine list_near
 
-  !> List the corners of all groups of 27 nodes with an entry that `matters`, and the box of these
-  !> entries.
-  subroutine list_corners(nodes, pairs, matters, low, high)
+  !> List the corners of all groups of 27 nodes with a needed entry, and the box of these entries.
+  subroutine list_corners(nodes, pairs, is_needed, low, high)
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    logical, intent(in) :: matters(:)          !! of each contact of one velocity
+    logical, intent(in) :: is_needed(:)        !! contacts of bodies that move as one
     real(rp), intent(out) :: low(3), high(3)   !! [m]
     integer :: corner, e, i, j, k
 
@@ -66,7 +64,7 @@ contains
     high = -huge(1.0_rp)
     associate (near => pairs%near)
       do e = 1, pairs%n
-        if (.not. (matters(pairs%pair(e)) .or. pairs%is_met(e))) cycle
+        if (.not. (is_needed(pairs%pair(e)) .or. pairs%may_touch(e))) cycle
         low = min(low, pairs%x(:, e))
         high = max(high, pairs%x(:, e))
         do i = 0, 2
@@ -85,7 +83,7 @@ contains
     end associate
   end subroutine list_corners
 
-  !> The particles of a block.
+  !> List the particles of a block.
   subroutine list_block(scene, nodes, near, b, body, n, nf, ps)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -120,7 +118,8 @@ contains
     end do
   end subroutine list_block
 
-  !> Rows of `m` particles, the first of a block's from `rows` on, to lanes of a bundle behind `l`.
+  !> Copy the rows of `m` particles, the first of a block's from `rows` on, to lanes of a bundle
+  !> behind `l`.
   pure subroutine copy_rows(m, l, rows, bundle)
     integer, intent(in) :: m, l
     real(rp), intent(in) :: rows(nlane, n_bundle)
@@ -142,7 +141,7 @@ contains
     end if
   end subroutine copy_rows
 
-  !> Half the edges that the particles of a block have now (cpGIMP), or had without stretch [m].
+  !> Half the current edges of the particles of a block (cpGIMP), or the initial ones [m].
   pure function half_lengths(scene, body, n, nf, ps) result(half)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, n, nf
@@ -162,9 +161,9 @@ contains
     end do
   end function half_lengths
 
-  !> Places of the particles of a block and the tensors for their size, as bundles have them: half
-  !> the length along a direction n is sqrt(n.t n f), f by `sizes_along`. cpGIMP knows the edges, to
-  !> others the elastic stretch b is applied.
+  !> Positions of the particles of a block and the tensors of their size, as stored in bundles: half
+  !> the length along a direction n is sqrt(n.t n f), with f from `sizes_along`. cpGIMP knows the
+  !> current edges, otherwise the elastic stretch b is applied.
   pure function rows_of(scene, n, nf, ps, half) result(u)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: n, nf
@@ -191,11 +190,11 @@ contains
     end if
   end function rows_of
 
-  !> Factors f of each body in half the lengths of its particles along a direction n: 1 over
-  !> n.first n, or 1 where edges are known.
+  !> Factors f of each body in half the lengths of its particles along a direction n: 1 over n.first
+  !> n, or 1 where the edges are known.
   pure function sizes_along(scene, start, nn) result(factor)
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: start(:, :)        !! first stretches of all bodies
+    real(rp), intent(in) :: start(:, :)        !! initial stretches of all bodies
     real(rp), intent(in) :: nn(6)              !! products of n: xx, yy, zz, xy, yz, xz
     real(rp) :: factor(size(start, 2)), all
     integer :: b
@@ -209,7 +208,7 @@ contains
     end do
   end function sizes_along
 
-  !> Bounds of half the lengths of the particles of a block in any direction [m].
+  !> Upper bounds of half the lengths of the particles of a block in any direction [m].
   pure function lengths(scene, body, n, nf, ps, half) result(longest)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, n, nf
@@ -225,15 +224,15 @@ contains
     least = minval(first(1:3) - [abs(first(4)) + abs(first(6)), abs(first(4)) + abs(first(5)), &
                                  abs(first(5)) + abs(first(6))])
     if (least <= 0.0_rp) then
-      longest(:n) = far
+      longest(:n) = far_distance
     else
       longest(:n) = longest(:n)/sqrt(least)
       call stretch_lengths(n, ps(1, f_bbar), ps(1, f_jac), longest)
     end if
   end function lengths
 
-  !> Stretch lengths by at most the square root of the largest eigenvalue of b, which the circles
-  !> of Gershgorin bound.
+  !> Multiply lengths by an upper bound of the square root of the largest eigenvalue of b, from
+  !> Gershgorin circles.
   pure subroutine stretch_lengths(n, bbar, jac, longest)
     integer, intent(in) :: n
     real(rp), intent(in) :: bbar(nlane, 6), jac(nlane)
@@ -248,7 +247,7 @@ contains
     end do
   end subroutine stretch_lengths
 
-  !> The stretch b with which a particle of a body had its first edges.
+  !> Stretch b at which a particle of a body had its initial edges.
   pure function first_stretch(scene, body) result(stretch)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Node pairs: nodes with mass of two bodies with velocity fields of their own, listed in each step.
-!> A node has an entry for every pair of bodies with mass on it; its entries lie side by side.
+!> A node has an entry for every pair of bodies with mass on it; its entries are contiguous.
 module body_contact_node_pairs
   use base_kinds, only: i8, nlane, rp
   use base_system, only: allocate_aligned, free_aligned, resize_aligned
@@ -9,49 +9,50 @@ module body_contact_node_pairs
 
   public :: near_t, node_pairs_t
 
-  ! Sums of an entry: volume gradients of both bodies; moments of the particles of both.
+  ! Indices of the sums of an entry: volume gradients of both bodies; moments of the particles of
+  ! both.
   integer, parameter, public :: s_gradient = 1, s_moment = 7, n_sums_gradient = 6, n_sums_all = 20
-  real(rp), parameter, public :: least_weight = 1.0e-6_rp   !! of a particle that counts for the gap
-  ! Directions to choose from; the last one is a mean over the nodes around.
+  real(rp), parameter, public :: min_weight = 1.0e-6_rp   !! smallest weight of a particle that
+                                                          !! counts for the gap
+  ! Number of trial normals; the last one is a mean over the surrounding nodes.
   integer, parameter, public :: n_trials = 5
-  ! A bundle: particles of a body with the same 27 nodes, and what their surface and the sums at the
-  ! nodes follow from: place, a symmetric tensor for their size (xx, yy, zz and twice xy, yz, xz),
+  ! A bundle: particles of a body with the same 27 nodes, and the data for their surface and the
+  ! nodal sums: position, a symmetric tensor of their size (xx, yy, zz and twice xy, yz, xz),
   ! weights of the nodes along each axis, slopes of the weights times volume.
   integer, parameter, public :: bundle_lanes = 8
   integer, parameter, public :: u_place = 1, u_size = 4, u_weights = 10, u_slopes = 19, &
                                 n_bundle = 27
 
   integer :: i_, j_, k_
-  !> Where the weights (slopes) along x, y, z of the node at each place of the 27 are, behind the
-  !> first.
+  !> Rows, behind the first, of the weights (slopes) along x, y, z of each of the 27 nodes.
   integer, parameter, public :: axis_rows(3, 27) = &
     reshape([(((i_, 3 + j_, 6 + k_, k_=0, 2), j_=0, 2), i_=0, 2)], [3, 27])
 
-  !> The particles with weight at entries, in bundles by the corner of the 27 nodes that they have
-  !> weight at.
+  !> Particles with weight at entries, in bundles by the corner of their 27 nodes.
   type :: near_t
     integer :: n_corners = 0
     integer, allocatable :: corner(:)          !! (n_corners) node index
-    integer, allocatable :: bin(:, :)          !! (nn, bodies) last bundle at a corner; 0: none;
-                                               !! elsewhere -1
+    integer, allocatable :: bin(:, :)          !! (nn, bodies) last bundle at a corner; 0: none; -1:
+                                               !! not a corner
     integer :: n_bundles = 0
-    integer, allocatable :: before(:)          !! bundle of the same bin before each; 0: none
-    integer, allocatable :: filled(:)          !! particles in each
-    integer, allocatable :: body(:)            !! theirs
-    real(rp), pointer, contiguous :: bundle(:, :, :) => null()   !! (bundle_lanes, n_bundle,
-                                                                 !! n_bundles or more)
+    integer, allocatable :: before(:)                         !! previous bundle of the same bin; 0:
+                                                              !! none
+    integer, allocatable :: filled(:)                         !! particles in each bundle
+    integer, allocatable :: body(:)                           !! body of each bundle
+    real(rp), pointer, contiguous :: bundle(:, :, :) => null()  !! (bundle_lanes, n_bundle,
+                                                                !! n_bundles or more)
     real(rp), pointer, contiguous, private :: memory(:) => null()
-    real(rp), allocatable :: longest(:)        !! (bodies) bound of half a particle's length [m]
-    integer :: n_blocks = 0                    !! of particles that may be near, if there is heat
-    integer, allocatable :: block(:)           !! (n_blocks)
-    integer, allocatable :: first(:, :)        !! (nlane, n_blocks) corners of their particles
-    real(rp), allocatable :: w(:, :, :)        !! (nlane, 9, n_blocks) weights along the axes
-    real(rp), allocatable :: heat(:, :)        !! (nn, groups) friction heat over mass [J/kg]
-    logical, allocatable :: is_hot(:)          !! (nn) corners of nodes that get heat
-    integer :: n_items = 0                     !! bundles with weight at entries, a list for each
-    integer, allocatable :: item(:, :)         !! (2, n_items) bundle, place of the node in it
+    real(rp), allocatable :: longest(:)  !! (bodies) upper bound of half a particle's length [m]
+    integer :: n_blocks = 0              !! particle blocks that may be near, with heat conduction
+    integer, allocatable :: block(:)     !! (n_blocks)
+    integer, allocatable :: first(:, :)  !! (nlane, n_blocks) corners of their particles
+    real(rp), allocatable :: w(:, :, :)  !! (nlane, 9, n_blocks) weights along the axes
+    real(rp), allocatable :: heat(:, :)  !! (nn, groups) friction heat over mass [J/kg]
+    logical, allocatable :: is_hot(:)    !! (nn) corners of nodes that receive heat
+    integer :: n_items = 0               !! bundles with weight at entries, a list for each entry
+    integer, allocatable :: item(:, :)   !! (2, n_items) bundle, place of the node in it
   contains
-    procedure :: begin
+    procedure :: reset_near
     procedure :: add_block
     procedure :: bundle_for
     procedure :: add_item
@@ -60,40 +61,42 @@ module body_contact_node_pairs
 
   type :: node_pairs_t
     integer :: n = 0
-    logical :: is_known = .false.              !! found for the places the particles are at
+    logical :: is_known = .false.              !! valid for the current particle positions
     integer, allocatable :: first(:)           !! (nn) first entry of each node; 0: none
-    integer, allocatable :: found(:, :)        !! (3, n or more) while entries are listed
-    integer, allocatable :: node(:), pair(:)   !! (n) of each entry
-    logical, allocatable :: is_owned(:)        !! its books are kept by this rank
-    real(rp), allocatable :: lightest(:)       !! (groups) mass of their lightest particle [kg]
-    logical, allocatable :: is_met(:)          !! bodies with a &CONTACT may have a finite gap
-    logical, allocatable :: is_shared(:)       !! other ranks or images have particles there
+    integer, allocatable :: found(:, :)        !! (3, n or more) scratch while entries are listed
+    integer, allocatable :: node(:), pair(:)   !! (n) node and contact of each entry
+    logical, allocatable :: is_owned(:)        !! this rank records the entry
+    real(rp), allocatable :: lightest(:)       !! (groups) mass of the lightest particle [kg]
+    logical, allocatable :: may_touch(:)       !! bodies with a &CONTACT may have a finite gap
+    logical, allocatable :: is_shared(:)       !! other ranks or images contribute particles
     integer, allocatable :: state(:)           !! is_apart, is_sliding or is_stuck, see contact_pair
-    real(rp), allocatable :: x(:, :)           !! (3, n) place of the node [m]
+    real(rp), allocatable :: x(:, :)           !! (3, n) position of the node [m]
     real(rp), allocatable :: free(:, :)        !! (3, n) 1, or 0 where a wall holds the node
     real(rp), allocatable :: sums(:, :)        !! (n_sums_gradient or n_sums_all, n)
-    real(rp), allocatable :: trial(:, :, :)    !! (3, n_trials - 1, n) normals to choose from
-    real(rp), allocatable :: mean(:, :)        !! (3, n) the last of them
-    real(rp), allocatable :: surface(:, :, :)  !! (2, n_trials, n) both surfaces along them [m]
-    real(rp), allocatable :: normal(:, :)      !! (3, n) out of the first body
-    real(rp), allocatable :: ends(:, :)        !! (2, n) both surfaces along it: of the first body
-                                               !! along, of the second against it [m]
-    real(rp), allocatable :: gap(:)            !! [m]
+    real(rp), allocatable :: trial(:, :, :)    !! (3, n_trials - 1, n) trial normals
+    real(rp), allocatable :: mean(:, :)        !! (3, n) the last trial normal, a mean
+    real(rp), allocatable :: surface(:, :, :)  !! (2, n_trials, n) positions of both surfaces along
+                                               !! the trial normals [m]
+    real(rp), allocatable :: normal(:, :)      !! (3, n) chosen normal, out of the first body
+    real(rp), allocatable :: ends(:, :)        !! (2, n) positions of both surfaces: of the first
+                                               !! body along the normal, of the second against it
+                                               !! [m]
+    real(rp), allocatable :: gap(:)            !! gap [m]
     integer, allocatable :: item(:, :)         !! (3, n) the first body's items begin behind the
                                                !! first, the second's behind the second of these
-    integer, allocatable :: foremost(:, :)     !! (2, n) items with the surfaces' particles
+    integer, allocatable :: outermost(:, :)    !! (2, n) items with the outermost particles
     real(rp), allocatable :: heat(:, :)        !! (2, n) friction heat over mass of both [J/kg]
     type(near_t) :: near
   contains
-    procedure :: forget
+    procedure :: reset
     procedure :: reserve
     procedure :: place
   end type node_pairs_t
 
 contains
 
-  !> Empty the list; `nn` nodes of the patch, `bodies` in `groups`.
-  subroutine begin(self, nn, bodies, groups)
+  !> Empty the list, for a patch of `nn` nodes and `bodies` in `groups`.
+  subroutine reset_near(self, nn, bodies, groups)
     class(near_t), intent(inout) :: self
     integer, intent(in) :: nn, bodies, groups
     logical :: fits
@@ -122,9 +125,9 @@ contains
     self%n_bundles = 0
     self%n_items = 0
     self%longest = 0.0_rp
-  end subroutine begin
+  end subroutine reset_near
 
-  !> Another block, `b`, with the corners and weights of its particles.
+  !> Append block `b` with the corners and weights of its particles.
   pure subroutine add_block(self, b, first, w)
     class(near_t), intent(inout) :: self
     integer, intent(in) :: b, first(nlane)
@@ -149,8 +152,8 @@ contains
     end associate
   end subroutine add_block
 
-  !> The bundle `u` for `m` more particles of a body at a corner, behind lane `l`; `m` becomes the
-  !> number of those it has room for.
+  !> Find the bundle `u` for `m` more particles of a body at a corner, behind lane `l`; `m` is
+  !> reduced to the number of free lanes.
   subroutine bundle_for(self, body, corner, m, u, l)
     class(near_t), intent(inout) :: self
     integer, intent(in) :: body, corner
@@ -162,7 +165,7 @@ contains
     is_full = u == 0
     if (u > 0) is_full = self%filled(u) == bundle_lanes
     if (is_full) then
-      if (self%n_bundles == size(self%before)) call lengthen(self)
+      if (self%n_bundles == size(self%before)) call grow_bundles(self)
       self%n_bundles = self%n_bundles + 1
       self%before(self%n_bundles) = u
       u = self%n_bundles
@@ -176,8 +179,8 @@ contains
     self%filled(u) = l + m
   end subroutine bundle_for
 
-  !> Room for twice as many bundles.
-  subroutine lengthen(self)
+  !> Double the number of allocated bundles.
+  subroutine grow_bundles(self)
     type(near_t), intent(inout) :: self
     integer, allocatable :: before(:), filled(:), body(:)
 
@@ -192,7 +195,7 @@ contains
     call move_alloc(before, self%before)
     call move_alloc(filled, self%filled)
     call move_alloc(body, self%body)
-  end subroutine lengthen
+  end subroutine grow_bundles
 
   subroutine free(self)
     class(near_t), intent(inout) :: self
@@ -200,7 +203,7 @@ contains
     call free_aligned(self%memory)
   end subroutine free
 
-  !> Another item: bundle `u` has the node at `place` among its 27.
+  !> Append an item: bundle `u` has the node at `place` among its 27.
   pure subroutine add_item(self, u, place)
     class(near_t), intent(inout) :: self
     integer, intent(in) :: u, place
@@ -218,8 +221,8 @@ contains
     end associate
   end subroutine add_item
 
-  !> Empty the list; on a new patch of `nn` nodes make it.
-  pure subroutine forget(self, nn)
+  !> Empty the list; allocate it for a new patch of `nn` nodes.
+  pure subroutine reset(self, nn)
     class(node_pairs_t), intent(inout) :: self
     integer, intent(in) :: nn
 
@@ -232,9 +235,9 @@ contains
       allocate (self%first(nn), source=0)
     end if
     self%n = 0
-  end subroutine forget
+  end subroutine reset
 
-  !> Storage for `n` entries with `width` sums.
+  !> Allocate `n` entries with `width` sums.
   pure subroutine reserve(self, n, width)
     class(node_pairs_t), intent(inout) :: self
     integer, intent(in) :: n, width
@@ -242,18 +245,18 @@ contains
     self%n = n
     if (allocated(self%node)) then
       if (size(self%node) == n) return
-      deallocate (self%node, self%pair, self%is_owned, self%is_met, self%is_shared, self%state, &
+      deallocate (self%node, self%pair, self%is_owned, self%may_touch, self%is_shared, self%state, &
                   self%x, self%free, self%sums, self%trial, self%mean, self%surface, self%normal, &
-                  self%ends, self%gap, self%item, self%foremost, self%heat)
+                  self%ends, self%gap, self%item, self%outermost, self%heat)
     end if
-    allocate (self%node(n), self%pair(n), self%is_owned(n), self%is_met(n), self%is_shared(n), &
+    allocate (self%node(n), self%pair(n), self%is_owned(n), self%may_touch(n), self%is_shared(n), &
               self%state(n), self%gap(n), self%heat(2, n), self%x(3, n), self%free(3, n), &
               self%normal(3, n), self%sums(width, n), self%trial(3, n_trials - 1, n), &
               self%mean(3, n), self%surface(2, n_trials, n), self%ends(2, n), self%item(3, n), &
-              self%foremost(2, n))
+              self%outermost(2, n))
   end subroutine reserve
 
-  !> The entry of a pair at node `q`; 0 if there is none.
+  !> Entry of a pair at node `q`; 0 if there is none.
   pure integer function place(self, q, pair)
     class(node_pairs_t), intent(in) :: self
     integer, intent(in) :: q, pair

@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: MIT
-!> Direction of the surface at the nodes where bodies are in contact.
+!> Normals at the nodes where bodies are in contact.
 !>
-!> Directions are tried at a node: out of the first body, out of the second (turned round), their
-!> mean, and one from both by the sum of volume gradients or by the plane that tells their particles
-!> apart (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME
-!> 362:112859, use the logistic one). That with the largest gap separates the bodies best. At edges,
-!> where a node sees few particles, none of them may be right: the mean of what was chosen at the
-!> nodes around is tried last.
+!> Trial normals of a node: out of the first body, out of the second (reversed), their mean, and one
+!> from both bodies by the sum of volume gradients or by the plane that separates their particles
+!> (linear regression with labels -1 and 1; Nairn, Hammerquist & Smith 2020, CMAME 362:112859, use
+!> the logistic one). The one with the largest gap separates the bodies best. At edges, where a node
+!> sees few particles, none of them may be right: the mean of the normals chosen at the surrounding
+!> nodes is tried last.
 module body_contact_normals
   use base_kinds, only: rp
-  use body_contact_near, only: far
+  use body_contact_near, only: far_distance
   use body_contact_node_pairs, only: node_pairs_t, s_moment
   use contact_pair, only: normal_regression
   use grid_geometry, only: length_along, mean_edge, patch_t
@@ -20,12 +20,12 @@ module body_contact_normals
 
   public :: try_normals, average_normals
 
-  real(rp), parameter :: ridge = sqrt(epsilon(1.0_rp))   !! against singular matrices [cells^2]
+  real(rp), parameter :: ridge = sqrt(epsilon(1.0_rp))   !! regularisation of singular matrices
+                                                         !! [cells^2]
 
 contains
 
-  !> Directions to choose from at entry `e`, the best founded first: that of both bodies, or a rigid
-  !> body's own.
+  !> Trial normals of entry `e`, the best founded first: that of both bodies, or a rigid body's own.
   subroutine try_normals(scene, patch, e, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
@@ -35,7 +35,7 @@ contains
     associate (s => pairs%sums(:, e), t => pairs%trial(:, :, e), &
                contact => scene%contact(pairs%pair(e)))
       t = 0.0_rp
-      if (.not. pairs%is_met(e)) return
+      if (.not. pairs%may_touch(e)) return
       t(:, 1) = s(1:3) - s(4:6)
       if (contact%normal == normal_regression) then
         t(:, 1) = plane_between(ridge*(patch%h/mean_edge(patch%h))**2, s(s_moment:s_moment + 13))
@@ -83,8 +83,8 @@ contains
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
 
-  !> Mean of the normals chosen at each owned node and those around it, by the mass that meets there
-  !> and how well they separate the bodies.
+  !> Mean of the normals chosen at each owned node and its neighbours, weighted by reduced mass and
+  !> by how well they separate the bodies.
   subroutine average_normals(scene, nodes, pairs, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -95,15 +95,15 @@ contains
 
     do e = 1, pairs%n
       part(:, e) = 0.0_rp
-      if (pairs%gap(e) >= far) cycle
-      part(:, e) = trust(pairs%gap(e)/length_along(nodes%patch%edges_at(pairs%x(:, e)), &
+      if (pairs%gap(e) >= far_distance) cycle
+      part(:, e) = overlap_weight(pairs%gap(e)/length_along(nodes%patch%edges_at(pairs%x(:, e)), &
                                                       pairs%normal(:, e)))*pairs%normal(:, e) &
                    /sum(1.0_rp/g(8, pairs%node(e), scene%contact(pairs%pair(e))%group))
     end do
     pairs%mean = 0.0_rp
     do e = 1, pairs%n
       if (.not. pairs%is_owned(e)) cycle
-      if (.not. pairs%is_met(e)) cycle
+      if (.not. pairs%may_touch(e)) cycle
       do i = -1, 1
         do j = -1, 1
           q = pairs%node(e) + i*nodes%patch%stride(1) + j*nodes%patch%stride(2)
@@ -117,12 +117,12 @@ contains
     end do
   end subroutine average_normals
 
-  !> Weight of a normal that leaves a gap [cells]: little if the bodies overlap.
-  pure real(rp) function trust(gap)
+  !> Weight of a normal with a `gap` [cells]: small if the bodies overlap.
+  pure real(rp) function overlap_weight(gap)
     real(rp), intent(in) :: gap
     real(rp), parameter :: overlap = 0.02_rp
 
-    trust = 1.0_rp/(1.0_rp + (max(-1.0_rp, min(0.0_rp, gap))/overlap)**2)**2
-  end function trust
+    overlap_weight = 1.0_rp/(1.0_rp + (max(-1.0_rp, min(0.0_rp, gap))/overlap)**2)**2
+  end function overlap_weight
 
 end module body_contact_normals

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Contact between bodies with velocity fields of their own, at the nodes that both have mass on.
+!> Contact between bodies with velocity fields of their own, at the nodes with mass of both.
 module body_contact_pairs
   use base_kinds, only: rp
   use body_contact_gaps, only: find_node_pairs
@@ -8,14 +8,14 @@ module body_contact_pairs
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
   use contact_pair, only: is_apart, is_stuck, pair_impulse, pair_loss, moves_as_one
-  use contact_tool, only: s_creep, s_force, s_friction, s_normal, s_press, s_slide, s_to_plate, &
-                          s_torque, s_work, tool_t
+  use contact_tool, only: s_metal_slip, s_force, s_friction, s_normal_loss, s_normal_impulse, &
+                          s_tool_slip, s_to_plate, s_torque, s_work, tool_t
   use grid_geometry, only: length_along
   use mapping_nodes, only: nodes_t
-  use mapping_rigid, only: hold_rigid
+  use mapping_rigid, only: set_rigid_velocities
   use particles_store, only: particles_t
   use state_blocks, only: blocks_t
-  use state_books, only: books_t, e_contact, e_friction, e_pressed
+  use state_budget, only: budget_t, e_contact, e_friction, e_normal_loss
   use state_clock, only: clock_t
   use state_scene, only: scene_t, scheme_usavg
   implicit none (type, external)
@@ -23,17 +23,18 @@ module body_contact_pairs
 
   public :: resolve_body_contact, join_bodies, join_increments
 
-  real(rp), parameter :: reserve = 0.05_rp   !! of what nodes lose is not given back
-  !> Half the overlap from which impulses are doubled to part bodies, and the gap up to which those
-  !> that stick touch [cells].
+  real(rp), parameter :: withheld_fraction = 0.05_rp   !! fraction of the nodal losses that is not
+                                                       !! given back
+  !> Half the overlap from which impulses are doubled to separate bodies, and the gap up to which
+  !> sticking bodies touch [cells].
   real(rp), parameter, public :: slack = 0.05_rp
 
 contains
 
-  !> Collective. Change the nodes' velocities to what contact leaves of them, book what it costs and
-  !> give the friction heat to the particles.
+  !> Collective. Correct the nodal velocities for contact, record the losses and give the friction
+  !> heat to the particles.
   subroutine resolve_body_contact(world, scene, clock, tool, particles, blocks, nodes, boundary, &
-                                  pairs, books, dt, g)
+                                  pairs, budget, dt, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -43,63 +44,66 @@ contains
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     real(rp) :: record(8, 2), surplus
     integer :: e
 
-    call hold_rigid(scene, clock, tool, nodes, dt, g)
+    call set_rigid_velocities(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
       call find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, g)
     end if
-    surplus = affordable_surplus(world, scene, nodes, pairs, books, dt, g)
+    surplus = find_surplus(world, scene, nodes, pairs, budget, dt, g)
     pairs%heat = 0.0_rp
     do e = 1, pairs%n
       associate (groups => scene%contact(pairs%pair(e))%group, q => pairs%node(e))
         record = g(:, q, groups)
-        call resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, surplus, record)
+        call resolve_pair(scene, tool, nodes, pairs, budget, e, dt, groups, surplus, &
+                          record)
         g(:, q, groups) = record
       end associate
     end do
     if (scene%method%conducts) call give_heat(scene, clock, particles, nodes, pairs)
   end subroutine resolve_body_contact
 
-  !> Collective. The surplus of normal impulses by which bodies that overlap are parted in this
-  !> step, 1 at most: no more than gives back what contact took from them before, but for a reserve.
-  !> The loss is concave in the surplus, so that its chord is a bound.
-  real(rp) function affordable_surplus(world, scene, nodes, pairs, books, dt, g) result(surplus)
+  !> Collective. Surplus of normal impulses by which overlapping bodies are separated in this step,
+  !> at most 1: no more than returns the energy that contact took from them before, less the
+  !> withheld fraction. The loss is concave in the surplus, so that its chord is a bound.
+  real(rp) function find_surplus(world, scene, nodes, pairs, budget, dt, g) result(surplus)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     real(rp), intent(in) :: dt
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    real(rp) :: sums(4)     ! taken so far; in this step without and with it; lost at nodes [J]
+    real(rp) :: sums(4)     ! energy taken before; in this step without and with surplus; lost at
+                            ! nodes [J]
     real(rp) :: taken
     integer :: e
 
     surplus = 0.0_rp
     if (all(scene%contact%normal == moves_as_one)) return
-    sums = [books%sums(e_contact), 0.0_rp, 0.0_rp, books%sums(e_pressed)]
+    sums = [budget%sums(e_contact), 0.0_rp, 0.0_rp, budget%sums(e_normal_loss)]
     do e = 1, pairs%n
       associate (contact => scene%contact(pairs%pair(e)), q => pairs%node(e))
         if (contact%normal == moves_as_one .or. .not. pairs%is_owned(e)) cycle
         if (any(scene%is_rigid_group(contact%group))) cycle
-        sums(2) = sums(2) + pressing_loss(scene, nodes, pairs, e, dt, contact%group, 0.0_rp, &
+        sums(2) = sums(2) + normal_loss_at(scene, nodes, pairs, e, dt, contact%group, 0.0_rp, &
                                           g(:, q, contact%group))
-        sums(3) = sums(3) + pressing_loss(scene, nodes, pairs, e, dt, contact%group, 1.0_rp, &
+        sums(3) = sums(3) + normal_loss_at(scene, nodes, pairs, e, dt, contact%group, 1.0_rp, &
                                           g(:, q, contact%group))
       end associate
     end do
     call world%sum(sums)
-    taken = min(sums(1), sums(1) + sums(2)) - reserve*sums(4)
+    taken = min(sums(1), sums(1) + sums(2)) - withheld_fraction*sums(4)
     if (taken > 0.0_rp) surplus = taken/max(taken, sums(2) - sums(3))
-  end function affordable_surplus
+  end function find_surplus
 
-  !> Energy that the normal impulse at entry `e` takes from both bodies [J].
-  real(rp) function pressing_loss(scene, nodes, pairs, e, dt, groups, surplus, g) result(pressing)
+  !> Energy that the normal impulse at entry `e` removes from both bodies [J].
+  real(rp) function normal_loss_at(scene, nodes, pairs, e, dt, groups, surplus, g) &
+    result(normal_loss)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
@@ -114,11 +118,11 @@ contains
     do k = 1, 2
       mean(:, k) = g(1:3, k) - 0.5_rp*g(5:7, k) + 0.5_rp*(3 - 2*k)*inverse(k)*impulse
     end do
-    call pair_loss(pairs%normal(:, e), impulse, mean, friction, pressing)
-  end function pressing_loss
+    call pair_loss(pairs%normal(:, e), impulse, mean, friction, normal_loss)
+  end function normal_loss_at
 
-  !> Collective. Velocities of the nodes that were only interpolated: rigid bodies have their own,
-  !> and groups without a &CONTACT one where they meet; `dt` is that of their step [s].
+  !> Collective. Correct interpolated nodal velocities: rigid bodies have their own, and groups
+  !> without a &CONTACT a common one where they meet; `dt` is the step of the velocities [s].
   subroutine join_bodies(world, scene, clock, tool, particles, blocks, nodes, boundary, pairs, &
                          dt, g)
     type(world_t), intent(in) :: world
@@ -135,7 +139,7 @@ contains
     real(rp) :: record(8, 2)
     integer :: e, k
 
-    call hold_rigid(scene, clock, tool, nodes, dt, g)
+    call set_rigid_velocities(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
       call find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, g)
     end if
@@ -145,7 +149,7 @@ contains
         record = g(:, q, contact%group)
         k = findloc(scene%is_rigid_group(contact%group), .true., 1)
         if (k == 0) then
-          call unite(record)
+          call merge_velocities(record)
         else
           record(1:3, 3 - k) = record(1:3, k)
         end if
@@ -154,16 +158,16 @@ contains
     end do
   end subroutine join_bodies
 
-  !> One entry: records of both bodies at the node.
-  subroutine resolve_pair(scene, tool, nodes, pairs, books, e, dt, groups, surplus, g)
+  !> Resolve contact at one entry with the records of both bodies.
+  subroutine resolve_pair(scene, tool, nodes, pairs, budget, e, dt, groups, surplus, g)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool(:)
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: e, groups(2)
     real(rp), intent(in) :: dt
-    real(rp), intent(in) :: surplus              !! of the normal impulse
+    real(rp), intent(in) :: surplus              !! surplus of the normal impulse
     real(rp), intent(inout) :: g(8, 2)
     real(rp) :: inverse(2), impulse(3), mean(3, 2)
     integer :: k
@@ -173,7 +177,7 @@ contains
       where (scene%is_rigid_group(groups)) inverse = 0.0_rp
       pairs%state(e) = is_stuck
       if (contact%normal == moves_as_one .and. all(inverse > 0.0_rp)) then
-        call unite(g)
+        call merge_velocities(g)
         return
       end if
       call find_impulse(scene, nodes, pairs, e, dt, surplus, inverse, g, impulse)
@@ -183,7 +187,7 @@ contains
         g(5:7, k) = g(5:7, k) + (3 - 2*k)*inverse(k)*impulse
         mean(:, k) = g(1:3, k) - 0.5_rp*g(5:7, k)
       end do
-      call book(scene, tool, pairs, books, e, groups, impulse, mean, g(4, :), g(8, :))
+      call record_contact(scene, tool, pairs, budget, e, groups, impulse, mean, g(4, :), g(8, :))
     end associate
   end subroutine resolve_pair
 
@@ -202,7 +206,7 @@ contains
     gap = pairs%gap(e)
     h = length_along(nodes%patch%edges_at(pairs%x(:, e)), pairs%normal(:, e))
     if (scene%method%scheme == scheme_usavg) then
-      ! half of this way with the old velocity, and in the next step half with the new one
+      ! USAVG: half the displacement has the old velocity, and half, in the next step, the new one.
       before = (g(1:3, 2) - g(5:7, 2)) - (g(1:3, 1) - g(5:7, 1))
       gap = gap + 0.5_rp*dt*dot_product(pairs%free(:, e)*before, pairs%normal(:, e))
     end if
@@ -215,60 +219,60 @@ contains
         pairs%state(e) = is_apart              ! too far for contact within a step
       else
         call pair_impulse(contact%law, dt, gap, slack*h, &
-                          merge(0.0_rp, surplus, any(inverse <= 0.0_rp)), pairs%normal(:, e), &
-                          inverse, v, impulse, pairs%state(e))
+                          merge(0.0_rp, surplus, any(inverse <= 0.0_rp)), &
+                          pairs%normal(:, e), inverse, v, impulse, pairs%state(e))
       end if
     end associate
   end subroutine find_impulse
 
-  !> Two deformable bodies that stick: one velocity, change of velocity and temperature.
-  pure subroutine unite(g)
+  !> Merge two sticking deformable bodies: common velocity, velocity change and temperature.
+  pure subroutine merge_velocities(g)
     real(rp), intent(inout) :: g(8, 2)
     real(rp) :: mean(7)
 
     mean = (g(8, 1)*g(1:7, 1) + g(8, 2)*g(1:7, 2))/(g(8, 1) + g(8, 2))
     g(1:7, 1) = mean
     g(1:7, 2) = mean
-  end subroutine unite
+  end subroutine merge_velocities
 
-  !> Energy lost at entry `e`, and the reaction on a rigid body.
-  subroutine book(scene, tool, pairs, books, e, groups, impulse, mean, temp, mass)
+  !> Record the energy lost at entry `e`, and the reaction on a rigid body.
+  subroutine record_contact(scene, tool, pairs, budget, e, groups, impulse, mean, temp, mass)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool(:)
     type(node_pairs_t), intent(inout) :: pairs
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: e, groups(2)
     real(rp), intent(in) :: impulse(3), mean(3, 2), temp(2), mass(2)
-    real(rp) :: friction, pressing
+    real(rp) :: friction, normal_loss
     integer :: k
 
     associate (tools => scene%tool_of(groups))
-      call pair_loss(pairs%normal(:, e), impulse, mean, friction, pressing)
+      call pair_loss(pairs%normal(:, e), impulse, mean, friction, normal_loss)
       if (scene%method%conducts .and. abs(friction) > 0.0_rp) then
         pairs%heat(:, e) = friction*heat_shares(scene, groups, temp, mass)/mass
       end if
       if (.not. pairs%is_owned(e)) return
       k = findloc(scene%is_rigid_group(groups), .true., 1)
       if (k > 0) then
-        call book_rigid(tool(tools(k)), pairs%x(:, e), pairs%normal(:, e), (2*k - 3)*impulse, &
-                        mean(:, 3 - k), mean(:, k), friction, pressing)
+        call record_rigid_impulse(tool(tools(k)), pairs%x(:, e), pairs%normal(:, e), (2*k - 3) &
+                        *impulse, mean(:, 3 - k), mean(:, k), friction, normal_loss)
         if (scene%method%conducts) then
           associate (s => tool(tools(k))%sums(s_to_plate))
             s = s + friction
           end associate
         end if
       else
-        books%sums(e_friction) = books%sums(e_friction) + friction
-        books%sums(e_contact) = books%sums(e_contact) + pressing
-        books%sums(e_pressed) = books%sums(e_pressed) + max(0.0_rp, pressing)
+        budget%sums(e_friction) = budget%sums(e_friction) + friction
+        budget%sums(e_contact) = budget%sums(e_contact) + normal_loss
+        budget%sums(e_normal_loss) = budget%sums(e_normal_loss) + max(0.0_rp, normal_loss)
       end if
     end associate
-  end subroutine book
+  end subroutine record_contact
 
-  !> Books of a rigid body that hands `impulse` to a material of velocity `v`.
-  pure subroutine book_rigid(tool, x, normal, impulse, v, rigid, friction, pressing)
+  !> Add to the sums of a rigid body that exerts `impulse` on a material of velocity `v`.
+  pure subroutine record_rigid_impulse(tool, x, normal, impulse, v, rigid, friction, normal_loss)
     type(tool_t), intent(inout) :: tool
-    real(rp), intent(in) :: x(3), normal(3), impulse(3), v(3), rigid(3), friction, pressing
+    real(rp), intent(in) :: x(3), normal(3), impulse(3), v(3), rigid(3), friction, normal_loss
     real(rp) :: r(3), press
 
     r = x - tool%position
@@ -278,15 +282,16 @@ contains
       s(s_torque) = s(s_torque) - (r(1)*impulse(2) - r(2)*impulse(1))
       s(s_work) = s(s_work) + dot_product(impulse, rigid)
       s(s_friction) = s(s_friction) + friction
-      s(s_normal) = s(s_normal) + pressing
-      s(s_press) = s(s_press) + press
-      s(s_creep) = s(s_creep) + press*norm2(v - dot_product(v, normal)*normal)
-      s(s_slide) = s(s_slide) + press*norm2(rigid - dot_product(rigid, normal)*normal)
+      s(s_normal_loss) = s(s_normal_loss) + normal_loss
+      s(s_normal_impulse) = s(s_normal_impulse) + press
+      s(s_metal_slip) = s(s_metal_slip) + press*norm2(v - dot_product(v, normal)*normal)
+      s(s_tool_slip) = s(s_tool_slip) + press*norm2(rigid - dot_product(rigid, normal)*normal)
     end associate
-  end subroutine book_rigid
+  end subroutine record_rigid_impulse
 
-  !> Velocity increments (lanes 5:7) of a filter must not undo the contact: bodies that touch get a
-  !> common one along the normal, bodies that stick one increment; rigid bodies get none.
+  !> Constrain the velocity increments (lanes 5:7) of a filter, which must not undo the contact:
+  !> touching bodies get a common increment along the normal, sticking bodies a common one; rigid
+  !> bodies get none.
   subroutine join_increments(scene, nodes, pairs, g, increment)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Sums over the particles at node pairs: which of them have weight there, the gradients of the
-!> volumes of both bodies, moments of the places of both.
+!> Sums over the particles at node pairs: bundles with weight there, volume gradients of both
+!> bodies, moments of the positions of both.
 module body_contact_sums
   use base_kinds, only: rp
   use body_contact_node_pairs, only: axis_rows, bundle_lanes, n_bundle, near_t, node_pairs_t, &
@@ -13,7 +13,8 @@ module body_contact_sums
 
   public :: sum_particles
 
-  integer, parameter :: n_gradient = 3, n_part = 13    !! sums of one body: gradient, moments
+  integer, parameter :: n_gradient = 3, n_part = 13    !! sums of one body: gradient; gradient and
+                                                       !! moments
 
 contains
 
@@ -29,7 +30,7 @@ contains
     pairs%sums(:, e) = 0.0_rp
     associate (near => pairs%near, contact => scene%contact(pairs%pair(e)))
       pairs%item(:, e) = near%n_items
-      if (.not. pairs%is_met(e)) return
+      if (.not. pairs%may_touch(e)) return
       do side = 1, 2
         call list_items(scene, patch, contact%group(side), pairs%node(e), near)
         pairs%item(side + 1, e) = near%n_items
@@ -37,7 +38,7 @@ contains
           if (contact%normal == normal_regression) then
             call sum_all(last - first + 1, near%item(:, first:last), near%n_bundles, &
                          near%bundle, pairs%x(:, e), 1.0_rp/mean_edge(patch%h), part)
-            call take_moments(2*side - 3, part(n_gradient + 1:), &
+            call add_moments(2*side - 3, part(n_gradient + 1:), &
                               pairs%sums(s_moment:s_moment + 13, e))
           else
             call sum_gradients(last - first + 1, near%item(:, first:last), near%n_bundles, &
@@ -50,7 +51,7 @@ contains
     end associate
   end subroutine sum_particles
 
-  !> The bundles of a group's bodies with node `q` among their 27.
+  !> List the bundles of a group's bodies with node `q` among their 27.
   pure subroutine list_items(scene, patch, group, q, near)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
@@ -76,12 +77,12 @@ contains
     end do
   end subroutine list_items
 
-  !> Volume gradient [m2] and moments of the particles in `m` items. Places are from the node, in
-  !> edges of the cell's cube: xx, yy, zz, xy, yz, xz, x, y, z, 1, all by weight.
+  !> Volume gradient [m2] and moments of the particles in `m` items. Positions are relative to the
+  !> node, in edges of the cell's cube: xx, yy, zz, xy, yz, xz, x, y, z, 1, all times weight.
   pure subroutine sum_all(m, item, n, u, x, inverse_h, sums)
     integer, intent(in) :: m, item(2, m), n
     real(rp), intent(in) :: u(bundle_lanes, n_bundle, n)
-    real(rp), intent(in) :: x(3), inverse_h    !! of the node [m], [1/m]
+    real(rp), intent(in) :: x(3), inverse_h    !! node position [m], [1/m]
     real(rp), intent(out) :: sums(n_part)
     real(rp) :: s(bundle_lanes, n_part), weight, w1, w2, w3, m1, m2, m3, y1, y2, y3
     integer :: b, i, j, k, l, o
@@ -110,7 +111,7 @@ contains
     call over_lanes(n_part, s, sums)
   end subroutine sum_all
 
-  !> Volume gradient alone.
+  !> Volume gradient only.
   pure subroutine sum_gradients(m, item, n, u, sums)
     integer, intent(in) :: m, item(2, m), n
     real(rp), intent(in) :: u(bundle_lanes, n_bundle, n)
@@ -134,6 +135,7 @@ contains
     call over_lanes(n_gradient, s, sums)
   end subroutine sum_gradients
 
+  !> Sum over lanes, pairwise.
   pure subroutine over_lanes(n, s, sums)
     integer, intent(in) :: n
     real(rp), intent(in) :: s(bundle_lanes, n)
@@ -146,14 +148,14 @@ contains
     end do
   end subroutine over_lanes
 
-  !> Moments of one body to those of both: as they are, and by the body's label.
-  pure subroutine take_moments(label, part, moments)
+  !> Add the moments of one body to those of both: unweighted, and weighted by the body's label.
+  pure subroutine add_moments(label, part, moments)
     integer, intent(in) :: label               !! -1 or 1
     real(rp), intent(in) :: part(10)
     real(rp), intent(inout) :: moments(14)
 
     moments(1:10) = moments(1:10) + part
     moments(11:14) = moments(11:14) + label*part(7:10)
-  end subroutine take_moments
+  end subroutine add_moments
 
 end module body_contact_sums

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Which nodes clamps and walls hold: those inside their box, and the columns of nodes across its
+!> Lists of the nodes held by clamps and walls: nodes inside their box, and columns of nodes across
 !> faces that lie between nodes (boundary_clamps).
 module boundary_clamp_list
   use base_kinds, only: rp
@@ -14,11 +14,11 @@ module boundary_clamp_list
 
   public :: list_clamps
 
-  real(rp), parameter :: slack = 1.0e-6_rp       !! [cells]
+  real(rp), parameter :: slack = 1.0e-6_rp       !! tolerance of positions [cells]
 
 contains
 
-  !> Collective. List the nodes in use that are held, but not those behind a mirror.
+  !> Collective. List the held nodes in use, without those behind a mirror.
   subroutine list_clamps(world, scene, nodes, boundary)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -48,15 +48,15 @@ contains
     end do
   end subroutine list_clamps
 
-  !> Collective. List the nodes of the columns along `axis`, also of those that only other ranks
-  !> list. Columns along one axis have no nodes in common, so that a rank that stores one whole
-  !> knows what becomes of its nodes; those along different axes have, at the edges of clamps.
+  !> Collective. List the nodes of the columns along `axis`, including columns that only other ranks
+  !> list. Columns along one axis share no nodes, so that a rank that stores a whole column knows
+  !> the result at its nodes; columns along different axes share nodes at the edges of clamps.
   subroutine list_column_nodes(world, nodes, boundary, axis)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
     integer, intent(in) :: axis
-    real(rp), allocatable :: columns(:, :)   ! lane 1: whole here, 2: cut here
+    real(rp), allocatable :: columns(:, :)   ! lane 1: column stored whole here, lane 2: in part
     logical, allocatable :: is_known(:)
     integer :: i, k, lane
 
@@ -79,7 +79,7 @@ contains
     end associate
   end subroutine list_column_nodes
 
-  !> What clamp `c` does with node `q`.
+  !> List node `q` and columns through it for clamp `c`.
   subroutine list_node(scene, nodes, boundary, c, q)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -100,7 +100,7 @@ contains
     end do
   end subroutine list_node
 
-  !> The column across a face if `q` at `x` is the node nearest to it.
+  !> List the column across a face if `q` at `x` is the node nearest to the face.
   subroutine list_column(scene, nodes, boundary, c, q, x, a, side)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -118,7 +118,7 @@ contains
       ijk = indices(nodes, q)
       t = cells_between(nodes, a, y(a), face)
       if (t <= -0.5_rp .or. t > 0.5_rp) return
-      if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! on a row of nodes
+      if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! face on a row of nodes
       y(a) = face
       if (.not. holds(nodes, clamp, y)) return
       column%clamp = c
@@ -148,7 +148,7 @@ contains
     call append_column(boundary%column, boundary%n_columns, column)
   end subroutine list_column
 
-  !> Weights at a point `t` cells above a node of that node (2) and its neighbours.
+  !> Weights, at a point `t` cells above a node, of that node (2) and its neighbours.
   pure function weights_at(scene, t) result(w)
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: t
@@ -161,11 +161,11 @@ contains
     end if
   end function weights_at
 
-  !> Integral of a node's shape function beyond the point where it has fallen to `w` [cells]: w**2/2
-  !> of a linear one, w**1.5/(3 sqrt(f)) of the outer part f d**2 of a B-spline.
+  !> Integral of a node's shape function beyond the point where it has decreased to `w` [cells]:
+  !> w**2/2 for a linear function, w**1.5/(3 sqrt(f)) for the outer part f d**2 of a B-spline.
   pure function tails(scene, parts, w) result(tail)
     type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: parts(3), w(3)   !! f, 1/2 in equal cells
+    real(rp), intent(in) :: parts(3), w(3)   !! f (1/2 in equal cells), weights
     real(rp) :: tail(3)
 
     if (scene%method%is_bspline) then
@@ -175,7 +175,7 @@ contains
     end if
   end function tails
 
-  !> A node is held itself if it is in a box, but not if it is only part of columns across one face.
+  !> True if a node is held itself: it is in a box and not just part of columns across one face.
   pure logical function is_fixed(scene, nodes, x)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -195,7 +195,7 @@ contains
     is_fixed = n_boxes > 0 .and. .not. (n_boxes == 1 .and. n_faces == 1)
   end function is_fixed
 
-  !> For each axis, whether a node in the box is part of the columns across the face there.
+  !> For each axis, true if a node in the box is part of the columns across the face there.
   pure function near_face(scene, nodes, face, x) result(is_near)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -217,7 +217,7 @@ contains
     end do
   end function near_face
 
-  !> Cells from the node at `node` up to a face.
+  !> Cells from the node at position `node` up to a face.
   pure real(rp) function cells_between(nodes, a, node, face) result(cells)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: a
@@ -230,7 +230,7 @@ contains
     end if
   end function cells_between
 
-  !> The image of `x` along axis `a` that is nearest to `face`.
+  !> Image of `x` along axis `a` that is nearest to `face` [m].
   pure function image(nodes, x, a, face) result(y)
     type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: x(3), face
@@ -242,6 +242,7 @@ contains
     if (period > 0.0_rp) y(a) = x(a) + period*anint((face - x(a))/period)
   end function image
 
+  !> True if `x` is inside the box of any clamp except clamp `but`.
   pure logical function inside_any(scene, nodes, x, but)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -256,7 +257,7 @@ contains
     end do
   end function inside_any
 
-  !> Whether a clamp is for the place `x` or one of its next images.
+  !> True if `x` or one of its nearest images is inside the box of a clamp.
   pure logical function holds(nodes, clamp, x)
     type(nodes_t), intent(in) :: nodes
     class(clamp_t), intent(in) :: clamp
@@ -287,7 +288,8 @@ contains
     ijk = ijk + nodes%patch%all%lo
   end function indices
 
-  !> Whether the books of a node are this rank's; nodes outside belong to the nearest inside.
+  !> True if this rank records a node; nodes outside the grid belong to the owner of the nearest
+  !> inside.
   pure logical function is_owned(scene, nodes, q)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes

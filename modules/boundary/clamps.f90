@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: MIT
-!> Clamps, and walls that are no mirrors. Nodes inside their box are held. Where a face of the box
-!> lies between nodes, not the next node but the velocity at the face is held: v(face) = sum w v of
-!> the two or three nodes across it, by the impulse w lambda that this takes from each of them
-!> (a projection in the norm of the masses, so that it cannot give energy to a body at rest). A node
-!> that has much less mass than one at the end of a body would take all of lambda by itself and let
-!> the rest of the body through: its weight falls with its mass.
+!> Clamps, and walls that are not mirrors. Nodes inside their box are held. Where a face of the box
+!> lies between nodes, the velocity at the face is held instead of the next node: v(face) = sum w v
+!> of the two or three nodes across it, by the impulse w lambda on each of them (a projection in the
+!> mass norm, which cannot add energy to a body at rest). A node with much less mass than one at the
+!> end of a body would absorb all of lambda and let the rest of the body pass: its weight decreases
+!> with its mass.
 module boundary_clamps
   use base_kinds, only: rp
   use boundary_held, only: boundary_t, column_nodes_t, column_t
   use comm_world, only: world_t
-  use mapping_nodes, only: least_inertia, least_mass, nodes_t
-  use state_books, only: books_t, e_wall
+  use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t
+  use state_budget, only: budget_t, e_wall
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -18,61 +18,62 @@ module boundary_clamps
 
   public :: hold_walls, release_held
 
-  !> Part of the mass at the end of a body below which a node counts less.
-  real(rp), parameter :: least_tail = 0.5_rp
+  !> Mass, over that of a node at the end of a body, below which the weight of a node is reduced.
+  real(rp), parameter :: min_tail = 0.5_rp
 
 contains
 
-  !> Collective. Give the held nodes of walls and clamps their velocity, or the part `fraction` of
-  !> it; book impulse and work.
-  subroutine hold_walls(world, scene, clock, nodes, boundary, books, fraction, g)
+  !> Collective. Set the held nodes of walls and clamps to their velocity, times `fraction`; record
+  !> impulse and work.
+  subroutine hold_walls(world, scene, clock, nodes, boundary, budget, fraction, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
-    type(books_t), intent(inout) :: books
-    real(rp), intent(in) :: fraction                 !! 1; 0: as if at rest
+    type(budget_t), intent(inout) :: budget
+    real(rp), intent(in) :: fraction                 !! 1, or 0 for clamps at rest
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
     integer :: axis, k
 
     do k = 1, nodes%n_groups
       if (scene%is_rigid_group(k)) cycle
       do axis = 1, 3
-        call hold_columns(scene, clock, nodes, boundary, axis, books, fraction, g(:, :, k))
+        call hold_columns(scene, clock, nodes, boundary, axis, budget, fraction, g(:, :, k))
         if (boundary%along(axis)%is_cut) then
           call copy_columns(world, nodes, boundary%along(axis), [1, 2, 3, 5, 6, 7], g(:, :, k))
         end if
       end do
-      call hold_nodes(scene, clock, nodes, boundary, books, fraction, g(:, :, k))
+      call hold_nodes(scene, clock, nodes, boundary, budget, fraction, g(:, :, k))
     end do
   end subroutine hold_walls
 
-  subroutine hold_nodes(scene, clock, nodes, boundary, books, fraction, g)
+  !> Hold the nodes inside the boxes.
+  subroutine hold_nodes(scene, clock, nodes, boundary, budget, fraction, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: fraction
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: value, before, impulse, least, v(3)
     integer :: a, i, q
 
-    least = least_inertia(scene, clock)
+    least = min_node_inertia(scene, clock)
     do i = 1, boundary%n_fixed
       q = boundary%fixed(1, i)
       associate (clamp => scene%clamp(boundary%fixed(2, i))%clamp)
         v = clamp%velocity
-        if (.not. clamp%is_even) v = clamp%velocity_at(nodes%patch%position(q), clock%time)
+        if (.not. clamp%is_uniform) v = clamp%velocity_at(nodes%patch%position(q), clock%time)
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
           value = fraction*v(a)
           before = g(a, q) - g(4 + a, q)
-          if (boundary%fixed(3, i) == 1 .and. g(8, q) > least_mass) then
+          if (boundary%fixed(3, i) == 1 .and. g(8, q) > min_node_mass) then
             impulse = max(g(8, q), least)*(value - g(a, q))
-            books%impulse(a, clamp%place) = books%impulse(a, clamp%place) + impulse
-            books%sums(e_wall) = books%sums(e_wall) + impulse*0.5_rp*(before + value)
+            budget%impulse(a, clamp%place) = budget%impulse(a, clamp%place) + impulse
+            budget%sums(e_wall) = budget%sums(e_wall) + impulse*0.5_rp*(before + value)
           end if
           g(a, q) = value
           g(4 + a, q) = value - before
@@ -81,26 +82,26 @@ contains
     end do
   end subroutine hold_nodes
 
-  !> The columns along one axis.
-  subroutine hold_columns(scene, clock, nodes, boundary, axis, books, fraction, g)
+  !> Hold the velocities at the faces of the columns along one axis.
+  subroutine hold_columns(scene, clock, nodes, boundary, axis, budget, fraction, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     integer, intent(in) :: axis
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: fraction
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: impulse, jump(3), least, v(3)
     integer :: a, i, k, q
 
-    least = least_inertia(scene, clock)
+    least = min_node_inertia(scene, clock)
     do i = 1, boundary%n_columns
       associate (column => boundary%column(i), &
                  clamp => scene%clamp(boundary%column(i)%clamp)%clamp)
         if (column%axis /= axis .or. .not. column%is_whole) cycle
         v = clamp%velocity
-        if (.not. clamp%is_even) then
+        if (.not. clamp%is_uniform) then
           v = clamp%velocity_at(nodes%patch%position(column%node(2)), clock%time)
         end if
         do a = 1, 3
@@ -113,18 +114,18 @@ contains
             g(4 + a, q) = g(4 + a, q) + jump(k)
             if (.not. column%is_owned(k)) cycle
             impulse = max(g(8, q), least)*jump(k)
-            books%impulse(a, clamp%place) = books%impulse(a, clamp%place) + impulse
-            books%sums(e_wall) = books%sums(e_wall) + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
+            budget%impulse(a, clamp%place) = budget%impulse(a, clamp%place) + impulse
+            budget%sums(e_wall) = budget%sums(e_wall) + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
           end do
         end do
       end associate
     end do
   end subroutine hold_columns
 
-  !> Changes of lane `a` of a column's nodes that make it `value` at the face.
+  !> Changes of lane `a` of a column's nodes that set it to `value` at the face.
   pure function jumps(column, value, a, least, nn, mass, g) result(jump)
     type(column_t), intent(in) :: column
-    real(rp), intent(in) :: value, least     !! least inertia of a node [kg]
+    real(rp), intent(in) :: value, least     !! prescribed value, smallest nodal inertia [kg]
     integer, intent(in) :: a, nn
     real(rp), intent(in) :: mass(8, nn)      !! velocity records
     real(rp), intent(in) :: g(8, nn)
@@ -138,9 +139,9 @@ contains
     heaviest = maxval(mass(8, pack(column%node, column%node > 0)))
     do k = 1, 3
       if (column%node(k) == 0) cycle
-      if (mass(8, column%node(k)) <= least_mass) cycle
+      if (mass(8, column%node(k)) <= min_node_mass) cycle
       associate (m => mass(8, column%node(k)))
-        w(k) = column%weight(k)*min(1.0_rp, m/(least_tail*heaviest*column%tail(k)))
+        w(k) = column%weight(k)*min(1.0_rp, m/(min_tail*heaviest*column%tail(k)))
         inverse(k) = 1.0_rp/max(m, least)
         v = v + w(k)*g(a, column%node(k))
       end associate
@@ -149,8 +150,8 @@ contains
     if (total > 0.0_rp) jump = w*inverse*(value*total - v)/sum(w*w*inverse)
   end function jumps
 
-  !> Collective. Lanes `lanes` of the nodes of the columns along one axis, from the ranks that store
-  !> these whole.
+  !> Collective. Copy the lanes `lanes` of the nodes of columns along one axis from the ranks that
+  !> store these columns whole.
   subroutine copy_columns(world, nodes, along, lanes, g)
     type(world_t), intent(in) :: world
     type(nodes_t), intent(inout) :: nodes
@@ -175,8 +176,8 @@ contains
     end do
   end subroutine copy_columns
 
-  !> Collective. Zero the held components of the velocities in lanes 5:7 of `increment`; `g` holds
-  !> the masses.
+  !> Collective. Set the held components of the velocities in lanes 5:7 of `increment` to zero; `g`
+  !> holds the masses.
   subroutine release_held(world, scene, nodes, boundary, g, increment)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

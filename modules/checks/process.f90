@@ -115,7 +115,7 @@ contains
         current%n_samples = max(current%n_samples, min(most_samples, &
                                                        4*size(tool%motion%phase(k)%path%time)))
       end if
-      if (tool%motion%phase(k)%presses) current%name = 'press'
+      if (tool%motion%phase(k)%is_force_controlled) current%name = 'press'
       phase = [phase, current]
     end do
     if (current%to < scene%end_time .or. k == 0) then

@@ -342,8 +342,8 @@ contains
     call other%at(t, b(1:3), v, b(4), spin)
     call one%face(t, direction(1), spin)
     call other%face(t, direction(2), spin)
-    call one%pressing(t, 0.0_rp, presses(1), force(1))
-    call other%pressing(t, 0.0_rp, presses(2), force(2))
+    call one%force_control_at(t, 0.0_rp, presses(1), force(1))
+    call other%force_control_at(t, 0.0_rp, presses(2), force(2))
     differ = (presses(1) .neqv. presses(2)) &
              .or. abs(wrapped(direction(2) - direction(1))) > slack*1000.0_rp
     differ = differ .or. abs(force(1) - force(2)) > slack*maxval(abs(force))

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Nodes in a box that move with a given velocity (boundary_clamps). A condition that prescribes
-!> another velocity, of places and times, is a type that extends this one in a file of its own (a
-!> group of keys, how it is read, the velocity), and one line in `conditions_list`.
+!> Clamps, nodes in a box that move with a given velocity (boundary_clamps). A condition that
+!> prescribes another velocity, of position and time, is a type that extends this one in a file of
+!> its own (keys, their reading, the velocity), and one line in `conditions_list`.
 module conditions_clamp
   use base_kinds, only: rp
   use input_diagnostics, only: diagnostics_t
@@ -13,12 +13,12 @@ module conditions_clamp
   public :: add_box_keys, clamp_t
 
   type :: clamp_t
-    integer :: place = 0                  !! among the conditions of the scene
-    real(rp) :: lower(3) = -huge(1.0_rp)  !! [m]; huge: there is no face
+    integer :: place = 0                  !! index among the conditions of the scene
+    real(rp) :: lower(3) = -huge(1.0_rp)  !! lower corner [m]; -huge: no face
     real(rp) :: upper(3) = huge(1.0_rp)
-    logical :: held(3) = .true.           !! components of the velocity
-    real(rp) :: velocity(3) = 0.0_rp      !! of all nodes at all times if it is even [m/s]
-    logical :: is_even = .true.           !! else `velocity_at` knows
+    logical :: held(3) = .true.       !! held components of the velocity
+    real(rp) :: velocity(3) = 0.0_rp  !! velocity of all nodes at all times if it is uniform [m/s]
+    logical :: is_uniform = .true.    !! else `velocity_at` gives the velocity
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
@@ -29,7 +29,7 @@ module conditions_clamp
 
 contains
 
-  !> Add its group and the rows of its keys to the table.
+  !> Add the group and its keys to the table.
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
@@ -39,7 +39,7 @@ contains
     call t%may_change('CLAMP', 'VELOCITY')
   end subroutine add_keys
 
-  !> Add the rows of box and components to the group opened last.
+  !> Add the keys of box and components to the group opened last.
   subroutine add_box_keys(t)
     type(key_table_t), intent(inout) :: t
 
@@ -49,7 +49,7 @@ contains
                'components of the velocity that are held')
   end subroutine add_box_keys
 
-  !> Read the `i`-th of its groups.
+  !> Read the `i`-th group.
   subroutine read_keys(self, input, i, diagnostics)
     class(clamp_t), intent(inout) :: self
     type(input_t), intent(in) :: input
@@ -79,14 +79,14 @@ contains
     end if
   end subroutine read_box
 
-  !> False if it only ever holds nodes at rest.
+  !> False if the held nodes are always at rest.
   pure logical function moves(self)
     class(clamp_t), intent(in) :: self
 
-    moves = .not. self%is_even .or. any(abs(self%velocity) > 0.0_rp)
+    moves = .not. self%is_uniform .or. any(abs(self%velocity) > 0.0_rp)
   end function moves
 
-  !> Velocity of a node at `x` in the step from time `t` [m/s]; asked if it is not even.
+  !> Velocity of a node at `x` in the step from time `t` [m/s], if it is not uniform.
   pure function velocity_at(self, x, t) result(v)
     class(clamp_t), intent(in) :: self
     real(rp), intent(in) :: x(3), t                !! [m], [s]

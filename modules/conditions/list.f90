@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The conditions there are that prescribe velocities of nodes, by the groups of the input.
+!> Conditions that prescribe nodal velocities, by the groups of the input.
 module conditions_list
   use conditions_clamp, only: clamp_t
   use keys_names, only: find
@@ -9,24 +9,24 @@ module conditions_list
 
   public :: add_clamp_keys, append_clamp, clamp_groups, held_t, make_clamp
 
-  integer, parameter :: most = 16
+  integer, parameter :: max_kinds = 16
 
-  !> A condition of one kind or another.
+  !> A condition of any kind.
   type :: held_t
     class(clamp_t), allocatable :: clamp
   end type held_t
 
   type :: kinds_t
     integer :: n = 0
-    character(16) :: group(most) = ''
-    type(held_t) :: one(most)
+    character(16) :: group(max_kinds) = ''
+    type(held_t) :: one(max_kinds)
   contains
     procedure :: add
   end type kinds_t
 
 contains
 
-  !> All kinds, by their groups. A new one is a line here.
+  !> List all kinds by their groups. A new one is a line here.
   subroutine list_kinds(kinds)
     type(kinds_t), intent(out) :: kinds
 
@@ -43,7 +43,7 @@ contains
     allocate (self%one(self%n)%clamp, source=clamp)
   end subroutine add
 
-  !> Their groups.
+  !> Groups of all kinds.
   function clamp_groups() result(groups)
     character(16), allocatable :: groups(:)
     type(kinds_t) :: kinds
@@ -52,7 +52,7 @@ contains
     groups = kinds%group(:kinds%n)
   end function clamp_groups
 
-  !> Add all their groups to the table.
+  !> Add the groups of all kinds to the table.
   subroutine add_clamp_keys(t)
     type(key_table_t), intent(inout) :: t
     type(kinds_t) :: kinds
@@ -64,7 +64,8 @@ contains
     end do
   end subroutine add_clamp_keys
 
-  !> A condition of this group, not read yet; unallocated if there is none.
+  !> Make a condition of this group, with its keys not yet read; unallocated if the group is
+  !> unknown.
   subroutine make_clamp(group, clamp)
     character(*), intent(in) :: group
     class(clamp_t), allocatable, intent(out) :: clamp
@@ -76,7 +77,7 @@ contains
     if (k > 0) call move_alloc(kinds%one(k)%clamp, clamp)
   end subroutine make_clamp
 
-  !> Put a condition behind the others.
+  !> Append a condition to a list.
   subroutine append_clamp(list, clamp)
     type(held_t), allocatable, intent(inout) :: list(:)
     class(clamp_t), intent(in) :: clamp

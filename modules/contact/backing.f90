@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What is behind a film on a face of a body, stands still and gets hot: a plate in which heat is
-!> conducted away from the face, by columns side by side, or a body of one temperature.
+!> Stationary bodies behind heat films, which heat up: a plate in which heat is conducted away from
+!> the face in independent columns, or a body of uniform temperature.
 module contact_backing
   use base_kinds, only: rp
   use contact_heat_sink, only: heat_sink_t
@@ -11,16 +11,16 @@ module contact_backing
 
   type :: backing_t
     character(:), allocatable :: name
-    integer :: body = 0, face = 0                 !! 1 to 6: xmin, xmax, ymin, ...
-    integer :: across(2) = 0                      !! axes along the face
-    real(rp) :: lower(2) = 0.0_rp                 !! corner of the columns [m]
-    real(rp) :: width(2) = 1.0_rp                 !! of a column [m]
-    integer :: n(2) = 1                           !! columns along these axes
-    real(rp) :: period(2) = 0.0_rp                !! period of the grid along them [m]; 0: none
+    integer :: body = 0, face = 0   !! body, and its face: 1 to 6 for xmin, xmax, ymin, ...
+    integer :: across(2) = 0        !! axes along the face
+    real(rp) :: lower(2) = 0.0_rp   !! lower corner of the columns [m]
+    real(rp) :: width(2) = 1.0_rp   !! width of a column [m]
+    integer :: n(2) = 1             !! numbers of columns along these axes
+    real(rp) :: period(2) = 0.0_rp  !! period of the grid along these axes [m]; 0: none
     type(heat_sink_t), allocatable :: column(:)
   contains
     procedure :: column_at
-    procedure :: hottest
+    procedure :: max_face_temperature
     procedure :: content
     procedure :: state
     procedure :: set_state
@@ -28,12 +28,13 @@ module contact_backing
 
 contains
 
-  !> The column that a place, or an image of it on a periodic grid, is in front of or nearest to.
+  !> Index of the column in front of which `x`, or its image on a periodic grid, lies, or of the
+  !> nearest one.
   pure integer function column_at(self, x)
     class(backing_t), intent(in) :: self
     real(rp), intent(in) :: x(3)                  !! [m]
     integer :: place(2)
-    real(rp) :: along(2)                          !! from the corner of the columns [m]
+    real(rp) :: along(2)                          !! position from the corner of the columns [m]
 
     along = x(self%across) - self%lower
     where (self%period > 0.0_rp) &
@@ -42,12 +43,12 @@ contains
     column_at = 1 + place(1) + self%n(1)*place(2)
   end function column_at
 
-  !> The highest temperature of its face [K].
-  pure real(rp) function hottest(self)
+  !> Largest face temperature [K].
+  pure real(rp) function max_face_temperature(self)
     class(backing_t), intent(in) :: self
 
-    hottest = maxval(self%column%face)
-  end function hottest
+    max_face_temperature = maxval(self%column%face)
+  end function max_face_temperature
 
   !> Heat above 0 K [J].
   pure real(rp) function content(self)
@@ -60,7 +61,7 @@ contains
     end do
   end function content
 
-  !> What a checkpoint keeps of it.
+  !> State for a checkpoint.
   pure function state(self) result(values)
     class(backing_t), intent(in) :: self
     real(rp), allocatable :: values(:)
@@ -74,7 +75,7 @@ contains
     end do
   end function state
 
-  !> The same from a checkpoint.
+  !> Set the state from a checkpoint.
   pure subroutine set_state(self, values)
     class(backing_t), intent(inout) :: self
     real(rp), intent(in) :: values(:)
@@ -87,7 +88,7 @@ contains
     end do
   end subroutine set_state
 
-  !> Number of the backing of a face of a body; 0 if it has none.
+  !> Index of the backing of a face of a body; 0 if it has none.
   pure integer function find_backing(backing, body, face) result(k)
     type(backing_t), intent(in) :: backing(:)
     integer, intent(in) :: body, face

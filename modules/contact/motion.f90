@@ -1,20 +1,21 @@
 ! SPDX-License-Identifier: MIT
-!> Motion of a rigid tool. Its schedule is phases of constant velocity or a path, and constant spin,
-!> joined by linear ramps: a closed function of time, of which a checkpoint keeps nothing.
+!> Motion of a rigid tool. Its schedule is a sequence of phases of constant velocity or along a
+!> path, with constant spin, joined by linear ramps: a closed-form function of time, which needs no
+!> state.
 !>
-!> Along its axis a machine holds it in its place, gives under load as a spring does, or presses
-!> with a force (drive_t). The tool then has an equation of motion along its axis,
-!> M dv/dt = R - F - c v, with the reaction R of the bodies, and its place beside the schedule is a
-!> state. M is scaled as the mass of the bodies is (&TIME MASS_SCALING), and c with its root.
+!> Along its axis the tool is held in place, supported by an elastic machine, or pressed with a
+!> force (drive_t). It then has the equation of motion M dv/dt = R - F - c v along the axis, with
+!> the reaction R of the bodies, and its offset from the schedule is a state. M is scaled as the
+!> mass of the bodies is (&TIME MASS_SCALING), and c with its square root.
 module contact_motion
   use base_kinds, only: pi, rp
   implicit none (type, external)
   private
 
-  public :: drive_t, motion_t, path_t, phase_t, most_forces, n_drive, wrapped
+  public :: drive_t, motion_t, path_t, phase_t, max_forces, n_drive, wrapped
 
-  integer, parameter :: most_forces = 32        !! in a table of force over time
-  integer, parameter :: n_drive = 8             !! reals of its state
+  integer, parameter :: max_forces = 32  !! points of a table of force over time
+  integer, parameter :: n_drive = 8      !! reals of the state of a drive
 
   !> Polyline with constant velocity on each segment. With a ramp, position and direction are means
   !> over the ramp time before: the velocity changes linearly at a point, and corners are rounded.
@@ -31,20 +32,21 @@ module contact_motion
   end type path_t
 
   type :: phase_t
-    real(rp) :: duration = 0.0_rp      !! [s]; 0: to the end of the run
-    real(rp) :: velocity(3) = 0.0_rp   !! [m/s]
-    type(path_t) :: path               !! instead of it, if it has points
-    real(rp) :: spin = 0.0_rp          !! [rad/s], clockwise seen from above is positive
-    real(rp) :: ramp = 0.0_rp          !! time to change from the phase before [s]
-    logical :: presses = .false.       !! with a force along the axis of the tool
-    real(rp) :: force = 0.0_rp         !! into the plate [N]
-    integer :: n_forces = 0            !! instead of it: forces over the time in the phase
-    real(rp) :: forces(2, most_forces) = 0.0_rp       !! [s], [N]
-    ! What ends the phase before its duration is over; huge: nothing.
-    real(rp) :: until_force = huge(1.0_rp)        !! into the plate [N]
-    real(rp) :: until_torque = huge(1.0_rp)       !! [N m]
-    real(rp) :: until_temperature = huge(1.0_rp)  !! [K]
-    integer :: until_probe = 0                    !! its number; 0: of the hottest metal
+    real(rp) :: duration = 0.0_rp               !! [s]; 0: until the end of the run
+    real(rp) :: velocity(3) = 0.0_rp            !! [m/s]
+    type(path_t) :: path                        !! instead of it, if it has points
+    real(rp) :: spin = 0.0_rp                   !! [rad/s], positive is clockwise seen from above
+    real(rp) :: ramp = 0.0_rp                   !! ramp time from the phase before [s]
+    logical :: is_force_controlled = .false.    !! pressed with a force along the tool axis
+    real(rp) :: force = 0.0_rp                  !! force into the plate [N]
+    integer :: n_forces = 0                     !! points of a table of force over the time since
+                                                !! the start of the phase; 0: constant force
+    real(rp) :: forces(2, max_forces) = 0.0_rp  !! [s], [N]
+    ! Conditions that end the phase before its duration; huge: none.
+    real(rp) :: until_force = huge(1.0_rp)        !! force into the plate [N]
+    real(rp) :: until_torque = huge(1.0_rp)       !! torque [N m]
+    real(rp) :: until_temperature = huge(1.0_rp)  !! temperature [K]
+    integer :: until_probe = 0                    !! probe of the temperature; 0: hottest metal
   contains
     procedure :: ends_early
   end type phase_t
@@ -55,39 +57,39 @@ module contact_motion
     procedure :: at
     procedure :: face
     procedure :: phase_at
-    procedure :: pressing
+    procedure :: force_control_at
     procedure :: end_phase
     procedure :: halt
   end type motion_t
 
   type :: drive_t
-    logical :: is_free = .false.                !! the tool has an equation of motion
-    real(rp) :: axis(3) = 0.0_rp                !! out of the plate, unit vector
-    real(rp) :: mass = 0.0_rp                   !! what moves along the axis [kg]
-    real(rp) :: stiffness = 0.0_rp              !! between the slide and the tool; 0: rigid [N/m]
-    real(rp) :: damping = 0.0_rp                !! [N s/m]
-    ! State: where the tool is beside its schedule, out of the plate.
-    real(rp) :: shift = 0.0_rp, rate = 0.0_rp   !! [m], [m/s]
-    real(rp) :: neutral = 0.0_rp                !! shift at which the spring bears nothing [m]
-    real(rp) :: time = 0.0_rp                   !! to which these belong [s]
-    real(rp) :: felt = 0.0_rp                   !! reaction, mean of late [N]
-    real(rp) :: force = 0.0_rp                  !! with which the machine presses [N]
-    logical :: presses = .false.                !! by a force, in the step before
-    integer :: phase = 0                        !! of the schedule, and the force when it began [N]
-    real(rp) :: begin = 0.0_rp
-    real(rp) :: noted(3) = 0.0_rp               !! impulse on the tool before this step [N s]
+    logical :: is_free = .false.    !! the tool has an equation of motion along its axis
+    real(rp) :: axis(3) = 0.0_rp    !! unit vector out of the plate
+    real(rp) :: mass = 0.0_rp       !! mass that moves along the axis [kg]
+    real(rp) :: stiffness = 0.0_rp  !! machine stiffness between slide and tool [N/m]; 0: rigid
+    real(rp) :: damping = 0.0_rp    !! [N s/m]
+    ! State: offset of the tool from its schedule, out of the plate.
+    real(rp) :: shift = 0.0_rp, rate = 0.0_rp  !! offset [m] and its rate [m/s]
+    real(rp) :: neutral = 0.0_rp               !! offset at which the machine spring is unloaded [m]
+    real(rp) :: time = 0.0_rp                  !! time of offset and rate [s]
+    real(rp) :: reaction_ema = 0.0_rp          !! exponential moving average of the reaction [N]
+    real(rp) :: force = 0.0_rp                 !! force of the machine [N]
+    logical :: is_force_controlled = .false.   !! force control in the last step
+    integer :: phase = 0                       !! current phase of the schedule
+    real(rp) :: phase_start_force = 0.0_rp     !! force at the start of the phase [N]
+    real(rp) :: last_impulse(3) = 0.0_rp       !! impulse on the tool before this step [N s]
   contains
     procedure :: offset
     procedure :: enter_phase
-    procedure :: follow
+    procedure :: integrate
     procedure :: state
     procedure :: set_state
   end type drive_t
 
 contains
 
-  !> Displacement [m] since t = 0, velocity [m/s], turned angle [rad] and spin [rad/s] at time `t`.
-  !> The tool starts with the first phase's velocity unless that phase has a ramp, and rests after
+  !> Displacement [m] since t = 0, velocity [m/s], angle turned [rad] and spin [rad/s] at time `t`.
+  !> The tool starts with the velocity of the first phase unless that has a ramp, and rests after
   !> the last phase if that has a duration.
   pure subroutine at(self, t, shift, velocity, angle, spin)
     class(motion_t), intent(in) :: self
@@ -208,14 +210,14 @@ contains
     x = x + (s - self%time(k))/(self%time(k + 1) - self%time(k))*(self%place(:, k + 1) - x)
   end function place_at
 
-  !> Whether something else than time may end a phase.
+  !> True if a condition other than time may end the phase.
   elemental logical function ends_early(self)
     class(phase_t), intent(in) :: self
 
     ends_early = min(self%until_force, self%until_torque, self%until_temperature) < huge(1.0_rp)
   end function ends_early
 
-  !> End the `i`-th phase at time `t`, after it began.
+  !> End the `i`-th phase at time `t`, after its start.
   pure subroutine end_phase(self, i, t)
     class(motion_t), intent(inout) :: self
     integer, intent(in) :: i
@@ -224,7 +226,7 @@ contains
     self%phase(i)%duration = t - sum(self%phase(:i - 1)%duration)
   end subroutine end_phase
 
-  !> Stop the tool at time `t` for the rest of the run, turning on with `spin`.
+  !> Stop the tool at time `t` for the rest of the run, with the remaining `spin`.
   pure subroutine halt(self, t, spin)
     class(motion_t), intent(inout) :: self
     real(rp), intent(in) :: t, spin             !! [s], [rad/s]
@@ -239,7 +241,7 @@ contains
     call move_alloc(phase, self%phase)
   end subroutine halt
 
-  !> Number of the phase at time `t`; behind the last one if all have ended.
+  !> Index of the phase at time `t`; after the end of all phases, their number plus 1.
   pure integer function phase_at(self, t)
     class(motion_t), intent(in) :: self
     real(rp), intent(in) :: t
@@ -256,23 +258,23 @@ contains
     end do
   end function phase_at
 
-  !> Whether the tool presses with a force at time `t`, and that force [N]; over the ramp of a phase
-  !> it goes from `before`, the force when the phase began, to its own.
-  pure subroutine pressing(self, t, before, presses, force)
+  !> Whether the tool is force-controlled at time `t`, and the force [N]; over the ramp of a phase
+  !> it changes from `before`, the force at the start of the phase, to its own.
+  pure subroutine force_control_at(self, t, before, is_force_controlled, force)
     class(motion_t), intent(in) :: self
     real(rp), intent(in) :: t, before
-    logical, intent(out) :: presses
+    logical, intent(out) :: is_force_controlled
     real(rp), intent(out) :: force
     real(rp) :: from
     integer :: i
 
-    presses = .false.
+    is_force_controlled = .false.
     force = 0.0_rp
     i = self%phase_at(t)
     if (.not. allocated(self%phase)) return
     if (i > size(self%phase)) return
     associate (phase => self%phase(i))
-      presses = phase%presses
+      is_force_controlled = phase%is_force_controlled
       force = phase%force
       from = sum(self%phase(:i - 1)%duration)
       if (phase%n_forces > 0) then
@@ -281,12 +283,12 @@ contains
         force = before + (phase%force - before)*(t - from)/phase%ramp
       end if
     end associate
-  end subroutine pressing
+  end subroutine force_control_at
 
-  !> Force at a time of a table [N]; linear between its times, constant outside.
+  !> Force from a table [N]; linear between its times, constant outside.
   pure real(rp) function table_force(n, table, t) result(force)
     integer, intent(in) :: n
-    real(rp), intent(in) :: table(2, most_forces), t    !! [s, N], [s]
+    real(rp), intent(in) :: table(2, max_forces), t    !! [s, N], [s]
     integer :: k
 
     force = table(2, 1)
@@ -298,7 +300,7 @@ contains
     end do
   end function table_force
 
-  !> Add the displacement in `s` seconds that start with `before` and ramp to `target`.
+  !> Add the displacement during `s` seconds that start with `before` and ramp to `target`.
   pure subroutine advance(before, target, ramp, s, way, now)
     real(rp), intent(in) :: before(4), target(4), ramp, s
     real(rp), intent(inout) :: way(4)
@@ -313,7 +315,7 @@ contains
     end if
   end subroutine advance
 
-  !> Shift beside the schedule at time `t` of this step [m].
+  !> Offset from the schedule at time `t` of this step [m].
   elemental real(rp) function offset(self, t)
     class(drive_t), intent(in) :: self
     real(rp), intent(in) :: t                   !! [s]
@@ -321,23 +323,23 @@ contains
     offset = self%shift + self%rate*(t - self%time)
   end function offset
 
-  !> Note the force with which the `phase`-th phase of the schedule begins.
+  !> Store the force at the start of the `phase`-th phase of the schedule.
   pure subroutine enter_phase(self, phase)
     class(drive_t), intent(inout) :: self
     integer, intent(in) :: phase
 
     if (phase == self%phase) return
     self%phase = phase
-    self%begin = self%force
+    self%phase_start_force = self%force
   end subroutine enter_phase
 
-  !> The end of a step of `dt` in which the bodies pushed with `reaction`: new shift and rate. With
-  !> `presses` the machine presses with `force`, else it holds its place.
-  pure subroutine follow(self, dt, reaction, presses, force, mass_scaling)
+  !> Integrate offset and rate over a step of `dt` with the `reaction` of the bodies. With
+  !> `is_force_controlled` the machine presses with `force`, otherwise it holds its position.
+  pure subroutine integrate(self, dt, reaction, is_force_controlled, force, mass_scaling)
     class(drive_t), intent(inout) :: self
-    real(rp), intent(in) :: dt, reaction        !! [s], out of the plate [N]
-    logical, intent(in) :: presses
-    real(rp), intent(in) :: force               !! into the plate [N]
+    real(rp), intent(in) :: dt, reaction        !! [s], reaction out of the plate [N]
+    logical, intent(in) :: is_force_controlled
+    real(rp), intent(in) :: force               !! force into the plate [N]
     real(rp), intent(in) :: mass_scaling
     real(rp) :: inertia, resistance, pull
 
@@ -346,34 +348,36 @@ contains
     resistance = self%damping*sqrt(mass_scaling)
     self%shift = self%offset(self%time + dt)
     self%time = self%time + dt
-    self%felt = self%felt + (reaction - self%felt)*min(1.0_rp, dt*resistance/inertia)
-    if (presses) then
+    self%reaction_ema = self%reaction_ema + (reaction - self%reaction_ema) &
+      *min(1.0_rp, dt*resistance/inertia)
+    if (is_force_controlled) then
       self%rate = (self%rate + dt/inertia*(reaction - force))/(1.0_rp + dt*resistance/inertia)
       self%force = force
     else if (self%stiffness > 0.0_rp) then
-      ! What has pressed with a force goes on as a spring under that force.
-      if (self%presses) self%neutral = self%shift - self%force/self%stiffness
+      ! After force control the machine spring continues from that force.
+      if (self%is_force_controlled) self%neutral = self%shift - self%force/self%stiffness
       pull = self%stiffness*(self%shift - self%neutral)
       self%rate = (self%rate + dt/inertia*(reaction - pull)) &
                   /(1.0_rp + dt*resistance/inertia + dt**2*self%stiffness/inertia)
       self%force = self%stiffness*(self%offset(self%time + dt) - self%neutral)
     else
       self%rate = 0.0_rp
-      self%force = self%felt
+      self%force = self%reaction_ema
     end if
-    self%presses = presses
-  end subroutine follow
+    self%is_force_controlled = is_force_controlled
+  end subroutine integrate
 
-  !> Its state, for a checkpoint; `time` is that of the run.
+  !> State for a checkpoint; `time` is that of the run.
   pure function state(self)
     class(drive_t), intent(in) :: self
     real(rp) :: state(n_drive)
 
-    state = [self%shift, self%rate, self%neutral, self%felt, self%force, &
-             merge(1.0_rp, 0.0_rp, self%presses), real(self%phase, rp), self%begin]
+    state = [self%shift, self%rate, self%neutral, self%reaction_ema, self%force, &
+             merge(1.0_rp, 0.0_rp, self%is_force_controlled), real(self%phase, rp), &
+               self%phase_start_force]
   end function state
 
-  !> The state of a checkpoint at `time`.
+  !> Set the state from a checkpoint at `time`.
   pure subroutine set_state(self, state, time)
     class(drive_t), intent(inout) :: self
     real(rp), intent(in) :: state(n_drive), time
@@ -381,11 +385,11 @@ contains
     self%shift = state(1)
     self%rate = state(2)
     self%neutral = state(3)
-    self%felt = state(4)
+    self%reaction_ema = state(4)
     self%force = state(5)
-    self%presses = state(6) > 0.0_rp
+    self%is_force_controlled = state(6) > 0.0_rp
     self%phase = nint(state(7))
-    self%begin = state(8)
+    self%phase_start_force = state(8)
     self%time = time
   end subroutine set_state
 

@@ -1,41 +1,42 @@
 ! SPDX-License-Identifier: MIT
-!> Rigid tools: motion, signed distance from their shape, and what contact sums up
-!> (tool_contact_impulses). A tool without a shape is a rigid body of particles, which touches
+!> Rigid tools: motion, signed distance from their shape, and accumulated contact sums
+!> (tool_contact_impulses). A tool without a shape is a rigid body of particles, with contact at
 !> nodes.
 module contact_tool
   use base_kinds, only: nlane, rp
   use contact_heat_sink, only: heat_sink_t
   use contact_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
+  use contact_monitor, only: monitor_t
   use contact_motion, only: drive_t, motion_t, wrapped
-  use contact_watch, only: watch_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private
 
   public :: tool_t, rigid_t
 
-  ! What a tool sums up between two reports.
+  ! Indices of the sums that a tool accumulates between two reports.
   integer, parameter, public :: &
-    s_force = 1, &      !! impulse on the tool [N s], 3
-    s_torque = 4, &     !! angular impulse on the tool about its axis against the spin [N m s]
-    s_work = 5, &       !! work of the tool on the material [J]
-    s_friction = 6, &   !! friction heat [J]
-    s_normal = 7, &     !! energy lost in normal contact [J]
-    s_press = 8, &      !! normal impulse [N s]
-    s_creep = 9, &      !! normal impulse times tangential speed of the material [N m]
-    s_slide = 10, &     !! normal impulse times tangential speed of the tool [N m]
-    s_to_plate = 11, &  !! friction heat given to the material [J]
-    s_heat = 12, &      !! friction heat and plastic work of all, set in reports alone [J]
-    ! of the face, where the layer under it may shear:
-    s_area = 13, &      !! area times time [m2 s]; the following, too, are times both:
-    s_face_heat = 14, &  !! temperature of the face [K m2 s]
-    s_thickness = 15, &  !! of the layer that shears [m3 s]
-    s_layer = 16, &     !! slip that the layer shears [m3]
-    s_sliding = 17, &   !! slip that slides [m3]
-    s_motion = 18, &    !! speed of the tool along its surface [m3]
-    s_faster = 19, &   !! velocity of the layer's metal beyond that of its particles [m3]
-    s_strength = 20, &  !! of the layer: impulse of it [N s]
-    s_layer_work = 21   !! friction heat that is work of the layer [J]
+    s_force = 1, &           !! impulse on the tool [N s], 3
+    s_torque = 4, &          !! angular impulse on the tool about its axis against the spin [N m s]
+    s_work = 5, &            !! work of the tool on the material [J]
+    s_friction = 6, &        !! friction heat [J]
+    s_normal_loss = 7, &     !! energy lost in normal contact [J]
+    s_normal_impulse = 8, &  !! normal impulse [N s]
+    s_metal_slip = 9, &      !! normal impulse times tangential speed of the material [N m]
+    s_tool_slip = 10, &      !! normal impulse times tangential speed of the tool [N m]
+    s_to_plate = 11, &       !! friction heat given to the material [J]
+    s_heat = 12, &           !! friction heat and plastic work of all bodies, set in reports only
+                             !! [J]
+    ! Sums over the face where the metal layer under it may shear:
+    s_area = 13, &              !! area times time [m2 s]; the following are weighted by it:
+    s_face_temperature = 14, &  !! temperature of the face [K m2 s]
+    s_layer_thickness = 15, &   !! thickness of the shear layer [m3 s]
+    s_layer_slip = 16, &        !! slip accommodated by layer shear [m3]
+    s_surface_slip = 17, &      !! slip accommodated by sliding [m3]
+    s_surface_speed = 18, &     !! tool speed along its surface [m3]
+    s_excess_speed = 19, &      !! velocity of the layer relative to its particles [m3]
+    s_layer_strength = 20, &    !! impulse of the layer strength [N s]
+    s_layer_work = 21           !! friction heat from shear of the layer [J]
   integer, parameter, public :: n_tool_sums = 21
 
   !> Mean rigid motion over a step.
@@ -48,29 +49,32 @@ module contact_tool
 
   type :: tool_t
     character(32) :: name = 'tool'
-    class(shape_t), allocatable :: shape   !! unallocated: of a rigid body
+    class(shape_t), allocatable :: shape   !! unallocated: rigid body of particles
     real(rp) :: start(3) = 0.0_rp          !! position at t = 0 [m]
-    real(rp) :: frame(3, 3) = 0.0_rp       !! columns: local axes at t = 0, towards +x
+    real(rp) :: frame(3, 3) = 0.0_rp       !! local axes at t = 0, in columns, for travel along +x
     real(rp) :: friction = 0.0_rp          !! coefficient of Coulomb's law
     type(friction_law_t) :: friction_law
-    type(friction_table_t) :: friction_table   !! of the law's coefficient, if it is of something
-    real(rp) :: heat_fraction = 1.0_rp        !! share of friction heat into the material
-    real(rp) :: effusivity = 0.0_rp           !! above 0, this decides about the share
-                                              !! [J/(m2 K s^0.5)]
-    type(heat_sink_t) :: heat              !! what takes the rest, if it has a temperature
+    type(friction_table_t) :: friction_table  !! table of the coefficient of the law
+    real(rp) :: heat_fraction = 1.0_rp        !! fraction of the friction heat that enters the
+                                              !! material
+    real(rp) :: effusivity = 0.0_rp           !! if above 0, effusivity of the tool, which
+                                              !! determines that fraction [J/(m2 K s^0.5)]
+    type(heat_sink_t) :: heat                 !! sink of the remaining friction heat
     type(motion_t) :: motion
-    type(drive_t) :: drive                 !! what presses it along its axis
-    type(watch_t) :: watch                 !! what ends phases, and its limits
-    integer :: n_phases = 0                !! of the input
-    ! pose at the current time, and the one before
+    type(drive_t) :: drive      !! machine that presses the tool along its axis
+    type(monitor_t) :: monitor  !! load monitor: phase ends and limits
+    integer :: n_phases = 0     !! phases in the input
+    ! Pose at the current time, and at the one before:
     real(rp) :: position(3) = 0.0_rp, velocity(3) = 0.0_rp, omega(3) = 0.0_rp
-    real(rp) :: axes(3, 3) = 0.0_rp        !! local axes now
+    real(rp) :: axes(3, 3) = 0.0_rp        !! current local axes
     real(rp) :: last_position(3) = 0.0_rp, last_axes(3, 3) = 0.0_rp
-    real(rp) :: noted_position(3) = 0.0_rp, noted_axes(3, 3) = 0.0_rp   !! by `note_place`
-    real(rp) :: spin = 0.0_rp              !! [rad/s]
-    real(rp) :: angle = 0.0_rp             !! turned since t = 0 [rad]
+    real(rp) :: reference_position(3) = 0.0_rp, reference_axes(3, 3) = 0.0_rp  !! [m]; pose at the
+                                                                               !! last sort
+    real(rp) :: spin = 0.0_rp                                 !! [rad/s]
+    real(rp) :: angle = 0.0_rp                                !! angle turned since t = 0 [rad]
     real(rp) :: sums(n_tool_sums) = 0.0_rp
-    real(rp) :: hottest = 0.0_rp           !! of its face, in this step, 0: no layer shears [K]
+    real(rp) :: max_face_temperature = 0.0_rp           !! largest face temperature in this step
+                                                        !! [K]; 0: no layer shears
   contains
     procedure :: has_shape
     procedure :: has_friction
@@ -81,20 +85,20 @@ module contact_tool
     procedure :: mean_motion
     procedure, private :: facing
     procedure :: tilt
-    procedure :: carry
+    procedure :: move_point
     procedure :: distance
     procedure :: clearance
     procedure :: clearances
     procedure :: bounds
-    procedure :: note_place
+    procedure :: store_reference_pose
     procedure :: displacement
     procedure :: surface_velocity
-    procedure :: book_impulse
+    procedure :: record_impulse
   end type tool_t
 
 contains
 
-  !> Put the tool where it is at time `t` by its schedule and its drive.
+  !> Move the tool to its pose at time `t` by schedule and drive.
   elemental subroutine move_to(self, t)
     class(tool_t), intent(inout) :: self
     real(rp), intent(in) :: t                   !! [s]
@@ -131,7 +135,7 @@ contains
     frame(2, :) = sin(direction)*self%frame(1, :) + cos(direction)*self%frame(2, :)
   end subroutine facing
 
-  !> Angle of the axis to the vertical, above 0 if the trailing edge is the lower one [rad].
+  !> Angle of the axis to the vertical, positive if the trailing edge is the lower one [rad].
   pure real(rp) function tilt(self)
     class(tool_t), intent(in) :: self
 
@@ -175,14 +179,14 @@ contains
                          self%omega(1)*r(2) - self%omega(2)*r(1)]
   end function velocity_at
 
-  !> Where a point `x` of the rigid tool has got to by the last move.
-  pure function carry(self, x) result(y)
+  !> New position of a point `x` of the rigid tool after the last move [m].
+  pure function move_point(self, x) result(y)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     real(rp) :: y(3)
 
     y = self%position + matmul(self%axes, matmul(x - self%last_position, self%last_axes))
-  end function carry
+  end function move_point
 
   !> False for a rigid body of particles.
   elemental logical function has_shape(self)
@@ -191,7 +195,7 @@ contains
     has_shape = allocated(self%shape)
   end function has_shape
 
-  !> Whether friction can act on it.
+  !> True if friction can act on the tool.
   elemental logical function has_friction(self)
     class(tool_t), intent(in) :: self
 
@@ -199,17 +203,16 @@ contains
                    .or. self%friction_law%kind /= law_coulomb
   end function has_friction
 
-  !> Whether a layer of metal that can flow may shear under its face: the strength of the metal
-  !> limits friction.
+  !> True if a metal layer may shear under the face: the strength of the metal limits friction.
   elemental logical function has_layer(self)
     class(tool_t), intent(in) :: self
 
     has_layer = self%has_shape() .and. self%has_friction() &
-                .and. .not. self%friction_law%is_unlimited()
+                .and. .not. self%friction_law%has_no_shear_limit()
   end function has_layer
 
-  !> Share of the friction heat that enters a material with this effusivity, sqrt(k rho c): that of
-  !> two half spaces with one temperature at the face (thesis eq. 2.11), or what is given.
+  !> Fraction of the friction heat that enters a material with this effusivity, sqrt(k rho c): that
+  !> of two half spaces with equal face temperature (thesis eq. 2.11), or the given one.
   elemental real(rp) function heat_share(self, effusivity)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: effusivity            !! [J/(m2 K s^0.5)]
@@ -218,7 +221,7 @@ contains
     if (self%effusivity > 0.0_rp) heat_share = effusivity/(effusivity + self%effusivity)
   end function heat_share
 
-  !> Radius of what stirs, 0 if there is none [m].
+  !> Radius of the stirring part [m]; 0: none.
   elemental real(rp) function stirring_radius(self)
     class(tool_t), intent(in) :: self
 
@@ -226,33 +229,34 @@ contains
     if (self%has_shape()) stirring_radius = self%shape%radius
   end function stirring_radius
 
-  !> Signed distance of `x` from the tool, its gradient (out of the tool), and the room along the
-  !> surface to the nearest edge that stands out.
-  pure subroutine distance(self, x, d, n, room)
+  !> Signed distance `d` of `x` from the tool, its gradient `n` (out of the tool), and the distance
+  !> along the surface to the nearest convex edge.
+  pure subroutine distance(self, x, d, n, edge_distance)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp), intent(out) :: d, n(3), room      !! [m], [-], [m]
+    real(rp), intent(out) :: d, n(3), edge_distance      !! [m], [-], [m]
     real(rp) :: y(3), m(3)
 
     d = huge(1.0_rp)
     n = 0.0_rp
-    room = no_edge
+    edge_distance = no_edge
     if (.not. self%has_shape()) return
     y = matmul(x - self%position, self%axes)
-    call self%shape%distance(y, d, m, room)
+    call self%shape%distance(y, d, m, edge_distance)
     n = matmul(self%axes, m)
   end subroutine distance
 
-  !> Signed distance of `x` from the tool alone [m].
+  !> Signed distance of `x` from the tool [m].
   pure real(rp) function clearance(self, x)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
-    real(rp) :: n(3), room
+    real(rp) :: n(3), edge_distance
 
-    call self%distance(x, clearance, n, room)
+    call self%distance(x, clearance, n, edge_distance)
   end function clearance
 
-  !> The same of `n` places, x(:, 1:3) [m]; of those beyond `most` any number beyond it will do.
+  !> Signed distances of `n` positions x(:, 1:3) [m]; beyond `most` any value above it may be
+  !> returned.
   pure subroutine clearances(self, n, x, most, d)
     class(tool_t), intent(in) :: self
     integer, intent(in) :: n
@@ -271,23 +275,24 @@ contains
     call self%shape%distances(n, y, most, d)
   end subroutine clearances
 
-  !> Remember where the tool is.
-  pure subroutine note_place(self)
+  !> Store the pose, from which `displacement` counts.
+  pure subroutine store_reference_pose(self)
     class(tool_t), intent(inout) :: self
 
-    self%noted_position = self%position
-    self%noted_axes = self%axes
-  end subroutine note_place
+    self%reference_position = self%position
+    self%reference_axes = self%axes
+  end subroutine store_reference_pose
 
-  !> How far, at most, its surface has come nearer to anything since then [m].
+  !> Upper bound of the approach of its surface to any point since the stored pose [m].
   pure real(rp) function displacement(self)
     class(tool_t), intent(in) :: self
 
-    displacement = norm2(self%position - self%noted_position)
-    if (self%has_shape()) displacement = displacement + self%shape%sweep(self%noted_axes, self%axes)
+    displacement = norm2(self%position - self%reference_position)
+    if (self%has_shape()) displacement = displacement &
+      + self%shape%sweep(self%reference_axes, self%axes)
   end function displacement
 
-  !> Corners of a box that the tool lies in [m].
+  !> Corners of a bounding box of the tool [m].
   pure subroutine bounds(self, lower, upper)
     class(tool_t), intent(in) :: self
     real(rp), intent(out) :: lower(3), upper(3)
@@ -311,13 +316,13 @@ contains
     v = now%velocity_at(x)
   end function surface_velocity
 
-  !> Its books for the impulses that it gives at a place: force, torque, work, heat.
-  pure subroutine book_impulse(self, rigid, x, push, hold, mean)
+  !> Add the impulses at a position to the sums of the tool: force, torque, work, heat.
+  pure subroutine record_impulse(self, rigid, x, push, hold, mean)
     class(tool_t), intent(inout) :: self
-    type(rigid_t), intent(in) :: rigid          !! its motion in this step
-    real(rp), intent(in) :: x(3)                !! [m]
-    real(rp), intent(in) :: push(3), hold(3)    !! across and along the surface [N s]
-    real(rp), intent(in) :: mean(3)             !! velocity of the material, mean of the step [m/s]
+    type(rigid_t), intent(in) :: rigid        !! motion of the tool in this step
+    real(rp), intent(in) :: x(3)              !! [m]
+    real(rp), intent(in) :: push(3), hold(3)  !! impulses normal and tangential to the surface [N s]
+    real(rp), intent(in) :: mean(3)           !! mean velocity of the material in the step [m/s]
     real(rp), dimension(3) :: arm, impulse, moment, normal, slip, surface
     real(rp) :: friction, press
 
@@ -335,11 +340,11 @@ contains
       s(s_torque) = s(s_torque) - dot_product(moment, self%axes(:, 3))
       s(s_work) = s(s_work) + dot_product(impulse, surface)
       s(s_friction) = s(s_friction) + friction
-      s(s_normal) = s(s_normal) - dot_product(push, slip)
-      s(s_press) = s(s_press) + press
-      s(s_creep) = s(s_creep) + press*norm2(mean - dot_product(mean, normal)*normal)
-      s(s_slide) = s(s_slide) + press*norm2(surface - dot_product(surface, normal)*normal)
+      s(s_normal_loss) = s(s_normal_loss) - dot_product(push, slip)
+      s(s_normal_impulse) = s(s_normal_impulse) + press
+      s(s_metal_slip) = s(s_metal_slip) + press*norm2(mean - dot_product(mean, normal)*normal)
+      s(s_tool_slip) = s(s_tool_slip) + press*norm2(surface - dot_product(surface, normal)*normal)
     end associate
-  end subroutine book_impulse
+  end subroutine record_impulse
 
 end module contact_tool

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The check in the middle of a step, before any particle has changed: the one reduction of a step,
-!> and a smaller step where a node would move too far. Ranks may work until it arrives
+!> Acceptance of a step, before any particle has changed: the single reduction of a step, and a
+!> smaller step where a node would move too far. Ranks may continue working until the result arrives
 !> (exchange_speculation).
 module exchange_acceptance
   use base_kinds, only: rp
@@ -12,7 +12,7 @@ module exchange_acceptance
   use exchange_ranks, only: exchange_t
   use mapping_nodes, only: full_mass, nodes_t
   use state_blocks, only: blocks_t, skin
-  use state_books, only: books_t
+  use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
@@ -21,19 +21,22 @@ module exchange_acceptance
 
   public :: finish_acceptance, post_acceptance
 
-  real(rp), parameter :: too_stiff = 1.0e30_rp    !! squared wave speed of a lost state [m2/s2]
-  real(rp), parameter :: most_cells = 0.5_rp             !! a node may move in a step [cells]
-  real(rp), parameter :: smallest = 1.0e-4_rp     !! part of a refused step that is still tried
-  !> Part of a full cell's mass from which a node carries material: the velocity of a node with
-  !> less does not count, since particles hardly depend on it.
+  real(rp), parameter :: max_wave_speed2 = 1.0e30_rp  !! squared wave speed of an invalid state
+                                                      !! [m2/s2]
+  real(rp), parameter :: max_cells = 0.5_rp           !! largest displacement of a node in a step
+                                                      !! [cells]
+  real(rp), parameter :: min_dt_fraction = 1.0e-4_rp  !! smallest fraction of the first step size
+                                                      !! that is still tried
+  !> Mass of a node, over that of a full cell, above which its velocity counts: particles hardly
+  !> depend on the velocity of lighter nodes.
   real(rp), parameter :: material_fraction = 1.0e-2_rp
 
 contains
 
-  !> Collective. Begin to share what all ranks must know about the last and this step; whether it
-  !> stands as far as this rank can see.
+  !> Collective. Begin the reduction of what all ranks must know about the last and this step.
+  !> `locally_accepted`: this rank has no reason to refuse it.
   subroutine post_acceptance(world, scene, clock, step, tool, blocks, nodes, boundary, exchange, &
-                             books, dt, g, stands)
+                             budget, dt, g, locally_accepted)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -43,25 +46,25 @@ contains
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(exchange_t), intent(inout) :: exchange
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn, nodes%n_groups)   !! [s]
-    logical, intent(out) :: stands
+    logical, intent(out) :: locally_accepted
     real(rp) :: own(2)
 
     own = [step%last%stiffness, step%last%speed2]
     own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! some MPIs lose a NaN in a maximum
     own(2) = max(own(2), fastest_node(scene, clock, step, nodes, boundary, g))
-    stands = is_sound(own) .and. dt*sqrt(own(2)) <= longest_displacement(scene, clock)
+    locally_accepted = is_sound(own) .and. dt*sqrt(own(2)) <= max_node_displacement(scene, clock)
     call exchange%acceptance%start(world, &
-                                   [own, real(stop_signal(), rp), real(books%failed_returns, rp), &
+                                   [own, real(stop_signal(), rp), real(budget%failed_returns, rp), &
                                    since_checkpoint(scene, step), &
                                    merge(1.0_rp, 0.0_rp, step%lost_row), &
                                    near_tools(scene, tool, blocks)])
   end subroutine post_acceptance
 
-  !> Collective. If a node moves farther than half a cell, or a particle might have moved more than
-  !> a cell since the last sort, the step is refused and is to be tried again with the smaller `dt`.
-  !> `step%is_broken`: no step is small enough, or the state is not a number.
+  !> Collective. Refuse the step if a node moves farther than half a cell, or a particle might have
+  !> moved more than a cell since the last sort; it is to be repeated with the smaller `dt`.
+  !> `step%is_broken`: no step is small enough, or the state has NaN.
   subroutine finish_acceptance(scene, clock, step, exchange, dt, is_refused)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -83,30 +86,30 @@ contains
       step%safety_is_due = most(5) >= scene%output%safety_interval
       step%is_broken = .not. is_sound(most(1:2))
     end associate
-    is_refused = .not. step%is_broken .and. dt*clock%max_speed > longest_displacement(scene, clock)
+    is_refused = .not. step%is_broken .and. dt*clock%max_speed > max_node_displacement(scene, clock)
     if (.not. is_refused) return
-    dt = 0.5_rp*longest_displacement(scene, clock)/clock%max_speed
-    step%is_broken = dt < smallest*step%asked_dt
-    step%last%speed2 = 0.0_rp                    ! the particles' own speed is in `dt` already
+    dt = 0.5_rp*max_node_displacement(scene, clock)/clock%max_speed
+    step%is_broken = dt < min_dt_fraction*step%asked_dt
+    step%last%speed2 = 0.0_rp                    ! `dt` includes the particle speeds already
   end subroutine finish_acceptance
 
-  !> Whether squared wave speed and squared speed are those of a state to go on from; false for NaN.
+  !> True if squared wave speed and squared speed are valid; false for NaN.
   pure logical function is_sound(squares)
     real(rp), intent(in) :: squares(2)          !! [m2/s2]
 
-    is_sound = all(squares < too_stiff)
+    is_sound = all(squares < max_wave_speed2)
   end function is_sound
 
-  !> What a node may move in this step [m].
-  pure real(rp) function longest_displacement(scene, clock)
+  !> Largest allowed displacement of a node in this step [m].
+  pure real(rp) function max_node_displacement(scene, clock)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
 
-    longest_displacement = min(most_cells*minval(scene%grid%h), &
+    max_node_displacement = min(max_cells*minval(scene%grid%h), &
                                minval(scene%grid%h) - clock%displacement)
-  end function longest_displacement
+  end function max_node_displacement
 
-  !> 1 for each tool that a particle of this rank may be in contact with, else 0.
+  !> 1 for each tool that a particle of this rank may touch, else 0.
   pure function near_tools(scene, tool, blocks) result(near)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
@@ -122,7 +125,7 @@ contains
     end do
   end function near_tools
 
-  !> Wall-clock seconds since the last checkpoint; negative if none is wanted.
+  !> Wall-clock time since the last checkpoint [s]; negative if none is wanted.
   real(rp) function since_checkpoint(scene, step)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
@@ -131,7 +134,7 @@ contains
     if (scene%output%safety_interval > 0.0_rp) since_checkpoint = wall_time() - step%secured
   end function since_checkpoint
 
-  !> Largest squared speed of the nodes that carry material, and where [m2/s2].
+  !> Largest squared speed of the nodes that carry material [m2/s2]; stores that node.
   real(rp) function fastest_node(scene, clock, step, nodes, boundary, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -149,7 +152,7 @@ contains
         do i = nodes%range(1, r), nodes%range(2, r)
           if (g(8, i, k) < least .or. boundary%is_held(i)) cycle
           s = g(1, i, k)**2 + g(2, i, k)**2 + g(3, i, k)**2
-          if (s <= fastest_node) cycle           ! goes on for NaN
+          if (s <= fastest_node) cycle           ! continues for NaN
           fastest_node = merge(s, huge(1.0_rp), s <= huge(1.0_rp))
           step%fastest_node = i
           step%fastest_speed = sqrt(fastest_node)

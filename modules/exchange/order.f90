@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Order of the blocks in the transfer to the grid: those that may reach shared nodes, the border,
-!> come first, so that their sums are sent while the other blocks follow. Which blocks these are is
-!> decided by a sort and kept in the tags, so that a resumed run adds up in the same order.
+!> come first, so that their sums are sent while the other blocks are processed. A sort decides
+!> which blocks these are and stores it in the tags, so that a resumed run sums in the same order.
 module exchange_order
   use base_kinds, only: nlane, rp
   use boundary_held, only: boundary_t
@@ -15,11 +15,11 @@ module exchange_order
   implicit none (type, external)
   private
 
-  public :: mark_border, list_turns
+  public :: mark_border, list_to_grid_order
 
 contains
 
-  !> What comes first: reflections at walls, and after a sort the awake blocks of the border.
+  !> Mark what is processed first: reflections at walls, and after a sort the awake border blocks.
   subroutine mark_border(scene, particles, blocks, nodes, boundary, is_sorted_anew)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
@@ -42,7 +42,7 @@ contains
     end do
   end subroutine mark_border
 
-  !> Whether one of the `n` particles of a block has a marked node nearest to it.
+  !> True if the nearest node of one of the `n` particles of a block is marked.
   pure logical function is_near(scene, nodes, n, x, nn, marked)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -56,15 +56,16 @@ contains
     is_near = any(marked(node(:n)))
   end function is_near
 
-  !> Images, and several velocity fields, are summed without overlap.
+  !> True if messages can overlap with computation; periodic images and several velocity fields are
+  !> summed without overlap.
   pure logical function can_overlap(nodes)
     type(nodes_t), intent(in) :: nodes
 
     can_overlap = nodes%halo%n > 0 .and. nodes%n_groups == 1 .and. all(nodes%patch%period == 0)
   end function can_overlap
 
-  !> Nodes that must be complete before the exchange, as (z, y, x): the shared ones, and those that
-  !> walls join with them.
+  !> Mark the nodes, as (z, y, x), that must be complete before the exchange: shared ones, and their
+  !> mirror nodes.
   subroutine mark_nodes(nodes, boundary, near)
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(inout) :: boundary
@@ -80,8 +81,8 @@ contains
     near = reshape(marked, n([3, 2, 1]))
   end subroutine mark_nodes
 
-  !> The awake blocks in the order in which they give to the grid: the border first.
-  subroutine list_turns(particles, blocks)
+  !> Order of the awake blocks in the transfer to the grid: the border first.
+  subroutine list_to_grid_order(particles, blocks)
     type(particles_t), intent(in) :: particles
     type(blocks_t), intent(inout) :: blocks
     logical :: is_border(blocks%n_awake)
@@ -91,6 +92,6 @@ contains
     blocks%n_border = count(is_border)
     blocks%turn = [pack([(b, b=1, blocks%n_awake)], is_border), &
                 pack([(b, b=1, blocks%n_awake)], .not. is_border)]
-  end subroutine list_turns
+  end subroutine list_to_grid_order
 
 end module exchange_order

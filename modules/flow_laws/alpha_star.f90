@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> alpha*(T) of the two-phase law: how many dislocations of the walls are sources of new cells.
+!> Coefficient alpha*(T) of the two-phase law: fraction of the wall dislocations that act as sources
+!> in cells.
 module flow_laws_alpha_star
   use base_kinds, only: nlane, rp
   use base_text, only: str
@@ -7,7 +8,7 @@ module flow_laws_alpha_star
   use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use physics_flow_law, only: most_points
+  use physics_flow_law, only: max_points
   implicit none (type, external)
   private
 
@@ -18,8 +19,8 @@ module flow_laws_alpha_star
   type :: alpha_star_t
     real(rp), allocatable :: t(:), value(:)        !! points, at least one: a table [K], [-]
     real(rp) :: fit(3) = [0.0_rp, 1.0_rp, 0.0_rp]  !! a [K], b [K], c
-    real(rp) :: from = 0.0_rp, to = huge(1.0_rp)   !! where the fit holds [K]
-    real(rp) :: below = 0.0_rp, above = 0.0_rp     !! values outside
+    real(rp) :: from = 0.0_rp, to = huge(1.0_rp)   !! range of the fit [K]
+    real(rp) :: below = 0.0_rp, above = 0.0_rp     !! values below and above that range
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
@@ -28,13 +29,13 @@ module flow_laws_alpha_star
 
 contains
 
-  !> Add the rows of its keys to &MATERIAL.
+  !> Add its keys to &MATERIAL.
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
-    call t%key('TP_STAR', 'real', -most_points, '', 'if LAW = two-phase', '', &
+    call t%key('TP_STAR', 'real', -max_points, '', 'if LAW = two-phase', '', &
       'alpha* at the temperatures TP_STAR_T: linear between, constant outside; one value: constant')
-    call t%key('TP_STAR_T', 'real', -most_points, 'K', 'if LAW = two-phase', '(0,inf)', &
+    call t%key('TP_STAR_T', 'real', -max_points, 'K', 'if LAW = two-phase', '(0,inf)', &
                'rising temperatures of TP_STAR')
     call t%key('TP_STAR_FIT', 'real', 3, '', 'if LAW = two-phase', '', &
                'instead of TP_STAR: a [K], b [K], c of alpha* = a/(T + b) + c')
@@ -43,7 +44,7 @@ contains
     call t%key('TP_STAR_ENDS', 'real', 2, '', 'if LAW = two-phase', '', 'alpha* below and above')
   end subroutine add_keys
 
-  !> A table, a constant or a fit.
+  !> Read a table, a constant or a fit.
   subroutine read_keys(self, input, i, diagnostics)
     class(alpha_star_t), intent(inout) :: self
     type(input_t), intent(in) :: input

@@ -19,7 +19,7 @@ module flow_laws_annealing
 
   integer, parameter, public :: n_annealing = 2   !! X, size of the recrystallised grains [m]
 
-  !> C0 exp(-Q/(R T)); 0: does not happen.
+  !> Arrhenius factor C0 exp(-Q/(R T)); C0 = 0: inactive.
   type, public :: arrhenius_t
     real(rp) :: factor = 0.0_rp        !! C0
     real(rp) :: energy = 0.0_rp        !! Q [J/mol]
@@ -31,22 +31,24 @@ module flow_laws_annealing
     type(arrhenius_t) :: mobility      !! C0 [m4/(J s)]
     real(rp) :: recovery_exponent = 2.0_rp
     real(rp) :: growth_exponent = 2.0_rp
-    real(rp) :: threshold = huge(1.0_rp)   !! density above which nuclei grow [1/m2]
-    real(rp) :: spacing = 1.0_rp       !! D, also the grain size when all is recrystallised [m]
-    real(rp) :: strain = huge(1.0_rp)  !! in which deformation wipes X out
+    real(rp) :: threshold = huge(1.0_rp)  !! density above which nuclei grow [1/m2]
+    real(rp) :: spacing = 1.0_rp          !! D, also the final grain size after recrystallisation
+                                          !! [m]
+    real(rp) :: strain = huge(1.0_rp)     !! strain over which deformation removes X
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
-    procedure :: happens
+    procedure :: is_active
   end type annealing_t
 
-  real(rp), parameter :: gas_constant = 8.314462618_rp   !! [J/(mol K)]
-  real(rp), parameter :: nucleus = 0.1_rp    !! first radius of a nucleus over D/2
-  real(rp), parameter :: complete = 1.0e-3_rp   !! what is left when all is recrystallised
+  real(rp), parameter :: gas_constant = 8.314462618_rp      !! [J/(mol K)]
+  real(rp), parameter :: nucleus_radius = 0.1_rp            !! initial radius of a nucleus over D/2
+  real(rp), parameter :: min_deformed_fraction = 1.0e-3_rp  !! deformed fraction below which
+                                                            !! recrystallisation is complete
 
 contains
 
-  !> Add the rows of its keys to &MATERIAL.
+  !> Add its keys to &MATERIAL.
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
@@ -95,13 +97,13 @@ contains
     end function arrhenius
   end subroutine read_keys
 
-  !> True if time changes anything.
-  pure logical function happens(self)
+  !> True if any static process is active.
+  pure logical function is_active(self)
     class(annealing_t), intent(in) :: self
 
-    happens = self%recovery%factor > 0.0_rp .or. self%growth%factor > 0.0_rp &
+    is_active = self%recovery%factor > 0.0_rp .or. self%growth%factor > 0.0_rp &
               .or. self%mobility%factor > 0.0_rp
-  end function happens
+  end function is_active
 
   !> Advance the state of a block by `dt`; `size` is K of d = K/sqrt(rho).
   pure subroutine anneal_block(self, dt, line_energy, size, walls, interior, temp, rate, root, &
@@ -110,11 +112,11 @@ contains
     real(rp), intent(in) :: dt                       !! [s]
     real(rp), intent(in) :: line_energy              !! G b^2/2 [J/m]
     real(rp), intent(in) :: size
-    real(rp), intent(in) :: walls, interior          !! initial densities [1/m2]
+    real(rp), intent(in) :: walls, interior           !! initial densities [1/m2]
     real(rp), intent(in) :: temp(nlane), rate(nlane)  !! [K], plastic [1/s]
-    real(rp), intent(inout) :: root(nlane)           !! sqrt(rho_w) [1/m]
-    real(rp), intent(inout) :: cells(nlane)          !! rho_c [1/m2]
-    real(rp), intent(in) :: fraction(nlane)          !! f
+    real(rp), intent(inout) :: root(nlane)            !! sqrt(rho_w) [1/m]
+    real(rp), intent(inout) :: cells(nlane)           !! rho_c [1/m2]
+    real(rp), intent(in) :: fraction(nlane)           !! f
     real(rp), intent(inout) :: new(nlane, n_annealing)
     real(rp), dimension(nlane) :: wall, total, scale
 
@@ -148,18 +150,18 @@ contains
     value = rate%factor*exp(-rate%energy/(gas_constant*max(temp, 1.0_rp)))
   end function arrhenius
 
-  !> d rho = -rho^n dc, exactly; a density below `least` stays as it is.
-  pure subroutine recover(n, dc, least, density)
-    real(rp), intent(in) :: n, dc(nlane), least
+  !> Integrate d rho = -rho^n dc exactly; a density below `min_density` is unchanged.
+  pure subroutine recover(n, dc, min_density, density)
+    real(rp), intent(in) :: n, dc(nlane), min_density
     real(rp), intent(inout) :: density(nlane)
 
-    where (density > least)
-      density = max(least, density*(1.0_rp + (n - 1.0_rp)*dc*density**(n - 1.0_rp)) &
+    where (density > min_density)
+      density = max(min_density, density*(1.0_rp + (n - 1.0_rp)*dc*density**(n - 1.0_rp)) &
                            **(-1.0_rp/(n - 1.0_rp)))
     end where
   end subroutine recover
 
-  !> d(d^m) = dc, exactly; nothing grows from nothing.
+  !> Integrate d(d^m) = dc exactly; a size of 0 is unchanged.
   pure subroutine grow(m, dc, d)
     real(rp), intent(in) :: m, dc(nlane)
     real(rp), intent(inout) :: d(nlane)
@@ -167,14 +169,14 @@ contains
     where (d > 0.0_rp) d = d*(1.0_rp + dc/d**m)**(1.0_rp/m)
   end subroutine grow
 
-  !> Density of what is not recrystallised, from the mean over all.
+  !> Dislocation density of the deformed part, from the mean over all.
   elemental real(rp) function deformed_density(total, initial, x)
     real(rp), intent(in) :: total, initial, x
 
-    deformed_density = max(total, (total - x*initial)/max(1.0_rp - x, complete))
+    deformed_density = max(total, (total - x*initial)/max(1.0_rp - x, min_deformed_fraction))
   end function deformed_density
 
-  !> Fronts move by `advance` times the deformed density.
+  !> Advance recrystallisation: fronts move by `advance` times the deformed density.
   pure subroutine recrystallise(self, advance, walls, interior, fraction, wall, cells, new)
     type(annealing_t), intent(in) :: self
     real(rp), intent(in) :: advance(nlane), walls, interior, fraction(nlane)
@@ -186,14 +188,14 @@ contains
       x = new(p, 1)
       initial = fraction(p)*walls + (1.0_rp - fraction(p))*interior
       density = deformed_density(fraction(p)*wall(p) + (1.0_rp - fraction(p))*cells(p), initial, x)
-      if (density <= self%threshold .or. 1.0_rp - x <= complete) cycle
-      radius = max(nucleus, (-log(1.0_rp - x))**(1.0_rp/3.0_rp)) &
+      if (density <= self%threshold .or. 1.0_rp - x <= min_deformed_fraction) cycle
+      radius = max(nucleus_radius, (-log(1.0_rp - x))**(1.0_rp/3.0_rp)) &
                + 2.0_rp*advance(p)*density/self%spacing
       new(p, 1) = 1.0_rp - exp(-min(radius, 8.0_rp)**3)
       swept = (new(p, 1) - x)/(1.0_rp - x)
       wall(p) = wall(p) + swept*(walls - wall(p))
       cells(p) = cells(p) + swept*(interior - cells(p))
-      if (x < nucleus) new(p, 2) = 0.0_rp          ! a new generation of grains
+      if (x < nucleus_radius) new(p, 2) = 0.0_rp          ! a new generation of grains
       new(p, 2) = max(new(p, 2), self%spacing*min(radius, 1.0_rp))
     end do
   end subroutine recrystallise

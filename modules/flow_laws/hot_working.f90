@@ -20,7 +20,7 @@ module flow_laws_hot_working
     type(sellars_tegart_t) :: hot
   contains
     procedure :: read_keys
-    procedure, nopass :: knows_melting
+    procedure, nopass :: has_own_melting
     procedure :: prepare
     procedure :: stress
   end type hot_working_t
@@ -40,10 +40,10 @@ contains
     call self%hot%read_keys(input, i, shear, diagnostics)
   end subroutine read_keys
 
-  !> The cold law falls from T_ROOM on to nothing at T_MELT.
-  pure logical function knows_melting()
-    knows_melting = .true.
-  end function knows_melting
+  !> True, the cold law decreases from T_ROOM to 0 at T_MELT.
+  pure logical function has_own_melting()
+    has_own_melting = .true.
+  end function has_own_melting
 
   subroutine prepare(self, temp, state, work)
     class(hot_working_t), intent(in) :: self

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Johnson & Cook (1983): (A + B alpha^n)(1 + C ln(rate/rate0))(1 - theta^m); the rate factor goes
-!> on below rate0 and is held at 1/2, the stress is zero from the melting temperature on. As an
-!> option hardening ends at a strain: B alpha^n is of tests up to 1, and stirred metal reaches 100.
+!> Johnson & Cook (1983): (A + B alpha^n)(1 + C ln(rate/rate0))(1 - theta^m); the rate factor
+!> continues below rate0 down to 1/2, the stress is zero from the melting temperature on. Optionally
+!> hardening ends at a strain: B alpha^n was fitted to strains up to 1, and stirred metal reaches
+!> 100.
 module flow_laws_johnson_cook
   use base_kinds, only: nlane, rp
   use input_diagnostics, only: diagnostics_t
@@ -14,20 +15,20 @@ module flow_laws_johnson_cook
   public :: johnson_cook_t, read_softening, softening
 
   type, extends(flow_law_t) :: johnson_cook_t
-    real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp   !! [Pa], [Pa], [-]
-    real(rp) :: c = 0.0_rp, m = 1.0_rp               !! [-], [-]
-    real(rp) :: rate0 = 1.0_rp                       !! [1/s]
-    real(rp) :: most_strain = huge(1.0_rp)           !! up to which it hardens
-    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)   !! [K]
+    real(rp) :: a = 0.0_rp, b = 0.0_rp, n = 1.0_rp        !! [Pa], [Pa], [-]
+    real(rp) :: c = 0.0_rp, m = 1.0_rp                    !! [-], [-]
+    real(rp) :: rate0 = 1.0_rp                            !! [1/s]
+    real(rp) :: max_strain = huge(1.0_rp)                 !! strain at which hardening ends
+    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)  !! [K]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
-    procedure, nopass :: knows_melting
+    procedure, nopass :: has_own_melting
     procedure :: prepare
     procedure :: stress
   end type johnson_cook_t
 
-  real(rp), parameter :: least_strain = 1.0e-9_rp
+  real(rp), parameter :: min_strain = 1.0e-9_rp
   character(*), parameter :: with_law = ' if LAW = johnson-cook or hot-working'
 
 contains
@@ -64,12 +65,12 @@ contains
     self%c = input%real('MATERIAL', i, 'JC_C')
     self%m = input%real('MATERIAL', i, 'JC_M')
     self%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
-    self%most_strain = input%real('MATERIAL', i, 'JC_STRAIN_LIMIT')
-    if (self%most_strain <= 0.0_rp) self%most_strain = huge(1.0_rp)
+    self%max_strain = input%real('MATERIAL', i, 'JC_STRAIN_LIMIT')
+    if (self%max_strain <= 0.0_rp) self%max_strain = huge(1.0_rp)
     call read_softening(input, i, self%t_room, self%t_melt, diagnostics)
   end subroutine read_keys
 
-  !> Temperatures of the `i`-th &MATERIAL between which strength falls to nothing [K].
+  !> Read the temperatures of the `i`-th &MATERIAL between which strength decreases to 0 [K].
   subroutine read_softening(input, i, t_room, t_melt, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
@@ -83,10 +84,10 @@ contains
     end if
   end subroutine read_softening
 
-  !> Strength falls from T_ROOM on to nothing at T_MELT.
-  pure logical function knows_melting()
-    knows_melting = .true.
-  end function knows_melting
+  !> True, strength decreases from T_ROOM to 0 at T_MELT.
+  pure logical function has_own_melting()
+    has_own_melting = .true.
+  end function has_own_melting
 
   !> work(:,1) = 1 - theta^m.
   subroutine prepare(self, temp, state, work)
@@ -116,27 +117,28 @@ contains
     real(rp), intent(in) :: work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
 
-    call evaluate(self%a, self%b, self%n, self%c, log(self%rate0), self%most_strain, work(:, 1), &
+    call evaluate(self%a, self%b, self%n, self%c, log(self%rate0), self%max_strain, work(:, 1), &
                   alpha, x, log_rate, sigma, slope)
   end subroutine stress
 
-  pure subroutine evaluate(a, b, n, c, log_rate0, most_strain, soft, alpha, x, log_rate, sigma, &
+  pure subroutine evaluate(a, b, n, c, log_rate0, max_strain, soft, alpha, x, log_rate, sigma, &
                            slope)
-    real(rp), intent(in) :: a, b, n, c, log_rate0, most_strain
+    real(rp), intent(in) :: a, b, n, c, log_rate0, max_strain
     real(rp), intent(in) :: soft(nlane), alpha(nlane), x(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
-    real(rp) :: e, hard, factor, hardens, rated
+    real(rp) :: e, hard, factor, hardening_ratio, rate_factor
     integer :: p
 
-    !$omp simd private(e, hard, factor, hardens, rated)
+    !$omp simd private(e, hard, factor, hardening_ratio, rate_factor)
     do p = 1, nlane
-      e = min(alpha(p) + x(p) + least_strain, most_strain)
-      hardens = merge(x(p)/e, 0.0_rp, e < most_strain)
+      e = min(alpha(p) + x(p) + min_strain, max_strain)
+      hardening_ratio = merge(x(p)/e, 0.0_rp, e < max_strain)
       hard = b*exp(n*log(e))
-      rated = 1.0_rp + c*(log_rate(p) - log_rate0)
-      factor = max(0.5_rp, rated)
+      rate_factor = 1.0_rp + c*(log_rate(p) - log_rate0)
+      factor = max(0.5_rp, rate_factor)
       sigma(p) = (a + hard)*factor*soft(p)
-      slope(p) = (n*hard*hardens*factor + (a + hard)*merge(c, 0.0_rp, rated > 0.5_rp))*soft(p)
+      slope(p) = (n*hard*hardening_ratio*factor + (a + hard) &
+                  *merge(c, 0.0_rp, rate_factor > 0.5_rp))*soft(p)
     end do
   end subroutine evaluate
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The flow laws there are: what LAW of a &MATERIAL names.
+!> List of flow laws, named by LAW of a &MATERIAL.
 module flow_laws_list
   use flow_laws_hot_working, only: hot_working_t
   use flow_laws_johnson_cook, only: johnson_cook_t
@@ -17,9 +17,9 @@ module flow_laws_list
 
   public :: add_law_keys, law_names, make_law
 
-  integer, parameter :: most = 32
+  integer, parameter :: max_laws = 32
 
-  !> A law without its constants.
+  !> A named law without its constants.
   type :: named_law_t
     character(24) :: name = ''
     class(flow_law_t), allocatable :: law
@@ -27,14 +27,14 @@ module flow_laws_list
 
   type :: laws_t
     integer :: n = 0
-    type(named_law_t) :: one(most)
+    type(named_law_t) :: one(max_laws)
   contains
     procedure :: add
   end type laws_t
 
 contains
 
-  !> All laws. A new one is a line here.
+  !> List all laws. A new one is a line here.
   subroutine list_laws(laws)
     type(laws_t), intent(out) :: laws
 
@@ -58,7 +58,7 @@ contains
     allocate (self%one(self%n)%law, source=law)
   end subroutine add
 
-  !> Their names.
+  !> Names of all laws.
   function law_names() result(names)
     character(24), allocatable :: names(:)
     type(laws_t) :: laws
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine add_law_keys
 
-  !> A law of this name, without its constants; unallocated if there is none, as of 'elastic'.
+  !> Make a law of this name, without its constants; unallocated if there is none, as for 'elastic'.
   subroutine make_law(name, law)
     character(*), intent(in) :: name
     class(flow_law_t), allocatable, intent(out) :: law

@@ -45,13 +45,13 @@ contains
     call self%read_melting(input, i, 0.0_rp)
   end subroutine read_keys
 
-  !> work(:,1): the factor of melting; nothing else depends on temperature.
+  !> Store the melting factor in work(:,1); nothing else depends on temperature.
   subroutine prepare(self, temp, state, work)
     class(norton_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
-    call self%strength_left(temp, work(:, 1))
+    call self%strength_factor(temp, work(:, 1))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
@@ -62,14 +62,14 @@ contains
     call evaluate(self%k, self%n, work(:, 1), log_rate, sigma, slope)
   end subroutine stress
 
-  pure subroutine evaluate(k, n, left, log_rate, sigma, slope)
-    real(rp), intent(in) :: k, n, left(nlane), log_rate(nlane)
+  pure subroutine evaluate(k, n, melting_factor, log_rate, sigma, slope)
+    real(rp), intent(in) :: k, n, melting_factor(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
     integer :: p
 
     !$omp simd
     do p = 1, nlane
-      sigma(p) = left(p)*k*exp(n*log_rate(p))
+      sigma(p) = melting_factor(p)*k*exp(n*log_rate(p))
       slope(p) = n*sigma(p)
     end do
   end subroutine evaluate

@@ -54,14 +54,14 @@ contains
     call self%read_melting(input, i, 0.0_rp)
   end subroutine read_keys
 
-  !> work(:,1) = Q/(R T) - ln A, work(:,2): the factor of melting.
+  !> Store work(:,1) = Q/(R T) - ln A and the melting factor in work(:,2).
   subroutine prepare(self, temp, state, work)
     class(sellars_tegart_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
     work(:, 1) = self%q/(gas_constant*max(temp, 1.0_rp)) - self%log_a
-    call self%strength_left(temp, work(:, 2))
+    call self%strength_factor(temp, work(:, 2))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
@@ -72,8 +72,8 @@ contains
     call evaluate(1.0_rp/self%alpha, 1.0_rp/self%n, work, log_rate, sigma, slope)
   end subroutine stress
 
-  !> asinh(w) = ln(w + sqrt(1 + w^2)), from ln w above 1e4 and as w below 1e-4, where the logarithm
-  !> would overflow or lose digits.
+  !> Evaluate asinh(w) = ln(w + sqrt(1 + w^2)), from ln w above 1e4 and as w below 1e-4, where the
+  !> logarithm would overflow or lose digits.
   pure subroutine evaluate(scale, per_n, work, log_rate, sigma, slope)
     real(rp), intent(in) :: scale, per_n
     real(rp), intent(in) :: work(nlane, n_work), log_rate(nlane)

@@ -8,15 +8,15 @@ module flow_laws_table
   use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use physics_flow_law, only: flow_law_t, most_points, n_work
+  use physics_flow_law, only: flow_law_t, max_points, n_work
   implicit none (type, external)
   private
 
   public :: flow_table_t
 
   type, extends(flow_law_t) :: flow_table_t
-    real(rp), allocatable :: strain(:), log_rate(:), temp(:)   !! rising; [-], [ln 1/s], [K]
-    real(rp), allocatable :: sigma(:, :, :)   !! at (strain, rate, temperature) [Pa]
+    real(rp), allocatable :: strain(:), log_rate(:), temp(:)  !! increasing; [-], [ln 1/s], [K]
+    real(rp), allocatable :: sigma(:, :, :)                   !! at (strain, rate, temperature) [Pa]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
@@ -24,20 +24,20 @@ module flow_laws_table
     procedure :: stress
   end type flow_table_t
 
-  integer, parameter :: most_values = 4096   !! of flow stress
+  integer, parameter :: max_values = 4096   !! values of flow stress
 
 contains
 
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
 
-    call t%key('TABLE_STRAIN', 'real', -most_points, '', 'required if LAW = table', '[0,inf)', &
+    call t%key('TABLE_STRAIN', 'real', -max_points, '', 'required if LAW = table', '[0,inf)', &
                'rising plastic strains of the table')
-    call t%key('TABLE_RATE', 'real', -most_points, '1/s', '1 if LAW = table', '(0,inf)', &
+    call t%key('TABLE_RATE', 'real', -max_points, '1/s', '1 if LAW = table', '(0,inf)', &
                'rising strain rates; between them the stress is linear in ln(rate)')
-    call t%key('TABLE_T', 'real', -most_points, 'K', '298 if LAW = table', '(0,inf)', &
+    call t%key('TABLE_T', 'real', -max_points, 'K', '298 if LAW = table', '(0,inf)', &
                'rising temperatures')
-    call t%key('TABLE_STRESS', 'real', -most_values, 'Pa', 'required if LAW = table', '[0,inf)', &
+    call t%key('TABLE_STRESS', 'real', -max_values, 'Pa', 'required if LAW = table', '[0,inf)', &
                'flow stress; the strain runs fastest, then the rate, then the temperature; '// &
                'constant outside the table')
   end subroutine add_keys
@@ -65,14 +65,14 @@ contains
     else
       call input%report(diagnostics, 'MATERIAL', i, 'TABLE_STRESS', &
                         'has '//str(size(values))//' values, the table has '//str(wanted))
-      self%strain = [0.0_rp]                    ! no strength, for the checks that follow
+      self%strain = [0.0_rp]                    ! no strength, for the remaining checks
       self%log_rate = [0.0_rp]
       self%temp = [0.0_rp]
       self%sigma = reshape([0.0_rp], [1, 1, 1])
     end if
   end subroutine read_keys
 
-  !> A table over temperatures ends below T_MELT.
+  !> Check that a table over temperatures ends below T_MELT, and read the melting range.
   subroutine read_end(self, input, i, diagnostics)
     type(flow_table_t), intent(inout) :: self
     type(input_t), intent(in) :: input
@@ -89,14 +89,14 @@ contains
     call self%read_melting(input, i, last)
   end subroutine read_end
 
-  !> work(:,1) = T, work(:,2): the factor of melting.
+  !> Store work(:,1) = T and the melting factor in work(:,2).
   subroutine prepare(self, temp, state, work)
     class(flow_table_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
     real(rp), intent(out) :: work(nlane, n_work)
 
     work(:, 1) = temp
-    call self%strength_left(temp, work(:, 2))
+    call self%strength_factor(temp, work(:, 2))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
@@ -120,7 +120,7 @@ contains
     end do
   end subroutine stress
 
-  !> Points i and i + di beside `value`, its weight `w` at the second, and dw/dvalue.
+  !> Points i and i + di around `value`, its weight `w` at the second, and dw/dvalue.
   pure subroutine locate(points, value, i, di, w, slope)
     real(rp), intent(in) :: points(:), value
     integer, intent(out) :: i, di

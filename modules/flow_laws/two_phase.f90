@@ -9,12 +9,12 @@ module flow_laws_two_phase
   use base_kinds, only: nlane, rp
   use flow_laws_alpha_star, only: alpha_star_t
   use flow_laws_annealing, only: anneal_block, annealing_t, deformed_density, n_annealing
-  use flow_laws_two_phase_block, only: evaluate, least_density, integrate, n_own, prepare_block, &
-                                       s_cell, s_fraction, s_wall, w_left
+  use flow_laws_two_phase_block, only: evaluate, min_density, integrate, n_own, prepare_block, &
+                                       s_cell, s_fraction, s_wall, w_melting
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use physics_flow_law, only: flow_law_t, law_output_t, most_warnings, n_work
+  use physics_flow_law, only: flow_law_t, law_output_t, max_warnings, n_work
   implicit none (type, external)
   private
 
@@ -28,12 +28,13 @@ module flow_laws_two_phase
     real(rp) :: burgers = 0.0_rp        !! b [m]
     real(rp) :: beta = 0.0_rp           !! beta*
     real(rp) :: k0 = 0.0_rp
-    real(rp) :: a = 1.0_rp, b = 1.0_rp  !! A, B [K]
-    real(rp) :: rate0 = 1.0e3_rp        !! gdot_0 [1/s]
-    real(rp) :: size = 1.0_rp           !! K
-    real(rp) :: f0 = 0.25_rp, f_end = 0.06_rp, gamma = 3.2_rp   !! of eq. 6.11
-    real(rp) :: walls = 0.0_rp, interior = 0.0_rp   !! initial rho_w, rho_c [1/m2]
-    real(rp) :: calibrated(2) = [0.0_rp, huge(1.0_rp)]   !! temperatures [K]
+    real(rp) :: a = 1.0_rp, b = 1.0_rp                        !! A, B [K]
+    real(rp) :: rate0 = 1.0e3_rp                              !! gdot_0 [1/s]
+    real(rp) :: size = 1.0_rp                                 !! K
+    real(rp) :: f0 = 0.25_rp, f_end = 0.06_rp, gamma = 3.2_rp  !! constants of eq. 6.11
+    real(rp) :: walls = 0.0_rp, interior = 0.0_rp             !! initial rho_w, rho_c [1/m2]
+    real(rp) :: calibrated(2) = [0.0_rp, huge(1.0_rp)]        !! calibration range of temperatures
+                                                              !! [K]
     type(alpha_star_t) :: alpha_star
     type(annealing_t) :: annealing
   contains
@@ -54,7 +55,7 @@ module flow_laws_two_phase
 
   integer, parameter, public :: n_two_phase = n_own, n_two_phase_annealing = n_own + n_annealing
 
-  real(rp), parameter :: margin = 0.5_rp               !! of the calibrated temperatures [K]
+  real(rp), parameter :: margin = 0.5_rp               !! tolerance of the calibration range [K]
 
 contains
 
@@ -125,7 +126,7 @@ contains
     self%calibrated = input%reals('MATERIAL', i, 'TP_CALIBRATED', 2)
     call self%alpha_star%read_keys(input, i, diagnostics)
     call self%annealing%read_keys(input, i, diagnostics)
-    self%anneals = self%annealing%happens()
+    self%anneals = self%annealing%is_active()
     self%n_state = merge(n_two_phase_annealing, n_two_phase, self%anneals)
     calibrated = 0.0_rp
     if (input%given('MATERIAL', i, 'TP_CALIBRATED')) calibrated = self%calibrated(2)
@@ -143,7 +144,7 @@ contains
     type(law_output_t), allocatable :: list(:)
 
     allocate (list(6))
-    list(1) = law_output_t('grain_size', 'm', has_mean=.true., has_least=.true.)
+    list(1) = law_output_t('grain_size', 'm', has_mean=.true., has_minimum=.true.)
     list(2) = law_output_t('dislocation_density', '1/m2', has_mean=.true.)
     list(3) = law_output_t('wall_density', '1/m2')
     list(4) = law_output_t('interior_density', '1/m2')
@@ -159,7 +160,7 @@ contains
              'flowed at a temperature outside TP_CALIBRATED']
   end subroutine list_warnings
 
-  !> Exponents, source of cells, and the state with its root and mean.
+  !> Prepare exponents, source of cells, and the state with its root and mean.
   subroutine prepare(self, temp, state, work)
     class(two_phase_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
@@ -169,10 +170,10 @@ contains
     call self%alpha_star%evaluate(temp, star)
     call prepare_block(1.0_rp/self%a, 1.0_rp/self%b, 1.0_rp/(sqrt(3.0_rp)*self%burgers), temp, &
                        star, state, work)
-    call self%strength_left(temp, work(:, w_left))
+    call self%strength_factor(temp, work(:, w_melting))
   end subroutine prepare
 
-  !> 6 beta*/(b K), sqrt(3) beta*/(2 b), M alpha G b, ln(M/gdot_0).
+  !> Coefficients 6 beta*/(b K), sqrt(3) beta*/(2 b), M alpha G b, ln(M/gdot_0).
   pure function coefficients(self) result(c)
     class(two_phase_t), intent(in) :: self
     real(rp) :: c(4)
@@ -207,15 +208,15 @@ contains
     class(two_phase_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: temp(nlane), rate(nlane), state(nlane, self%n_state)
-    integer, intent(inout) :: counts(most_warnings), lane(most_warnings)
-    integer, parameter :: kinds = 3              ! of `list_warnings`
+    integer, intent(inout) :: counts(max_warnings), lane(max_warnings)
+    integer, parameter :: kinds = 3              ! number of warnings
     real(rp) :: limit
     logical :: is_outside(nlane, kinds)
     integer :: k
 
     limit = self%rate0/self%taylor
     is_outside(:, 1) = rate > limit
-    is_outside(:, 2) = state(:, s_cell) <= least_density
+    is_outside(:, 2) = state(:, s_cell) <= min_density
     is_outside(:, 3) = rate > 0.0_rp .and. (temp < self%calibrated(1) - margin &
                                             .or. temp > self%calibrated(2) + margin)
     if (.not. any(is_outside(:n, :))) return
@@ -244,7 +245,7 @@ contains
     state(1:n_own) = [sqrt(self%walls), self%interior, self%f0]
   end subroutine start
 
-  !> The grain size is the mean by volume of what is recrystallised and what is not.
+  !> Outputs; the grain size is the volume mean of the recrystallised and the deformed part.
   pure subroutine describe(self, state, n, values)
     class(two_phase_t), intent(in) :: self
     real(rp), intent(in) :: state(nlane, self%n_state)
@@ -255,7 +256,7 @@ contains
     values = 0.0_rp
     density = state(:, s_fraction)*state(:, s_wall)**2 &
               + (1.0_rp - state(:, s_fraction))*state(:, s_cell)
-    values(:, 1) = self%size/sqrt(max(density, least_density))
+    values(:, 1) = self%size/sqrt(max(density, min_density))
     values(:, 2) = density
     values(:, 3) = state(:, s_wall)**2
     values(:, 4) = state(:, s_cell)

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Hardening that saturates, Voce (1948), with the factors of rate and temperature of Johnson &
-!> Cook, and, as an option, the fall to a steady stress by dynamic recrystallisation from a critical
-!> strain on (kinetics of Laasraoui & Jonas 1991):
+!> Saturating hardening, Voce (1948), with the rate and temperature factors of Johnson & Cook, and
+!> optionally the decrease to a steady stress by dynamic recrystallisation above a critical strain
+!> (kinetics of Laasraoui & Jonas 1991):
 !>
 !>   sigma = s(eps) (1 + C ln(rate/rate0)) (1 - theta^m),
 !>   s = s_s - (s_s - s_0) exp(-eps/e_0) - (s_s - s_d)(1 - exp(-((eps - e_c)/e_d)^n)),
 !>
-!> theta from T_ROOM to T_MELT; the factor of rate is not below a half.
+!> theta increases from 0 at T_ROOM to 1 at T_MELT; the rate factor is at least one half.
 module flow_laws_voce
   use base_kinds, only: nlane, rp
   use flow_laws_johnson_cook, only: read_softening, softening
@@ -20,16 +20,17 @@ module flow_laws_voce
   public :: voce_t
 
   type, extends(flow_law_t) :: voce_t
-    real(rp) :: initial = 0.0_rp, saturation = 0.0_rp   !! [Pa]
-    real(rp) :: strain = 1.0_rp                       !! e_0
-    real(rp) :: c = 0.0_rp, m = 1.0_rp, rate0 = 1.0_rp   !! [-], [-], [1/s]
-    real(rp) :: steady = 0.0_rp                       !! s_d; not below s_s: none [Pa]
-    real(rp) :: critical = 0.0_rp, width = 1.0_rp, n = 2.0_rp   !! e_c, e_d, n
-    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)   !! [K]
+    real(rp) :: initial = 0.0_rp, saturation = 0.0_rp         !! [Pa]
+    real(rp) :: strain = 1.0_rp                               !! e_0
+    real(rp) :: c = 0.0_rp, m = 1.0_rp, rate0 = 1.0_rp        !! [-], [-], [1/s]
+    real(rp) :: steady = 0.0_rp                               !! s_d [Pa]; s_s or more: no
+                                                              !! recrystallisation
+    real(rp) :: critical = 0.0_rp, width = 1.0_rp, n = 2.0_rp  !! e_c, e_d, n
+    real(rp) :: t_room = 298.0_rp, t_melt = huge(1.0_rp)      !! [K]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
-    procedure, nopass :: knows_melting
+    procedure, nopass :: has_own_melting
     procedure :: prepare
     procedure :: stress
   end type voce_t
@@ -87,10 +88,10 @@ contains
     if (self%steady <= 0.0_rp) self%steady = self%saturation
   end subroutine read_keys
 
-  !> Strength falls from T_ROOM on to nothing at T_MELT.
-  pure logical function knows_melting()
-    knows_melting = .true.
-  end function knows_melting
+  !> True, strength decreases from T_ROOM to 0 at T_MELT.
+  pure logical function has_own_melting()
+    has_own_melting = .true.
+  end function has_own_melting
 
   !> work(:,1) = 1 - theta^m.
   subroutine prepare(self, temp, state, work)
@@ -105,24 +106,24 @@ contains
     class(voce_t), intent(in) :: self
     real(rp), intent(in) :: work(nlane, n_work), alpha(nlane), x(nlane), log_rate(nlane)
     real(rp), intent(out) :: sigma(nlane), slope(nlane)
-    real(rp) :: e, factor, fallen, hardening, left, rated, s
+    real(rp) :: e, factor, drx_drop, hardening, left, rate_factor, s
     integer :: p
 
     do p = 1, nlane
       e = alpha(p) + x(p)
       left = (self%saturation - self%initial)*exp(-e/self%strain)
-      fallen = 0.0_rp
+      drx_drop = 0.0_rp
       hardening = left/self%strain
       if (e > self%critical .and. self%steady < self%saturation) then
         s = ((e - self%critical)/self%width)**self%n
-        fallen = (self%saturation - self%steady)*(1.0_rp - exp(-s))
+        drx_drop = (self%saturation - self%steady)*(1.0_rp - exp(-s))
         hardening = hardening - (self%saturation - self%steady)*exp(-s)*self%n*s/(e - self%critical)
       end if
-      rated = 1.0_rp + self%c*(log_rate(p) - log(self%rate0))
-      factor = max(0.5_rp, rated)
-      s = self%saturation - left - fallen
+      rate_factor = 1.0_rp + self%c*(log_rate(p) - log(self%rate0))
+      factor = max(0.5_rp, rate_factor)
+      s = self%saturation - left - drx_drop
       sigma(p) = s*factor*work(p, 1)
-      slope(p) = (hardening*x(p)*factor + s*merge(self%c, 0.0_rp, rated > 0.5_rp))*work(p, 1)
+      slope(p) = (hardening*x(p)*factor + s*merge(self%c, 0.0_rp, rate_factor > 0.5_rp))*work(p, 1)
     end do
   end subroutine stress
 

@@ -23,7 +23,7 @@ module flow_laws_zerilli_armstrong
     procedure :: stress
   end type zerilli_armstrong_t
 
-  real(rp), parameter :: least_strain = 1.0e-9_rp
+  real(rp), parameter :: min_strain = 1.0e-9_rp
 
 contains
 
@@ -62,7 +62,7 @@ contains
     call self%read_melting(input, i, 0.0_rp)
   end subroutine read_keys
 
-  !> work(:,1) = C4 T, work(:,2) = exp(-C3 T), work(:,3): the factor of melting.
+  !> Store work(:,1) = C4 T, work(:,2) = exp(-C3 T), and the melting factor in work(:,3).
   subroutine prepare(self, temp, state, work)
     class(zerilli_armstrong_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane), state(nlane, self%n_state)
@@ -70,7 +70,7 @@ contains
 
     work(:, 1) = self%c4*temp
     work(:, 2) = exp(-self%c3*temp)
-    call self%strength_left(temp, work(:, 3))
+    call self%strength_factor(temp, work(:, 3))
   end subroutine prepare
 
   subroutine stress(self, work, alpha, x, log_rate, sigma, slope)
@@ -91,7 +91,7 @@ contains
 
     !$omp simd private(e, root, hard, factor)
     do p = 1, nlane
-      e = alpha(p) + x(p) + least_strain
+      e = alpha(p) + x(p) + min_strain
       root = c(3)*sqrt(e)
       hard = c(4)*exp(n*log(e))
       factor = work(p, 2)*exp(work(p, 1)*log_rate(p))

@@ -78,7 +78,7 @@ contains
     integer :: i, n
     logical :: ok
 
-    sim%tool%watch%is_on = .false.               ! phases last for their full duration
+    sim%tool%monitor%is_on = .false.               ! phases last for their full duration
     cost%steps = sim%scene%end_time/dt
     if (sim%scene%max_steps > 0) cost%steps = min(cost%steps, real(sim%scene%max_steps, rp))
     cost%awake = 0.0_rp
@@ -176,11 +176,11 @@ contains
     first = max(0, n - measured_steps)
     started = cpu_seconds()
     begun = started
-    before = sim%blocks%awake_steps
+    before = sim%blocks%n_awake_particle_steps
     do i = 1, n
       if (i == first + 1) then
         begun = cpu_seconds()
-        before = sim%blocks%awake_steps
+        before = sim%blocks%n_awake_particle_steps
       end if
       call advance(world, sim, status, message)
       if (status /= ended_well .or. sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)) exit
@@ -192,7 +192,7 @@ contains
     i = min(i, n)
     if (i <= first) first = 0                      ! the run ended before
     ok = status == ended_well
-    spent = [cpu_seconds() - begun, real(sim%blocks%awake_steps - before, rp), &
+    spent = [cpu_seconds() - begun, real(sim%blocks%n_awake_particle_steps - before, rp), &
              real(sim%particles%total(), rp), begun - started]
     call world%sum(spent)
     measured = measured + i

@@ -42,7 +42,7 @@ contains
     if (.not. allocated(sim%history%frame_times)) allocate (sim%history%frame_times(0))
     spent(1) = cpu_seconds()
     call history_row(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
-                     sim%particles, sim%books, sim%history, columns)
+                     sim%particles, sim%budget, sim%history, columns)
     if (has_fields(sim%scene)) then
       call error_row(world, sim%scene, sim%clock, sim%particles, columns)
     end if
@@ -50,7 +50,7 @@ contains
     call put_frame(world, sim%scene, sim%clock, sim%particles, '', error)
     spent(3) = cpu_seconds()
     call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
-                         sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%books, &
+                         sim%tracers, sim%particles, sim%sleepers, sim%exchange, sim%budget, &
                          sim%history, error, '')
     spent(4) = cpu_seconds()
     if (sim%tracers%n > 0) then

@@ -102,11 +102,11 @@ contains
         call input%report(diagnostics, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
       else
         if (input%logical(group, i, 'ADIABATIC')) then
-          if (.not. material(m)%knows_heat) call require_property( &
+          if (.not. material(m)%has_heat_capacity) call require_property( &
             input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', diagnostics)
           call require_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
         end if
-        if (material(m)%flow%knows_melting()) then
+        if (material(m)%flow%has_own_melting()) then
           call require_property(input, m, 'T_MELT', &
                                 "LAW = '"//input%text('MATERIAL', m, 'LAW')// &
                                 "' softens towards it", diagnostics)
@@ -259,7 +259,7 @@ contains
     dt = x/input%real(group, i, 'RATE')
     call point%init(mat, input%real(group, i, 'TEMPERATURE'), input%real(group, i, 'RATE'))
     mat%t_ref = point%temp
-    mat%flow%slowest = min(mat%flow%slowest, slowest_share*input%real(group, i, 'RATE'))
+    mat%flow%min_rate = min(mat%flow%min_rate, slowest_share*input%real(group, i, 'RATE'))
     mass = 1.0_rp
     b = 0.0_rp
     b(:, 1:3) = 1.0_rp

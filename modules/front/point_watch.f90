@@ -4,7 +4,7 @@ module front_point_watch
   use base_kinds, only: i8, nlane, rp
   use base_log, only: say
   use base_text, only: str
-  use physics_flow_law, only: most_warnings
+  use physics_flow_law, only: max_warnings
   use physics_material, only: material_t
   use physics_point, only: point_t
   implicit none (type, external)
@@ -13,8 +13,8 @@ module front_point_watch
   public :: validity_checker_t
 
   ! Kinds of warnings after those of the law.
-  integer, parameter :: unsolved = most_warnings + 1, molten = most_warnings + 2, &
-                        n_kinds = most_warnings + 2
+  integer, parameter :: unsolved = max_warnings + 1, molten = max_warnings + 2, &
+                        n_kinds = max_warnings + 2
 
   !> Counts of warnings.
   type :: validity_checker_t
@@ -37,7 +37,7 @@ contains
     type(point_t), intent(in) :: point
     integer, intent(in), optional :: failed      !! number of return mappings not converged
     real(rp) :: temp(nlane), rate(nlane)
-    integer :: found(n_kinds), k, lane(most_warnings)
+    integer :: found(n_kinds), k, lane(max_warnings)
 
     self%increments = self%increments + 1
     found = 0
@@ -45,7 +45,7 @@ contains
     temp = point%temp
     rate = point%rate
     call material%flow%inspect(1, temp, rate, spread(point%state, 1, nlane), &
-                               found(:most_warnings), lane)
+                               found(:max_warnings), lane)
     if (present(failed)) found(unsolved) = failed
     if (point%temp > material%t_melt) found(molten) = 1
     do k = 1, n_kinds

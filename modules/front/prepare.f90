@@ -5,7 +5,7 @@ module front_prepare
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use bodies_fields, only: add_noise
-  use bodies_filling, only: count_particles, fill_bodies, load_bodies, warm_probes
+  use bodies_filling, only: count_particles, fill_bodies, load_bodies, update_probe_temperatures
   use bodies_stretch, only: stretch_bodies
   use checks_memory, only: check_memory
   use checks_necking, only: check_necking
@@ -118,7 +118,7 @@ contains
     if (sim%scene%method%has_mechanics) then
       call stretch_bodies(input, sim%scene)
       call load_bodies(input, shares, sim%scene)
-      call warm_probes(input, sim%scene, sim%probes)
+      call update_probe_temperatures(input, sim%scene, sim%probes)
     end if
     sim%scene%output%input_text = input%text_of_file()
     sim%scene%output%scene_text = input%text_of_scene()

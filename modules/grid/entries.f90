@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Sums and maxima over ranks of values that are kept for a few nodes only.
+!> Sums and maxima over ranks of values kept for a few nodes only.
 module grid_entries
   use base_kinds, only: rp
   use base_timers, only: wall_time
@@ -10,35 +10,35 @@ module grid_entries
   implicit none (type, external)
   private
 
-  public :: swap_t
+  public :: entry_exchange_t
 
-  !> Entries swapped with one other rank.
-  type :: parcel_t
+  !> Entries exchanged with one other rank.
+  type :: message_t
     integer, allocatable :: entry(:)
     real(rp), allocatable :: send(:), receive(:)
-  end type parcel_t
+  end type message_t
 
   !> Sums over ranks and images (or maxima) of values kept for a few nodes only. The entries of node
-  !> q are `first(q)` and those behind it with the same `node`; 0: none. All ranks that share a
-  !> node, and all its images, must have the same entries there. Ranks that share no entry swap
-  !> nothing.
-  type :: swap_t
+  !> q start at `first(q)` and continue with the same `node`; 0: none. All ranks that share a node,
+  !> and all its images, must have the same entries there. Ranks that share no entry send no
+  !> message.
+  type :: entry_exchange_t
     private
-    type(parcel_t), allocatable :: parcel(:)     !! of the neighbours
+    type(message_t), allocatable :: message(:)     !! messages to and from the neighbours
     type(mpi_request), allocatable :: request(:)
     integer :: messages = 0
-    integer, allocatable :: pair(:, :)          !! (2, n) entry of an image, that of the first image
+    integer, allocatable :: pair(:, :)  !! (2, n) entry of an image, entry of the first image
   contains
     procedure :: post
-    procedure :: poke
+    procedure :: progress_messages
     procedure :: finish
-  end type swap_t
+  end type entry_exchange_t
 
 contains
 
-  !> Begin to send this rank's values to the others.
+  !> Reduce over images and start sending this rank's values to the others.
   subroutine post(self, neighbour, image, world, largest, nn, first, n, node, width, values)
-    class(swap_t), intent(inout) :: self
+    class(entry_exchange_t), intent(inout) :: self
     type(neighbour_t), intent(in) :: neighbour(:)
     integer, intent(in) :: image(:, :)             !! (2, *) an image, the node's first image
     type(world_t), intent(in) :: world
@@ -57,11 +57,11 @@ contains
         end if
       end associate
     end do
-    if (allocated(self%parcel)) deallocate (self%parcel, self%request)
-    allocate (self%parcel(size(neighbour)), self%request(2*size(neighbour)))
+    if (allocated(self%message)) deallocate (self%message, self%request)
+    allocate (self%message(size(neighbour)), self%request(2*size(neighbour)))
     self%messages = 0
     do i = 1, size(neighbour)
-      associate (p => self%parcel(i), rank => neighbour(i)%rank)
+      associate (p => self%message(i), rank => neighbour(i)%rank)
         call list_entries(neighbour(i), nn, first, n, node, p%entry)
         if (size(p%entry) == 0) cycle
         allocate (p%send(width*size(p%entry)), p%receive(width*size(p%entry)))
@@ -75,22 +75,22 @@ contains
     end do
   end subroutine post
 
-  !> Let messages under way progress; true if all have arrived.
-  logical function poke(self)
-    class(swap_t), intent(inout) :: self
+  !> Test the pending messages; true if all have arrived.
+  logical function progress_messages(self)
+    class(entry_exchange_t), intent(inout) :: self
 
-    call mpi_testall(self%messages, self%request, poke, mpi_statuses_ignore)
-  end function poke
+    call mpi_testall(self%messages, self%request, progress_messages, mpi_statuses_ignore)
+  end function progress_messages
 
-  !> End what `post` began, with the same values.
+  !> Complete the exchange started by `post`, with the same values.
   subroutine finish(self, neighbour, world, largest, n, width, values, waited)
-    class(swap_t), intent(inout) :: self
+    class(entry_exchange_t), intent(inout) :: self
     type(neighbour_t), intent(in) :: neighbour(:)
     type(world_t), intent(in) :: world
     logical, intent(in) :: largest
     integer, intent(in) :: n, width
     real(rp), intent(inout) :: values(width, n)
-    real(rp), intent(inout) :: waited              !! for other ranks [s]
+    real(rp), intent(inout) :: waited              !! time spent waiting for other ranks [s]
     logical :: is_shared(n), own_added
     real(rp), allocatable :: own(:, :)
     integer :: i
@@ -100,7 +100,7 @@ contains
     waited = waited + wall_time()
     is_shared = .false.
     do i = 1, size(neighbour)
-      is_shared(self%parcel(i)%entry) = .true.
+      is_shared(self%message(i)%entry) = .true.
     end do
     own_added = largest .or. size(neighbour) == 0
     if (.not. own_added) then
@@ -111,21 +111,21 @@ contains
     end if
     do i = 1, size(neighbour)
       if (neighbour(i)%rank > world%rank .and. .not. own_added) then
-        call add_own(is_shared, own, values)
+        call add_local(is_shared, own, values)
         own_added = .true.
       end if
-      associate (p => self%parcel(i))
+      associate (p => self%message(i))
         if (size(p%entry) > 0) call unpack_entries(largest, width, size(p%entry), p%entry, &
                                                    p%receive, values)
       end associate
     end do
-    if (.not. own_added) call add_own(is_shared, own, values)
+    if (.not. own_added) call add_local(is_shared, own, values)
     do i = 1, size(self%pair, 2)
       values(:, self%pair(1, i)) = values(:, self%pair(2, i))
     end do
   end subroutine finish
 
-  !> Entries of images and of the first images that they belong to.
+  !> Entries of images, and of the first images of the same nodes.
   pure subroutine list_pairs(image, nn, first, n, node, pair)
     integer, intent(in) :: image(:, :), nn, first(nn), n, node(n)
     integer, allocatable, intent(out) :: pair(:, :)
@@ -168,6 +168,7 @@ contains
     end do
   end subroutine list_entries
 
+  !> Add received values, or take maxima.
   pure subroutine unpack_entries(largest, width, n, entry, received, values)
     logical, intent(in) :: largest
     integer, intent(in) :: width, n, entry(n)
@@ -184,7 +185,8 @@ contains
     end do
   end subroutine unpack_entries
 
-  pure subroutine add_own(is_shared, own, values)
+  !> Add this rank's values to the shared entries.
+  pure subroutine add_local(is_shared, own, values)
     logical, intent(in) :: is_shared(:)
     real(rp), intent(in) :: own(:, :)
     real(rp), intent(inout) :: values(:, :)
@@ -193,6 +195,6 @@ contains
     do e = 1, size(is_shared)
       if (is_shared(e)) values(:, e) = values(:, e) + own(:, e)
     end do
-  end subroutine add_own
+  end subroutine add_local
 
 end module grid_entries

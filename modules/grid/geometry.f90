@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The background grid: cells with an edge for each axis, nodes numbered from 0, and a rank's patch
-!> of it.
+!> Background grid: cells with an edge for each axis, nodes numbered from 0, and a rank's patch of
+!> it.
 !>
 !> A node owns the cell centred on it. A rank owns a box of nodes; its particles are those whose
 !> nearest node lies in the box. The patch adds `halo` layers around it: a stencil reaches one node
@@ -9,7 +9,7 @@
 !> Along a periodic axis of n cells there are n nodes; node i + k n is an image of node i. Only the
 !> nodes 0 to n-1 are owned, but a patch may store several images of one node.
 !>
-!> Along a graded axis cells are spans of any widths (grid_grading), and `h` is the narrowest.
+!> Along a graded axis cells are spans of any width (grid_grading), and `h` is the smallest.
 module grid_geometry
   use base_kinds, only: i8, rp
   use base_text, only: str
@@ -39,8 +39,8 @@ module grid_geometry
     real(rp) :: h(3) = 1.0_rp       !! edges of a cell [m]
     real(rp) :: lower(3) = 0.0_rp   !! position of node (0,0,0) [m]
     integer :: n(3) = 0             !! nodes along each axis
-    integer :: period(3) = 0        !! nodes to the next image; 0: the axis is not periodic
-    type(grading_t) :: grading      !! of one axis, or of none
+    integer :: period(3) = 0        !! nodes to the next image; 0: not periodic
+    type(grading_t) :: grading      !! grading of one axis, or of none
   contains
     procedure :: cells
     procedure :: edges_at => grid_edges_at
@@ -51,15 +51,15 @@ module grid_geometry
     procedure :: upper
   end type grid_t
 
-  !> A rank's part: owned box, box with halo, and how node (i,j,k) is stored (k fastest).
+  !> A rank's part: owned box, box with halo, and storage of node (i,j,k) (k fastest).
   type :: patch_t
     type(box_t) :: own, all
     integer :: stride(3) = [1, 1, 1]
-    integer :: nn = 0               !! stored nodes, halo included
+    integer :: nn = 0               !! number of stored nodes with halo
     real(rp) :: origin(3) = 0.0_rp  !! position of the first stored node [m]
     real(rp) :: h(3) = 1.0_rp       !! edges of a cell [m]
-    integer :: period(3) = 0        !! that of the grid
-    type(grading_t) :: grading      !! that of the grid
+    integer :: period(3) = 0        !! as in the grid
+    type(grading_t) :: grading      !! as in the grid
   contains
     procedure :: edges_at => patch_edges_at
     procedure :: indices
@@ -80,7 +80,7 @@ contains
   !> axes, which for cubes is their edge.
   pure real(rp) function length_along(h, direction) result(length)
     real(rp), intent(in) :: h(3)            !! [m]
-    real(rp), intent(in) :: direction(3)    !! of length 1
+    real(rp), intent(in) :: direction(3)    !! unit vector
 
     length = h(1)
     if (any(abs(h - h(1)) > 0.0_rp)) length = norm2(h*direction)
@@ -94,15 +94,17 @@ contains
     if (any(abs(h - h(1)) > 0.0_rp)) mean_edge = product(h)**(1.0_rp/3.0_rp)
   end function mean_edge
 
-  !> Section of a cell across a direction [m2]: its volume over its length along it.
+  !> Cross-section of a cell normal to a direction [m2]: its volume over its length in that
+  !> direction.
   pure real(rp) function section_across(h, direction) result(section)
     real(rp), intent(in) :: h(3)            !! [m]
-    real(rp), intent(in) :: direction(3)    !! of length 1
+    real(rp), intent(in) :: direction(3)    !! unit vector
 
     section = h(1)**2
     if (any(abs(h - h(1)) > 0.0_rp)) section = product(h)/norm2(h*direction)
   end function section_across
 
+  !> True if the box has no nodes.
   pure logical function is_empty(self)
     class(box_t), intent(in) :: self
 
@@ -129,6 +131,7 @@ contains
     meet%hi = min(self%hi, other%hi)
   end function meet
 
+  !> Number of nodes in a box.
   pure integer function box_count(self)
     class(box_t), intent(in) :: self
 
@@ -136,6 +139,7 @@ contains
     if (.not. self%is_empty()) box_count = product(self%hi - self%lo + 1)
   end function box_count
 
+  !> True if node `ijk` is in the box.
   pure logical function has(self, ijk)
     class(box_t), intent(in) :: self
     integer, intent(in) :: ijk(3)
@@ -159,7 +163,7 @@ contains
     end where
   end function make_grid_of_cells
 
-  !> The same with cubes of edge `h`.
+  !> Do the same with cubes of edge `h`.
   pure type(grid_t) function make_grid_of_cubes(h, lower, upper, is_periodic) result(grid)
     real(rp), intent(in) :: h, lower(3), upper(3)   !! [m]
     logical, intent(in), optional :: is_periodic(3)
@@ -184,7 +188,7 @@ contains
     if (self%grading%axis > 0) longest = max(longest, self%grading%longest())
   end function longest
 
-  !> Give an axis that is not periodic the spans of `grading`, with `n` nodes.
+  !> Replace a non-periodic axis by the spans of `grading`, with `n` nodes.
   pure subroutine grade(grid, grading, n)
     type(grid_t), intent(inout) :: grid
     type(grading_t), intent(in) :: grading
@@ -195,7 +199,7 @@ contains
     grid%h(grading%axis) = minval(grading%span(5, :))
   end subroutine grade
 
-  !> A difference of places less whole periods of the grid: that to the nearest image.
+  !> Difference of positions to the nearest image: less whole periods of the grid [m].
   pure function nearest_image(self, d) result(r)
     class(grid_t), intent(in) :: self
     real(rp), intent(in) :: d(3)            !! [m]
@@ -221,7 +225,7 @@ contains
     is_cubic = all(abs(self%h - self%h(1)) <= 0.0_rp)
   end function is_cubic
 
-  !> Edges of the cells in mm, for people: one of cubes, else three.
+  !> Edges of the cells in mm, as text: one of cubes, else three.
   pure function edges(self) result(text)
     class(grid_t), intent(in) :: self
     character(:), allocatable :: text
@@ -244,20 +248,20 @@ contains
     end associate
   end function upper
 
-  !> Storage of the owned box `own`. Above `room`, which has all nodes that particles may touch, one
-  !> layer is stored, so that each of them has its neighbours; below the first node is where the
-  !> owned box has it, since weights are measured from there.
-  pure type(patch_t) function make_patch(grid, own, room)
+  !> Make the patch of the owned box `own`. Above `reach`, which has all nodes that particles can
+  !> reach, one more layer is stored, so that each of them has its neighbours; the first node does
+  !> not depend on it, since weights are measured from there.
+  pure type(patch_t) function make_patch(grid, own, reach)
     type(grid_t), intent(in) :: grid
     type(box_t), intent(in) :: own
-    type(box_t), intent(in), optional :: room
+    type(box_t), intent(in), optional :: reach
     integer :: n(3)
 
     make_patch%own = own
     make_patch%all = own%grown(halo)
-    if (present(room)) then
+    if (present(reach)) then
       associate (all => make_patch%all)
-        where (grid%period == 0) all%hi = min(all%hi, max(room%hi + 1, all%lo))
+        where (grid%period == 0) all%hi = min(all%hi, max(reach%hi + 1, all%lo))
       end associate
     end if
     make_patch%h = grid%h
@@ -278,7 +282,7 @@ contains
     node = 1 + sum((ijk - self%all%lo)*self%stride)
   end function node
 
-  !> Place of the node with storage index `q` [m].
+  !> Position of the node with storage index `q` [m].
   pure function position(self, q) result(x)
     class(patch_t), intent(in) :: self
     integer, intent(in) :: q
@@ -313,7 +317,7 @@ contains
     h = self%grading%edges_at(self%h, x)
   end function patch_edges_at
 
-  !> Place of `x` from the first stored node, linear between nodes.
+  !> Position of `x` from the first stored node in cells, linear between nodes.
   pure function linear_place(self, x) result(s)
     class(patch_t), intent(in) :: self
     real(rp), intent(in) :: x(3)    !! [m]
@@ -337,7 +341,7 @@ contains
     end associate
   end function nearest_node
 
-  !> The nodes nearest to `n` places; inside one loop instead of a call each.
+  !> Nodes nearest to `n` positions, without a call for each.
   pure subroutine nearest_nodes(grid, n, x, ijk)
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: n
@@ -354,7 +358,8 @@ contains
     end do
   end subroutine nearest_nodes
 
-  !> Storage indices of the nodes nearest to `n` places near the patch, and whether it owns them.
+  !> Storage indices of the nodes nearest to `n` positions near the patch, and whether this rank
+  !> owns them.
   pure subroutine storage_nodes(grid, patch, n, x, node, is_own)
     type(grid_t), intent(in) :: grid
     type(patch_t), intent(in) :: patch
@@ -373,8 +378,8 @@ contains
     end do
   end subroutine storage_nodes
 
-  !> Move `x` by whole periods so that its nearest node is one of 0 to n-1. A sum that rounding
-  !> leaves on the other side of the edge is put 1e-9 cells inside.
+  !> Move `x` by whole periods so that its nearest node is one of 0 to n-1. A result that rounding
+  !> leaves beyond the edge is set 1e-9 cells inside.
   pure subroutine wrap(grid, x)
     type(grid_t), intent(in) :: grid
     real(rp), intent(inout) :: x(3)         !! [m]

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Cells graded along one axis. Shape functions are the quadratic B-splines on a row of spans of
-!> any widths: node i has span i, and stands in its middle, which is the mean of the two inner knots
-!> (Greville abscissa), so that linear fields are exact. With all widths equal they are the cells of
-!> a uniform grid.
+!> Cells graded along one axis. Shape functions are the quadratic B-splines on a row of spans of any
+!> width: node i has span i and is located at its middle, which is the mean of the two inner knots
+!> (Greville abscissa), so that linear fields are reproduced exactly. With equal widths they are the
+!> cells of a uniform grid.
 !>
-!> The place of a point is measured in spans: i + (x - middle of i)/width of i. It is what the
-!> number of a node is on a uniform axis.
+!> The place of a point is measured in spans: i + (x - middle of i)/width of i. It corresponds to
+!> the node number on a uniform axis.
 module grid_grading
   use base_kinds, only: nlane, rp
   use base_text, only: str
@@ -14,17 +14,18 @@ module grid_grading
 
   public :: grading_t, make_grading
 
-  integer, parameter :: pad = 3            !! spans beyond each end, mirrored
+  integer, parameter :: pad = 3            !! mirrored spans beyond each end
 
-  !> The spans of an axis; none is graded if `axis` is 0.
+  !> Spans of an axis; `axis` is 0 without grading.
   type :: grading_t
     integer :: axis = 0
-    integer :: first = 0                   !! number of the first span kept, below 0
-    real(rp), allocatable :: edge(:)       !! lower edges of the spans, and the last upper one [m]
-    real(rp), allocatable :: span(:, :)    !! (5, spans) middle [m], 1/width [1/m], parts of the
-                                           !! lower and upper neighbour's function, width [m]
-    integer, allocatable :: bin(:)         !! the span in which each bin of equal length begins
-    real(rp) :: inv_bin = 0.0_rp           !! 1/length of a bin [1/m]
+    integer :: first = 0                 !! index of the first stored span, below 0
+    real(rp), allocatable :: edge(:)     !! lower edges of the spans, and the upper one of the last
+                                         !! [m]
+    real(rp), allocatable :: span(:, :)  !! (5, spans) middle [m], 1/width [1/m], coefficients of
+                                         !! the lower and upper neighbour's function, width [m]
+    integer, allocatable :: bin(:)       !! span in which each bin of equal length begins
+    real(rp) :: inv_bin = 0.0_rp         !! 1/length of a bin [1/m]
   contains
     procedure :: edges_at
     procedure :: longest
@@ -42,15 +43,15 @@ module grid_grading
 
 contains
 
-  !> Spans from `lower` to `upper`, nodes on both: as wide as `cell` in the zone, whose ends are
-  !> nodes, and growing from there to both sides by no more than the factor `growth` from one to the
-  !> next, up to `largest`. `message` says what does not fit, else it is empty.
+  !> Make spans from `lower` to `upper`, with nodes at both: of width `cell` in the zone, whose ends
+  !> are nodes, and growing from there to both sides by at most the factor `growth` per span, up to
+  !> `largest`. `message` explains what does not fit, or is empty.
   pure subroutine make_grading(axis, lower, upper, zone, cell, growth, largest, grading, n, message)
     integer, intent(in) :: axis
     real(rp), intent(in) :: lower, upper, zone(2), cell, growth, largest   !! [m], [m], [m], [m],
                                                                            !! [-], [m]
     type(grading_t), intent(out) :: grading
-    integer, intent(out) :: n                           !! nodes
+    integer, intent(out) :: n                           !! number of nodes
     character(:), allocatable, intent(out) :: message
     real(rp), allocatable :: above(:), below(:), w(:)
     integer :: fine, i, m
@@ -83,7 +84,7 @@ contains
     call tabulate(grading, n)
   end subroutine make_grading
 
-  !> The span that the spans beyond the ends are images of.
+  !> Span of which span `i` beyond the ends is the mirror image.
   pure integer function mirrored(i, n)
     integer, intent(in) :: i, n
 
@@ -93,8 +94,8 @@ contains
     mirrored = max(0, min(n - 1, mirrored))
   end function mirrored
 
-  !> Widths of the spans from the end of the zone of equal ones to the end of the box, `length`
-  !> away, in the middle of the last of them.
+  !> Widths of the spans from the end of the uniform zone to the end of the box, at the distance
+  !> `length`, in the middle of the last span.
   pure subroutine grow(length, cell, growth, largest, side, w, message)
     real(rp), intent(in) :: length, cell, growth, largest
     character(*), intent(in) :: side
@@ -126,7 +127,7 @@ contains
     end do
     w = [(min(largest, cell*high**i), i=1, m)]
   contains
-    !> From the middle of the last equal span to that of the `m`-th wider one [m].
+    !> Distance from the middle of the last uniform span to that of the `m`-th wider one [m].
     pure real(rp) function reach(m, factor)
       integer, intent(in) :: m
       real(rp), intent(in) :: factor
@@ -137,7 +138,7 @@ contains
     end function reach
   end subroutine grow
 
-  !> What lookups and weights need, from the edges.
+  !> Fill the tables for lookups and weights from the edges.
   pure subroutine tabulate(grading, n)
     type(grading_t), intent(inout) :: grading
     integer, intent(in) :: n
@@ -155,7 +156,7 @@ contains
         grading%span(5, i) = w(i)
       end do
       length = edge(n + pad) - edge(-pad)
-      bins = ceiling(1.01_rp*length/minval(w)) + 1   ! no more than one edge in each
+      bins = ceiling(1.01_rp*length/minval(w)) + 1   ! at most one edge per bin
       grading%inv_bin = (bins - 1)/length
       allocate (grading%bin(0:bins))
       i = -pad
@@ -202,7 +203,7 @@ contains
     centre = 0.25_rp*sum(self%edge(i - 1:i + 2))
   end function centre
 
-  !> The span that holds `x`; the first or last one for what is beyond.
+  !> Span that contains `x`; the first or last one beyond the ends.
   pure integer function span_of(self, x)
     class(grading_t), intent(in) :: self
     real(rp), intent(in) :: x               !! [m]
@@ -216,7 +217,7 @@ contains
     end associate
   end function span_of
 
-  !> The spans from `first` to `last` that hold the places of a block, or are nearest to them.
+  !> Spans from `first` to `last` that contain the positions of a block, or are nearest to them.
   pure subroutine spans_of(self, first, last, x, spans)
     class(grading_t), intent(in) :: self
     integer, intent(in) :: first, last
@@ -227,7 +228,7 @@ contains
                     self%inv_bin, first, last, x, spans)
   end subroutine spans_of
 
-  !> The same from the tables alone, in one loop.
+  !> Do the same from the tables in a vectorised loop.
   pure subroutine find_spans(n_bins, n_edges, lowest, bin, edge, inv_bin, first, last, x, spans)
     integer, intent(in) :: n_bins, n_edges, lowest, first, last
     integer, intent(in) :: bin(0:n_bins)
@@ -256,7 +257,7 @@ contains
     place = i + (x - self%span(1, i))*self%span(2, i)
   end function place
 
-  !> The point at a place [m].
+  !> Position at a place [m].
   pure real(rp) function position(self, place) result(x)
     class(grading_t), intent(in) :: self
     real(rp), intent(in) :: place           !! [spans]
@@ -266,7 +267,7 @@ contains
     x = self%span(1, i) + (place - i)*self%span(5, i)
   end function position
 
-  !> Number of the node below `x` and the part of the way to the next one, for linear weights.
+  !> Index of the node below `x` plus the fraction of the way to the next one, for linear weights.
   pure real(rp) function linear_place(self, x)
     class(grading_t), intent(in) :: self
     real(rp), intent(in) :: x               !! [m]
@@ -278,8 +279,7 @@ contains
     linear_place = i + (x - self%span(1, i))/(self%span(1, i + 1) - self%span(1, i))
   end function linear_place
 
-  !> The same between the centres of the nodes' functions, which what particles give to the nodes
-  !> is the mean at.
+  !> The same between the centres of the nodal functions, at which mapped nodal values are the mean.
   pure real(rp) function mean_place(self, x)
     class(grading_t), intent(in) :: self
     real(rp), intent(in) :: x               !! [m]
@@ -290,7 +290,7 @@ contains
     mean_place = i + (x - self%centre(i))/(self%centre(i + 1) - self%centre(i))
   end function mean_place
 
-  !> Weights of span `i` and its neighbours at a point `d` widths above its middle.
+  !> Weights of node `i` and its neighbours at a point `d` widths above the middle of span `i`.
   pure function weights(self, i, d) result(w)
     class(grading_t), intent(in) :: self
     integer, intent(in) :: i

@@ -1,15 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> Sums the records of nodes that several ranks store, or one rank through several images.
+!> Sums of the records of nodes that several ranks store, or one rank through several images.
 !>
-!> A rank first adds up the images that it stores of a node in the first of them. Every pair of
-!> ranks then swaps its contributions to the nodes both store; each adds them up in the order of the
-!> ranks, its own among them, and copies the sum to all images: all copies of a node are equal to
-!> the bit.
+!> A rank first adds the images of a node that it stores to the first of them. Every pair of ranks
+!> then exchanges its contributions to their common nodes; each adds them in the order of the ranks,
+!> including its own, and copies the sum to all images: all copies of a node are bitwise equal.
 module grid_halo
   use base_kinds, only: i8, rp
   use base_timers, only: wall_time
   use comm_world, only: world_t
-  use grid_entries, only: swap_t
+  use grid_entries, only: entry_exchange_t
   use grid_geometry, only: box_t, patch_t, halo
   use grid_neighbours, only: common_lines, line_t, list_images, list_nodes, neighbour_t
   use mpi_f08, only: mpi_double_precision, mpi_irecv, mpi_isend, mpi_request, &
@@ -19,29 +18,29 @@ module grid_halo
 
   public :: halo_t
 
-  !> The exchange of one patch; `init` after every sort.
+  !> Exchange of one patch; `init` after every sort.
   type :: halo_t
     integer :: n = 0
-    integer :: width = 0                                 !! reals of a record that buffers hold
+    integer :: width = 0                                 !! reals per record that the buffers hold
     type(neighbour_t), allocatable :: neighbour(:)
-    integer, allocatable :: shared(:)                    !! all nodes shared with anybody
-    integer, allocatable :: image(:, :)                  !! (2, n) an image, the node's first image
-    real(rp), allocatable :: own(:)                      !! own contributions while summing
-    type(mpi_request), allocatable :: request(:)         !! (2n) receive, send
-    integer(i8) :: bytes = 0                             !! sent so far
-    integer(i8) :: messages = 0
-    real(rp) :: waited = 0.0_rp                          !! for messages of other ranks so far [s]
-    type(swap_t), private :: swap                        !! of values of a few nodes
+    integer, allocatable :: shared(:)             !! all nodes shared with other ranks
+    integer, allocatable :: image(:, :)           !! (2, n) image, first image of the same node
+    real(rp), allocatable :: own(:)               !! this rank's contributions while summing
+    type(mpi_request), allocatable :: request(:)  !! (2n) receive, send
+    integer(i8) :: bytes = 0                      !! bytes sent so far
+    integer(i8) :: messages = 0                   !! messages sent so far
+    real(rp) :: waited = 0.0_rp                   !! time spent waiting for other ranks [s]
+    type(entry_exchange_t), private :: entries    !! exchange of values of a few nodes
   contains
     procedure :: init
     procedure :: mark_used
     procedure :: sum => sum_records
     procedure :: post
-    procedure :: poke
+    procedure :: progress_messages
     procedure :: finish
     procedure :: combine
     procedure :: post_entries
-    procedure :: poke_entries
+    procedure :: entries_have_arrived
     procedure :: finish_entries
   end type halo_t
 
@@ -53,7 +52,8 @@ contains
     type(world_t), intent(in) :: world
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: boxes(0:)
-    type(box_t), intent(in) :: active  !! box of the nodes in use on any rank, but on periodic axes
+    type(box_t), intent(in) :: active  !! box of the nodes in use on any rank; periodic axes ignore
+                                       !! it
     type(line_t) :: line(3)
     logical, allocatable :: is_shared(:)
     integer, allocatable :: others(:)
@@ -106,7 +106,7 @@ contains
     call move_alloc(kept, self%image)
   end subroutine mark_used
 
-  !> Buffers for records of `width` reals.
+  !> Allocate buffers for records of `width` reals.
   subroutine widen(self, width)
     class(halo_t), intent(inout) :: self
     integer, intent(in) :: width
@@ -134,9 +134,9 @@ contains
     call self%finish(world, width, nn, g)
   end subroutine sum_records
 
-  !> Begin such a sum: this rank's contributions to the shared nodes and to all images are complete,
-  !> and go to the other ranks, those to `more` in the same message. Until `finish`, with the same
-  !> arrays, only other nodes may be added to.
+  !> Start the sum: this rank's contributions to the shared nodes and to all images are complete and
+  !> are sent, those to `more` in the same message. Until `finish`, with the same arrays, only other
+  !> nodes may be changed.
   subroutine post(self, world, width, nn, g, more)
     class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -168,15 +168,16 @@ contains
     end do
   end subroutine post
 
-  !> Let messages under way progress: not every MPI does it by itself.
-  subroutine poke(self)
+  !> Test the pending messages, so that MPI implementations without asynchronous progress advance
+  !> them.
+  subroutine progress_messages(self)
     class(halo_t), intent(inout) :: self
     logical :: done
 
     if (self%n > 0) call mpi_testall(2*self%n, self%request, done, mpi_statuses_ignore)
-  end subroutine poke
+  end subroutine progress_messages
 
-  !> End the sum that `post` began.
+  !> Complete the sum started by `post`.
   subroutine finish(self, world, width, nn, g, more)
     class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -195,8 +196,8 @@ contains
     if (present(more)) call restore(size(more, 1), size(self%image, 2), self%image, nn, more)
   end subroutine finish
 
-  !> Sum the contributions to the shared nodes in the order of the ranks; those of the others lie
-  !> behind `before` reals a node of what came with them.
+  !> Sum the contributions to the shared nodes in the order of the ranks; in the received messages
+  !> they follow `before` reals per node.
   subroutine add_up(self, rank, width, before, nn, g)
     class(halo_t), intent(inout) :: self
     integer, intent(in) :: rank, width, before, nn
@@ -221,7 +222,7 @@ contains
     if (.not. own_added) call scatter_add(width, size(self%shared), self%shared, self%own, nn, g)
   end subroutine add_up
 
-  !> Add every image to its node's first.
+  !> Add every image to the first image of its node.
   pure subroutine reflect(width, n, image, nn, g)
     integer, intent(in) :: width, n, image(2, n), nn
     real(rp), intent(inout) :: g(width, nn)
@@ -232,7 +233,7 @@ contains
     end do
   end subroutine reflect
 
-  !> Copy every node's first image to the others.
+  !> Copy the first image of every node to the others.
   pure subroutine restore(width, n, image, nn, g)
     integer, intent(in) :: width, n, image(2, n), nn
     real(rp), intent(inout) :: g(width, nn)
@@ -265,7 +266,7 @@ contains
     end do
   end subroutine scatter_add
 
-  !> Sums over ranks and images (or maxima) of values kept for a few nodes only (grid_entries).
+  !> Sum over ranks and images (or take maxima of) values kept for a few nodes only (grid_entries).
   subroutine combine(self, world, largest, nn, first, n, node, width, values)
     class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -277,7 +278,8 @@ contains
     call self%finish_entries(world, largest, n, width, values)
   end subroutine combine
 
-  !> Begin such a sum; `finish_entries` ends it, `poke_entries` is true if that need not wait.
+  !> Start such a sum; `finish_entries` completes it, `entries_have_arrived` is true if that need
+  !> not wait.
   subroutine post_entries(self, world, largest, nn, first, n, node, width, values)
     class(halo_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -285,15 +287,15 @@ contains
     integer, intent(in) :: nn, first(nn), n, node(n), width
     real(rp), intent(inout) :: values(width, n)
 
-    call self%swap%post(self%neighbour(:self%n), self%image, world, largest, nn, first, n, node, &
-                        width, values)
+    call self%entries%post(self%neighbour(:self%n), self%image, world, largest, nn, first, n, &
+                        node, width, values)
   end subroutine post_entries
 
-  logical function poke_entries(self)
+  logical function entries_have_arrived(self)
     class(halo_t), intent(inout) :: self
 
-    poke_entries = self%swap%poke()
-  end function poke_entries
+    entries_have_arrived = self%entries%progress_messages()
+  end function entries_have_arrived
 
   subroutine finish_entries(self, world, largest, n, width, values)
     class(halo_t), intent(inout) :: self
@@ -302,7 +304,7 @@ contains
     integer, intent(in) :: n, width
     real(rp), intent(inout) :: values(width, n)
 
-    call self%swap%finish(self%neighbour(:self%n), world, largest, n, width, values, self%waited)
+    call self%entries%finish(self%neighbour(:self%n), world, largest, n, width, values, self%waited)
   end subroutine finish_entries
 
 end module grid_halo

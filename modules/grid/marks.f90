@@ -8,7 +8,7 @@ module grid_marks
 
 contains
 
-  !> Mark all up to `reach` away from a marked one along each axis.
+  !> Mark all nodes up to `reach` away from a marked one along each axis.
   pure subroutine dilate(used, reach)
     logical, intent(inout), contiguous :: used(:, :, :)
     integer, intent(in) :: reach
@@ -20,15 +20,15 @@ contains
     call dilate_axis(n(1)*n(2), n(3), 1, reach, used)
   end subroutine dilate
 
-  !> The same along an axis of `n` places, each of `width` values, in `many` arrays; by integers,
-  !> whose `or` the compiler does many at a time.
-  pure subroutine dilate_axis(width, n, many, reach, used)
-    integer, intent(in) :: width, n, many, reach
-    logical, intent(inout) :: used(width*n, many)
+  !> Do the same along an axis of `n` places, each of `width` values, in `n_arrays` arrays; with
+  !> integers, whose `ior` is vectorised.
+  pure subroutine dilate_axis(width, n, n_arrays, reach, used)
+    integer, intent(in) :: width, n, n_arrays, reach
+    logical, intent(inout) :: used(width*n, n_arrays)
     integer, dimension(width*n) :: marked, old
     integer :: i, away, rest, s
 
-    do i = 1, many
+    do i = 1, n_arrays
       old = merge(1, 0, used(:, i))
       marked = old
       do s = 1, min(reach, n - 1)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Which nodes a patch shares with another rank, and which of its nodes are images of one node.
+!> Nodes that a patch shares with another rank, and periodic images among its nodes.
 module grid_neighbours
   use base_kinds, only: rp
   use grid_geometry, only: box_t, patch_t
@@ -8,10 +8,10 @@ module grid_neighbours
 
   public :: neighbour_t, line_t, common_lines, list_nodes, list_images
 
-  !> What is swapped with one other rank.
+  !> Data exchanged with one other rank.
   type :: neighbour_t
     integer :: rank = -1
-    integer :: count = 0                                 !! shared active nodes
+    integer :: count = 0                                 !! number of shared nodes in use
     integer, allocatable :: node(:)                      !! their storage indices
     real(rp), allocatable :: send(:), receive(:)         !! (width*count)
   end type neighbour_t
@@ -23,7 +23,7 @@ module grid_neighbours
 
 contains
 
-  !> Along each axis the first images in `patch` of the nodes that `other` stores as well, in the
+  !> First images in `patch`, along each axis, of the nodes that `other` stores as well, in the
   !> order of the nodes, which is the same for both.
   pure function common_lines(patch, other, active) result(line)
     type(patch_t), intent(in) :: patch
@@ -53,7 +53,7 @@ contains
     end do
   end function common_lines
 
-  !> Pairs of storage indices: every image that is not a node's first in the patch, and the first.
+  !> Pairs of storage indices: every image except the first of a node in the patch, and the first.
   pure subroutine list_images(patch, active, image)
     type(patch_t), intent(in) :: patch
     type(box_t), intent(in) :: active
@@ -83,7 +83,7 @@ contains
                               [count(from /= to), 2]))
   end subroutine list_images
 
-  !> Storage indices of the nodes in which `line` cross.
+  !> Storage indices of the nodes at the intersections of `line`.
   pure subroutine list_nodes(patch, line, list)
     type(patch_t), intent(in) :: patch
     type(line_t), intent(in) :: line(3)

@@ -10,14 +10,15 @@ module grid_partition
 
   public :: bisect, owner_of, imbalance
 
-  !> Imbalance that a cut across a stretch of no length would have to save: exchange costs a few
-  !> percent of a step, and half the length has twice the shared nodes.
-  real(rp), parameter :: length_is_worth = 0.05_rp
+  !> Weight of the relative length of the cut axis against the imbalance: exchange costs a few
+  !> percent of a step, and half the length means twice the shared nodes.
+  real(rp), parameter :: length_weight = 0.05_rp
 
 contains
 
-  !> Cut the grid into `boxes(0:size-1)`. `weight(n)` counts this rank's load at `nodes(:,n)`.
-  !> Every rank gets the same boxes; ranks beyond what the load can feed get empty or idle boxes.
+  !> Cut the grid into `boxes(0:size-1)`. `weight(n)` is this rank's load at `nodes(:,n)`. All ranks
+  !> get the same boxes; with more ranks than the load can be divided into, some boxes are empty or
+  !> without load.
   subroutine bisect(world, grid, nodes, weight, boxes)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
@@ -34,7 +35,8 @@ contains
              whole, 0, world%size - 1, boxes)
   end subroutine bisect
 
-  !> Give `box` to ranks `first..last`: cut across its loaded length in proportion to the ranks.
+  !> Divide `box` among ranks `first..last`: cut across its loaded length in proportion to the
+  !> number of ranks.
   recursive subroutine cut(world, nodes, weight, inside, box, first, last, boxes)
     type(world_t), intent(in) :: world
     integer, intent(in) :: nodes(:, :)
@@ -63,15 +65,15 @@ contains
              upper_half, middle + 1, last, boxes)
   end subroutine cut
 
-  !> Axis and last node of the lower part of the best cut: across the longest loaded stretch, since
-  !> that shares the fewest nodes, unless planes of nodes divide a shorter one so much more evenly.
+  !> Axis and last node of the lower part of the best cut: across the longest loaded axis, since
+  !> that shares the fewest nodes, unless a shorter one can be divided that much more evenly.
   subroutine best_cut(world, nodes, weight, inside, box, share, axis, place)
     type(world_t), intent(in) :: world
     integer, intent(in) :: nodes(:, :)
     real(rp), intent(in) :: weight(:)
     integer, intent(in) :: inside(:)
     type(box_t), intent(in) :: box
-    real(rp), intent(in) :: share            !! wanted share of the lower part
+    real(rp), intent(in) :: share            !! desired load fraction of the lower part
     integer, intent(out) :: axis, place
     real(rp), allocatable :: profile(:)
     integer :: start(4), a, i, lower(3), n(3), span(3)
@@ -95,15 +97,15 @@ contains
     if (maxval(span) == 0) then
       axis = maxloc(n, 1)
     else
-      axis = minloc(excess - length_is_worth*real(span, rp)/maxval(span), 1)
+      axis = minloc(excess - length_weight*real(span, rp)/maxval(span), 1)
     end if
     place = box%lo(axis) + lower(axis) - 1
   end subroutine best_cut
 
-  !> How many planes of nodes the lower part gets for a `share` of the load nearest to the wanted
-  !> one, and the larger of both parts' loads over what they should have, less 1.
+  !> Number of node planes of the lower part with the load fraction nearest to `share`, and the
+  !> larger relative excess load of both parts.
   pure subroutine divide(profile, share, lower, excess)
-    real(rp), intent(in) :: profile(:)       !! load of each plane
+    real(rp), intent(in) :: profile(:)       !! load of each plane of nodes
     real(rp), intent(in) :: share
     integer, intent(out) :: lower
     real(rp), intent(out) :: excess
@@ -157,7 +159,7 @@ contains
 
   !> Largest load of a rank over the mean.
   pure real(rp) function imbalance(load)
-    real(rp), intent(in) :: load(:)          !! of every rank
+    real(rp), intent(in) :: load(:)          !! load of every rank
 
     imbalance = maxval(load)*size(load)/max(sum(load), tiny(1.0_rp))
   end function imbalance

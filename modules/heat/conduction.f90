@@ -4,7 +4,7 @@ module heat_conduction
   use base_kinds, only: i8, nlane, rp
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
-  use boundary_symmetry, only: book_heat, r_warming, restore
+  use boundary_symmetry, only: record_wall_heat, r_warming, restore
   use comm_world, only: world_t
   use contact_backing, only: backing_t
   use contact_tool, only: tool_t
@@ -17,15 +17,15 @@ module heat_conduction
   use heat_sources, only: add_source_heat, source_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
-  use mapping_probes, only: probes_t, warm_probes
+  use mapping_probes, only: probes_t, update_probe_temperatures
   use particles_store, only: f_heat, f_mass, f_rate, f_temp, n_conduction, particles_t
   use sleep_criteria, only: swap_lists
   use state_blocks, only: blocks_t
-  use state_books, only: books_t, e_conduction, e_film, e_tool, e_wall_heat
+  use state_budget, only: budget_t, e_conduction, e_film, e_tool, e_wall_heat
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
-  use transfer_conduction, only: heat_particles, least_capacity, temperature_increment
+  use transfer_conduction, only: heat_particles, min_capacity, temperature_increment
   use update_annealing, only: anneal_particles
   implicit none (type, external)
   private
@@ -69,7 +69,7 @@ contains
   !> Collective. Conduct heat over the time since the last conduction step: one step, or several
   !> explicit ones if heat transfer to tools or through films requires it.
   subroutine conduct(world, scene, clock, step, tool, backing, source, probes, particles, &
-                     blocks, nodes, boundary, pairs, books, elapsed)
+                     blocks, nodes, boundary, pairs, budget, elapsed)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -83,16 +83,16 @@ contains
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
     type(node_pairs_t), intent(in) :: pairs
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
     real(rp) :: remaining                       ! time not yet covered [s]
 
     call swap_lists(scene, nodes, boundary)
-    call add_source_heat(world, scene, clock, source, particles, blocks, books, elapsed)
+    call add_source_heat(world, scene, clock, source, particles, blocks, budget, elapsed)
     remaining = elapsed
     do
       call take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &
-                                nodes, boundary, pairs, books, elapsed, remaining)
+                                nodes, boundary, pairs, budget, elapsed, remaining)
       if (remaining <= 0.0_rp) exit
     end do
     call reset_contact_sums(tool, particles)
@@ -103,7 +103,7 @@ contains
 
   !> One conduction step over the remaining time, or over a stable part of it.
   subroutine take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &
-                                  nodes, boundary, pairs, books, elapsed, remaining)
+                                  nodes, boundary, pairs, budget, elapsed, remaining)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -115,7 +115,7 @@ contains
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
     type(node_pairs_t), intent(in) :: pairs
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: elapsed             !! time since the last conduction step [s]
     real(rp), intent(inout) :: remaining        !! time not yet covered [s]
     real(rp) :: lost(8, size(scene%symmetry))   ! change of nodal sums by reflection at walls
@@ -127,25 +127,26 @@ contains
     lost = 0.0_rp
     gained = 0.0_rp
     smoothed = 0.0_rp
-    out = books%sums(e_film) - books%sums(e_wall_heat) + books%sums(e_tool)
+    out = budget%sums(e_film) - budget%sums(e_wall_heat) + budget%sums(e_tool)
     call gather_temperature(world, scene, particles, nodes, boundary, lost)
     call find_gaps(world, scene, particles, nodes, boundary, pairs, gaps)
     call find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, &
-                     books, sinks, gaps, elapsed, remaining, lost, dt)
+                     budget, sinks, gaps, elapsed, remaining, lost, dt)
     do k = 1, scene%n_heat_groups
       do r = 1, nodes%n_ranges
         call temperature_increment(nodes%range(2, r) - nodes%range(1, r) + 1, &
                                    nodes%g2(:, nodes%range(1, r):nodes%range(2, r), k), &
                                    nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
       end do
-      if (scene%grid%grading%axis > 0) call centre_increment(world, scene, nodes, boundary, books, &
-                                                             nodes%g(:, :, k))
+      if (scene%grid%grading%axis > 0) call centre_increment(world, scene, nodes, boundary, &
+                                                             budget, nodes%g(:, :, k))
     end do
     ! mechanical steps set the temperature of probes, but not where the material sleeps
-    if (scene%method%sleep%is_on) call warm_probes(nodes%patch, nodes%g(:, :, 1), probes)
+    if (scene%method%sleep%is_on) call update_probe_temperatures(nodes%patch, nodes%g(:, :, 1), &
+                                                                 probes)
     do k = 1, scene%n_heat_groups
       call restore(scene, nodes, boundary, r_warming, nodes%g(:, :, k))
-      call book_heat(scene, nodes, boundary, books, lost(3, :) + lost(5, :), k, &
+      call record_wall_heat(scene, nodes, boundary, budget, lost(3, :) + lost(5, :), k, &
                      nodes%g(:, :, k))
       lost = 0.0_rp
     end do
@@ -157,17 +158,17 @@ contains
                       smoothed)
     end do
     if (any(scene%symmetry%temperature > 0.0_rp)) then
-      books%sums(e_wall_heat) = books%sums(e_wall_heat) + smoothed
+      budget%sums(e_wall_heat) = budget%sums(e_wall_heat) + smoothed
     end if
-    call advance_sinks(world, dt, sinks, tool, backing, books)
-    books%sums(e_conduction) = books%sums(e_conduction) + gained + books%sums(e_film) &
-                               - books%sums(e_wall_heat) + books%sums(e_tool) - out
+    call advance_sinks(world, dt, sinks, tool, backing, budget)
+    budget%sums(e_conduction) = budget%sums(e_conduction) + gained + budget%sums(e_film) &
+                               - budget%sums(e_wall_heat) + budget%sums(e_tool) - out
     remaining = remaining - dt
   end subroutine take_conduction_step
 
   !> Heat fluxes to the nodes in a step `dt`, the remaining time or an integer fraction of it.
   subroutine find_fluxes(world, scene, clock, step, tool, backing, particles, nodes, boundary, &
-                         books, sinks, gaps, elapsed, remaining, lost, dt)
+                         budget, sinks, gaps, elapsed, remaining, lost, dt)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -177,7 +178,7 @@ contains
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     type(sinks_t), intent(inout) :: sinks
     type(gaps_t), intent(in) :: gaps
     real(rp), intent(in) :: elapsed         !! time since the last conduction step [s]
@@ -187,23 +188,23 @@ contains
     real(rp) :: before(8, size(scene%symmetry)), film, dt_max
 
     before = lost
-    film = books%sums(e_film)
+    film = budget%sums(e_film)
     dt = remaining
     call find_sinks(world, scene, particles, nodes, tool, backing, elapsed, dt, sinks)
     if (scene%method%implicit_heat) then
       call solve_implicit(world, scene, clock, step, particles, nodes, boundary, sinks, &
-                          gaps, books, dt)
+                          gaps, budget, dt)
     end if
-    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, budget, dt, lost)
     if (scene%method%implicit_heat) return
     if (.not. (films_vary(scene) .or. any(tool%heat%is_on) .or. allocated(scene%gap))) return
     dt_max = max_stable_step(world, scene, nodes)
     if (dt <= dt_max) return
     dt = remaining/(aint(remaining/dt_max) + 1.0_rp)
     lost = before
-    books%sums(e_film) = film
+    budget%sums(e_film) = film
     call find_sinks(world, scene, particles, nodes, tool, backing, elapsed, dt, sinks)
-    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, budget, dt, lost)
   end subroutine find_fluxes
 
   !> Collective. Largest stable explicit step [s] with the boundary conductances in lane 6 of the
@@ -219,7 +220,7 @@ contains
     do k = 1, scene%n_heat_groups
       do r = 1, nodes%n_ranges
         do i = nodes%range(1, r), nodes%range(2, r)
-          if (nodes%g(1, i, k) <= least_capacity) cycle
+          if (nodes%g(1, i, k) <= min_capacity) cycle
           rate = max(rate, nodes%g2(6, i, k)/nodes%g(1, i, k))
         end do
       end do
@@ -246,7 +247,7 @@ contains
                           ps(1, f_mass), smoothed_fraction(scene, body, dt, ps(:, f_mass), before, &
                                                            ps(:, f_rate)), rec, ps(1, f_temp), &
                           ps(1, f_heat), gained, smoothed)
-      call material%take_up(c_p, before, ps(1, f_temp))
+      call material%apply_heat(c_p, before, ps(1, f_temp))
     end associate
   end subroutine heat_block
 

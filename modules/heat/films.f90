@@ -5,10 +5,10 @@ module heat_films
   use base_kinds, only: nlane, rp
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_mass, f_pos, particles_t, tag_faces
-  use state_books, only: books_t, e_film
+  use state_budget, only: budget_t, e_film
   use state_film, only: film_t, of_pressure, stefan_boltzmann
   use state_scene, only: scene_t
-  use transfer_conduction, only: film_to_grid, least_capacity
+  use transfer_conduction, only: film_to_grid, min_capacity
   use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
@@ -34,11 +34,11 @@ contains
   end function films_vary
 
   !> Add the film losses of a block of particles to the nodal fluxes.
-  subroutine add_film_losses(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
+  subroutine add_film_losses(scene, particles, nodes, budget, b, body, n, dt, nf, ps, g, flux)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, nodes%patch%nn)
     real(rp), intent(inout) :: flux(8, nodes%patch%nn)
@@ -58,10 +58,10 @@ contains
           associate (film => body_now%film(face))
             if (film%varies()) then
               call add_varying_loss(dt, film, axis, area, x, nodes%patch%stride, nodes%patch%nn, &
-                                    g, flux, books%sums(e_film))
+                                    g, flux, budget%sums(e_film))
             else
               call film_to_grid(dt, film%coefficient, area, film%ambient, x, &
-                                nodes%patch%stride, nodes%patch%nn, g, flux, books%sums(e_film))
+                                nodes%patch%stride, nodes%patch%nn, g, flux, budget%sums(e_film))
             end if
           end associate
         end do
@@ -99,7 +99,7 @@ contains
     real(rp) :: before, h, heat, radiation, t, weight(0:7)
     integer :: c, q(0:7)
 
-    call point_nodes(s, stride, 1, least_capacity, nn, g, q, weight)
+    call point_nodes(s, stride, 1, min_capacity, nn, g, q, weight)
     if (sum(weight) <= 0.0_rp) return
     t = sum(weight*g(4, q))
     before = sum(weight*g(5, q))

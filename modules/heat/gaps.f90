@@ -15,7 +15,7 @@ module heat_gaps
   use mapping_nodes, only: clear_nodes, nodes_t
   use particles_store, only: f_jac, f_mass, f_tau, n_conduction, particles_t
   use state_scene, only: scene_t
-  use transfer_conduction, only: least_capacity, surface_to_grid
+  use transfer_conduction, only: min_capacity, surface_to_grid
   use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
@@ -92,7 +92,7 @@ contains
                                             scene%contact(pairs%pair(e))%group(k), dim=1)))
         depth = 0.5_rp*norm2(pairs%normal(:, e)*body%spacing*nodes%patch%edges_at(x)/scene%grid%h)
         at = nodes%patch%linear_place(x + (2*k - 3)*depth*pairs%normal(:, e))
-        call point_nodes(at, nodes%patch%stride, 1, least_capacity, nodes%patch%nn, &
+        call point_nodes(at, nodes%patch%stride, 1, min_capacity, nodes%patch%nn, &
                          nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
         if (sum(weight(:, k)) <= 0.0_rp) return
         temp = sum(weight(:, k)*nodes%g(4, node(:, k), groups(k)))

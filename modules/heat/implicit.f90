@@ -14,11 +14,11 @@ module heat_implicit
   use heat_solvers_petsc, only: solve_by_petsc
   use mapping_nodes, only: nodes_t
   use particles_store, only: particles_t
-  use state_books, only: books_t, e_film
+  use state_budget, only: budget_t, e_film
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
-  use transfer_conduction, only: least_capacity
+  use transfer_conduction, only: min_capacity
   implicit none (type, external)
   private
 
@@ -34,7 +34,7 @@ module heat_implicit
     type(boundary_t), pointer :: boundary => null()
     type(sinks_t), pointer :: sinks => null()
     type(gaps_t), pointer :: gaps => null()
-    type(books_t), pointer :: books => null()
+    type(budget_t), pointer :: budget => null()
     logical :: is_unsolved = .false.
     real(rp) :: dt = 0.0_rp                     !! conduction step [s]
     integer :: n = 1                            !! heat groups, each with all nodes
@@ -56,7 +56,7 @@ contains
   !> by pending heat of friction and plastic work, as the flow stress follows only after a
   !> conduction step. A failed solve sets `step%is_unsolved` on all ranks.
   subroutine solve_implicit(world, scene, clock, step, particles, nodes, boundary, sinks, &
-                            gaps, books, dt)
+                            gaps, budget, dt)
     type(world_t), intent(in), target :: world
     type(scene_t), intent(in), target :: scene
     type(clock_t), intent(inout), target :: clock
@@ -66,7 +66,7 @@ contains
     type(boundary_t), intent(in), target :: boundary
     type(sinks_t), intent(inout), target :: sinks
     type(gaps_t), intent(in), target :: gaps
-    type(books_t), intent(inout), target :: books
+    type(budget_t), intent(inout), target :: budget
     real(rp), intent(in) :: dt                  !! conduction step [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the two solves
     real(rp), dimension(nodes%patch%nn, scene%n_heat_groups) :: before, b, error, x
@@ -76,12 +76,12 @@ contains
     integer :: k, n
 
     lost = 0.0_rp
-    film = books%sums(e_film)                     ! restored below: fluxes here are trial values
+    film = budget%sums(e_film)                     ! restored below: fluxes here are trial values
     n = scene%n_heat_groups
     before = nodes%g(4, :, :n)
-    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, budget, dt, lost)
     b = nodes%g2(5, :, :n) + nodes%g(3, :, :n)
-    call init_system(system, world, scene, particles, nodes, boundary, sinks, gaps, books, dt)
+    call init_system(system, world, scene, particles, nodes, boundary, sinks, gaps, budget, dt)
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
     associate (method => scene%method)
@@ -89,7 +89,7 @@ contains
         b = merge(0.5_rp*(nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
         call solve(system, rough, b, error)
         worst(1) = maxval(abs(error), mask=system%is_own)
-        worst(2) = maxval(abs(nodes%g(3, :, :n))/max(nodes%g(1, :, :n), least_capacity), &
+        worst(2) = maxval(abs(nodes%g(3, :, :n))/max(nodes%g(1, :, :n), min_capacity), &
                           mask=system%is_own)
         worst = max(worst, tiny(1.0_rp))
         call world%max(worst)
@@ -103,11 +103,11 @@ contains
     do k = 1, n
       call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
     end do
-    books%sums(e_film) = film
+    budget%sums(e_film) = film
   end subroutine solve_implicit
 
   !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
-  subroutine init_system(system, world, scene, particles, nodes, boundary, sinks, gaps, books, dt)
+  subroutine init_system(system, world, scene, particles, nodes, boundary, sinks, gaps, budget, dt)
     type(nodal_system_t), intent(out) :: system
     type(world_t), intent(in), target :: world
     type(scene_t), intent(in), target :: scene
@@ -116,7 +116,7 @@ contains
     type(boundary_t), intent(in), target :: boundary
     type(sinks_t), intent(inout), target :: sinks
     type(gaps_t), intent(in), target :: gaps
-    type(books_t), intent(inout), target :: books
+    type(budget_t), intent(inout), target :: budget
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
     real(rp) :: lost(8, size(scene%symmetry)), all(1)
@@ -129,14 +129,14 @@ contains
     system%boundary => boundary
     system%sinks => sinks
     system%gaps => gaps
-    system%books => books
+    system%budget => budget
     system%dt = dt
     system%n = scene%n_heat_groups
     allocate (system%is_free(nodes%patch%nn, system%n), system%is_own(nodes%patch%nn, system%n), &
               source=.false.)
     do r = 1, nodes%n_ranges
       associate (first => nodes%range(1, r), last => nodes%range(2, r))
-        system%is_free(first:last, :) = nodes%g(1, first:last, :system%n) > least_capacity
+        system%is_free(first:last, :) = nodes%g(1, first:last, :system%n) > min_capacity
         system%is_own(first:last, :) = nodes%range(3, r) == 1
       end associate
     end do
@@ -144,7 +144,7 @@ contains
     system%is_own = system%is_own .and. system%is_free
     lost = 0.0_rp
     nodes%g(4, :, :system%n) = 0.0_rp
-    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
+    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, budget, dt, lost)
     system%at_zero = nodes%g2(5, :, :system%n)
     all = sum(nodes%g(1, :, :system%n), mask=system%is_own)
     call world%sum(all)
@@ -220,7 +220,7 @@ contains
         call restore(self%scene, self%nodes, self%boundary, r_warming, g(:, :, k))
       end do
       call gather_flux(self%world, self%scene, self%particles, self%nodes, self%boundary, &
-                       self%sinks, self%gaps, self%books, self%dt, lost)
+                       self%sinks, self%gaps, self%budget, self%dt, lost)
       q = merge(g(1, :, :n)*p - (self%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
     end associate
   end subroutine apply

@@ -12,9 +12,9 @@ module heat_nodes
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t
-  use state_books, only: books_t, e_wall_heat
+  use state_budget, only: budget_t, e_wall_heat
   use state_scene, only: scene_t
-  use transfer_conduction, only: capacity_to_grid, flux_to_grid, least_capacity, nodal_pressure, &
+  use transfer_conduction, only: capacity_to_grid, flux_to_grid, min_capacity, nodal_pressure, &
                                  nodal_temperature, pressure_to_grid
   implicit none (type, external)
   private
@@ -34,7 +34,7 @@ contains
 
     stable_conduction = huge(1.0_rp)
     do m = 1, size(scene%material)
-      call scene%material(m)%most_diffusive(k, c)
+      call scene%material(m)%max_diffusivity(k, c)
       if (k > 0.0_rp) stable_conduction = min(stable_conduction, &
         scene%method%fourier*minval(scene%grid%h)**2*scene%material(m)%rho*c/k)
     end do
@@ -62,7 +62,7 @@ contains
     end do
     do k = 1, scene%n_heat_groups
       call reflect(scene, nodes, boundary, r_heat, nodes%g(:, :, k), lost, &
-                   boundary%mirrors%own(:, k))
+                   boundary%mirrors%mass_behind(:, k))
       call sum_all_nodes(world, scene, nodes, 8, nodes%g(:, :, k))
       do r = 1, nodes%n_ranges
         call nodal_temperature(nodes%range(2, r) - nodes%range(1, r) + 1, &
@@ -95,7 +95,7 @@ contains
     associate (patch => nodes%patch, a => scene%grid%grading%axis)
       do r = 1, nodes%n_ranges
         do q = nodes%range(1, r), nodes%range(2, r)
-          has_any(q) = g(1, q) > least_capacity
+          has_any(q) = g(1, q) > min_capacity
         end do
       end do
       do q = 1, patch%nn
@@ -136,12 +136,12 @@ contains
   !> of the centres, with the widths w1, w2 of their supports and the smallest width w. This is
   !> exact for linear increments and vanishes between the finest cells. Heat exchanged with a wall
   !> of given temperature is added to the wall heat.
-  subroutine centre_increment(world, scene, nodes, boundary, books, g)
+  subroutine centre_increment(world, scene, nodes, boundary, budget, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp), allocatable :: capacity(:), new(:, :)  ! capacities [J/K], doubled on walls
     logical, allocatable :: is_given(:)              ! node on a wall of given temperature
@@ -170,7 +170,7 @@ contains
                                      .or. ijk(a) >= scene%grid%n(a))) capacity(q) = 0.0_rp
       end do
       do q = 1, patch%nn
-        if (capacity(q) <= least_capacity) cycle
+        if (capacity(q) <= min_capacity) cycle
         ijk = patch%indices(q)
         if (.not. patch%own%has(ijk)) cycle
         new(:, q) = [g(5, q), 1.0_rp]
@@ -179,8 +179,8 @@ contains
           from_below = exchanged(ijk(a) - 1, below, q)
           from_above = -exchanged(ijk(a), q, above)
           new(1, q) = g(5, q) + (from_below + from_above)/capacity(q)
-          if (is_given(below)) books%sums(e_wall_heat) = books%sums(e_wall_heat) + from_below
-          if (is_given(above)) books%sums(e_wall_heat) = books%sums(e_wall_heat) + from_above
+          if (is_given(below)) budget%sums(e_wall_heat) = budget%sums(e_wall_heat) + from_below
+          if (is_given(above)) budget%sums(e_wall_heat) = budget%sums(e_wall_heat) + from_above
         end associate
       end do
       call sum_all_nodes(world, scene, nodes, 2, new)
@@ -209,7 +209,7 @@ contains
   !> Collective. Heat to the nodes in `dt` by conduction, films, tools and gaps at the temperatures
   !> in lane 4, to lane 5 of the second grid. Lane 8: capacity times the smoothed differences of
   !> particles from the nodal field. Lane 6: conductance of tools, gaps and varying films [W/K].
-  subroutine gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, books, dt, lost)
+  subroutine gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, budget, dt, lost)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
@@ -217,7 +217,7 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(sinks_t), intent(inout) :: sinks
     type(gaps_t), intent(in) :: gaps
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), intent(inout) :: lost(8, size(scene%symmetry))   !! change of the sums by walls
     integer :: b, k
@@ -226,9 +226,9 @@ contains
     do b = 1, particles%nblk
       call particles%fetch(b + 1, n_conduction)
       k = scene%body(particles%body(b))%heat_group
-      call diffuse_block(scene, particles, nodes, books, b, particles%body(b), particles%count(b), &
-                         dt, particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, k), &
-                         nodes%g2(:, :, k))
+      call diffuse_block(scene, particles, nodes, budget, b, particles%body(b), &
+                         particles%count(b), dt, particles%nf, particles%ps(:, :, b), nodes%rec, &
+                         nodes%g(:, :, k), nodes%g2(:, :, k))
     end do
     call add_sink_fluxes(world, nodes, dt, sinks)
     call add_gap_fluxes(nodes, gaps, dt)
@@ -304,11 +304,11 @@ contains
   end subroutine gather_block
 
   !> Add the conductive fluxes and film losses of a block of particles to the nodes.
-  subroutine diffuse_block(scene, particles, nodes, books, b, body, n, dt, nf, ps, rec, g, flux)
+  subroutine diffuse_block(scene, particles, nodes, budget, b, body, n, dt, nf, ps, rec, g, flux)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: b, body, n, nf
     real(rp), intent(in) :: dt, ps(nlane, nf), g(8, nodes%patch%nn)
     real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nodes%patch%nn)
@@ -325,7 +325,7 @@ contains
                                                            flux)
     end associate
     if (any(scene%body(body)%film%acts())) then
-      call add_film_losses(scene, particles, nodes, books, b, body, n, dt, nf, ps, g, flux)
+      call add_film_losses(scene, particles, nodes, budget, b, body, n, dt, nf, ps, g, flux)
     end if
   end subroutine diffuse_block
 

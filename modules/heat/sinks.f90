@@ -14,9 +14,9 @@ module heat_sinks
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_mass, f_pos, f_temp, particles_t, tag_faces
-  use state_books, only: books_t, e_film, e_tool
+  use state_budget, only: budget_t, e_film, e_tool
   use state_scene, only: scene_t
-  use transfer_conduction, only: least_capacity
+  use transfer_conduction, only: min_capacity
   use transfer_weights, only: point_nodes
   implicit none (type, external)
   private
@@ -71,7 +71,7 @@ contains
               sinks%power(n_sinks), source=0.0_rp)
     do k = 1, size(tool)
       if (.not. tool(k)%heat%is_on) cycle
-      call tool(k)%heat%answer(dt, sinks%t_face0(k), sinks%dt_face_dp(k))
+      call tool(k)%heat%face_response(dt, sinks%t_face0(k), sinks%dt_face_dp(k))
       do b = 1, particles%nblk
         if (.not. any(particles%ps(:particles%count(b), tool(k)%heat%place, b) > 0.0_rp)) cycle
         call list_block(scene, nodes, tool(k), k, particles%body(b), particles%count(b), &
@@ -84,7 +84,8 @@ contains
       do k = 1, size(backing)
         do i = 1, size(backing(k)%column)
           n_sinks = n_sinks + 1
-          call backing(k)%column(i)%answer(dt, sinks%t_face0(n_sinks), sinks%dt_face_dp(n_sinks))
+          call backing(k)%column(i)%face_response(dt, sinks%t_face0(n_sinks), &
+                                                  sinks%dt_face_dp(n_sinks))
         end do
       end do
     end if
@@ -137,7 +138,7 @@ contains
             t%sink(t%n) = n_tools + backing(k)%column_at(x) &
                           + sum([(size(backing(i)%column), i=1, k - 1)])
             t%group(t%n) = body%heat_group
-            call point_nodes(patch%linear_place(x), patch%stride, 1, least_capacity, patch%nn, &
+            call point_nodes(patch%linear_place(x), patch%stride, 1, min_capacity, patch%nn, &
                              nodes%g(:, :, body%heat_group), q, weight)
             t%node(:, t%n) = q(0)
             t%node(:8, t%n) = q
@@ -231,26 +232,26 @@ contains
   end subroutine add_sink_fluxes
 
   !> Advance the sinks by a conduction step and add their heat to the energy sums, on one rank.
-  subroutine advance_sinks(world, dt, sinks, tool, backing, books)
+  subroutine advance_sinks(world, dt, sinks, tool, backing, budget)
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: dt                         !! [s]
     type(sinks_t), intent(in) :: sinks
     type(tool_t), intent(inout) :: tool(:)
     type(backing_t), intent(inout) :: backing(:)
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer :: i, k, sink
 
     do k = 1, size(tool)
       if (.not. tool(k)%heat%is_on) cycle
-      call tool(k)%heat%take(dt, sinks%power(k))
-      if (world%is_root()) books%sums(e_tool) = books%sums(e_tool) + dt*sinks%power(k)
+      call tool(k)%heat%absorb(dt, sinks%power(k))
+      if (world%is_root()) budget%sums(e_tool) = budget%sums(e_tool) + dt*sinks%power(k)
     end do
     sink = size(tool)
     do k = 1, size(backing)
       do i = 1, size(backing(k)%column)
         sink = sink + 1
-        call backing(k)%column(i)%take(dt, sinks%power(sink))
-        if (world%is_root()) books%sums(e_film) = books%sums(e_film) + dt*sinks%power(sink)
+        call backing(k)%column(i)%absorb(dt, sinks%power(sink))
+        if (world%is_root()) budget%sums(e_film) = budget%sums(e_film) + dt*sinks%power(sink)
       end do
     end do
   end subroutine advance_sinks

@@ -9,7 +9,7 @@ module heat_sources
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_mass, f_pos, particles_t, tag_faces
   use state_blocks, only: blocks_t, skin
-  use state_books, only: books_t, e_source
+  use state_budget, only: budget_t, e_source
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -37,14 +37,14 @@ contains
 
   !> Collective. Add the heat of the sources since the last conduction step to the pending heat of
   !> the particles and to the energy sums.
-  subroutine add_source_heat(world, scene, clock, source, particles, blocks, books, dt)
+  subroutine add_source_heat(world, scene, clock, source, particles, blocks, budget, dt)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(source_t), intent(inout) :: source(:)
     type(particles_t), intent(inout) :: particles
     type(blocks_t), intent(in) :: blocks
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt                       !! time since the last conduction step [s]
     real(rp) :: begin, end, heat, all(size(source))
     integer :: i
@@ -64,7 +64,7 @@ contains
       heat = source(i)%power*source(i)%duration
       if (all(i) > 0.0_rp) then
         source(i)%share = heat/all(i)
-        if (world%is_root()) books%sums(e_source) = books%sums(e_source) + heat
+        if (world%is_root()) budget%sums(e_source) = budget%sums(e_source) + heat
         call heat_particles(scene, particles, blocks, source(i))
       else if (abs(heat) > 0.0_rp .and. .not. source(i)%has_warned) then
         source(i)%has_warned = .true.

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The affine transfer: particles carry a velocity gradient C besides their velocity, so that
-!> angular momentum survives the transfer to the grid and back (APIC: Jiang et al. 2017, JCP
-!> 338:137).
+!> Affine transfer: particles carry a velocity gradient C besides their velocity, so that the
+!> transfer to the grid and back conserves angular momentum (APIC: Jiang et al. 2017, JCP 338:137).
 module mapping_apic
   use base_kinds, only: nlane, rp
   use mapping_nodes, only: nodes_t
@@ -10,7 +9,7 @@ module mapping_apic
   implicit none (type, external)
   private
 
-  public :: affine_to_grid, carry_gradient
+  public :: affine_to_grid, gather_gradient
 
 contains
 
@@ -18,7 +17,8 @@ contains
   subroutine affine_to_grid(nodes, n, x, c, w, first, rec, g)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, first(nlane)
-    real(rp), intent(in) :: x(nlane, 3), c(nlane, 9), w(nlane, 18)   !! [m], [1/s] row by row
+    real(rp), intent(in) :: x(nlane, 3), c(nlane, 9), w(nlane, 18)  !! position [m], C row by row
+                                                                    !! [1/s]
     real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
     real(rp) :: moment(nlane, 18), square(nlane, 3)
     integer :: a, b, p
@@ -35,8 +35,9 @@ contains
     call p2g_affine_block(n, w, moment, first, rec, nodes%patch%stride, nodes%patch%nn, g)
   end subroutine affine_to_grid
 
-  !> C = sum w v_i (x_i - x_p)^T D^-1 with D = sum w (x_i - x_p)(x_i - x_p)^T, which is diagonal.
-  subroutine carry_gradient(nodes, n, x, w, first, g, rec, c)
+  !> Gather the affine gradient C = sum w v_i (x_i - x_p)^T D^-1 with D = sum w (x_i - x_p)(x_i -
+  !> x_p)^T, which is diagonal.
+  subroutine gather_gradient(nodes, n, x, w, first, g, rec, c)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, first(nlane)
     real(rp), intent(in) :: x(nlane, 3), w(nlane, 18), g(8, nodes%patch%nn)
@@ -54,6 +55,6 @@ contains
         end do
       end do
     end do
-  end subroutine carry_gradient
+  end subroutine gather_gradient
 
 end module mapping_apic

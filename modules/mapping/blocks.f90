@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What a step does with one block of particles: its shape functions on this rank's patch, and what
-!> lies between the transfers: plain arrays, no branches.
+!> Operations of a step on one block of particles: shape functions on this rank's patch, nodal
+!> records, particle update. Plain arrays, no branches.
 module mapping_blocks
   use base_kinds, only: nlane, rp
   use base_system, only: to_records
@@ -17,12 +17,13 @@ module mapping_blocks
             gather_lanes, advance_particles
   public :: kinetic_energy, body_work, stretch_domains
 
-  ! Half length of a domain [cells]: within the reach of the stencil, and not a point.
-  real(rp), parameter, public :: longest_half = 0.5_rp, shortest_half = 0.05_rp
+  ! Limits of the half length of a particle domain [cells]: within the reach of the stencil, and not
+  ! degenerate.
+  real(rp), parameter, public :: max_half = 0.5_rp, min_half = 0.05_rp
 
 contains
 
-  !> Weights `w`, slopes and first nodes for the particles `ps` of `body`.
+  !> Weights, slopes (`w`) and first nodes for the particles `ps` of `body`.
   subroutine weights_of(scene, nodes, body, nf, ps, w, first)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -50,7 +51,7 @@ contains
     end if
   end subroutine weights_of
 
-  !> First nodes alone, for a small part of the time.
+  !> First nodes of the stencils only, which is much cheaper.
   pure subroutine corners_of(scene, nodes, nf, ps, first)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -69,7 +70,7 @@ contains
     end associate
   end subroutine corners_of
 
-  !> Records of mass, momentum, internal and outer force, temperature (times inertial mass).
+  !> Records of mass, momentum, internal and external force, and temperature times inertial mass.
   pure subroutine force_records(inertia, volume, acceleration, mass, v, tau, temp, rec)
     real(rp), intent(in) :: inertia              !! mass scaling
     real(rp), intent(in) :: volume               !! initial volume over mass [m3/kg]
@@ -96,7 +97,7 @@ contains
     call to_records(nlane, value, slope, rec)
   end subroutine force_records
 
-  !> Records of mass, momentum and temperature alone.
+  !> Records of mass, momentum and temperature times inertial mass.
   pure subroutine momentum_records(inertia, mass, v, temp, rec)
     real(rp), intent(in) :: inertia, mass(nlane), v(nlane, 3), temp(nlane)
     real(rp), intent(inout) :: rec(8, 4, nlane)
@@ -113,14 +114,15 @@ contains
     end do
   end subroutine momentum_records
 
-  !> Velocity, its change and its gradient (row by row) at `n` particles; lanes beyond rest.
+  !> Gather velocity, its change and its gradient (row by row) at `n` particles; zero in unused
+  !> lanes.
   subroutine gather_velocity(n, w, first, stride, nn, g, rec, v, dv, l)
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18)
-    real(rp), intent(in) :: g(8, nn)              !! velocity 1:3, its change 5:7
+    real(rp), intent(in) :: g(8, nn)              !! velocity in lanes 1:3, its change in 5:7 [m/s]
     real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
     real(rp), intent(out) :: v(nlane, 3), dv(nlane, 3), l(nlane, 9)
-    type(lanes_t), parameter :: velocity = lanes_t(steep=1, n_steep=3, plain=5, n_plain=3)
+    type(lanes_t), parameter :: velocity = lanes_t(sloped=1, n_sloped=3, plain=5, n_plain=3)
 
     call gather_block(velocity, n, w, first, stride, nn, g, rec, v, l, dv)
     v(n + 1:, :) = 0.0_rp
@@ -128,29 +130,31 @@ contains
     l(n + 1:, :) = 0.0_rp
   end subroutine gather_velocity
 
-  !> The `many` lanes of the nodes from `lane` on at the particles of a block, and their weights.
-  subroutine gather_lanes(scene, nodes, body, n, nf, ps, lane, many, g, rec, w, first, u)
+  !> Gather `n_lanes` lanes of the nodal records, from `lane` on, at the particles of a block,
+  !> together with the weights.
+  subroutine gather_lanes(scene, nodes, body, n, nf, ps, lane, n_lanes, g, rec, w, first, u)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, n, nf, lane, many
+    integer, intent(in) :: body, n, nf, lane, n_lanes
     real(rp), intent(in) :: ps(nlane, nf), g(8, nodes%patch%nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)   !! scratch
-    real(rp), intent(out) :: w(nlane, 18), u(nlane, many)
+    real(rp), intent(out) :: w(nlane, 18), u(nlane, n_lanes)
     integer, intent(out) :: first(nlane)
     real(rp) :: none(nlane, 0), no_slopes(nlane, 0)
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    call gather_block(lanes_t(steep=1, n_steep=0, plain=lane, n_plain=many), n, w, first, &
+    call gather_block(lanes_t(sloped=1, n_sloped=0, plain=lane, n_plain=n_lanes), n, w, first, &
                       nodes%patch%stride, nodes%patch%nn, g, rec, none, no_slopes, u)
   end subroutine gather_lanes
 
-  !> Velocity by FLIP with a PIC fraction, position by the grid velocity; largest squared speed.
-  pure subroutine advance_particles(n, dt, pic, vg, dv, x, v, fastest)
+  !> Update the velocity by FLIP with a PIC fraction, and the position by the grid velocity; keep
+  !> the largest squared speed.
+  pure subroutine advance_particles(n, dt, pic, vg, dv, x, v, max_speed2)
     integer, intent(in) :: n
     real(rp), intent(in) :: dt, pic
-    real(rp), intent(in) :: vg(nlane, 3), dv(nlane, 3)   !! [m/s]
+    real(rp), intent(in) :: vg(nlane, 3), dv(nlane, 3)   !! grid velocity and its change [m/s]
     real(rp), intent(inout) :: x(nlane, 3), v(nlane, 3)
-    real(rp), intent(inout) :: fastest                   !! running maximum [m2/s2]
+    real(rp), intent(inout) :: max_speed2  !! running maximum of the squared speed [m2/s2]
     real(rp) :: s(nlane)
     integer :: a, p
 
@@ -162,22 +166,23 @@ contains
       end do
     end do
     s = vg(:, 1)**2 + vg(:, 2)**2 + vg(:, 3)**2
-    !$omp simd reduction(max: fastest)
+    !$omp simd reduction(max: max_speed2)
     do p = 1, n
-      fastest = max(fastest, merge(s(p), huge(1.0_rp), s(p) <= huge(1.0_rp)))   ! NaN counts as huge
+      ! NaN counts as huge
+      max_speed2 = max(max_speed2, merge(s(p), huge(1.0_rp), s(p) <= huge(1.0_rp)))
     end do
   end subroutine advance_particles
 
-  !> Domains of cpGIMP follow the stretch along the axes: l' = l exp(dt L_aa), within limits.
+  !> Stretch the domains of cpGIMP along the axes: l' = l exp(dt L_aa), within limits.
   pure subroutine stretch_domains(dt, l, half)
     real(rp), intent(in) :: dt, l(nlane, 9)      !! [s], velocity gradient [1/s]
-    real(rp), intent(inout) :: half(nlane, 3)    !! half lengths [cells]
+    real(rp), intent(inout) :: half(nlane, 3)    !! half lengths of the domains [cells]
     integer :: a, p
 
     do a = 1, 3
       !$omp simd
       do p = 1, nlane
-        half(p, a) = max(shortest_half, min(longest_half, half(p, a)*exp(dt*l(p, 4*a - 3))))
+        half(p, a) = max(min_half, min(max_half, half(p, a)*exp(dt*l(p, 4*a - 3))))
       end do
     end do
   end subroutine stretch_domains
@@ -191,7 +196,7 @@ contains
     kinetic_energy = sum(s)
   end function kinetic_energy
 
-  !> Work of `acceleration` on a block in a step [J].
+  !> Work of a body force per mass on a block in a step [J].
   pure real(rp) function body_work(n, dt, acceleration, mass, vg, dv)
     integer, intent(in) :: n
     real(rp), intent(in) :: dt, acceleration(3), mass(nlane), vg(nlane, 3), dv(nlane, 3)

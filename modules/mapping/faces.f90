@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Faces of particles that lie on a face of their body, and the nodes of what acts on them.
-!> A face has the particle's initial area. Along its plane it has the weights of its particle,
-!> across it those of `face_weights`: only nodes to which the particle itself gives mass, so that
+!> Faces of particles that lie on a face of their body, and the nodes on which surface loads act. A
+!> face has the particle's initial area. Along its plane it has the weights of its particle, across
+!> it those of `face_weights`: only nodes to which the particle itself contributes mass, so that
 !> each rank adds the faces of its own particles before the sum over ranks.
 module mapping_faces
   use base_kinds, only: nlane, rp
@@ -15,7 +15,7 @@ module mapping_faces
 
   public :: face_t, face_of, face_area, place_on_axis, surface_weights, add_to_nodes, mean_velocity
 
-  !> Nodes of a face.
+  !> Nodes and weights of a face.
   type :: face_t
     integer :: first = 0            !! first of 27 nodes
     real(rp) :: w(3, 3) = 0.0_rp    !! weights of three nodes on each axis
@@ -23,8 +23,8 @@ module mapping_faces
 
 contains
 
-  !> Face `k` (xmin, xmax, ymin, ymax, zmin, zmax) of particle `p` of a block, whose weights are
-  !> `w` and `first`.
+  !> Face `k` (xmin, xmax, ymin, ymax, zmin, zmax) of particle `p` of a block with the weights `w`
+  !> and `first`.
   pure type(face_t) function face_of(scene, nodes, body, k, p, nf, ps, w, first)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -43,11 +43,11 @@ contains
 
   !> Weights of three nodes on axis `a` of the face on the `side` (-1, 1) of particle `p`. On a
   !> graded axis slopes are differences of linear functions over spans of different widths, and the
-  !> outer nodes have their parts of these as they have of the particles' weights.
+  !> weights of the outer nodes are scaled as those of the particles.
   pure function weights_across(scene, nodes, body, a, side, p, nf, ps, first) result(w)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: body, a, side, p, nf, first   !! first of 27 nodes
+    integer, intent(in) :: body, a, side, p, nf, first   !! index of the first of 27 nodes
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp) :: w(3), d, half(3), reach, spacing
     integer :: layers
@@ -71,7 +71,7 @@ contains
     end associate
   end function weights_across
 
-  !> Place of `x` on axis `a` from the middle one of three nodes there [cells].
+  !> Offset of `x` on axis `a` from the middle one of three nodes [cells].
   pure real(rp) function place_on_axis(nodes, a, x, first) result(d)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: a, first              !! first of 27 nodes
@@ -84,7 +84,7 @@ contains
     end associate
   end function place_on_axis
 
-  !> Number on axis `a`, from 0, of the middle one of the three nodes on it.
+  !> Index on axis `a`, from 0, of the middle one of the three nodes.
   pure integer function middle(patch, a, first)
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: a, first              !! first of 27 nodes
@@ -95,15 +95,15 @@ contains
     middle = middle/patch%stride(a) + 1
   end function middle
 
-  !> Weights of three nodes on each axis at the point of contact on the surface of particle `p`,
-  !> the part `surface_offset` of half its spacing against the `normal`: between those of its centre
-  !> and of its faces.
+  !> Weights of three nodes on each axis at the point of contact on the surface of particle `p`, at
+  !> `surface_offset` times half its spacing against the `normal`: interpolated between those of its
+  !> centre and of its faces.
   pure function surface_weights(scene, nodes, body, normal, surface_offset, p, nf, ps, w, first) &
     result(at)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, p, nf, first(nlane)
-    real(rp), intent(in) :: normal(3)           !! of length 1, out of the other body
+    real(rp), intent(in) :: normal(3)           !! unit vector, out of the other body
     real(rp), intent(in) :: surface_offset
     real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
     real(rp) :: at(3, 3), part
@@ -132,7 +132,7 @@ contains
     face_area = product(spacing)/spacing((k + 1)/2)
   end function face_area
 
-  !> Add the weighted `value` to the lanes from `lane` on of the nodes of a face.
+  !> Add the weighted `value` to the lanes of the nodes of a face, from `lane` on.
   pure subroutine add_to_nodes(face, value, lane, stride, nn, g)
     type(face_t), intent(in) :: face
     real(rp), intent(in) :: value(:)
@@ -151,7 +151,7 @@ contains
     end do
   end subroutine add_to_nodes
 
-  !> Velocity of a face in the middle of a step [m/s]; nodes hold the new one and its change.
+  !> Mid-step velocity of a face [m/s]; nodes hold the new velocity and its change.
   pure function mean_velocity(face, stride, nn, g) result(v)
     type(face_t), intent(in) :: face
     integer, intent(in) :: stride(3), nn

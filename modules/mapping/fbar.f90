@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: MIT
-!> F-bar. The volume ratios of a body's particles in a cell approach their mean, so that the volume
-!> follows the mean divergence there: one constraint a cell instead of one a particle, and nearly
-!> incompressible flow does not lock.
+!> F-bar averaging: the volume ratios J of a body's particles in a cell are relaxed towards their
+!> mean, so that the volume follows the mean divergence: one constraint per cell instead of one per
+!> particle, which avoids locking in nearly incompressible flow.
 !>
-!> A nearly incompressible elastic material has the mean in every step. Where metal flows, the part
-!> of the way is such that pressures of neighbours, which differ by about K rate dt more after each
-!> step, differ by about the flow stress at most: all of the way in every step would take from the
-!> field what the cells do resolve, and give noise to the velocities.
+!> A nearly incompressible elastic material takes the mean in every step. Where metal flows, the
+!> relaxed fraction is such that pressures of neighbours, which differ by about K rate dt more after
+!> each step, differ by the flow stress at most: taking the full mean in every step would remove
+!> variations that the cells resolve, and add noise to the velocities.
 !>
-!> Cells of the grid, not those around its nodes: the divergence around a node is that of central
-!> differences, which do not feel a pressure that alternates along a single axis.
+!> Cells of the grid are used instead of those around its nodes: the divergence around a node is
+!> that of central differences, which do not see a pressure that alternates along a single axis.
 module mapping_fbar
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -19,11 +19,11 @@ module mapping_fbar
   implicit none (type, external)
   private
 
-  public :: clear_volume, add_volume, sum_volume, take_volume
+  public :: clear_volume, add_volume, sum_volume, relax_volume
 
 contains
 
-  !> Before a transfer to the grid.
+  !> Clear the sums before a transfer to the grid.
   subroutine clear_volume(scene, nodes)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
@@ -35,9 +35,9 @@ contains
     end do
   end subroutine clear_volume
 
-  !> Part of the way to the mean that the volume ratio of each particle of a block goes in a step:
-  !> min(1, K rate dt/flow stress) where metal flows.
-  pure function share_of_mean(averaging, bulk, dt, rate, flow) result(share)
+  !> Fraction of the way to the mean by which the volume ratio of each particle is relaxed in a
+  !> step: min(1, K rate dt/flow stress) where metal flows.
+  pure function averaging_fraction(averaging, bulk, dt, rate, flow) result(share)
     integer, intent(in) :: averaging                       !! average_* of the body
     real(rp), intent(in) :: bulk, dt                       !! K [Pa], last step [s]
     real(rp), intent(in) :: rate(nlane), flow(nlane)       !! [1/s], [Pa]
@@ -52,10 +52,10 @@ contains
     do p = 1, nlane
       share(p) = min(bulk*dt*rate(p), flow(p))/max(flow(p), tiny(1.0_rp))
     end do
-  end function share_of_mean
+  end function averaging_fraction
 
-  !> Add mass and mass times J of a block, by the shares of its particles, to the lowest nodes of
-  !> their cells.
+  !> Add mass and mass times J of a block, weighted by the averaging fractions, to the lowest nodes
+  !> of the cells of its particles.
   pure subroutine add_volume(averaging, bulk, dt, body, n, w, first, stride, nf, ps, rows, nn, &
                              volume)
     integer, intent(in) :: averaging, body, n, first(nlane), stride(3), nf, rows, nn
@@ -66,7 +66,7 @@ contains
     integer :: cell(nlane), p, r
 
     if (averaging == average_never) return
-    mass = ps(:, f_mass)*share_of_mean(averaging, bulk, dt, ps(:, f_rate), ps(:, f_flow))
+    mass = ps(:, f_mass)*averaging_fraction(averaging, bulk, dt, ps(:, f_rate), ps(:, f_flow))
     cell = cells_of(w, first, stride)
     r = 2*body - 1
     do p = 1, n
@@ -75,8 +75,8 @@ contains
     end do
   end subroutine add_volume
 
-  !> The lowest node of each particle's cell, by its weights: of the three nodes along an axis, the
-  !> nearest of which is in the middle, the one beyond has less weight.
+  !> Lowest node of each particle's cell, from its weights: of the three nodes along an axis, the
+  !> middle one is the nearest, and the outer node of the other cell has the smaller weight.
   pure function cells_of(w, first, stride) result(cell)
     real(rp), intent(in) :: w(nlane, 18)
     integer, intent(in) :: first(nlane), stride(3)
@@ -89,7 +89,7 @@ contains
     end do
   end function cells_of
 
-  !> Sum over ranks.
+  !> Sum over the ranks.
   subroutine sum_volume(world, scene, nodes)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -99,8 +99,8 @@ contains
     call nodes%halo%sum(world, size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
   end subroutine sum_volume
 
-  !> Take the particles of a block their shares of the way to the mean J of their cells.
-  pure subroutine take_volume(averaging, bulk, dt, body, n, w, first, stride, rows, nn, volume, &
+  !> Relax J of the particles of a block towards the mean of their cells.
+  pure subroutine relax_volume(averaging, bulk, dt, body, n, w, first, stride, rows, nn, volume, &
                               nf, ps)
     integer, intent(in) :: averaging, body, n, first(nlane), stride(3), rows, nn, nf
     real(rp), intent(in) :: bulk, dt                       !! K [Pa], last step [s]
@@ -109,7 +109,7 @@ contains
     real(rp) :: share(nlane)
     integer :: cell(nlane), p, r
 
-    share = share_of_mean(averaging, bulk, dt, ps(:, f_rate), ps(:, f_flow))
+    share = averaging_fraction(averaging, bulk, dt, ps(:, f_rate), ps(:, f_flow))
     cell = cells_of(w, first, stride)
     r = 2*body - 1
     do p = 1, n
@@ -117,6 +117,6 @@ contains
       ps(p, f_jac) = ps(p, f_jac) &
                      + share(p)*(volume(r + 1, cell(p))/volume(r, cell(p)) - ps(p, f_jac))
     end do
-  end subroutine take_volume
+  end subroutine relax_volume
 
 end module mapping_fbar

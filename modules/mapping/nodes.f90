@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Work on the nodes in use: clear them, turn momentum and force into velocities.
-!> A record comes in as mass, momentum (3), force (3), mass times temperature and goes out as
-!> velocity (3), temperature, velocity change (3), mass.
+!> Operations on the nodes in use: clear them, update velocities from momentum and force. A record
+!> holds mass, momentum (3), force (3), mass times temperature before the update, and velocity (3),
+!> temperature, velocity change (3), mass after it.
 module mapping_nodes
   use base_kinds, only: i8, nlane, rp
   use base_system, only: allocate_aligned, free_aligned
@@ -12,26 +12,28 @@ module mapping_nodes
   implicit none (type, external)
   private
 
-  !> The nodes of this rank's patch. Records are of 8, for each group of bodies with a velocity
-  !> field of its own.
+  !> Nodes of this rank's patch. A record holds 8 reals, for each group of bodies with its own
+  !> velocity field.
   type :: nodes_t
     type(patch_t) :: patch
-    type(box_t) :: room                      !! nodes that particles of any rank may touch
-    type(halo_t) :: halo                     !! of the nodes of steps
-    type(halo_t) :: resting_halo             !! of the nodes of all particles, while some sleep
+    type(box_t) :: reach          !! nodes that particles of any rank can reach
+    type(halo_t) :: halo          !! exchange of the nodes used in steps
+    type(halo_t) :: resting_halo  !! exchange of the nodes of all particles, if some sleep
     integer :: n_groups = 1
-    real(rp), pointer, contiguous :: g(:, :, :) => null()    !! (8, nn, n_groups)
-    real(rp), pointer, contiguous :: g2(:, :, :) => null()   !! second grid: two passes, conduction,
-                                                             !! motion of particles
-    real(rp), pointer, contiguous :: increment(:, :, :) => null()   !! third grid: XPIC, FMPM
+    real(rp), pointer, contiguous :: g(:, :, :) => null()     !! (8, nn, n_groups)
+    real(rp), pointer, contiguous :: g2(:, :, :) => null()    !! second grid: MUSL and USAVG,
+                                                              !! conduction, output velocities
+    real(rp), pointer, contiguous :: increment(:, :, :) => null()  !! third grid: XPIC, FMPM
     real(rp), pointer, contiguous, dimension(:), private :: &
       memory => null(), memory2 => null(), memory3 => null(), rec_memory => null()
-    real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, mass times J next to a node
-    integer :: n_ranges = 0                  !! of consecutive nodes that are in use
+    real(rp), allocatable :: volume(:, :)    !! (2 bodies, nn) mass, and mass times J, of the cell
+                                             !! above a node
+    integer :: n_ranges = 0                  !! runs of consecutive nodes in use
     integer, allocatable :: range(:, :)      !! (3, n) first node, last node, 1 if owned
-    integer :: n_resting_ranges = 0          !! the same for all particles, while some sleep; the
-    integer, allocatable :: resting_range(:, :)   !! lists change places for conduction
-    real(rp), pointer, contiguous :: rec(:, :, :) => null()   !! (8, 4, nlane) scratch of kernels
+    ! The same for the nodes of all particles, if some sleep; conduction swaps the two lists.
+    integer :: n_resting_ranges = 0
+    integer, allocatable :: resting_range(:, :)
+    real(rp), pointer, contiguous :: rec(:, :, :) => null()  !! (8, 4, nlane) scratch of the kernels
   contains
     procedure :: allocate_grids
     procedure :: allocate_scratch
@@ -40,17 +42,17 @@ module mapping_nodes
   end type nodes_t
 
   public :: nodes_t
-  public :: append, clear_nodes, full_mass, least_inertia, update_nodes
+  public :: append, clear_nodes, full_mass, min_node_inertia, update_nodes
 
-  real(rp), parameter, public :: least_mass = 1.0e-30_rp   !! below this a node is empty [kg]
-  !> Part of a full cell's mass that a node has at least against forces, where masses are scaled.
-  !> The largest eigenvalues of K against M belong to light nodes at free surfaces.
-  real(rp), parameter :: least_fraction = 0.25_rp
+  real(rp), parameter, public :: min_node_mass = 1.0e-30_rp  !! mass below which a node is empty
+                                                             !! [kg]
+  !> Smallest nodal inertia over the mass of a full cell, with selective mass scaling: the largest
+  !> eigenvalues of K against M belong to light nodes at free surfaces.
+  real(rp), parameter :: min_mass_fraction = 0.25_rp
 
 contains
 
-  !> Storage for the nodes of the current patch: grids and volumes as the method of the scene needs
-  !> them.
+  !> Allocate grids and volumes for the current patch, as the method of the scene needs them.
   subroutine allocate_grids(self, scene)
     class(nodes_t), intent(inout) :: self
     type(scene_t), intent(in) :: scene
@@ -100,7 +102,7 @@ contains
     call free_aligned(self%rec_memory)
   end subroutine free
 
-  !> Add `entry` behind the `n` entries of a growing list of nodes.
+  !> Append `entry` to a growing list of `n` entries.
   pure subroutine append(list, n, entry)
     integer, allocatable, intent(inout) :: list(:, :)
     integer, intent(inout) :: n
@@ -129,7 +131,7 @@ contains
     end do
   end subroutine clear_nodes
 
-  !> Mass of a node amid the lightest material, scaled [kg].
+  !> Scaled mass of a node in the interior of the lightest material [kg].
   pure real(rp) function full_mass(scene, clock)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -137,17 +139,18 @@ contains
     full_mass = clock%mass_scaling*product(scene%grid%h)*minval(scene%material%rho)
   end function full_mass
 
-  !> Inertia against forces that a node has at least (selective mass scaling) [kg]. What is in
-  !> equilibrium stays so.
-  pure real(rp) function least_inertia(scene, clock)
+  !> Lower bound of the nodal inertia against forces (selective mass scaling) [kg]. It does not
+  !> change equilibria.
+  pure real(rp) function min_node_inertia(scene, clock)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
 
-    least_inertia = 0.0_rp
-    if (scene%method%scales_light_nodes) least_inertia = least_fraction*full_mass(scene, clock)
-  end function least_inertia
+    min_node_inertia = 0.0_rp
+    if (scene%method%scales_light_nodes) min_node_inertia = min_mass_fraction*full_mass(scene, &
+                                                                                        clock)
+  end function min_node_inertia
 
-  !> New velocities of the nodes in use (USL: v = p/m + dt f/m).
+  !> Update the velocities of the nodes in use: v = p/m + dt f/m.
   subroutine update_nodes(scene, clock, nodes, dt, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -157,7 +160,7 @@ contains
     real(rp) :: least
     integer :: k, r
 
-    least = least_inertia(scene, clock)
+    least = min_node_inertia(scene, clock)
     do k = 1, nodes%n_groups
       do r = 1, nodes%n_ranges
         call update_run(nodes%range(2, r) - nodes%range(1, r) + 1, dt, least, &
@@ -173,11 +176,11 @@ contains
     real(rp) :: m, most, inv, step, d1, d2, d3, v1, v2, v3
     integer :: i
 
-    most = 1.0_rp/max(least, least_mass)
+    most = 1.0_rp/max(least, min_node_mass)
     do i = 1, n
       m = g(1, i)
       inv = 0.0_rp
-      if (m > least_mass) inv = 1.0_rp/m
+      if (m > min_node_mass) inv = 1.0_rp/m
       step = dt*min(inv, most)
       d1 = step*g(5, i)
       d2 = step*g(6, i)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Thermocouples, massless points that ride in the material and read its nodal temperature. A probe
-!> that leaves through a periodic side keeps its unwrapped place; it reads the nodes' images.
+!> Thermocouples, massless points that move with the material and read its nodal temperature. A
+!> probe that leaves through a periodic side keeps its unwrapped position and reads the images of
+!> the nodes.
 module mapping_probes
   use base_kinds, only: rp
   use comm_world, only: world_t
@@ -10,30 +11,30 @@ module mapping_probes
   private
 
   public :: probes_t
-  public :: warm_probes, move_probes, share_probes, claim_probes
+  public :: update_probe_temperatures, move_probes, share_probes, assign_probes
 
-  !> Thermocouples that ride in the material.
+  !> Thermocouples that move with the material.
   type :: probes_t
     integer :: n = 0
-    integer, allocatable :: group(:)          !! of the body that each is in
+    integer, allocatable :: group(:)          !! group of the body that each probe is in
     character(32), allocatable :: name(:)
     real(rp), allocatable :: x(:, :)          !! (3, n) [m]
     real(rp), allocatable :: temperature(:)   !! [K]
-    logical, allocatable :: is_mine(:)        !! moved by this rank
+    logical, allocatable :: is_mine(:)        !! probes moved by this rank
   end type probes_t
 
 contains
 
-  !> Carry this rank's probes by the grid velocity and read the temperature there (linear weights).
-  !> At nodes that are held for sleepers only a part of the particles has given its temperature: a
-  !> probe with one of them keeps that of the last conduction step.
+  !> Move this rank's probes by the grid velocity and read the temperature there (linear weights).
+  !> Nodes held for sleepers have received the temperature of only some of their particles: a probe
+  !> next to one keeps the temperature of the last conduction step.
   subroutine move_probes(dt, patch, n_groups, g, probes, held)
     real(rp), intent(in) :: dt                  !! [s]
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: n_groups
     real(rp), intent(in) :: g(8, patch%nn, n_groups)   !! velocity, temperature, -, mass of nodes
     type(probes_t), intent(inout) :: probes
-    integer, intent(in), optional :: held(:)    !! nodes that are held for sleepers, if any are
+    integer, intent(in), optional :: held(:)    !! nodes held for sleepers
     real(rp) :: record(8), s(3), weight(0:7)
     integer :: i, n, q(0:7)
     logical :: is_whole
@@ -47,7 +48,7 @@ contains
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
         record = matmul(nodes(:, q), weight)
         if (patch%grading%axis > 0) then
-          call move_to_means(patch, probes%x(:, n), s)
+          call to_mean_place(patch, probes%x(:, n), s)
           call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
           record(4) = sum(nodes(4, q)*weight)
         end if
@@ -59,8 +60,8 @@ contains
     end do
   end subroutine move_probes
 
-  !> Temperatures of the probes from `g`: capacity (lane 1) and new temperature (lane 6) of nodes.
-  subroutine warm_probes(patch, g, probes)
+  !> Set the temperatures of the probes from `g`: capacity in lane 1, new temperature in lane 6.
+  subroutine update_probe_temperatures(patch, g, probes)
     type(patch_t), intent(in) :: patch
     real(rp), intent(in) :: g(8, patch%nn)
     type(probes_t), intent(inout) :: probes
@@ -70,15 +71,15 @@ contains
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
       s = patch%linear_place(probes%x(:, n))
-      if (patch%grading%axis > 0) call move_to_means(patch, probes%x(:, n), s)
+      if (patch%grading%axis > 0) call to_mean_place(patch, probes%x(:, n), s)
       call point_nodes(s, patch%stride, 1, 0.0_rp, patch%nn, g, q, weight)
       if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q))
     end do
-  end subroutine warm_probes
+  end subroutine update_probe_temperatures
 
-  !> On a graded axis temperatures of nodes are those at the centres of their functions: the place
-  !> among these.
-  pure subroutine move_to_means(patch, x, s)
+  !> Convert the place `s` on a graded axis to that among the centres of the nodal functions, to
+  !> which nodal temperatures belong.
+  pure subroutine to_mean_place(patch, x, s)
     type(patch_t), intent(in) :: patch
     real(rp), intent(in) :: x(3)                !! [m]
     real(rp), intent(inout) :: s(3)             !! [cells]
@@ -86,7 +87,7 @@ contains
     associate (a => patch%grading%axis)
       s(a) = patch%grading%mean_place(x(a)) - patch%all%lo(a)
     end associate
-  end subroutine move_to_means
+  end subroutine to_mean_place
 
   !> Share the places and temperatures of all probes among the ranks.
   subroutine share_probes(world, probes)
@@ -110,8 +111,9 @@ contains
     end do
   end subroutine share_probes
 
-  !> A probe is moved by the rank that owns its nearest node, unless there is no material around.
-  subroutine claim_probes(grid, patch, probes)
+  !> Assign probes to ranks: each is moved by the owner of its nearest node, unless it has no
+  !> material around.
+  subroutine assign_probes(grid, patch, probes)
     type(grid_t), intent(in) :: grid
     type(patch_t), intent(in) :: patch
     type(probes_t), intent(inout) :: probes
@@ -124,6 +126,6 @@ contains
       probes%is_mine(n) = patch%own%has(nearest_node(grid, x)) .and. &
                           all(patch%period > 0 .or. nearest_node(grid, x) < patch%all%hi)
     end do
-  end subroutine claim_probes
+  end subroutine assign_probes
 
 end module mapping_probes

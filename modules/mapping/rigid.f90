@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Rigid bodies made of particles: their nodes and particles move by the schedule of the tool
-!> whose shape they are.
+!> Rigid bodies of particles: their nodes and particles follow the schedule of the tool whose shape
+!> they are.
 module mapping_rigid
   use base_kinds, only: nlane, rp
   use contact_tool, only: rigid_t, tool_t
@@ -11,12 +11,12 @@ module mapping_rigid
   implicit none (type, external)
   private
 
-  public :: hold_rigid, move_rigid, start_rigid
+  public :: set_rigid_velocities, move_rigid, start_rigid
 
 contains
 
-  !> Give the nodes of rigid bodies their mean velocity over the `dt` to come.
-  subroutine hold_rigid(scene, clock, tool, nodes, dt, g)
+  !> Set the nodes of rigid bodies to the mean velocity over the next `dt`.
+  subroutine set_rigid_velocities(scene, clock, tool, nodes, dt, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
@@ -36,24 +36,24 @@ contains
         end do
       end do
     end do
-  end subroutine hold_rigid
+  end subroutine set_rigid_velocities
 
-  !> Carry a block of a rigid body to where its tool is now; largest squared speed.
-  subroutine move_rigid(tool, k, n, x, v, fastest)
+  !> Move a block of a rigid body with its tool; keep the largest squared speed.
+  subroutine move_rigid(tool, k, n, x, v, max_speed2)
     type(tool_t), intent(in) :: tool(:)
     integer, intent(in) :: k, n
     real(rp), intent(inout) :: x(nlane, 3), v(nlane, 3)
-    real(rp), intent(inout) :: fastest         !! running maximum [m2/s2]
+    real(rp), intent(inout) :: max_speed2         !! running maximum of the squared speed [m2/s2]
     integer :: p
 
     do p = 1, n
-      x(p, :) = tool(k)%carry(x(p, :))
+      x(p, :) = tool(k)%move_point(x(p, :))
       v(p, :) = tool(k)%surface_velocity(x(p, :))
-      fastest = max(fastest, sum(v(p, :)**2))
+      max_speed2 = max(max_speed2, sum(v(p, :)**2))
     end do
   end subroutine move_rigid
 
-  !> Velocities of the particles of rigid bodies at t = 0.
+  !> Set the velocities of the particles of rigid bodies at t = 0.
   subroutine start_rigid(scene, tool, particles)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)

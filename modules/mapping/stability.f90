@@ -16,35 +16,40 @@ module mapping_stability
 
   public :: default_cfl, stable_step, wave_speed
 
-  real(rp), parameter :: margin = 0.9_rp           !! lighter nodes than those measured may come
-  real(rp), parameter :: margin_selective = 0.95_rp   !! no node is lighter than it is
+  real(rp), parameter :: margin = 0.9_rp             !! safety factor for nodes lighter than those
+                                                     !! measured
+  real(rp), parameter :: margin_selective = 0.95_rp  !! safety factor with a lower bound of the
+                                                     !! nodal inertia
   real(rp), parameter :: limit_ugimp = 0.473_rp, limit_bspline = 0.632_rp
-  !> B-splines with more inertia for light nodes (mapping_nodes). With uGIMP and 0.62 a stirred
+  !> Limit of B-splines with selective mass scaling (mapping_nodes). With uGIMP and 0.62 a stirred
   !> plate gained energy.
   real(rp), parameter :: limit_selective = 0.842_rp
-  real(rp), parameter :: apic_gain = 1.12_rp       !! 0.531 was measured with uGIMP
-  !> By limits of 0.376 and 0.531 at order 2, of 0.282 and 0.398 at order 4.
+  real(rp), parameter :: apic_gain = 1.12_rp       !! from a limit of 0.531 measured with uGIMP
+  !> Exponent of the filter order: from limits of 0.376 and 0.531 at order 2, 0.282 and 0.398 at
+  !> order 4.
   real(rp), parameter :: filter_power = -0.37_rp
-  !> One particle in a cell leaves modes free that more would hold: with B-splines the limit
-  !> is 0.570 instead of 0.665 at Poisson's ratio 0.33, and 0.616 instead of 0.701 at 0.1. uGIMP
-  !> functions of such a particle are B-splines, whose limit is above that of uGIMP with two.
+  !> Factor for one particle per cell, which leaves modes free that more particles would constrain:
+  !> with B-splines the limit is 0.570 instead of 0.665 at Poisson's ratio 0.33, and 0.616 instead
+  !> of 0.701 at 0.1. uGIMP functions of such a particle are B-splines, whose limit is above that of
+  !> uGIMP with two.
   real(rp), parameter :: sparse_factor = 0.857_rp
-  !> Poisson's ratio above which volumetric modes limit the step. They are those of 3 K, not of the
-  !> modulus of pressure waves K + 4 G/3: (K + 4 G/3)/K = 3 (1 - nu)/(1 + nu), in terms of squares.
-  !> uGIMP loses twice as much: at 0.45 with four particles along each axis blocks stand 0.340,
-  !> not at 0.378.
+  !> Poisson's ratio above which volumetric modes limit the step. Their stiffness is 3 K instead of
+  !> the modulus of pressure waves K + 4 G/3: (K + 4 G/3)/K = 3 (1 - nu)/(1 + nu), in terms of
+  !> squares. uGIMP loses twice as much: at 0.45 with four particles along each axis blocks are
+  !> stable at 0.340 and unstable at 0.378.
   real(rp), parameter :: volumetric_from = 0.35_rp
-  !> Contact of bodies makes energy in proportion to the step, which only USL loses again.
+  !> Factor for body contact with MUSL or USAVG: contact adds energy in proportion to the step,
+  !> which only USL dissipates.
   real(rp), parameter :: contact_factor = 0.5_rp
 
 contains
 
-  !> Time step as a part of the time in which a wave crosses a cell, for this method, lattice of
-  !> particles and elasticity.
+  !> Default CFL number: time step over the time in which a wave crosses a cell, for this method,
+  !> particle lattice and elasticity.
   pure real(rp) function default_cfl(method, has_contact, is_sparse, poisson)
     type(method_t), intent(in) :: method
-    logical, intent(in) :: has_contact             !! between bodies
-    logical, intent(in) :: is_sparse               !! one particle in a cell
+    logical, intent(in) :: has_contact             !! contact between bodies
+    logical, intent(in) :: is_sparse               !! one particle per cell
     real(rp), intent(in) :: poisson                !! largest Poisson's ratio of the scene
 
     default_cfl = limit_ugimp
@@ -65,7 +70,7 @@ contains
     if (has_contact .and. method%scheme /= scheme_usl) default_cfl = contact_factor*default_cfl
   end function default_cfl
 
-  !> Stable mechanical step: CFL h over the fastest wave (scaled) and particle; [s].
+  !> Stable mechanical step [s]: CFL h over the sum of scaled wave speed and particle speed.
   pure real(rp) function stable_step(scene, clock)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -77,7 +82,7 @@ contains
     end associate
   end function stable_step
 
-  !> Speed of pressure waves in the stiffest particle, inertia scaled [m/s].
+  !> Largest pressure-wave speed, with scaled inertia [m/s].
   pure real(rp) function wave_speed(clock)
     type(clock_t), intent(in) :: clock
 

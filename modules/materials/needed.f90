@@ -22,7 +22,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: heated, law
     class(flow_law_t), allocatable :: flow
-    logical :: is_heat_only, conducts, has_table, is_heated, knows_melting
+    logical :: is_heat_only, conducts, has_table, is_heated, has_own_melting
     integer :: i
 
     conducts = input%count('HEAT') > 0
@@ -30,8 +30,8 @@ contains
     do i = 1, input%count(group)
       law = input%text(group, i, 'LAW')
       call make_law(law, flow)
-      knows_melting = .false.
-      if (allocated(flow)) knows_melting = flow%knows_melting()
+      has_own_melting = .false.
+      if (allocated(flow)) has_own_melting = flow%has_own_melting()
       heated = ''
       is_heated = input%real(group, i, 'PLASTIC_HEAT') > 0.0_rp
       if (law /= 'elastic' .and. .not. is_heat_only .and. is_heated) then
@@ -46,7 +46,7 @@ contains
       if (conducts .and. .not. has_table) then
         call require_property(input, i, 'CONDUCTIVITY', heated, diagnostics)
       end if
-      if (knows_melting .and. .not. is_heat_only) then
+      if (has_own_melting .and. .not. is_heat_only) then
         call require_property(input, i, 'T_MELT', "LAW = '"//law//"' softens towards it", &
                               diagnostics)
       else if (law /= 'elastic' .and. .not. is_heat_only .and. heated /= '') then
@@ -55,7 +55,7 @@ contains
       else if (input%count('SOURCE') > 0) then
         call require_property(input, i, 'T_MELT', 'a &SOURCE may melt it', diagnostics)
       end if
-      if (input%given(group, i, 'T_ROOM') .and. .not. knows_melting &
+      if (input%given(group, i, 'T_ROOM') .and. .not. has_own_melting &
           .and. abs(input%real(group, i, 'EXPANSION')) <= 0.0_rp) call input%report(diagnostics, &
         group, i, 'T_ROOM', "has no effect: LAW = '"//law//"' does not heed it, EXPANSION is 0")
     end do

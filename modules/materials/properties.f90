@@ -30,12 +30,12 @@ contains
       associate (m => material(i))
         m%name = input%text('MATERIAL', i, 'NAME')
         m%rho = input%real('MATERIAL', i, 'DENSITY')
-        m%knows_heat = input%given('MATERIAL', i, 'SPECIFIC_HEAT')
-        if (m%knows_heat) m%c_p = input%real('MATERIAL', i, 'SPECIFIC_HEAT')
+        m%has_heat_capacity = input%given('MATERIAL', i, 'SPECIFIC_HEAT')
+        if (m%has_heat_capacity) m%c_p = input%real('MATERIAL', i, 'SPECIFIC_HEAT')
         call read_table(input, i, 'SPECIFIC_HEAT_TABLE', m%c_table, diagnostics)
         call read_table(input, i, 'CONDUCTIVITY_TABLE', m%k_table, diagnostics)
         if (allocated(m%c_table)) then
-          m%knows_heat = .true.
+          m%has_heat_capacity = .true.
           m%c_p = m%c_table%at(reference)
         end if
         is_given = input%given('MATERIAL', i, 'T_MELT')

@@ -13,7 +13,7 @@ module output_checkpoint
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
   use sleep_sleepers, only: sleepers_t
-  use state_books, only: books_t
+  use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_scene, only: output_t, scene_t
   use state_step, only: step_t
@@ -59,7 +59,7 @@ contains
   !> Write the state between two steps to `path`, by default checkpoint_path; with an empty path the
   !> file is kept in memory only (h5_file). The run is not changed.
   subroutine save_checkpoint(world, scene, clock, step, tool, backing, probes, tracers, particles, &
-                             sleepers, exchange, books, history, error, path)
+                             sleepers, exchange, budget, history, error, path)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -71,7 +71,7 @@ contains
     type(particles_t), intent(in) :: particles
     type(sleepers_t), intent(in) :: sleepers
     type(exchange_t), intent(in) :: exchange
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     type(history_t), intent(in) :: history
     type(error_t), intent(inout) :: error
     character(*), intent(in), optional :: path
@@ -99,7 +99,7 @@ contains
     global = [global, reshape(history%row_sums, [size(history%row_sums)])]
     do k = 1, size(tool)
       if (tool(k)%drive%is_free) global = [global, tool(k)%drive%state()]
-      global = [global, tool(k)%watch%state(tool(k)%motion, tool(k)%n_phases)]
+      global = [global, tool(k)%monitor%state(tool(k)%motion, tool(k)%n_phases)]
       global = [global, tool(k)%heat%state()]
     end do
     do k = 1, size(backing)
@@ -107,8 +107,8 @@ contains
     end do
     if (tracers%n > 0) global = [global, real(tracers%rows, rp), tracers%row_time, &
                                  real(tracers%id, rp)]
-    local = [books%sums, real(books%failed_returns, rp), books%warnings, &
-             reshape(books%impulse, [size(books%impulse)])]
+    local = [budget%sums, real(budget%failed_returns, rp), budget%warnings, &
+             reshape(budget%impulse, [size(budget%impulse)])]
     do k = 1, size(tool)
       local = [local, tool(k)%sums]
     end do

@@ -93,7 +93,7 @@ contains
     name = trim(common(count(first <= f)))
     if (f <= n_fields) return
     place = [layout%half, layout%affine, layout%origin, layout%law, layout%rest, &
-             layout%surface_offset, layout%grip, layout%press, layout%at_tool]
+             layout%surface_offset, layout%coulomb_reserve, layout%normal_force, layout%tool_heat]
     if (layout%n_law == 0) place(4) = 0
     place = merge(place, 0, place <= f)
     name = trim(more(maxloc(place, dim=1)))

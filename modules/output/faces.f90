@@ -5,8 +5,9 @@ module output_faces
   use base_kinds, only: rp
   use base_log, only: say
   use base_text, only: str
-  use contact_tool, only: n_tool_sums, s_area, s_face_heat, s_faster, s_friction, s_layer, &
-                          s_layer_work, s_motion, s_sliding, s_strength, s_thickness, tool_t
+  use contact_tool, only: n_tool_sums, s_area, s_face_temperature, s_excess_speed, s_friction, &
+                          s_layer_slip, s_layer_work, s_surface_speed, s_surface_slip, &
+                            s_layer_strength, s_layer_thickness, tool_t
   use io_row, only: row_t
   use output_audit, only: history_t
   use state_scene, only: scene_t
@@ -45,14 +46,15 @@ contains
     real(rp), intent(in) :: d(n_tool_sums)
 
     if (d(s_area) > 0.0_rp) then
-      face%temperature = d(s_face_heat)/d(s_area)
-      face%shear_strength = d(s_strength)/d(s_area)
-      face%layer_thickness = d(s_thickness)/d(s_area)
-      face%layer_slip = d(s_layer)/d(s_area)
-      face%sliding = d(s_sliding)/d(s_area)
-      face%layer_velocity = d(s_faster)/d(s_area)
+      face%temperature = d(s_face_temperature)/d(s_area)
+      face%shear_strength = d(s_layer_strength)/d(s_area)
+      face%layer_thickness = d(s_layer_thickness)/d(s_area)
+      face%layer_slip = d(s_layer_slip)/d(s_area)
+      face%sliding = d(s_surface_slip)/d(s_area)
+      face%layer_velocity = d(s_excess_speed)/d(s_area)
     end if
-    if (d(s_motion) > 0.0_rp) face%stick_share = max(0.0_rp, 1.0_rp - d(s_sliding)/d(s_motion))
+    if (d(s_surface_speed) > 0.0_rp) face%stick_share &
+      = max(0.0_rp, 1.0_rp - d(s_surface_slip)/d(s_surface_speed))
     if (d(s_friction) > 0.0_rp) face%layer_heat_share = d(s_layer_work)/d(s_friction)
   end function means_from
 

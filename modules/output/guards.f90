@@ -7,7 +7,7 @@ module output_guards
   use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
-  use contact_tool, only: s_strength, s_torque, tool_t
+  use contact_tool, only: s_layer_strength, s_torque, tool_t
   use io_row, only: row_t
   use output_audit, only: history_t
   use particles_store, only: f_mass, particles_t
@@ -153,10 +153,12 @@ contains
     do k = 1, size(tool)
       if (.not. tool(k)%has_layer()) cycle
       if (.not. is_revolved(tool(k)) .or. size(scene%symmetry) > 0) cycle
-      max_torque = torque_slack*increase(s_strength, k)*tool(k)%shape%radius
-      if (abs(increase(s_torque, k)) <= max_torque .or. increase(s_strength, k) <= 0.0_rp) cycle
+      max_torque = torque_slack*increase(s_layer_strength, k)*tool(k)%shape%radius
+      if (abs(increase(s_torque, k)) <= max_torque &
+          .or. increase(s_layer_strength, k) <= 0.0_rp) cycle
       reason = '&TOOL '//trim(tool(k)%name)//' turns against '// &
-               str(abs(increase(s_torque, k))/increase(s_strength, k)/tool(k)%shape%radius)// &
+               str(abs(increase(s_torque, k))/increase(s_layer_strength, k) &
+                   /tool(k)%shape%radius)// &
                ' times the torque that the shear strength of the metal on its face allows: '// &
                'the steps are too long; lower &TIME CFL or MASS_SCALING'
       return

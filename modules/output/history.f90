@@ -5,8 +5,8 @@ module output_history
   use base_kinds, only: rp
   use comm_world, only: world_t
   use contact_backing, only: backing_t
-  use contact_tool, only: n_tool_sums, s_creep, s_force, s_friction, s_heat, s_press, s_slide, &
-                          s_torque, s_work, tool_t
+  use contact_tool, only: n_tool_sums, s_metal_slip, s_force, s_friction, s_heat, &
+                          s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
   use io_row, only: row_t
   use output_audit, only: history_t
   use output_faces, only: add_face, has_face
@@ -14,7 +14,7 @@ module output_history
                                    zero_means
   use output_totals, only: zero_totals, sum_totals, totals_t
   use particles_store, only: particles_t
-  use state_books, only: books_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, &
+  use state_budget, only: budget_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, &
                          e_plastic, e_scaling, e_sleep, e_source, e_wall, e_wall_heat
   use state_clock, only: clock_t
   use state_scene, only: scene_t
@@ -42,7 +42,7 @@ contains
   end function history_headings
 
   !> Collective. One row of the history; means of the next row start at this time.
-  subroutine history_row(world, scene, clock, step, tool, backing, particles, books, history, row)
+  subroutine history_row(world, scene, clock, step, tool, backing, particles, budget, history, row)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -50,13 +50,13 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(backing_t), intent(in) :: backing(:)
     type(particles_t), intent(in) :: particles
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     type(history_t), intent(inout) :: history
     type(row_t), intent(out) :: row
     type(micro_means_t) :: micro
     type(totals_t) :: totals
 
-    call sum_totals(world, scene, clock, tool, particles, books, history, totals)
+    call sum_totals(world, scene, clock, tool, particles, budget, history, totals)
     call microstructure_means(world, scene, particles, micro)
     step%is_broken = step%is_broken .or. .not. totals%is_sound
     call add_columns(scene, clock, tool, backing, history, totals, micro, row)
@@ -99,7 +99,7 @@ contains
     call add_micro_columns(scene, micro, row)
     if (.not. scene%method%adapts_mass) return
     call row%add('mass_scaling', '', clock%mass_scaling)
-    call row%add('scaling_work', 'J', totals%books(e_scaling))
+    call row%add('scaling_work', 'J', totals%budget(e_scaling))
   end subroutine add_columns
 
   !> Add time, energies and extremes. The heat content is 0 unless the specific heat of every
@@ -110,33 +110,34 @@ contains
     type(totals_t), intent(in) :: totals
     type(row_t), intent(inout) :: row
 
-    associate (t => totals, now => totals%now, books => totals%books)
+    associate (t => totals, now => totals%now, budget => totals%budget)
       call row%add('time', 's', clock%time)
       call row%add('step', '', real(clock%step, rp))
       call row%add('dt', 's', clock%dt)
       call row%add('kinetic', 'J', now%kinetic)
       call row%add('elastic', 'J', now%elastic)
-      call row%add('plastic_work', 'J', books(e_plastic))
+      call row%add('plastic_work', 'J', budget(e_plastic))
       call row%add('tool_work', 'J', t%work)
-      call row%add('body_work', 'J', books(e_body))
-      call row%add('wall_work', 'J', books(e_wall))
+      call row%add('body_work', 'J', budget(e_body))
+      call row%add('wall_work', 'J', budget(e_wall))
       call row%add('friction_heat', 'J', t%friction)
       call row%add('contact_loss', 'J', t%contact)
       call row%add('numerical_loss', 'J', t%loss)
-      call row%add('sleep_loss', 'J', books(e_sleep))
-      call row%add('debris_mass', 'kg', books(d_mass))
-      call row%add('debris_energy', 'J', books(d_kinetic) + books(d_elastic))
-      call row%add('debris_heat', 'J', books(d_heat))
+      call row%add('sleep_loss', 'J', budget(e_sleep))
+      call row%add('debris_mass', 'kg', budget(d_mass))
+      call row%add('debris_energy', 'J', budget(d_kinetic) + budget(d_elastic))
+      call row%add('debris_heat', 'J', budget(d_heat))
       call row%add('audit_error', '%', t%audit_error)
-      call row%add('film_loss', 'J', books(e_film))
-      call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, all(scene%material%knows_heat)))
+      call row%add('film_loss', 'J', budget(e_film))
+      call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, &
+                                              all(scene%material%has_heat_capacity)))
       call row%add('temperature_max', 'K', now%max_temperature)
       call row%add('strain_rate_max', '1/s', now%max_strain_rate)
       call row%add('kinetic_over_internal', '%', t%over_internal)
       call row%add('inertial_stress_over_flow', '%', 100.0_rp*now%inertial_ratio)
       call row%add('friction_heat_to_bodies', 'J', t%to_bodies)
-      call row%add('wall_heat', 'J', books(e_wall_heat))
-      call row%add('source_heat', 'J', books(e_source))
+      call row%add('wall_heat', 'J', budget(e_wall_heat))
+      call row%add('source_heat', 'J', budget(e_source))
       call row%add('conduction_error', '%', t%conduction_error)
     end associate
   end subroutine add_common
@@ -154,22 +155,22 @@ contains
 
     name = trim(tool%name)
     per_press = 0.0_rp
-    if (d(s_press) > 0.0_rp) per_press = 1.0_rp/d(s_press)
+    if (d(s_normal_impulse) > 0.0_rp) per_press = 1.0_rp/d(s_normal_impulse)
     share = 0.0_rp
     if (d(s_heat) > 0.0_rp) share = 100.0_rp*d(s_friction)/d(s_heat)
     call row%add(name//'_torque', 'Nm', d(s_torque)*per_second)
     call add_force(name, d(s_force:s_force + 2)*per_second, row)
     call row%add(name//'_power', 'W', d(s_work)*per_second)
     call row%add(name//'_friction_power', 'W', d(s_friction)*per_second)
-    call row%add(name//'_interface_velocity', 'm/s', d(s_creep)*per_press)
-    call row%add(name//'_tool_velocity', 'm/s', d(s_slide)*per_press)
+    call row%add(name//'_interface_velocity', 'm/s', d(s_metal_slip)*per_press)
+    call row%add(name//'_tool_velocity', 'm/s', d(s_tool_slip)*per_press)
     call row%add(name//'_friction_share', '%', share)
     call row%add(name//'_x', 'm', tool%position(1))
     call row%add(name//'_y', 'm', tool%position(2))
     call row%add(name//'_z', 'm', tool%position(3))
     call row%add(name//'_angle', 'rad', tool%angle)
     call row%add(name//'_tilt', 'rad', tool%tilt())
-    if (tool%watch%is_on) call row%add(name//'_phase', '', real(tool%watch%phase, rp))
+    if (tool%monitor%is_on) call row%add(name//'_phase', '', real(tool%monitor%phase, rp))
     if (.not. tool%heat%is_on) return
     call row%add(name//'_face_temperature', 'K', tool%heat%face)
     call row%add(name//'_heat_content', 'J', tool%heat%content())
@@ -182,7 +183,7 @@ contains
     type(backing_t), intent(in) :: backing
     type(row_t), intent(inout) :: row
 
-    call row%add(backing%name//'_temperature_max', 'K', backing%hottest())
+    call row%add(backing%name//'_temperature_max', 'K', backing%max_face_temperature())
     call row%add(backing%name//'_heat_content', 'J', backing%content())
     call row%add(backing%name//'_heat_gained', 'J', sum(backing%column%gained))
     call row%add(backing%name//'_heat_lost', 'J', sum(backing%column%lost))

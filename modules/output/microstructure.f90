@@ -8,7 +8,7 @@ module output_microstructure
   use io_row, only: row_t
   use particles_store, only: f_mass, f_plastic, particles_t
   use physics_flow_law, only: law_output_t
-  use state_books, only: books_t
+  use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -133,7 +133,7 @@ contains
                                                 means%mean(k))
     end do
     do k = 1, size(outputs%all)
-      if (outputs%all(k)%has_least) call row%add(trim(outputs%all(k)%name)//'_min', &
+      if (outputs%all(k)%has_minimum) call row%add(trim(outputs%all(k)%name)//'_min', &
                                                  outputs%all(k)%unit, means%minimum(k))
     end do
   end subroutine add_micro_columns
@@ -188,21 +188,21 @@ contains
 
   !> Collective. Message on warning `k` of the flow laws: how often on all ranks, and one position;
   !> '' if there was none.
-  subroutine warning_message(world, scene, clock, books, k, message)
+  subroutine warning_message(world, scene, clock, budget, k, message)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     integer, intent(in) :: k
     character(:), allocatable, intent(inout) :: message
     character(:), allocatable :: local_message
-    real(rp) :: counts(size(books%warnings))
+    real(rp) :: counts(size(budget%warnings))
 
-    counts = books%warnings
+    counts = budget%warnings
     call world%sum(counts)
     local_message = ''
-    associate (place => books%warning_place(:, k))
-      if (books%warnings(k) > 0.0_rp) local_message = 'warning: until t = '//str(clock%time)// &
+    associate (place => budget%warning_place(:, k))
+      if (budget%warnings(k) > 0.0_rp) local_message = 'warning: until t = '//str(clock%time)// &
         ' s '//str(counts(k))//' particle-steps '//trim(scene%warning(k))// &
         '; one of the first at ('//str(place(3))//', '//str(place(4))//', '//str(place(5))// &
         ') m, t = '//str(place(1))//' s, '//str(place(2))//' K'

@@ -99,7 +99,7 @@ contains
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
     all = [timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
-           real(blocks%awake_steps, rp), &
+           real(blocks%n_awake_particle_steps, rp), &
            real(nodes%halo%messages + nodes%resting_halo%messages, rp), &
            real(nodes%halo%bytes + nodes%resting_halo%bytes, rp), &
            exchange%balance%waited + nodes%halo%waited + nodes%resting_halo%waited]

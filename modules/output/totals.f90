@@ -3,14 +3,14 @@
 module output_totals
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use contact_tool, only: n_tool_sums, s_friction, s_heat, s_normal, s_to_plate, s_work, tool_t
+  use contact_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work, tool_t
   use mapping_blocks, only: kinetic_energy
   use output_audit, only: history_t
   use output_diagnostics, only: is_finite
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel, &
                              particles_t
   use physics_material, only: material_t
-  use state_books, only: books_t, d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
+  use state_budget, only: budget_t, d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
                          e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
                          e_wall, e_wall_heat, n_sums
   use state_clock, only: clock_t
@@ -36,7 +36,7 @@ module output_totals
   !> Totals of all ranks.
   type :: totals_t
     type(energies_t) :: now
-    real(rp) :: books(n_sums) = 0.0_rp       !! accumulated sums, indices of state_books [J]
+    real(rp) :: budget(n_sums) = 0.0_rp       !! accumulated sums, indices of state_budget [J]
     real(rp), allocatable :: tool(:, :)      !! accumulated sums (n_tool_sums, tools)
     real(rp), allocatable :: face(:)         !! maximum temperature of each tool face [K]
     real(rp), allocatable :: impulse(:, :)   !! impulse of walls and clamps (3, n) [N s]
@@ -109,13 +109,13 @@ contains
   end function zero_totals
 
   !> Collective. Totals of the current state.
-  subroutine sum_totals(world, scene, clock, tool, particles, books, history, totals)
+  subroutine sum_totals(world, scene, clock, tool, particles, budget, history, totals)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(in) :: particles
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     type(history_t), intent(inout) :: history
     type(totals_t), intent(out) :: totals
     real(rp), allocatable :: all(:)
@@ -126,12 +126,12 @@ contains
     totals%now = energies(scene, clock, particles)
     associate (now => totals%now)
       maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
-                merge(0.0_rp, 1.0_rp, is_finite(particles)), tool%hottest]
-      all = [books%sums, now%kinetic, now%elastic, now%heat, (tool(k)%sums, k=1, size(tool)), &
-             reshape(books%impulse, [size(books%impulse)])]
+                merge(0.0_rp, 1.0_rp, is_finite(particles)), tool%max_face_temperature]
+      all = [budget%sums, now%kinetic, now%elastic, now%heat, (tool(k)%sums, k=1, size(tool)), &
+             reshape(budget%impulse, [size(budget%impulse)])]
       call world%sum(all)
       call world%max(maxima)
-      totals%books = all(1:n_sums)
+      totals%budget = all(1:n_sums)
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
                        maxima(1), maxima(2), maxima(3))
     end associate
@@ -150,31 +150,31 @@ contains
     type(totals_t), intent(inout) :: totals
     real(rp) :: supplied, internal, absorbed, exchanged
 
-    associate (t => totals, now => totals%now, books => totals%books, tool => totals%tool)
+    associate (t => totals, now => totals%now, budget => totals%budget, tool => totals%tool)
       t%work = sum(tool(s_work, :))
-      t%friction = sum(tool(s_friction, :)) + books(e_friction)
-      t%contact = sum(tool(s_normal, :)) + books(e_contact)
-      tool(s_heat, :) = t%friction + books(e_plastic)
-      supplied = t%work + books(e_body) + books(e_wall) + books(e_scaling)
+      t%friction = sum(tool(s_friction, :)) + budget(e_friction)
+      t%contact = sum(tool(s_normal_loss, :)) + budget(e_contact)
+      tool(s_heat, :) = t%friction + budget(e_plastic)
+      supplied = t%work + budget(e_body) + budget(e_wall) + budget(e_scaling)
       t%loss = supplied - t%friction - t%contact - (now%kinetic - history%kinetic0) &
-               - books(d_kinetic) - books(e_stress) - books(e_sleep)
-      absorbed = t%friction + t%contact + books(e_plastic) + now%elastic - history%elastic0 &
-              + now%kinetic - history%kinetic0 + t%loss + books(e_sleep) &
-              + books(d_kinetic) + books(d_elastic)
+               - budget(d_kinetic) - budget(e_stress) - budget(e_sleep)
+      absorbed = t%friction + t%contact + budget(e_plastic) + now%elastic - history%elastic0 &
+              + now%kinetic - history%kinetic0 + t%loss + budget(e_sleep) &
+              + budget(d_kinetic) + budget(d_elastic)
       history%audit_scale = max(history%audit_scale, &
-                                abs(t%work) + abs(books(e_body)) + abs(books(e_wall)), &
-                                abs(books(e_scaling)), history%kinetic0 + history%elastic0, &
+                                abs(t%work) + abs(budget(e_body)) + abs(budget(e_wall)), &
+                                abs(budget(e_scaling)), history%kinetic0 + history%elastic0, &
                                 tiny(1.0_rp))
       t%audit_error = 100.0_rp*(supplied - absorbed)/history%audit_scale
       t%to_bodies = sum(tool(s_to_plate, :))
-      if (scene%method%conducts) t%to_bodies = t%to_bodies + books(e_friction)
-      internal = now%elastic + books(e_plastic) + t%friction
+      if (scene%method%conducts) t%to_bodies = t%to_bodies + budget(e_friction)
+      internal = now%elastic + budget(e_plastic) + t%friction
       t%over_internal = internal
       if (internal > 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/internal
-      exchanged = max(t%to_bodies + books(e_plastic) + abs(books(e_film)) &
-                      + abs(books(e_wall_heat)) + abs(books(e_source)) + abs(books(e_tool)), &
+      exchanged = max(t%to_bodies + budget(e_plastic) + abs(budget(e_film)) &
+                      + abs(budget(e_wall_heat)) + abs(budget(e_source)) + abs(budget(e_tool)), &
                       1.0e-6_rp*abs(now%heat), tiny(1.0_rp))
-      t%conduction_error = 100.0_rp*books(e_conduction)/exchanged
+      t%conduction_error = 100.0_rp*budget(e_conduction)/exchanged
     end associate
   end subroutine balance_energies
 

@@ -13,7 +13,7 @@ module output_warnings
   use output_microstructure, only: warning_message
   use output_numerical_fracture, only: separation_ratio
   use particles_store, only: particles_t
-  use state_books, only: books_t
+  use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
@@ -40,7 +40,7 @@ contains
 
   !> Collective. Log new warnings at the row `columns` of the history; set `step%is_broken` if the
   !> run must end.
-  subroutine check(self, world, scene, clock, step, tool, particles, books, history, columns)
+  subroutine check(self, world, scene, clock, step, tool, particles, budget, history, columns)
     class(warnings_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -48,12 +48,12 @@ contains
     type(step_t), intent(inout) :: step
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(in) :: particles
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     type(history_t), intent(in) :: history
     type(row_t), intent(in) :: columns
 
     call report_rejected_steps(self, world, clock)
-    call warn_validity(self, world, scene, clock, books)
+    call warn_validity(self, world, scene, clock, budget)
     call self%melting%check_particles(world, scene, clock, particles)
     call warn_inertia(self, world, scene, clock, columns)
     call warn_sleep(self, world, clock, history, columns)
@@ -79,12 +79,12 @@ contains
   end subroutine report_rejected_steps
 
   !> Warn once for each limit of validity of a flow law that particles exceed, with a position.
-  subroutine warn_validity(self, world, scene, clock, books)
+  subroutine warn_validity(self, world, scene, clock, budget)
     type(warnings_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     character(:), allocatable :: message
     integer :: k
 
@@ -93,7 +93,7 @@ contains
     end if
     do k = 1, size(scene%warning)
       if (self%has_validity(k)) cycle
-      call warning_message(world, scene, clock, books, k, message)
+      call warning_message(world, scene, clock, budget, k, message)
       self%has_validity(k) = message /= ''
       if (world%is_root() .and. message /= '') call say(message)
     end do

@@ -29,7 +29,7 @@ module output_writer
   use physics_flow_law, only: law_output_t
   use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t
-  use state_books, only: books_t
+  use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
@@ -135,7 +135,7 @@ contains
   !> At the end of a run write a checkpoint, then a row and a frame, which a restart drops if they
   !> were not due.
   subroutine write_due(self, world, scene, clock, step, tool, backing, probes, tracers, particles, &
-                       sleepers, exchange, books, history, last, error)
+                       sleepers, exchange, budget, history, last, error)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -148,7 +148,7 @@ contains
     type(particles_t), intent(in) :: particles
     type(sleepers_t), intent(in) :: sleepers
     type(exchange_t), intent(in) :: exchange
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     type(history_t), intent(inout) :: history
     logical, intent(in) :: last              !! end of the run
     type(error_t), intent(inout) :: error
@@ -158,7 +158,7 @@ contains
     now = clock%time*(1.0_rp + 1.0e-12_rp)
     associate (output => scene%output)
       if (now >= clock%next_history) then
-        call self%row(world, scene, clock, step, tool, backing, probes, particles, books, history)
+        call self%row(world, scene, clock, step, tool, backing, probes, particles, budget, history)
         clock%next_history = next_time(output%history_interval, clock%time)
       end if
       call self%write_tracer_rows(world, scene, clock, step, particles, tracers, .false.)
@@ -176,13 +176,13 @@ contains
           step%is_broken = .true.
         else if (world%all_true(.not. step%lost_row)) then
           call save_checkpoint(world, scene, clock, step, tool, backing, probes, tracers, &
-                               particles, sleepers, exchange, books, history, error)
+                               particles, sleepers, exchange, budget, history, error)
         end if
         step%secured = wall_time()
       end if
     end associate
     if (.not. last) return
-    call self%row(world, scene, clock, step, tool, backing, probes, particles, books, history)
+    call self%row(world, scene, clock, step, tool, backing, probes, particles, budget, history)
     call self%write_tracer_rows(world, scene, clock, step, particles, tracers, .true.)
     call self%add_frame(world, scene, clock, tool, particles, history, error)
   end subroutine write_due
@@ -281,7 +281,7 @@ contains
   end subroutine put_frame
 
   !> Collective. Write a row of the history, the probes and the errors; check for warnings.
-  subroutine row(self, world, scene, clock, step, tool, backing, probes, particles, books, history)
+  subroutine row(self, world, scene, clock, step, tool, backing, probes, particles, budget, history)
     class(writer_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -291,13 +291,13 @@ contains
     type(backing_t), intent(in) :: backing(:)
     type(probes_t), intent(inout) :: probes
     type(particles_t), intent(in) :: particles
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     type(history_t), intent(inout) :: history
     type(row_t) :: columns
 
     if (history%row_time >= clock%time .and. history%rows > 0) return   ! written already
-    call history_row(world, scene, clock, step, tool, backing, particles, books, history, columns)
-    call self%warnings%check(world, scene, clock, step, tool, particles, books, history, columns)
+    call history_row(world, scene, clock, step, tool, backing, particles, budget, history, columns)
+    call self%warnings%check(world, scene, clock, step, tool, particles, budget, history, columns)
     call self%history%row(columns%values())
     if (probes%n > 0) then
       call share_probes(world, probes)

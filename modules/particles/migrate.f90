@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Sends particles to the rank that owns their nearest node, and sorts those that stay or come.
+!> Migration of particles to the rank that owns their nearest node, and sorting.
 module particles_migrate
   use base_kinds, only: i8, nlane, rp
   use base_text, only: str
@@ -16,7 +16,7 @@ module particles_migrate
 
 contains
 
-  !> Bring all particles that left through a periodic side back on the other one.
+  !> Move all particles that left through a periodic side by whole periods.
   subroutine wrap_positions(grid, particles)
     type(grid_t), intent(in) :: grid
     type(particles_t), intent(inout) :: particles
@@ -34,9 +34,9 @@ contains
   end subroutine wrap_positions
 
   !> Migrate and sort. Every particle must lie inside the grid (see `find_outside`), wrapped.
-  !> Particles in blocks behind `n_moving` have not moved since they were sorted. `keep`: rest from
-  !> which particles need no new order (particles_sort); `has_changed`: some are in blocks of
-  !> another rest. `rest_stays`: the blocks behind `n_moving` still are as they were.
+  !> Particles in blocks behind `n_moving` have not moved since they were sorted. `keep`: rest state
+  !> from which particles need no new order (particles_sort); `has_changed`: some are in blocks of
+  !> another rest state. `rest_stays`: the blocks behind `n_moving` are unchanged.
   subroutine redistribute(world, grid, patch, boxes, nbody, n_moving, keep, has_changed, &
                           particles, rest_stays)
     type(world_t), intent(in) :: world
@@ -68,7 +68,7 @@ contains
       if (keep > awake) then
         call locate(world, grid, patch, boxes, n_moving + 1, particles%nblk, particles, slot2, &
                     node2, body2, owner)
-      else                                       ! those that wake go anywhere
+      else                                       ! particles that wake may go anywhere
         call list_slots(particles, n_moving + 1, particles%nblk, slot2, body2)
         allocate (node2(size(slot2)), source=1)
       end if
@@ -79,7 +79,7 @@ contains
     call sort_particles(particles, size(slot), slot, node, body, keep, patch%nn, nbody)
   end subroutine redistribute
 
-  !> Drop from the lists what other ranks own.
+  !> Remove particles owned by other ranks from the lists.
   pure subroutine keep_own(rank, slot, node, body, owner)
     integer, intent(in) :: rank, owner(:)
     integer, allocatable, intent(inout) :: slot(:), node(:), body(:)
@@ -90,7 +90,7 @@ contains
     body = pack(body, owner == rank)
   end subroutine keep_own
 
-  !> Whether the listed particles are all awake and need the first `n_moving` blocks as they are.
+  !> True if the listed particles are all awake and fit into the first `n_moving` blocks.
   pure logical function fit_in(particles, slot, body, nbody, n_moving)
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: slot(:), body(:), nbody, n_moving
@@ -153,7 +153,7 @@ contains
     end do
   end subroutine list_slots
 
-  !> Send the particles of other owners; append the arrivals behind the last block and to the lists.
+  !> Send particles to their owners; append arrivals behind the last block and to the lists.
   subroutine exchange(world, grid, patch, particles, slot, node, body, owner)
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
@@ -186,13 +186,13 @@ contains
     end do
     call mpi_alltoallv(outgoing, n_out, at_out, mpi_double_precision, &
                        incoming, n_in, at_in, mpi_double_precision, world%comm)
-    deallocate (outgoing)                        ! before there is room for those that arrive
+    deallocate (outgoing)                        ! free memory before allocating the arrivals
     arrivals = sum(n_in)/width
     call append_arrivals(world, grid, patch, particles, arrivals, width, incoming, &
                          slot, node, body, owner)
   end subroutine exchange
 
-  !> One particle as reals: fields, tag (its bits), body.
+  !> Pack a particle as reals: fields, tag (its bits), body.
   subroutine pack_particle(particles, s, body, buffer)
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: s, body
@@ -205,6 +205,7 @@ contains
     buffer(nf + 2) = real(body, rp)
   end subroutine pack_particle
 
+  !> Append received particles behind the last block and to the lists.
   subroutine append_arrivals(world, grid, patch, particles, n, width, incoming, &
                              slot, node, body, owner)
     type(world_t), intent(in) :: world
@@ -231,8 +232,8 @@ contains
     end do
   end subroutine append_arrivals
 
-  !> Whether the particles of block `b` are outside the grid (or no number). Through a periodic side
-  !> they may be as far outside as a patch reaches.
+  !> True for particles of block `b` outside the grid or with NaN. Beyond a periodic side they may
+  !> be as far outside as a patch reaches.
   pure function is_outside(grid, particles, b)
     type(grid_t), intent(in) :: grid
     type(particles_t), intent(in) :: particles
@@ -252,8 +253,8 @@ contains
     end do
   end function is_outside
 
-  !> First particle of the first `n_blocks` outside the grid (or not a number), as a message; '' if
-  !> none.
+  !> Message on the first particle outside the grid or with NaN in the first `n_blocks`; '' if there
+  !> is none.
   function find_outside(grid, n_blocks, particles) result(message)
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: n_blocks

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Puts particles into blocks by rest, body and nearest node, so that a block works on few nodes.
+!> Sorting of particles into blocks by rest state, body and nearest node, so that a block touches
+!> few nodes.
 module particles_sort
   use base_kinds, only: i8, nlane, rp
   use particles_store, only: f_bbar, f_jac, f_pos, f_temp, n_fields, particles_t, tag_rest
@@ -8,7 +9,8 @@ module particles_sort
 
   public :: sort_particles, sort_first, slot_block, slot_lane
 
-  integer, parameter, public :: keep_none = huge(1)   !! `keep` of sort_particles
+  integer, parameter, public :: keep_none = huge(1)   !! value of `keep` with which sort_particles
+                                                      !! sorts all
 
 contains
 
@@ -19,14 +21,15 @@ contains
     slot_block = s/nlane + 1
   end function slot_block
 
+  !> Lane of slot `s`.
   elemental integer function slot_lane(s)
     integer, intent(in) :: s
 
     slot_lane = mod(s, nlane) + 1
   end function slot_lane
 
-  !> Sort the particles in `slot`, all awake, into the first `n_blocks` blocks, which they need; the
-  !> other blocks stay.
+  !> Sort the particles in `slot`, all awake, into the first `n_blocks` blocks, which they must
+  !> fill; the other blocks are unchanged.
   subroutine sort_first(particles, n_blocks, slot, node, body, keep, nn, nbody)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: n_blocks, slot(:), node(:), body(:), keep, nn, nbody
@@ -38,10 +41,10 @@ contains
     particles%nblk = old
   end subroutine sort_first
 
-  !> Rebuild the blocks from the particles in `slot(1:n)`; all others are dropped.
-  !> `node(1:n)` is the storage index of each one's nearest node, `body(1:n)` its body. Particles
-  !> whose rest is `keep` or more stay where they are if that is a slot of their class: for speed
-  !> alone, their order then grows old. `keep_none` sorts all.
+  !> Rebuild the blocks from the particles in `slot(1:n)`; all others are dropped. `node(1:n)` is
+  !> the storage index of the nearest node of each, `body(1:n)` its body. Particles whose rest state
+  !> is `keep` or higher stay in place if that is a slot of their class; their order only affects
+  !> speed. `keep_none` sorts all.
   subroutine sort_particles(particles, n, slot, node, body, keep, nn, nbody)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: n, keep, nn, nbody
@@ -80,8 +83,8 @@ contains
     call neutralise_padding(particles)
   end subroutine sort_particles
 
-  !> `from` lists the slots by class, then node (where the class has several `keys`), then old
-  !> place; `per_class` counts them.
+  !> Counting sort: `from` lists the slots by class, then node (if the class has several `keys`),
+  !> then old slot; `per_class` counts them.
   pure subroutine counting_order(n, slot, node, class, nclass, keys, from, per_class)
     integer, intent(in) :: n, nclass, keys(nclass), slot(n), node(n), class(n)
     integer, intent(out) :: from(n), per_class(nclass)
@@ -109,7 +112,7 @@ contains
     end do
   end subroutine counting_order
 
-  !> Give the `n` particles of a class, of body `b`, the slots from block `blocks+1` on.
+  !> Assign slots from block `blocks+1` on to the `n` particles of a class, of body `b`.
   subroutine place_class(particles, b, n, blocks, to)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: b, n
@@ -128,7 +131,7 @@ contains
   end subroutine place_class
 
   !> Particles whose slots `from` are among the consecutive slots `to` keep them; the others get the
-  !> remaining slots in turn.
+  !> remaining slots in order.
   pure subroutine keep_slots(n, from, to)
     integer, intent(in) :: n, from(n)
     integer, intent(inout) :: to(n)
@@ -154,7 +157,8 @@ contains
     end do
   end subroutine keep_slots
 
-  !> Move every field, one at a time through a buffer: 8 bytes a particle instead of a second store.
+  !> Move all fields, one at a time through a buffer: 8 bytes per particle instead of a second
+  !> store.
   subroutine move_fields(particles, n, from, to)
     type(particles_t), intent(inout) :: particles
     integer, intent(in) :: n, from(n), to(n)
@@ -180,7 +184,7 @@ contains
     end do
   end subroutine move_fields
 
-  !> Unused lanes hold an undeformed particle without mass at the place of the first lane.
+  !> Fill unused lanes with an undeformed massless particle at the position of the first lane.
   subroutine neutralise_padding(particles)
     type(particles_t), intent(inout) :: particles
     integer :: b, n

@@ -9,68 +9,68 @@ module particles_store
 
   public :: particles_t, layout_t, make_tag, tag_id, tag_faces, tag_rest, rests, set_rest, set_bit
 
-  ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz).
-  ! Together lie those that conduction reads, and those that the transfer to the grid reads.
+  ! Fields of a particle; vectors take three, symmetric tensors six (xx, yy, zz, xy, yz, xz). Fields
+  ! read by conduction are contiguous, and so are those read by the transfer to the grid.
   integer, parameter, public :: &
-    f_pos = 1, &       !! position [m]
-    f_mass = 4, &      !! mass, not scaled [kg]
-    f_temp = 5, &      !! temperature [K]
-    f_heat = 6, &      !! heat waiting for the next conduction step [J]
-    f_jac = 7, &       !! volume ratio J [-]
-    f_vel = 8, &       !! velocity [m/s]
-    f_tau = 11, &      !! Kirchhoff stress [Pa]
-    f_bbar = 17, &     !! isochoric elastic left Cauchy-Green tensor [-]
-    f_plastic = 23, &  !! equivalent plastic strain [-]
-    f_rate = 24, &     !! equivalent plastic strain rate [1/s]
-    f_flow = 25        !! flow stress [Pa]
-  integer, parameter, public :: n_conduction = f_jac       !! fields that conduction reads
-  integer, parameter, public :: n_to_grid = f_tau + 5      !! fields that go to the grid
-  integer, parameter, public :: n_fields = 25  !! fields without a law's own state variables
+    f_pos = 1, &                                       !! position [m]
+    f_mass = 4, &                                      !! mass, not scaled [kg]
+    f_temp = 5, &                                      !! temperature [K]
+    f_heat = 6, &                                      !! heat stored for the next conduction step
+                                                       !! [J]
+    f_jac = 7, &                                       !! volume ratio J [-]
+    f_vel = 8, &                                       !! velocity [m/s]
+    f_tau = 11, &                                      !! Kirchhoff stress [Pa]
+    f_bbar = 17, &                                     !! isochoric elastic left Cauchy-Green tensor
+                                                       !! [-]
+    f_plastic = 23, &                                  !! equivalent plastic strain [-]
+    f_rate = 24, &                                     !! equivalent plastic strain rate [1/s]
+    f_flow = 25                                        !! flow stress [Pa]
+  integer, parameter, public :: n_conduction = f_jac   !! fields read by conduction
+  integer, parameter, public :: n_to_grid = f_tau + 5  !! fields read by the transfer to the grid
+  integer, parameter, public :: n_fields = 25          !! fields without internal variables of a
+                                                       !! flow law
 
-  !> Where the fields lie that only some methods and scenes need; 0: not there.
+  !> Positions of the fields that only some methods and scenes need; 0: absent.
   type :: layout_t
-    integer :: n = n_fields     !! all fields of a particle
-    integer :: half = 0         !! half lengths of its domain [cells], 3 (cpGIMP)
-    integer :: affine = 0       !! velocity gradient that it carries [1/s], row by row, 9 (APIC)
-    integer :: origin = 0       !! position at t = 0 [m], 3 (known fields, tractions)
+    integer :: n = n_fields     !! number of fields of a particle
+    integer :: half = 0         !! half lengths of the domain [cells], 3 (cpGIMP)
+    integer :: affine = 0       !! affine velocity gradient [1/s], row by row, 9 (APIC)
+    integer :: origin = 0       !! position at t = 0 [m], 3 (prescribed fields, tractions)
     integer :: law = 1          !! internal variables of the flow law, n_law
     integer :: n_law = 0
-    integer :: rest = 0         !! temperature at which it fell asleep [K] (sleeping)
-    integer :: grip = 0                  !! impulse of friction that a tool may yet give [N s], or
-                                        !! mean force of what it could (tool_contact_impulses)
-    integer :: press = 0                 !! force with which tools press it [N]
-                                         !! (tool_contact_impulses)
-    integer :: surface_offset = 0        !! of half a spacing, what is left between centre and
-                                         !! surface (tools)
-    integer :: at_tool = 0               !! area at a tool times time [m2 s] and heat of the face
-                                         !! [J] since the last conduction step: for each tool that
-                                         !! takes heat
+    integer :: rest = 0             !! temperature at falling asleep [K] (sleeping)
+    integer :: coulomb_reserve = 0  !! unused Coulomb friction impulse [N s], or mean Coulomb force
+                                    !! [N] (tool_contact_impulses)
+    integer :: normal_force = 0     !! sustained normal force of tools [N] (tool_contact_impulses)
+    integer :: surface_offset = 0   !! distance from centre to surface, in half spacings (tools)
+    integer :: tool_heat = 0        !! contact area times time [m2 s] and heat of the face [J] since
+                                    !! the last conduction step, for each tool that absorbs heat
   contains
     procedure :: add => add_fields
     procedure :: places
   end type layout_t
 
-  !> Rest of a particle: mechanics, mass and frozen force only, nothing (sleep_criteria).
+  !> Rest states of a particle: awake; mass and frozen force only; inactive (sleep_criteria).
   integer, parameter, public :: awake = 0, held = 1, asleep = 2
 
   integer, parameter :: face_shift = 48, rest_shift = 54
-  ! Bits of the tag in the first lane of a block, as its last sort decided.
-  integer, parameter, public :: border_bit = 56   !! may reach nodes shared with other ranks
+  ! Bits of the tag in the first lane of a block, set by the last sort.
+  integer, parameter, public :: border_bit = 56   !! block may reach nodes shared with other ranks
                                                   !! (exchange_order)
-  integer, parameter, public :: far_bit = 57      !! no tool reaches it until the next sort
+  integer, parameter, public :: far_bit = 57      !! no tool reaches the block before the next sort
                                                   !! (exchange_speculation)
-  !> Bit of a particle that is a tracer (particles_tracers).
+  !> Bit of a tracer particle (particles_tracers).
   integer, parameter, public :: tracer_bit = 58
 
   type :: particles_t
-    integer :: nf = n_fields                       !! fields per particle
-    integer :: nblk = 0                            !! blocks in use
-    integer :: capacity = 0                        !! blocks allocated
-    real(rp), pointer, contiguous :: ps(:, :, :) => null()   !! (nlane, nf, capacity)
+    integer :: nf = n_fields                                !! fields per particle
+    integer :: nblk = 0                                     !! blocks in use
+    integer :: capacity = 0                                 !! blocks allocated
+    real(rp), pointer, contiguous :: ps(:, :, :) => null()  !! (nlane, nf, capacity)
     real(rp), pointer, contiguous, private :: memory(:) => null()
     integer(i8), allocatable :: tag(:, :)          !! (nlane, capacity) identity and face bits
-    real(rp), allocatable :: motion(:, :, :)       !! (nlane, 3, nblk) velocities with which they
-                                                   !! move, while these are looked at [m/s]
+    real(rp), allocatable :: motion(:, :, :)       !! (nlane, 3, nblk) grid velocities of the
+                                                   !! particles, while needed for output [m/s]
     integer, allocatable :: count(:)               !! particles in each block
     integer, allocatable :: body(:)                !! body of each block
   contains
@@ -89,7 +89,7 @@ module particles_store
 
 contains
 
-  !> `place` becomes the first of `n` more fields.
+  !> Append `n` fields, the first at `place`.
   pure subroutine add_fields(self, n, place)
     class(layout_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -100,8 +100,8 @@ contains
     self%n = self%n + n
   end subroutine add_fields
 
-  !> Where the fields lie: what a checkpoint must agree with. That of sleeping, which is the last,
-  !> may come and go.
+  !> Positions of the fields, which a checkpoint must match. The field of sleeping, the last one,
+  !> may be added or removed.
   pure function places(self) result(text)
     class(layout_t), intent(in) :: self
     character(:), allocatable :: text
@@ -109,7 +109,8 @@ contains
 
     associate (l => self)
       write (buffer, '(*(i0, :, " "))') n_fields, l%half, l%affine, l%origin, l%law, l%n_law, &
-        l%grip, l%press, l%surface_offset, l%at_tool, l%n - merge(1, 0, l%rest > 0)
+        l%coulomb_reserve, l%normal_force, l%surface_offset, l%tool_heat, l%n - merge(1, 0, &
+                                                                                      l%rest > 0)
     end associate
     text = trim(buffer)
   end function places
@@ -124,6 +125,7 @@ contains
     call self%reserve(1)
   end subroutine init
 
+  !> Free all memory.
   subroutine free(self)
     class(particles_t), intent(inout) :: self
 
@@ -134,8 +136,8 @@ contains
     self%capacity = 0
   end subroutine free
 
-  !> Storage for `nblk` blocks; all that were allocated before keep what they hold, those behind
-  !> `self%nblk` too: particles that arrive wait there to be sorted.
+  !> Allocate at least `nblk` blocks. Existing blocks keep their contents, including those behind
+  !> `self%nblk`, where arrivals are stored before sorting.
   subroutine reserve(self, nblk)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: nblk
@@ -143,8 +145,8 @@ contains
     if (nblk > self%capacity) call resize(self, nblk + nblk/32 + 4)
   end subroutine reserve
 
-  !> Give back what is allocated beyond the blocks in use, but for a few: sorts put particles of
-  !> other bodies and other rest into blocks of their own.
+  !> Release memory beyond the blocks in use, except a few: sorting needs separate blocks for other
+  !> bodies and rest states.
   subroutine fit(self)
     class(particles_t), intent(inout) :: self
     integer, parameter :: few = 4
@@ -152,7 +154,7 @@ contains
     if (self%capacity > self%nblk + few) call resize(self, self%nblk + few)
   end subroutine fit
 
-  !> Storage for `n` blocks.
+  !> Reallocate to `n` blocks.
   subroutine resize(self, n)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -179,7 +181,7 @@ contains
     self%capacity = n
   end subroutine resize
 
-  !> Remove the chosen particles of block `b`; the last ones take their places, empty lanes are 0.
+  !> Remove the chosen particles of block `b`; the last ones take their slots, freed lanes are 0.
   pure subroutine remove(self, b, chosen)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: b
@@ -197,7 +199,7 @@ contains
     end do
   end subroutine remove
 
-  !> Another number of fields: the last ones go, or new ones are 0.
+  !> Change the number of fields: the last ones are dropped, or new ones are 0.
   subroutine change_fields(self, nf)
     class(particles_t), intent(inout) :: self
     integer, intent(in) :: nf
@@ -214,8 +216,8 @@ contains
     self%nf = nf
   end subroutine change_fields
 
-  !> The first `n` fields of block `b` are needed soon: the transfers of the block before fetch
-  !> them.
+  !> Announce that the first `n` fields of block `b` are needed soon: the transfers of the block
+  !> before prefetch them.
   subroutine fetch(self, b, n)
     class(particles_t), intent(in) :: self
     integer, intent(in) :: b, n
@@ -223,8 +225,7 @@ contains
     if (b <= self%nblk) call need_soon(self%ps(:, :, b), 8*nlane*n)
   end subroutine fetch
 
-  !> Velocities of block `b`: those with which its particles move, where they are known, and else
-  !> their own [m/s].
+  !> Velocities of block `b` [m/s]: grid velocities where known, otherwise the particles' own.
   pure function velocity(self, b) result(v)
     class(particles_t), intent(in) :: self
     integer, intent(in) :: b
@@ -237,7 +238,7 @@ contains
     end if
   end function velocity
 
-  !> Largest places of the particles in blocks `low` to `high`, and largest negative ones [m].
+  !> Largest coordinates of the particles in blocks `low` to `high`, and largest negative ones [m].
   pure function extent(self, low, high)
     class(particles_t), intent(in) :: self
     integer, intent(in) :: low, high
@@ -260,7 +261,7 @@ contains
     end do
   end function extent
 
-  !> Particles on this rank.
+  !> Number of particles on this rank.
   pure integer function total(self)
     class(particles_t), intent(in) :: self
 
@@ -275,7 +276,7 @@ contains
     bytes = int(self%capacity, i8)*(8_i8*nlane*(self%nf + 1) + 8_i8)
   end function bytes
 
-  !> Identity (below 2^48) and the six bits of the faces of the body it lies on.
+  !> Tag from identity (below 2^48) and the six bits of the body faces that the particle lies on.
   pure integer(i8) function make_tag(id, faces)
     integer(i8), intent(in) :: id
     integer, intent(in) :: faces
@@ -296,14 +297,14 @@ contains
     tag_faces = int(ibits(tag, face_shift, 6))
   end function tag_faces
 
-  !> Awake, held or asleep: two bits above those of the faces.
+  !> Rest state: two bits above those of the faces.
   elemental integer function tag_rest(tag)
     integer(i8), intent(in) :: tag
 
     tag_rest = int(ibits(tag, rest_shift, 2))
   end function tag_rest
 
-  !> The rests of `n` particles, without a call for each.
+  !> Rest states of `n` particles, without a call for each.
   pure function rests(n, tag) result(rest)
     integer, intent(in) :: n
     integer(i8), intent(in) :: tag(n)
@@ -320,7 +321,7 @@ contains
     call mvbits(int(rest, i8), 0, 2, set_rest, rest_shift)
   end function set_rest
 
-  !> `tag` with `tracer_bit`, or a bit of a block, `border_bit` or `far_bit`, as it should be.
+  !> Set or clear a bit of a tag: `tracer_bit`, `border_bit` or `far_bit`.
   elemental integer(i8) function set_bit(tag, bit, is_set)
     integer(i8), intent(in) :: tag
     integer, intent(in) :: bit

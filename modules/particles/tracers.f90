@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Tracers, material points that are followed. Each is a particle, the nearest to a place asked for
-!> at t = 0; a bit of its tag says so, which goes with it through sorts, ranks and checkpoints.
+!> Tracers, material points that are followed. Each is the particle nearest to a given position at t
+!> = 0; it is marked by a bit of its tag, which is kept through sorts, migration and checkpoints.
 module particles_tracers
   use base_kinds, only: i8, rp
   use base_sort, only: order_of
@@ -12,21 +12,21 @@ module particles_tracers
 
   public :: tracers_t
 
-  integer, parameter, public :: n_seen = 7   !! place, temperature, plastic strain, body, is there
+  integer, parameter, public :: n_seen = 7  !! position, temperature, plastic strain, body, presence
 
-  !> Places asked for, in groups, and the particles that stand for them.
+  !> Requested positions, in groups, and the particles that represent them.
   type :: tracers_t
-    integer :: n = 0                          !! places of all groups
-    character(32), allocatable :: name(:)     !! of the groups
-    real(rp), allocatable :: interval(:)      !! of each group between its rows [s]
-    integer, allocatable :: group(:)          !! of each place
-    real(rp), allocatable :: place(:, :)      !! (3, n) [m]
-    integer(i8), allocatable :: id(:)         !! of the particle of each place; 0: another place of
-                                              !! the group has it already
-    real(rp), allocatable :: next(:)          !! when rows of each group are due [s]
-    real(rp), allocatable :: row_time(:)      !! of the last rows of each group [s]
-    integer(i8) :: rows = 0                   !! written so far
-    integer, allocatable, private :: order(:)   !! places by the numbers of their particles
+    integer :: n = 0                           !! number of positions of all groups
+    character(32), allocatable :: name(:)      !! names of the groups
+    real(rp), allocatable :: interval(:)       !! time between rows of each group [s]
+    integer, allocatable :: group(:)           !! group of each position
+    real(rp), allocatable :: place(:, :)       !! (3, n) requested positions [m]
+    integer(i8), allocatable :: id(:)          !! particle of each position; 0: already used by
+                                               !! another position of the group
+    real(rp), allocatable :: next(:)           !! time of the next rows of each group [s]
+    real(rp), allocatable :: row_time(:)       !! time of the last rows of each group [s]
+    integer(i8) :: rows = 0                    !! rows written so far
+    integer, allocatable, private :: order(:)  !! positions in the order of their particles
   contains
     procedure :: add_group
     procedure :: choose
@@ -37,12 +37,12 @@ module particles_tracers
 
 contains
 
-  !> A group more, with its places.
+  !> Append a group with its positions.
   subroutine add_group(self, name, interval, place)
     class(tracers_t), intent(inout) :: self
     character(*), intent(in) :: name
-    real(rp), intent(in) :: interval                !! [s]
-    real(rp), intent(in), contiguous :: place(:, :)   !! (3, n) [m]
+    real(rp), intent(in) :: interval                 !! [s]
+    real(rp), intent(in), contiguous :: place(:, :)  !! (3, n) [m]
     integer :: n
 
     if (.not. allocated(self%name)) then
@@ -60,8 +60,9 @@ contains
     self%n = n
   end subroutine add_group
 
-  !> Collective, at t = 0. The nearest particle to each place, of several the one with the lowest
-  !> number, so that ranks make no difference. Two places of a group never share one.
+  !> Collective, at t = 0. Choose the nearest particle to each position, of several the one with the
+  !> lowest number, so that the result does not depend on the ranks. Two positions of a group never
+  !> share one.
   subroutine choose(self, world, grid, particles)
     class(tracers_t), intent(inout) :: self
     type(world_t), intent(in) :: world
@@ -99,8 +100,8 @@ contains
     end do
   end subroutine choose
 
-  !> Squared distance and number of this rank's nearest particle to each place; blocks farther than
-  !> the nearest so far are passed over.
+  !> Squared distance and number of this rank's nearest particle to each position; blocks farther
+  !> away than the nearest so far are skipped.
   pure subroutine find_nearest(n, place, particles, nearest, number)
     integer, intent(in) :: n
     real(rp), intent(in) :: place(3, n)            !! [m]
@@ -128,7 +129,7 @@ contains
     end do
   end subroutine find_nearest
 
-  !> The particles of the places, and the places in the order of their numbers, and then their own.
+  !> Set the particles of the positions, and sort the positions by them.
   subroutine set_ids(self, id)
     class(tracers_t), intent(inout) :: self
     integer(i8), intent(in) :: id(self%n)
@@ -137,7 +138,7 @@ contains
     self%order = order_of(reshape(real(id, rp), [1, self%n]))
   end subroutine set_ids
 
-  !> Where in the order the places of particle `id` begin; 0 if it is no tracer.
+  !> Index in `order` at which the positions of particle `id` begin; 0 if it is not a tracer.
   pure integer function first_of(self, id) result(low)
     class(tracers_t), intent(in) :: self
     integer(i8), intent(in) :: id
@@ -160,8 +161,8 @@ contains
     end if
   end function first_of
 
-  !> Collective. What is seen of each tracer now: place [m], temperature [K], plastic strain, number
-  !> of its body, and 1; all 0 of places without a particle, or whose particle has left the grid.
+  !> Collective. Current values of each tracer: position [m], temperature [K], plastic strain, body,
+  !> and 1; all 0 for positions without a particle, or whose particle has left the grid.
   subroutine collect(self, world, particles, seen)
     class(tracers_t), intent(in) :: self
     type(world_t), intent(in) :: world

@@ -13,15 +13,15 @@ module physics_coupled
 
 contains
 
-  !> Kirchhoff stress from Bbar and J; bound of the largest squared wave speed factor,
-  !> lambda (1 - ln J) + mu (1 + b_max) [Pa], over the first `n` lanes: b_max is the largest row sum
-  !> of b, at least its largest eigenvalue. Shear waves have mu b_max alone.
+  !> Kirchhoff stress from Bbar and J; upper bound of the squared wave speed times density, lambda
+  !> (1 - ln J) + mu (1 + b_max) [Pa], over the first `n` lanes: b_max is the largest row sum of b,
+  !> an upper bound of its eigenvalues. Shear waves have mu b_max only.
   pure subroutine finish_coupled(n, lambda, mu, j, b, tau, stiffness)
-    integer, intent(in) :: n                   !! particles in the block
-    real(rp), intent(in) :: lambda, mu         !! Lame's constants [Pa]
-    real(rp), intent(in) :: j(nlane), b(nlane, 6)   !! J, Bbar
-    real(rp), intent(out) :: tau(nlane, 6)     !! [Pa]
-    real(rp), intent(inout) :: stiffness       !! running maximum [Pa]
+    integer, intent(in) :: n                       !! particles in the block
+    real(rp), intent(in) :: lambda, mu             !! Lame's constants [Pa]
+    real(rp), intent(in) :: j(nlane), b(nlane, 6)  !! J, Bbar
+    real(rp), intent(out) :: tau(nlane, 6)         !! [Pa]
+    real(rp), intent(inout) :: stiffness           !! running maximum [Pa]
     real(rp) :: log_j(nlane), scale(nlane), c
     integer :: p
 
@@ -68,8 +68,8 @@ contains
     end do
   end function coupled_energy
 
-  !> Kirchhoff stress when J goes from `before` to `after` at the same Bbar, and the energy that `n`
-  !> particles take up [J], by the trapezoidal rule with dW/dJ = tr(tau)/(3 J).
+  !> Change of the Kirchhoff stress when J goes from `before` to `after` at constant Bbar, and the
+  !> energy absorbed by `n` particles [J], by the trapezoidal rule with dW/dJ = tr(tau)/(3 J).
   pure subroutine change_coupled(n, lambda, mu, rho, mass, b, before, after, tau, energy)
     integer, intent(in) :: n
     real(rp), intent(in) :: lambda, mu         !! [Pa]

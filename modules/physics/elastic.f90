@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Neo-Hookean elasticity with volume ratio J and isochoric elastic tensor Bbar carried
-!> (energy: thesis eq. 3.34): Kirchhoff tau = G dev(Bbar) + K/2 (Je^2 - 1) I, Je = J/J_res.
+!> Neo-Hookean elasticity with volume ratio J and isochoric elastic tensor Bbar as state (energy:
+!> thesis eq. 3.34): Kirchhoff tau = G dev(Bbar) + K/2 (Je^2 - 1) I, Je = J/J_res.
 module physics_elastic
   use base_kinds, only: nlane, rp
   implicit none (type, external)
@@ -10,8 +10,8 @@ module physics_elastic
 
 contains
 
-  !> Carry J and Bbar through dF = exp(dt L) (series to fourth order); deviatoric trial stress in
-  !> `s`, von Mises q of it, tr(Bbar)/3 in `mean`.
+  !> Advance J and Bbar by dF = exp(dt L) (series to fourth order); returns the deviatoric trial
+  !> stress `s`, its von Mises stress `q`, and tr(Bbar)/3 in `mean`.
   subroutine trial_state(dt, g, l, b, j, s, q, mean)
     real(rp), intent(in) :: dt               !! [s]
     real(rp), intent(in) :: g                !! shear modulus [Pa]
@@ -83,8 +83,8 @@ contains
     end do
   end subroutine trial_state
 
-  !> Kirchhoff stress from the deviator `tau` (in) and J; largest squared wave speed factor
-  !> K Je^2 + 4/3 G tr(Bbar)/3 [Pa] over the first `n` lanes.
+  !> Kirchhoff stress from the deviator `tau` (in) and J; largest squared wave speed times density,
+  !> K Je^2 + 4/3 G tr(Bbar)/3 [Pa], over the first `n` lanes.
   subroutine finish_state(n, k, g, expansion, t_ref, temp, j, mean, tau, stiffness)
     integer, intent(in) :: n                   !! particles in the block
     real(rp), intent(in) :: k, g               !! bulk and shear modulus [Pa]
@@ -137,8 +137,8 @@ contains
     end do
   end function decoupled_energy
 
-  !> Kirchhoff stress when J goes from `before` to `after` at the same Bbar, and the energy that `n`
-  !> particles take up [J], by the trapezoidal rule with dU/dJ = K/2 (Je^2 - 1)/J.
+  !> Change of the Kirchhoff stress when J goes from `before` to `after` at constant Bbar, and the
+  !> energy absorbed by `n` particles [J], by the trapezoidal rule with dU/dJ = K/2 (Je^2 - 1)/J.
   pure subroutine change_decoupled(n, k, expansion, t_ref, rho, mass, temp, before, after, tau, &
                                    energy)
     integer, intent(in) :: n

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> What a flow law must offer: the flow stress of a batch of particles and its slope, and the keys
-!> of &MATERIAL that describe it; a law with internal variables also advances them. A law says what
-!> it writes of the microstructure and what it warns of, by its own names.
-!> A new law is a type in a file of `flow_laws` and one line in `flow_laws_list`; its stress carries
-!> the factor of `strength_left`, or falls to zero at melting by itself.
+!> Interface of flow laws: flow stress of a batch of particles and its derivative, and the keys of
+!> &MATERIAL; a law with internal variables also advances them. A law defines its own microstructure
+!> outputs and warnings. A new law is a type in a file of `flow_laws` and one line in
+!> `flow_laws_list`; its stress includes the factor of `strength_factor`, or vanishes at melting by
+!> itself.
 module physics_flow_law
   use base_kinds, only: nlane, rp
   use input_diagnostics, only: diagnostics_t
@@ -14,38 +14,40 @@ module physics_flow_law
 
   public :: flow_law_t, law_output_t, softening_from
 
-  integer, parameter, public :: n_work = 9   !! reals a law may prepare per particle
-  integer, parameter, public :: most_warnings = 8   !! kinds of warnings of a law
-  integer, parameter, public :: most_points = 64    !! of a table in one variable
-  real(rp), parameter, public :: least_rate = 1.0e-6_rp   !! of plastic strain in the yield test of
-                                                          !! runs [1/s]
+  integer, parameter, public :: n_work = 9                    !! reals that a law may precompute per
+                                                              !! particle
+  integer, parameter, public :: max_warnings = 8              !! kinds of warnings of a law
+  integer, parameter, public :: max_points = 64               !! points of a table in one variable
+  real(rp), parameter, public :: default_min_rate = 1.0e-6_rp  !! plastic strain rate of the yield
+                                                               !! test [1/s]
 
-  !> A quantity that a law writes of the state of each particle.
+  !> A quantity of the particle state that a law outputs.
   type :: law_output_t
     character(24) :: name = ''
     character(8) :: unit = ''
     logical :: in_frames = .true.
-    logical :: has_mean = .false.    !! in the history: over what is stirred
-    logical :: has_least = .false.   !! in the history: of all particles above 0
+    logical :: has_mean = .false.     !! history column: mean over the stirred particles
+    logical :: has_minimum = .false.  !! history column: minimum of all particles above 0
   end type law_output_t
 
   type, abstract :: flow_law_t
-    integer :: n_state = 0        !! internal variables of a particle
+    integer :: n_state = 0        !! internal variables per particle
     logical :: anneals = .false.  !! the state changes with time, not only with strain
-    real(rp) :: softens_at = huge(1.0_rp), melts_at = huge(1.0_rp)   !! `strength_left` falls
-                                                                     !! between [K]
-    real(rp) :: slowest = least_rate   !! rate in the yield test; flow is faster [1/s]
+    !> Temperatures between which `strength_factor` decreases from 1 to 0 [K].
+    real(rp) :: softens_at = huge(1.0_rp), melts_at = huge(1.0_rp)
+    real(rp) :: min_rate = default_min_rate   !! plastic strain rate of the yield test; flow is
+                                              !! faster [1/s]
   contains
     procedure, nopass :: add_keys
     procedure :: read_keys
     procedure, non_overridable :: read_melting
-    procedure, nopass :: knows_melting
+    procedure, nopass :: has_own_melting
     procedure, nopass :: annealing_keys
     procedure :: outputs
     procedure, nopass :: list_warnings
     procedure(prepare_interface), deferred :: prepare
     procedure(stress_interface), deferred :: stress
-    procedure, non_overridable :: strength_left
+    procedure, non_overridable :: strength_factor
     procedure :: advance
     procedure :: inspect
     procedure :: anneal
@@ -54,7 +56,7 @@ module physics_flow_law
   end type flow_law_t
 
   abstract interface
-    !> What depends on temperature and state alone, once a step.
+    !> Precompute quantities that depend on temperature and state only, once per step.
     subroutine prepare_interface(self, temp, state, work)
       import :: flow_law_t, nlane, n_work, rp
       implicit none (type, external)
@@ -64,15 +66,15 @@ module physics_flow_law
       real(rp), intent(out) :: work(nlane, n_work)
     end subroutine prepare_interface
 
-    !> Flow stress at plastic strain alpha + x and rate x/dt, the state advanced by x, and its
+    !> Flow stress at plastic strain alpha + x and rate x/dt, with the state advanced by x, and its
     !> derivative by ln x.
     subroutine stress_interface(self, work, alpha, x, log_rate, sigma, slope)
       import :: flow_law_t, nlane, n_work, rp
       implicit none (type, external)
       class(flow_law_t), intent(in) :: self
       real(rp), intent(in) :: work(nlane, n_work)
-      real(rp), intent(in) :: alpha(nlane)            !! plastic strain at the step's start
-      real(rp), intent(in) :: x(nlane)                !! its increment
+      real(rp), intent(in) :: alpha(nlane)            !! plastic strain at the start of the step
+      real(rp), intent(in) :: x(nlane)                !! plastic strain increment
       real(rp), intent(in) :: log_rate(nlane)         !! ln(x/dt) [ln 1/s]
       real(rp), intent(out) :: sigma(nlane)           !! [Pa]
       real(rp), intent(out) :: slope(nlane)           !! d sigma / d ln x [Pa]
@@ -81,7 +83,7 @@ module physics_flow_law
 
 contains
 
-  !> Add the rows of its keys to &MATERIAL.
+  !> Add the keys of the law to &MATERIAL.
   subroutine add_keys(t)
     type(key_table_t), intent(inout) :: t
   end subroutine add_keys
@@ -91,17 +93,18 @@ contains
     class(flow_law_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(in) :: shear                     !! modulus of the material [Pa]
+    real(rp), intent(in) :: shear                     !! shear modulus of the material [Pa]
     type(diagnostics_t), intent(inout) :: diagnostics
   end subroutine read_keys
 
-  !> The strength of a law without melting falls to 0 over the last twentieth of T_MELT, if
-  !> that is given, but not below the highest temperature that the law is `calibrated` for.
+  !> Set the melting range of a law without melting of its own: the strength decreases to 0 over the
+  !> last twentieth of T_MELT, if given, but not below the highest temperature for which the law is
+  !> `calibrated`.
   subroutine read_melting(self, input, i, calibrated)
     class(flow_law_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    real(rp), intent(in) :: calibrated                !! 0: for none [K]
+    real(rp), intent(in) :: calibrated                !! 0: no calibration range [K]
     logical :: is_given
 
     is_given = input%given('MATERIAL', i, 'T_MELT')
@@ -110,19 +113,19 @@ contains
     self%softens_at = softening_from(self%melts_at, calibrated)
   end subroutine read_melting
 
-  !> True if its own formula falls from T_ROOM to nothing at T_MELT.
-  pure logical function knows_melting()
-    knows_melting = .false.
-  end function knows_melting
+  !> True if the formula of the law itself decreases from T_ROOM to 0 at T_MELT.
+  pure logical function has_own_melting()
+    has_own_melting = .false.
+  end function has_own_melting
 
-  !> The keys by which it anneals, in words.
+  !> Names of the keys of its annealing, as text.
   pure function annealing_keys() result(names)
     character(:), allocatable :: names
 
     names = 'LAW'
   end function annealing_keys
 
-  !> What it writes.
+  !> List of its outputs.
   function outputs(self) result(list)
     class(flow_law_t), intent(in) :: self
     type(law_output_t), allocatable :: list(:)
@@ -130,16 +133,15 @@ contains
     allocate (list(0))
   end function outputs
 
-  !> What it warns of, behind 'particles': at most `most_warnings`.
+  !> Texts of its warnings, to follow 'particles': at most `max_warnings`.
   pure subroutine list_warnings(texts)
     character(48), allocatable, intent(out) :: texts(:)
 
     allocate (texts(0))
   end subroutine list_warnings
 
-  !> Part of the strength that nearness to melting leaves: 1 up to `softens_at`, 0 from `melts_at`
-  !> on.
-  pure subroutine strength_left(self, temp, factor)
+  !> Factor of the strength near melting: 1 up to `softens_at`, 0 from `melts_at` on.
+  pure subroutine strength_factor(self, temp, factor)
     class(flow_law_t), intent(in) :: self
     real(rp), intent(in) :: temp(nlane)               !! [K]
     real(rp), intent(out) :: factor(nlane)
@@ -154,27 +156,28 @@ contains
     do p = 1, nlane
       factor(p) = max(0.0_rp, min(1.0_rp, (melts_at - temp(p))*scale))
     end do
-  end subroutine strength_left
+  end subroutine strength_factor
 
-  !> Internal variables after the plastic increment `x` at rate exp(log_rate); x = 0 keeps them.
+  !> Advance the internal variables by the plastic increment `x` at the rate exp(log_rate); x = 0
+  !> leaves them unchanged.
   subroutine advance(self, work, x, log_rate, state)
     class(flow_law_t), intent(in) :: self
-    real(rp), intent(in) :: work(nlane, n_work)       !! of `prepare` before the increment
+    real(rp), intent(in) :: work(nlane, n_work)       !! from `prepare` before the increment
     real(rp), intent(in) :: x(nlane), log_rate(nlane)
     real(rp), intent(inout) :: state(nlane, self%n_state)
   end subroutine advance
 
-  !> Add to `counts` the plastic ones of `n` particles that left the law's validity, in the order of
+  !> Count the plastic ones of `n` particles outside the validity range of the law, in the order of
   !> `list_warnings`; `lane` is the first of each kind.
   subroutine inspect(self, n, temp, rate, state, counts, lane)
     class(flow_law_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: temp(nlane), rate(nlane)  !! [K], [1/s]
     real(rp), intent(in) :: state(nlane, self%n_state)
-    integer, intent(inout) :: counts(most_warnings), lane(most_warnings)
+    integer, intent(inout) :: counts(max_warnings), lane(max_warnings)
   end subroutine inspect
 
-  !> What `dt` at a temperature does to the state by itself (recovery, recrystallisation, growth).
+  !> Static changes of the state over `dt` at a temperature (recovery, recrystallisation, growth).
   subroutine anneal(self, dt, temp, rate, state)
     class(flow_law_t), intent(in) :: self
     real(rp), intent(in) :: dt                        !! [s]
@@ -190,7 +193,7 @@ contains
     state = 0.0_rp
   end subroutine start
 
-  !> The `n` outputs of a block.
+  !> Values of the `n` outputs of a block.
   pure subroutine describe(self, state, n, values)
     class(flow_law_t), intent(in) :: self
     real(rp), intent(in) :: state(nlane, self%n_state)
@@ -200,8 +203,8 @@ contains
     values = 0.0_rp
   end subroutine describe
 
-  !> Temperature from which strength falls to 0 at `t_melt`: the last twentieth, but not where the
-  !> law is `calibrated` [K].
+  !> Temperature above which strength decreases to 0 at `t_melt`: the last twentieth, but not where
+  !> the law is `calibrated` [K].
   pure real(rp) function softening_from(t_melt, calibrated)
     real(rp), intent(in) :: t_melt, calibrated
 

@@ -1,21 +1,21 @@
 ! SPDX-License-Identifier: MIT
-!> A material: elastic constants and energy, heat, and its flow law.
+!> A material: elasticity, thermal properties, and flow law.
 module physics_material
   use base_kinds, only: nlane, rp
   use physics_coupled, only: change_coupled, coupled_energy
   use physics_elastic, only: change_decoupled, decoupled_energy
-  use physics_flow_law, only: flow_law_t, most_warnings
+  use physics_flow_law, only: flow_law_t, max_warnings
   implicit none (type, external)
   private
 
   public :: heat_table_t, material_t
 
-  !> A property over temperature: linear between the points of a table, constant beyond its ends,
-  !> with its exact integral and the inverse of that.
+  !> A temperature-dependent property: linear between the points of a table, constant beyond its
+  !> ends, with its exact integral and the inverse of that.
   type :: heat_table_t
-    real(rp), allocatable :: t(:)         !! temperatures, rising [K]
-    real(rp), allocatable :: y(:)         !! property there, above 0
-    real(rp), allocatable :: slope(:)     !! behind each temperature, 0 behind the last
+    real(rp), allocatable :: t(:)         !! increasing temperatures [K]
+    real(rp), allocatable :: y(:)         !! values of the property, above 0
+    real(rp), allocatable :: slope(:)     !! slopes above each temperature, 0 above the last
     real(rp), allocatable :: area(:)      !! integral of the property from 0 K
   contains
     procedure :: init
@@ -26,25 +26,27 @@ module physics_material
 
   type :: material_t
     character(32) :: name = ''
-    real(rp) :: rho = 1.0_rp           !! density [kg/m3]
-    real(rp) :: k = 0.0_rp             !! bulk modulus [Pa]
-    real(rp) :: g = 0.0_rp             !! shear modulus [Pa]
-    real(rp) :: g_true = 0.0_rp        !! shear modulus without elastic scaling [Pa]
-    logical :: is_coupled = .false.    !! energy of physics_coupled instead of physics_elastic
-    real(rp) :: expansion = 0.0_rp     !! linear thermal expansion [1/K]
-    real(rp) :: t_ref = 298.0_rp       !! temperature without thermal strain [K]
-    real(rp) :: c_p = 400.0_rp         !! specific heat, without a table [J/(kg K)]
-    logical :: knows_heat = .false.  !! c_p was given; else only a scale for rounding errors sees it
-    real(rp) :: t_melt = huge(1.0_rp)  !! melting temperature; huge: not given [K]
-    real(rp) :: conductivity = 0.0_rp  !! without a table [W/(m K)]
-    type(heat_table_t), allocatable :: c_table   !! specific heat; its integral is the enthalpy
-    type(heat_table_t), allocatable :: k_table   !! conductivity
-    real(rp) :: plastic_heat = 0.9_rp  !! share of plastic work that becomes heat
-    class(flow_law_t), allocatable :: flow   !! unallocated: elastic only
-    integer :: warning(most_warnings) = 0    !! places of its law's warnings among the scene's
+    real(rp) :: rho = 1.0_rp                    !! density [kg/m3]
+    real(rp) :: k = 0.0_rp                      !! bulk modulus [Pa]
+    real(rp) :: g = 0.0_rp                      !! shear modulus [Pa]
+    real(rp) :: g_true = 0.0_rp                 !! shear modulus without elastic scaling [Pa]
+    logical :: is_coupled = .false.             !! energy of physics_coupled instead of
+                                                !! physics_elastic
+    real(rp) :: expansion = 0.0_rp              !! linear thermal expansion [1/K]
+    real(rp) :: t_ref = 298.0_rp                !! temperature without thermal strain [K]
+    real(rp) :: c_p = 400.0_rp                  !! specific heat if there is no table [J/(kg K)]
+    logical :: has_heat_capacity = .false.      !! c_p was given; otherwise it only scales rounding
+                                                !! errors
+    real(rp) :: t_melt = huge(1.0_rp)           !! melting temperature; huge: not given [K]
+    real(rp) :: conductivity = 0.0_rp           !! conductivity if there is no table [W/(m K)]
+    type(heat_table_t), allocatable :: c_table  !! specific heat; its integral is the enthalpy
+    type(heat_table_t), allocatable :: k_table  !! conductivity
+    real(rp) :: plastic_heat = 0.9_rp           !! fraction of plastic work that becomes heat
+    class(flow_law_t), allocatable :: flow      !! unallocated: elastic only
+    integer :: warning(max_warnings) = 0        !! indices of the warnings of its law in the scene
   contains
     procedure :: set_elastic
-    procedure :: soften
+    procedure :: scale_moduli
     procedure :: poisson
     procedure :: young
     procedure :: lambda
@@ -56,10 +58,10 @@ module physics_material
     procedure :: conductivity_at
     procedure :: effusivity
     procedure :: heat_content
-    procedure :: most_diffusive
+    procedure :: max_diffusivity
     procedure :: specific_heat_at
-    procedure :: take_up
-    procedure :: warming
+    procedure :: apply_heat
+    procedure :: temperature_rise
   end type material_t
 
 contains
@@ -74,17 +76,18 @@ contains
     self%g_true = self%g
   end subroutine set_elastic
 
-  !> Divide the elastic moduli of metal that can flow by a factor; its law keeps the true ones.
-  elemental subroutine soften(self, factor)
+  !> Divide the elastic moduli of metal that can flow by a factor; its law keeps the original shear
+  !> modulus.
+  elemental subroutine scale_moduli(self, factor)
     class(material_t), intent(inout) :: self
     real(rp), intent(in) :: factor
 
     if (.not. allocated(self%flow)) return
     self%k = self%k/factor
     self%g = self%g/factor
-  end subroutine soften
+  end subroutine scale_moduli
 
-  !> Poisson's ratio; 0 of a material without elasticity.
+  !> Poisson's ratio; 0 for a material without elasticity.
   elemental real(rp) function poisson(self)
     class(material_t), intent(in) :: self
 
@@ -92,7 +95,7 @@ contains
     if (self%k > 0.0_rp) poisson = (3.0_rp*self%k - 2.0_rp*self%g)/(6.0_rp*self%k + 2.0_rp*self%g)
   end function poisson
 
-  !> True if time alone changes the internal variables of its flow law.
+  !> True if the internal variables of its flow law change with time.
   elemental logical function anneals(self)
     class(material_t), intent(in) :: self
 
@@ -107,7 +110,7 @@ contains
     young = 9.0_rp*self%k*self%g/(3.0_rp*self%k + self%g)
   end function young
 
-  !> Whether heat flows in it.
+  !> True if the material conducts heat.
   elemental logical function conducts(self)
     class(material_t), intent(in) :: self
 
@@ -142,18 +145,18 @@ contains
 
   !> Conductivity [W/(m K)] and specific heat [J/(kg K)] where their ratio is largest. Between the
   !> points of both tables it is a ratio of linear functions, which is monotone.
-  pure subroutine most_diffusive(self, k, c)
+  pure subroutine max_diffusivity(self, k, c)
     class(material_t), intent(in) :: self
     real(rp), intent(out) :: k, c
 
     k = self%conductivity_at(self%t_ref)
     c = self%specific_heat_at(self%t_ref)
-    if (allocated(self%c_table)) call look_for(self, self%c_table%t, k, c)
-    if (allocated(self%k_table)) call look_for(self, self%k_table%t, k, c)
-  end subroutine most_diffusive
+    if (allocated(self%c_table)) call update_max_diffusivity(self, self%c_table%t, k, c)
+    if (allocated(self%k_table)) call update_max_diffusivity(self, self%k_table%t, k, c)
+  end subroutine max_diffusivity
 
-  !> Take over the properties at those temperatures [K] where heat spreads faster.
-  pure subroutine look_for(material, temp, k, c)
+  !> Replace k and c by the properties at those temperatures [K] where the diffusivity is larger.
+  pure subroutine update_max_diffusivity(material, temp, k, c)
     class(material_t), intent(in) :: material
     real(rp), intent(in) :: temp(:)
     real(rp), intent(inout) :: k, c               !! [W/(m K)], [J/(kg K)]
@@ -164,9 +167,9 @@ contains
       k = material%conductivity_at(temp(i))
       c = material%specific_heat_at(temp(i))
     end do
-  end subroutine look_for
+  end subroutine update_max_diffusivity
 
-  !> Heat that `n` particles have over 0 K [J].
+  !> Heat content of `n` particles above 0 K [J].
   pure real(rp) function heat_content(self, n, mass, temp)
     class(material_t), intent(in) :: self
     integer, intent(in) :: n
@@ -179,25 +182,25 @@ contains
     end if
   end function heat_content
 
-  !> How much a temperature rises [K] by the heat that would make a rise with the constant c_p.
-  elemental real(rp) function warming(self, temp, rise)
+  !> Temperature rise [K] from the heat that would cause the rise `rise` with the constant c_p.
+  elemental real(rp) function temperature_rise(self, temp, rise)
     class(material_t), intent(in) :: self
     real(rp), intent(in) :: temp, rise            !! [K]
 
-    warming = rise
-    if (allocated(self%c_table)) warming = self%c_table%rise(temp, self%c_p*rise)
-  end function warming
+    temperature_rise = rise
+    if (allocated(self%c_table)) temperature_rise = self%c_table%rise(temp, self%c_p*rise)
+  end function temperature_rise
 
-  !> Temperatures that rose from `before` as if the specific heat had stayed `c`, to where the same
-  !> heat takes them.
-  pure subroutine take_up(self, c, before, temp)
+  !> Correct temperatures that rose from `before` with the constant specific heat `c` for its change
+  !> with temperature.
+  pure subroutine apply_heat(self, c, before, temp)
     class(material_t), intent(in) :: self
     real(rp), intent(in) :: c(nlane), before(nlane)   !! [J/(kg K)], [K]
     real(rp), intent(inout) :: temp(nlane)            !! [K]
 
     if (.not. allocated(self%c_table)) return
     temp = before + self%c_table%rise(before, c*(temp - before))
-  end subroutine take_up
+  end subroutine apply_heat
 
   !> Lame's first constant [Pa].
   pure real(rp) function lambda(self)
@@ -228,8 +231,8 @@ contains
     end if
   end function elastic_energy
 
-  !> Stress of a block whose J alone goes from `before` to `after`, and the energy that its `n`
-  !> particles take up [J].
+  !> Change of the stress of a block when J goes from `before` to `after`, and the energy absorbed
+  !> by its `n` particles [J].
   pure subroutine change_volume(self, n, mass, temp, b, before, after, tau, energy)
     class(material_t), intent(in) :: self
     integer, intent(in) :: n
@@ -246,7 +249,7 @@ contains
     end if
   end subroutine change_volume
 
-  !> Table of a property with values `y` at `n` rising temperatures `t` [K].
+  !> Make the table of a property with values `y` at `n` increasing temperatures `t` [K].
   pure subroutine init(self, n, t, y)
     class(heat_table_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -288,8 +291,8 @@ contains
     end if
   end function integral
 
-  !> How far temperature rises from `t` [K] until the integral has grown by `d`, of any sign: piece
-  !> by piece, without the rounding of differences of integrals.
+  !> Temperature rise from `t` [K] over which the integral grows by `d`, of either sign: piece by
+  !> piece, which avoids rounding in differences of integrals.
   elemental real(rp) function rise(self, t, d)
     class(heat_table_t), intent(in) :: self
     real(rp), intent(in) :: t, d
@@ -301,7 +304,7 @@ contains
     left = d
     rise = 0.0_rp
     i = count(self%t <= now)
-    if (d < 0.0_rp .and. i > 0) i = count(self%t < now)   ! the piece below
+    if (d < 0.0_rp .and. i > 0) i = count(self%t < now)   ! start in the lower piece
     next = merge(1, 0, d > 0.0_rp)
     do
       y = self%at(now)
@@ -315,7 +318,7 @@ contains
     end do
     ahead = 0.0_rp
     if (i > 0) ahead = self%slope(i)
-    ! y x + slope x^2/2 = left, the root without a difference
+    ! Root of y x + slope x^2/2 = left without cancellation.
     rise = rise + 2.0_rp*left/(y + sqrt(max(0.0_rp, y*y + 2.0_rp*ahead*left)))
   end function rise
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> A material point by itself: its flow law along given increments of plastic strain and
-!> temperature, without elasticity. Second order in the increment.
+!> A single material point: its flow law along given increments of plastic strain and temperature,
+!> without elasticity. Second order in the increment.
 module physics_point
   use base_kinds, only: nlane, rp
   use physics_flow_law, only: n_work
@@ -10,12 +10,13 @@ module physics_point
 
   public :: point_t
 
-  real(rp), parameter :: at_rest = 1.0e-12_rp   !! rate whose flow stress a point at rest has [1/s]
+  real(rp), parameter :: rest_rate = 1.0e-12_rp  !! rate at which the flow stress of a resting point
+                                                 !! is evaluated [1/s]
 
   type :: point_t
     real(rp) :: alpha = 0.0_rp           !! plastic strain
     real(rp) :: temp = 298.0_rp          !! [K]
-    real(rp) :: rate = 1.0_rp            !! of plastic strain [1/s]
+    real(rp) :: rate = 1.0_rp            !! plastic strain rate [1/s]
     real(rp) :: sigma = 0.0_rp           !! flow stress at this rate [Pa]
     real(rp), allocatable :: state(:)    !! internal variables
   contains
@@ -28,7 +29,7 @@ module physics_point
 
 contains
 
-  !> Undeformed at a temperature [K]; the material has a flow law.
+  !> Initialise an undeformed point at a temperature [K]; the material has a flow law.
   subroutine init(self, material, temp, rate)
     class(point_t), intent(inout) :: self
     type(material_t), intent(in) :: material
@@ -43,7 +44,7 @@ contains
     self%sigma = strength(self, material)
   end subroutine init
 
-  !> Plastic strain grows by `x` at `rate` while the temperature goes to `temp`.
+  !> Increase the plastic strain by `x` at `rate` while the temperature changes to `temp`.
   subroutine strain_to(self, material, x, rate, temp)
     class(point_t), intent(inout) :: self
     type(material_t), intent(in) :: material
@@ -66,7 +67,7 @@ contains
     self%sigma = strength(self, material)
   end subroutine strain_to
 
-  !> The same with the point's own plastic heat.
+  !> Do the same with heating by its own plastic work.
   subroutine strain_adiabatic(self, material, x, rate)
     class(point_t), intent(inout) :: self
     type(material_t), intent(in) :: material
@@ -76,13 +77,13 @@ contains
 
     heat = material%plastic_heat/(material%rho*material%c_p)*x
     trial = self
-    rise = material%warming(self%temp, heat*self%sigma)
+    rise = material%temperature_rise(self%temp, heat*self%sigma)
     call trial%strain_to(material, x, rate, self%temp + rise)
-    rise = material%warming(self%temp, 0.5_rp*heat*(self%sigma + trial%sigma))
+    rise = material%temperature_rise(self%temp, 0.5_rp*heat*(self%sigma + trial%sigma))
     call self%strain_to(material, x, rate, self%temp + rise)
   end subroutine strain_adiabatic
 
-  !> What `dt` at the point's temperature and rate does to its state.
+  !> Static changes of the state over `dt` at the point's temperature and rate.
   subroutine anneal(self, material, dt)
     class(point_t), intent(inout) :: self
     type(material_t), intent(in) :: material
@@ -98,7 +99,7 @@ contains
     self%sigma = strength(self, material)
   end subroutine anneal
 
-  !> The `n` outputs of the law.
+  !> Values of the `n` outputs of the law.
   function outputs(self, material, n) result(values)
     class(point_t), intent(in) :: self
     type(material_t), intent(in) :: material
@@ -119,7 +120,7 @@ contains
     temp = self%temp
     alpha = self%alpha
     x = 0.0_rp
-    log_rate = log(merge(self%rate, at_rest, self%rate > 0.0_rp))
+    log_rate = log(merge(self%rate, rest_rate, self%rate > 0.0_rp))
     state = spread(self%state, 1, nlane)
     call material%flow%prepare(temp, state, work)
     call material%flow%stress(work, alpha, x, log_rate, sigma, slope)

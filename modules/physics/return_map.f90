@@ -1,25 +1,26 @@
 ! SPDX-License-Identifier: MIT
 !> Radial return of a batch: solves q = 3 Gbar x + sigma(alpha + x, x/dt, T, state advanced by x)
-!> for the increment x of plastic strain by Newton's method in ln x, kept inside a bracket (sigma
-!> has an infinite slope by x at 0, where plain Newton fails).
+!> for the plastic strain increment x by Newton's method in ln x with bracketing (the slope of sigma
+!> is infinite at x = 0, where plain Newton fails).
 module physics_return_map
   use base_kinds, only: nlane, rp
-  use physics_flow_law, only: flow_law_t, least_rate, n_work
+  use physics_flow_law, only: flow_law_t, default_min_rate, n_work
   implicit none (type, external)
   private
 
-  public :: least_rate, return_map
+  public :: default_min_rate, return_map
 
   real(rp), parameter :: tolerance = 1.0e-6_rp            !! residual/q before the last correction
-  integer, parameter :: most_iterations = 60, few_iterations = 4
+  integer, parameter :: max_iterations = 60, quick_iterations = 4
 
 contains
 
-  !> `x` is the plastic increment (0 where elastic), `sigma` the flow stress (at the least rate
-  !> where elastic), `failed` the number of particles that did not converge. `rate` brings the last
-  !> step's rate as the first guess. Where all flowed in the last step, they are first taken to do
-  !> so still: increments above the least that come out after a few iterations prove it.
-  !> The residual of the result is below 1e-10 q: 1e-6 q, then one more correction to second order.
+  !> Return map: `x` is the plastic increment (0 where elastic), `sigma` the flow stress (at the
+  !> smallest rate where elastic), `failed` the number of particles without convergence. `rate`
+  !> brings the rate of the last step as the first guess. If all particles flowed in the last step,
+  !> they are first assumed to flow again, which is confirmed by increments above the smallest one
+  !> after a few iterations. The residual of the result is below 1e-10 q: 1e-6 q, then one more
+  !> correction to second order.
   subroutine return_map(law, n, dt, temp, alpha, rate, q, g3, state, x, sigma, any_plastic, failed)
     class(flow_law_t), intent(in) :: law
     integer, intent(in) :: n                                !! particles in the block
@@ -33,20 +34,20 @@ contains
     real(rp), dimension(nlane) :: log_rate, slope, plastic, step, yield
     real(rp) :: work(nlane, n_work)
     logical :: all_plastic
-    integer :: missed
+    integer :: n_failed
 
     call law%prepare(temp, state, work)
-    all_plastic = .not. any_below(n, rate, law%slowest)
+    all_plastic = .not. any_below(n, rate, law%min_rate)
     if (all_plastic) then
       yield = 0.0_rp
-      call solve(few_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, &
-                 slope, plastic, step, missed)
-      all_plastic = missed == 0 .and. .not. any_below(n, x, 2.0_rp*law%slowest*dt)
+      call solve(quick_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, &
+                 sigma, slope, plastic, step, n_failed)
+      all_plastic = n_failed == 0 .and. .not. any_below(n, x, 2.0_rp*law%min_rate*dt)
       any_plastic = all_plastic
     end if
     if (.not. all_plastic) then
-      x = law%slowest*dt
-      log_rate = log(law%slowest)
+      x = law%min_rate*dt
+      log_rate = log(law%min_rate)
       call law%stress(work, alpha, x, log_rate, yield, slope)
       any_plastic = any_below(n, yield - q, 0.0_rp)
       if (.not. any_plastic) then
@@ -54,47 +55,47 @@ contains
         sigma = yield
         return
       end if
-      call solve(most_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, &
-                 slope, plastic, step, missed)
-      failed = failed + missed
+      call solve(max_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, &
+                 slope, plastic, step, n_failed)
+      failed = failed + n_failed
     end if
     x = plastic*x*(1.0_rp + step*(1.0_rp + 0.5_rp*step))
     sigma = merge(sigma + step*slope, yield, plastic > 0.0_rp)
     if (law%n_state > 0) call law%advance(work, x, log_rate, state)
   end subroutine return_map
 
-  !> Whether one of the first `n` values is less than `least`.
-  pure logical function any_below(n, value, least)
+  !> True if one of the first `n` values is less than `bound`.
+  pure logical function any_below(n, value, bound)
     integer, intent(in) :: n
-    real(rp), intent(in) :: value(nlane), least
+    real(rp), intent(in) :: value(nlane), bound
     integer :: p
 
     any_below = .false.
     !$omp simd reduction(.or.: any_below)
     do p = 1, n
-      any_below = any_below .or. value(p) < least
+      any_below = any_below .or. value(p) < bound
     end do
   end function any_below
 
-  !> Increments `x` of those above `yield`, and flow stress there, before the last correction by
-  !> `step` of ln x; `missed` counts those that did not converge.
-  subroutine solve(most, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, sigma, slope, &
-                   plastic, step, missed)
-    integer, intent(in) :: most                !! iterations
+  !> Increments `x` of lanes above `yield` and their flow stress, before the last correction `step`
+  !> of ln x; `n_failed` counts lanes without convergence.
+  subroutine solve(n_iterations, law, n, dt, work, alpha, rate, q, g3, yield, x, log_rate, &
+                   sigma, slope, plastic, step, n_failed)
+    integer, intent(in) :: n_iterations                !! largest number of iterations
     class(flow_law_t), intent(in) :: law
     integer, intent(in) :: n
     real(rp), intent(in) :: dt, work(nlane, n_work)
     real(rp), dimension(nlane), intent(in) :: alpha, rate, q, g3, yield
     real(rp), dimension(nlane), intent(out) :: x, log_rate, sigma, slope, plastic, step
-    integer, intent(out) :: missed
+    integer, intent(out) :: n_failed
     real(rp), dimension(nlane) :: y, low, high, residual
     real(rp) :: log_dt, worst
     integer :: iteration, p
 
     log_dt = log(dt)
-    missed = 0
-    call start(law%slowest, dt, q, g3, yield, rate, plastic, low, high, x, y)
-    do iteration = 1, most
+    n_failed = 0
+    call start(law%min_rate, dt, q, g3, yield, rate, plastic, low, high, x, y)
+    do iteration = 1, n_iterations
       log_rate = y - log_dt
       call law%stress(work, alpha, x, log_rate, sigma, slope)
       call improve(q, g3, x, sigma, slope, plastic, low, high, y, step, residual, worst)
@@ -102,41 +103,41 @@ contains
       x = exp(y)
     end do
     do p = 1, n
-      if (residual(p) > tolerance .and. high(p) - low(p) > 1.0e-9_rp) missed = missed + 1
+      if (residual(p) > tolerance .and. high(p) - low(p) > 1.0e-9_rp) n_failed = n_failed + 1
     end do
   end subroutine solve
 
-  !> Bracket in ln x (its upper end is that of the whole block) and first guess `x`, `y` = ln x: the
-  !> last rate, or a radial return at the least rate.
-  pure subroutine start(slowest, dt, q, g3, sigma, rate, plastic, low, high, x, y)
-    real(rp), intent(in) :: slowest, dt
+  !> Bracket in ln x (its upper end is that of the whole block) and first guess `x`, `y` = ln x:
+  !> from the last rate, or a radial return at the smallest rate.
+  pure subroutine start(min_rate, dt, q, g3, sigma, rate, plastic, low, high, x, y)
+    real(rp), intent(in) :: min_rate, dt
     real(rp), dimension(nlane), intent(in) :: q, g3, sigma, rate
     real(rp), dimension(nlane), intent(out) :: plastic, low, high, x, y
-    real(rp) :: least, most, guess, widest
+    real(rp) :: min_log, max_log, guess, max_x
     integer :: p
 
-    most = 0.0_rp
-    !$omp simd reduction(max: most)
+    max_log = 0.0_rp
+    !$omp simd reduction(max: max_log)
     do p = 1, nlane
-      most = max(most, q(p)/g3(p))
+      max_log = max(max_log, q(p)/g3(p))
     end do
-    least = log(slowest*dt)
-    most = max(log(most), least + 1.0_rp)
-    widest = exp(most)
+    min_log = log(min_rate*dt)
+    max_log = max(log(max_log), min_log + 1.0_rp)
+    max_x = exp(max_log)
     !$omp simd private(guess)
     do p = 1, nlane
       plastic(p) = merge(1.0_rp, 0.0_rp, q(p) > sigma(p))
       guess = max(q(p) - sigma(p), 1.0e-6_rp*q(p) + 1.0e-30_rp)/g3(p)
-      guess = merge(rate(p)*dt, guess, rate(p) > slowest)
-      x(p) = max(slowest*dt, min(widest, guess))
-      y(p) = max(least, min(most, log(x(p))))
-      low(p) = least
-      high(p) = most
+      guess = merge(rate(p)*dt, guess, rate(p) > min_rate)
+      x(p) = max(min_rate*dt, min(max_x, guess))
+      y(p) = max(min_log, min(max_log, log(x(p))))
+      low(p) = min_log
+      high(p) = max_log
     end do
   end subroutine start
 
-  !> One bracketed Newton step of every lane that has not converged; for those that have, `step`
-  !> is the last, small correction of ln x.
+  !> One bracketed Newton step of every unconverged lane; for converged ones, `step` is the last
+  !> small correction of ln x.
   pure subroutine improve(q, g3, x, sigma, slope, plastic, low, high, y, step, residual, worst)
     real(rp), dimension(nlane), intent(in) :: q, g3, x, sigma, slope, plastic
     real(rp), dimension(nlane), intent(inout) :: low, high, y

@@ -4,7 +4,7 @@ module physics_stress
   use base_kinds, only: nlane, rp
   use physics_coupled, only: finish_coupled
   use physics_elastic, only: finish_state, trial_state
-  use physics_flow_law, only: most_warnings, n_work
+  use physics_flow_law, only: max_warnings, n_work
   use physics_material, only: material_t
   use physics_return_map, only: return_map
   implicit none (type, external)
@@ -12,14 +12,15 @@ module physics_stress
 
   public :: stress_block, elastic_stress, stress_sums_t, flow_strength
 
-  !> What the update reports, summed or maximised over blocks.
+  !> Results of the update, summed or maximised over blocks.
   type :: stress_sums_t
-    real(rp) :: plastic_work = 0.0_rp   !! [J]
-    real(rp) :: stress_work = 0.0_rp    !! of the mean stress of the step [J]
-    real(rp) :: stiffness = 0.0_rp      !! largest squared wave speed [m2/s2]
-    integer :: failed = 0               !! returns that did not converge
-    integer :: warnings(most_warnings) = 0   !! particles outside the validity of their law, by kind
-    integer :: lane(most_warnings) = 0       !! the first of each kind
+    real(rp) :: plastic_work = 0.0_rp      !! [J]
+    real(rp) :: stress_work = 0.0_rp       !! work of the mean stress of the step [J]
+    real(rp) :: stiffness = 0.0_rp         !! largest squared wave speed [m2/s2]
+    integer :: failed = 0                  !! return mappings that did not converge
+    integer :: warnings(max_warnings) = 0  !! particles outside the validity range of their law, by
+                                           !! kind
+    integer :: lane(max_warnings) = 0      !! first particle of each kind
   end type stress_sums_t
 
 contains
@@ -34,7 +35,7 @@ contains
     real(rp), intent(in) :: l(nlane, 9), t_node(nlane), mass(nlane)
     real(rp), intent(inout) :: b(nlane, 6), j(nlane), alpha(nlane), temp(nlane)
     real(rp), intent(inout) :: tau(nlane, 6), rate(nlane), flow(nlane)
-    integer, intent(in) :: n_state                     !! at least the law's
+    integer, intent(in) :: n_state                     !! at least that of the law
     real(rp), intent(inout) :: state(nlane, n_state)   !! internal variables of the law
     type(stress_sums_t), intent(inout) :: sums
     real(rp), dimension(nlane) :: before, q, mean, x, g3
@@ -53,7 +54,7 @@ contains
         call apply_return(n, material%g, material%plastic_heat/(material%rho*material%c_p), &
                           1.0_rp/material%rho, dt, q, g3, x, flow, mass, mean, b, alpha, temp, &
                           tau, rate, sums%plastic_work)
-        if (has_table) temp = before + material%warming(before, temp - before)
+        if (has_table) temp = before + material%temperature_rise(before, temp - before)
         call material%flow%inspect(n, t_node, rate, state, sums%warnings, sums%lane)
       else
         rate = 0.0_rp
@@ -114,8 +115,8 @@ contains
     end do
   end function stress_power
 
-  !> Flow stress of a block at given rates of plastic strain [Pa], and its derivative by the
-  !> logarithm of the rate; 0 for an elastic material.
+  !> Flow stress of a block at given plastic strain rates [Pa], and its derivative by the logarithm
+  !> of the rate; 0 for an elastic material.
   subroutine flow_strength(material, alpha, temp, rate, n_state, state, strength, slope)
     type(material_t), intent(in) :: material
     real(rp), intent(in) :: alpha(nlane), temp(nlane), rate(nlane)   !! [-], [K], [1/s]
@@ -128,12 +129,12 @@ contains
     slope = 0.0_rp
     if (.not. allocated(material%flow)) return
     x = 0.0_rp
-    log_rate = log(max(rate, material%flow%slowest))
+    log_rate = log(max(rate, material%flow%min_rate))
     call material%flow%prepare(temp, state, work)
     call material%flow%stress(work, alpha, x, log_rate, strength, slope)
   end subroutine flow_strength
 
-  !> Scale the deviator, restore det(Bbar) = 1, harden and heat.
+  !> Scale the deviator, restore det(Bbar) = 1, add plastic strain and heat.
   subroutine apply_return(n, g, heat, volume, dt, q, g3, x, flow, mass, mean, b, alpha, temp, s, &
                           rate, work)
     integer, intent(in) :: n

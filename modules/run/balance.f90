@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Balance of the ranks: boxes by the cost of their particles, divided anew when the coming steps
-!> would load a rank too much, and a record of how even the load was.
+!> Load balance: boxes of nodes weighted by particle cost, redivided when the coming steps would
+!> overload a rank, and a record of the imbalance.
 module run_balance
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
@@ -13,11 +13,11 @@ module run_balance
   implicit none (type, external)
   private
 
-  public :: first_partition, find_room, note_balance, reach_of, rebalance, store_nodes
+  public :: first_partition, find_reach, note_balance, reach_of, rebalance, store_nodes
 
 contains
 
-  !> Cut the grid for the first time, by where the particles are.
+  !> Partition the grid for the first time, by the initial particle positions.
   subroutine first_partition(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -25,23 +25,23 @@ contains
     if (.not. allocated(sim%exchange%boxes)) allocate (sim%exchange%boxes(0:world%size - 1), &
                                                        source=box_t())
     call wrap_positions(sim%scene%grid, sim%particles)
-    call find_room(world, sim)
+    call find_reach(world, sim)
     call partition(world, sim)
   end subroutine first_partition
 
-  !> Collective. The box of nodes that any particle of any rank may touch until the next sort.
-  subroutine find_room(world, sim)
+  !> Collective. Find the box of nodes that particles of any rank can reach before the next sort.
+  subroutine find_reach(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp) :: extent(6)
 
     extent = sim%particles%extent(1, sim%particles%nblk)
     call world%max(extent)
-    sim%nodes%room = reach_of(sim%scene%grid, extent)
-  end subroutine find_room
+    sim%nodes%reach = reach_of(sim%scene%grid, extent)
+  end subroutine find_reach
 
-  !> The box of nodes that particles may touch until the next sort that now are within `extent`
-  !> (particles_store).
+  !> Box of nodes that particles now within `extent` (particles_store) can reach before the next
+  !> sort.
   pure type(box_t) function reach_of(grid, extent) result(box)
     type(grid_t), intent(in) :: grid
     real(rp), intent(in) :: extent(6)        !! [m]
@@ -52,22 +52,21 @@ contains
     box%hi = nearest_node(grid, extent(1:3)) + halo
   end function reach_of
 
-  !> Storage for the nodes of this rank's box that are in the room of the particles.
+  !> Allocate the nodes of this rank's box that particles can reach.
   subroutine store_nodes(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
 
-    sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(world%rank), sim%nodes%room)
+    sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(world%rank), sim%nodes%reach)
     call sim%nodes%allocate_grids(sim%scene)
   end subroutine store_nodes
 
-  !> Collective, before particles migrate: new boxes if a rank would have too much with the old
-  !> ones; all blocks may have to move then. The imbalance of the steps until the next sort is
-  !> noted.
+  !> Collective, before migration: partition anew if a rank would be overloaded with the current
+  !> boxes; then all blocks may have to move. Record the imbalance of the steps until the next sort.
   subroutine rebalance(world, sim, n_moving)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    integer, intent(inout) :: n_moving       !! blocks whose particles may have to go elsewhere
+    integer, intent(inout) :: n_moving       !! blocks whose particles may change rank
     integer :: cuts
 
     if (world%size == 1) return
@@ -80,20 +79,20 @@ contains
     call note_balance(world, sim, n_moving)
   end subroutine rebalance
 
-  !> Collective. The imbalance of the coming steps, once each particle of the first `n_moving`
-  !> blocks is with its owner.
+  !> Collective. Predict the imbalance of the coming steps, after every particle of the first
+  !> `n_moving` blocks has gone to its owner.
   subroutine note_balance(world, sim, n_moving)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: n_moving
     real(rp) :: load(0:world%size - 1)
 
-    call coming_costs(world, sim, n_moving, load)
+    call sum_costs(world, sim, n_moving, load)
     sim%exchange%balance%now = imbalance(load)
   end subroutine note_balance
 
-  !> Cost of a step on every rank, in awake particles, once each particle is with its owner.
-  subroutine coming_costs(world, sim, n_moving, load)
+  !> Sum the cost of a step on every rank, in units of an awake elastic particle, after migration.
+  subroutine sum_costs(world, sim, n_moving, load)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n_moving
@@ -120,9 +119,9 @@ contains
       end do
     end do
     call world%sum(load)
-  end subroutine coming_costs
+  end subroutine sum_costs
 
-  !> New boxes for all ranks by the cost of their particles.
+  !> Bisect the grid by particle cost; keep the boxes if they would not change.
   subroutine partition(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim

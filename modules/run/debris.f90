@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Metal that is torn off and leaves the grid. It is let go with its mass and energies in the
-!> books, as long as it is a small part of all (DEBRIS) and slower than waves: what is faster, or no
-!> number, is a run that breaks down.
+!> Debris, torn-off metal that leaves the grid. It is removed, and its mass and energies are
+!> recorded in the budget, while it is a small fraction of the total mass (DEBRIS) and slower than
+!> elastic waves. Faster particles or NaN mean that the run has become unstable.
 module run_debris
   use base_kinds, only: nlane, rp
   use base_text, only: str
@@ -10,19 +10,19 @@ module run_debris
   use mapping_stability, only: wave_speed
   use particles_migrate, only: is_outside
   use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, f_vel, particles_t
-  use state_books, only: d_elastic, d_heat, d_kinetic, d_mass
+  use state_budget, only: d_elastic, d_heat, d_kinetic, d_mass
   use state_scene, only: scene_t
   use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: let_debris_go
+  public :: remove_debris
 
 contains
 
-  !> Collective. Remove the particles outside the grid and book them; false if they are no debris:
-  !> they stay then, and `reason` says why. All particles are to be sorted anew after it.
-  logical function let_debris_go(world, sim, reason) result(is_gone)
+  !> Collective. Remove the particles outside the grid and record them. False if they do not qualify
+  !> as debris: then they stay, and `reason` says why. After a removal all particles must be sorted.
+  logical function remove_debris(world, sim, reason) result(is_removed)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     character(:), allocatable, intent(out) :: reason
@@ -31,33 +31,34 @@ contains
     integer :: b
 
     sums = 0.0_rp
-    is_gone = .true.
+    is_removed = .true.
     reason = 'it is no number or faster than waves: the run breaks down'
     do b = 1, sim%particles%nblk
       outside = is_outside(sim%scene%grid, sim%particles, b)
       if (.not. any(outside)) cycle
       sums = sums + energies_of(sim%scene, sim%clock%mass_scaling, sim%particles, b, outside)
-      is_gone = is_gone .and. all_slow(sim, b, outside)
+      is_removed = is_removed .and. are_slower_than_waves(sim, b, outside)
     end do
-    is_gone = world%all_true(is_gone)
-    if (.not. is_gone) return
+    is_removed = world%all_true(is_removed)
+    if (.not. is_removed) return
     reason = ''
     share = share_of_mass(world, sim, sums)
-    is_gone = share <= sim%scene%method%debris
-    if (.not. is_gone) reason = advice(share, sim%scene%method%debris)
-    if (.not. is_gone) return
-    sim%books%sums(d_kinetic) = sim%books%sums(d_kinetic) + sums(1)
-    sim%books%sums(d_elastic) = sim%books%sums(d_elastic) + sums(2)
-    sim%books%sums(d_heat) = sim%books%sums(d_heat) + sums(3)
-    sim%books%sums(d_mass) = sim%books%sums(d_mass) + sums(4)
+    is_removed = share <= sim%scene%method%debris
+    if (.not. is_removed) reason = advice(share, sim%scene%method%debris)
+    if (.not. is_removed) return
+    sim%budget%sums(d_kinetic) = sim%budget%sums(d_kinetic) + sums(1)
+    sim%budget%sums(d_elastic) = sim%budget%sums(d_elastic) + sums(2)
+    sim%budget%sums(d_heat) = sim%budget%sums(d_heat) + sums(3)
+    sim%budget%sums(d_mass) = sim%budget%sums(d_mass) + sums(4)
     do b = 1, sim%particles%nblk
       outside = is_outside(sim%scene%grid, sim%particles, b)
       if (any(outside)) call sim%particles%remove(b, outside)
     end do
     sim%blocks%n_awake = -1
-  end function let_debris_go
+  end function remove_debris
 
-  !> What to do where a `share` of all mass would be gone, and `allowed` may go.
+  !> Advice for the user where a `share` of the total mass would be removed and `allowed` is
+  !> permitted.
   function advice(share, allowed) result(text)
     real(rp), intent(in) :: share, allowed
     character(:), allocatable :: text
@@ -67,7 +68,7 @@ contains
            'mass and energy in the history, a larger &GRID keeps it'
   end function advice
 
-  !> Collective. Part of all mass that would be gone with `sums` of this rank.
+  !> Collective. Fraction of the total mass removed so far, with `sums` of this rank included.
   real(rp) function share_of_mass(world, sim, sums) result(share)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
@@ -75,7 +76,7 @@ contains
     real(rp) :: mass(2)
     integer :: b
 
-    mass = [sums(4) + sim%books%sums(d_mass), sim%books%sums(d_mass)]
+    mass = [sums(4) + sim%budget%sums(d_mass), sim%budget%sums(d_mass)]
     do b = 1, sim%particles%nblk
       mass(2) = mass(2) + sum(sim%particles%ps(:sim%particles%count(b), f_mass, b))
     end do
@@ -83,17 +84,17 @@ contains
     share = mass(1)/mass(2)
   end function share_of_mass
 
-  !> Whether the chosen particles of block `b` are slower than waves; false for what is no number.
-  pure logical function all_slow(sim, b, chosen)
+  !> True if the chosen particles of block `b` are slower than elastic waves; false for NaN.
+  pure logical function are_slower_than_waves(sim, b, chosen)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: b
     logical, intent(in) :: chosen(nlane)
 
     associate (ps => sim%particles%ps(:, :, b))
-      all_slow = all((norm2(ps(:, f_vel:f_vel + 2), 2) < wave_speed(sim%clock) &
+      are_slower_than_waves = all((norm2(ps(:, f_vel:f_vel + 2), 2) < wave_speed(sim%clock) &
                       .and. all(abs(ps(:, f_pos:f_pos + 2)) <= huge(1.0_rp), 2)) .or. .not. chosen)
     end associate
-  end function all_slow
+  end function are_slower_than_waves
 
   !> Kinetic energy with mass scaling, elastic energy, heat [J] and mass [kg] of the chosen
   !> particles of block `b`.

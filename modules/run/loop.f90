@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The time loop: step, conduct, sort, write, and stop in good order.
+!> The time loop: step, conduct heat, sort, write output, and stop with a checkpoint.
 module run_loop
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
@@ -16,10 +16,10 @@ module run_loop
   use output_writer, only: writer_t
   use particles_migrate, only: find_outside
   use particles_store, only: f_vel
-  use run_debris, only: let_debris_go
-  use run_regrid, only: may_stray, regrid
+  use run_debris, only: remove_debris
+  use run_regrid, only: may_leave_cell, regrid
   use step_advance, only: take_step
-  use step_drives, only: drive_tools, note_impulses
+  use step_drives, only: drive_tools, store_impulses
   use step_motion, only: find_motion
   use step_simulation, only: simulation_t
   use update_prescribed, only: stagger_velocities
@@ -28,12 +28,12 @@ module run_loop
 
   public :: run, begin, advance
 
-  ! Why a run ended; the program's exit status.
+  ! Reasons for the end of a run: the exit status of the program.
   integer, parameter, public :: ended_well = 0, ended_broken = 3, ended_by_signal = 75, ended_io = 4
 
 contains
 
-  !> Books and clock of a fresh run, whose particles stand and are sorted.
+  !> Initialise budget and clock of a fresh run, whose particles exist and are sorted.
   subroutine begin(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine begin
 
-  !> Run to the end, or until a signal or a lost particle stops it.
+  !> Run to the end time, or until a signal or an instability stops the run.
   subroutine run(world, sim, is_resumed, status, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -85,9 +85,9 @@ contains
     call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
                      sim%tracers, sim%particles, sim%history, is_resumed, error)
     if (.not. is_resumed) call writer%write_due(world, sim%scene, sim%clock, sim%step, sim%tool, &
-                                                sim%backing, sim%probes, sim%tracers, &
-                                                sim%particles, sim%sleepers, sim%exchange, &
-                                                sim%books, sim%history, .false., error)
+                                          sim%backing, sim%probes, sim%tracers, sim%particles, &
+                                          sim%sleepers, sim%exchange, sim%budget, sim%history, &
+                                          .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call note_step(sim%clock%step)
@@ -119,8 +119,8 @@ contains
     end if
   end subroutine run
 
-  !> A row of the history that was just written may show that energy came from nothing, or that a
-  !> state is not a number; so may a checkpoint that was therefore refused.
+  !> Stop the run if the last history row shows an unphysical energy gain or a state with NaN; a
+  !> checkpoint refused for that reason has the same effect.
   subroutine check_state(world, sim, status, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
@@ -138,8 +138,8 @@ contains
                           message, 'more kinetic energy than was ever given')
   end subroutine check_state
 
-  !> The state at a stop: a checkpoint to go on from; but if the run broke down, an earlier one is
-  !> kept, and a state that is not a number, or not a solution, is no checkpoint.
+  !> Save the state at a stop: a checkpoint to resume from. After an instability an earlier
+  !> checkpoint is kept, and a state with NaN or without a solution goes to another file.
   subroutine save_last_state(world, sim, is_sound, error, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -154,13 +154,13 @@ contains
     if (is_good .and. (is_sound .or. .not. is_there)) then
       call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
                            sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
-                           sim%books, sim%history, error)
+                           sim%budget, sim%history, error)
       message = message//'; checkpoint '//checkpoint_path(sim%scene)
       return
     end if
     call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
                          sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
-                         sim%books, sim%history, error, broken_path(sim%scene))
+                         sim%budget, sim%history, error, broken_path(sim%scene))
     message = message//'; this state is in '//broken_path(sim%scene)
     if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim%scene)
   end subroutine save_last_state
@@ -175,7 +175,7 @@ contains
     end if
   end function is_finished
 
-  !> Collective. One turn of the loop: sort if due, step, conduct if due, one reduction.
+  !> Collective. One pass of the loop: sort if due, take a step, conduct heat if due.
   subroutine advance(world, sim, status, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -186,7 +186,7 @@ contains
     call sort_if_due(world, sim, status, message)
     if (status /= ended_well) return
     dt = next_step(sim)
-    call note_impulses(sim)
+    call store_impulses(sim)
     call take_step(world, sim, dt)
     if (sim%step%is_broken) then
       status = ended_broken
@@ -198,14 +198,15 @@ contains
     sim%clock%dt = dt
     sim%clock%time = sim%clock%time + dt
     sim%clock%step = sim%clock%step + 1
-    sim%blocks%awake_steps = sim%blocks%awake_steps + sum(sim%particles%count(:sim%blocks%n_awake))
+    sim%blocks%n_awake_particle_steps = sim%blocks%n_awake_particle_steps &
+      + sum(sim%particles%count(:sim%blocks%n_awake))
     sim%exchange%balance%sum = sim%exchange%balance%sum + sim%exchange%balance%now
     sim%exchange%balance%worst = max(sim%exchange%balance%worst, sim%exchange%balance%now)
     if (sim%scene%method%conducts) then
       if (conduction_is_due(sim%scene, sim%clock, dt)) then
         call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, &
                      sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%pairs, &
-                     sim%books, &
+                     sim%budget, &
                      sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then
           status = ended_broken
@@ -228,24 +229,26 @@ contains
     end if
   end subroutine advance
 
-  !> Step to be tried [s]. The last ones, unless &TIME DT fixes them, divide evenly what is left
-  !> before the end: strain rates of a step that is much shorter than the one before are far off.
+  !> Step to try [s]. Unless &TIME DT fixes them, the last steps divide the remaining time evenly:
+  !> strain rates of a step much shorter than the one before are inaccurate.
   pure real(rp) function next_step(sim) result(dt)
     type(simulation_t), intent(in) :: sim
-    real(rp), parameter :: few = 20.0_rp          !! steps
+    real(rp), parameter :: n_final_steps = 20.0_rp          !! steps over which the remaining time
+                                                            !! is divided evenly
     real(rp), parameter :: rounding = 1.0e-9_rp
 
     dt = stable_step(sim%scene, sim%clock)
     if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim%scene, sim%clock))
     associate (left => sim%scene%end_time - sim%clock%time)
-      if (left < few*dt .and. sim%scene%method%fixed_dt <= 0.0_rp) then
+      if (left < n_final_steps*dt .and. sim%scene%method%fixed_dt <= 0.0_rp) then
         dt = left/max(1.0_rp, real(ceiling(left/dt*(1.0_rp - rounding)), rp))
       end if
       dt = min(dt, left)
     end associate
   end function next_step
 
-  !> Collective, between two steps: what of the output is due, or at the end of the run the `last`.
+  !> Collective, between two steps. Write the output that is due, or at the end of the run the
+  !> `last`.
   subroutine write_due(world, sim, writer, last, status, message, error)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -261,12 +264,13 @@ contains
       call find_motion(world, sim)
     end if
     call writer%write_due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
-                          sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
-                          sim%books, sim%history, last, error)
+                    sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
+                    sim%budget, sim%history, last, error)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
   end subroutine write_due
 
-  !> Collective, between two steps. Afterwards nodes are listed for where particles are.
+  !> Collective, between two steps. Sort if due, after which the nodes in use are those the
+  !> particles reach.
   subroutine sort_if_due(world, sim, status, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -280,36 +284,37 @@ contains
     call sim%timer%lap(ph_sorting)
   end subroutine sort_if_due
 
-  !> Every so many steps, or before a particle can be a cell from where it was.
+  !> True at every SORT_INTERVAL steps, and before a particle can be a cell away from its place at
+  !> the last sort.
   pure logical function sort_is_due(sim)
     type(simulation_t), intent(in) :: sim
 
     sort_is_due = sim%clock%step - sim%clock%sorted_at >= sim%scene%method%sort_interval &
-      .or. may_stray(sim)
+      .or. may_leave_cell(sim)
   end function sort_is_due
 
-  !> A particle outside the grid ends the run on all ranks, unless it is debris. Here those wait
-  !> that were faster since the last exchange: that is no part of sorting.
+  !> Stop the run on all ranks if a particle is outside the grid and not debris. Ranks that are
+  !> ahead wait here; that time is not counted as sorting.
   subroutine check_inside(world, sim, status, message)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
-    character(:), allocatable :: mine, reason
+    character(:), allocatable :: local_message, reason
     logical :: all_inside
 
-    mine = find_outside(sim%scene%grid, sim%blocks%n_awake, sim%particles)
-    if (sim%blocks%n_awake < 0) mine = find_outside(sim%scene%grid, sim%particles%nblk, &
+    local_message = find_outside(sim%scene%grid, sim%blocks%n_awake, sim%particles)
+    if (sim%blocks%n_awake < 0) local_message = find_outside(sim%scene%grid, sim%particles%nblk, &
                                                     sim%particles)
     call sim%timer%lap(ph_sorting)
     sim%exchange%balance%waited = sim%exchange%balance%waited - wall_time()
-    all_inside = world%all_true(mine == '')
+    all_inside = world%all_true(local_message == '')
     sim%exchange%balance%waited = sim%exchange%balance%waited + wall_time()
     call sim%timer%lap(ph_exchange)
     if (all_inside) return
-    if (let_debris_go(world, sim, reason)) return
+    if (remove_debris(world, sim, reason)) return
     status = ended_broken
-    call world%share_message(mine, message)
+    call world%share_message(local_message, message)
     message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s); '// &
               reason
   end subroutine check_inside

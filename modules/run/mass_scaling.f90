@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> Mass scaling that follows the scene: at sorts the factor chi is set to what keeps the inertial
-!> stress chi rho v^2 at a given part of the flow stress. Velocities are kept; the kinetic energy
-!> that a new factor gives or takes is booked.
+!> Adaptive mass scaling: at sorts the factor chi is set such that the inertial stress chi rho v^2
+!> stays a given fraction of the flow stress. Velocities are kept; the change of kinetic energy is
+!> recorded.
 module run_mass_scaling
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
   use mapping_blocks, only: kinetic_energy
   use output_totals, only: inertial_stress_ratio
   use particles_store, only: f_flow, f_mass, f_vel
-  use state_books, only: e_scaling
+  use state_budget, only: e_scaling
   use step_motion, only: find_motion
   use step_simulation, only: simulation_t
   implicit none (type, external)
@@ -16,15 +16,17 @@ module run_mass_scaling
 
   public :: adapt_mass
 
-  real(rp), parameter :: memory = 0.95_rp    !! of the largest ratio, from one sort to the next
-  real(rp), parameter :: growth = 1.25_rp    !! of the factor at a sort, and the least worth it
-  real(rp), parameter :: fall = 0.1_rp       !! least part of the factor that is left by a sort
-  real(rp), parameter :: aim = 0.9_rp        !! of the allowed ratio, which may rise further before
-                                             !! the next sort
+  real(rp), parameter :: peak_decay = 0.95_rp      !! decay of the recorded largest ratio from sort
+                                                   !! to sort
+  real(rp), parameter :: max_growth = 1.25_rp      !! largest growth of the factor at a sort, and
+                                                   !! smallest worth applying
+  real(rp), parameter :: min_remaining = 0.1_rp    !! smallest fraction of the factor kept at a sort
+  real(rp), parameter :: target_fraction = 0.9_rp  !! target over the allowed ratio, which may rise
+                                                   !! before the next sort
 
 contains
 
-  !> Collective, at a sort, when nodes are listed for where particles are.
+  !> Collective, at a sort, after the nodes in use have been listed: adapt the factor.
   subroutine adapt_mass(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -36,13 +38,14 @@ contains
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
     call world%max(now)
     associate (m => sim%scene%method, peak => sim%clock%inertial_peak)
-      peak = max(now(1), memory*peak)
-      if (peak <= 0.0_rp) return               ! nothing has moved yet
-      wanted = max(m%scaling_range(1), min(m%scaling_range(2), aim*m%inertial_fraction/peak))
-      if (wanted >= growth*sim%clock%mass_scaling .or. wanted >= m%scaling_range(2)) then
-        wanted = min(wanted, growth*sim%clock%mass_scaling)
+      peak = max(now(1), peak_decay*peak)
+      if (peak <= 0.0_rp) return               ! nothing has moved so far
+      wanted = max(m%scaling_range(1), min(m%scaling_range(2), target_fraction &
+                                           *m%inertial_fraction/peak))
+      if (wanted >= max_growth*sim%clock%mass_scaling .or. wanted >= m%scaling_range(2)) then
+        wanted = min(wanted, max_growth*sim%clock%mass_scaling)
       else if (wanted < sim%clock%mass_scaling) then
-        wanted = max(wanted, fall*sim%clock%mass_scaling)
+        wanted = max(wanted, min_remaining*sim%clock%mass_scaling)
       else
         return
       end if
@@ -50,7 +53,7 @@ contains
     end associate
   end subroutine adapt_mass
 
-  !> Largest rho v^2 over flow stress of this rank's particles, whether they flow or not.
+  !> Largest rho v^2 over flow stress of this rank's particles, whether they flow or not [-].
   pure real(rp) function largest_ratio(sim) result(ratio)
     type(simulation_t), intent(in) :: sim
     integer :: b
@@ -67,7 +70,7 @@ contains
     end do
   end function largest_ratio
 
-  !> A new factor, and what it does to the kinetic energy.
+  !> Set the factor and record the change of kinetic energy.
   subroutine set_factor(sim, factor)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: factor
@@ -80,7 +83,8 @@ contains
       energy = energy + kinetic_energy(sim%particles%ps(:, f_mass, b), &
                                        sim%particles%ps(:, f_vel:f_vel + 2, b))
     end do
-    sim%books%sums(e_scaling) = sim%books%sums(e_scaling) + (factor - sim%clock%mass_scaling)*energy
+    sim%budget%sums(e_scaling) = sim%budget%sums(e_scaling) + (factor - sim%clock%mass_scaling) &
+      *energy
     sim%clock%mass_scaling = factor
   end subroutine set_factor
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What particles cost in a step, for the balance of ranks: by what they do, not by the clock, so
-!> that the same run is always divided alike.
+!> Cost model of particles for load balancing: by their state instead of measured time, so that the
+!> same run is always partitioned alike.
 module run_particle_cost
   use base_kinds, only: nlane, rp
   use particles_store, only: awake, f_pos, f_rate, rests
@@ -10,18 +10,20 @@ module run_particle_cost
 
   public :: particle_costs
 
-  ! Measured (docs/speed.md, Ranks); that of an awake elastic particle far from tools is 1 (0.06
-  ! us). In the stirring plate of benchmarks/speed work at nodes takes 16.2 % of a step of 2.84 ms,
-  ! and 1.1 % of it without a tool, for the 314 particles at the face: 1.37 us each, 22 awake ones.
-  ! Two ranks then wait 1 % of a step; with 9, 14 and 32 for each 9, 7 and 6 %.
-  real(rp), parameter :: cost(0:2) = [1.0_rp, 0.04_rp, 0.035_rp]   !! by rest
-  real(rp), parameter :: flow_cost = 0.15_rp     !! more, where one of the block flows
-  real(rp), parameter :: contact_cost = 22.0_rp    !! more, at a tool
-  real(rp), parameter :: at_tool = 0.75_rp       !! centres of those in contact [spacings]
+  ! Measured costs (docs/speed.md, Ranks), in units of an awake elastic particle far from tools
+  ! (0.06 us). In the stirring plate of benchmarks/speed work at nodes takes 16.2 % of a step of
+  ! 2.84 ms, and 1.1 % of it without a tool, for the 314 particles at the face: 1.37 us each, 22
+  ! awake ones. Two ranks then wait 1 % of a step; with 9, 14 and 32 for each 9, 7 and 6 %.
+  real(rp), parameter :: cost_by_rest(0:2) = [1.0_rp, 0.04_rp, 0.035_rp]  !! awake, held, asleep
+  real(rp), parameter :: flow_cost = 0.15_rp                  !! added if a particle of the block
+                                                              !! flows
+  real(rp), parameter :: contact_cost = 22.0_rp               !! added in contact with a tool
+  real(rp), parameter :: contact_distance = 0.75_rp           !! contact of centres with a tool
+                                                              !! [spacings]
 
 contains
 
-  !> Cost of each particle of block `b`, 0 behind the last.
+  !> Cost of each particle of block `b`; 0 for unused lanes.
   pure function particle_costs(sim, b) result(load)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: b
@@ -31,13 +33,13 @@ contains
 
     n = sim%particles%count(b)
     rest = rests(nlane, sim%particles%tag(:, b))
-    load = cost(rest)
+    load = cost_by_rest(rest)
     load(n + 1:) = 0.0_rp
     is_awake = rest == awake
     is_awake(n + 1:) = .false.
     if (.not. any(is_awake)) return
     associate (ps => sim%particles%ps(:, :, b), &
-               reach => at_tool*sim%scene%body(sim%particles%body(b))%mean_spacing())
+               reach => contact_distance*sim%scene%body(sim%particles%body(b))%mean_spacing())
       if (any(is_awake .and. ps(:, f_rate) > 0.0_rp)) then
         where (is_awake) load = load + flow_cost
       end if
@@ -49,7 +51,7 @@ contains
     end associate
   end function particle_costs
 
-  !> Whether block `b` is known to be farther from tool `k` than `reach`.
+  !> True if block `b` is known to be farther than `reach` [m] from tool `k`.
   pure logical function is_far(sim, k, b, reach)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k, b

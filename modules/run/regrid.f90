@@ -1,58 +1,58 @@
 ! SPDX-License-Identifier: MIT
-!> Every few dozen steps: balance the ranks, migrate and sort particles, list the nodes in use.
+!> Periodic reorganisation: balance the ranks, migrate and sort particles, list the nodes in use.
 module run_regrid
   use base_kinds, only: i8, nlane, rp
   use boundary_clamp_list, only: list_clamps
   use boundary_symmetry, only: list_mirrors, narrow_mirrors
   use comm_world, only: world_t
-  use exchange_order, only: list_turns, mark_border
-  use exchange_speculation, only: list_order
+  use exchange_order, only: list_to_grid_order, mark_border
+  use exchange_speculation, only: list_to_particles_order
   use grid_geometry, only: box_t, halo, storage_nodes
   use grid_marks, only: dilate
   use mapping_nodes, only: append, clear_nodes
-  use mapping_probes, only: claim_probes, share_probes
+  use mapping_probes, only: assign_probes, share_probes
   use particles_migrate, only: redistribute, wrap_positions
   use particles_sort, only: keep_none
   use particles_store, only: awake, f_pos, held
   use run_balance, only: note_balance, reach_of, rebalance, store_nodes
   use run_mass_scaling, only: adapt_mass
   use sleep_criteria, only: count_awake, update_sleep
-  use sleep_held_force, only: find_borne
+  use sleep_held_force, only: find_far_force
   use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: may_stray, regrid, relist, sort_particles
+  public :: may_leave_cell, regrid, relist, sort_particles
 
 contains
 
-  !> Balance if needed, migrate, sort where that is due, and list nodes in use; nothing of this if
-  !> sleep alone is the reason and can wait.
+  !> Balance if needed, migrate, sort where that is due, and list the nodes in use. Do nothing if
+  !> the only reason is to wake sleepers, and these can wait.
   subroutine regrid(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    logical :: can_wait, others_sleep
+    logical :: can_wait, sleepers_changed
 
     call update_sleep(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
-                      sim%sleepers, sim%books, others_sleep, can_wait)
-    if (can_wait .and. .not. may_stray(sim)) then
+                      sim%sleepers, sim%budget, sleepers_changed, can_wait)
+    if (can_wait .and. .not. may_leave_cell(sim)) then
       sim%clock%sorted_at = sim%clock%step
       call adapt_mass(world, sim)
       return
     end if
-    call sort_particles(world, sim, others_sleep)
+    call sort_particles(world, sim, sleepers_changed)
     sim%clock%displacement = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
     call adapt_mass(world, sim)
   end subroutine regrid
 
   !> Collective. Balance if needed, migrate and sort the particles, and list the nodes in use. This
-  !> alone changes neither the physics nor the schedule of later sorts: a restart may call it.
-  subroutine sort_particles(world, sim, others_sleep)
+  !> changes neither the physics nor the schedule of later sorts, so that a restart may call it.
+  subroutine sort_particles(world, sim, sleepers_changed)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    logical, intent(in) :: others_sleep      !! other particles sleep than at the last sort
-    integer :: n_moving                      ! blocks whose particles may have to go elsewhere
+    logical, intent(in) :: sleepers_changed      !! sleepers differ from those at the last sort
+    integer :: n_moving                      ! blocks whose particles may change rank
     integer :: cuts, keep
     logical :: is_new, sleepers_stay
 
@@ -62,42 +62,44 @@ contains
     n_moving = merge(sim%particles%nblk, sim%blocks%n_awake, is_new)
     cuts = sim%exchange%balance%cuts
     call rebalance(world, sim, n_moving)
-    keep = oldest_order(sim)
+    keep = kept_rest(sim)
     if (is_new) keep = keep_none
     call redistribute(world, sim%scene%grid, sim%nodes%patch, sim%exchange%boxes, &
                       size(sim%scene%body), &
-                      n_moving, keep, others_sleep, sim%particles, sleepers_stay)
+                      n_moving, keep, sleepers_changed, sim%particles, sleepers_stay)
     if (is_new .or. sim%exchange%balance%cuts > cuts) call sim%particles%fit()
     call relist(world, sim, .true., sleepers_stay)
   end subroutine sort_particles
 
-  !> Whether a particle can be a cell from where it was: steps like the last one and half a cell's
-  !> way in one are allowed for.
-  pure logical function may_stray(sim)
+  !> True if a particle may be a cell away from its place at the last sort, after two more steps
+  !> like the last one.
+  pure logical function may_leave_cell(sim)
     type(simulation_t), intent(in) :: sim
 
-    may_stray = sim%clock%displacement + 2.0_rp*sim%clock%dt*sim%clock%max_speed &
+    may_leave_cell = sim%clock%displacement + 2.0_rp*sim%clock%dt*sim%clock%max_speed &
                 > minval(sim%scene%grid%h)
-  end function may_stray
+  end function may_leave_cell
 
-  !> Rest from which particles keep their places, whose order is for speed alone: the awake ones are
-  !> put in order when those with the same nodes are no longer together, sleepers after many sorts.
-  pure integer function oldest_order(sim) result(keep)
+  !> Rest state from which particles keep their slots (their order only affects speed). Awake
+  !> particles are reordered when those with the same nodes are no longer together, sleepers after
+  !> many sorts.
+  pure integer function kept_rest(sim) result(keep)
     type(simulation_t), intent(in) :: sim
-    integer, parameter :: rarely = 100      ! [SORT_INTERVAL]
+    integer, parameter :: sorts_per_full_sort = 100      ! sorts (SORT_INTERVAL) between two of all
+                                                         ! particles
 
     keep = awake
     if (is_disordered(sim)) keep = held
-    associate (interval => rarely*sim%scene%method%sort_interval)
+    associate (interval => sorts_per_full_sort*sim%scene%method%sort_interval)
       if (sim%clock%step/interval > max(0_i8, sim%clock%sorted_at)/interval) keep = keep_none
     end associate
-  end function oldest_order
+  end function kept_rest
 
-  !> Whether the awake particles of this rank are in a fifth more runs of the same nearest node than
-  !> there are such nodes.
+  !> True if the awake particles of this rank form more than `max_run_ratio` times as many runs of
+  !> the same nearest node as there are such nodes.
   pure logical function is_disordered(sim)
     type(simulation_t), intent(in) :: sim
-    real(rp), parameter :: more = 1.2_rp
+    real(rp), parameter :: max_run_ratio = 1.2_rp
     logical :: is_there(sim%nodes%patch%nn), is_own(nlane)
     integer :: b, last, node(nlane), p, runs
 
@@ -114,46 +116,47 @@ contains
         is_there(last) = .true.
       end do
     end do
-    is_disordered = runs > more*count(is_there)
+    is_disordered = runs > max_run_ratio*count(is_there)
   end function is_disordered
 
-  !> List what depends on where particles are: shared nodes, nodes in use, wall nodes, balls.
+  !> List everything that depends on the particle positions: shared nodes, nodes in use, wall nodes,
+  !> block bounds, tool clearances.
   subroutine relist(world, sim, is_sorted_anew, sleepers_stay)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew    !! not resumed
-    logical, intent(in) :: sleepers_stay     !! as they were before
+    logical, intent(in) :: sleepers_stay     !! the same sleepers in the same blocks as before
     logical, allocatable :: near(:, :, :)    !! nodes in reach of awake particles
     type(box_t) :: active(2)
-    logical :: is_outgrown, some_rest
+    logical :: patch_is_too_small, has_sleep
 
-    some_rest = sim%scene%method%sleep%is_on
+    has_sleep = sim%scene%method%sleep%is_on
     call count_awake(sim%particles, sim%blocks, sim%sleepers)
-    if (.not. sleepers_stay) call note_sleepers(sim)
+    if (.not. sleepers_stay) call store_sleeper_extent(sim)
     active = boxes_in_use(world, sim)
-    is_outgrown = any(active(1)%hi > sim%nodes%room%hi)
-    if (is_outgrown) then
-      sim%nodes%room%hi = max(sim%nodes%room%hi, active(1)%hi)
+    patch_is_too_small = any(active(1)%hi > sim%nodes%reach%hi)
+    if (patch_is_too_small) then
+      sim%nodes%reach%hi = max(sim%nodes%reach%hi, active(1)%hi)
       call store_nodes(world, sim)
-      call note_sleepers(sim)
+      call store_sleeper_extent(sim)
     end if
     call sim%nodes%halo%init(world, sim%nodes%patch, sim%exchange%boxes, active(2))
-    if (some_rest) call sim%nodes%resting_halo%init(world, sim%nodes%patch, sim%exchange%boxes, &
+    if (has_sleep) call sim%nodes%resting_halo%init(world, sim%nodes%patch, sim%exchange%boxes, &
                                                     active(1))
     call mark_reach(sim, 1, sim%blocks%n_awake, near)
-    call list_runs(sim, near .or. sim%sleepers%near_any, some_rest, .false.)
+    call list_runs(sim, near .or. sim%sleepers%near_any, has_sleep, .false.)
     call list_mirrors(sim%scene, sim%nodes, sim%boundary)
     call list_clamps(world, sim%scene, sim%nodes, sim%boundary)
-    call find_borne(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
-                    sim%boundary, sim%sleepers, sim%books, &
-                    sleepers_stay .and. .not. is_outgrown)
+    call find_far_force(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, &
+                    sim%nodes, sim%boundary, sim%sleepers, sim%budget, &
+                    sleepers_stay .and. .not. patch_is_too_small)
     call mark_border(sim%scene, sim%particles, sim%blocks, sim%nodes, sim%boundary, is_sorted_anew)
-    call list_turns(sim%particles, sim%blocks)
+    call list_to_grid_order(sim%particles, sim%blocks)
     if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
     call measure_clearances(sim, is_sorted_anew)
-    call list_order(sim%scene, sim%particles, sim%blocks, sim%exchange, is_sorted_anew)
+    call list_to_particles_order(sim%scene, sim%particles, sim%blocks, sim%exchange, is_sorted_anew)
     if (.not. is_sorted_anew) call note_balance(world, sim, 0)
-    if (some_rest) then                      ! steps use only the nodes of the other particles
+    if (has_sleep) then  ! steps use the nodes of awake particles and of the held layer only
       call clear_nodes(sim%nodes, sim%nodes%g)
       if (allocated(sim%nodes%resting_range)) deallocate (sim%nodes%resting_range)
       call move_alloc(sim%nodes%range, sim%nodes%resting_range)
@@ -162,11 +165,11 @@ contains
                      sim%blocks%n_mapped < sim%particles%nblk)
       call narrow_mirrors(sim%nodes, sim%boundary)
     end if
-    call claim_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
+    call assign_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
   end subroutine relist
 
-  !> Where the sleepers are.
-  subroutine note_sleepers(sim)
+  !> Store the nodes and the extent of the sleepers.
+  subroutine store_sleeper_extent(sim)
     type(simulation_t), intent(inout) :: sim
     integer :: last
 
@@ -176,10 +179,10 @@ contains
     sim%sleepers%near_any = sim%sleepers%near_any .or. sim%sleepers%near_layer
     sim%sleepers%extent_layer = sim%particles%extent(sim%blocks%n_awake + 1, sim%blocks%n_mapped)
     sim%sleepers%extent_any = sim%particles%extent(sim%blocks%n_awake + 1, last)
-  end subroutine note_sleepers
+  end subroutine store_sleeper_extent
 
-  !> Nodes, as (z, y, x), that the particles of blocks `low` to `high` may touch until the next
-  !> sort.
+  !> Mark the nodes, as (z, y, x), that particles of blocks `low` to `high` can reach before the
+  !> next sort.
   subroutine mark_reach(sim, low, high, near)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: low, high
@@ -197,7 +200,7 @@ contains
     call dilate(near, halo)
   end subroutine mark_reach
 
-  !> Nodes nearest to the `n` particles of a block.
+  !> Mark the nodes nearest to the `n` particles of a block.
   pure subroutine mark_block(sim, n, x, nn, near)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n, nn
@@ -210,8 +213,8 @@ contains
     near(node(:n)) = .true.
   end subroutine mark_block
 
-  !> Boxes of the nodes that any particle of any rank may touch until the next sort, and that any of
-  !> those may that take part in steps.
+  !> Boxes of the nodes that particles of any rank can reach before the next sort: (1) all
+  !> particles, (2) those that take part in steps.
   function boxes_in_use(world, sim) result(boxes)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
@@ -230,9 +233,9 @@ contains
     end do
   end function boxes_in_use
 
-  !> Runs of consecutive nodes in use: those marked in `near` (z, y, x), shared ones, and
-  !> (`with_partners`) those that walls join with them. A run is wholly owned or wholly another
-  !> rank's.
+  !> List runs of consecutive nodes in use: those marked in `near` (z, y, x), shared ones, and
+  !> (`with_partners`) their mirror nodes at walls. A run is entirely owned by this rank or entirely
+  !> by another.
   subroutine list_runs(sim, near, with_sleepers, with_partners)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: near(:, :, :), with_sleepers, with_partners
@@ -288,8 +291,8 @@ contains
     end function ownership
   end subroutine list_runs
 
-  !> A node in front of a wall and the one behind it are used together: what one step leaves in one
-  !> must be cleared before the next.
+  !> Mark mirror nodes at walls together: values left in one of them by a step must be cleared
+  !> before the next.
   pure subroutine mark_partners(n, pair, nn, used)
     integer, intent(in) :: n, pair(:, :), nn
     logical, intent(inout) :: used(nn)
@@ -300,7 +303,7 @@ contains
     end do
   end subroutine mark_partners
 
-  !> Ball around the particles of each block as they are now.
+  !> Find the bounding ball of each block.
   subroutine enclose_blocks(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: low(3), high(3)
@@ -319,8 +322,8 @@ contains
     end do
   end subroutine enclose_blocks
 
-  !> Distances of the awake blocks from the tools as they are now. Particles that were sorted anew
-  !> forget the friction of a tool that they have left.
+  !> Measure the distances of the awake blocks from the tools. After a sort, particles that have
+  !> left all tools lose their contact history.
   subroutine measure_clearances(sim, is_sorted_anew)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew
@@ -330,7 +333,7 @@ contains
     if (allocated(sim%blocks%clearance)) deallocate (sim%blocks%clearance)
     allocate (sim%blocks%clearance(size(sim%tool), sim%blocks%n_awake))
     do k = 1, size(sim%tool)
-      call sim%tool(k)%note_place()
+      call sim%tool(k)%store_reference_pose()
     end do
     if (size(sim%tool) == 0) return
     do b = 1, sim%blocks%n_awake
@@ -342,10 +345,10 @@ contains
           least(:n) = min(least(:n), d(:n))
           sim%blocks%clearance(k, b) = minval(d(:n))
         end do
-        if (.not. (is_sorted_anew .and. sim%scene%layout%grip > 0)) cycle
+        if (.not. (is_sorted_anew .and. sim%scene%layout%coulomb_reserve > 0)) cycle
         where (least(:n) > body%longest_diagonal())
-          ps(:n, sim%scene%layout%grip) = 0.0_rp
-          ps(:n, sim%scene%layout%press) = 0.0_rp
+          ps(:n, sim%scene%layout%coulomb_reserve) = 0.0_rp
+          ps(:n, sim%scene%layout%normal_force) = 0.0_rp
         end where
       end associate
     end do

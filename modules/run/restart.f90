@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Going on from a checkpoint.
+!> Restart from a checkpoint.
 module run_restart
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
@@ -13,13 +13,13 @@ module run_restart
   use output_checkpoint, only: n_clock
   use particles_migrate, only: find_outside
   use particles_store, only: awake, particles_t, set_rest, tag_rest
-  use run_balance, only: find_room, first_partition, store_nodes
-  use run_debris, only: let_debris_go
+  use run_balance, only: find_reach, first_partition, store_nodes
+  use run_debris, only: remove_debris
   use run_regrid, only: relist, sort_particles
   use run_restart_check, only: check_boxes, check_global, check_local, check_particles
   use sleep_motion, only: start_tracking
   use sleep_sleepers, only: n_motion
-  use state_books, only: n_sums
+  use state_budget, only: n_sums
   use step_simulation, only: simulation_t
   implicit none (type, external)
   private
@@ -28,7 +28,7 @@ module run_restart
 
 contains
 
-  !> Fill a simulation, whose scene stands, with the state of a checkpoint.
+  !> Fill a simulation, whose scene is set up, with the state of a checkpoint.
   subroutine resume(world, sim, path, error)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -73,12 +73,12 @@ contains
     if (error%is_set()) return
     call move_alloc(of_rank%value, local)
     call unpack_global(sim, global)
-    n_before = n_sums + 1 + size(sim%books%warnings)
-    n = n_before + size(sim%books%impulse)
-    sim%books%sums = local(1:n_sums)
-    sim%books%failed_returns = nint(local(n_sums + 1))
-    sim%books%warnings = local(n_sums + 2:n_before)
-    sim%books%impulse = reshape(local(n_before + 1:n), shape(sim%books%impulse))
+    n_before = n_sums + 1 + size(sim%budget%warnings)
+    n = n_before + size(sim%budget%impulse)
+    sim%budget%sums = local(1:n_sums)
+    sim%budget%failed_returns = nint(local(n_sums + 1))
+    sim%budget%warnings = local(n_sums + 2:n_before)
+    sim%budget%impulse = reshape(local(n_before + 1:n), shape(sim%budget%impulse))
     call check_outside(world, sim, path, same_ranks, error)
     if (error%is_set()) return
     do k = 1, size(sim%tool)
@@ -94,7 +94,7 @@ contains
     if (.not. sim%scene%method%sleep%is_on) call wake_all(world, sim%particles, same_ranks)
     if (same_ranks) then
       call move_alloc(boxes, sim%exchange%boxes)
-      call find_room(world, sim)
+      call find_reach(world, sim)
       call store_nodes(world, sim)
       call relist(world, sim, .false., .false.)
     else
@@ -103,8 +103,8 @@ contains
     end if
   end subroutine resume
 
-  !> Collective. Particles outside the grid are an error, unless they are debris: that goes with the
-  !> next sort, or now where ranks get other particles.
+  !> Collective. Raise an error if particles are outside the grid, unless they are debris: debris is
+  !> removed at the next sort, or here if the number of ranks has changed.
   subroutine check_outside(world, sim, path, same_ranks, error)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -116,11 +116,12 @@ contains
     call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, sim%particles), &
                              outside)
     if (outside == '' .or. (same_ranks .and. sim%scene%method%debris > 0.0_rp)) return
-    if (let_debris_go(world, sim, reason)) return
+    if (remove_debris(world, sim, reason)) return
     call error%raise(path//': '//outside//'; '//reason)
   end subroutine check_outside
 
-  !> Collective, in a run without sleepers. The particles are `in_order` no longer if some slept.
+  !> Collective, in a run without sleeping. Wake all particles; they are no longer `in_order` if
+  !> some slept.
   subroutine wake_all(world, particles, in_order)
     type(world_t), intent(in) :: world
     type(particles_t), intent(inout) :: particles
@@ -179,9 +180,9 @@ contains
         call sim%tool(k)%drive%set_state(global(sums + 1:sums + n_drive), sim%clock%time)
         sums = sums + n_drive
       end if
-      if (sim%tool(k)%watch%is_on) then
-        n = sim%tool(k)%watch%size_of_state(sim%tool(k)%n_phases)
-        call sim%tool(k)%watch%set_state(global(sums + 1:sums + n), sim%tool(k)%motion)
+      if (sim%tool(k)%monitor%is_on) then
+        n = sim%tool(k)%monitor%size_of_state(sim%tool(k)%n_phases)
+        call sim%tool(k)%monitor%set_state(global(sums + 1:sums + n), sim%tool(k)%motion)
         sums = sums + n
       end if
       n_heat = size(sim%tool(k)%heat%state())

@@ -3,7 +3,7 @@
 module setup_motions
   use base_kinds, only: pi, rp
   use base_text, only: str
-  use contact_motion, only: most_forces, motion_t, phase_t
+  use contact_motion, only: max_forces, motion_t, phase_t
   use contact_paths, only: new_path
   use contact_tool, only: tool_t
   use input_csv, only: read_columns
@@ -51,12 +51,12 @@ contains
     phase%velocity = input%reals('MOTION', i, 'VELOCITY', 3)
     phase%spin = input%real('MOTION', i, 'SPIN_RPM')*2.0_rp*pi/60.0_rp
     phase%ramp = input%real('MOTION', i, 'RAMP')
-    phase%presses = input%given('MOTION', i, 'FORCE')
-    if (phase%presses) phase%force = input%real('MOTION', i, 'FORCE')
+    phase%is_force_controlled = input%given('MOTION', i, 'FORCE')
+    if (phase%is_force_controlled) phase%force = input%real('MOTION', i, 'FORCE')
     forces = input%list('MOTION', i, 'FORCE_TABLE')
     phase%n_forces = size(forces)/2
     phase%forces(:, :phase%n_forces) = reshape(forces, [2, phase%n_forces])
-    if (phase%n_forces > 0) phase%presses = .true.
+    if (phase%n_forces > 0) phase%is_force_controlled = .true.
     phase%until_force = limit_of(input, 'MOTION', i, 'UNTIL_FORCE')
     phase%until_torque = limit_of(input, 'MOTION', i, 'UNTIL_TORQUE')
     phase%until_temperature = limit_of(input, 'MOTION', i, 'UNTIL_TEMPERATURE')
@@ -232,7 +232,7 @@ contains
     is_given = input%given('MOTION', i, 'FORCE')
     if (is_given) call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', &
                                     'takes the place of FORCE: give one of them')
-    if (mod(n, 2) /= 0 .or. n > 2*most_forces) then
+    if (mod(n, 2) /= 0 .or. n > 2*max_forces) then
       call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must be pairs of time and force')
       return
     end if

@@ -49,7 +49,7 @@ contains
       call input%warn(diagnostics, 'MATERIAL', m, 'EXPANSION', 'gives a stress that is '// &
                       str(factor)//' times too small with ELASTIC_SCALING')
     end do
-    call scene%material%soften(factor)
+    call scene%material%scale_moduli(factor)
   end subroutine read_elastic_scaling
 
   !> Warn if the softened material has a large elastic strain before it flows. Materials and bodies

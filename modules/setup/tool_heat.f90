@@ -35,11 +35,11 @@ contains
       if (tool(i)%heat%is_on) n = n + 1
     end do
     if (n == 0) return
-    call scene%layout%add(2*n, scene%layout%at_tool)
+    call scene%layout%add(2*n, scene%layout%tool_heat)
     n = 0
     do i = 1, input%count('TOOL')
       if (.not. tool(i)%heat%is_on) cycle
-      tool(i)%heat%place = scene%layout%at_tool + 2*n
+      tool(i)%heat%place = scene%layout%tool_heat + 2*n
       n = n + 1
       call check_heating(input, i, scene, diagnostics)
       call read_heating(input, i, scene, tool(i), diagnostics)
@@ -75,7 +75,7 @@ contains
     do b = 1, size(scene%body)
       if (scene%body(b)%material == 0) cycle
       associate (mat => scene%material(scene%body(b)%material))
-        if (mat%conducts() .and. mat%knows_heat) cycle
+        if (mat%conducts() .and. mat%has_heat_capacity) cycle
         call input%report(diagnostics, 'TOOL', i, 'CONDUCTIVITY', "the share of '"// &
           trim(scene%body(b)%name)//"' needs a CONDUCTIVITY above 0 and the SPECIFIC_HEAT of '"// &
           trim(mat%name)//"'")

@@ -82,8 +82,9 @@ contains
         tool(k)%frame(a, a) = 1.0_rp
       end do
       call read_motion(input, tool(k)%name, tool(k)%motion, diagnostics)
-      if (any(tool(k)%motion%phase%presses)) call input%report(diagnostics, 'BODY', b, 'RIGID', &
-                                                               'FORCE of &MOTION is for a &TOOL')
+      if (any(tool(k)%motion%phase%is_force_controlled)) then
+        call input%report(diagnostics, 'BODY', b, 'RIGID', 'FORCE of &MOTION is for a &TOOL')
+      end if
       if (any(tool(k)%motion%phase%path%leads_tilt)) call input%report(diagnostics, 'BODY', b, &
         'RIGID', 'TILT_FOLLOWS of &MOTION is for a &TOOL')
       if (any(tool(k)%motion%phase%ends_early())) call input%report(diagnostics, 'BODY', b, &
@@ -159,7 +160,8 @@ contains
     logical :: is_given
 
     tool%drive%stiffness = input%real('TOOL', i, 'STIFFNESS')
-    tool%drive%is_free = tool%drive%stiffness > 0.0_rp .or. any(tool%motion%phase%presses)
+    tool%drive%is_free = tool%drive%stiffness > 0.0_rp &
+      .or. any(tool%motion%phase%is_force_controlled)
     is_given = input%given('TOOL', i, 'MASS')
     if (.not. tool%drive%is_free) then
       if (is_given) call input%report(diagnostics, 'TOOL', i, 'MASS', only_free)
@@ -175,7 +177,7 @@ contains
       associate (phase => tool%motion%phase(b))
         way = reshape(phase%velocity, [3, 1])
         if (allocated(phase%path%time)) way = phase%path%place
-        if (.not. phase%presses .or. all(abs(matmul(tool%frame(:, 3), way)) &
+        if (.not. phase%is_force_controlled .or. all(abs(matmul(tool%frame(:, 3), way)) &
                                          <= 0.5_rp*norm2(way, 1))) cycle
         call input%report(diagnostics, 'TOOL', i, 'NAME', 'in a &MOTION with a FORCE it must '// &
                           'not have a VELOCITY along its axis, nor a path')
@@ -251,19 +253,19 @@ contains
     logical :: is_given
 
     tool%n_phases = size(tool%motion%phase)
-    associate (watch => tool%watch)
-      watch%most_force = limit_of(input, 'TOOL', i, 'MAX_FORCE')
-      watch%most_torque = limit_of(input, 'TOOL', i, 'MAX_TORQUE')
-      watch%at_limit = find(['end      ', 'stop-feed', 'stop     '], &
+    associate (monitor => tool%monitor)
+      monitor%max_force = limit_of(input, 'TOOL', i, 'MAX_FORCE')
+      monitor%max_torque = limit_of(input, 'TOOL', i, 'MAX_TORQUE')
+      monitor%at_limit = find(['end      ', 'stop-feed', 'stop     '], &
                             input%text('TOOL', i, 'AT_LIMIT'))
-      watch%is_on = min(watch%most_force, watch%most_torque) < huge(1.0_rp)
+      monitor%is_on = min(monitor%max_force, monitor%max_torque) < huge(1.0_rp)
       is_given = input%given('TOOL', i, 'AT_LIMIT')
-      if (is_given .and. .not. watch%is_on) call input%report(diagnostics, 'TOOL', i, 'AT_LIMIT', &
-          'has no effect without MAX_FORCE or MAX_TORQUE')
-      if (watch%is_on .and. tool%n_phases == 0) call input%report(diagnostics, 'TOOL', i, 'NAME', &
-          'has limits, but no &MOTION that they could stop')
-      watch%is_on = watch%is_on .or. any(tool%motion%phase%ends_early())
-      if (watch%is_on .and. .not. input%logical('METHOD', 1, 'MECHANICS')) call input%report( &
+      if (is_given .and. .not. monitor%is_on) call input%report(diagnostics, 'TOOL', i, &
+          'AT_LIMIT', 'has no effect without MAX_FORCE or MAX_TORQUE')
+      if (monitor%is_on .and. tool%n_phases == 0) call input%report(diagnostics, 'TOOL', i, &
+          'NAME', 'has limits, but no &MOTION that they could stop')
+      monitor%is_on = monitor%is_on .or. any(tool%motion%phase%ends_early())
+      if (monitor%is_on .and. .not. input%logical('METHOD', 1, 'MECHANICS')) call input%report( &
         diagnostics, 'TOOL', i, 'NAME', 'limits and UNTIL_... need METHOD MECHANICS = T')
     end associate
     tool%drive%axis = tool%frame(:, 3)

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Sleep. Material whose stress does not change stops its mechanics but keeps conducting. The
-!> grid is divided into cubes of a few cells. What counts is stress, against SLEEP_STRESS times the
-!> largest mean stress of a cube: a cube wakes if what awake material does to its held nodes is more
-!> than that, and falls asleep only if its stress would not change by as much while it sleeps
-!> (sleep_stress). A cube is awake near a tool, too, where sleepers have changed their temperature,
-!> and next to such a cube, by a face or an edge. What particles have of their own, not shared with
-!> their neighbours, is noise that no node feels and wakes nobody.
-!> Sleepers that share nodes with awake particles are the held layer (sleep_held_layer).
+!> Sleep criteria. Material whose stress does not change stops its mechanics but keeps conducting
+!> heat. The grid is divided into cubes of a few cells. The criterion is stress, relative to
+!> SLEEP_STRESS times the largest mean stress of a cube: a cube wakes if awake material loads its
+!> held nodes by more than that, and falls asleep only if its stress would change by less while it
+!> sleeps (sleep_stress). Cubes near a tool, cubes whose sleepers have changed their temperature,
+!> and their neighbours by a face or an edge are awake, too. Differences between neighbouring
+!> particles are invisible to the nodes and wake no cube. Sleepers that share nodes with awake
+!> particles form the held layer (sleep_held_layer).
 module sleep_criteria
   use base_kinds, only: i8, nlane, rp
   use boundary_held, only: boundary_t, mirrors_t
@@ -20,9 +20,10 @@ module sleep_criteria
   use sleep_cubes, only: cube_at, cube_middle, cube_size, edge, longest_cube
   use sleep_motion, only: start_tracking
   use sleep_sleepers, only: motion_t, sleepers_t
-  use sleep_stress, only: a_calls, a_mass, a_stress, judge_cubes, n_asked, n_said
+  use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
+    n_particle_sums
   use state_blocks, only: blocks_t
-  use state_books, only: books_t, e_sleep
+  use state_budget, only: budget_t, e_sleep
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -30,16 +31,18 @@ module sleep_criteria
 
   public :: update_sleep, count_awake, swap_lists
 
-  integer, parameter :: patience = 200    !! steps from one falling asleep to the next
-  real(rp), parameter :: few = 0.05_rp    !! sleepers that call, over the awake, for whom it is not
-                                          !! worth a sort
+  integer, parameter :: sleep_check_interval = 200        !! steps between checks for material that
+                                                          !! falls asleep
+  real(rp), parameter :: max_deferred_fraction = 0.05_rp  !! sleepers to be woken, over awake
+                                                          !! particles, below which waking is
+                                                          !! deferred
 
 contains
 
-  !> Collective, before a sort: who sleeps until the next one. `has_changed`: on this rank other
-  !> particles than before. `can_wait`: nobody yet, since nobody may fall asleep now and only a few
-  !> would wake.
-  subroutine update_sleep(world, scene, clock, tool, particles, blocks, sleepers, books, &
+  !> Collective, before a sort: decide which particles sleep until the next one. `has_changed`:
+  !> sleepers of this rank have changed. `can_wait`: nothing was changed, since no particle may fall
+  !> asleep now and only few would wake.
+  subroutine update_sleep(world, scene, clock, tool, particles, blocks, sleepers, budget, &
                           has_changed, can_wait)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -48,7 +51,7 @@ contains
     type(particles_t), intent(inout) :: particles
     type(blocks_t), intent(in) :: blocks
     type(sleepers_t), intent(inout) :: sleepers
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     logical, intent(out) :: has_changed, can_wait
     logical :: may_sleep
     logical, allocatable :: is_awake(:, :, :), near(:, :, :)
@@ -59,29 +62,29 @@ contains
     has_changed = .false.
     can_wait = .false.
     if (.not. scene%method%sleep%is_on) return
-    may_sleep = clock%step/patience > max(0_i8, clock%sorted_at)/patience
+    may_sleep = clock%step/sleep_check_interval > max(0_i8, clock%sorted_at)/sleep_check_interval
     box = cubes_in_use(world, scene, particles, blocks, sleepers)
     call find_awake(world, scene, clock, tool, particles, sleepers%motion, may_sleep, box, is_awake)
     call start_tracking(sleepers%motion, box)
     if (blocks%n_awake >= 0 .and. .not. may_sleep) then
-      can_wait = few_would_wake(world, scene, particles, blocks, box, is_awake)
+      can_wait = can_defer_waking(world, scene, particles, blocks, box, is_awake)
       if (can_wait) return
     end if
     near = is_awake
-    call dilate(near, 1)                         ! nodes of particles two cells apart are shared
+    call dilate(near, 1)                         ! particles up to two cells apart share nodes
     rest = merge(awake, merge(held, asleep, near), is_awake)
     last = particles%nblk
     if (all(box%lo == sleepers%cubes%lo) .and. all(box%hi == sleepers%cubes%hi)) then
       if (all(rest == sleepers%rest)) last = blocks%n_awake   ! sleepers do not move
     end if
     do b = 1, last
-      call put_to_rest(scene, clock, particles, books, box, rest, b, has_changed)
+      call update_rest(scene, clock, particles, budget, box, rest, b, has_changed)
     end do
     call move_alloc(rest, sleepers%rest)
     sleepers%cubes = box
   end subroutine update_sleep
 
-  !> Collective. Box of the cubes that any particle of any rank is in.
+  !> Collective. Box of the cubes that contain particles of any rank.
   type(box_t) function cubes_in_use(world, scene, particles, blocks, sleepers) result(box)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -97,9 +100,9 @@ contains
     box%hi = nearest_node(scene%grid, extent(1:3))/edge
   end function cubes_in_use
 
-  !> Whether those that sleep in the cubes marked in `is_awake` are few against those that are
-  !> awake.
-  logical function few_would_wake(world, scene, particles, blocks, box, is_awake)
+  !> True if the sleepers in the cubes marked in `is_awake` are few compared with the awake
+  !> particles.
+  logical function can_defer_waking(world, scene, particles, blocks, box, is_awake)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
@@ -114,28 +117,28 @@ contains
       counts(2) = counts(2) + count(is_awake(c(:particles%count(b))))
     end do
     call world%sum(counts)
-    few_would_wake = counts(2) <= few*counts(1)
-  end function few_would_wake
+    can_defer_waking = counts(2) <= max_deferred_fraction*counts(1)
+  end function can_defer_waking
 
-  !> Who sleeps in block `b`.
-  subroutine put_to_rest(scene, clock, particles, books, box, rest, b, has_changed)
+  !> Set the rest state of the particles of block `b`.
+  subroutine update_rest(scene, clock, particles, budget, box, rest, b, has_changed)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(inout) :: particles
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     type(box_t), intent(in) :: box
     integer, intent(in) :: rest(box%count()), b      !! rest by cube
     logical, intent(inout) :: has_changed
-    integer :: c(nlane), p, was(nlane)
+    integer :: c(nlane), p, old_rest(nlane)
 
     c = cubes(scene%grid, box, particles%ps(:, f_pos:f_pos + 2, b))
-    was = rests(nlane, particles%tag(:, b))
+    old_rest = rests(nlane, particles%tag(:, b))
     associate (ps => particles%ps(:, :, b), tag => particles%tag(:, b))
       do p = 1, particles%count(b)
-        if (rest(c(p)) == was(p)) cycle
+        if (rest(c(p)) == old_rest(p)) cycle
         has_changed = .true.
-        if (was(p) == awake) then
-          books%sums(e_sleep) = books%sums(e_sleep) &
+        if (old_rest(p) == awake) then
+          budget%sums(e_sleep) = budget%sums(e_sleep) &
             + 0.5_rp*clock%mass_scaling*ps(p, f_mass)*sum(ps(p, f_vel:f_vel + 2)**2)
           ps(p, f_vel:f_vel + 2) = 0.0_rp
           ps(p, scene%layout%rest) = ps(p, f_temp)
@@ -143,10 +146,10 @@ contains
         tag(p) = set_rest(tag(p), rest(c(p)))
       end do
     end associate
-  end subroutine put_to_rest
+  end subroutine update_rest
 
-  !> The cubes that are awake: also those that were, unless they may fall asleep now. `motion` is
-  !> what nodes did since this was asked last.
+  !> Find the cubes that are awake, including those that were, unless they may fall asleep now.
+  !> `motion` holds the sums of nodal motion since the last check.
   subroutine find_awake(world, scene, clock, tool, particles, motion, may_sleep, box, is_awake)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -161,24 +164,24 @@ contains
     integer :: n(3)
 
     n = box%hi - box%lo + 1
-    allocate (sums(n_asked, n(1), n(2), n(3)), source=0.0_rp)
-    call ask_particles(scene, particles, box, sums)
-    call ask_nodes(motion, box, sums)
+    allocate (sums(n_cube_sums, n(1), n(2), n(3)), source=0.0_rp)
+    call add_particle_sums(scene, particles, box, sums)
+    call add_node_sums(motion, box, sums)
     flat = reshape(sums, [size(sums)])
     call world%sum(flat)
     sums = reshape(flat, shape(sums))
     allocate (is_awake(n(1), n(2), n(3)))
-    call judge_cubes(scene, clock, motion%time, box, n, sums, is_awake)
+    call find_active_cubes(scene, clock, motion%time, box, n, sums, is_awake)
     call add_neighbours(is_awake)
-    call ask_tools(scene, tool, box, is_awake)
-    if (.not. may_sleep) is_awake = is_awake .or. sums(a_mass, :, :, :) > 0.0_rp
+    call mark_cubes_at_tools(scene, tool, box, is_awake)
+    if (.not. may_sleep) is_awake = is_awake .or. sums(c_mass, :, :, :) > 0.0_rp
   end subroutine find_awake
 
-  !> Add what this rank's nodes did, in the cubes that are still asked.
-  pure subroutine ask_nodes(motion, box, sums)
+  !> Add this rank's sums of nodal motion for the cubes still in use.
+  pure subroutine add_node_sums(motion, box, sums)
     type(motion_t), intent(in) :: motion
     type(box_t), intent(in) :: box
-    real(rp), intent(inout) :: sums(n_asked, box%lo(1):box%hi(1), box%lo(2):box%hi(2), &
+    real(rp), intent(inout) :: sums(n_cube_sums, box%lo(1):box%hi(1), box%lo(2):box%hi(2), &
                                     box%lo(3):box%hi(3))
     integer :: c, i, j, k
 
@@ -188,18 +191,18 @@ contains
       do j = motion%box%lo(2), motion%box%hi(2)
         do i = motion%box%lo(1), motion%box%hi(1)
           c = c + 1
-          if (box%has([i, j, k])) sums(n_said + 1:, i, j, k) = motion%sums(:, c)
+          if (box%has([i, j, k])) sums(n_particle_sums + 1:, i, j, k) = motion%sums(:, c)
         end do
       end do
     end do
-  end subroutine ask_nodes
+  end subroutine add_node_sums
 
-  !> What this rank's particles say in each cube.
-  subroutine ask_particles(scene, particles, box, sums)
+  !> Add this rank's sums over particles for each cube.
+  subroutine add_particle_sums(scene, particles, box, sums)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
     type(box_t), intent(in) :: box
-    real(rp), intent(inout) :: sums(n_asked, box%count())
+    real(rp), intent(inout) :: sums(n_cube_sums, box%count())
     integer :: b, c(nlane), p
     logical :: wants_wake(nlane), is_awake(nlane)
 
@@ -212,23 +215,23 @@ contains
           c = cubes(scene%grid, box, ps(:, f_pos:f_pos + 2))
           do p = 1, particles%count(b)
             associate (at => sums(:, c(p)))
-              if (wants_wake(p)) at(a_calls) = at(a_calls) + 1.0_rp
+              if (wants_wake(p)) at(c_wake_requests) = at(c_wake_requests) + 1.0_rp
               if (.not. is_awake(p)) cycle
-              at(a_mass) = at(a_mass) + ps(p, f_mass)
-              at(a_stress:a_stress + 5) = at(a_stress:a_stress + 5) &
+              at(c_mass) = at(c_mass) + ps(p, f_mass)
+              at(c_stress:c_stress + 5) = at(c_stress:c_stress + 5) &
                 + ps(p, f_mass)*ps(p, f_tau:f_tau + 5)
             end associate
           end do
         end associate
       end do
     end associate
-  end subroutine ask_particles
+  end subroutine add_particle_sums
 
-  !> Marks the cubes that a tool is near. Sleepers must not share nodes with what is in contact: a
-  !> held node bears what contact does to it without giving way, contact takes it for a free one,
-  !> and both pump energy into the metal. What is in contact is within half a cell of the tool and
-  !> reaches nodes 1.5 cells from its surface, as sleepers do from their centres.
-  subroutine ask_tools(scene, tool, box, is_active)
+  !> Mark the cubes near a tool. Sleepers must not share nodes with particles in contact: a held
+  !> node supports contact without moving, contact treats it as free, and the metal gains energy.
+  !> Particles in contact are within half a cell of the tool and reach nodes 1.5 cells from its
+  !> surface, as sleepers do from their centres.
+  subroutine mark_cubes_at_tools(scene, tool, box, is_active)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
     type(box_t), intent(in) :: box
@@ -254,15 +257,16 @@ contains
       end do
     end do
   contains
-    !> Distance from a tool within which the middle of a cube is awake [m].
+    !> Distance from a tool within which a cube centre is awake [m].
     pure real(rp) function reach_of(size)
-      real(rp), intent(in) :: size                 !! longest edge of the cube [m]
-      real(rp), parameter :: half_diagonal = sqrt(0.75_rp)       !! of a cube [edges]
-      real(rp), parameter :: apart = 3.5_rp        !! no nodes are shared [cells]
+      real(rp), intent(in) :: size                          !! longest edge of the cube [m]
+      real(rp), parameter :: half_diagonal = sqrt(0.75_rp)  !! half diagonal of a cube [edges]
+      real(rp), parameter :: apart = 3.5_rp                 !! distance beyond which no nodes are
+                                                            !! shared [cells]
 
       reach_of = max(scene%method%sleep%distance, apart*size/edge) + half_diagonal*size
     end function reach_of
-  end subroutine ask_tools
+  end subroutine mark_cubes_at_tools
 
   !> Mark the cubes that share a face or an edge with a marked one.
   pure subroutine add_neighbours(marked)
@@ -279,7 +283,7 @@ contains
     end do
   end subroutine add_neighbours
 
-  !> Numbers of the cubes of `box` that the places of a block are in.
+  !> Indices of the cubes of `box` that contain the positions of a block.
   pure function cubes(grid, box, x) result(c)
     type(grid_t), intent(in) :: grid
     type(box_t), intent(in) :: box
@@ -292,7 +296,7 @@ contains
     c = 1 + (ijk(:, 1) - box%lo(1)) + n(1)*(ijk(:, 2) - box%lo(2) + n(2)*(ijk(:, 3) - box%lo(3)))
   end function cubes
 
-  !> After a sort: the awake blocks come first, then those of the held layer.
+  !> Count the awake blocks and those of the held layer after a sort; they come in this order.
   subroutine count_awake(particles, blocks, sleepers)
     type(particles_t), intent(in) :: particles
     type(blocks_t), intent(inout) :: blocks
@@ -308,8 +312,8 @@ contains
     end do
   end subroutine count_awake
 
-  !> Conduction works on the nodes of all particles, steps on those of awake particles and the held
-  !> layer; the other nodes must be 0 then.
+  !> Swap the lists of nodes and mirrors: conduction uses the nodes of all particles, steps those of
+  !> awake particles and of the held layer, with zeros elsewhere.
   subroutine swap_lists(scene, nodes, boundary)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes

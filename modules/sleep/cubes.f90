@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> The cubes of a few cells by which material sleeps and wakes: their size and place. On a graded
-!> axis they have as many spans as cells elsewhere.
+!> Cubes of a few cells, the units of sleeping: their size and position. On a graded axis they have
+!> as many spans as cells elsewhere.
 module sleep_cubes
   use base_kinds, only: rp
   use grid_geometry, only: grid_t
@@ -9,11 +9,11 @@ module sleep_cubes
 
   public :: cube_at, cube_middle, cube_size, longest_cube
 
-  integer, parameter, public :: edge = 2          !! of a cube [cells]
+  integer, parameter, public :: edge = 2          !! edge of a cube [cells]
 
 contains
 
-  !> Edges of cube `c`, numbered from 0 along each axis [m].
+  !> Edges of cube `c`, indexed from 0 along each axis [m].
   pure function cube_size(grid, c) result(length)
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: c(3)
@@ -25,7 +25,7 @@ contains
     end associate
   end function cube_size
 
-  !> Middle of cube `c` [m].
+  !> Centre of cube `c` [m].
   pure function cube_middle(grid, c) result(x)
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: c(3)
@@ -44,7 +44,7 @@ contains
     longest_cube = edge*grid%longest()
   end function longest_cube
 
-  !> Cubes from the lower end of the grid to the places `x`.
+  !> Position of `x` in cubes from the lower end of the grid.
   pure function cube_at(grid, x) result(place)
     type(grid_t), intent(in) :: grid
     real(rp), intent(in) :: x(3)            !! [m]
@@ -56,7 +56,7 @@ contains
     end associate
   end function cube_at
 
-  !> Where cube `c` of the graded axis ends and the next one begins [m].
+  !> Upper end of cube `c` on the graded axis [m].
   pure real(rp) function upper_end(grid, c)
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: c

@@ -1,23 +1,23 @@
 ! SPDX-License-Identifier: MIT
-!> The held layer: sleepers that share nodes with awake particles. Their mass, frozen force and heat
-!> do not change until the next sort or conduction step, so they are gathered once and added to the
-!> nodes in every step. The nodes that they share are held at rest. What awake material loads them
-!> with is the impulse that holding takes: it says when the sleepers' stress is no longer right
-!> (sleep_motion), and they wake.
+!> Held layer: sleepers that share nodes with awake particles. Their mass, frozen force and heat do
+!> not change until the next sort or conduction step, so they are gathered once and added to the
+!> nodes in every step. The shared nodes are held at rest. The impulse of holding measures the load
+!> by awake material: it shows when the stress of the sleepers is outdated (sleep_motion), and they
+!> wake.
 !>
-!> Held nodes lose no displacement, other than nodes that the sleepers damp: a rod that is pressed
-!> slowly bears its whole load. Waves come back from them, which the awake material has to lose.
+!> Held nodes do not drift, unlike nodes damped by the sleepers: a slowly pressed rod carries its
+!> full load. They reflect waves, which the awake material has to dissipate.
 module sleep_held_layer
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: reflect, r_momentum
   use comm_world, only: world_t
   use mapping_fbar, only: clear_volume
-  use mapping_nodes, only: clear_nodes, least_inertia, nodes_t
+  use mapping_nodes, only: clear_nodes, min_node_inertia, nodes_t
   use particles_store, only: particles_t
   use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t
-  use state_books, only: books_t, e_sleep
+  use state_budget, only: budget_t, e_sleep
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
@@ -27,11 +27,12 @@ module sleep_held_layer
 
   public :: freeze_layer, add_layer, hold_layer
 
-  real(rp), parameter :: negligible = 1.0e-9_rp   !! of a node's mass: no awake particle is there
+  real(rp), parameter :: negligible = 1.0e-9_rp   !! fraction of a node's mass below which no awake
+                                                  !! particle is near
 
 contains
 
-  !> Collective. Gather what the layer gives, if that may have changed.
+  !> Collective. Gather the contributions of the layer, if they may have changed.
   subroutine freeze_layer(world, scene, clock, step, particles, blocks, nodes, boundary, sleepers)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
@@ -52,16 +53,16 @@ contains
       call force_to_grid(scene, clock, step, nodes, particles%body(b), particles%count(b), &
                          particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1))
     end do
-    call list_given(scene, nodes, sleepers, nodes%g(:, :, 1))
+    call store_layer_records(scene, nodes, sleepers, nodes%g(:, :, 1))
     call reflect(scene, nodes, boundary, r_momentum, nodes%g(:, :, 1), boundary%mirrors%lost, &
-                 boundary%mirrors%own(:, 1))
-    boundary%mirrors%at_rest = boundary%mirrors%own(:, 1)
+                 boundary%mirrors%mass_behind(:, 1))
+    boundary%mirrors%resting_mass_behind = boundary%mirrors%mass_behind(:, 1)
     call nodes%halo%sum(world, 8, nodes%patch%nn, nodes%g(:, :, 1))
     call list_held(nodes, sleepers, nodes%g(:, :, 1))
   end subroutine freeze_layer
 
-  !> Keep what this rank's sleepers give: the nodes of `g` that have mass.
-  subroutine list_given(scene, nodes, sleepers, g)
+  !> Store the records of this rank's sleepers: the nodes of `g` that have mass.
+  subroutine store_layer_records(scene, nodes, sleepers, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(sleepers_t), intent(inout) :: sleepers
@@ -78,9 +79,9 @@ contains
         layer%volume(:, i) = nodes%volume(:, layer%node(i))
       end do
     end associate
-  end subroutine list_given
+  end subroutine store_layer_records
 
-  !> List the nodes to be held: those to which any rank's sleepers give mass.
+  !> List the nodes to hold: those with mass of any rank's sleepers.
   subroutine list_held(nodes, sleepers, g)
     type(nodes_t), intent(in) :: nodes
     type(sleepers_t), intent(inout) :: sleepers
@@ -104,7 +105,7 @@ contains
     end associate
   end subroutine list_held
 
-  !> Nodes in use whose record has mass, in their order.
+  !> Nodes in use with mass, in ascending order.
   pure function nodes_with_mass(nodes, g) result(list)
     type(nodes_t), intent(in) :: nodes
     real(rp), intent(in) :: g(8, nodes%patch%nn)
@@ -140,21 +141,21 @@ contains
     end do
   end subroutine add_layer
 
-  !> Hold the nodes of the layer at rest, after walls and clamps; keep the impulse that this takes
-  !> from each [N s] and book the energy [J]. The velocity change of the nodes counts from the
-  !> velocity of their awake particles.
-  subroutine hold_layer(scene, clock, nodes, sleepers, books, g)
+  !> Hold the nodes of the layer at rest, after walls and clamps; store the impulse of holding each
+  !> node [N s] and record the energy [J]. The velocity change of the nodes counts from the velocity
+  !> of their awake particles.
+  subroutine hold_layer(scene, clock, nodes, sleepers, budget, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
     type(sleepers_t), intent(inout) :: sleepers
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(inout) :: g(8, nodes%patch%nn)     !! velocity, -, change, mass
     real(rp) :: awake, before(3), least
     integer :: i
 
     if (.not. allocated(sleepers%layer%held)) return
-    least = least_inertia(scene, clock)
+    least = min_node_inertia(scene, clock)
     associate (layer => sleepers%layer)
       do i = 1, size(layer%held)
         associate (record => g(:, layer%held(i)))
@@ -162,7 +163,7 @@ contains
           before = record(1:3) - record(5:7)
           layer%impulse(:, i) = record(8)*before + max(least, record(8))*record(5:7)
           before = before*merge(record(8)/awake, 0.0_rp, awake > negligible*record(8))
-          if (layer%is_own(i)) books%sums(e_sleep) = books%sums(e_sleep) &
+          if (layer%is_own(i)) budget%sums(e_sleep) = budget%sums(e_sleep) &
               + 0.5_rp*dot_product(layer%impulse(:, i), before)
           record(1:3) = 0.0_rp
           record(5:7) = -before

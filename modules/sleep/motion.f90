@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What cubes of nodes did since it was last asked who sleeps: how fast they moved, and with which
-!> impulse held nodes were loaded. Means over many steps: waves that come and go change no lasting
-!> stress.
+!> Mean motion of cubes of nodes since the last sleep check: their velocity, and the impulse on held
+!> nodes. Means over many steps are used, since waves change no lasting stress.
 module sleep_motion
   use base_kinds, only: rp
   use grid_geometry, only: box_t, section_across
@@ -15,7 +14,7 @@ module sleep_motion
 
 contains
 
-  !> Forget what was, and go on in the cubes of `box`.
+  !> Reset the sums, for the cubes of `box`.
   pure subroutine start_tracking(motion, box)
     type(motion_t), intent(inout) :: motion
     type(box_t), intent(in) :: box
@@ -26,8 +25,8 @@ contains
     allocate (motion%sums(n_motion, box%count()), source=0.0_rp)
   end subroutine start_tracking
 
-  !> After a step of length `dt` [s] with the velocities `g`: add what this rank's own nodes did to
-  !> their cubes. Nodes beyond the cubes of particles belong to the nearest one.
+  !> Add the motion of this rank's own nodes to their cubes after a step of length `dt` [s] with the
+  !> velocities `g`. Nodes beyond the cubes of particles belong to the nearest one.
   subroutine track_motion(nodes, sleepers, dt, g)
     type(nodes_t), intent(in) :: nodes
     type(sleepers_t), intent(inout) :: sleepers
@@ -41,7 +40,7 @@ contains
         if (nodes%range(3, r) /= 1) cycle
         ijk = place_of(nodes, nodes%range(1, r))
         c = cube_of(motion%box, ijk)
-        do q = nodes%range(1, r), nodes%range(2, r)            ! a run goes up
+        do q = nodes%range(1, r), nodes%range(2, r)            ! the nodes of a run ascend in z
           if (mod(ijk(3), edge) == 0) c = cube_of(motion%box, ijk)
           ijk(3) = ijk(3) + 1
           associate (sums => motion%sums(:, c))
@@ -61,7 +60,7 @@ contains
     end associate
   end subroutine track_motion
 
-  !> Where a node is in the grid.
+  !> Grid indices of node `q`.
   pure function place_of(nodes, q) result(ijk)
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: q
@@ -75,7 +74,7 @@ contains
     ijk = ijk + nodes%patch%all%lo
   end function place_of
 
-  !> Number of the cube of `box` that a node is in or next to.
+  !> Index of the cube of `box` that a node is in or next to.
   pure integer function cube_of(box, ijk) result(c)
     type(box_t), intent(in) :: box
     integer, intent(in) :: ijk(3)
@@ -86,7 +85,7 @@ contains
     c = 1 + at(1) + n(1)*(at(2) + n(2)*at(3))
   end function cube_of
 
-  !> Mean velocity of a cube from its sums over all ranks [m/s]; 0 if nothing is there.
+  !> Mean velocity of a cube from its sums over all ranks [m/s]; 0 for an empty cube.
   pure function mean_velocity(sums) result(v)
     real(rp), intent(in) :: sums(n_motion)
     real(rp) :: v(3)
@@ -95,7 +94,8 @@ contains
     if (sums(m_mass) > 0.0_rp) v = sums(m_momentum:m_momentum + 2)/sums(m_mass)
   end function mean_velocity
 
-  !> Mean force on the held nodes of a cube in `time` over the cube's section across it [Pa].
+  !> Mean force on the held nodes of a cube over `time`, divided by the cross-section of the cube
+  !> [Pa].
   pure real(rp) function mean_traction(sums, time, length) result(traction)
     real(rp), intent(in) :: sums(n_motion)
     real(rp), intent(in) :: time                 !! [s]

@@ -8,43 +8,43 @@ module sleep_sleepers
 
   public :: motion_t, sleepers_t
 
-  ! Sums of a cube over steps (sleep_motion).
-  integer, parameter, public :: m_mass = 1, &     !! mass times time [kg s]
+  ! Indices of the sums of a cube over steps (sleep_motion).
+  integer, parameter, public :: m_mass = 1, &      !! mass times time [kg s]
                                 m_momentum = 2, &  !! momentum times time [kg m], 3
-                                m_impulse = 5     !! on held nodes [N s], 3
+                                m_impulse = 5      !! impulse on held nodes [N s], 3
   integer, parameter, public :: n_motion = 7
 
   !> Sleepers that share nodes with awake particles (sleep_held_layer).
   type :: layer_t
-    logical :: is_stale = .true.
-    integer, allocatable :: node(:)          !! where this rank's sleepers give something
-    real(rp), allocatable :: record(:, :)    !! (8, nodes) mass, momentum 0, force, heat
-    real(rp), allocatable :: volume(:, :)    !! (2 bodies, nodes)
-    integer, allocatable :: held(:)          !! nodes where those of any rank do
-    real(rp), allocatable :: mass(:)         !! that they give there, of all ranks [kg]
-    logical, allocatable :: is_own(:)        !! held node of this rank
-    real(rp), allocatable :: impulse(:, :)   !! (3, held) that holding took in this step [N s]
+    logical :: is_stale = .true.            !! contributions must be gathered again
+    integer, allocatable :: node(:)         !! nodes to which this rank's sleepers contribute
+    real(rp), allocatable :: record(:, :)   !! (8, nodes) mass, momentum 0, force, heat
+    real(rp), allocatable :: volume(:, :)   !! (2 bodies, nodes)
+    integer, allocatable :: held(:)         !! nodes to which sleepers of any rank contribute
+    real(rp), allocatable :: mass(:)        !! mass of the sleepers there, of all ranks [kg]
+    logical, allocatable :: is_own(:)       !! held nodes owned by this rank
+    real(rp), allocatable :: impulse(:, :)  !! (3, held) impulse of holding in this step [N s]
   end type layer_t
 
-  !> What the nodes of each cube did since it was last asked who sleeps (sleep_motion).
+  !> Motion of the nodes of each cube since the last sleep check (sleep_motion).
   type :: motion_t
-    type(box_t) :: box                       !! of cubes
-    real(rp) :: time = 0.0_rp                !! since then [s]
+    type(box_t) :: box                       !! box of cubes
+    real(rp) :: time = 0.0_rp                !! time since the last check [s]
     real(rp), allocatable :: sums(:, :)      !! (n_motion, cubes) of this rank
   end type motion_t
 
-  !> What does not change while the same particles sleep in the same blocks.
+  !> Data that are constant while the same particles sleep in the same blocks.
   type :: sleepers_t
     type(layer_t) :: layer
     type(motion_t) :: motion
-    real(rp), dimension(6) :: extent_layer = -huge(1.0_rp), &   !! largest places, largest negative
-                                                                !! places
-                              extent_any = -huge(1.0_rp)      !! of the layer, of all at rest [m]
-    logical, allocatable :: near_layer(:, :, :), near_any(:, :, :)   !! (z, y, x) nodes in reach of
-                                                                   !! the layer, of all at rest
-    type(box_t) :: cubes                        !! cubes that were asked, numbered from 0
-    integer, allocatable :: rest(:, :, :)       !! of the particles in each of them
-    real(rp), allocatable :: borne(:, :)      !! (3, conditions) force on those beyond the layer [N]
+    !> Largest coordinates and largest negative ones, of the layer and of all sleepers [m].
+    real(rp), dimension(6) :: extent_layer = -huge(1.0_rp), extent_any = -huge(1.0_rp)
+    !> (z, y, x) nodes in reach of the layer and of all sleepers.
+    logical, allocatable :: near_layer(:, :, :), near_any(:, :, :)
+    type(box_t) :: cubes                      !! box of cubes at the last check, indexed from 0
+    integer, allocatable :: rest(:, :, :)     !! rest state of the particles of each cube
+    real(rp), allocatable :: far_force(:, :)  !! (3, conditions) force on the sleepers beyond the
+                                              !! layer [N]
   end type sleepers_t
 
 end module sleep_sleepers

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Whether the stress of a cube would be wrong if it slept. The limit is SLEEP_STRESS times the
-!> largest mean stress of a cube. Held nodes of sleepers measure how far it is wrong already; for
-!> awake cubes it is foreseen.
+!> Change of the stress of a cube if it slept, against SLEEP_STRESS times the largest mean stress of
+!> a cube. For sleeping cubes it is measured at the held nodes, for awake ones it is predicted.
 module sleep_stress
   use base_kinds, only: rp
   use grid_geometry, only: box_t
@@ -13,24 +12,26 @@ module sleep_stress
   implicit none (type, external)
   private
 
-  public :: judge_cubes
+  public :: find_active_cubes
 
-  ! What the particles of a cube say, before what its nodes did (sleep_motion).
-  integer, parameter, public :: a_calls = 1, &    !! how many call
-                                a_mass = 2, &     !! of the awake ones [kg]
-                                a_stress = 3      !! mass times their Kirchhoff stress [kg Pa], 6
-  integer, parameter, public :: n_said = 8, n_asked = n_said + n_motion
+  ! Indices of the sums over the particles of a cube, followed by those over its nodes
+  ! (sleep_motion).
+  integer, parameter, public :: c_wake_requests = 1, &  !! sleepers whose temperature has changed
+                                c_mass = 2, &           !! mass of the awake particles [kg]
+                                c_stress = 3            !! sum of mass times Kirchhoff stress of the
+                                                        !! awake particles [kg Pa], 6
+  integer, parameter, public :: n_particle_sums = 8, n_cube_sums = n_particle_sums + n_motion
 
 contains
 
-  !> Which cubes have to be awake by what their particles and nodes say.
-  pure subroutine judge_cubes(scene, clock, time, box, n, sums, is_active)
+  !> Find the cubes that have to be awake by the sums over their particles and nodes.
+  pure subroutine find_active_cubes(scene, clock, time, box, n, sums, is_active)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
-    real(rp), intent(in) :: time                 !! of the means [s]
-    type(box_t), intent(in) :: box               !! of the cubes
-    integer, intent(in) :: n(3)                  !! cubes
-    real(rp), intent(in) :: sums(n_asked, n(1), n(2), n(3))   !! of all ranks
+    real(rp), intent(in) :: time                              !! averaging time [s]
+    type(box_t), intent(in) :: box                            !! box of the cubes
+    integer, intent(in) :: n(3)                               !! number of cubes along each axis
+    real(rp), intent(in) :: sums(n_cube_sums, n(1), n(2), n(3))  !! of all ranks
     logical, intent(out) :: is_active(n(1), n(2), n(3))
     real(rp) :: limit, v(3, n(1), n(2), n(3))
     integer :: i, j, k
@@ -39,42 +40,43 @@ contains
     do k = 1, n(3)
       do j = 1, n(2)
         do i = 1, n(1)
-          associate (nodes => sums(n_said + 1:, i, j, k))
+          associate (nodes => sums(n_particle_sums + 1:, i, j, k))
             v(:, i, j, k) = mean_velocity(nodes)
-            is_active(i, j, k) = sums(a_calls, i, j, k) > 0.0_rp &
+            is_active(i, j, k) = sums(c_wake_requests, i, j, k) > 0.0_rp &
               .or. mean_traction(nodes, time, &
                                  cube_size(scene%grid, box%lo + [i, j, k] - 1)) > limit
           end associate
         end do
       end do
     end do
-    is_active = is_active .or. (sums(a_mass, :, :, :) > 0.0_rp &
-      .and. stress_change(scene, clock, box, n, v, sums(n_said + m_mass, :, :, :) > 0.0_rp) > limit)
-  end subroutine judge_cubes
+    is_active = is_active .or. (sums(c_mass, :, :, :) > 0.0_rp &
+      .and. stress_change(scene, clock, box, n, v, &
+                          sums(n_particle_sums + m_mass, :, :, :) > 0.0_rp) > limit)
+  end subroutine find_active_cubes
 
   !> Largest norm of the mean Kirchhoff stress of a cube's awake particles [Pa].
   pure real(rp) function largest_stress(n, sums) result(largest)
     integer, intent(in) :: n
-    real(rp), intent(in) :: sums(n_asked, n)
+    real(rp), intent(in) :: sums(n_cube_sums, n)
     integer :: c
 
     largest = 0.0_rp
     do c = 1, n
-      associate (s => sums(a_stress:a_stress + 5, c), mass => sums(a_mass, c))
+      associate (s => sums(c_stress:c_stress + 5, c), mass => sums(c_mass, c))
         if (mass > 0.0_rp) largest = max(largest, sqrt(sum(s(1:3)**2) + 2.0_rp*sum(s(4:6)**2))/mass)
       end associate
     end do
   end function largest_stress
 
-  !> By how much the stress of a cube would be wrong if it slept from now on [Pa]: by its elastic
-  !> strain until it is asked again, and by the wave that stopping it sends out.
+  !> Error of the stress of a cube if it slept from now on [Pa]: by its elastic strain until the
+  !> next check, and by the wave that stopping it emits.
   pure function stress_change(scene, clock, box, n, v, is_there) result(change)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(box_t), intent(in) :: box
     integer, intent(in) :: n(3)
     real(rp), intent(in) :: v(3, n(1), n(2), n(3))       !! mean velocities [m/s]
-    logical, intent(in) :: is_there(n(1), n(2), n(3))    !! a cube has nodes
+    logical, intent(in) :: is_there(n(1), n(2), n(3))    !! cubes with nodes
     real(rp) :: change(n(1), n(2), n(3))
     real(rp) :: gradient(3, 3), lambda, rate(3, 3), shear, time
     integer :: a, i, j, k, m
@@ -99,7 +101,7 @@ contains
       end do
     end do
   contains
-    !> Of the velocity along axis `a`, from the cubes on both sides [1/s].
+    !> Velocity gradient along axis `a`, from the cubes on both sides [1/s].
     pure function slope(a)
       integer, intent(in) :: a
       real(rp) :: apart(3), slope(3)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Heat through a face of a body: a film, whose coefficient may depend on the pressure there, and
+!> Heat films on the faces of a body: a heat-transfer coefficient, which may depend on pressure, and
 !> radiation.
 module state_film
   use base_kinds, only: rp
@@ -11,17 +11,17 @@ module state_film
   real(rp), parameter :: stefan_boltzmann = 5.670374419e-8_rp   !! [W/(m2 K4)] (CODATA 2018)
 
   integer, parameter, public :: of_nothing = 0, of_pressure = 1
-  real(rp), parameter :: unit_pressure = 1.0e6_rp   !! of the power law [Pa]
+  real(rp), parameter :: unit_pressure = 1.0e6_rp   !! reference pressure of the power law [Pa]
 
   type :: film_t
-    integer :: of = of_nothing                    !! what the coefficient depends on
-    real(rp) :: coefficient = 0.0_rp              !! [W/(m2 K)]
-    real(rp) :: factor = 0.0_rp                   !! what 1 MPa adds [W/(m2 K)]
-    real(rp) :: exponent = 1.0_rp                 !! of the pressure
-    real(rp), allocatable :: at(:), there(:)      !! table: [Pa], [W/(m2 K)]
+    integer :: of = of_nothing                !! variable that the coefficient depends on
+    real(rp) :: coefficient = 0.0_rp          !! constant part [W/(m2 K)]
+    real(rp) :: factor = 0.0_rp               !! power law: coefficient added at 1 MPa [W/(m2 K)]
+    real(rp) :: exponent = 1.0_rp             !! power law: exponent of the pressure
+    real(rp), allocatable :: at(:), there(:)  !! table: pressure [Pa], coefficient [W/(m2 K)]
     real(rp) :: emissivity = 0.0_rp
-    real(rp) :: ambient = 298.0_rp                !! temperature beyond the face [K]
-    logical :: has_backing = .false.              !! beyond it is a body that gets hot
+    real(rp) :: ambient = 298.0_rp    !! temperature beyond the film [K]
+    logical :: has_backing = .false.  !! beyond the film is a body with its own temperature
   contains
     procedure :: acts
     procedure :: varies
@@ -30,25 +30,25 @@ module state_film
 
 contains
 
-  !> Whether heat goes through the face.
+  !> True if the film transfers heat.
   elemental logical function acts(self)
     class(film_t), intent(in) :: self
 
     acts = self%coefficient > 0.0_rp .or. self%emissivity > 0.0_rp .or. self%of /= of_nothing
   end function acts
 
-  !> Whether it is more than a film of one coefficient.
+  !> True if the film is more than a constant coefficient.
   elemental logical function varies(self)
     class(film_t), intent(in) :: self
 
     varies = self%emissivity > 0.0_rp .or. self%of /= of_nothing .or. self%has_backing
   end function varies
 
-  !> The coefficient at a pressure: linear in the table and constant outside, or the power law.
-  !> Tension is no pressure.
+  !> Heat-transfer coefficient at a pressure [W/(m2 K)]: linear in the table and constant outside,
+  !> or the power law. Tension counts as zero pressure.
   pure real(rp) function coefficient_at(self, x) result(h)
     class(film_t), intent(in) :: self
-    real(rp), intent(in) :: x                     !! [Pa]
+    real(rp), intent(in) :: x                     !! pressure [Pa]
     real(rp) :: part
     integer :: i
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> The scene: what does not change while a simulation runs.
+!> The scene: data that are constant during a run.
 module state_scene
   use base_kinds, only: i8, rp
   use conditions_list, only: held_t
@@ -15,53 +15,55 @@ module state_scene
 
   public :: body_t, load_t, method_t, output_t, scene_t, start_t, traction_t
 
-  ! When the stress is updated, and how velocities come back from the grid.
+  ! Stress-update schemes and transfer methods.
   integer, parameter, public :: scheme_usl = 1, scheme_musl = 2, scheme_usavg = 3
   integer, parameter, public :: transfer_flip = 1, transfer_apic = 2, transfer_xpic = 3, &
                                 transfer_fmpm = 4
-  ! Where volume ratios of a body approach the mean of their cells.
+  ! Modes of F-bar averaging of the volume ratio.
   integer, parameter, public :: average_never = 0, average_flowing = 1, average_always = 2
 
-  !> A force on a body, shared by mass.
+  !> A body force, distributed by mass.
   type :: load_t
     real(rp) :: acceleration(3) = 0.0_rp     !! force over mass of the body [m/s2]
     real(rp) :: ramp = 0.0_rp                !! time until it is whole [s]
   end type load_t
 
-  !> Elastic state in which the particles of a body start.
+  !> Initial elastic state of the particles of a body.
   type :: start_t
     real(rp) :: bbar(6) = [1.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp]
-    real(rp) :: jac = 1.0_rp
-    real(rp) :: tau(6) = 0.0_rp              !! Kirchhoff stress [Pa]
-    real(rp) :: wave2 = 0.0_rp               !! squared wave speed if it is stretched [m2/s2]
+    real(rp) :: jac = 1.0_rp     !! volume ratio
+    real(rp) :: tau(6) = 0.0_rp  !! Kirchhoff stress [Pa]
+    real(rp) :: wave2 = 0.0_rp   !! squared wave speed of the stretched state [m2/s2]
   end type start_t
 
-  !> A force per initial area on faces of a body.
+  !> A traction: force per initial area on faces of a body.
   type :: traction_t
-    real(rp) :: stress(3, 6) = 0.0_rp        !! on the faces xmin..zmax [Pa]
-    real(rp) :: ramp = 0.0_rp                !! time until it is whole [s]
-    logical :: has_box = .false.             !! only where particles began between two corners [m]
+    real(rp) :: stress(3, 6) = 0.0_rp  !! tractions on the faces xmin..zmax [Pa]
+    real(rp) :: ramp = 0.0_rp          !! time until it is whole [s]
+    logical :: has_box = .false.       !! acts only on particles that started between two corners
+                                       !! [m]
     real(rp) :: lower(3) = -huge(1.0_rp), upper(3) = huge(1.0_rp)
   end type traction_t
 
-  !> A body: its material and what acts on all its particles.
+  !> A body: its material, and loads, films and fields on its particles.
   type :: body_t
     character(32) :: name = ''
     integer :: material = 1
-    integer :: group = 1                     !! bodies of a group share a velocity field
-    integer :: heat_group = 1                !! and of such a group a temperature at each node
-    integer :: tool = 0                      !! rigid: the tool whose schedule it follows
-    real(rp) :: spacing(3) = 0.0_rp          !! initial distance of its particles, the least along
-                                             !! a graded axis [m]
-    real(rp) :: widest(3) = 0.0_rp           !! the most [m]
-    logical :: own_lattice = .true.          !! they do not lie on the grid's lattice
-    integer :: averaging = average_flowing   !! of J in each cell: average_*
-    logical :: is_round = .false.            !! they lie on rings around the axis of a cylinder
+    integer :: group = 1                    !! bodies of a group share a velocity field
+    integer :: heat_group = 1               !! bodies of a heat group share nodal temperatures
+    integer :: tool = 0                     !! rigid body: tool whose schedule it follows; 0:
+                                            !! deformable
+    real(rp) :: spacing(3) = 0.0_rp         !! initial particle spacing, the smallest along a a
+                                            !! graded axis [m]
+    real(rp) :: widest(3) = 0.0_rp          !! largest initial particle spacing [m]
+    logical :: own_lattice = .true.         !! particles are not on the lattice of the grid
+    integer :: averaging = average_flowing  !! F-bar averaging of J in each cell: average_*
+    logical :: is_round = .false.           !! particles lie on rings around the axis of a cylinder
     type(start_t) :: start
     type(load_t), allocatable :: load(:)
-    type(traction_t), allocatable :: traction(:)   !! not allocated: none
-    type(film_t) :: film(6)                  !! of heat, on the faces xmin..zmax
-    class(field_t), allocatable :: field     !! its known motion or temperature
+    type(traction_t), allocatable :: traction(:)  !! unallocated: none
+    type(film_t) :: film(6)                       !! heat films on the faces xmin..zmax
+    class(field_t), allocatable :: field          !! prescribed motion or temperature
   contains
     procedure :: is_forced
     procedure :: is_rigid
@@ -69,12 +71,13 @@ module state_scene
     procedure :: longest_diagonal
   end type body_t
 
-  !> When material sleeps (sleep_criteria).
+  !> Criteria of sleeping (sleep_criteria).
   type :: sleep_t
     logical :: is_on = .false.
-    real(rp) :: distance = 0.0_rp        !! from the tools below which it is awake [m]
-    real(rp) :: stress = 0.0_rp  !! change of stress over the largest stress above which it is awake
-    real(rp) :: heat = 0.0_rp            !! change of temperature that wakes it [K]
+    real(rp) :: distance = 0.0_rp  !! distance from tools below which material is awake [m]
+    real(rp) :: stress = 0.0_rp    !! stress change over the largest stress above which material is
+                                   !! awake
+    real(rp) :: heat = 0.0_rp      !! change of temperature that wakes material [K]
   end type sleep_t
 
   !> Numerical method.
@@ -82,69 +85,72 @@ module state_scene
     logical :: is_bspline = .false.
     integer :: scheme = scheme_usl
     integer :: transfer = transfer_flip
-    integer :: order = 2                 !! of XPIC and FMPM
-    integer :: every = 1                 !! steps from filter to filter (XPIC, FMPM)
-    real(rp) :: pic = 0.0_rp             !! PIC fraction
-    logical :: shows_motion = .false.     !! frames have the velocities of the grid
-    logical :: fbar = .true.             !! average J in each cell, of some bodies
-    integer :: sort_interval = 100       !! steps
-    real(rp) :: rebalance = 1.03_rp      !! imbalance that triggers a new partition
+    integer :: order = 2               !! order of XPIC and FMPM
+    integer :: every = 1               !! steps between two filters (XPIC, FMPM)
+    real(rp) :: pic = 0.0_rp           !! PIC fraction
+    logical :: shows_motion = .false.  !! output velocities are those of the grid
+    logical :: fbar = .true.           !! F-bar averaging of J in each cell, for some bodies
+    integer :: sort_interval = 100     !! steps between sorts
+    real(rp) :: rebalance = 1.03_rp    !! imbalance that triggers a new partition
     real(rp) :: cfl = 0.4_rp
-    real(rp) :: fixed_dt = 0.0_rp        !! [s]; 0: from the wave speed
-    real(rp) :: mass_scaling = 1.0_rp    !! on inertia only; if it adapts, at the start
-    logical :: adapts_mass = .false.     !! mass scaling follows the inertial stress
-    logical :: scales_light_nodes = .false.   !! more inertia for nodes with little mass
-                                              !! (mapping_nodes)
-    real(rp) :: scaling_range(2) = 0.0_rp   !! least and largest then
-    real(rp) :: elastic_scaling = 1.0_rp      !! divisor of moduli of metal that can flow
-    real(rp) :: inertial_fraction = 0.05_rp   !! inertial stress over flow stress that is small
-    real(rp) :: debris = 0.0_rp          !! part of all mass that may leave the grid
-    real(rp) :: gravity(3) = 0.0_rp      !! [m/s2]
+    real(rp) :: fixed_dt = 0.0_rp            !! prescribed time step [s]; 0: from the wave speed
+    real(rp) :: mass_scaling = 1.0_rp        !! factor on inertia; initial value if it adapts
+    logical :: adapts_mass = .false.         !! mass scaling follows the inertial stress
+    logical :: scales_light_nodes = .false.  !! selective mass scaling: additional inertia of nodes
+                                             !! with little mass (mapping_nodes)
+    real(rp) :: scaling_range(2) = 0.0_rp    !! smallest and largest adaptive mass scaling
+    real(rp) :: elastic_scaling = 1.0_rp     !! divisor of the elastic moduli of metal that can flow
+    real(rp) :: inertial_fraction = 0.05_rp  !! allowed inertial stress over flow stress
+    real(rp) :: debris = 0.0_rp              !! fraction of the total mass that may leave the grid
+    real(rp) :: gravity(3) = 0.0_rp          !! [m/s2]
     type(sleep_t) :: sleep
     logical :: conducts = .false.
     logical :: implicit_heat = .false.   !! conduction by backward Euler
-    real(rp) :: heat_step = 0.0_rp       !! its step [s]; 0: as its error allows
-    integer :: heat_every = 0           !! its step in mechanical ones; 0: by heat_step
+    real(rp) :: heat_step = 0.0_rp       !! implicit conduction step [s]; 0: by error control
+    integer :: heat_every = 0            !! mechanical steps per conduction step; 0: by heat_step
     integer :: heat_solver = 0           !! by_cg or by_petsc (heat_solvers_method)
-    real(rp) :: heat_tolerance = 2.0_rp  !! of the error of a step [K]
-    logical :: has_mechanics = .true.    !! false: heat alone (heat_alone_loop)
-    real(rp) :: fourier = 0.15_rp        !! conduction step over h^2/kappa
+    real(rp) :: heat_tolerance = 2.0_rp  !! allowed error of an implicit conduction step [K]
+    logical :: has_mechanics = .true.    !! false: heat conduction alone (heat_alone_loop)
+    real(rp) :: fourier = 0.15_rp        !! explicit conduction step over h^2/kappa
   contains
     procedure :: filters
     procedure :: filters_in
   end type method_t
 
-  !> What to write and when; intervals in simulated seconds, 0 means never.
+  !> Output settings; intervals in simulated seconds, 0 means never.
   type :: output_t
     character(:), allocatable :: directory, name, input_text
-    character(:), allocatable :: scene_text   !! the input with every default
-    character(:), allocatable :: files, folder   !! that the input names: checksums, where they are
-    character(:), allocatable :: run          !! identity of the run (io_folder)
+    character(:), allocatable :: scene_text     !! the input with all defaults
+    character(:), allocatable :: files, folder  !! checksums and folder of the files named by the
+                                                !! input
+    character(:), allocatable :: run            !! identity of the run (io_folder)
     real(rp) :: frame_interval = 0.0_rp
     real(rp) :: history_interval = 0.0_rp
     real(rp) :: checkpoint_interval = 0.0_rp
     real(rp) :: progress_interval = 10.0_rp   !! wall-clock seconds
-    logical :: progress_is_asked = .false.    !! the input gave it
+    logical :: progress_is_asked = .false.    !! the interval was given in the input
     real(rp) :: safety_interval = 0.0_rp      !! wall-clock seconds
     logical :: is_quiet = .false.
   end type output_t
 
-  !> What does not change while running.
+  !> Data that are constant during a run.
   type :: scene_t
     character(:), allocatable :: title
     type(grid_t) :: grid
     type(material_t), allocatable :: material(:)
-    character(48), allocatable :: warning(:)   !! of all flow laws, each once
+    character(48), allocatable :: warning(:)   !! warnings of all flow laws, without duplicates
     type(body_t), allocatable :: body(:)
     character(32), allocatable :: condition(:)   !! names of walls and clamps, as in the history
     type(symmetry_t), allocatable :: symmetry(:)
-    type(held_t), allocatable :: clamp(:)        !! in the order of the conditions
-    type(contact_t), allocatable :: contact(:)   !! one for every two groups of bodies
-    type(film_t), allocatable :: gap(:)          !! conductance of each; not allocated: all perfect
-    integer :: n_heat_groups = 1                 !! groups with a temperature of their own
-    integer, allocatable :: tool_of(:)       !! tool of each group of bodies; 0: not rigid
+    type(held_t), allocatable :: clamp(:)       !! clamps and walls that are not mirrors, in the
+                                                !! order of the conditions
+    type(contact_t), allocatable :: contact(:)  !! contact laws, one for every two groups of bodies
+    type(film_t), allocatable :: gap(:)         !! thermal conductance of each contact; unallocated:
+                                                !! all perfect
+    integer :: n_heat_groups = 1                !! groups with nodal temperatures of their own
+    integer, allocatable :: tool_of(:)          !! tool of each group of bodies; 0: deformable
     type(method_t) :: method
-    type(layout_t) :: layout             !! of the particles' fields
+    type(layout_t) :: layout             !! optional fields of the particles
     type(output_t) :: output
     real(rp) :: end_time = 0.0_rp
     integer(i8) :: max_steps = 0
@@ -165,7 +171,7 @@ contains
     is_rigid = self%tool > 0
   end function is_rigid
 
-  !> True if a body has a known motion that needs a body force.
+  !> True if the prescribed motion of a body needs a body force.
   elemental logical function is_forced(self)
     class(body_t), intent(in) :: self
 
@@ -196,18 +202,18 @@ contains
     mean_spacing = mean_edge(self%spacing)
   end function mean_spacing
 
-  !> Longest diagonal of its particles [m].
+  !> Longest diagonal of the particles of a body [m].
   pure real(rp) function longest_diagonal(self)
     class(body_t), intent(in) :: self
 
     longest_diagonal = norm2(self%widest)
   end function longest_diagonal
 
-  !> Initial edges of a particle of a body [m]: along a graded axis its mass tells.
+  !> Initial edges of a particle of a body [m]; along a graded axis they follow from its mass.
   pure function spacing_of(self, body, mass) result(spacing)
     class(scene_t), intent(in) :: self
     integer, intent(in) :: body
-    real(rp), intent(in) :: mass             !! [kg]
+    real(rp), intent(in) :: mass             !! particle mass [kg]
     real(rp) :: spacing(3)
 
     associate (b => self%body(body), a => self%grid%grading%axis)
@@ -224,7 +230,7 @@ contains
     filters = self%transfer == transfer_xpic .or. self%transfer == transfer_fmpm
   end function filters
 
-  !> True if this step ends with velocities from the grid (FMPM, XPIC).
+  !> True if particle velocities are replaced by filtered grid velocities in this step (FMPM, XPIC).
   pure logical function filters_in(self, step)
     class(method_t), intent(in) :: self
     integer(i8), intent(in) :: step

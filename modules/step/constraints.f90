@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: MIT
-!> What walls, clamps, sleepers, symmetry planes, tools and other bodies do to the velocities of the
-!> nodes in a step.
+!> Constraints on the nodal velocities in a step: walls, clamps, held nodes of sleeping material,
+!> symmetry planes, tools and contact between bodies.
 module step_constraints
   use base_kinds, only: rp
   use body_contact_pairs, only: resolve_body_contact
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: restore_velocities
   use comm_world, only: world_t
-  use exchange_speculation, only: may_speculate
+  use exchange_speculation, only: can_speculate
   use sleep_held_layer, only: hold_layer
   use state_step, only: outcome_t
-  use step_schedule, only: sum_meanwhile
+  use step_schedule, only: sum_with_overlap
   use step_simulation, only: simulation_t
   use tool_contact_impulses, only: apply_impulses, find_contact, find_impulses
   use tool_contact_lists, only: n_masses
@@ -21,46 +21,45 @@ module step_constraints
 
 contains
 
-  !> Collective. Velocities of the nodes as walls, clamps and sleepers allow; with several groups of
-  !> bodies symmetry planes and tools wait until the contact of these is resolved. `stands`: as far
-  !> as this rank can see, the step does.
-  subroutine apply_boundary(world, sim, dt, g, stands)
+  !> Collective. Apply walls, clamps and the held layer to the nodal velocities. With several groups
+  !> of bodies, symmetry planes and tools follow after the contact between the bodies.
+  !> `locally_accepted`: this rank has no reason to refuse the step.
+  subroutine apply_boundary(world, sim, dt, g, locally_accepted)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                  !! [s]
+    real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
-    logical, intent(in) :: stands
+    logical, intent(in) :: locally_accepted
 
-    call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%books, 1.0_rp, g)
+    call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 1.0_rp, g)
     if (sim%scene%method%sleep%is_on) then
-      call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%books, g(:, :, 1))
+      call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%budget, g(:, :, 1))
     end if
     if (sim%nodes%n_groups > 1) return
     call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
     call sim%tool%move_to(sim%clock%time + dt)
-    sim%exchange%speculative%is_possible = stands &
-      .and. may_speculate(world, sim%scene, sim%clock, sim%tool, sim%nodes)
+    sim%exchange%speculative%is_possible = locally_accepted &
+      .and. can_speculate(world, sim%scene, sim%clock, sim%tool, sim%nodes)
   end subroutine apply_boundary
 
-  !> Collective. Contact of bodies with one another, then of particles with tools: change the
-  !> velocities of the nodes `g` to what contact leaves of them, keep the books of the tools and
-  !> give friction heat to the particles. Blocks far from all tools may come back from the grid
-  !> meanwhile.
+  !> Collective. Resolve contact between bodies, then between particles and tools: correct the nodal
+  !> velocities `g`, add to the sums of the tools and give the friction heat to the particles.
+  !> Meanwhile, blocks far from all tools may be updated from the grid.
   subroutine resolve_contact(world, sim, dt, g, outcome)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                 !! [s]
-    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)   !! velocity records
+    real(rp), intent(in) :: dt                                !! time step [s]
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! velocity records
     type(outcome_t), intent(inout) :: outcome
     integer :: group, k
 
     if (sim%nodes%n_groups > 1) then
       call resolve_body_contact(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
-                                sim%nodes, sim%boundary, sim%pairs, sim%books, dt, g)
+                                sim%nodes, sim%boundary, sim%pairs, sim%budget, dt, g)
       call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
       call sim%tool%move_to(sim%clock%time + dt)
     end if
-    sim%tool%hottest = 0.0_rp
+    sim%tool%max_face_temperature = 0.0_rp
     do k = 1, size(sim%tool)
       if (.not. sim%step%is_near(k)) cycle
       do group = 1, sim%nodes%n_groups
@@ -70,7 +69,7 @@ contains
     end do
   end subroutine resolve_contact
 
-  !> One group of bodies and one tool.
+  !> Resolve contact between one group of bodies and one tool.
   subroutine resolve_tool_contact(world, sim, k, group, dt, g, outcome)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -81,12 +80,12 @@ contains
 
     call find_contact(sim%scene, sim%clock, sim%particles, sim%blocks, sim%nodes, sim%boundary, &
                       sim%contact, sim%tool(k), k, group, dt, g)
-    call sum_meanwhile(world, sim, dt, g, outcome, n_masses, sim%contact%mass)
+    call sum_with_overlap(world, sim, dt, g, outcome, n_masses, sim%contact%mass)
     call find_impulses(sim%scene, sim%clock, sim%nodes, sim%boundary, sim%contact, &
                            sim%tool(k)%friction_law, dt, g)
-    call sum_meanwhile(world, sim, dt, g, outcome, sim%contact%width, sim%contact%values)
+    call sum_with_overlap(world, sim, dt, g, outcome, sim%contact%width, sim%contact%values)
     call apply_impulses(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
-                        sim%contact, sim%books, sim%tool(k), dt, g)
+                        sim%contact, sim%budget, sim%tool(k), dt, g)
   end subroutine resolve_tool_contact
 
 end module step_constraints

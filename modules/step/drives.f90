@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Tools as machines have them: pressed with a force or on a machine that gives, their motion along
-!> their axes; phases that end at a load or a temperature, and limits (contact_motion).
+!> Tools driven by a machine: force control or an elastic machine along the tool axis, schedule
+!> phases that end at a load or a temperature, and load limits (contact_motion).
 module step_drives
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
@@ -14,161 +14,172 @@ module step_drives
   implicit none (type, external)
   private
 
-  public :: note_impulses, drive_tools
+  public :: store_impulses, drive_tools
 
-  integer, parameter :: cells = 12         !! that a wave crosses while a load is averaged: some
-                                           !! fifteen steps, of which few touch at a point
-  integer, parameter :: every = 10         !! steps in which the hottest metal is looked for once
+  integer, parameter :: averaging_cells = 12  !! cells that an elastic wave crosses in the averaging
+                                              !! time of a load: about fifteen steps, since few
+                                              !! particles touch in a single one
+  integer, parameter :: temperature_check_interval = 10  !! steps between checks of the largest
+                                                         !! temperature
 
 contains
 
-  !> Before a step: what the books of the tools hold.
-  pure subroutine note_impulses(sim)
+  !> Store the impulse sums of the tools before a step.
+  pure subroutine store_impulses(sim)
     type(simulation_t), intent(inout) :: sim
     integer :: k
 
     do k = 1, size(sim%tool)
-      sim%tool(k)%watch%noted = sim%tool(k)%sums(s_torque)
-      sim%tool(k)%drive%noted = sim%tool(k)%sums(s_force:s_force + 2)
+      sim%tool(k)%monitor%last_angular_impulse = sim%tool(k)%sums(s_torque)
+      sim%tool(k)%drive%last_impulse = sim%tool(k)%sums(s_force:s_force + 2)
     end do
-  end subroutine note_impulses
+  end subroutine store_impulses
 
-  !> Collective, at the end of a step of `dt`, whose time the clock has not yet: what the bodies
-  !> pushed with moves the tools along their axes in the next one, and may end a phase.
+  !> Collective, at the end of a step of `dt`, before the clock advances. Integrate the motion of
+  !> the tools along their axes under the reaction of the bodies, and end phases whose condition is
+  !> met.
   subroutine drive_tools(world, sim, dt)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt                   !! [s]
+    real(rp), intent(in) :: dt                   !! time step [s]
     real(rp) :: impulse(2, size(sim%tool)), force, mean(2*size(sim%tool))
-    logical :: presses
+    logical :: is_force_controlled
     integer :: k, phase
 
-    if (.not. any(sim%tool%drive%is_free .or. sim%tool%watch%is_on)) return
+    if (.not. any(sim%tool%drive%is_free .or. sim%tool%monitor%is_on)) return
     do k = 1, size(sim%tool)
       associate (tool => sim%tool(k))
-        impulse(:, k) = [dot_product(tool%sums(s_force:s_force + 2) - tool%drive%noted, &
-                                     tool%drive%axis), tool%sums(s_torque) - tool%watch%noted]
+        impulse(:, k) = [dot_product(tool%sums(s_force:s_force + 2) - tool%drive%last_impulse, &
+                                     tool%drive%axis), tool%sums(s_torque) &
+                                       - tool%monitor%last_angular_impulse]
       end associate
     end do
     mean = reshape(impulse, [size(impulse)])
     call world%sum(mean)
     impulse = reshape(mean, shape(impulse))
-    call watch_tools(world, sim, dt, impulse)
+    call monitor_tools(world, sim, dt, impulse)
     do k = 1, size(sim%tool)
       associate (tool => sim%tool(k), drive => sim%tool(k)%drive)
         phase = tool%motion%phase_at(sim%clock%time + dt)
-        if (drive%presses .and. phase > drive%phase) then
-          call warn_of_pin(world, sim, tool, drive%phase)
+        if (drive%is_force_controlled .and. phase > drive%phase) then
+          call warn_if_pin_alone(world, sim, tool, drive%phase)
         end if
         call drive%enter_phase(phase)
-        call tool%motion%pressing(sim%clock%time + dt, drive%begin, presses, force)
-        call drive%follow(dt, impulse(1, k)/dt, presses, force, sim%clock%mass_scaling)
+        call tool%motion%force_control_at(sim%clock%time + dt, drive%phase_start_force, &
+                                          is_force_controlled, force)
+        call drive%integrate(dt, impulse(1, k)/dt, is_force_controlled, force, &
+                             sim%clock%mass_scaling)
       end associate
     end do
   end subroutine drive_tools
 
-  !> Collective. End the phases of which the load or temperature is reached, and stop tools beyond
-  !> their limits.
-  subroutine watch_tools(world, sim, dt, impulse)
+  !> Collective. End the phases whose load or temperature is reached, and stop tools beyond their
+  !> limits.
+  subroutine monitor_tools(world, sim, dt, impulse)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt, impulse(2, size(sim%tool))   !! [s], [N s, N m s]
+    real(rp), intent(in) :: dt, impulse(2, size(sim%tool))  !! [s]; force along the axis [N s],
+                                                            !! torque [N m s]
     character(:), allocatable :: reason
-    real(rp) :: part, t
-    integer :: k, was
+    real(rp) :: ema_weight, t
+    integer :: k, phase_before
 
     t = sim%clock%time + dt
-    part = min(1.0_rp, dt*wave_speed(sim%clock)/(cells*minval(sim%scene%grid%h)))
+    ema_weight = min(1.0_rp, dt*wave_speed(sim%clock)/(averaging_cells*minval(sim%scene%grid%h)))
     do k = 1, size(sim%tool)
-      if (.not. sim%tool(k)%watch%is_on) cycle
-      associate (tool => sim%tool(k), watch => sim%tool(k)%watch)
-        call watch%feel(impulse(:, k)/dt, part)
-        if (watch%halted >= 0.0_rp) cycle
-        was = watch%phase
-        watch%phase = tool%motion%phase_at(t)
-        if (watch%phase > was) then
-          if (tool%motion%phase(was)%ends_early() .and. .not. watch%has_ended) then
-            call tell(world, t, tool, was, 'its DURATION is over; '//reading(tool))
+      if (.not. sim%tool(k)%monitor%is_on) cycle
+      associate (tool => sim%tool(k), monitor => sim%tool(k)%monitor)
+        call monitor%update_load(impulse(:, k)/dt, ema_weight)
+        if (monitor%halt_time >= 0.0_rp) cycle
+        phase_before = monitor%phase
+        monitor%phase = tool%motion%phase_at(t)
+        if (monitor%phase > phase_before) then
+          if (tool%motion%phase(phase_before)%ends_early() .and. .not. monitor%ended_early) then
+            call report_phase_end(world, t, tool, phase_before, &
+                                  'its DURATION is over; '//load_text(tool))
           end if
-          watch%has_ended = .false.
+          monitor%ended_early = .false.
         end if
-        if (watch%phase > size(tool%motion%phase)) cycle
-        if (.not. watch%has_ended) then
-          reason = what_ends(world, sim, tool)
+        if (monitor%phase > size(tool%motion%phase)) cycle
+        if (.not. monitor%ended_early) then
+          reason = phase_end_reason(world, sim, tool)
           if (reason /= '') then
-            watch%has_ended = .true.
-            call tool%motion%end_phase(watch%phase, t)
-            call tell(world, t, tool, watch%phase, reason)
-            if (index(reason, 'UNTIL_FORCE') == 1) call warn_of_pin(world, sim, tool, watch%phase)
+            monitor%ended_early = .true.
+            call tool%motion%end_phase(monitor%phase, t)
+            call report_phase_end(world, t, tool, monitor%phase, reason)
+            if (index(reason, 'UNTIL_FORCE') == 1) call warn_if_pin_alone(world, sim, tool, &
+                                                                          monitor%phase)
           end if
         end if
-        if (any(abs(watch%load()) > [watch%most_force, watch%most_torque])) then
+        if (any(abs(monitor%load()) > [monitor%max_force, monitor%max_torque])) then
           call stop_tool(world, t, tool, sim%clock)
         end if
       end associate
     end do
-  end subroutine watch_tools
+  end subroutine monitor_tools
 
-  !> Collective. What ends the phase of a tool now; '' if nothing does.
-  function what_ends(world, sim, tool) result(reason)
+  !> Collective. Reason for which the current phase of a tool ends; '' if it goes on.
+  function phase_end_reason(world, sim, tool) result(reason)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     character(:), allocatable :: reason
-    real(rp) :: load(2), most(1)
+    real(rp) :: load(2), t_max(1)
     integer :: b
 
     reason = ''
-    load = tool%watch%load()
-    associate (phase => tool%motion%phase(tool%watch%phase))
-      if (load(1) >= phase%until_force) reason = 'UNTIL_FORCE; '//reading(tool)
-      if (load(2) >= phase%until_torque) reason = 'UNTIL_TORQUE; '//reading(tool)
-      if (phase%until_temperature >= huge(1.0_rp) .or. mod(sim%clock%step, int(every, kind( &
-        sim%clock%step))) /= 0) return
-      most = 0.0_rp
+    load = tool%monitor%load()
+    associate (phase => tool%motion%phase(tool%monitor%phase))
+      if (load(1) >= phase%until_force) reason = 'UNTIL_FORCE; '//load_text(tool)
+      if (load(2) >= phase%until_torque) reason = 'UNTIL_TORQUE; '//load_text(tool)
+      if (phase%until_temperature >= huge(1.0_rp)) return
+      if (mod(sim%clock%step, int(temperature_check_interval, i8)) /= 0) return
+      t_max = 0.0_rp
       if (phase%until_probe > 0) then
-        if (sim%probes%is_mine(phase%until_probe)) most = sim%probes%temperature(phase%until_probe)
+        if (sim%probes%is_mine(phase%until_probe)) t_max = &
+          sim%probes%temperature(phase%until_probe)
       else
         do b = 1, sim%particles%nblk
           if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
-          most = max(most, maxval(sim%particles%ps(:sim%particles%count(b), f_temp, b)))
+          t_max = max(t_max, maxval(sim%particles%ps(:sim%particles%count(b), f_temp, b)))
         end do
       end if
-      call world%max(most)
-      if (most(1) >= phase%until_temperature) reason = 'UNTIL_TEMPERATURE; '//str(most(1))// &
-          ' K, '//reading(tool)
+      call world%max(t_max)
+      if (t_max(1) >= phase%until_temperature) reason = &
+          'UNTIL_TEMPERATURE; '//str(t_max(1))//' K, '//load_text(tool)
     end associate
-  end function what_ends
+  end function phase_end_reason
 
-  !> Collective. A phase that pressed with a force ends: warn if the pin bears it alone.
-  subroutine warn_of_pin(world, sim, tool, phase)
+  !> Collective, at the end of a force-controlled phase: warn if the pin alone carries the force.
+  subroutine warn_if_pin_alone(world, sim, tool, phase)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: phase
-    real(rp) :: along, d, most(1), normal(3), room, x(3)
+    real(rp) :: along, d, touches(1), normal(3), unused, x(3)
     integer :: b, p
 
     if (.not. tool%has_shape()) return
     if (tool%shape%pin_radius <= 0.0_rp) return
-    most = 0.0_rp                                ! 1: a particle touches the shoulder
+    touches = 0.0_rp                             ! 1: a particle touches the shoulder
     do b = 1, sim%particles%nblk
       do p = 1, sim%particles%count(b)
-        call tool%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, room)
+        call tool%distance(sim%particles%ps(p, f_pos:f_pos + 2, b), d, normal, unused)
         if (d > 0.5_rp*sim%scene%grid%longest()) cycle
-        x = sim%particles%ps(p, f_pos:f_pos + 2, b) - d*normal - tool%position   ! on its surface
+        ! Nearest point on the tool surface, relative to the tool.
+        x = sim%particles%ps(p, f_pos:f_pos + 2, b) - d*normal - tool%position
         along = dot_product(x, tool%axes(:, 3))
-        if (norm2(x - along*tool%axes(:, 3)) > 1.01_rp*tool%shape%pin_radius) most = 1.0_rp
+        if (norm2(x - along*tool%axes(:, 3)) > 1.01_rp*tool%shape%pin_radius) touches = 1.0_rp
       end do
     end do
-    call world%max(most)
-    if (most(1) > 0.0_rp .or. .not. world%is_root()) return
+    call world%max(touches)
+    if (touches(1) > 0.0_rp .or. .not. world%is_root()) return
     call say('warning: phase '//str(phase)//" of tool '"//trim(tool%name)//"' ends with the "// &
              'pin alone in the metal: the shoulder does not touch. Give the plunge a VELOCITY, '// &
              'more force or time, or hotter metal')
-  end subroutine warn_of_pin
+  end subroutine warn_if_pin_alone
 
-  !> A tool has met its limit.
+  !> Stop a tool whose load exceeds its limit, and the run if the limit asks for that.
   subroutine stop_tool(world, t, tool, clock)
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: t                    !! [s]
@@ -177,16 +188,17 @@ contains
     character(24), parameter :: what(3) = [character(24) :: 'the run ends', 'its feed stops', &
                                            'feed and spindle stop']
 
-    tool%watch%halted = t
-    tool%watch%spin = merge(tool%spin, 0.0_rp, tool%watch%at_limit == 2)
-    call tool%motion%halt(t, tool%watch%spin)
-    clock%is_stopped = tool%watch%at_limit == 1
+    tool%monitor%halt_time = t
+    tool%monitor%spin = merge(tool%spin, 0.0_rp, tool%monitor%at_limit == 2)
+    call tool%motion%halt(t, tool%monitor%spin)
+    clock%is_stopped = tool%monitor%at_limit == 1
     if (world%is_root()) call say('warning: t = '//str(t)//" s: tool '"//trim(tool%name)// &
-                                  "' is beyond its limit, "//reading(tool)//': '// &
-                                  trim(what(tool%watch%at_limit)))
+                                  "' is beyond its limit, "//load_text(tool)//': '// &
+                                  trim(what(tool%monitor%at_limit)))
   end subroutine stop_tool
 
-  subroutine tell(world, t, tool, phase, reason)
+  !> Log on rank 0 that a phase ends, and why.
+  subroutine report_phase_end(world, t, tool, phase, reason)
     type(world_t), intent(in) :: world
     real(rp), intent(in) :: t                    !! [s]
     type(tool_t), intent(in) :: tool
@@ -195,16 +207,16 @@ contains
 
     if (world%is_root()) call say('t = '//str(t)//' s: phase '//str(phase)//" of tool '"// &
                                   trim(tool%name)//"' ends: "//reason)
-  end subroutine tell
+  end subroutine report_phase_end
 
-  !> The load that a tool feels.
-  function reading(tool) result(text)
+  !> Current load of a tool, as text.
+  function load_text(tool) result(text)
     type(tool_t), intent(in) :: tool
     character(:), allocatable :: text
     real(rp) :: load(2)
 
-    load = tool%watch%load()
+    load = tool%monitor%load()
     text = 'force '//str(load(1))//' N, torque '//str(load(2))//' N m'
-  end function reading
+  end function load_text
 
 end module step_drives

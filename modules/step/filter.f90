@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Velocities without the noise that no node sees: v(k) = (1 + A + .. + A^(k-1)) v, A = 1 - S+ S,
-!> with S from nodes to particles and S+ back (FMPM: Nairn 2021, CMES 126:1243; of the velocity
-!> before the step XPIC: Hammerquist & Nairn 2017, CMAME 318:724).
+!> Velocity filters that remove particle velocities invisible to the grid: v(k) = (1 + A + .. +
+!> A^(k-1)) v, A = 1 - S+ S, where S maps nodes to particles and S+ particles to nodes (FMPM: Nairn
+!> 2021, CMES 126:1243; applied to the velocity before the step, XPIC: Hammerquist & Nairn 2017,
+!> CMAME 318:724).
 module step_filter
   use base_kinds, only: nlane, rp
   use body_contact_pairs, only: join_increments
@@ -22,7 +23,7 @@ module step_filter
 
 contains
 
-  !> Replace the nodes' velocities by v(k); walls keep theirs, since every increment is zero there.
+  !> Replace the nodal velocities by v(k). Walls keep theirs, since every increment is zero there.
   subroutine filter_velocity(world, sim, g, mapped, increment)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -37,7 +38,7 @@ contains
     lost = 0.0_rp                                ! not used
     do power = 2, sim%scene%method%order
       call clear_nodes(sim%nodes, mapped)
-      call there_and_back(sim, increment, mapped)
+      call map_and_return(sim, increment, mapped)
       do k = 1, sim%nodes%n_groups
         call reflect(sim%scene, sim%nodes, sim%boundary, r_filter, mapped(:, :, k), lost)
         call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, mapped(:, :, k))
@@ -54,7 +55,7 @@ contains
     end do
   end subroutine filter_velocity
 
-  !> The velocities to begin with, in lanes 5:7: the new ones, or (`old` = 1) those before the step.
+  !> Start the series, in lanes 5:7, with the new velocities less `old` times those before the step.
   subroutine first_increment(sim, old, g, increment)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: old, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
@@ -71,8 +72,8 @@ contains
     end do
   end subroutine first_increment
 
-  !> Momentum of the particles that move with the increment.
-  subroutine there_and_back(sim, increment, mapped)
+  !> Map the increment to the particles, and the momentum they would have with it back to the nodes.
+  subroutine map_and_return(sim, increment, mapped)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     real(rp), intent(inout) :: mapped(8, sim%nodes%patch%nn, sim%nodes%n_groups)
@@ -83,8 +84,9 @@ contains
       call map_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
                      sim%particles%ps(:, :, b), increment(:, :, k), sim%nodes%rec, mapped(:, :, k))
     end do
-  end subroutine there_and_back
+  end subroutine map_and_return
 
+  !> Map the increment of one block to its particles and back.
   subroutine map_block(sim, body, n, nf, ps, increment, rec, mapped)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
@@ -102,7 +104,7 @@ contains
     call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, mapped)
   end subroutine map_block
 
-  !> d' = (1 - S+ S) d.
+  !> Apply d' = (1 - S+ S) d to the increment.
   subroutine next_increment(sim, g, mapped, increment)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g, mapped
@@ -119,6 +121,7 @@ contains
     end do
   end subroutine next_increment
 
+  !> Add the increment to the nodal velocities.
   subroutine add_increment(sim, increment, g)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> The velocities with which particles move, for output and for the inertial stress: the grid's,
-!> S S+ v. What the particles carry themselves is not that where metal flows: null modes, and near
-!> surfaces whatever gives nodes their velocities.
+!> Velocities with which particles move, S S+ v, for output and for the inertial stress. They differ
+!> from the velocities carried by the particles where metal flows (null modes), and near surfaces,
+!> where constraints change the nodal velocities.
 module step_motion
   use base_kinds, only: nlane, rp
   use boundary_symmetry, only: r_filter, r_momentum, reflect, restore
   use comm_world, only: world_t
   use mapping_blocks, only: gather_lanes, weights_of
-  use mapping_nodes, only: clear_nodes, least_mass
+  use mapping_nodes, only: clear_nodes, min_node_mass
   use particles_store, only: f_mass, f_vel
   use step_simulation, only: simulation_t
   use transfer_scatter, only: p2g_values_block
@@ -18,9 +18,9 @@ module step_motion
 
 contains
 
-  !> Collective, between two steps. Fill `sim%particles%motion` with the velocities of the grid for
-  !> awake particles of bodies that can flow, with those of the particles for others; nothing in
-  !> scenes that do not show them.
+  !> Collective, between two steps. Fill `sim%particles%motion` with the grid velocities for awake
+  !> particles of bodies that can flow, and with the particles' own velocities for all others. Do
+  !> nothing in scenes that do not output them.
   subroutine find_motion(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -33,7 +33,7 @@ contains
     allocate (sim%particles%motion, source=sim%particles%ps(:, f_vel:f_vel + 2, &
                                                             :sim%particles%nblk))
     call clear_nodes(sim%nodes, sim%nodes%g2)
-    do i = 1, sim%blocks%n_mapped           ! sleepers that share nodes with awake particles, too
+    do i = 1, sim%blocks%n_mapped  ! including sleepers that share nodes with awake particles
       b = i
       if (i <= sim%blocks%n_awake) b = sim%blocks%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
@@ -45,14 +45,14 @@ contains
     do i = 1, sim%blocks%n_awake
       b = sim%blocks%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
-      if (flows(k)) call take_velocity(sim, sim%particles%body(b), sim%particles%count(b), &
+      if (flows(k)) call interpolate_velocity(sim, sim%particles%body(b), sim%particles%count(b), &
                                        sim%particles%nf, sim%particles%ps(:, :, b), &
                                        sim%nodes%g2(:, :, k), sim%nodes%rec, &
                                        sim%particles%motion(:, :, b))
     end do
   end subroutine find_motion
 
-  !> Mass and momentum of a block to lanes 1:4 of the nodes.
+  !> Add mass and momentum of a block to lanes 1:4 of the nodes.
   subroutine add_momentum(sim, body, n, nf, ps, rec, g)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
@@ -68,7 +68,7 @@ contains
     call p2g_values_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
   end subroutine add_momentum
 
-  !> Collective. Velocities in lanes 5:7 of the nodes from what all ranks gave.
+  !> Collective. Sum the nodal momenta over the ranks and divide by mass: velocities in lanes 5:7.
   subroutine find_velocities(world, sim)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -82,7 +82,7 @@ contains
         call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, g(:, :, k))
         do r = 1, sim%nodes%n_ranges
           do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
-            if (g(1, i, k) > least_mass) g(5:7, i, k) = g(2:4, i, k)/g(1, i, k)
+            if (g(1, i, k) > min_node_mass) g(5:7, i, k) = g(2:4, i, k)/g(1, i, k)
           end do
         end do
         call restore(sim%scene, sim%nodes, sim%boundary, r_filter, g(:, :, k))
@@ -90,8 +90,8 @@ contains
     end associate
   end subroutine find_velocities
 
-  !> Velocities of the nodes, in lanes 5:7, at the particles of a block.
-  subroutine take_velocity(sim, body, n, nf, ps, g, rec, v)
+  !> Interpolate the nodal velocities, lanes 5:7, to the particles of a block.
+  subroutine interpolate_velocity(sim, body, n, nf, ps, g, rec, v)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf), g(8, sim%nodes%patch%nn)
@@ -101,6 +101,6 @@ contains
 
     call gather_lanes(sim%scene, sim%nodes, body, n, nf, ps, 5, 3, g, rec, w, first, u)
     v(:n, :) = u(:n, :)
-  end subroutine take_velocity
+  end subroutine interpolate_velocity
 
 end module step_motion

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Everything a running simulation holds: scene, this rank's part of it, clock and books.
+!> State of a running simulation: scene, this rank's part of it, clock and budget.
 module step_simulation
   use base_kinds, only: rp
   use base_timers, only: phase_timer_t
@@ -16,7 +16,7 @@ module step_simulation
   use particles_tracers, only: tracers_t
   use sleep_sleepers, only: sleepers_t
   use state_blocks, only: blocks_t
-  use state_books, only: books_t
+  use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   use state_step, only: step_t
@@ -30,23 +30,23 @@ module step_simulation
   !> Each part is owned by the library of its type; procedures below this library take the
   !> parts they use.
   type :: simulation_t
-    type(scene_t) :: scene                   !! does not change
+    type(scene_t) :: scene                   !! constant during a run
     type(clock_t) :: clock
     type(step_t) :: step
     type(tool_t), allocatable :: tool(:)
-    type(backing_t), allocatable :: backing(:)   !! behind films
-    type(source_t), allocatable :: source(:)  !! of heat
+    type(backing_t), allocatable :: backing(:)  !! bodies behind heat films
+    type(source_t), allocatable :: source(:)    !! moving heat sources
     type(probes_t) :: probes
     type(tracers_t) :: tracers
     type(particles_t) :: particles
-    type(blocks_t) :: blocks                 !! of particles
+    type(blocks_t) :: blocks                 !! roles and order of the particle blocks
     type(nodes_t) :: nodes
     type(boundary_t) :: boundary
     type(sleepers_t) :: sleepers
-    type(exchange_t) :: exchange             !! with the other ranks
+    type(exchange_t) :: exchange             !! data shared with the other ranks
     type(node_pairs_t) :: pairs              !! nodes where bodies are in contact
     type(tool_contact_t) :: contact          !! particles and nodes in contact with a tool
-    type(books_t) :: books
+    type(budget_t) :: budget
     type(history_t) :: history
     type(phase_timer_t) :: timer
   contains
@@ -55,24 +55,25 @@ module step_simulation
 
 contains
 
-  !> Scratch and books of the size of the scene.
+  !> Allocate scratch arrays and the budget for the sizes of the scene.
   subroutine prepare_scratch(self)
     class(simulation_t), intent(inout) :: self
     integer :: n
 
-    if (allocated(self%books%impulse)) return
+    if (allocated(self%budget%impulse)) return
     allocate (self%step%is_near(size(self%tool)), source=.false.)
     if (allocated(self%scene%tool_of)) self%nodes%n_groups = size(self%scene%tool_of)
     if (.not. allocated(self%scene%warning)) allocate (self%scene%warning(0))
     n = size(self%scene%condition)
-    allocate (self%books%warnings(size(self%scene%warning)), &
-              self%books%warning_place(5, size(self%scene%warning)), &
-              self%books%impulse(3, n), self%history%row_impulse(3, n), &
+    allocate (self%budget%warnings(size(self%scene%warning)), &
+              self%budget%warning_place(5, size(self%scene%warning)), &
+              self%budget%impulse(3, n), self%history%row_impulse(3, n), &
               self%history%row_sums(n_tool_sums, size(self%tool)), &
               self%boundary%mirrors%lost(8, size(self%scene%symmetry)), source=0.0_rp)
     call self%nodes%allocate_scratch()
   end subroutine prepare_scratch
 
+  !> Free memory that is not released by deallocation.
   subroutine free_simulation(sim)
     type(simulation_t), intent(inout) :: sim
 

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Particles to grid, with the reflection at symmetry planes and the sum over the ranks. Blocks that
-!> may reach shared nodes, the border, come first: their sums are sent while the other blocks
-!> follow.
+!> Transfer from particles to grid, with reflection at symmetry planes and summation over the ranks.
+!> Blocks that may reach shared nodes (the border) come first: their sums are sent while the other
+!> blocks are processed.
 module step_to_grid
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_to_grid
-  use boundary_symmetry, only: early, reflect, late, r_momentum
+  use boundary_symmetry, only: shared_part, reflect, interior_part, r_momentum
   use comm_world, only: world_t
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes
@@ -19,11 +19,11 @@ module step_to_grid
 
   public :: particles_to_grid, sum_nodes
 
-  integer, parameter :: stretch = 32       !! blocks from one look at the messages to the next
+  integer, parameter :: blocks_per_test = 32  !! blocks between two tests of pending messages
 
 contains
 
-  !> Collective. Mass, momentum, force and temperature of all nodes in use.
+  !> Collective. Compute mass, momentum, force and temperature of all nodes in use.
   subroutine particles_to_grid(world, sim, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
@@ -37,43 +37,45 @@ contains
     end if
     call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, 1, &
                         sim%blocks%n_awake, g)
-    call others_to_grid(sim, g)
+    call layer_and_tractions_to_grid(sim, g)
     call sim%timer%lap(ph_to_grid)
     call sum_nodes(world, sim, g)
     if (sim%scene%method%scheme == scheme_usl) call sum_volume(world, sim%scene, sim%nodes)
     call sim%timer%lap(ph_exchange)
   end subroutine particles_to_grid
 
-  !> The same in a scene with one velocity field, with overlap of work and messages.
+  !> Do the same in a scene with one velocity field, overlapping computation and communication.
   subroutine map_and_sum(world, sim, g)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: b
 
-    associate (lost => sim%boundary%mirrors%lost, own => sim%boundary%mirrors%own(:, 1))
+    associate (lost => sim%boundary%mirrors%lost, own => sim%boundary%mirrors%mass_behind(:, 1))
       lost = 0.0_rp
       call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, 1, &
                           sim%blocks%n_border, g)
-      call others_to_grid(sim, g)
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, early)
+      call layer_and_tractions_to_grid(sim, g)
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
+                   shared_part)
       call sim%timer%lap(ph_to_grid)
       call sim%nodes%halo%post(world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
-      do b = sim%blocks%n_border + 1, sim%blocks%n_awake, stretch
+      do b = sim%blocks%n_border + 1, sim%blocks%n_awake, blocks_per_test
         call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
-                            b, min(b + stretch - 1, sim%blocks%n_awake), g)
-        call sim%nodes%halo%poke()
+                            b, min(b + blocks_per_test - 1, sim%blocks%n_awake), g)
+        call sim%nodes%halo%progress_messages()
       end do
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, late)
+      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
+                   interior_part)
       call sim%timer%lap(ph_to_grid)
       call sim%nodes%halo%finish(world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
     end associate
   end subroutine map_and_sum
 
-  !> What does not come from the stress of awake particles.
-  subroutine others_to_grid(sim, g)
+  !> Add the contributions of the held layer and of tractions.
+  subroutine layer_and_tractions_to_grid(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
@@ -81,7 +83,7 @@ contains
     if (sim%scene%has_tractions()) then
       call tractions_to_grid(sim%scene, sim%step, sim%particles, sim%nodes, g)
     end if
-  end subroutine others_to_grid
+  end subroutine layer_and_tractions_to_grid
 
   !> Collective. Reflect the records at symmetry planes, sum those of shared nodes over the ranks.
   subroutine sum_nodes(world, sim, g)
@@ -93,7 +95,7 @@ contains
     sim%boundary%mirrors%lost = 0.0_rp
     do k = 1, sim%nodes%n_groups
       call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), &
-                   sim%boundary%mirrors%lost, sim%boundary%mirrors%own(:, k))
+                   sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, k))
       call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, g(:, :, k))
     end do
   end subroutine sum_nodes

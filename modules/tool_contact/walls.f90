@@ -1,56 +1,59 @@
 ! SPDX-License-Identifier: MIT
-!> Walls and clamps in contact with tools: what the listed nodes behind walls hold is folded onto
-!> those in front (as boundary_symmetry does with records), and held directions do not give way.
+!> Walls and clamps in contact with tools: values of the listed nodes behind walls are reflected to
+!> those in front (as boundary_symmetry does with records), and held directions do not move.
 !>
 !> A tool that moves along a mirror, or turns about an axis normal to it, is its own image, and
-!> metal and image share the friction that acts at a node: it is limited together, and a half model
-!> is the whole one. Any other motion would have the image rub the other way at the same nodes, and
-!> a no-slip wall (KIND = 'fixed') has no image at all: what would hold the metal cancels there,
-!> which limits nothing. So friction at the nodes on such a plane, behind it and in front is limited
-!> by the strength of the particles that give it there, at each by itself. What acts behind is a
-!> second part of the values of the node in front: a rank may store this node without the one
-!> behind.
+!> metal and image share the friction at a node: it is limited jointly, and a half model equals the
+!> full one. With any other motion the image would rub in the opposite direction at the same nodes,
+!> and a no-slip wall (KIND = 'fixed') has no image at all: the stick impulses cancel there, which
+!> limits nothing. Friction at the nodes on such a plane, behind it and in front is therefore
+!> limited by the strength of the particles on each side separately. The values behind are a second
+!> part of the values of the node in front, which a rank may store without the one behind.
 module tool_contact_walls
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
   use contact_tool, only: rigid_t
   use mapping_nodes, only: nodes_t
-  use state_books, only: books_t, e_wall
+  use state_budget, only: budget_t, e_wall
   use state_scene, only: scene_t
-  use tool_contact_lists, only: m_last, n_both, n_masses, n_values, tool_contact_t, v_hold, v_push
+  use tool_contact_lists, only: m_last_impulse, n_both, n_masses, n_values, tool_contact_t, &
+    v_stick, v_normal
   implicit none (type, external)
   private
 
-  public :: judge_planes, note_held, reflect_masses, reflect_values, restore_masses, &
-            restore_parts, book_walls
+  public :: find_separate_sides, mark_held, reflect_masses, reflect_values, restore_masses, &
+            restore_fractions, record_wall_impulse
 
-  real(rp), parameter :: slack = 1.0e-9_rp   !! of a motion along a plane
+  real(rp), parameter :: slack = 1.0e-9_rp   !! tolerance of a motion along a plane
 
 contains
 
-  !> At which planes friction of a tool that moves like this is limited on either side by itself.
-  pure subroutine judge_planes(scene, rigid, contact)
+  !> Find the planes on whose sides friction is limited separately, for a tool with this motion.
+  pure subroutine find_separate_sides(scene, rigid, contact)
     type(scene_t), intent(in) :: scene
     type(rigid_t), intent(in) :: rigid
     type(tool_contact_t), intent(inout) :: contact
     real(rp) :: across(3), along(3)
     integer :: c
 
-    if (.not. allocated(contact%sides_apart)) allocate (contact%sides_apart(size(scene%symmetry)))
+    if (.not. allocated(contact%has_separate_sides)) then
+      allocate (contact%has_separate_sides(size(scene%symmetry)))
+    end if
     do c = 1, size(scene%symmetry)
       associate (plane => scene%symmetry(c))
         along = merge(1.0_rp, 0.0_rp, [1, 2, 3] == plane%axis)
         across = 1.0_rp - along
-        contact%sides_apart(c) = all(plane%odd) &
+        contact%has_separate_sides(c) = all(plane%odd) &
           .or. norm2(along*rigid%velocity) > slack*norm2(rigid%velocity) &
           .or. norm2(across*rigid%omega) > slack*norm2(rigid%omega)
       end associate
     end do
-    contact%width = merge(n_both, n_values, any(contact%sides_apart))
-  end subroutine judge_planes
+    contact%width = merge(n_both, n_values, any(contact%has_separate_sides))
+  end subroutine find_separate_sides
 
-  !> Directions in which a wall or clamp holds the listed nodes, or turns what is folded onto them.
-  subroutine note_held(scene, boundary, contact)
+  !> Mark directions in which a wall or clamp holds the listed nodes, or in which reflection changes
+  !> the sign.
+  subroutine mark_held(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
@@ -62,19 +65,19 @@ contains
       do i = 1, boundary%n_fixed
         e = contact%entry_of(boundary%fixed(1, i))
         if (e == 0) cycle
-        where (scene%clamp(boundary%fixed(2, i))%clamp%held) contact%free(:, e) = 0.0_rp
+        where (scene%clamp(boundary%fixed(2, i))%clamp%held) contact%free_direction(:, e) = 0.0_rp
       end do
       if (.not. contact%reaches_mirrors) return
       do i = 1, m%n_planes
         e = contact%entry_of(m%plane(1, i))
         if (e == 0) cycle
-        where (scene%symmetry(m%plane(2, i))%odd) contact%free(:, e) = 0.0_rp
-        if (.not. contact%sides_apart(m%plane(2, i))) then
+        where (scene%symmetry(m%plane(2, i))%odd) contact%free_direction(:, e) = 0.0_rp
+        if (.not. contact%has_separate_sides(m%plane(2, i))) then
           where (scene%symmetry(m%plane(2, i))%odd) contact%is_folded(:, e) = .true.
         end if
       end do
       do i = 1, m%n_pairs
-        if (contact%sides_apart(m%pair(3, i))) cycle
+        if (contact%has_separate_sides(m%pair(3, i))) cycle
         do k = 1, 2
           e = contact%entry_of(m%pair(k, i))
           if (e == 0) cycle
@@ -82,9 +85,9 @@ contains
         end do
       end do
     end associate
-  end subroutine note_held
+  end subroutine mark_held
 
-  !> Odd components at plane `c` of the values of an entry: -1, others 1.
+  !> Signs of the values of an entry at plane `c`: -1 for odd components, 1 for others.
   pure function wall_signs(scene, c, width) result(sign)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: c, width
@@ -92,13 +95,13 @@ contains
 
     sign = 1.0_rp
     v = merge(-1.0_rp, 1.0_rp, scene%symmetry(c)%odd)
-    if (width == n_masses) sign(m_last:m_last + 2) = v
+    if (width == n_masses) sign(m_last_impulse:m_last_impulse + 2) = v
     if (width < n_values) return
-    sign(v_push:v_push + 2) = v
-    sign(v_hold:v_hold + 2) = v
+    sign(v_normal:v_normal + 2) = v
+    sign(v_stick:v_stick + 2) = v
   end function wall_signs
 
-  !> Fold the masses of nodes behind walls onto those in front, as `reflect` does with records.
+  !> Reflect the masses of nodes behind walls to those in front, as `reflect` does with records.
   subroutine reflect_masses(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
@@ -122,7 +125,7 @@ contains
     end associate
   end subroutine reflect_masses
 
-  !> Give the masses of nodes behind walls what those in front have.
+  !> Set the masses of nodes behind walls to those in front.
   subroutine restore_masses(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
@@ -140,8 +143,8 @@ contains
     end associate
   end subroutine restore_masses
 
-  !> Fold the values of nodes behind walls onto those in front, or make them their second part where
-  !> the sides are limited apart.
+  !> Reflect the values of nodes behind walls to those in front, or add them to the second part
+  !> where the sides are limited separately.
   subroutine reflect_values(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
@@ -156,7 +159,7 @@ contains
         a = place(m%pair(2, i))
         if (a == 0 .or. b == 0) cycle
         sign = wall_signs(scene, m%pair(3, i), n_values)
-        if (contact%sides_apart(m%pair(3, i))) then
+        if (contact%has_separate_sides(m%pair(3, i))) then
           values(n_values + 1:n_both, a) = values(n_values + 1:n_both, a) &
             + sign*(values(:n_values, b) + values(n_values + 1:n_both, b))
         else
@@ -170,7 +173,7 @@ contains
       end do
       do i = 1, m%n_planes
         a = place(m%plane(1, i))
-        if (a == 0 .or. contact%sides_apart(m%plane(2, i))) cycle
+        if (a == 0 .or. contact%has_separate_sides(m%plane(2, i))) cycle
         sign = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), n_values))
         values(:n_values, a) = sign*values(:n_values, a)
         if (contact%width > n_values) values(n_values + 1:, a) = sign*values(n_values + 1:, a)
@@ -178,9 +181,9 @@ contains
     end associate
   end subroutine reflect_values
 
-  !> Give nodes behind walls their parts of friction, and those behind mirrors the values of the
-  !> nodes in front.
-  subroutine restore_parts(scene, boundary, contact)
+  !> Set the friction fractions of nodes behind walls, and the values of those behind mirrors, from
+  !> the nodes in front.
+  subroutine restore_fractions(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
@@ -192,25 +195,25 @@ contains
         b = place(m%pair(1, i))
         a = place(m%pair(2, i))
         if (a == 0 .or. b == 0) cycle
-        contact%part_behind(b) = contact%part_behind(a)
-        if (contact%sides_apart(m%pair(3, i))) then
-          contact%part(b) = contact%part_behind(a)
+        contact%friction_fraction_behind(b) = contact%friction_fraction_behind(a)
+        if (contact%has_separate_sides(m%pair(3, i))) then
+          contact%friction_fraction(b) = contact%friction_fraction_behind(a)
         else
-          contact%part(b) = contact%part(a)
+          contact%friction_fraction(b) = contact%friction_fraction(a)
           contact%values(:n_values, b) = wall_signs(scene, m%pair(3, i), n_values) &
                                          *contact%values(:n_values, a)
         end if
       end do
     end associate
-  end subroutine restore_parts
+  end subroutine restore_fractions
 
-  !> Impulse that held nodes and mirrors take from the tool.
-  subroutine book_walls(scene, nodes, boundary, contact, books, g)
+  !> Record the impulse that held nodes and mirrors take from the tool.
+  subroutine record_wall_impulse(scene, nodes, boundary, contact, budget, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(in) :: contact
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp) :: impulse(3), sign(n_values)
     integer :: a, c, e, i, place
@@ -221,12 +224,14 @@ contains
         if (e == 0 .or. boundary%fixed(3, i) == 0) cycle
         c = boundary%fixed(2, i)
         place = scene%clamp(c)%clamp%place
-        impulse = t%values(v_push:v_push + 2, e) + t%part(e)*t%values(v_hold:v_hold + 2, e)
+        impulse = t%values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
+          *t%values(v_stick:v_stick + 2, e)
         do a = 1, 3
           if (.not. scene%clamp(c)%clamp%held(a)) cycle
-          books%impulse(a, place) = books%impulse(a, place) - impulse(a)
+          budget%impulse(a, place) = budget%impulse(a, place) - impulse(a)
           associate (record => g(:, t%node(e)))
-            books%sums(e_wall) = books%sums(e_wall) - impulse(a)*(record(a) - 0.5_rp*record(4 + a))
+            budget%sums(e_wall) = budget%sums(e_wall) - impulse(a)*(record(a) - 0.5_rp &
+                                                                    *record(4 + a))
           end associate
         end do
       end do
@@ -235,25 +240,27 @@ contains
         e = t%entry_of(m%pair(1, i))
         if (e == 0) cycle
         sign = wall_signs(scene, m%pair(3, i), n_values) - 1.0_rp
-        call add_own(m%pair(3, i), e, sign)
+        call add_local(m%pair(3, i), e, sign)
       end do
       do i = 1, m%n_planes
         e = t%entry_of(m%plane(1, i))
         if (e == 0) cycle
         sign = 0.5_rp*(wall_signs(scene, m%plane(2, i), n_values) - 1.0_rp)
-        call add_own(m%plane(2, i), e, sign)
+        call add_local(m%plane(2, i), e, sign)
       end do
     end associate
   contains
-    subroutine add_own(plane, e, sign)
+    !> Add the impulse of this rank's particles at an entry, times `sign`.
+    subroutine add_local(plane, e, sign)
       integer, intent(in) :: plane, e
       real(rp), intent(in) :: sign(n_values)
 
-      associate (t => contact, impulse => books%impulse(:, scene%symmetry(plane)%place))
-        impulse = impulse + sign(v_push:v_push + 2) &
-          *(t%own(v_push:v_push + 2, e) + t%part(e)*t%own(v_hold:v_hold + 2, e))
+      associate (t => contact, impulse => budget%impulse(:, scene%symmetry(plane)%place))
+        impulse = impulse + sign(v_normal:v_normal + 2) &
+          *(t%local_values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
+            *t%local_values(v_stick:v_stick + 2, e))
       end associate
-    end subroutine add_own
-  end subroutine book_walls
+    end subroutine add_local
+  end subroutine record_wall_impulse
 
 end module tool_contact_walls

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
-!> From the grid to a block of particles. Neighbours in the block mostly have the same 27 nodes,
-!> since particles are sorted by node: then they fill the lanes of vectors and share what is loaded
-!> of a node, and only the lanes in use of a record are worked on. That takes a third of the
-!> operations of one particle at a time with a node's record in a vector (transfer_kernels), which
-!> is left for those that have nodes of their own. Sum-factorised; nodes lie z-fastest.
+!> Transfer from the grid to a block of particles. Neighbours in the block mostly have the same 27
+!> nodes, since particles are sorted by node: such runs fill the lanes of vectors, share the loads
+!> of a node, and use only the required lanes of a record. That takes a third of the operations of
+!> one particle at a time with a node's record in a vector (transfer_kernels), which remains for
+!> particles with nodes of their own. Sum-factorised; nodes lie z-fastest.
 module transfer_gather
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -13,33 +13,34 @@ module transfer_gather
 
   public :: gather_block, lanes_t
 
-  integer, parameter :: shortest = 3   ! run of particles with the same nodes
-  integer, parameter :: few = 6    !! lines of memory of the next block, fetched between the lanes
-                                   !! of eight particles
+  integer, parameter :: min_run = 3   ! shortest run of particles with the same nodes that is
+                                      ! vectorised
+  integer, parameter :: lines_per_eight = 6    !! cache lines of the next block prefetched per lane
+                                               !! of eight particles
 
-  !> Which lanes of the records are in use: some with slopes, of some the values alone.
+  !> Lanes of the records to gather: some with slopes, some with values only.
   type :: lanes_t
-    integer :: steep, n_steep      !! first lane with slopes, and how many
-    integer :: plain, n_plain      !! first lane without, and how many
+    integer :: sloped, n_sloped  !! first lane gathered with slopes, and number of such lanes
+    integer :: plain, n_plain    !! first lane gathered without slopes, and number of such lanes
   end type lanes_t
 
 contains
 
-  !> Values at `n` particles, and slopes along x, y, z of those lanes that have them: (s(:, 1:3) of
-  !> the first); other particles get undefined values.
+  !> Gather values at `n` particles, and for the sloped lanes slopes along x, y, z (s(:, 1:3) for
+  !> the first one); unused lanes are undefined.
   subroutine gather_block(lanes, n, w, first, stride, nn, g, rec, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: n, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)       !! scratch
-    real(rp), intent(out) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+    real(rp), intent(out) :: v(nlane, lanes%n_sloped), s(nlane, 3*lanes%n_sloped), &
       u(nlane, lanes%n_plain)
     integer :: m, p
 
     p = 1
     do while (p <= n)
       m = run_length(n - p + 1, first(p))
-      if (m >= shortest) then
+      if (m >= min_run) then
         call gather_run(lanes, p, m, w, first, stride, nn, g, rec, v, s, u)
       else
         m = 1
@@ -49,14 +50,14 @@ contains
     end do
   end subroutine gather_block
 
-  !> Particles p to p+m-1, which have the same nodes. Lanes of others, behind them, are overwritten:
-  !> their turn is later.
+  !> Gather for particles p to p+m-1, which have the same nodes. Lanes behind them are overwritten;
+  !> they are gathered later.
   subroutine gather_run(lanes, p, m, w, first, stride, nn, g, rec, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p, m, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
-    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+    real(rp), intent(inout) :: v(nlane, lanes%n_sloped), s(nlane, 3*lanes%n_sloped), &
       u(nlane, lanes%n_plain)
     real(rp) :: c(8, 3, 3, 3)
     integer :: i
@@ -77,29 +78,29 @@ contains
     end do
   end subroutine gather_run
 
-  !> Particle p by its record.
+  !> Gather for particle p through a record.
   subroutine gather_one(lanes, p, w, first, stride, nn, g, rec, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p, first(nlane), stride(3), nn
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
     real(rp), intent(inout) :: rec(8, 4, nlane)
-    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+    real(rp), intent(inout) :: v(nlane, lanes%n_sloped), s(nlane, 3*lanes%n_sloped), &
       u(nlane, lanes%n_plain)
     integer :: k
 
     call g2p_one(p, w, first, stride, nn, g, rec)
-    do k = 1, lanes%n_steep
-      v(p, k) = rec(lanes%steep + k - 1, 1, p)
-      s(p, 3*k - 2:3*k) = rec(lanes%steep + k - 1, 2:4, p)
+    do k = 1, lanes%n_sloped
+      v(p, k) = rec(lanes%sloped + k - 1, 1, p)
+      s(p, 3*k - 2:3*k) = rec(lanes%sloped + k - 1, 2:4, p)
     end do
     do k = 1, lanes%n_plain
       u(p, k) = rec(lanes%plain + k - 1, 1, p)
     end do
   end subroutine gather_one
 
-  !> The records of 27 nodes from q on, row by row along z. Weights add up to one and slopes to zero
-  !> on each axis, so that the middle one needs no multiplication where the outer ones are
-  !> differences from it.
+  !> Copy the records of 27 nodes from q on, row by row along z. Weights add up to one and slopes to
+  !> zero on each axis, so that outer nodes stored as differences from the middle one save its
+  !> multiplication.
   pure subroutine copy_nodes(q, stride, nn, g, c)
     integer, intent(in) :: q, stride(3), nn
     real(rp), intent(in) :: g(8, nn)
@@ -138,7 +139,7 @@ contains
 #undef KEEP
   end subroutine copy_nodes
 
-  ! Lane f of the nodes at particle i: value and slopes, or the value alone.
+  ! Lane f of the nodes at particle i: value and slopes, or the value only.
 #define ROW(J, I) \
         x0 = c(f, 2, J, I) + w(i, 7)*c(f, 1, J, I) + w(i, 9)*c(f, 3, J, I); \
         x1 = w(i, 16)*c(f, 1, J, I) + w(i, 18)*c(f, 3, J, I)
@@ -162,26 +163,26 @@ contains
 #define VALUE_ALONE \
         u(i, k) = VALUE_PLANE(2) + w(i, 1)*VALUE_PLANE(1) + w(i, 3)*VALUE_PLANE(3)
 
-  !> Particles p to p+7, with the nodes copied in `c`.
+  !> Gather for particles p to p+7, with the nodes copied in `c`.
   subroutine gather_eight(lanes, p, w, c, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p
     real(rp), intent(in) :: w(nlane, 18), c(8, 3, 3, 3)
-    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+    real(rp), intent(inout) :: v(nlane, lanes%n_sloped), s(nlane, 3*lanes%n_sloped), &
       u(nlane, lanes%n_plain)
     real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2
     integer :: f, i, k
 
-    do k = 1, lanes%n_steep
-      call fetch_some(few)
-      f = lanes%steep + k - 1
+    do k = 1, lanes%n_sloped
+      call fetch_some(lines_per_eight)
+      f = lanes%sloped + k - 1
       !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2)
       do i = p, p + 7
         WITH_SLOPES
       end do
     end do
     do k = 1, lanes%n_plain
-      call fetch_some(few)
+      call fetch_some(lines_per_eight)
       f = lanes%plain + k - 1
       !$omp simd
       do i = p, p + 7
@@ -190,26 +191,26 @@ contains
     end do
   end subroutine gather_eight
 
-  !> Particles p to p+3.
+  !> Gather for particles p to p+3.
   subroutine gather_four(lanes, p, w, c, v, s, u)
     type(lanes_t), intent(in) :: lanes
     integer, intent(in) :: p
     real(rp), intent(in) :: w(nlane, 18), c(8, 3, 3, 3)
-    real(rp), intent(inout) :: v(nlane, lanes%n_steep), s(nlane, 3*lanes%n_steep), &
+    real(rp), intent(inout) :: v(nlane, lanes%n_sloped), s(nlane, 3*lanes%n_sloped), &
       u(nlane, lanes%n_plain)
     real(rp) :: a0, a1, a2, a3, x0, x1, y0, y1, y2
     integer :: f, i, k
 
-    do k = 1, lanes%n_steep
-      call fetch_some(few/2)
-      f = lanes%steep + k - 1
+    do k = 1, lanes%n_sloped
+      call fetch_some(lines_per_eight/2)
+      f = lanes%sloped + k - 1
       !$omp simd private(a0, a1, a2, a3, x0, x1, y0, y1, y2)
       do i = p, p + 3
         WITH_SLOPES
       end do
     end do
     do k = 1, lanes%n_plain
-      call fetch_some(few/2)
+      call fetch_some(lines_per_eight/2)
       f = lanes%plain + k - 1
       !$omp simd
       do i = p, p + 3

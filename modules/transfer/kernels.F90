@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> The two transfers of the Material Point Method for one particle at a time, sum-factorised over
-!> the 27 nodes; most particles go with neighbours that have the same nodes (transfer_scatter,
+!> the 27 nodes; most particles are processed in runs that share nodes (transfer_scatter,
 !> transfer_gather). A node record holds 8 reals; the bodies are written out because a loop inside a
 !> vector loop is not vectorised. Nodes lie z-fastest: `stride(3)` must be 1.
 !>
 !> Records hold two groups of four lanes, since most lanes need either values or slopes:
 !>   to the grid   1:4 mass, momentum (values)          5:8 force (slopes), temperature (value)
 !>   from the grid 1:4 velocity, temperature (+slopes)  5:8 velocity change, spare (values)
-!> Where a vector register holds a whole record, all lanes go with slopes instead: parts that are
-!> not needed are 0 in the transfer to the grid and not read in that back.
+!> Where a vector register holds a whole record, all lanes are processed with slopes: parts that are
+!> not needed are 0 in the transfer to the grid and not read in the transfer back.
 module transfer_kernels
   use base_kinds, only: nlane, rp
   use base_system, only: fetch_some
@@ -18,7 +18,7 @@ module transfer_kernels
   public :: run_length, p2g_values, p2g_slopes, p2g_affine_block, p2g_gradient_block, g2p_block, &
     g2p_one, g2p_values_block
 
-  ! First lane that goes to the grid with slopes, last one that comes back with them.
+  ! First lane scattered with slopes, last lane gathered with them.
 #ifdef STIRPOINT_AVX512
   integer, parameter :: back_slopes = 8
 #else
@@ -32,7 +32,7 @@ module transfer_kernels
 
 contains
 
-  !> How many of `n` particles have the first one's nodes, up to the first that has others.
+  !> Number of leading particles, of `n`, with the nodes of the first one.
   pure integer function run_length(n, first) result(m)
     integer, intent(in) :: n, first(n)
 
@@ -68,7 +68,7 @@ contains
     end do
   end subroutine p2g_gradient_block
 
-  !> Lanes 1:4 of one particle by weights.
+  !> Add lanes 1:4 of one particle by weights.
   subroutine p2g_values(p, w, q, rec, stride, nn, g)
     integer, intent(in) :: p, q, nn, stride(3)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
@@ -98,7 +98,7 @@ contains
 #undef PLANE
   end subroutine p2g_values
 
-  !> Lanes `low` to `high` of one particle by weights and slopes.
+  !> Add lanes `low` to `high` of one particle by weights and slopes.
   subroutine p2g_slopes(low, high, p, w, q, rec, stride, nn, g)
     integer, intent(in) :: low, high, p, q, nn, stride(3)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
@@ -138,7 +138,7 @@ contains
     call g2p_lanes(.true., 1, n, w, first, stride, nn, g, rec)
   end subroutine g2p_block
 
-  !> The same for particle `p` of a block.
+  !> Do the same for particle `p` of a block.
   subroutine g2p_one(p, w, first, stride, nn, g, rec)
     integer, intent(in) :: p, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18), g(8, nn)
@@ -156,7 +156,7 @@ contains
     call g2p_lanes(.false., 1, n, w, first, stride, nn, g, rec)
   end subroutine g2p_values_block
 
-  !> Values of lanes 5:8, and, unless only those are in use, values and slopes of lanes 1:4.
+  !> Interpolate values of lanes 5:8 and, with `all_lanes`, values and slopes of lanes 1:4.
   subroutine g2p_lanes(all_lanes, low, high, w, first, stride, nn, g, rec)
     logical, intent(in) :: all_lanes
     integer, intent(in) :: low, high, nn, stride(3), first(nlane)

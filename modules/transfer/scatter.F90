@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> From a block of particles to the grid. Neighbours in the block mostly have the same 27 nodes,
-!> since particles are sorted by node: their sums stay in registers, and go to the nodes when the
-!> run ends. Weights add up to one and slopes to zero on each axis, so that the sums are those of
-!> the outer two weights and of the whole, a third of the multiplications less; the middle node gets
-!> the whole less what the outer two get. Records as in transfer_kernels, which does particles that
-!> have nodes of their own.
+!> Transfer from a block of particles to the grid. Neighbours in the block mostly have the same 27
+!> nodes, since particles are sorted by node: their sums stay in registers and are added to the
+!> nodes at the end of the run. Weights add up to one and slopes to zero on each axis, so that sums
+!> of the outer two weights and of the whole suffice, a third of the multiplications less; the
+!> middle node gets the whole less the outer two. Records as in transfer_kernels, which handles
+!> particles with nodes of their own.
 module transfer_scatter
 #ifdef STIRPOINT_CONTRACTS
   use base_errors, only: fatal
@@ -17,8 +17,8 @@ module transfer_scatter
 
   public :: p2g_block, p2g_values_block
 
-  integer, parameter :: shortest = 3    ! run that is worth it
-  integer, parameter :: longest = 16    ! one that is not cut: memory is fetched between runs
+  integer, parameter :: min_run = 3    ! shortest run worth vectorising
+  integer, parameter :: max_run = 16    ! longest run: memory is prefetched between runs
 
 contains
 
@@ -28,7 +28,7 @@ contains
     integer, intent(in) :: n, nn
     integer, intent(in) :: stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18)
-    real(rp), intent(in) :: rec(8, 4, nlane)    !! value part, x, y and z slope parts
+    real(rp), intent(in) :: rec(8, 4, nlane)    !! value part; x, y and z slope parts
     real(rp), intent(inout) :: g(8, nn)
 
 #ifdef STIRPOINT_CONTRACTS
@@ -48,20 +48,20 @@ contains
     call p2g_lanes(.false., n, w, first, rec, stride, nn, g)
   end subroutine p2g_values_block
 
-  !> All lanes, or the values of lanes 1:4 alone, run by run.
+  !> Add all lanes, or only the values of lanes 1:4, run by run.
   subroutine p2g_lanes(all_lanes, n, w, first, rec, stride, nn, g)
     logical, intent(in) :: all_lanes
     integer, intent(in) :: n, nn, stride(3), first(nlane)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
     real(rp), intent(inout) :: g(8, nn)
     integer :: m, p
-    logical :: with_values                      ! lanes 1:4 on their own
+    logical :: with_values                      ! lanes 1:4 are added separately
 
     with_values = to_slopes > 1 .or. .not. all_lanes
     p = 1
     do while (p <= n)
-      m = run_length(min(longest, n - p + 1), first(p))
-      if (m < shortest) m = 1
+      m = run_length(min(max_run, n - p + 1), first(p))
+      if (m < min_run) m = 1
       call fetch_some(2*m)
       if (m == 1) then
         if (with_values) call p2g_values(p, w, first(p), rec, stride, nn, g)
@@ -75,7 +75,7 @@ contains
     end do
   end subroutine p2g_lanes
 
-  ! Sums t(lane, z, y, x) over the particles of a run, and from there to the nodes.
+  ! Sums t(lane, z, y, x) over the particles of a run, and their addition to the nodes.
 #define FIRST(T, A) T = A
 #define NEXT(T, A) T = T + A
 #define MIDDLE(K, J) t(f, K, J, 2) = t(f, K, J, 2) - t(f, K, J, 1) - t(f, K, J, 3)
@@ -97,7 +97,7 @@ contains
         g(f, Q+sy+1) = g(f, Q+sy+1) + (b - a - d); \
         g(f, Q+sy+2) = g(f, Q+sy+2) + d
 
-  !> Lanes 1:4 of `m` particles from p on, which have the same nodes from q on, by weights.
+  !> Add lanes 1:4 of `m` particles from p on, which have the same nodes from q on, by weights.
   subroutine p2g_values_run(p, m, w, q, rec, stride, nn, g)
     integer, intent(in) :: p, m, q, nn, stride(3)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)
@@ -150,7 +150,7 @@ contains
     end do
   end subroutine p2g_values_run
 
-  !> Lanes from `to_slopes` on, by weights and slopes.
+  !> Add the lanes from `to_slopes` on by weights and slopes.
   subroutine p2g_slopes_run(p, m, w, q, rec, stride, nn, g)
     integer, intent(in) :: p, m, q, nn, stride(3)
     real(rp), intent(in) :: w(nlane, 18), rec(8, 4, nlane)

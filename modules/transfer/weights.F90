@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Shape functions of a block of particles: one branch-free formula for uGIMP and quadratic
-!> B-spline functions (uGIMP: Bardenhagen & Kober 2004, CMES 5:477; half length l = h/2 gives the
-!> B-spline). Weights of single places between the nodes: of a point, and of a face of a particle.
+!> Shape functions of a block of particles: one branch-free formula for uGIMP and quadratic B-spline
+!> functions (uGIMP: Bardenhagen & Kober 2004, CMES 5:477; half length l = h/2 gives the B-spline).
+!> Weights of single positions: of a point, and of a face of a particle.
 module transfer_weights
   use base_kinds, only: nlane, rp
   implicit none (type, external)
@@ -32,7 +32,7 @@ contains
     integer, intent(in) :: stride(3)         !! node index steps along x, y, z
     real(rp), intent(in) :: x(nlane, 3)      !! positions [m]
     real(rp), intent(out) :: w(nlane, 18)    !! weights of x, y, z (1:9), slopes [1/m] (10:18)
-    integer, intent(out) :: first(nlane)     !! node index of the stencil's corner
+    integer, intent(out) :: first(nlane)     !! index of the first of 27 nodes
     real(rp) :: a, b, c, d, e, i2(3), i4(3), s, w1, w3, g1, g3
     integer :: i, j, k, p
 
@@ -47,14 +47,15 @@ contains
     end do
   end subroutine block_weights
 
-  !> B-spline weights and slopes on a grid that is graded along `axis` (grid_grading). There
-  !> the particles are in the spans `at` of the patch, whose middles, inverse widths, and parts of
-  !> the neighbours' functions are in `span`.
+  !> B-spline weights and slopes on a grid that is graded along `axis` (grid_grading). On that axis
+  !> the particles are in the spans `at` of the patch, whose centres, inverse widths and neighbour
+  !> coefficients are in `span`.
   subroutine graded_weights(axis, n_span, span, at, origin, inv_h, stride, x, w, first)
-    integer, intent(in) :: axis, n_span      !! graded axis; spans of the patch
-    real(rp), intent(in) :: span(5, 0:n_span - 1)   !! as grading_t has them
-    integer, intent(in) :: at(nlane)         !! from 0
-    real(rp), intent(in) :: origin(3), inv_h(3), x(nlane, 3)   !! [m], [1/m], [m]
+    integer, intent(in) :: axis, n_span                       !! graded axis, number of spans of the
+                                                              !! patch
+    real(rp), intent(in) :: span(5, 0:n_span - 1)             !! as in grading_t
+    integer, intent(in) :: at(nlane)                          !! span of each particle, from 0
+    real(rp), intent(in) :: origin(3), inv_h(3), x(nlane, 3)  !! [m], [1/m], [m]
     integer, intent(in) :: stride(3)
     real(rp), intent(out) :: w(nlane, 18)
     integer, intent(out) :: first(nlane)
@@ -99,7 +100,7 @@ contains
     end do
   end subroutine graded_weights
 
-  !> The first of the 27 nodes of each particle alone.
+  !> First of the 27 nodes of each particle.
   pure subroutine block_corners(origin, inv_h, stride, x, first)
     real(rp), intent(in) :: origin(3), inv_h(3), x(nlane, 3)
     integer, intent(in) :: stride(3)
@@ -114,7 +115,7 @@ contains
     end do
   end subroutine block_corners
 
-  !> Weights with half lengths `l` of each particle's own.
+  !> Weights and slopes with individual half lengths `l` [cells].
   subroutine own_weights(origin, inv_h, l, stride, x, w, first)
     real(rp), intent(in) :: origin(3), inv_h(3), l(nlane, 3), x(nlane, 3)
     integer, intent(in) :: stride(3)
@@ -135,11 +136,11 @@ contains
     end do
   end subroutine own_weights
 
-  !> First moments w (x_i - x_p) of the weights in the place of the slopes, and their second
-  !> moments `square` = sum w (x_i - x_p)^2 on each axis.
+  !> First moments w (x_i - x_p) of the weights, stored in place of the slopes, and second moments
+  !> `square` = sum w (x_i - x_p)^2 on each axis.
   subroutine moment_weights(origin, edge, x, w, moment, square)
-    real(rp), intent(in) :: origin(3), edge(3), x(nlane, 3), w(nlane, 18)   !! [m]
-    real(rp), intent(out) :: moment(nlane, 18), square(nlane, 3)      !! [m], [m2]
+    real(rp), intent(in) :: origin(3), edge(3), x(nlane, 3), w(nlane, 18)  !! [m]
+    real(rp), intent(out) :: moment(nlane, 18), square(nlane, 3)  !! [m], [m2]
     real(rp) :: s, d, h, inv_h
     integer :: a, o, p
 
@@ -161,13 +162,13 @@ contains
     end do
   end subroutine moment_weights
 
-  !> The eight nodes around a point and their linear weights, over their sum for those that are not
-  !> empty; all weights are zero if none is.
+  !> Eight nodes around a point and their linear weights, normalised over the non-empty ones; all
+  !> weights are zero if all nodes are empty.
   pure subroutine point_nodes(s, stride, lane, least, nn, g, q, weight)
-    real(rp), intent(in) :: s(3)             !! place, from the first node of the patch [cells]
+    real(rp), intent(in) :: s(3)             !! position from the first node of the patch [cells]
     integer, intent(in) :: stride(3), nn
-    integer, intent(in) :: lane              !! of the records by which a node is empty,
-    real(rp), intent(in) :: least            !! being no larger than this
+    integer, intent(in) :: lane    !! lane of the records that decides whether a node is empty
+    real(rp), intent(in) :: least  !! largest value of an empty node
     real(rp), intent(in) :: g(8, nn)
     integer, intent(out) :: q(0:7)
     real(rp), intent(out) :: weight(0:7)
@@ -189,11 +190,11 @@ contains
     end if
   end subroutine point_nodes
 
-  !> Weights of three nodes for a domain around the place `d` that reaches no farther than them: the
-  !> mean of their linear functions over it.
+  !> Weights of three nodes for a domain around `d` that reaches no farther than them: the mean of
+  !> their linear functions over the domain.
   pure function domain_weights(d, half) result(w)
-    real(rp), intent(in) :: d                !! of its middle from the middle node [cells]
-    real(rp), intent(in) :: half             !! its half length, more than 0 [cells]
+    real(rp), intent(in) :: d                !! centre of the domain from the middle node [cells]
+    real(rp), intent(in) :: half             !! half length of the domain, above 0 [cells]
     real(rp) :: w(3)
 
     w(1) = 0.5_rp*(upper(half - d) - upper(-half - d))
@@ -201,7 +202,7 @@ contains
     w([1, 3]) = w([1, 3])/(2.0_rp*half)
     w(2) = 1.0_rp - w(1) - w(3)
   contains
-    !> Twice the integral of max(0, t).
+    !> Integral of 2 max(0, t).
     pure real(rp) function upper(t)
       real(rp), intent(in) :: t
 
@@ -215,12 +216,12 @@ contains
   !> traction on its faces that belongs to it cancel at every node, and no node gets a weight to
   !> which the particle gives no mass.
   pure function face_weights(d, side, half, reach, layers, spacing) result(w)
-    real(rp), intent(in) :: d                !! of the particle from its nearest node [cells]
-    integer, intent(in) :: side              !! -1 or 1: where the face looks to along the axis
-    real(rp), intent(in) :: half             !! half length of the particle's weights [cells]
-    real(rp), intent(in) :: reach            !! to the farthest place [cells]
-    integer, intent(in) :: layers            !! particles within the length of the weights
-    real(rp), intent(in) :: spacing          !! of particles [cells]
+    real(rp), intent(in) :: d        !! particle position from its nearest node [cells]
+    integer, intent(in) :: side      !! -1 or 1: direction of the outward normal along the axis
+    real(rp), intent(in) :: half     !! half length of the particle's weights [cells]
+    real(rp), intent(in) :: reach    !! distance of the outermost evaluation point [cells]
+    integer, intent(in) :: layers    !! particles within the length of the domain
+    real(rp), intent(in) :: spacing  !! particle spacing [cells]
     real(rp) :: w(3), out, t
     integer :: j
 
@@ -228,7 +229,7 @@ contains
     out = side*d
     do j = 0, layers - 1
       t = out + reach - j*spacing
-      if (out + half <= 0.0_rp) t = min(t, 0.0_rp)    ! no mass at the next node
+      if (out + half <= 0.0_rp) t = min(t, 0.0_rp)    ! the outer node has no mass
       w = w + [max(0.0_rp, -t), 1.0_rp - abs(t), max(0.0_rp, t)]/layers
     end do
     if (side < 0) w = w(3:1:-1)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> What time and temperature do to the internal variables of flow laws by themselves.
+!> Static annealing: change of the internal variables of flow laws with time and temperature.
 module update_annealing
   use base_kinds, only: nlane, rp
   use particles_store, only: f_rate, f_temp, particles_t
@@ -12,7 +12,7 @@ module update_annealing
 
 contains
 
-  !> Recovery, coarsening and recrystallisation over `dt` [s], at the particles' temperatures.
+  !> Apply recovery, coarsening and recrystallisation over `dt` [s] at the particles' temperatures.
   subroutine anneal_particles(scene, particles, dt)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles

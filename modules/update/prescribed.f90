@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> Bodies with a known field: their start, their body force, its work.
+!> Bodies with a prescribed field: initial state, body force and its work.
 module update_prescribed
   use base_kinds, only: nlane, rp
   use fields_field, only: field_t
-  use mapping_blocks, only: longest_half, shortest_half
+  use mapping_blocks, only: max_half, min_half
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, layout_t, &
                              particles_t
   use physics_material, only: material_t
   use physics_stress, only: elastic_stress
-  use state_books, only: books_t, e_body
+  use state_budget, only: budget_t, e_body
   use state_clock, only: clock_t
   use state_scene, only: scene_t, scheme_musl, scheme_usl
   use state_step, only: step_t
@@ -20,8 +20,8 @@ module update_prescribed
 
 contains
 
-  !> Particles that stand on the lattice, undeformed, take the state of their field at t = 0; its
-  !> velocity is added to theirs.
+  !> Set undeformed particles on the lattice to the state of their field at t = 0; the velocity of
+  !> the field is added to theirs.
   subroutine start_fields(scene, particles)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
@@ -55,7 +55,7 @@ contains
     if (layout%half == 0) return
     do a = 1, 3
       associate (half => ps(:, layout%half + a - 1))
-        half = max(shortest_half, min(longest_half, half*f(:, 4*a - 3)))
+        half = max(min_half, min(max_half, half*f(:, 4*a - 3)))
       end associate
     end do
   end subroutine start_block
@@ -82,13 +82,13 @@ contains
     call elastic_stress(material, n, temp, bbar, jac, tau, unused)
   end subroutine elastic_state
 
-  !> Velocities of USL and MUSL belong to the middle of a step: put them back from t = 0 by half of
-  !> `dt`; the velocity gradients that particles of an affine transfer carry are those of that time.
+  !> Shift the velocities of USL and MUSL, which belong to mid-step times, back from t = 0 by half
+  !> of `dt`, and set the velocity gradients of the affine transfer to those of that time.
   subroutine stagger_velocities(scene, clock, particles, dt)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
     type(particles_t), intent(inout) :: particles
-    real(rp), intent(in) :: dt                     !! of the first step [s]
+    real(rp), intent(in) :: dt                     !! first time step [s]
     integer :: b
 
     do b = 1, particles%nblk
@@ -122,7 +122,7 @@ contains
     call velocity_gradient(f, (after - before)/(2.0_rp*d), ps(1, layout%affine))
   end subroutine stagger_block
 
-  !> L with dF/dt = L F.
+  !> Velocity gradient L from dF/dt = L F.
   pure subroutine velocity_gradient(f, rate, l)
     real(rp), intent(in) :: f(nlane, 9), rate(nlane, 9)   !! F, dF/dt row by row [1, 1/s]
     real(rp), intent(out) :: l(nlane, 9)                  !! [1/s]
@@ -146,7 +146,7 @@ contains
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
 
-  !> Time to which the particles' velocities belong [s].
+  !> Time at which particle velocities are defined [s].
   pure real(rp) function velocity_time(scene, clock)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -157,7 +157,7 @@ contains
     end if
   end function velocity_time
 
-  !> Add the body force of a block's field, one that needs it, to its records.
+  !> Add the body force of a block's field to its records.
   subroutine add_prescribed_force(scene, step, body, nf, ps, rec)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
@@ -173,11 +173,11 @@ contains
     end do
   end subroutine add_prescribed_force
 
-  !> Book the work of that force in a step, with the mean grid velocity `v` - `dv`/2.
-  subroutine prescribed_work(scene, step, books, body, n, dt, v, dv, nf, ps)
+  !> Record the work of that force in a step, with the mean grid velocity `v` - `dv`/2.
+  subroutine prescribed_work(scene, step, budget, body, n, dt, v, dv, nf, ps)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: dt, v(nlane, 3), dv(nlane, 3), ps(nlane, nf)
     real(rp) :: b(nlane, 3)
@@ -185,7 +185,7 @@ contains
 
     call scene%body(body)%field%force(step%force_time, ps(1, scene%layout%origin), b)
     do p = 1, n
-      books%sums(e_body) = books%sums(e_body) &
+      budget%sums(e_body) = budget%sums(e_body) &
                          + dt*ps(p, f_mass)*dot_product(b(p, :), v(p, :) - 0.5_rp*dv(p, :))
     end do
   end subroutine prescribed_work

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> The sweeps over all blocks of particles that a time step is made of.
-!> Each sweep hands one block at a time, as an explicit-shape array, to a procedure of its own.
+!> Sweeps over all blocks of particles in a time step. Each sweep passes one block at a time, as an
+!> explicit-shape array, to a procedure of its own.
 module update_sweeps
   use base_kinds, only: nlane, rp
   use contact_tool, only: tool_t
   use exchange_ranks, only: exchange_t
-  use mapping_apic, only: affine_to_grid, carry_gradient
+  use mapping_apic, only: affine_to_grid, gather_gradient
   use mapping_blocks, only: advance_particles, force_records, gather_velocity, momentum_records, &
                             stretch_domains, weights_of
   use mapping_fbar, only: add_volume
@@ -13,14 +13,14 @@ module update_sweeps
   use mapping_rigid, only: move_rigid
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
   use state_blocks, only: blocks_t
-  use state_books, only: books_t
+  use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_scene, only: scene_t, scheme_usavg, scheme_usl
   use state_step, only: step_t, outcome_t
   use transfer_scatter, only: p2g_block
-  use update_constitutive, only: constitutive, outer_acceleration, outer_work, restore_volume
+  use update_constitutive, only: constitutive, external_acceleration, external_work, average_volume
   use update_prescribed, only: add_prescribed_force, prescribed_work
-  use update_tractions, only: book_tractions
+  use update_tractions, only: record_traction_work
   implicit none (type, external)
   private
 
@@ -29,8 +29,8 @@ module update_sweeps
 
 contains
 
-  !> Particles to grid: mass, momentum, force, temperature of the awake blocks `first` to `last`, in
-  !> turn.
+  !> Map mass, momentum, force and temperature of the awake blocks `first` to `last` of
+  !> `blocks%turn` to the grid.
   subroutine blocks_to_grid(scene, clock, step, particles, blocks, nodes, first, last, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -40,20 +40,20 @@ contains
     type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: first, last
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
-    integer :: b, given, i
+    integer :: b, n_fields_read, i
 
-    given = n_to_grid
-    if (max(scene%layout%half, scene%layout%affine) > 0) given = particles%nf
+    n_fields_read = n_to_grid
+    if (max(scene%layout%half, scene%layout%affine) > 0) n_fields_read = particles%nf
     do i = first, last
       b = blocks%turn(i)
-      call particles%fetch(b + 1, given)   ! mostly the next one
+      call particles%fetch(b + 1, n_fields_read)   ! usually the next block
       call force_to_grid(scene, clock, step, nodes, particles%body(b), particles%count(b), &
                          particles%nf, particles%ps(:, :, b), nodes%rec, &
                          g(:, :, group_of(scene, particles, b)))
     end do
   end subroutine blocks_to_grid
 
-  !> The same of one block of particles.
+  !> Map one block of particles.
   subroutine force_to_grid(scene, clock, step, nodes, body, n, nf, ps, rec, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -67,14 +67,14 @@ contains
 
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call force_records(clock%mass_scaling, 1.0_rp/scene%material(scene%body(body)%material)%rho, &
-                       outer_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
+                       external_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
                        ps(1, f_tau), ps(1, f_temp), rec)
     if (scene%body(body)%is_forced()) call add_prescribed_force(scene, step, body, nf, ps, rec)
     call map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
-    call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
+    call add_records(scene, nodes, n, nf, ps, w, first, rec, g)
   end subroutine force_to_grid
 
-  !> Particles to grid: mass, momentum, temperature.
+  !> Map mass, momentum and temperature to the grid.
   subroutine momentum_to_grid(scene, clock, particles, nodes, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -102,10 +102,10 @@ contains
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call momentum_records(clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), ps(1, f_temp), rec)
     call map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
-    call to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
+    call add_records(scene, nodes, n, nf, ps, w, first, rec, g)
   end subroutine map_momentum
 
-  !> What the mean volume ratios of cells are made of.
+  !> Add the sums for F-bar averaging.
   subroutine map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
@@ -119,8 +119,8 @@ contains
                     size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
   end subroutine map_volume
 
-  !> Add the records of a block to the nodes, with the gradients that the particles carry (APIC).
-  subroutine to_grid(scene, nodes, n, nf, ps, w, first, rec, g)
+  !> Add the records of a block to the nodes, with the velocity gradients of APIC particles.
+  subroutine add_records(scene, nodes, n, nf, ps, w, first, rec, g)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, nf, first(nlane)
@@ -132,12 +132,12 @@ contains
     else
       call p2g_block(n, w, first, rec, nodes%patch%stride, nodes%patch%nn, g)
     end if
-  end subroutine to_grid
+  end subroutine add_records
 
-  !> Grid to particles: move them with `moved`, then stress over `dt_stress` with the
-  !> gradient of `field` (the same grid in USL).
+  !> Update the particles from the grid: move them with `g_motion`, then update the stress over
+  !> `dt_stress` with the gradient of `g_strain` (the same grid in USL).
   subroutine grid_to_particles(scene, clock, step, tool, particles, blocks, nodes, exchange, &
-                               books, dt, moved, field, dt_stress, report)
+                               budget, dt, g_motion, g_strain, dt_stress, outcome)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
@@ -146,22 +146,22 @@ contains
     type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     type(exchange_t), intent(in) :: exchange
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt, dt_stress
-    real(rp), intent(in), dimension(8, nodes%patch%nn, nodes%n_groups) :: moved, field
-    type(outcome_t), intent(inout) :: report
+    real(rp), intent(in), dimension(8, nodes%patch%nn, nodes%n_groups) :: g_motion, g_strain
+    type(outcome_t), intent(inout) :: outcome
 
     if (scene%has_tractions()) then
-      call book_tractions(scene, step, particles, nodes, books, dt, moved)
+      call record_traction_work(scene, step, particles, nodes, budget, dt, g_motion)
     end if
-    call blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, books, &
-                             exchange%speculative%done + 1, blocks%n_awake, dt, moved, field, &
-                             dt_stress, report)
+    call blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, budget, &
+                             exchange%speculative%n_done + 1, blocks%n_awake, dt, g_motion, &
+                             g_strain, dt_stress, outcome)
   end subroutine grid_to_particles
 
-  !> The same for the blocks `first` to `last` of `sim%blocks%order`.
-  subroutine blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, books, first, &
-                                 last, dt, moved, field, dt_stress, report)
+  !> Update the blocks `first` to `last` of `blocks%order`.
+  subroutine blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, budget, &
+                                 first, last, dt, g_motion, g_strain, dt_stress, outcome)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
@@ -169,69 +169,70 @@ contains
     type(particles_t), intent(inout) :: particles
     type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: first, last
     real(rp), intent(in) :: dt, dt_stress
-    real(rp), intent(in), dimension(8, nodes%patch%nn, nodes%n_groups) :: moved, field
-    type(outcome_t), intent(inout) :: report
+    real(rp), intent(in), dimension(8, nodes%patch%nn, nodes%n_groups) :: g_motion, g_strain
+    type(outcome_t), intent(inout) :: outcome
     integer :: b, i, k
 
     do i = first, last
       b = blocks%order(i)
       call particles%fetch(blocks%order(min(i + 1, blocks%n_awake)), particles%nf)
       k = group_of(scene, particles, b)
-      call advance_block(scene, clock, step, tool, particles, nodes, books, b, particles%count(b), &
-                         dt, moved(:, :, k), field(:, :, k), dt_stress, particles%nf, &
-                         particles%ps(:, :, b), nodes%rec, report)
+      call advance_block(scene, clock, step, tool, particles, nodes, budget, b, &
+                         particles%count(b), dt, g_motion(:, :, k), g_strain(:, :, k), dt_stress, &
+                         particles%nf, particles%ps(:, :, b), nodes%rec, outcome)
     end do
   end subroutine blocks_to_particles
 
-  subroutine advance_block(scene, clock, step, tool, particles, nodes, books, b, n, dt, moved, &
-                           field, dt_stress, nf, ps, rec, report)
+  subroutine advance_block(scene, clock, step, tool, particles, nodes, budget, b, n, dt, g_motion, &
+                           g_strain, dt_stress, nf, ps, rec, outcome)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: b, n, nf
     real(rp), intent(in) :: dt, dt_stress
-    real(rp), intent(in) :: moved(8, nodes%patch%nn), field(8, nodes%patch%nn)
+    real(rp), intent(in) :: g_motion(8, nodes%patch%nn), g_strain(8, nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
-    type(outcome_t), intent(inout) :: report
+    type(outcome_t), intent(inout) :: outcome
     integer :: first(nlane)
     real(rp), dimension(nlane, 3) :: v, dv, v2, dv2
     real(rp) :: w(nlane, 18), l(nlane, 9)
 
     if (scene%body(particles%body(b))%is_rigid()) then
       call move_rigid(tool, scene%body(particles%body(b))%tool, n, ps(1, f_pos), ps(1, f_vel), &
-                      report%speed2)
+                      outcome%speed2)
       return
     end if
     call weights_of(scene, nodes, particles%body(b), nf, ps, w, first)
-    call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, moved, rec, v, dv, l)
-    if (scene%method%scheme /= scheme_usl) then   ! velocities are new already: move only
+    call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g_motion, rec, v, dv, l)
+    if (scene%method%scheme /= scheme_usl) then   ! velocities are new already: only move
       v2 = v
       if (scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
       dv2 = 0.0_rp
-      call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), report%speed2)
-      call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, field, rec, v2, dv2, l)
+      call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
+      call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g_strain, rec, v2, &
+                           dv2, l)
     else
-      call carry(scene, nodes, n, nf, ps, w, first, moved, rec)
-      call advance_particles(n, dt, step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), report%speed2)
+      call store_affine(scene, nodes, n, nf, ps, w, first, g_motion, rec)
+      call advance_particles(n, dt, step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
     end if
     if (scene%layout%half > 0) call stretch_domains(dt_stress, l, ps(1, scene%layout%half))
-    call restore_volume(scene, clock, nodes, books, particles%body(b), n, w, first, nf, ps)
-    call outer_work(scene, step, books, particles%body(b), n, dt, v, dv, ps(1, f_mass))
+    call average_volume(scene, clock, nodes, budget, particles%body(b), n, w, first, nf, ps)
+    call external_work(scene, step, budget, particles%body(b), n, dt, v, dv, ps(1, f_mass))
     if (scene%body(particles%body(b))%is_forced()) then
-      call prescribed_work(scene, step, books, particles%body(b), n, dt, v, dv, nf, ps)
+      call prescribed_work(scene, step, budget, particles%body(b), n, dt, v, dv, nf, ps)
     end if
-    call constitutive(scene, clock, books, particles%body(b), n, dt_stress, l, nf, ps, report)
+    call constitutive(scene, clock, budget, particles%body(b), n, dt_stress, l, nf, ps, outcome)
   end subroutine advance_block
 
-  !> The velocity gradient that particles of an affine transfer carry to the next step.
-  subroutine carry(scene, nodes, n, nf, ps, w, first, g, rec)
+  !> Store the velocity gradient that APIC particles carry to the next step.
+  subroutine store_affine(scene, nodes, n, nf, ps, w, first, g, rec)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: n, nf, first(nlane)
@@ -239,37 +240,37 @@ contains
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
 
     if (scene%layout%affine == 0) return
-    call carry_gradient(nodes, n, ps(1, f_pos), w, first, g, rec, ps(1, scene%layout%affine))
-  end subroutine carry
+    call gather_gradient(nodes, n, ps(1, f_pos), w, first, g, rec, ps(1, scene%layout%affine))
+  end subroutine store_affine
 
-  !> Half a step of stress from the velocity field `g`, at unchanged places.
-  subroutine update_stress(scene, clock, particles, nodes, books, dt, g, report)
+  !> Update the stress over `dt` with the velocity field `g`, at unchanged positions.
+  subroutine update_stress(scene, clock, particles, nodes, budget, dt, g, outcome)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(inout) :: particles
     type(nodes_t), intent(inout) :: nodes
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    type(outcome_t), intent(inout) :: report
+    type(outcome_t), intent(inout) :: outcome
     integer :: b
 
     do b = 1, particles%nblk
-      call strain_block(scene, clock, nodes, books, particles%body(b), particles%count(b), dt, &
+      call strain_block(scene, clock, nodes, budget, particles%body(b), particles%count(b), dt, &
                         g(:, :, group_of(scene, particles, b)), particles%nf, &
-                        particles%ps(:, :, b), nodes%rec, report)
+                        particles%ps(:, :, b), nodes%rec, outcome)
     end do
   end subroutine update_stress
 
-  subroutine strain_block(scene, clock, nodes, books, body, n, dt, g, nf, ps, rec, report)
+  subroutine strain_block(scene, clock, nodes, budget, body, n, dt, g, nf, ps, rec, outcome)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
-    type(outcome_t), intent(inout) :: report
+    type(outcome_t), intent(inout) :: outcome
     integer :: first(nlane)
     real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9)
 
@@ -277,45 +278,45 @@ contains
     call weights_of(scene, nodes, body, nf, ps, w, first)
     call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g, rec, v, dv, l)
     if (scene%layout%half > 0) call stretch_domains(dt, l, ps(1, scene%layout%half))
-    call restore_volume(scene, clock, nodes, books, body, n, w, first, nf, ps)
-    call constitutive(scene, clock, books, body, n, dt, l, nf, ps, report)
+    call average_volume(scene, clock, nodes, budget, body, n, w, first, nf, ps)
+    call constitutive(scene, clock, budget, body, n, dt, l, nf, ps, outcome)
   end subroutine strain_block
 
-  !> MUSL, USAVG: new particle velocities from `moved`; places are kept.
-  subroutine accelerate(scene, step, particles, nodes, moved)
+  !> MUSL, USAVG: update the particle velocities from `g_motion` at unchanged positions.
+  subroutine accelerate(scene, step, particles, nodes, g_motion)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
     type(particles_t), intent(inout) :: particles
     type(nodes_t), intent(inout) :: nodes
-    real(rp), intent(in) :: moved(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(in) :: g_motion(8, nodes%patch%nn, nodes%n_groups)
     integer :: b
 
     do b = 1, particles%nblk
       call accelerate_block(scene, step, nodes, particles%body(b), particles%count(b), &
-                            moved(:, :, group_of(scene, particles, b)), particles%nf, &
+                            g_motion(:, :, group_of(scene, particles, b)), particles%nf, &
                             particles%ps(:, :, b), nodes%rec)
     end do
   end subroutine accelerate
 
-  subroutine accelerate_block(scene, step, nodes, body, n, moved, nf, ps, rec)
+  subroutine accelerate_block(scene, step, nodes, body, n, g_motion, nf, ps, rec)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
     type(nodes_t), intent(in) :: nodes
     integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: moved(8, nodes%patch%nn)
+    real(rp), intent(in) :: g_motion(8, nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     integer :: first(nlane)
-    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), fastest
+    real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), max_speed2
 
     if (scene%body(body)%is_rigid()) return
-    fastest = 0.0_rp
+    max_speed2 = 0.0_rp
     call weights_of(scene, nodes, body, nf, ps, w, first)
-    call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, moved, rec, v, dv, l)
-    call carry(scene, nodes, n, nf, ps, w, first, moved, rec)
-    call advance_particles(n, 0.0_rp, step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), fastest)
+    call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g_motion, rec, v, dv, l)
+    call store_affine(scene, nodes, n, nf, ps, w, first, g_motion, rec)
+    call advance_particles(n, 0.0_rp, step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), max_speed2)
   end subroutine accelerate_block
 
-  !> Group of the bodies that block `b` shares its velocity field with.
+  !> Velocity-field group of block `b`.
   pure integer function group_of(scene, particles, b)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles

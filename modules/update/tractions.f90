@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: MIT
-!> Tractions: forces per initial area on the faces of bodies, and their work.
+!> Tractions, forces per initial area on the faces of bodies, and their work.
 module update_tractions
   use base_kinds, only: nlane, rp
   use mapping_blocks, only: weights_of
   use mapping_faces, only: add_to_nodes, face_area, face_of, face_t, mean_velocity
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_mass, particles_t, tag_faces
-  use state_books, only: books_t, e_body
+  use state_budget, only: budget_t, e_body
   use state_scene, only: scene_t
   use state_step, only: step_t
   implicit none (type, external)
   private
 
-  public :: tractions_to_grid, book_tractions
+  public :: tractions_to_grid, record_traction_work
 
 contains
 
@@ -38,14 +38,14 @@ contains
     end do
   end subroutine tractions_to_grid
 
-  !> Book the work of all tractions in a step; nodes hold the new velocities and their changes,
+  !> Record the work of all tractions in a step. Nodes hold the new velocities and their changes,
   !> particles are still where the forces were added.
-  subroutine book_tractions(scene, step, particles, nodes, books, dt, g)
+  subroutine record_traction_work(scene, step, particles, nodes, budget, dt, g)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
     type(particles_t), intent(in) :: particles
     type(nodes_t), intent(in) :: nodes
-    type(books_t), intent(inout) :: books
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt, g(8, nodes%patch%nn, nodes%n_groups)
     type(face_t) :: face(6*nlane)
     real(rp) :: force(3, 6*nlane)
@@ -56,13 +56,13 @@ contains
                         face, force)
       group = scene%body(particles%body(b))%group
       do i = 1, n
-        books%sums(e_body) = books%sums(e_body) + dt*dot_product(force(:, i), &
+        budget%sums(e_body) = budget%sums(e_body) + dt*dot_product(force(:, i), &
           mean_velocity(face(i), nodes%patch%stride, nodes%patch%nn, g(:, :, group)))
       end do
     end do
-  end subroutine book_tractions
+  end subroutine record_traction_work
 
-  !> The `n` loaded faces of block `b` and the force on each now [N].
+  !> List the `n` loaded faces of block `b` and the current force on each [N].
   subroutine loaded_faces(scene, step, particles, nodes, b, nf, ps, n, face, force)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step
@@ -95,7 +95,7 @@ contains
     end do
   end subroutine loaded_faces
 
-  !> Sum of the tractions on face `k` of particle `p` now [Pa].
+  !> Sum of the current tractions on face `k` of particle `p` [Pa].
   pure function stress_on(scene, step, body, k, p, nf, ps) result(stress)
     type(scene_t), intent(in) :: scene
     type(step_t), intent(in) :: step

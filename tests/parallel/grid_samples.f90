@@ -43,7 +43,8 @@ contains
     end do
     first = reshape(mine, [size(mine)])
     call world%broadcast(first)
-    call expect(name//': all ranks agree', all(reshape(mine, [size(mine)]) == first))
+    call expect(name//': all ranks agree', all(reshape(mine, [size(mine)]) &
+                                               == first))
   end subroutine expect_cover
 
   !> Random loads, each rank with others, between the fractions `from` and `to` of the grid.

@@ -4,7 +4,7 @@
 module node_samples
   use base_kinds, only: rp
   use comm_world, only: world_t
-  use mapping_nodes, only: least_inertia, least_mass, nodes_t, update_nodes
+  use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t, update_nodes
   use step_advance, only: take_step
   use step_samples, only: noise, number_of
   use step_simulation, only: simulation_t
@@ -130,14 +130,14 @@ contains
     real(rp) :: arm(3), flat(8), least, p(3)
     integer :: i, r
 
-    least = least_inertia(sim%scene, sim%clock)
+    least = min_node_inertia(sim%scene, sim%clock)
     flat = 0.0_rp
     associate (nodes => sim%nodes)
       do r = 1, nodes%n_ranges
         if (nodes%range(3, r) == 0) cycle
         do i = nodes%range(1, r), nodes%range(2, r)
           p = max(least, g(8, i))*g(1:3, i)
-          if (g(8, i) <= least_mass) p = 0.0_rp
+          if (g(8, i) <= min_node_mass) p = 0.0_rp
           arm = nodes%patch%position(i) - x
           flat = flat + [g(8, i), p, cross(arm, p), 0.5_rp*dot_product(p, g(1:3, i))]
         end do

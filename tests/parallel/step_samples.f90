@@ -62,7 +62,7 @@ contains
     associate (copper => sim%scene%material(1))
       copper%rho = rho
       copper%c_p = c_p
-      copper%knows_heat = .true.
+      copper%has_heat_capacity = .true.
       copper%conductivity = 391.0_rp
       copper%t_ref = room_temperature
       call copper%set_elastic(124.0e9_rp, 0.34_rp)
@@ -150,12 +150,12 @@ contains
       allocate (new%motion%phase(1))
       new%motion%phase(1) = phase_t(velocity=velocity, spin=spin)
       call new%move_to(0.0_rp)
-      call new%note_place()
+      call new%store_reference_pose()
     end associate
     call move_alloc(more, sim%tool)
     call sim%scene%layout%add(1, sim%scene%layout%surface_offset)
-    call sim%scene%layout%add(1, sim%scene%layout%grip)
-    call sim%scene%layout%add(1, sim%scene%layout%press)
+    call sim%scene%layout%add(1, sim%scene%layout%coulomb_reserve)
+    call sim%scene%layout%add(1, sim%scene%layout%normal_force)
   end subroutine add_tool
 
   !> A half space whose surface looks along `axis`, of length 1.
@@ -271,7 +271,8 @@ contains
         ps(f_temp) = room_temperature
         ps(f_mass) = rho*product(sim%scene%body(body)%spacing)
         if (layout%surface_offset > 0) ps(layout%surface_offset) = 1.0_rp
-        if (layout%half > 0) ps(layout%half:layout%half + 2) = sim%scene%domain(body)
+        if (layout%half > 0) ps(layout%half:layout%half &
+                                            + 2) = sim%scene%domain(body)
         if (layout%rest > 0) ps(layout%rest) = room_temperature
       end associate
       sim%particles%tag(sim%particles%count(last), last) = tag

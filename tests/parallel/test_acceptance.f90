@@ -8,11 +8,11 @@ program test_acceptance
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use exchange_acceptance, only: finish_acceptance, post_acceptance
-  use exchange_speculation, only: keep_block, note_state
+  use exchange_speculation, only: save_block, save_state
   use mapping_nodes, only: update_nodes
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_pos, f_vel
-  use state_books, only: books_t
+  use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_step, only: outcome_t
   use step_advance, only: take_step
@@ -62,7 +62,7 @@ contains
     logical :: may_stand
 
     call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, sim%nodes, &
-                         sim%boundary, sim%exchange, sim%books, taken, sim%nodes%g, may_stand)
+                         sim%boundary, sim%exchange, sim%budget, taken, sim%nodes%g, may_stand)
     call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, taken, is_refused)
     if (present(stands)) stands = may_stand
   end function is_refused
@@ -194,7 +194,7 @@ contains
     call map_particles(world, sim, 0.0_rp, sim%nodes%g)
     do k = 1, 2
       sim%step%last%stiffness = k*(1.0e7_rp + world%rank)
-      sim%books%failed_returns = k*(7 + world%rank)
+      sim%budget%failed_returns = k*(7 + world%rank)
       sim%step%lost_row = k == 2 .and. world%rank == 0
       sim%scene%output%safety_interval = merge(5.0_rp, 0.0_rp, k == 2)
       sim%step%secured = wall_time() - merge(10.0_rp, 0.0_rp, world%rank == last)
@@ -244,7 +244,7 @@ contains
     do i = 1, 2
       call prepare_plate(sim, 20.0_rp)
       call prepare_plate(other, 20.0_rp)
-      do step = 1, 2                         ! books are not empty then
+      do step = 1, 2                         ! budget is not empty then
         taken = 1.0e-7_rp
         call take_step(world, sim, taken)
         taken = 1.0e-7_rp
@@ -259,7 +259,7 @@ contains
       short = taken
       call take_step(world, other, short)
       call expect('the other one is taken as it is', same(short, taken))
-      call expect_same(sim, other%particles%ps, other%books)
+      call expect_same(sim, other%particles%ps, other%budget)
       call free_simulation(sim)
       call free_simulation(other)
     end do
@@ -271,26 +271,26 @@ contains
     same = abs(a - b) <= 0.0_rp
   end function same
 
-  !> Particles and books of a simulation are those given, bit for bit.
-  subroutine expect_same(sim, ps, books)
+  !> Particles and budget of a simulation are those given, bit for bit.
+  subroutine expect_same(sim, ps, budget)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: ps(:, :, :)
-    type(books_t), intent(in) :: books
+    type(budget_t), intent(in) :: budget
     integer :: n
 
     n = sim%particles%nblk
     call expect('particles', all(same(sim%particles%ps(:, :, :n), ps(:, :, :n))))
-    call expect('energies', all(same(sim%books%sums, books%sums)))
-    call expect('impulses', all(same(sim%books%impulse, books%impulse)))
-    call expect('returns', sim%books%failed_returns == books%failed_returns)
-    call expect('warnings', all(same(sim%books%warnings, books%warnings)))
+    call expect('energies', all(same(sim%budget%sums, budget%sums)))
+    call expect('impulses', all(same(sim%budget%impulse, budget%impulse)))
+    call expect('returns', sim%budget%failed_returns == budget%failed_returns)
+    call expect('warnings', all(same(sim%budget%warnings, budget%warnings)))
   end subroutine expect_same
 
   !> A step of which only the last rank knows that it does not stand, while blocks come back from
-  !> the grid: refused or broken it leaves particles, books and clock.
+  !> the grid: refused or broken it leaves particles, budget and clock.
   subroutine test_rollback()
     type(simulation_t) :: sim
-    type(books_t) :: books
+    type(budget_t) :: budget
     type(clock_t) :: clock
     type(outcome_t) :: outcome
     real(rp), allocatable :: ps(:, :, :)
@@ -302,14 +302,14 @@ contains
       call prepare_plate(sim, 20.0_rp)
       taken = 1.0e-7_rp
       call take_step(world, sim, taken)
-      call expect('books are not empty', sum(all_of(world, abs(sim%books%sums))) > 0.0_rp)
+      call expect('budget is not empty', sum(all_of(world, abs(sim%budget%sums))) > 0.0_rp)
       ps = sim%particles%ps
-      books = sim%books
+      budget = sim%budget
       clock = sim%clock
       sim%step%asked_dt = dt
       taken = dt
       if (k == 3) taken = 1.0e-7_rp
-      call note_state(sim%exchange, sim%books)
+      call save_state(sim%exchange, sim%budget)
       call particles_to_grid(world, sim, sim%nodes%g)
       call update_nodes(sim%scene, sim%clock, sim%nodes, taken, sim%nodes%g)
       if (world%rank == world%size - 1) then
@@ -317,7 +317,7 @@ contains
         if (k == 2) sim%step%last%stiffness = 1.0e31_rp
       end if
       call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, sim%nodes, &
-                           sim%boundary, sim%exchange, sim%books, taken, sim%nodes%g, stands)
+                           sim%boundary, sim%exchange, sim%budget, taken, sim%nodes%g, stands)
       call apply_boundary(world, sim, taken, sim%nodes%g, stands)
       call expect('who sees it does not go on', &
                   sim%exchange%speculative%is_possible .eqv. (world%size > 1 .and. stands))
@@ -329,12 +329,12 @@ contains
       call expect('it is refused', is_refused .eqv. k == 1)
       call expect('it is broken', sim%step%is_broken .eqv. k == 2)
       if (k == 3) then
-        call expect('blocks stay done', sim%exchange%speculative%done >= 2)
+        call expect('blocks stay done', sim%exchange%speculative%n_done >= 2)
         call expect('with their outcome', outcome%stiffness > 0.0_rp)
         call expect('and particles', .not. all(same(sim%particles%ps, ps)))
       else
-        call expect('no block is done', sim%exchange%speculative%done == 0)
-        call expect_same(sim, ps, books)
+        call expect('no block is done', sim%exchange%speculative%n_done == 0)
+        call expect_same(sim, ps, budget)
         call expect('no outcome', &
                     same(outcome%speed2, 0.0_rp) .and. same(outcome%stiffness, 0.0_rp))
       end if
@@ -345,7 +345,7 @@ contains
     end do
   end subroutine test_rollback
 
-  !> Two blocks come back from the grid before the step is accepted, and give the books something.
+  !> Two blocks come back from the grid before the step is accepted, and add to the budget.
   subroutine work_ahead(sim, taken, outcome)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: taken
@@ -353,15 +353,15 @@ contains
     integer :: k
 
     do k = 1, 2
-      call expect('there is another block', keep_block(sim%particles, sim%blocks, sim%exchange))
-      sim%exchange%speculative%done = k
+      call expect('there is another block', save_block(sim%particles, sim%blocks, sim%exchange))
+      sim%exchange%speculative%n_done = k
       call blocks_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
-                               sim%blocks, sim%nodes, sim%books, k, k, taken, sim%nodes%g, &
+                               sim%blocks, sim%nodes, sim%budget, k, k, taken, sim%nodes%g, &
                                sim%nodes%g, taken, outcome)
     end do
-    sim%books%sums = sim%books%sums + 1.0_rp
-    sim%books%impulse = sim%books%impulse + 1.0_rp
-    sim%books%failed_returns = sim%books%failed_returns + 1
+    sim%budget%sums = sim%budget%sums + 1.0_rp
+    sim%budget%impulse = sim%budget%impulse + 1.0_rp
+    sim%budget%failed_returns = sim%budget%failed_returns + 1
   end subroutine work_ahead
 
 end program test_acceptance

@@ -1,17 +1,17 @@
 ! SPDX-License-Identifier: MIT
 !> Contact of two bodies: what meets closes its gap, nothing pulls, friction is limited, and
-!> momentum, angular momentum and energy go where the books say.
+!> momentum, angular momentum and energy go where the budget says.
 program test_body_contact
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use contact_pair, only: law_coulomb, law_frictionless, law_stick, normal_gradient, &
                           normal_regression, pair_law_t
-  use contact_tool, only: s_force, s_friction, s_normal, s_press, s_torque, s_work
+  use contact_tool, only: s_force, s_friction, s_normal_loss, s_normal_impulse, s_torque, s_work
   use node_samples, only: all_of, balance_of, balance_t, gather_nodes, map_particles, &
                           set_velocity, shake_nodes
   use particles_store, only: f_heat
-  use state_books, only: e_contact, e_friction
+  use state_budget, only: e_contact, e_friction
   use state_step, only: outcome_t
   use step_constraints, only: apply_boundary, resolve_contact
   use step_samples, only: add_contact, add_tool, fill, h, particle_tool, settle, shake, start_scene
@@ -84,7 +84,7 @@ contains
       if (i == 7 .or. i == 12) v(:, 1) = v(:, 1) - 400.0_rp*n   ! they part
       call set_velocity(sim%nodes, v(:, 1), at_rest, sim%nodes%g(:, :, 1))
       call set_velocity(sim%nodes, v(:, 2), at_rest, sim%nodes%g(:, :, 2))
-      if (i == 3 .and. world%rank == 0) sim%books%sums(e_contact) = 1.0_rp   ! can be given back
+      if (i == 3 .and. world%rank == 0) sim%budget%sums(e_contact) = 1.0_rp   ! can be given back
       before = sim%nodes%g
       call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
       call resolve_contact(world, sim, dt, sim%nodes%g, outcome)
@@ -241,7 +241,7 @@ contains
       heat = heat + sum(sim%particles%ps(:, f_heat, b))
     end do
     heat = all_of(world, heat)
-    sums = all_of(world, sim%books%sums)
+    sums = all_of(world, sim%budget%sums)
     call expect('friction takes energy', sums(e_friction) > 0.0_rp)
     call expect_close('energy lost', sums(e_friction) + sums(e_contact), &
                       -work_on(sim, before, 1) - work_on(sim, before, 2), rtol=1.0e-11_rp)
@@ -279,13 +279,13 @@ contains
       call resolve_contact(world, sim, dt, sim%nodes%g, outcome)
       two = balance_of(world, sim, axis, sim%nodes%g(:, :, 1))
       sums = all_of(world, sim%tool(1)%sums)
-      call expect('it presses', sums(s_press) > 0.0_rp)
+      call expect('it presses', sums(s_normal_impulse) > 0.0_rp)
       call expect_close('force on the tool', &
                         norm2(two%momentum - one%momentum + sums(s_force:s_force + 2)), 0.0_rp, &
-                        atol=1.0e-12_rp*sums(s_press))
+                        atol=1.0e-12_rp*sums(s_normal_impulse))
       call expect_close('torque against the spin', sums(s_torque), one%moment(3) - two%moment(3), &
-                        atol=1.0e-12_rp*h*sums(s_press))
-      call expect_close('work of the tool', sums(s_work) - sums(s_friction) - sums(s_normal), &
+                        atol=1.0e-12_rp*h*sums(s_normal_impulse))
+      call expect_close('work of the tool', sums(s_work) - sums(s_friction) - sums(s_normal_loss), &
                         work_on(sim, before, 1), rtol=1.0e-11_rp)
       call free_simulation(sim)
     end do

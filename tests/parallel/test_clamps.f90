@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Clamps: what is held gets its velocity, at nodes and at faces between nodes, and the books get
+!> Clamps: what is held gets its velocity, at nodes and at faces between nodes, and the budget gets
 !> just the change of momentum and the work of the clamps.
 program test_clamps
   use base_kinds, only: rp
@@ -7,7 +7,7 @@ program test_clamps
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use node_samples, only: all_of, gather_nodes, map_particles, shake_nodes
-  use state_books, only: e_wall
+  use state_budget, only: e_wall
   use step_samples, only: add_clamp, fill, h, noise, rho, settle, shake, start_scene
   use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
@@ -28,7 +28,7 @@ program test_clamps
   call start_world(world)
   call begin_tests()
   call random_init(.true., .false.)
-  call test_books()
+  call test_budget()
   call test_increments()
   call end_tests()
 
@@ -141,7 +141,7 @@ contains
   end function lines_of
 
   !> Velocities held, others left; impulse of each clamp, and work by the mean velocities.
-  subroutine test_books()
+  subroutine test_budget()
     type(grip_t) :: c
     type(simulation_t) :: sim
     real(rp), allocatable :: g1(:, :, :, :), g2(:, :, :, :), one(:, :, :), two(:, :, :)
@@ -151,8 +151,8 @@ contains
       c = draw(i)
       call prepare(c, sim)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g1)
-      call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%books, c%fraction, &
-                      sim%nodes%g)
+      call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, &
+                      c%fraction, sim%nodes%g)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g2)
       one = lines_of(c, g1)
       two = lines_of(c, g2)
@@ -160,10 +160,10 @@ contains
                   (sim%boundary%n_columns > 0) .eqv. (c%is_bspline .or. i > 3))
       call expect('all ranks have the velocities of the owners', off_owners(sim, g2) <= 0.0_rp)
       call check_held(c, sim, one, two)
-      call check_books(c, sim, one, two)
+      call check_budget(c, sim, one, two)
       call free_simulation(sim)
     end do
-  end subroutine test_books
+  end subroutine test_budget
 
   !> Largest difference of the records of nodes with mass from those of the owners.
   real(rp) function off_owners(sim, g) result(off)
@@ -249,7 +249,7 @@ contains
 
   !> Impulse: change of momentum on the clamp's side of the middle; work: that times the mean of the
   !> velocities before and after the step, with forces.
-  subroutine check_books(c, sim, one, two)
+  subroutine check_budget(c, sim, one, two)
     type(grip_t), intent(in) :: c
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: one(:, 0:, :), two(:, 0:, :)
@@ -267,15 +267,15 @@ contains
           - one(a, n(k):n(k + 1) - 1, :))*(two(a, n(k):n(k + 1) - 1, :) &
                                            - 0.5_rp*two(4 + a, n(k):n(k + 1) - 1, :)))
       end do
-      given = all_of(world, sim%books%impulse(:, k))
+      given = all_of(world, sim%budget%impulse(:, k))
       call expect_close('impulse of a clamp', norm2(given - momentum), 0.0_rp, &
                         atol=1.0e-12_rp*norm2(momentum))
     end do
-    associate (sums => all_of(world, sim%books%sums))
+    associate (sums => all_of(world, sim%budget%sums))
       call expect_close('work of the clamps', sums(e_wall), work, rtol=1.0e-11_rp)
       call expect('nothing else is booked', count(abs(sums) > 0.0_rp) == 1)
     end associate
-  end subroutine check_books
+  end subroutine check_budget
 
   !> Increments of velocities: none where nodes or faces are held.
   subroutine test_increments()

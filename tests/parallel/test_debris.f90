@@ -8,9 +8,9 @@ program test_debris
   use comm_world, only: start_world, world_t
   use mapping_stability, only: wave_speed
   use particles_store, only: f_mass, f_pos, f_temp, f_vel
-  use run_debris, only: let_debris_go
+  use run_debris, only: remove_debris
   use run_regrid, only: regrid
-  use state_books, only: d_elastic, d_heat, d_kinetic, d_mass
+  use state_budget, only: d_elastic, d_heat, d_kinetic, d_mass
   use step_samples, only: c_p, fill, h, settle, start_scene
   use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
@@ -54,7 +54,7 @@ contains
     type(simulation_t) :: sim
 
     call prepare(sim, allowed, place, speed)
-    goes = let_debris_go(world, sim, reason)
+    goes = remove_debris(world, sim, reason)
     call expect('what stays is all there', particles_of(sim) == merge(n_all - 1, n_all, goes))
     call free_simulation(sim)
   end function goes
@@ -88,14 +88,14 @@ contains
   subroutine test_gone()
     type(simulation_t) :: sim
     real(rp) :: gone(4), temperature, mass
-    logical :: is_gone
+    logical :: is_removed
 
     call prepare(sim, 2.0_rp/n_all, -1.0e6_rp*h, 0.1_rp)
     mass = sim%particles%ps(1, f_mass, 1)
     temperature = sim%particles%ps(1, f_temp, 1)
-    is_gone = let_debris_go(world, sim, reason)
-    call expect('debris goes', is_gone)
-    gone = sim%books%sums([d_mass, d_kinetic, d_elastic, d_heat])
+    is_removed = remove_debris(world, sim, reason)
+    call expect('debris goes', is_removed)
+    gone = sim%budget%sums([d_mass, d_kinetic, d_elastic, d_heat])
     call world%sum(gone)
     call expect_close('its mass', gone(1), mass)
     call expect_close('its kinetic energy', gone(2), &

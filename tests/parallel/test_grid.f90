@@ -208,7 +208,7 @@ contains
     call exchange%post(world, 8, patch%nn, g, more)
     do q = 1, patch%nn
       if (.not. is_shared(q)) g(:, q) = g(:, q) + 1.0_rp
-      call exchange%poke()
+      call exchange%progress_messages()
     end do
     call exchange%finish(world, 8, patch%nn, g, more)
     do q = 1, patch%nn

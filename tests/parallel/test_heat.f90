@@ -10,7 +10,7 @@ program test_heat
                              tag_id
   use run_balance, only: first_partition
   use run_regrid, only: regrid
-  use state_books, only: e_conduction, e_film
+  use state_budget, only: e_conduction, e_film
   use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
@@ -97,7 +97,7 @@ contains
 
     call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, &
                  sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%pairs, &
-                 sim%books, dt)
+                 sim%budget, dt)
   end subroutine conduct_for
 
   !> Sum over the particles of all ranks of mass c_p (T - 300 K) shape, shape 1 or cos(pi x/length).
@@ -148,7 +148,7 @@ contains
       if (mod(step, 50) == 0) call regrid(world, sim)
     end do
     call expect_close('an insulated block keeps its heat', content(sim), before, rtol=1.0e-12_rp)
-    call expect('no film, no loss', sim%books%sums(e_film) == 0.0_rp)
+    call expect('no film, no loss', sim%budget%sums(e_film) == 0.0_rp)
     call free_simulation(sim)
   end subroutine test_insulated
 
@@ -228,7 +228,7 @@ contains
       steps = steps + 1
     end do
     error = 100.0_rp*abs(content(sim, length)/before - exp(-2.0_rp))
-    made = sim%books%sums(e_conduction)
+    made = sim%budget%sums(e_conduction)
     call world%sum(made)
     call expect('conduction makes no heat', abs(made(1)) <= 1.0e-11_rp*before)
     call expect('steps become longer', sim%clock%heat_step > 1.3_rp*shortest)
@@ -277,7 +277,7 @@ contains
     do step = 1, 100
       call conduct_for(world, sim, conduction_step(sim%scene, sim%clock))
     end do
-    lost = sim%books%sums(e_film)
+    lost = sim%budget%sums(e_film)
     call world%sum(lost)
     call expect('the films take much', lost(1) > 0.2_rp*before)
     call expect_close('film losses are booked', lost(1), before - content(sim), rtol=1.0e-10_rp)

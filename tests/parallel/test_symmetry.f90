@@ -234,7 +234,7 @@ contains
     do a = 3, 1, -1
       if (.not. c%is_wall(a)) cycle
       place = place + 1
-      associate (given => all_of(world, sim%books%impulse(:, place)))
+      associate (given => all_of(world, sim%budget%impulse(:, place)))
         impulse = impulse - given
         if (c%sticks) cycle
         call expect_close('impulse of a wall', given(a), change(a), rtol=1.0e-9_rp)

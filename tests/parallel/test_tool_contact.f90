@@ -4,7 +4,7 @@ program test_tool_contact
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
-  use contact_tool, only: s_creep, s_force, s_press, s_slide, tool_t
+  use contact_tool, only: s_metal_slip, s_force, s_normal_impulse, s_tool_slip, tool_t
   use node_samples, only: balance_of, balance_t, map_particles, set_velocity
   use particles_store, only: f_mass, f_pos
   use step_constraints, only: apply_boundary
@@ -131,14 +131,14 @@ contains
     end if
   end function closing_of
 
-  !> Sum over the ranks of the books of the tool.
-  function books_of(sim) result(sums)
+  !> Sum over the ranks of the sums of the tool.
+  function sums_of(sim) result(sums)
     type(simulation_t), intent(in) :: sim
     real(rp), allocatable :: sums(:)
 
     sums = sim%tool(1)%sums
     call world%sum(sums)
-  end function books_of
+  end function sums_of
 
   !> Largest difference of the velocities of the surfaces in contact from `v` [m/s].
   real(rp) function off_surface(sim, v) result(off)
@@ -194,19 +194,19 @@ contains
       v = m%v + e*n
       call expect_close('even load is carried in one pass', off_surface(sim, v), 0.0_rp, &
                         atol=1.0e-10_rp*norm2(m%v))
-      sums = books_of(sim)
+      sums = sums_of(sim)
       if (.not. m%between_mirrors) then
         call expect_close('the tool feels the momentum', &
                           norm2(sums(s_force:s_force + 2) + after%momentum - before%momentum), &
-                          0.0_rp, atol=1.0e-11_rp*sums(s_press))
-        call expect_close('normal impulse', sums(s_press), &
+                          0.0_rp, atol=1.0e-11_rp*sums(s_normal_impulse))
+        call expect_close('normal impulse', sums(s_normal_impulse), &
                           dot_product(after%momentum - before%momentum, n), rtol=1.0e-11_rp)
       end if
-      call expect_close('slide: impulse times speed of the tool', sums(s_slide), &
-                        sums(s_press)*norm2(m%w - dot_product(m%w, n)*n), rtol=1.0e-11_rp)
-      call expect_close('creep: impulse times speed of the plate', sums(s_creep), &
-                        sums(s_press)*norm2(m%v - dot_product(m%v, n)*n), rtol=1.0e-11_rp, &
-                        atol=1.0e-12_rp*sums(s_press))
+      call expect_close('slide: impulse times speed of the tool', sums(s_tool_slip), &
+                        sums(s_normal_impulse)*norm2(m%w - dot_product(m%w, n)*n), rtol=1.0e-11_rp)
+      call expect_close('creep: impulse times speed of the plate', sums(s_metal_slip), &
+                        sums(s_normal_impulse)*norm2(m%v - dot_product(m%v, n)*n), &
+                        rtol=1.0e-11_rp, atol=1.0e-12_rp*sums(s_normal_impulse))
       call free_simulation(sim)
     end do
   end subroutine test_even_load
@@ -303,13 +303,14 @@ contains
       call prepare(m, sim)
       call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, norm2(m%v))
-      sums = books_of(sim)
+      sums = sums_of(sim)
       force = sums(s_force:s_force + 2)
       slip = (m%w - m%v) - dot_product(m%w - m%v, n)*n
-      call expect_close('normal force', -dot_product(force, n), sums(s_press), rtol=1.0e-11_rp)
+      call expect_close('normal force', -dot_product(force, n), sums(s_normal_impulse), &
+                        rtol=1.0e-11_rp)
       call expect_close('Coulomb friction against the sliding', &
-                        norm2(force + sums(s_press)*(n + m%friction*slip/norm2(slip))), 0.0_rp, &
-                        atol=1.0e-11_rp*sums(s_press))
+                        norm2(force + sums(s_normal_impulse)*(n + m%friction*slip/norm2(slip))), &
+                        0.0_rp, atol=1.0e-11_rp*sums(s_normal_impulse))
       call free_simulation(sim)
     end do
   end subroutine test_slide
@@ -332,12 +333,13 @@ contains
       call prepare(m, sim)
       call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, norm2(m%v))
-      sums = books_of(sim)
+      sums = sums_of(sim)
       along = sums(s_force:s_force + 2) - dot_product(sums(s_force:s_force + 2), n)*n
       slip = (m%w - m%v) - dot_product(m%w - m%v, n)*n
       limit = (3.0_rp*h)**2*m%strength/sqrt(3.0_rp)*dt
-      if (i == 4) limit = 0.5_rp*sums(s_press)
-      call expect('the strength is below what friction could give', limit <= 0.5_rp*sums(s_press))
+      if (i == 4) limit = 0.5_rp*sums(s_normal_impulse)
+      call expect('the strength is below what friction could give', limit <= 0.5_rp &
+                  *sums(s_normal_impulse))
       call expect_close('shear limit', norm2(along + limit*slip/norm2(slip)), 0.0_rp, &
                         atol=1.0e-10_rp*limit)
       call free_simulation(sim)
@@ -364,20 +366,20 @@ contains
       call prepare(m, sim)
       call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, norm2(m%v))
-      sums = books_of(sim)
+      sums = sums_of(sim)
       kept = sum_of_grip(sim)
       call world%sum(kept)
       relaxation = 60.0_rp*h/sqrt(sim%clock%stiffness)
       call expect_close('friction that is kept', kept(1), &
-                        m%friction*sums(s_press)*exp(-dt/relaxation), rtol=1.0e-11_rp)
-      call expect_close('nothing slides', norm2(sums(s_force:s_force + 2) + sums(s_press)*n), &
-                        0.0_rp, atol=1.0e-11_rp*sums(s_press))
+                        m%friction*sums(s_normal_impulse)*exp(-dt/relaxation), rtol=1.0e-11_rp)
+      call expect_close('nothing slides', norm2(sums(s_force:s_force + 2) &
+                        + sums(s_normal_impulse)*n), 0.0_rp, atol=1.0e-11_rp*sums(s_normal_impulse))
       call set_velocity(sim%nodes, slip*1.0e4_rp/norm2(slip) + 0.15_rp*h/dt*n, at_rest, &
                         sim%nodes%g(:, :, 1))
       sim%tool(1)%sums = 0.0_rp
       call touch(world, sim, 1.0e4_rp)
-      sums = books_of(sim)
-      call expect('nothing touches', sums(s_press) <= 0.0_rp)
+      sums = sums_of(sim)
+      call expect('nothing touches', sums(s_normal_impulse) <= 0.0_rp)
       call expect_close('what was kept holds', &
                         norm2(sums(s_force:s_force + 2) - kept(1)*slip/norm2(slip)), 0.0_rp, &
                         atol=1.0e-10_rp*kept(1))
@@ -396,7 +398,7 @@ contains
     sum_of_grip = 0.0_rp
     do b = 1, sim%particles%nblk
       sum_of_grip = sum_of_grip + sum(sim%particles%ps(:sim%particles%count(b), &
-                                                       sim%scene%layout%grip, b))
+                                                       sim%scene%layout%coulomb_reserve, b))
     end do
   end function sum_of_grip
 

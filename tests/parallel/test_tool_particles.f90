@@ -14,7 +14,7 @@ program test_tool_particles
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene
   use step_simulation, only: free_simulation, simulation_t
-  use tool_contact_particles, only: flatten
+  use tool_contact_particles, only: update_surface_offset
   use tool_samples, only: middle, settle_plate, start_plate, touch, touch_dt
   implicit none (type, external)
 
@@ -136,7 +136,9 @@ contains
             is_equal = is_equal .and. (t%touches .eqv. touches)
             is_whole = is_whole .and. all(t%entry > 0 .or. t%weight <= 0.0_rp)
             off = max(off, norm2(t%normal - normal), norm2(t%slip - slip)/100.0_rp)
-            if (t%within > 0.0_rp .and. touches) off = max(off, abs(t%closing - closing)/100.0_rp)
+            if (t%covered_fraction > 0.0_rp .and. touches) off = max(off, &
+                                                                     abs(t%closing_velocity &
+                                                                         - closing)/100.0_rp)
           end associate
         end do
         is_equal = is_equal .and. (is_listed .eqv. (touches .or. is_near))
@@ -204,7 +206,7 @@ contains
         end associate
       end do
       sim%particles%ps(:, k, :sim%particles%nblk) = kept
-      call flatten(sim%scene, sim%particles, sim%nodes, sim%contact, dt, sim%nodes%g)
+      call update_surface_offset(sim%scene, sim%particles, sim%nodes, sim%contact, dt, sim%nodes%g)
       call expect_close('surfaces come nearer', &
                         maxval(abs(sim%particles%ps(:, k, :sim%particles%nblk) - want)), 0.0_rp, &
                         atol=1.0e-9_rp)
@@ -275,14 +277,17 @@ contains
           part = weight_below(room/h, sim%scene%method%is_bspline, spacing/h)
           if (i == 1) part = 1.0_rp
           shear = dt*spacing**2*1.0e8_rp/sqrt(3.0_rp)
-          off = max(off, abs(t%within - part), norm2(t%hold*sum(t%weight &
+          off = max(off, abs(t%covered_fraction - part), norm2(t%stick_impulse*sum(t%weight &
                     *sim%contact%mass(1, t%entry), t%entry > 0)/t%mass + t%slip)/norm2(t%slip))
-          d = d - t%half + (1.0_rp - part)*spacing*norm2(n)
+          d = d - t%surface_distance + (1.0_rp - part)*spacing*norm2(n)
           kinds = kinds + merge(1, 0, [part < 0.5_rp, part > 0.5_rp .and. part < 0.999_rp, &
                                        part >= 1.0_rp])
-          if (part < 0.999_rp) off = max(off, abs(t%most/((2.0_rp + pi)*shear) - part))
-          if (part < 0.999_rp .and. d < -0.1_rp*h) is_out = is_out .and. t%keep_out > 0.0_rp
-          if (part >= 1.0_rp .or. d > 0.1_rp*h) is_out = is_out .and. .not. t%keep_out > 0.0_rp
+          if (part < 0.999_rp) off = max(off, abs(t%max_normal_impulse/((2.0_rp + pi)*shear) &
+                                                  - part))
+          if (part < 0.999_rp .and. d < -0.1_rp*h) is_out = is_out &
+            .and. t%edge_closing_velocity > 0.0_rp
+          if (part >= 1.0_rp .or. d > 0.1_rp*h) is_out = is_out &
+            .and. .not. t%edge_closing_velocity > 0.0_rp
         end associate
       end do
       call expect_close('part that the tool covers', off, 0.0_rp, atol=1.0e-6_rp)
@@ -334,7 +339,7 @@ contains
     most = 0.0_rp
     do c = 1, sim%contact%n                      ! some are beyond the edges, with slanted normals
       associate (t => sim%contact%particle(c))
-        if (t%closing > 0.0_rp) most = most - t%within*t%normal(3)
+        if (t%closing_velocity > 0.0_rp) most = most - t%covered_fraction*t%normal(3)
       end associate
     end do
     call world%sum(most)
@@ -383,7 +388,7 @@ contains
           case default
             want = 1.0e-3_rp*norm2(t%slip)
           end select
-          off = max(off, abs(t%friction - 0.1_rp - max(0.0_rp, want)))
+          off = max(off, abs(t%mu - 0.1_rp - max(0.0_rp, want)))
         end associate
       end do
       call expect_close('friction by the state', off, 0.0_rp, atol=1.0e-10_rp)

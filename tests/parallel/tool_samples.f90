@@ -57,8 +57,8 @@ contains
     call map_particles(world, sim, 0.0_rp, sim%nodes%g)
     call shake_nodes(sim%nodes, 10.0_rp, 3.0_rp, 1, sim%nodes%g(:, :, 1))
     call apply_boundary(world, sim, touch_dt, sim%nodes%g, .false.)
-    sim%books%impulse = 0.0_rp
-    sim%books%sums = 0.0_rp
+    sim%budget%impulse = 0.0_rp
+    sim%budget%sums = 0.0_rp
   end subroutine settle_plate
 
   !> Collective. Contact in a step of `touch_dt` with all tools, which are at their new places;

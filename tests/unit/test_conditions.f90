@@ -83,7 +83,7 @@ contains
       differs = differs .or. any(abs(v - clamp%velocity) > 0.0_rp)
       is_fast = is_fast .or. any(abs(v) > 0.0_rp)
     end do
-    call expect(group//': even or not', clamp%is_even .neqv. differs)
+    call expect(group//': even or not', clamp%is_uniform .neqv. differs)
     call expect(group//': moves', is_fast .and. clamp%moves())
   end subroutine test_velocity
 

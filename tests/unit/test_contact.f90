@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Contact with a rigid tool: its pose and shape, its impulses on free points, its books.
+!> Contact with a rigid tool: its pose and shape, its impulses on free points, its sums.
 program test_contact
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use contact_law, only: friction_law_t, normal_velocity
   use contact_motion, only: phase_t
-  use contact_tool, only: rigid_t, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
-                          s_torque, s_work, tool_t
+  use contact_tool, only: rigid_t, s_metal_slip, s_force, s_friction, s_normal_loss, &
+                          s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
   use tool_shapes_box, only: box_shape_t
   use tool_shapes_plane, only: plane_t
   use tool_shapes_shoulder, only: new_shoulder
@@ -28,7 +28,7 @@ program test_contact
   call test_stop_at_gap_zero()
   call test_penetration()
   call test_friction_cone()
-  call test_books()
+  call test_budget()
   call test_torque_sign()
   call test_way()
   call test_edges()
@@ -140,7 +140,7 @@ contains
         points%push(p, :) = m*closing*normal
         points%hold(p, :) = -law%friction(m*slip, tool%friction*m*closing, shear, shear)*m*slip
         points%v(p, :) = v + (points%push(p, :) + points%hold(p, :))/m
-        call tool%book_impulse(rigid, x, points%push(p, :), points%hold(p, :), &
+        call tool%record_impulse(rigid, x, points%push(p, :), points%hold(p, :), &
                                0.5_rp*(v + points%v(p, :)))
       end if
       points%x(p, :) = x + dt*points%v(p, :)
@@ -271,7 +271,7 @@ contains
   end subroutine test_friction_cone
 
   !> Free points: what the tool works is what the points gain and what becomes heat.
-  subroutine test_books()
+  subroutine test_budget()
     type(points_t) :: points, before
     type(tool_t) :: tool
     real(rp) :: gained, impulse(3), lost, mean(3), moment, rigid(3), scale
@@ -299,7 +299,7 @@ contains
     end do
     associate (s => tool%sums)
       scale = abs(s(s_work)) + abs(gained)
-      call expect_close('friction heat and normal loss', s(s_friction) + s(s_normal), lost, &
+      call expect_close('friction heat and normal loss', s(s_friction) + s(s_normal_loss), lost, &
                         rtol=1.0e-12_rp)
       call expect_close('work = gain + losses', s(s_work), gained + lost, atol=1.0e-12_rp*scale)
       call expect_close('impulse', norm2(s(s_force:s_force + 2) - impulse)/norm2(impulse), 0.0_rp, &
@@ -308,11 +308,13 @@ contains
       call expect_close('work = force, way, torque, angle', s(s_work), &
                         50.0_rp*s(s_torque) - dot_product(impulse, [0.3_rp, -0.2_rp, 0.4_rp]), &
                         atol=1.0e-12_rp*scale)
-      call expect_close('normal impulse', s(s_press), sum(norm2(points%push, 2)), rtol=1.0e-12_rp)
+      call expect_close('normal impulse', s(s_normal_impulse), sum(norm2(points%push, 2)), &
+                        rtol=1.0e-12_rp)
       call expect('friction makes heat', s(s_friction) > 0.0_rp)
-      call expect('creep and slide are positive', s(s_creep) > 0.0_rp .and. s(s_slide) > 0.0_rp)
+      call expect('creep and slide are positive', s(s_metal_slip) > 0.0_rp &
+                  .and. s(s_tool_slip) > 0.0_rp)
     end associate
-  end subroutine test_books
+  end subroutine test_budget
 
   !> A tool that spins clockwise over resting material feels a positive torque.
   subroutine test_torque_sign()
@@ -340,7 +342,7 @@ contains
 
     tool = stirring_tool()
     call tool%move_to(0.05_rp)
-    call tool%note_place()
+    call tool%store_reference_pose()
     call expect_close('no way at first', tool%displacement(), 0.0_rp, atol=0.0_rp)
     call random_points(points, 0.02_rp, 0.0_rp)
     call tool%clearances(nlane, points%x, huge(1.0_rp), before)
@@ -355,7 +357,7 @@ contains
     allocate (tool%shape, source=box_shape_t(half=[0.008_rp, 0.002_rp, 0.004_rp]))
     tool%motion%phase(1)%velocity = 0.0_rp
     call tool%move_to(0.05_rp)
-    call tool%note_place()
+    call tool%store_reference_pose()
     call tool%clearances(nlane, points%x, huge(1.0_rp), before)
     call tool%move_to(0.055_rp)
     call tool%clearances(nlane, points%x, huge(1.0_rp), after)
@@ -426,7 +428,7 @@ contains
     tool%frame = unit
     allocate (tool%motion%phase(0))
     call tool%move_to(0.0_rp)
-    call tool%note_place()
+    call tool%store_reference_pose()
     x = 0.0_rp
     call expect('no shape', .not. tool%has_shape())
     call tool%distance([0.0_rp, 0.0_rp, 0.0_rp], d(1), n, room)

@@ -31,7 +31,7 @@ contains
       drive = drive_t(is_free=.true., mass=mass, stiffness=k, damping=2.0_rp*sqrt(k*mass))
       off = 0.0_rp
       do i = 1, 8000
-        call drive%follow(dt, reaction, .false., 0.0_rp, scaling)
+        call drive%integrate(dt, reaction, .false., 0.0_rp, scaling)
         t = i*dt
         u = reaction/k*(1.0_rp - (1.0_rp + w*t)*exp(-w*t))
         off = max(off, abs(drive%offset(t) - u)*k/reaction)
@@ -41,7 +41,7 @@ contains
     end do
     drive%is_free = .false.
     u = drive%shift
-    call drive%follow(dt, reaction, .true., 0.0_rp, 1.0_rp)
+    call drive%integrate(dt, reaction, .true., 0.0_rp, 1.0_rp)
     call expect('a rigid machine does not give', abs(drive%shift - u) <= 0.0_rp)
   end subroutine test_spring
 
@@ -53,15 +53,15 @@ contains
 
     drive = drive_t(is_free=.true., mass=0.1_rp, damping=damping)
     do i = 1, 100
-      call drive%follow(dt, 0.0_rp, .true., force, 1.0_rp)
+      call drive%integrate(dt, 0.0_rp, .true., force, 1.0_rp)
     end do
     call expect_close('speed of sinking', drive%rate, -force/damping, rtol=1.0e-6_rp)
     call expect('it sinks', drive%shift < 0.0_rp)
     do i = 1, 100
-      call drive%follow(dt, force, .true., force, 1.0_rp)
+      call drive%integrate(dt, force, .true., force, 1.0_rp)
     end do
     call expect_close('rest', drive%rate, 0.0_rp, atol=1.0e-6_rp*force/damping)
-    call expect_close('reaction of late', drive%felt, force, rtol=1.0e-6_rp)
+    call expect_close('reaction of late', drive%reaction_ema, force, rtol=1.0e-6_rp)
   end subroutine test_force
 
   !> From a force to a place: a rigid machine stops where it is, a spring goes on under that force.
@@ -74,11 +74,11 @@ contains
     do j = 1, 2
       drive = drive_t(is_free=.true., mass=0.1_rp, damping=2.0e3_rp, stiffness=stiffness(j))
       do i = 1, 200                          ! sinks for a while, then rests
-        call drive%follow(dt, merge(force, 0.0_rp, i > 50), .true., force, 1.0_rp)
+        call drive%integrate(dt, merge(force, 0.0_rp, i > 50), .true., force, 1.0_rp)
       end do
       depth = drive%shift
       do i = 1, 200
-        call drive%follow(dt, force, .false., 0.0_rp, 1.0_rp)
+        call drive%integrate(dt, force, .false., 0.0_rp, 1.0_rp)
       end do
       call expect_close('it stays as deep', drive%shift, depth, rtol=1.0e-6_rp)
       call expect_close('and bears what it did', drive%force, force, rtol=1.0e-6_rp)
@@ -92,24 +92,24 @@ contains
     real(rp) :: force
     logical :: presses
 
-    motion%phase = [phase_t(duration=2.0_rp), phase_t(duration=3.0_rp, presses=.true., &
-                    force=80.0_rp, ramp=1.0_rp), phase_t(presses=.true., force=20.0_rp)]
+    motion%phase = [phase_t(duration=2.0_rp), phase_t(duration=3.0_rp, is_force_controlled=.true., &
+                    force=80.0_rp, ramp=1.0_rp), phase_t(is_force_controlled=.true., force=20.0_rp)]
     drive%force = 40.0_rp
     call drive%enter_phase(motion%phase_at(1.0_rp))
-    call motion%pressing(1.0_rp, drive%begin, presses, force)
+    call motion%force_control_at(1.0_rp, drive%phase_start_force, presses, force)
     call expect('no force in the first phase', .not. presses)
     call drive%enter_phase(motion%phase_at(2.5_rp))
     drive%force = 60.0_rp                    ! as it grows
     call drive%enter_phase(motion%phase_at(2.5_rp))
-    call motion%pressing(2.5_rp, drive%begin, presses, force)
+    call motion%force_control_at(2.5_rp, drive%phase_start_force, presses, force)
     call expect('force in the second', presses)
     call expect_close('half of the ramp', force, 60.0_rp, rtol=1.0e-12_rp)
-    call motion%pressing(4.0_rp, drive%begin, presses, force)
+    call motion%force_control_at(4.0_rp, drive%phase_start_force, presses, force)
     call expect_close('after the ramp', force, 80.0_rp, rtol=1.0e-12_rp)
-    call motion%pressing(9.0_rp, drive%begin, presses, force)
+    call motion%force_control_at(9.0_rp, drive%phase_start_force, presses, force)
     call expect_close('the last one, without an end', force, 20.0_rp, rtol=1.0e-12_rp)
     motion%phase(3)%duration = 1.0_rp
-    call motion%pressing(9.0_rp, drive%begin, presses, force)
+    call motion%force_control_at(9.0_rp, drive%phase_start_force, presses, force)
     call expect('behind the last one', .not. presses .and. motion%phase_at(9.0_rp) == 4)
   end subroutine test_schedule
 
@@ -119,11 +119,11 @@ contains
 
     drive = drive_t(is_free=.true., mass=0.1_rp, damping=2.0e3_rp, stiffness=4.0e6_rp)
     other = drive
-    call drive%follow(1.0e-5_rp, 3.0_rp, .true., 500.0_rp, 1.0_rp)
+    call drive%integrate(1.0e-5_rp, 3.0_rp, .true., 500.0_rp, 1.0_rp)
     call drive%enter_phase(2)
     call other%set_state(drive%state(), drive%time)
-    call drive%follow(1.0e-5_rp, 7.0_rp, .false., 0.0_rp, 1.0_rp)
-    call other%follow(1.0e-5_rp, 7.0_rp, .false., 0.0_rp, 1.0_rp)
+    call drive%integrate(1.0e-5_rp, 7.0_rp, .false., 0.0_rp, 1.0_rp)
+    call other%integrate(1.0e-5_rp, 7.0_rp, .false., 0.0_rp, 1.0_rp)
     call expect('the same to the bit', all(abs(drive%state() - other%state()) <= 0.0_rp) &
                 .and. size(drive%state()) == n_drive)
   end subroutine test_state

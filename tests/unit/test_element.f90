@@ -7,7 +7,7 @@ program test_element
   use flow_laws_johnson_cook, only: johnson_cook_t
   use flow_laws_norton, only: norton_t
   use physics_material, only: material_t
-  use physics_return_map, only: least_rate, return_map
+  use physics_return_map, only: default_min_rate, return_map
   use physics_stress, only: stress_block, stress_sums_t
   implicit none (type, external)
 
@@ -203,7 +203,7 @@ contains
       end do
     end do
     call expect('returns of the power law', failed == 0)
-    q = 0.999_rp*k*sqrt(least_rate)
+    q = 0.999_rp*k*sqrt(default_min_rate)
     call return_map(norton_t(k=k, n=0.5_rp), nlane, dt, temp, alpha, guess, q, g3, none, x, sigma, &
                     any_plastic, failed)
     call expect('no flow below the least rate', .not. any_plastic .and. all(x <= 0.0_rp))

@@ -87,11 +87,11 @@ contains
       temp = before + 300.0_rp*(temp - 0.5_rp)
       c = material%specific_heat_at(before)
       given = sum(mass*c*(temp - before))
-      call material%take_up(c, before, temp)
+      call material%apply_heat(c, before, temp)
       gained = material%heat_content(nlane, mass, temp) &
                - material%heat_content(nlane, mass, before)
       off = max(off, abs(gained - given)/material%heat_content(nlane, mass, temp))
-      call material%most_diffusive(k, most)
+      call material%max_diffusivity(k, most)
       most = k/most
       least = min(least, most/maxval(material%conductivity_at(temp) &
                                      /material%specific_heat_at(temp)))
@@ -100,8 +100,8 @@ contains
     call expect('no temperature spreads heat faster', least >= 1.0_rp - 1.0e-12_rp)
     c = plain%c_p
     off = temp(1)
-    call plain%take_up(c, before, temp)
-    call plain%most_diffusive(k, most)
+    call plain%apply_heat(c, before, temp)
+    call plain%max_diffusivity(k, most)
     call expect('constants stay', abs(temp(1) - off) <= 0.0_rp .and. abs(k - 20.0_rp) <= 0.0_rp &
                                   .and. abs(most - plain%c_p) <= 0.0_rp)
   end subroutine test_material

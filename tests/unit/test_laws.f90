@@ -9,7 +9,7 @@ program test_laws
   use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input_text
   use input_values, only: input_t
-  use physics_flow_law, only: flow_law_t, law_output_t, most_warnings, n_work
+  use physics_flow_law, only: flow_law_t, law_output_t, max_warnings, n_work
   implicit none (type, external)
 
   real(rp), parameter :: t_melt = 1356.0_rp, shear = 46.0e9_rp   !! [K], [Pa]
@@ -171,11 +171,11 @@ contains
     character(48), allocatable :: texts(:)
     real(rp), dimension(nlane) :: temp, alpha, log_rate, rate
     real(rp) :: state(nlane, law%n_state)
-    integer :: counts(most_warnings), lane(most_warnings), i
+    integer :: counts(max_warnings), lane(max_warnings), i
 
     allocate (list, source=law%outputs())
     call law%list_warnings(texts)
-    call expect(name//': not too many warnings', size(texts) <= most_warnings)
+    call expect(name//': not too many warnings', size(texts) <= max_warnings)
     call expect(name//': names', all(list%name /= '') .and. all(texts /= ''))
     do i = 2, size(list)
       call expect(name//': outputs differ', all(list(:i - 1)%name /= list(i)%name))

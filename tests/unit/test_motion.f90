@@ -3,10 +3,10 @@
 program test_motion
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
+  use contact_monitor, only: monitor_t
   use contact_motion, only: motion_t, path_t, phase_t
   use contact_paths, only: new_path
   use contact_tool, only: rigid_t, tool_t
-  use contact_watch, only: watch_t
   implicit none (type, external)
 
   call begin_tests()
@@ -102,17 +102,17 @@ contains
 
   !> A load that grows at one rate is felt as it is, and a constant one, too.
   subroutine test_growing_load()
-    type(watch_t) :: watch
+    type(monitor_t) :: monitor
     real(rp) :: load(2)
     integer :: i
 
     do i = 1, 2000
-      call watch%feel([3.0_rp*i, 7.0_rp], 0.05_rp)
+      call monitor%update_load([3.0_rp*i, 7.0_rp], 0.05_rp)
     end do
-    load = watch%load()
+    load = monitor%load()
     call expect_close('a load that grows', load(1), 6000.0_rp, rtol=1.0e-12_rp)
     call expect_close('a constant one', load(2), 7.0_rp, rtol=1.0e-12_rp)
-    call expect('its mean lags', watch%felt(1) < 5950.0_rp)
+    call expect('its mean lags', monitor%load_ema(1) < 5950.0_rp)
   end subroutine test_growing_load
 
   !> Three quarters of a circle at one speed, from +y on, behind a plunge: the mean over a ramp T of

@@ -69,7 +69,7 @@ contains
     call expect('friction cone, never tensile', ok(3))
     call expect('the gap closes and no further', ok(4))
     call expect('dissipation is not negative', ok(5))
-    call expect('books are the change of kinetic energy', ok(6))
+    call expect('losses are the change of kinetic energy', ok(6))
   end subroutine test_random_cases
 
   !> Exact: two of 1 kg that close at 2 m/s over a gap of 0.5 um in 1 us keep 0.5 m/s.

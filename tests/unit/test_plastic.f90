@@ -6,7 +6,7 @@ program test_plastic
   use check, only: begin_tests, end_tests, expect, expect_close
   use flow_laws_johnson_cook, only: johnson_cook_t
   use physics_material, only: material_t
-  use physics_return_map, only: least_rate
+  use physics_return_map, only: default_min_rate
   use physics_stress, only: stress_block, stress_sums_t
   implicit none (type, external)
 
@@ -243,7 +243,8 @@ contains
     without = with_law
     without%rate = 0.0_rp
     do p = 1, nlane
-      want(p) = flow_stress(with_law%alpha(p) + least_rate*dt, least_rate, with_law%temp(p))
+      want(p) = flow_stress(with_law%alpha(p) + default_min_rate*dt, default_min_rate, &
+                            with_law%temp(p))
     end do
     call advance(copper, with_law, dt)
     call advance(elastic, without, dt)

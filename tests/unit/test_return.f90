@@ -4,7 +4,7 @@ program test_return
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use flow_laws_johnson_cook, only: johnson_cook_t
-  use physics_return_map, only: least_rate, return_map
+  use physics_return_map, only: default_min_rate, return_map
   implicit none (type, external)
 
   real(rp), parameter :: shear = 46.27e9_rp   !! modulus [Pa]
@@ -40,7 +40,7 @@ contains
     integer :: i
 
     high = log(q/g3)
-    low = log(least_rate*dt)
+    low = log(default_min_rate*dt)
     do i = 1, 80
       middle = 0.5_rp*(low + high)
       if (g3*exp(middle) + flow_stress(alpha + exp(middle), exp(middle)/dt, temp) > q) then
@@ -68,13 +68,13 @@ contains
       guess(p) = 0.0_rp
       if (u(3) > 0.3_rp) guess(p) = 10.0_rp**(-6.0_rp + 9.0_rp*u(3))
       g3(p) = 3.0_rp*shear*(1.0_rp + 0.1_rp*u(4))
-      yield = flow_stress(alpha(p) + least_rate*dt, least_rate, temp(p))
+      yield = flow_stress(alpha(p) + default_min_rate*dt, default_min_rate, temp(p))
       select case (mod(p, 3))
       case (0)
         x = dt*10.0_rp**(-5.99_rp + 8.99_rp*u(5))
         q(p) = g3(p)*x + flow_stress(alpha(p) + x, x/dt, temp(p))
       case (1)
-        q(p) = yield*(1.0_rp + 10.0_rp**(-5.0_rp + 8.0_rp*u(5))) + g3(p)*least_rate*dt
+        q(p) = yield*(1.0_rp + 10.0_rp**(-5.0_rp + 8.0_rp*u(5))) + g3(p)*default_min_rate*dt
       case default
         q(p) = yield*0.999_rp*u(5)
       end select
@@ -138,9 +138,10 @@ contains
     alpha = 0.5_rp
     guess = 0.0_rp
     g3 = 3.0_rp*shear
-    gap = 3.0_rp*shear*least_rate*dt
+    gap = 3.0_rp*shear*default_min_rate*dt
     do p = 1, nlane
-      q(p) = flow_stress(0.5_rp + least_rate*dt, least_rate, 600.0_rp) + gap*p/(nlane + 1)
+      q(p) = flow_stress(0.5_rp + default_min_rate*dt, default_min_rate, 600.0_rp) + gap &
+        *p/(nlane + 1)
     end do
     call return_map(law, nlane, dt, temp, alpha, guess, q, g3, none, x, sigma, any_plastic, failed)
     call expect('gap above yield: no failure', failed == 0)
@@ -166,14 +167,14 @@ contains
         rate(p) = 10.0_rp**(mod(p, 9) - 2)
         x(p) = 1.3_rp*rate(p)*dt
         q(p) = g3(p)*x(p) + flow_stress(alpha(p) + x(p), 1.3_rp*rate(p), temp(p))
-        yield = flow_stress(alpha(p) + least_rate*dt, least_rate, temp(p))
+        yield = flow_stress(alpha(p) + default_min_rate*dt, default_min_rate, temp(p))
         if (.not. flows(p)) q(p) = 0.99_rp*yield
       end do
       call return_map(law, nlane, dt, temp, alpha, rate, q, g3, none, x, sigma, any_plastic, failed)
       n_wrong_side = n_wrong_side + count(flows .neqv. x > 0.0_rp)
       if (any_plastic .neqv. any(flows)) n_wrong_side = n_wrong_side + 1
       do p = 1, nlane
-        want = flow_stress(alpha(p) + least_rate*dt, least_rate, temp(p))
+        want = flow_stress(alpha(p) + default_min_rate*dt, default_min_rate, temp(p))
         if (flows(p)) then
           want = q(p) - g3(p)*x(p)
           worst = max(worst, abs(x(p)/(1.3_rp*rate(p)*dt) - 1.0_rp))

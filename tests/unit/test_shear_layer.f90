@@ -9,7 +9,7 @@ program test_shear_layer
   use linear_law, only: linear_t
   use physics_flow_law, only: flow_law_t, n_work
   use physics_material, only: material_t
-  use tool_contact_limits, only: find_shear_layer, shear_layer_t, slow_down
+  use tool_contact_limits, only: find_shear_layer, shear_layer_t, reduce_layer_rate
   use tool_contact_lists, only: contact_particle_t
   implicit none (type, external)
 
@@ -199,11 +199,11 @@ contains
     type(contact_particle_t) :: t
     real(rp) :: log_slower
 
-    t = contact_particle_t(slip=[0.0_rp, slip, 0.0_rp], depth=1.0e-3_rp, sensitivity=0.05_rp, &
-                           resolved_rate=100.0_rp/sqrt(3.0_rp))
-    call slow_down(1.0_rp + 0.05_rp*log(slower), 1.0e-3_rp, t, log_slower)
+    t = contact_particle_t(slip=[0.0_rp, slip, 0.0_rp], layer_depth=1.0e-3_rp, &
+                           rate_sensitivity=0.05_rp, resolved_rate=100.0_rp/sqrt(3.0_rp))
+    call reduce_layer_rate(1.0_rp + 0.05_rp*log(slower), 1.0e-3_rp, t, log_slower)
     call expect_close('as slow as asked', log_slower, log(slower), atol=1.0e-9_rp)
-    part_of = t%plastic_part
+    part_of = t%plastic_fraction
   end function part_of
 
   !> Layers of random thickness, at full strength and less: the velocity by which their metal is
@@ -221,19 +221,20 @@ contains
       slip = 0.01_rp + draw(2)
       resolved = 0.3_rp*slip*draw(3)
       used = 1.0_rp - 0.1_rp*draw(4)*real(mod(i, 2), rp)
-      t = contact_particle_t(slip=[slip, 0.0_rp, 0.0_rp], depth=(0.1_rp + draw(5))*1.0e-3_rp, &
-                             sensitivity=0.05_rp, softening=full*tanh(full), &
-                             rise=7.0_rp*log(cosh(full)))
-      t%resolved_rate = resolved/(sqrt(3.0_rp)*t%depth)
-      call slow_down(used, 2.0_rp*t%depth, t, slower)
+      t = contact_particle_t(slip=[slip, 0.0_rp, 0.0_rp], layer_depth=(0.1_rp + draw(5)) &
+                             *1.0e-3_rp, rate_sensitivity=0.05_rp, softening=full*tanh(full), &
+                             temperature_rise=7.0_rp*log(cosh(full)))
+      t%resolved_rate = resolved/(sqrt(3.0_rp)*t%layer_depth)
+      call reduce_layer_rate(used, 2.0_rp*t%layer_depth, t, slower)
       speed = exp(slower)*(slip + resolved)
       x = newton(full*tanh(full)*used*exp(slower))
       z = [((real(k, rp) - 0.5_rp)/n, k=1, n)]
       mean = sum(speed*(1.0_rp - tanh(x*z)/tanh(x)) - resolved*(1.0_rp - z))/n
-      call expect_close('mean velocity', t%faster, 0.5_rp*max(0.0_rp, mean), &
+      call expect_close('mean velocity', t%excess_velocity, 0.5_rp*max(0.0_rp, mean), &
                         atol=2.0e-3_rp*speed)
-      call expect_close('thickness', t%thickness, t%depth*tanh(x)/x, rtol=4.0e-3_rp)
-      call expect_close('rise', t%rise, 7.0_rp*log(cosh(x)), rtol=0.02_rp, atol=1.0e-3_rp)
+      call expect_close('thickness', t%layer_thickness, t%layer_depth*tanh(x)/x, rtol=4.0e-3_rp)
+      call expect_close('rise', t%temperature_rise, 7.0_rp*log(cosh(x)), rtol=0.02_rp, &
+                        atol=1.0e-3_rp)
     end do
   end subroutine test_mean_of_layer
 

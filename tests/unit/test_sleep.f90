@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Which cubes may sleep: limits of stress by strain, by waves and by what held nodes take; what a
-!> held node books.
+!> held node records.
 program test_sleep
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
@@ -12,8 +12,9 @@ program test_sleep
   use sleep_held_layer, only: hold_layer
   use sleep_motion, only: start_tracking, track_motion
   use sleep_sleepers, only: m_impulse, m_mass, m_momentum, sleepers_t
-  use sleep_stress, only: a_calls, a_mass, a_stress, judge_cubes, n_asked, n_said
-  use state_books, only: books_t, e_sleep
+  use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
+    n_particle_sums
+  use state_budget, only: budget_t, e_sleep
   use state_clock, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -75,30 +76,30 @@ contains
   !> the velocity `gradient` x + `v0`.
   function cubes(gradient, v0) result(sums)
     real(rp), intent(in) :: gradient(3, 3), v0(3)
-    real(rp) :: sums(n_asked, n(1), n(2), n(3))
+    real(rp) :: sums(n_cube_sums, n(1), n(2), n(3))
     integer :: i, j, k
 
     sums = 0.0_rp
     do k = 1, n(3)
       do j = 1, n(2)
         do i = 1, n(1)
-          sums(a_mass, i, j, k) = 3.0_rp
-          sums(n_said + m_mass, i, j, k) = 7.0_rp
-          sums(n_said + m_momentum:n_said + m_momentum + 2, i, j, k) = 7.0_rp*(v0 &
-            + matmul(gradient, cube_middle(scene%grid, [i, j, k] - 1) &
+          sums(c_mass, i, j, k) = 3.0_rp
+          sums(n_particle_sums + m_mass, i, j, k) = 7.0_rp
+          sums(n_particle_sums + m_momentum:n_particle_sums + m_momentum + 2, i, j, k) &
+            = 7.0_rp*(v0 + matmul(gradient, cube_middle(scene%grid, [i, j, k] - 1) &
                      - cube_middle(scene%grid, [1, 1, 1])))
         end do
       end do
     end do
-    sums(a_stress + 3, 2, 2, 2) = 3.0_rp*stress/sqrt(2.0_rp)   ! a shear stress counts twice
+    sums(c_stress + 3, 2, 2, 2) = 3.0_rp*stress/sqrt(2.0_rp)   ! a shear stress counts twice
   end function cubes
 
   logical function is_active(sums, at)
-    real(rp), intent(in) :: sums(n_asked, n(1), n(2), n(3))
+    real(rp), intent(in) :: sums(n_cube_sums, n(1), n(2), n(3))
     integer, intent(in) :: at(3)
     logical :: marked(n(1), n(2), n(3))
 
-    call judge_cubes(scene, clock, 1.0e-4_rp, box_t([0, 0, 0], n - 1), n, sums, marked)
+    call find_active_cubes(scene, clock, 1.0e-4_rp, box_t([0, 0, 0], n - 1), n, sums, marked)
     is_active = marked(at(1), at(2), at(3))
   end function is_active
 
@@ -149,13 +150,13 @@ contains
   !> Sleepers wake just when the mean force on their held nodes is the limit over the section of
   !> their cube.
   subroutine test_traction()
-    real(rp) :: impulse(3), sums(n_asked, n(1), n(2), n(3))
+    real(rp) :: impulse(3), sums(n_cube_sums, n(1), n(2), n(3))
 
     impulse = [0.0_rp, -0.6_rp, 0.8_rp]*limit*1.0e-4_rp
     impulse = impulse*section_across(cube_size(scene%grid, [0, 1, 2]), [0.0_rp, -0.6_rp, 0.8_rp])
-    associate (none => reshape([0.0_rp], [3, 3], [0.0_rp]), first => n_said + m_impulse)
+    associate (none => reshape([0.0_rp], [3, 3], [0.0_rp]), first => n_particle_sums + m_impulse)
       sums = cubes(none, none(:, 1))
-      sums(a_mass, 1, 2, 3) = 0.0_rp           ! all asleep
+      sums(c_mass, 1, 2, 3) = 0.0_rp           ! all asleep
       sums(first:first + 2, 1, 2, 3) = 0.99_rp*impulse
       call expect('load below the limit', .not. is_active(sums, [1, 2, 3]))
       sums(first:first + 2, 1, 2, 3) = 1.01_rp*impulse
@@ -164,22 +165,22 @@ contains
   end subroutine test_traction
 
   subroutine test_calls()
-    real(rp) :: sums(n_asked, n(1), n(2), n(3))
+    real(rp) :: sums(n_cube_sums, n(1), n(2), n(3))
 
     associate (none => reshape([0.0_rp], [3, 3], [0.0_rp]))
       sums = cubes(none, none(:, 1))
       call expect('nobody calls', .not. is_active(sums, [1, 1, 2]))
-      sums(a_calls, 1, 1, 2) = 1.0_rp
+      sums(c_wake_requests, 1, 1, 2) = 1.0_rp
       call expect('one calls', is_active(sums, [1, 1, 2]))
     end associate
   end subroutine test_calls
 
-  !> A held node stands still; its impulse is what it had and got, the books take the work of that
+  !> A held node stands still; its impulse is what it had and got, the budget takes the work of that
   !> on the awake particles, and their velocity change takes their own velocity away.
   subroutine test_held_node()
     real(rp), parameter :: mass = 5.0_rp, asleep = 2.0_rp
     real(rp) :: awake_velocity(3), force_step(3), g(8, 8)
-    type(books_t) :: books
+    type(budget_t) :: budget
     type(nodes_t) :: nodes
     type(sleepers_t) :: sleepers
 
@@ -198,12 +199,12 @@ contains
     nodes%patch%all = box_t([2, 3, 6], [3, 4, 7])
     nodes%n_ranges = 4
     nodes%range = reshape([1, 2, 1, 3, 4, 1, 5, 6, 1, 7, 8, 1], [3, 4])
-    call hold_layer(scene, clock, nodes, sleepers, books, g)
+    call hold_layer(scene, clock, nodes, sleepers, budget, g)
     call expect('a held node stands still', maxval(abs(g(1:3, 7))) <= 0.0_rp)
     call expect_close('its change', norm2(g(5:7, 7) + awake_velocity), 0.0_rp, atol=1.0e-12_rp)
     call expect_close('its impulse', norm2(sleepers%layer%impulse(:, 1) &
       - (awake_velocity*(mass - asleep) + force_step)), 0.0_rp, atol=1.0e-12_rp)
-    call expect_close('its energy', books%sums(e_sleep), 0.5_rp*((mass - asleep) &
+    call expect_close('its energy', budget%sums(e_sleep), 0.5_rp*((mass - asleep) &
       *sum(awake_velocity**2) + dot_product(force_step, awake_velocity)))
     call start_tracking(sleepers%motion, box_t([1, 1, 3], [1, 2, 3]))
     call track_motion(nodes, sleepers, 0.5_rp, g)

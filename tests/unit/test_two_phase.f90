@@ -7,8 +7,8 @@ program test_two_phase
   use check, only: begin_tests, end_tests, expect, expect_close
   use flow_laws_annealing, only: arrhenius_t
   use flow_laws_two_phase, only: n_two_phase, n_two_phase_annealing, two_phase_t
-  use physics_flow_law, only: most_warnings, n_work
-  use physics_return_map, only: least_rate, return_map
+  use physics_flow_law, only: max_warnings, n_work
+  use physics_return_map, only: default_min_rate, return_map
   implicit none (type, external)
 
   real(rp), parameter :: shear = 46.268656716e9_rp, burgers = 2.56e-10_rp, m = 3.06_rp
@@ -174,7 +174,7 @@ contains
       guess(p) = merge(10.0_rp**(-6.0_rp + 9.0_rp*u(3)), 0.0_rp, u(3) > 0.3_rp)
       g3(p) = 3.0_rp*shear*(1.0_rp + 0.1_rp*u(4))
       x(p) = dt*10.0_rp**(-5.99_rp + 8.99_rp*u(5))
-      if (mod(p, 3) > 0) x(p) = dt*least_rate
+      if (mod(p, 3) > 0) x(p) = dt*default_min_rate
     end do
     log_rate = log(x/dt)
     call law%prepare(temp, state, work)
@@ -213,7 +213,7 @@ contains
       call return_map(law, nlane, dt, temp, alpha, guess, q, g3, state, x, sigma, any_plastic, &
                       failed)
       call law%prepare(temp, before, work)
-      log_rate = log(max(x/dt, least_rate))
+      log_rate = log(max(x/dt, default_min_rate))
       call law%stress(work, alpha, x, log_rate, want, slope)
       again = before
       call law%advance(work, x, log_rate, again)
@@ -273,7 +273,7 @@ contains
 
   subroutine test_validity_warnings()
     real(rp) :: temp(nlane), rate(nlane), state(nlane, n_two_phase)
-    integer :: counts(most_warnings), lane(most_warnings)
+    integer :: counts(max_warnings), lane(max_warnings)
 
     temp = 500.0_rp
     rate = 1.0_rp

@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: MIT
-!> What contact with a tool costs: momentum, torque, work and heat in the books, beside clamps and
+!> What contact with a tool costs: momentum, torque, work and heat in the budget, beside clamps and
 !> symmetry planes.
-program test_tool_books
+program test_tool_loads
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
-  use contact_tool, only: rigid_t, s_creep, s_force, s_friction, s_normal, s_press, s_slide, &
-                          s_to_plate, s_torque, s_work
+  use contact_tool, only: rigid_t, s_metal_slip, s_force, s_friction, s_normal_loss, &
+                          s_normal_impulse, s_tool_slip, s_to_plate, s_torque, s_work
   use node_samples, only: all_of, balance_of, balance_t, gather_nodes, step_once
   use particles_store, only: f_heat, f_mass, f_vel
-  use state_books, only: e_wall
+  use state_budget, only: e_wall
   use step_samples, only: add_clamp, add_plane_of_symmetry, fill, h, settle, shake
   use step_simulation, only: free_simulation, simulation_t
   use tool_samples, only: settle_plate, start_plate, touch, touch_dt
@@ -53,25 +53,25 @@ contains
       sums = all_of(world, sim%tool(1)%sums)
       impulse = after%momentum - before%momentum
       taken = 0.0_rp
-      if (size(sim%books%impulse) > 0) taken = all_of(world, sim%books%impulse(:, 1))
-      call expect('tools touch, clamps bear some of it', sums(s_press) > 0.0_rp &
-                  .and. (norm2(taken) > 0.01_rp*sums(s_press) .eqv. mod(i, 2) == 0))
+      if (size(sim%budget%impulse) > 0) taken = all_of(world, sim%budget%impulse(:, 1))
+      call expect('tools touch, clamps bear some of it', sums(s_normal_impulse) > 0.0_rp &
+                  .and. (norm2(taken) > 0.01_rp*sums(s_normal_impulse) .eqv. mod(i, 2) == 0))
       call expect_close('momentum of nodes, tool and clamp', &
                         norm2(impulse + sums(s_force:s_force + 2) - taken), 0.0_rp, &
-                        atol=1.0e-12_rp*sums(s_press))
+                        atol=1.0e-12_rp*sums(s_normal_impulse))
       if (mod(i, 2) == 1) then
         call expect_close('torque against the spin', sums(s_torque), &
                           dot_product(before%moment - after%moment, sim%tool(1)%axes(:, 3)), &
-                          atol=1.0e-12_rp*h*sums(s_press))
+                          atol=1.0e-12_rp*h*sums(s_normal_impulse))
       end if
       work = sum(spread(g1(8, :, :, :), 1, 3)*(g2(1:3, :, :, :) - g1(1:3, :, :, :)) &
                  *(g2(1:3, :, :, :) - 0.5_rp*g2(5:7, :, :, :)))
-      sums = [sums, all_of(world, sim%books%sums)]
-      call expect_close('work of the tool', sums(s_work) - sums(s_friction) - sums(s_normal) &
+      sums = [sums, all_of(world, sim%budget%sums)]
+      call expect_close('work of the tool', sums(s_work) - sums(s_friction) - sums(s_normal_loss) &
                         + sums(size(sim%tool(1)%sums) + e_wall), work, &
                         atol=1.0e-12_rp*(abs(work) + abs(sums(s_work))))
       call expect('nothing else is booked', &
-                  count(abs(sim%books%sums) > 0.0_rp) <= merge(1, 0, mod(i, 2) == 0))
+                  count(abs(sim%budget%sums) > 0.0_rp) <= merge(1, 0, mod(i, 2) == 0))
       call expect('changes of velocity follow', maxval(abs(g2(1:3, :, :, :) - g2(5:7, :, :, :) &
                   - g1(1:3, :, :, :) + g1(5:7, :, :, :))) <= 1.0e-12_rp)
       heat = 0.0_rp
@@ -123,11 +123,11 @@ contains
         end do
       end do
     end do
-    call expect_close('creep', sums(s_creep), got(1), rtol=1.0e-11_rp)
-    call expect_close('slide', sums(s_slide), got(2), rtol=1.0e-11_rp)
-    call expect_close('press', sums(s_press), got(3), rtol=1.0e-11_rp)
+    call expect_close('creep', sums(s_metal_slip), got(1), rtol=1.0e-11_rp)
+    call expect_close('slide', sums(s_tool_slip), got(2), rtol=1.0e-11_rp)
+    call expect_close('press', sums(s_normal_impulse), got(3), rtol=1.0e-11_rp)
     call expect_close('friction heat', sums(s_friction), got(4), rtol=1.0e-11_rp)
-    call expect_close('loss across the surface', sums(s_normal), got(5), rtol=1.0e-11_rp)
+    call expect_close('loss across the surface', sums(s_normal_loss), got(5), rtol=1.0e-11_rp)
     call expect('friction heats', sums(s_friction) > 0.0_rp)
     call free_simulation(sim)
   end subroutine test_work_lost
@@ -159,8 +159,8 @@ contains
       given = -all_of(world, sim%tool(1)%sums(s_force:s_force + 2))
       least = norm2(given)
       do c = 1, size(sim%scene%condition)
-        given = given + all_of(world, sim%books%impulse(:, c))
-        least = min(least, norm2(all_of(world, sim%books%impulse(:, c))))
+        given = given + all_of(world, sim%budget%impulse(:, c))
+        least = min(least, norm2(all_of(world, sim%budget%impulse(:, c))))
       end do
       call expect('tool, walls and clamp all give some', least > 1.0e-3_rp*norm2(p1 - p0))
       call expect_close('momentum given', norm2(p1 - p0 - given), 0.0_rp, &
@@ -183,4 +183,4 @@ contains
     call world%sum(p)
   end function momentum
 
-end program test_tool_books
+end program test_tool_loads
