@@ -58,8 +58,8 @@ def deeper(tree):
     """One more procedure between the sweep over the blocks and the kernel."""
     path = "modules/update/sweeps.f90"
     edit(tree, path, "      call p2g_block(", "      call hand_on(")
-    edit(tree, path, "  end subroutine to_grid\n",
-         "  end subroutine to_grid\n\n  subroutine hand_on()\n    call p2g_block()\n  end subroutine hand_on\n")
+    edit(tree, path, "  end subroutine add_records\n",
+         "  end subroutine add_records\n\n  subroutine hand_on()\n    call p2g_block()\n  end subroutine hand_on\n")
 
 
 def more_files(tree):
