@@ -13,7 +13,7 @@ module bodies_lattice
 
   integer, parameter :: straight = 0, rings = 1, shells = 2
 
-  !> Lattice: spacing [m], first point [m] and numbers of points along the axes. Round lattices:
+  !> Lattice with spacing [m], first point [m] and numbers of points along the axes. Round lattices:
   !> numbers of rings or shells (from the outermost, inside `radius` [m]), of points on the largest,
   !> along the axis.
   type :: lattice_t

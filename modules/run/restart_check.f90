@@ -13,7 +13,7 @@ module run_restart_check
                              f_temp, f_vel, layout_t, particles_t, tag_id, tag_rest, tracer_bit
   use sleep_cubes, only: edge
   use sleep_sleepers, only: n_motion
-  use state_books, only: n_sums
+  use state_budget, only: n_sums
   use step_simulation, only: simulation_t
   implicit none (type, external)
   private
@@ -80,7 +80,7 @@ contains
           call global%expect(1, 'the phase of a tool', 0.0_rp, phases)
           call global%expect(1, 'the force at the beginning of the phase of a tool [N]')
         end if
-        if (sim%tool(k)%watch%is_on) then
+        if (sim%tool(k)%monitor%is_on) then
           call global%expect(4, 'the load of a tool')
           call global%expect(1, 'the phase of a tool', 1.0_rp, phases)
           call global%expect(1, 'whether a phase of a tool has ended', 0.0_rp, 1.0_rp)
@@ -113,8 +113,8 @@ contains
 
     call local%expect(n_sums, 'the book of an energy [J]')
     call local%expect(1, 'the number of failed returns', 0.0_rp, real(huge(1), rp))
-    call local%expect(size(sim%books%warnings), 'the number of warnings', 0.0_rp)
-    call local%expect(size(sim%books%impulse), 'the impulse of a wall or clamp [N s]')
+    call local%expect(size(sim%budget%warnings), 'the number of warnings', 0.0_rp)
+    call local%expect(size(sim%budget%impulse), 'the impulse of a wall or clamp [N s]')
     call local%expect(n_tool_sums*size(sim%tool), 'the book of a tool')
     call local%expect(n_motion*cubes, 'the motion of a cube of nodes')
     call local%finish()
