@@ -55,7 +55,7 @@ contains
   end subroutine prepare
 
   !> Collective. Whether a step of `taken` [s] is refused; it comes back as what is to be tried.
-  logical function is_refused(sim, taken, stands)
+  logical function is_refused(sim, taken, stands) result(so)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: taken
     logical, intent(out), optional :: stands     !! as far as this rank can see
@@ -63,7 +63,7 @@ contains
 
     call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, sim%nodes, &
                          sim%boundary, sim%exchange, sim%budget, taken, sim%nodes%g, may_stand)
-    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, taken, is_refused)
+    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, taken, so)
     if (present(stands)) stands = may_stand
   end function is_refused
 

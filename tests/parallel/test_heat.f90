@@ -1,21 +1,16 @@
 ! SPDX-License-Identifier: MIT
 !> Conduction: heat is conserved, decays at the exact rate, and what films lose is booked.
 program test_heat
-  use base_kinds, only: i8, nlane, pi, rp
+  use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use comm_world, only: start_world, world_t
-  use grid_geometry, only: make_grid
-  use heat_conduction, only: conduct, conduction_step
-  use particles_store, only: f_bbar, f_heat, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields, &
-                             tag_id
-  use run_balance, only: first_partition
+  use comm_world, only: start_world
+  use heat_conduction, only: conduction_step
+  use heat_samples, only: build, conduct_for, content, h, noise, world
+  use particles_store, only: f_heat, f_pos, f_temp, tag_id
   use run_regrid, only: regrid
   use state_budget, only: e_conduction, e_film
   use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
-
-  real(rp), parameter :: h = 1.0e-3_rp, spacing = 0.5_rp*h   !! cell, distance of particles [m]
-  type(world_t) :: world
 
   call start_world(world)
   call begin_tests()
@@ -29,104 +24,6 @@ program test_heat
   call end_tests()
 
 contains
-
-  !> Copper block of `cells` from (0,0,0) on, 8 particles a cell, at 300 K; each rank makes the
-  !> particles of some planes.
-  subroutine build(sim, cells, film)
-    type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: cells(3)
-    real(rp), intent(in) :: film(6)
-    integer(i8) :: id
-    integer :: b, faces, i, j, k, n(3), p
-    real(rp) :: margin
-
-    margin = 3.0_rp*h
-    sim%scene%grid = make_grid(h, [-margin, -margin, -margin], cells*h + margin)
-    allocate (sim%scene%material(1), sim%scene%body(1), sim%scene%symmetry(0), &
-              sim%scene%clamp(0), sim%scene%condition(0), sim%tool(0), sim%backing(0), &
-              sim%source(0))
-    associate (copper => sim%scene%material(1))
-      copper%rho = 8960.0_rp
-      copper%c_p = 386.0_rp
-      copper%conductivity = 391.0_rp
-      call copper%set_elastic(124.0e9_rp, 0.34_rp)
-    end associate
-    sim%scene%body(1)%spacing = spacing
-    sim%scene%body(1)%film%coefficient = film
-    sim%scene%method%conducts = .true.
-    call sim%particles%init(n_fields)
-    n = 2*cells
-    call sim%particles%reserve(product(n)/nlane + 2)
-    b = 0
-    p = nlane
-    do i = world%rank, n(1) - 1, world%size
-      do j = 0, n(2) - 1
-        do k = 0, n(3) - 1
-          if (p == nlane) then
-            b = b + 1
-            p = 0
-            sim%particles%body(b) = 1
-          end if
-          p = p + 1
-          id = 1_i8 + k + n(3)*(j + n(2)*int(i, i8))
-          faces = sum([1, 2, 4, 8, 16, 32], [i == 0, i == n(1) - 1, j == 0, j == n(2) - 1, k == 0, &
-                                             k == n(3) - 1])
-          associate (ps => sim%particles%ps(p, :, b))
-            ps = 0.0_rp
-            ps(f_pos:f_pos + 2) = spacing*([i, j, k] + 0.5_rp)
-            ps(f_bbar:f_bbar + 2) = 1.0_rp
-            ps(f_jac) = 1.0_rp
-            ps(f_temp) = 300.0_rp
-            ps(f_mass) = 8960.0_rp*spacing**3
-          end associate
-          sim%particles%tag(p, b) = make_tag(id, faces)
-          sim%particles%count(b) = p
-        end do
-      end do
-    end do
-    sim%particles%nblk = b
-    call sim%prepare_scratch()
-    call first_partition(world, sim)
-    call regrid(world, sim)
-  end subroutine build
-
-  subroutine conduct_for(world, sim, dt)
-    type(world_t), intent(in) :: world
-    type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: dt
-
-    call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, &
-                 sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%pairs, &
-                 sim%budget, dt)
-  end subroutine conduct_for
-
-  !> Sum over the particles of all ranks of mass c_p (T - 300 K) shape, shape 1 or cos(pi x/length).
-  real(rp) function content(sim, length)
-    type(simulation_t), intent(in) :: sim
-    real(rp), intent(in), optional :: length
-    real(rp) :: total(1), heat
-    integer :: b, p
-
-    total = 0.0_rp
-    do b = 1, sim%particles%nblk
-      associate (ps => sim%particles%ps(:, :, b))
-        do p = 1, sim%particles%count(b)
-          heat = ps(p, f_mass)*386.0_rp*(ps(p, f_temp) - 300.0_rp)
-          if (present(length)) heat = heat*cos(pi*ps(p, f_pos)/length)
-          total = total + heat
-        end do
-      end associate
-    end do
-    call world%sum(total)
-    content = total(1)
-  end function content
-
-  !> Number between 0 and 1 that depends on the particle alone.
-  pure real(rp) function noise(id)
-    integer(i8), intent(in) :: id
-
-    noise = real(modulo(id*id*7919_i8 + id*104729_i8, 99991_i8), rp)/99991.0_rp
-  end function noise
 
   !> Random temperatures, 200 steps.
   subroutine test_insulated()
@@ -144,7 +41,7 @@ contains
     call expect_close('conduction step', dt, 0.15_rp*h*h*8960.0_rp*386.0_rp/391.0_rp)
     before = content(sim)
     do step = 1, 200
-      call conduct_for(world, sim, dt)
+      call conduct_for(sim, dt)
       if (mod(step, 50) == 0) call regrid(world, sim)
     end do
     call expect_close('an insulated block keeps its heat', content(sim), before, rtol=1.0e-12_rp)
@@ -170,7 +67,7 @@ contains
     end do
     call world%sum(given)
     do step = 1, 5
-      call conduct_for(world, sim, conduction_step(sim%scene, sim%clock))
+      call conduct_for(sim, conduction_step(sim%scene, sim%clock))
     end do
     spent = .true.
     do b = 1, sim%particles%nblk
@@ -222,7 +119,7 @@ contains
     shortest = end
     do while (t < end*(1.0_rp - 1.0e-9_rp))
       dt = min(conduction_step(sim%scene, sim%clock), end - t)
-      call conduct_for(world, sim, dt)
+      call conduct_for(sim, dt)
       if (t + dt < end*(1.0_rp - 1.0e-9_rp)) shortest = min(shortest, dt)
       t = t + dt
       steps = steps + 1
@@ -254,7 +151,7 @@ contains
     steps = ceiling(1.0_rp/(kappa*(pi/length)**2*dt))
     amplitude = content(sim, length)
     do step = 1, steps
-      call conduct_for(world, sim, dt)
+      call conduct_for(sim, dt)
     end do
     rate = log(amplitude/content(sim, length))/(steps*dt)
     call expect_close('a cosine decays at the exact rate', rate, kappa*(pi/length)**2, rtol=0.01_rp)
@@ -275,7 +172,7 @@ contains
     end do
     before = content(sim)
     do step = 1, 100
-      call conduct_for(world, sim, conduction_step(sim%scene, sim%clock))
+      call conduct_for(sim, conduction_step(sim%scene, sim%clock))
     end do
     lost = sim%budget%sums(e_film)
     call world%sum(lost)
@@ -300,7 +197,7 @@ contains
     dt = conduction_step(sim%scene, sim%clock)
     t = 0.0_rp
     do step = 1, 400
-      call conduct_for(world, sim, dt)
+      call conduct_for(sim, dt)
       t = t + dt
     end do
     call expect_close('a thin plate cools like a lump', content(sim)/before, &
