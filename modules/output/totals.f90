@@ -163,7 +163,7 @@ contains
               + budget(d_kinetic) + budget(d_elastic)
       history%audit_scale = max(history%audit_scale, &
                                 abs(t%work) + abs(budget(e_body)) + abs(budget(e_wall)), &
-                                abs(budget(e_scaling)), history%kinetic0 + history%elastic0, &
+                                abs(budget(e_scaling)), history%kinetic0 + abs(history%elastic0), &
                                 tiny(1.0_rp))
       t%audit_error = 100.0_rp*(supplied - absorbed)/history%audit_scale
       t%to_bodies = sum(tool(s_to_plate, :))
