@@ -164,7 +164,7 @@ contains
       history%audit_scale = max(history%audit_scale, &
                                 abs(t%work) + abs(budget(e_body)) + abs(budget(e_wall)), &
                                 abs(budget(e_scaling)), history%kinetic0 + abs(history%elastic0), &
-                                tiny(1.0_rp))
+                                1.0e-200_rp)   ! a quotient by it is finite
       t%audit_error = 100.0_rp*(supplied - absorbed)/history%audit_scale
       t%to_bodies = sum(tool(s_to_plate, :))
       if (scene%method%conducts) t%to_bodies = t%to_bodies + budget(e_friction)

@@ -134,6 +134,7 @@ contains
     do k = 1, size(boxes)
       if (boxes(k)%is_empty()) cycle
       is_good = is_good .and. all(boxes(k)%lo >= 0 .and. boxes(k)%hi < grid%n)
+      if (.not. is_good) return
       nodes = nodes + product(int(boxes(k)%hi - boxes(k)%lo + 1, i8))
       do i = 1, k - 1
         both = boxes(i)%meet(boxes(k))
