@@ -119,8 +119,8 @@ contains
     end associate
   end subroutine resume_heat
 
-  !> Whether a run can have written these numbers, in the order of `save_heat` and of `pack_memory`
-  !> of the integrator.
+  !> Check the numbers of the run, in the order of `save_heat` and of `pack_memory` of the
+  !> integrator.
   subroutine check_numbers(global)
     type(numbers_t), intent(inout) :: global
     integer :: ranks, sources
@@ -133,23 +133,23 @@ contains
     call global%expect(1, 'the time [s]', 0.0_rp)
     call global%expect(1, 'the next step [s]', 0.0_rp)
     call global%expect(2, 'the number of steps or refused steps', 0.0_rp, counts)
-    call global%expect(2, 'the book of a heat [J]')
+    call global%expect(2, 'a heat of the balance [J]')
     call global%expect(1, 'the heat at t = 0 [J]')
     call global%expect(1, 'the time of the last row [s]', 0.0_rp, time)
     call global%expect(1, 'the last step [s]', 0.0_rp)
-    call global%expect(2, 'the book of a heat at the last row [J]')
+    call global%expect(2, 'a heat of the balance at the last row [J]')
     call global%expect(1, 'the number of rows', 0.0_rp, counts)
     call global%expect(1, 'the number of frames', 0.0_rp, most_values)
     if (global%error%is_set()) return
     if (size(global%value) >= n_global) then
       call global%expect(nint(global%value(n_global)), 'the time of a frame [s]', 0.0_rp, time)
     end if
-    call global%expect(1, 'whether a mean rate is known', 0.0_rp, 1.0_rp)
+    call global%expect(1, 'the flag of a known mean rate', 0.0_rp, 1.0_rp)
     call global%expect(1, 'the step of the preconditioner [s]', 0.0_rp)
     call global%expect(1, 'the number of sources', 0.0_rp, most_values)
     if (global%error%is_set()) return
     if (size(global%value) >= global%n) sources = nint(global%value(global%n))
-    call global%expect(sources + 1, 'whether a source is on or rates are known', 0.0_rp, 1.0_rp)
+    call global%expect(sources + 1, 'the flag of a source or of known rates', 0.0_rp, 1.0_rp)
     ranks = max(1, (size(global%value) - global%n)/n_books)
     call global%expect(n_books*ranks, 'the power in or out of a rank [W]')
     call global%finish()

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Ranges of the numbers of a checkpoint. Its seal says that it is as it was written, not that a run
-!> wrote it: each number is compared with what a run can have written before it is used.
+!> Ranges of the numbers in a checkpoint. Its seal shows that the file is unchanged since it was
+!> sealed, but not that a run has written it: each number is checked before it is used.
 module io_plausible
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use base_errors, only: error_t
@@ -11,16 +11,16 @@ module io_plausible
 
   public :: is_between, numbers_t
 
-  real(rp), parameter, public :: most = 1.0e30_rp    !! of any quantity in SI units
-  real(rp), parameter, public :: least = 1.0e-30_rp  !! of one that is above 0
-  real(rp), parameter, public :: light = 3.0e8_rp    !! nothing is faster [m/s]
-  real(rp), parameter, public :: counts = 2.0_rp**53   !! integers that a real holds exactly
+  real(rp), parameter, public :: most = 1.0e30_rp    !! bound of any quantity, in SI units
+  real(rp), parameter, public :: least = 1.0e-30_rp  !! bound of positive quantities
+  real(rp), parameter, public :: speed_of_light = 3.0e8_rp   !! bound of velocities [m/s]
+  real(rp), parameter, public :: counts = 2.0_rp**53   !! bound of counts: reals are exact up to it
 
-  !> Numbers of a data set that are looked at one after the other.
+  !> Numbers of a data set, which are checked one after the other.
   type :: numbers_t
     character(:), allocatable :: place       !! file and data set
     real(rp), allocatable :: value(:)
-    integer :: n = 0                         !! numbers that were expected so far
+    integer :: n = 0                         !! numbers expected so far
     type(error_t) :: error
   contains
     procedure :: expect
@@ -30,7 +30,7 @@ module io_plausible
 
 contains
 
-  !> The next `n` numbers are `what`, from `low` to `high` (-most and most if these are not given).
+  !> Check that the next `n` numbers, `what`, are from `low` (default -most) to `high` (most).
   subroutine expect(self, n, what, low, high)
     class(numbers_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -52,7 +52,7 @@ contains
     end do
   end subroutine expect
 
-  !> The next `n` numbers are the state of a heat sink (contact_heat_sink), if it has any.
+  !> Check the next `n` numbers, the state of a heat sink (contact_heat_sink).
   subroutine expect_sink(self, n)
     class(numbers_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -63,7 +63,7 @@ contains
     call self%expect(n - 3, 'the temperature of a tool or backing [K]', least)
   end subroutine expect_sink
 
-  !> These were all. Other numbers than the scene has were compared with ranges that are not theirs.
+  !> Check that there are as many numbers as expected; errors of a range mean nothing otherwise.
   subroutine finish(self)
     class(numbers_t), intent(inout) :: self
 
@@ -72,7 +72,7 @@ contains
       'another scene (tools, walls, clamps, probes or tracers differ)'
   end subroutine finish
 
-  !> False for NaN, too.
+  !> Whether a number is from `low` to `high`; false for NaN.
   elemental logical function is_between(x, low, high)
     real(rp), intent(in) :: x, low, high
 

@@ -66,7 +66,7 @@ contains
     else if (check_boxes(sim%scene%grid, boxes)) then
       wrong = check_particles(sim, boxes(world%rank))
     else
-      wrong = '/ranks/boxes: they do not make up the grid'
+      wrong = '/ranks/boxes: they do not divide the grid'
     end if
     call world%share_message(wrong, message)
     if (message /= '') call error%raise(path//': '//message)

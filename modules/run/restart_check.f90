@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Whether a run of this scene can have written what a checkpoint holds (io_plausible): the numbers
-!> of the run and of a rank, the boxes of the ranks, and the particles.
+!> Checks that a run of this scene can have written the numbers in a checkpoint (io_plausible):
+!> those of the run and of a rank, the boxes of the ranks, and the particles.
 module run_restart_check
   use base_kinds, only: i8, nlane, rp
   use base_text, only: str
   use contact_tool, only: n_tool_sums
   use grid_geometry, only: box_t, grid_t, halo, nearest_node
-  use io_plausible, only: counts, is_between, least, light, most, numbers_t
+  use io_plausible, only: counts, is_between, least, most, numbers_t, speed_of_light
   use output_checkpoint, only: n_clock
   use output_diagnostics, only: field_name
   use particles_store, only: asleep, f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, &
@@ -20,11 +20,11 @@ module run_restart_check
 
   public :: check_boxes, check_global, check_local, check_particles
 
-  real(rp), parameter :: strained = 1.0e6_rp   !! more than any factor of strain of a solid
+  real(rp), parameter :: strained = 1.0e6_rp   !! bound of volume ratios and their inverse
 
 contains
 
-  !> The numbers of the run, in the order of output_checkpoint.
+  !> Check the numbers of the run, in the order of output_checkpoint.
   subroutine check_global(sim, global)
     type(simulation_t), intent(in) :: sim
     type(numbers_t), intent(inout) :: global
@@ -43,29 +43,29 @@ contains
     call global%expect(1, 'the step', 0.0_rp, counts)
     call global%expect(1, 'the time [s]', 0.0_rp)
     call global%expect(1, 'the length of the last step [s]', 0.0_rp)
-    call global%expect(1, 'the way since the last sort [m]', 0.0_rp)
+    call global%expect(1, 'the displacement since the last sort [m]', 0.0_rp)
     call global%expect(1, 'the step of the last sort', -1.0_rp, global%value(1))
     call global%expect(1, 'the time of the last conduction step [s]', 0.0_rp, time)
-    call global%expect(1, 'the largest velocity [m/s]', 0.0_rp, light)
-    call global%expect(1, 'the squared wave speed [m2/s2]', least, light**2)
+    call global%expect(1, 'the largest velocity [m/s]', 0.0_rp, speed_of_light)
+    call global%expect(1, 'the squared wave speed [m2/s2]', least, speed_of_light**2)
     call global%expect(1, 'the kinetic energy at t = 0 [J]', 0.0_rp)
     call global%expect(1, 'the elastic energy at t = 0 [J]')
-    call global%expect(1, 'the energy turned over [J]', 0.0_rp)
+    call global%expect(1, 'the reference energy of the balance [J]', 0.0_rp)
     call global%expect(1, 'the time of the last row [s]', 0.0_rp, time)
     call global%expect(1, 'the number of probes', probes, probes)
     call global%expect(1, 'the number of frames', 0.0_rp, real(n, rp))
-    call global%expect(2, 'a squared speed of the last step [m2/s2]', 0.0_rp, light**2)
+    call global%expect(2, 'a squared speed of the last step [m2/s2]', 0.0_rp, speed_of_light**2)
     call global%expect(1, 'the number of refused steps', 0.0_rp, counts)
     call global%expect(1, 'the mass scaling', least)
     call global%expect(2, 'the inertial stress or the next conduction step [s]', 0.0_rp)
     call global%expect(1, 'the number of rows', 0.0_rp, counts)
     do a = 1, 6
-      call global%expect(1, 'a cube of nodes', -1.0_rp, &
+      call global%expect(1, 'a bound of the cubes of nodes', -1.0_rp, &
                          real(sim%scene%grid%n(1 + mod(a - 1, 3))/edge + 1, rp))
     end do
-    call global%expect(1, 'the time since it was asked who sleeps [s]', 0.0_rp)
+    call global%expect(1, 'the time since sleep was last decided [s]', 0.0_rp)
     if (global%error%is_set()) return
-    call global%expect(3*sim%probes%n, 'the place of a probe [m]', -far, far)
+    call global%expect(3*sim%probes%n, 'the position of a probe [m]', -far, far)
     call global%expect(sim%probes%n, 'the temperature of a probe [K]', least)
     call global%expect(nint(global%value(14)), 'the time of a frame [s]', 0.0_rp, time)
     call global%expect(size(sim%history%row_impulse) + size(sim%history%row_sums), &
@@ -74,19 +74,19 @@ contains
       associate (phases => real(sim%tool(k)%n_phases + 1, rp))
         if (sim%tool(k)%drive%is_free) then
           call global%expect(1, 'the shift of a tool [m]', -far, far)
-          call global%expect(1, 'the velocity of a tool [m/s]', -light, light)
-          call global%expect(1, 'the place of the spring of a tool [m]', -far, far)
+          call global%expect(1, 'the velocity of a tool [m/s]', -speed_of_light, speed_of_light)
+          call global%expect(1, 'the neutral position of a tool [m]', -far, far)
           call global%expect(2, 'the force on a tool [N]')
-          call global%expect(1, 'whether a tool presses', 0.0_rp, 1.0_rp)
+          call global%expect(1, 'the flag of a tool that presses', 0.0_rp, 1.0_rp)
           call global%expect(1, 'the phase of a tool', 0.0_rp, phases)
           call global%expect(1, 'the force at the beginning of the phase of a tool [N]')
         end if
         if (sim%tool(k)%monitor%is_on) then
           call global%expect(4, 'the load of a tool')
           call global%expect(1, 'the phase of a tool', 1.0_rp, phases)
-          call global%expect(1, 'whether a phase of a tool has ended', 0.0_rp, 1.0_rp)
-          call global%expect(1, 'when a tool was stopped [s]', -1.0_rp, time)
-          call global%expect(1, 'the spin of a stopped tool [rad/s]', -light, light)
+          call global%expect(1, 'the flag of an ended phase of a tool', 0.0_rp, 1.0_rp)
+          call global%expect(1, 'the time at which a tool was stopped [s]', -1.0_rp, time)
+          call global%expect(1, 'the spin of a stopped tool [rad/s]')
           call global%expect(sim%tool(k)%n_phases, 'the duration of a phase of a tool [s]', 0.0_rp)
         end if
       end associate
@@ -106,22 +106,22 @@ contains
     call global%finish()
   end subroutine check_global
 
-  !> The numbers of a rank, in the order of output_checkpoint, with sums over so many cubes.
+  !> Check the numbers of a rank, in the order of output_checkpoint.
   subroutine check_local(sim, cubes, local)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: cubes
     type(numbers_t), intent(inout) :: local
 
-    call local%expect(n_sums, 'the book of an energy [J]')
+    call local%expect(n_sums, 'an energy of the balance [J]')
     call local%expect(1, 'the number of failed returns', 0.0_rp, real(huge(1), rp))
     call local%expect(size(sim%budget%warnings), 'the number of warnings', 0.0_rp)
     call local%expect(size(sim%budget%impulse), 'the impulse of a wall or clamp [N s]')
-    call local%expect(n_tool_sums*size(sim%tool), 'the book of a tool')
+    call local%expect(n_tool_sums*size(sim%tool), 'a sum of a tool')
     call local%expect(n_motion*cubes, 'the motion of a cube of nodes')
     call local%finish()
   end subroutine check_local
 
-  !> The boxes of the ranks are parts of the grid, which together are all of it.
+  !> Whether the boxes of the ranks divide the grid.
   pure logical function check_boxes(grid, boxes) result(is_good)
     type(grid_t), intent(in) :: grid
     type(box_t), intent(in) :: boxes(:)
@@ -144,8 +144,8 @@ contains
     is_good = is_good .and. nodes == product(int(grid%n, i8))
   end function check_boxes
 
-  !> What is wrong with the particles of this rank, '' if nothing. Their nearest nodes are in `box`
-  !> or beside it; unused lanes hold neutral ones (particles_sort).
+  !> Error message for the particles of this rank; '' if they are valid. Their nearest nodes must be
+  !> in `box` or next to it, and unused lanes must be neutral (particles_sort).
   function check_particles(sim, box) result(text)
     type(simulation_t), intent(in) :: sim
     type(box_t), intent(in) :: box
@@ -192,8 +192,8 @@ contains
     end do
   end function check_particles
 
-  !> From where to where the fields of particles may be. What may leave the grid is let go before it
-  !> is as far outside as a patch reaches.
+  !> Ranges of the fields of particles. Particles that leave the grid are removed before they are
+  !> outside the patch of a rank.
   pure subroutine ranges(sim, low, high)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(out) :: low(:), high(:)
@@ -208,8 +208,8 @@ contains
     low([f_plastic, f_rate, f_flow]) = 0.0_rp
     low(f_jac) = 1.0_rp/strained
     high(f_jac) = strained
-    low(f_vel:f_vel + 2) = -light
-    high(f_vel:f_vel + 2) = light
+    low(f_vel:f_vel + 2) = -speed_of_light
+    high(f_vel:f_vel + 2) = speed_of_light
     low(f_bbar:f_bbar + 5) = -strained
     low(f_bbar:f_bbar + 2) = 1.0_rp/strained
     high(f_bbar:f_bbar + 5) = strained
