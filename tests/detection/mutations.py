@@ -7,13 +7,15 @@
 
 The sources are copied to SCRATCH and built there; each mutation is built from what it changes, meets the unit and
 parallel tests, and where these pass (and without --units) the tests of whole runs of the tier smoke. What became of each
-is a line of SCRATCH/mutations.jsonl, and a further call with the same folder goes on behind it. --table: the share that is
-caught, by library. What survives is read: it may change nothing that a result shows, a guard or an estimate.
+is a line of SCRATCH/mutations.jsonl, and a further call with the same folder goes on behind it; one without --units begins
+with what survived one with it. --table: the share that is caught, by library. What survives is read: it may change nothing
+that a result shows, a guard or an estimate.
 """
 
 import argparse
 import collections
 import filecmp
+import itertools
 import json
 import os
 import pathlib
@@ -122,7 +124,7 @@ class Copy:
         finally:
             lines[line] = old
             file.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return {"old": old.strip(), "new": text.strip(), "by": stage, "test": test}
+        return {"old": old.strip(), "new": text.strip(), "by": stage, "test": test, "whole_runs": not units_alone}
 
 
 def print_table(records):
@@ -148,9 +150,11 @@ def main():
     records = [json.loads(line) for line in record_file.read_text().splitlines()] if record_file.exists() else []
     if not arguments.table:
         copy = Copy(arguments.scratch.resolve())
+        again = [record for record in records if not (record["by"] or record["whole_runs"] or arguments.units)]
+        records = [record for record in records if record not in again]
         done = {(record["file"], record["line"], record["new"]) for record in records}
-        drawn = draw(arguments.seed, arguments.only)
-        for library, path, line, kind, text in drawn:
+        drawn = ((record["library"], record["file"], record["line"] - 1, record["kind"], record["new"]) for record in again)
+        for library, path, line, kind, text in itertools.chain(drawn, draw(arguments.seed, arguments.only)):
             if len(records) >= arguments.number:
                 break
             if (str(path), line + 1, text.strip()) in done:
@@ -158,9 +162,9 @@ def main():
             found = copy.outcome(path, line, text, arguments.units)
             if found is None:
                 continue
+            done.add((str(path), line + 1, text.strip()))
             records.append({"library": library, "file": str(path), "line": line + 1, "kind": kind, **found})
-            with open(record_file, "a", encoding="utf-8") as file:
-                file.write(json.dumps(records[-1]) + "\n")
+            record_file.write_text("".join(json.dumps(record) + "\n" for record in records), encoding="utf-8")
             print(f"{path}:{line + 1}: {kind}: {found['old']}  ->  {found['new']}: {found['test'] or 'SURVIVES'}", flush=True)
     print_table(records)
 

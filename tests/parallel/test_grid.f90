@@ -19,6 +19,7 @@ program test_grid
   call test_balance('uniform', [64, 48, 40], [0.0_rp, 0.0_rp, 0.0_rp], [1.0_rp, 1.0_rp, 1.0_rp])
   call test_balance('corner', [70, 60, 50], [0.4_rp, 0.1_rp, 0.2_rp], [0.9_rp, 0.7_rp, 0.6_rp])
   call test_balance('plate', [104, 44, 20], [0.02_rp, 0.05_rp, 0.1_rp], [0.98_rp, 0.95_rp, 0.7_rp])
+  call test_even_division()
   call test_few_nodes()
   call test_halo([9, 6, 5])
   call test_halo([40, 7, 12])
@@ -93,6 +94,24 @@ contains
     call expect_close(name//': of one rank that has all', imbalance([0.0_rp, 3.0_rp, 0.0_rp]), &
                       3.0_rp, rtol=1.0e-12_rp)
   end subroutine test_balance
+
+  !> Planes in pairs of loads 5 and 1 along x: every rank gets one pair.
+  subroutine test_even_division()
+    type(grid_t) :: grid
+    type(box_t) :: boxes(0:world%size - 1)
+    integer :: nodes(3, 2*world%size), r
+    real(rp) :: weight(2*world%size)
+
+    grid = make_grid(1.0_rp, [0.0_rp, 0.0_rp, 0.0_rp], [2.0_rp*world%size - 1.0_rp, 1.0_rp, 1.0_rp])
+    nodes = 0
+    nodes(1, :) = [(r, r=0, 2*world%size - 1)]
+    weight = 0.0_rp
+    if (world%is_root()) weight = [(merge(5.0_rp, 1.0_rp, mod(r, 2) == 0), r=0, 2*world%size - 1)]
+    call bisect(world, grid, nodes, weight, boxes)
+    call expect('every rank gets a pair of planes', all([(boxes(r)%lo(1) == 2*r .and. &
+                                                          boxes(r)%hi(1) == 2*r + 1, &
+                                                          r=0, world%size - 1)]))
+  end subroutine test_even_division
 
   !> Fewer loaded nodes than ranks, no load at all, fewer nodes than ranks.
   subroutine test_few_nodes()

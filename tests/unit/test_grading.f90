@@ -5,6 +5,7 @@ program test_grading
   use check, only: begin_tests, end_tests, expect, expect_close
   use grid_geometry, only: box_t, grade, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_grading, only: grading_t, make_grading
+  use state_scene, only: scene_t
   use transfer_weights, only: graded_weights
   implicit none (type, external)
 
@@ -19,6 +20,7 @@ program test_grading
   end do
   call test_equal_spans()
   call test_what_does_not_fit()
+  call test_spacing()
   call end_tests()
 
 contains
@@ -215,5 +217,28 @@ contains
     call make_grading(1, 0.0_rp, 1.3_rp, [0.0_rp, 1.0_rp], 0.2_rp, 1.1_rp, 0.5_rp, g, n, message)
     call expect('what does not fit above is said', index(message, 'above') > 0 .and. n == 0)
   end subroutine test_what_does_not_fit
+
+  !> The edge of a particle along the graded axis follows from its mass, whatever its initial
+  !> compression; the others are those of its body.
+  subroutine test_spacing()
+    type(scene_t) :: scene
+    real(rp), parameter :: jac = 0.9_rp, rho = 2700.0_rp
+    real(rp) :: edge(3), found(3), want(3)
+    integer :: axis, k
+
+    edge = [0.5e-3_rp, 0.4e-3_rp, 0.3e-3_rp]
+    allocate (scene%material(1), scene%body(1))
+    scene%material(1)%rho = rho
+    scene%body(1)%spacing = edge
+    scene%body(1)%start%jac = jac
+    do axis = 0, 3
+      scene%grid%grading%axis = axis
+      want = merge(3.0_rp*edge, edge, [1, 2, 3] == axis)
+      found = scene%spacing_of(1, rho*product(want)/jac)
+      do k = 1, 3
+        call expect_close('edge of a particle', found(k), want(k))
+      end do
+    end do
+  end subroutine test_spacing
 
 end program test_grading
