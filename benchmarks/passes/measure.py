@@ -55,7 +55,9 @@ def loads(history):
               "interface velocity, largest, % of the tool's": 100 * velocity.max() / history["tool_tool_velocity[m/s]"][whole].mean(),
               "hottest metal, K": history["temperature_max[K]"].max(),
               "strain rate, largest, /s": np.quantile(history["strain_rate_max[1/s]"][whole], 0.99),
+              "inertial over flow stress, median, %": np.median(history["inertial_stress_over_flow[%]"]),
               "inertial over flow stress, largest, %": history["inertial_stress_over_flow[%]"].max(),
+              "rows with more than 5 % of it, %": 100 * np.mean(history["inertial_stress_over_flow[%]"] > 5.0),
               "energy audit, largest, %": np.abs(history["audit_error[%]"]).max()}
     return found
 

@@ -69,7 +69,7 @@ STUDIED = ("T1 peak, K", "T2 peak, K", "T3 peak, K", "cavity filled, %", "cavity
            "groove, mm3", "beyond sides and ends, mm3", "stir zone at 65 mm, depth, mm", "interface velocity, % of the tool's",
            "strain under the tool at 15 s, mean", "share of friction, %", "largest way of a tracer, tool diameters",
            "grain size, stir zone, nm", "force at 12.5 s, kN", "torque at 12.5 s, N m", "power at 12.5 s, kW", "power at 50 s, kW",
-           "hottest metal, K", "inertial over flow stress, largest, %")
+           "hottest metal, K", "inertial over flow stress, median, %", "inertial over flow stress, largest, %", "rows with more than 5 % of it, %")
 
 
 def load(folder):

@@ -183,7 +183,7 @@ contains
   subroutine add_extras(scene, body, gradient, particles)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
-    real(rp), intent(in) :: gradient(3, 3)   !! of the velocity [1/s]
+    real(rp), intent(in) :: gradient(3, 3)   !! gradient of the velocity [1/s]
     type(particles_t), intent(inout) :: particles
     real(rp), allocatable :: state(:)
 

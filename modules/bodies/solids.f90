@@ -24,7 +24,7 @@ module bodies_solids
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp, length = 0.0_rp   !! cylinder, sphere [m]
     integer :: axis = 3                                !! axis of a cylinder
     integer :: along = 1, across = 2                   !! axes of a trapezoid
-    real(rp) :: width(2) = 0.0_rp                      !! of a trapezoid at both ends [m]
+    real(rp) :: width(2) = 0.0_rp                      !! widths of a trapezoid at both ends [m]
   end type solid_t
 
 contains

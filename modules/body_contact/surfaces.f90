@@ -251,8 +251,8 @@ contains
     integer, intent(in) :: q
     real(rp), intent(in) :: n(3), longest
     real(rp) :: bound(27)
-    real(rp), dimension(3, 3) :: along, high, low   ! of the cells below, at and above the node, by
-                                                    ! axis
+    real(rp), dimension(3, 3) :: along, high, low   ! in the cells below, at and above the node,
+                                                    ! by axis
     integer :: a, l
 
     do a = 1, 3

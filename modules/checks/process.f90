@@ -25,7 +25,7 @@ module checks_process
     real(rp) :: path_length = 0.0_rp              !! [m]
     real(rp) :: speed = 0.0_rp                    !! maximum [m/s]
     real(rp) :: spin = 0.0_rp                     !! that of largest magnitude [rad/s]
-    real(rp) :: depth = undefined              !! of the lowest tool point below the plate top [m]
+    real(rp) :: depth = undefined  !! depth of the lowest tool point below the plate top [m]
     real(rp) :: bottom = undefined     !! least height of the tool above the plate bottom [m]
     real(rp) :: edge = undefined  !! least distance of the tool rim to a plate edge [m]
     real(rp) :: side = undefined   !! least distance of the tool to a grid side or wall [m]

@@ -23,7 +23,7 @@ contains
   !> Report all keys of the `new` scene that differ from the `old` one and must not.
   subroutine compare_scenes(old, new, time, diagnostics)
     type(input_t), intent(in) :: old, new
-    real(rp), intent(in) :: time             !! of the checkpoint [s]
+    real(rp), intent(in) :: time             !! time of the checkpoint [s]
     type(diagnostics_t), intent(inout) :: diagnostics
     integer :: g
 

@@ -27,7 +27,7 @@ module checks_volumes
   real(rp), parameter :: max_error = 0.02_rp               !! relative error without a warning
   integer, parameter :: n_cells = 16    !! cells along each axis for the volume of a shape
   integer, parameter :: max_level = 3   !! subdivisions of cells that its surface cuts
-  real(rp), parameter :: inset = 1.0e-6_rp   !! of the corners of a cell over its edge
+  real(rp), parameter :: inset = 1.0e-6_rp  !! inset of sampled corners of a cell, over its edge
 
 contains
 

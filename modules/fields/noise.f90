@@ -16,7 +16,7 @@ module fields_noise
     logical :: alternates = .false.         !! alternating +A and -A along these axes
     integer :: seed = 1
     real(rp) :: corner(3) = 0.0_rp          !! corner between lattice points [m]
-    real(rp) :: spacing(3) = 1.0_rp         !! of the lattice [m]
+    real(rp) :: spacing(3) = 1.0_rp         !! spacing of the lattice [m]
   contains
     procedure :: velocity
   end type noise_t

@@ -31,8 +31,8 @@ contains
   real(rp) function output_seconds(world, sim, end, steps) result(seconds)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
-    real(rp), intent(in) :: end                    !! of the run [s]
-    real(rp), intent(in) :: steps                  !! of the run
+    real(rp), intent(in) :: end                    !! end of the run [s]
+    real(rp), intent(in) :: steps                  !! number of steps of the run
     type(error_t) :: error
     type(row_t) :: columns
     character(:), allocatable :: text

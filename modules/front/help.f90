@@ -27,7 +27,7 @@ module front_help
     character(240) :: about = ''
   end type option_t
 
-  integer, parameter :: indent = 25, width = 96   !! of the help [characters]
+  integer, parameter :: indent = 25, width = 96   !! layout of the help [characters]
 
 contains
 

@@ -28,6 +28,7 @@ module front_prepare
   use run_regrid, only: regrid
   use run_restart, only: resume
   use setup_scene, only: build_scene
+  use state_scene, only: scene_t
   use step_simulation, only: simulation_t
   use update_prescribed, only: start_fields
   implicit none (type, external)
@@ -44,33 +45,16 @@ contains
     type(simulation_t), intent(inout) :: sim
     type(input_t), intent(out) :: input
     integer(i8), allocatable, intent(out) :: counts(:)   !! particles of each body
-    type(volumes_t), allocatable, intent(out) :: volumes(:)   !! of each body
+    type(volumes_t), allocatable, intent(out) :: volumes(:)   !! volumes of each body
     logical, intent(out) :: is_good                      !! no errors
     type(diagnostics_t) :: diagnostics, old_errors  ! the latter of the checkpoint
-    type(error_t) :: error
     type(notes_t) :: notes
     type(input_t) :: old
     real(rp), allocatable :: shares(:)
-    character(1) :: no_sets(0)
+    logical :: is_read
 
-    if (command%restart /= '') call read_checkpoint_notes(world, command%restart, notes, error)
-    if (error%is_set()) then
-      call diagnostics%add('stirpoint', 0, error%message)
-    else if (command%restart /= '') then
-      call read_input_text(key_table(), command%restart, notes%scene, no_sets, old, old_errors, &
-                           resumed=.true.)
-    end if
-    if (error%is_set()) then
-      continue
-    else if (command%input /= '') then
-      call read_input(key_table(), command%input, command%sets, input, diagnostics)
-    else
-      call read_input_text(key_table(), command%restart, notes%input, command%sets, input, &
-                           diagnostics, resumed=.true.)
-      call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
-      if (allocated(notes%folder)) input%folder = notes%folder
-    end if
-    if (.not. error%is_set()) then
+    call read_texts(world, command, input, old, notes, diagnostics, old_errors, is_read)
+    if (is_read) then
       if (input%has_required_groups() .and. (diagnostics%count() == 0 .or. input%is_short())) then
         call build_scene(input, sim%scene, sim%tool, sim%backing, sim%source, sim%probes, &
                          sim%tracers, diagnostics)
@@ -78,33 +62,11 @@ contains
       end if
     end if
     if (diagnostics%count() == 0 .and. command%restart /= '') then
-      old%folder = folder_of_files(input)        ! compare_files judges the content
-      call compare_scenes(old, input, notes%time, diagnostics)
-      call compare_files(notes%files, input, notes%time, diagnostics)
-      if (old_errors%count() > 0) then
-        call diagnostics%add(command%restart, 0, 'its scene is that of '// &
-                             'another version of the program: '//old_errors%text(1))
-      else if (diagnostics%count() == 0 .and. sim%scene%method%has_mechanics &
-               .and. notes%layout /= sim%scene%layout%places()) then
-        call diagnostics%add(command%restart, 0, 'its particles are those of '// &
-                             'another version of the program, which must continue it')
-      end if
+      call compare_with_checkpoint(command, input, old, notes, sim%scene, old_errors, diagnostics)
     end if
     if (diagnostics%count() == 0) call check_memory(world, input, sim%scene, diagnostics)
-    if (diagnostics%count() == 0) then
-      call check_sense(input, sim%scene, sim%tool, diagnostics)
-      call check_necking(input, sim%scene, diagnostics)
-      if (sim%scene%method%has_mechanics) then
-        call check_process(input, sim%scene, sim%tool, diagnostics)
-      end if
-      if (sim%scene%method%has_mechanics) then
-        allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))
-        call count_particles(world, input, sim%scene, counts, shares)
-        call require_particles(input, counts, diagnostics)
-        call measure_volumes(world, input, sim%scene, volumes)
-        if (all(counts > 0)) call check_volumes(input, volumes, diagnostics)
-      end if
-    end if
+    if (diagnostics%count() == 0) call check_scene(world, input, sim, counts, shares, volumes, &
+                                                   diagnostics)
     is_good = diagnostics%count() == 0
     if (.not. is_good) then
       if (world%is_root()) call diagnostics%print()
@@ -130,6 +92,81 @@ contains
     if (command%input == '') sim%scene%output%directory = folder_of(command%restart)
     if (command%directory /= '') sim%scene%output%directory = command%directory
   end subroutine read_scene
+
+  !> Collective. Read the texts of the input and of the checkpoint. `is_read`: the notes of the
+  !> checkpoint could be read.
+  subroutine read_texts(world, command, input, old, notes, diagnostics, old_errors, is_read)
+    type(world_t), intent(in) :: world
+    type(command_t), intent(in) :: command
+    type(input_t), intent(out) :: input, old             !! the run, the scene of the checkpoint
+    type(notes_t), intent(out) :: notes
+    type(diagnostics_t), intent(inout) :: diagnostics, old_errors
+    logical, intent(out) :: is_read
+    type(error_t) :: error
+    character(1) :: no_sets(0)
+
+    if (command%restart /= '') call read_checkpoint_notes(world, command%restart, notes, error)
+    is_read = .not. error%is_set()
+    if (.not. is_read) then
+      call diagnostics%add('stirpoint', 0, error%message)
+      return
+    end if
+    if (command%restart /= '') call read_input_text(key_table(), command%restart, notes%scene, &
+                                                    no_sets, old, old_errors, resumed=.true.)
+    if (command%input /= '') then
+      call read_input(key_table(), command%input, command%sets, input, diagnostics)
+    else
+      call read_input_text(key_table(), command%restart, notes%input, command%sets, input, &
+                           diagnostics, resumed=.true.)
+      call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
+      if (allocated(notes%folder)) input%folder = notes%folder
+    end if
+  end subroutine read_texts
+
+  !> Report what a restart may not change: scene, files, and the layout of the particles.
+  subroutine compare_with_checkpoint(command, input, old, notes, scene, old_errors, diagnostics)
+    type(command_t), intent(in) :: command
+    type(input_t), intent(in) :: input
+    type(input_t), intent(inout) :: old
+    type(notes_t), intent(in) :: notes
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(in) :: old_errors
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    old%folder = folder_of_files(input)          ! compare_files judges the content
+    call compare_scenes(old, input, notes%time, diagnostics)
+    call compare_files(notes%files, input, notes%time, diagnostics)
+    if (old_errors%count() > 0) then
+      call diagnostics%add(command%restart, 0, 'its scene is that of '// &
+                           'another version of the program: '//old_errors%text(1))
+    else if (diagnostics%count() == 0 .and. scene%method%has_mechanics &
+             .and. notes%layout /= scene%layout%places()) then
+      call diagnostics%add(command%restart, 0, 'its particles are those of '// &
+                           'another version of the program, which must continue it')
+    end if
+  end subroutine compare_with_checkpoint
+
+  !> Collective. Check the scene for sense, and with mechanics the motion of the tools and the
+  !> particles: their numbers and volumes for each body.
+  subroutine check_scene(world, input, sim, counts, shares, volumes, diagnostics)
+    type(world_t), intent(in) :: world
+    type(input_t), intent(in) :: input
+    type(simulation_t), intent(in) :: sim
+    integer(i8), allocatable, intent(out) :: counts(:)
+    real(rp), allocatable, intent(out) :: shares(:)      !! volumes [particles], see load_bodies
+    type(volumes_t), allocatable, intent(out) :: volumes(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    call check_sense(input, sim%scene, sim%tool, diagnostics)
+    call check_necking(input, sim%scene, diagnostics)
+    if (.not. sim%scene%method%has_mechanics) return
+    call check_process(input, sim%scene, sim%tool, diagnostics)
+    allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))
+    call count_particles(world, input, sim%scene, counts, shares)
+    call require_particles(input, counts, diagnostics)
+    call measure_volumes(world, input, sim%scene, volumes)
+    if (all(counts > 0)) call check_volumes(input, volumes, diagnostics)
+  end subroutine check_scene
 
   !> Folder of the checkpoint, the default results folder of a resumed run without an input file.
   pure function folder_of(checkpoint) result(folder)

@@ -34,7 +34,7 @@ module h5_file
     type(handle_t) :: handle
     logical, private :: packed = .false.   !! compress larger arrays
     logical, private :: sealed = .false.   !! seal it, and keep the previous file
-    logical, private :: in_memory = .false.   !! of this rank only, never written
+    logical, private :: in_memory = .false.   !! the file is one of this rank only, never written
     integer(i8), private :: bytes = 0      !! size of an existing file
     character(:), allocatable, private :: path
   contains

@@ -26,7 +26,7 @@ module h5_types
   type :: handle_t
     integer(hid_t) :: id = -1_hid_t
     integer(hid_t) :: extra = -1_hid_t   !! transfer properties of a file, type of a dataset
-    integer :: bytes = 1                 !! of an element of a dataset
+    integer :: bytes = 1                 !! size of an element of a dataset [bytes]
     logical :: packed = .false.          !! a new dataset is compressed
     logical :: is_new = .false.          !! to be written, not read
   end type handle_t

@@ -91,7 +91,7 @@ contains
     type(film_t), intent(in) :: film
     integer, intent(in) :: axis, stride(3), nn
     real(rp), intent(in) :: dt                        !! [s]
-    real(rp), intent(in) :: area                      !! of the face [m2]
+    real(rp), intent(in) :: area                      !! area of the face [m2]
     real(rp), intent(in) :: s(3)                      !! its position from the first node [cells]
     real(rp), intent(in) :: g(8, nn)
     real(rp), intent(inout) :: flux(8, nn)

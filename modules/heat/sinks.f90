@@ -32,7 +32,7 @@ module heat_sinks
     real(rp), allocatable :: weight(:, :)              !! (27, n) interpolation weights
     real(rp), allocatable :: conductance(:)            !! h A [W/K]
     real(rp), allocatable :: surface_excess(:)         !! T_s less the nodal temperature [K]
-    real(rp), allocatable :: total_conductance(:)      !! of each sink, sum of all ranks [W/K]
+    real(rp), allocatable :: total_conductance(:)  !! by sink, sum of all ranks [W/K]
     real(rp), allocatable :: t_face0(:)                !! face temperature without heat flow [K]
     real(rp), allocatable :: dt_face_dp(:)             !! its slope with the heat flow [K/W]
     real(rp), allocatable :: power(:)                  !! heat flow into each sink [W]

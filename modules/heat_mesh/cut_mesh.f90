@@ -13,7 +13,7 @@ module heat_mesh_cut_mesh
 
   integer, parameter :: n_halo_planes = 3       !! planes beyond the own ones that are needed
   real(rp), parameter :: min_volume = 0.4_rp    !! volume fraction below which a cell is merged
-  real(rp), parameter :: tolerance = 1.0e-9_rp  !! of fractions of areas and volumes
+  real(rp), parameter :: tolerance = 1.0e-9_rp  !! relative tolerance of areas and volumes
 
   !> Fractions of volume and faces of the cells of some planes that lie in the solid.
   type :: cut_cells_t
@@ -30,8 +30,8 @@ contains
     type(heat_mesh_t), intent(inout) :: self
     type(cut_cells_t), intent(in) :: cuts
     type(property_t), intent(in) :: property
-    real(rp), intent(in) :: conductivity(:)         !! of each body [W/(m K)]
-    real(rp), intent(in) :: capacity(:)             !! of each body [J/(m3 K)]
+    real(rp), intent(in) :: conductivity(:)         !! conductivity of each body [W/(m K)]
+    real(rp), intent(in) :: capacity(:)             !! volumetric capacity of each body [J/(m3 K)]
     integer, allocatable :: target(:, :, :, :)      ! cell that each cell is merged into
     real(rp), allocatable :: conductance(:, :, :, :)  ! to the next cell along each axis [W/K]
     integer :: first, last

@@ -16,7 +16,7 @@ module heat_mesh_films
     integer, allocatable :: cell(:)               !! own cell of each face
     real(rp), allocatable :: area(:)              !! [m2]
     real(rp), allocatable :: coefficient(:)       !! [W/(m2 K)]
-    real(rp), allocatable :: depth(:)             !! of the cell centre [m]
+    real(rp), allocatable :: depth(:)             !! depth of the cell centre [m]
     real(rp), allocatable :: ambient(:)           !! temperature [K]
     real(rp), allocatable :: radiation(:)         !! emissivity times sigma [W/(m2 K4)]
     real(rp), allocatable :: conductance(:)       !! A/(1/h + d/k) with the reference k [W/K]
@@ -33,8 +33,8 @@ contains
   subroutine init(self, wall, capacity, conductivity, coefficient, radiation, ambient)
     class(wall_films_t), intent(inout) :: self
     type(boundary_face_t), intent(in) :: wall(:)
-    real(rp), intent(in) :: capacity(:)           !! of the cells [J/K]
-    real(rp), intent(in) :: conductivity(:)       !! of the bodies [W/(m K)]
+    real(rp), intent(in) :: capacity(:)           !! capacity of the cells [J/K]
+    real(rp), intent(in) :: conductivity(:)       !! conductivity of the bodies [W/(m K)]
     real(rp), intent(in) :: coefficient(:, :)     !! (6, bodies) [W/(m2 K)]
     real(rp), intent(in) :: radiation(:, :)       !! (6, bodies) emissivity times sigma [W/(m2 K4)]
     real(rp), intent(in) :: ambient(:, :)         !! (6, bodies) [K]

@@ -15,7 +15,7 @@ module heat_mesh_mesh
     integer :: cell = 0                    !! cell that it belongs to
     integer :: body = 1, face = 1          !! face 1..6: direction of its normal
     real(rp) :: area = 0.0_rp              !! [m2]
-    real(rp) :: depth = 0.0_rp             !! of the cell centre behind it [m]
+    real(rp) :: depth = 0.0_rp             !! depth of the cell centre behind it [m]
     integer :: at(3) = 0                   !! indices of the cell in which it lies
   end type boundary_face_t
 
@@ -29,7 +29,7 @@ module heat_mesh_mesh
     real(rp), allocatable :: xm(:), xp(:)         !! (nx) rates to the previous and next plane
     real(rp), allocatable, dimension(:) :: ym, yp, zm, zp   !! (np) along y and z
     real(rp), allocatable :: capacity(:)          !! (np nx) [J/K]; 0: not in the solid
-    real(rp) :: volume = 0.0_rp                   !! of the own cells [m3]
+    real(rp) :: volume = 0.0_rp                   !! volume of the own cells [m3]
     integer, allocatable :: void(:)               !! cells that are not in the solid
     integer, allocatable :: irregular(:)          !! cells whose rates are not those of uncut cells
     real(rp), allocatable :: irregular_rate(:, :)  !! (6, irregular) [1/s]

@@ -21,7 +21,7 @@ module heat_mesh_rates
     type(world_t) :: world
     type(heat_mesh_t) :: mesh
     type(property_t) :: property
-    real(rp), allocatable :: conductivity(:)      !! of each body [W/(m K)], if constant
+    real(rp), allocatable :: conductivity(:)  !! conductivity of each body [W/(m K)], if constant
     type(wall_films_t) :: film
     type(heat_source_t), allocatable :: source(:)
     real(rp), allocatable :: total(:, :)          !! (2, sources) covered moments of all ranks

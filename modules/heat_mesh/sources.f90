@@ -17,7 +17,7 @@ module heat_mesh_sources
   !> A heat source, and the faces or cells under it in the current step.
   type :: heat_source_t
     integer :: kind = kind_disc
-    real(rp) :: power = 0.0_rp                       !! of disc and ball [W]
+    real(rp) :: power = 0.0_rp                       !! power of a disc or ball [W]
     real(rp) :: position(3) = 0.0_rp                 !! centre at t = 0 [m]
     real(rp) :: velocity(3) = 0.0_rp                 !! [m/s]
     real(rp) :: radius = 0.0_rp                      !! [m]
@@ -180,7 +180,7 @@ contains
     real(rp), intent(in) :: step_fraction
     real(rp), intent(in) :: total(2)                 !! moments of all ranks at start and end
     real(rp), intent(in) :: t                        !! temperature of the cell [K]
-    real(rp), intent(in) :: resistivity              !! of the cell [m K/W]
+    real(rp), intent(in) :: resistivity              !! resistivity of the cell [m K/W]
     real(rp), intent(out) :: power                   !! [W]
     real(rp), intent(out) :: slope                   !! derivative by temperature [W/K]
     integer, parameter :: max_iterations = 40

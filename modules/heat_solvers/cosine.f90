@@ -12,7 +12,7 @@ module heat_solvers_cosine
   public :: cosine_t
 
   integer(c_int), parameter :: forwards = -1_c_int, backwards = 1_c_int
-  integer(c_int), parameter :: flags = ior(64_c_int, 2_c_int)   !! of FFTW: estimate (the
+  integer(c_int), parameter :: flags = ior(64_c_int, 2_c_int)   !! flags of FFTW: estimate (the
                                               !! same plan in every run) and unaligned
 
   interface

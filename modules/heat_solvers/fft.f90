@@ -151,7 +151,7 @@ contains
     real(rp), intent(in), contiguous :: d(:), r(:)
     real(rp), intent(out), contiguous :: z(:)
     complex(rp), allocatable :: columns(:)
-    real(rp), allocatable, dimension(:) :: s, su, t, g   ! of the top plane; transforms, except s
+    real(rp), allocatable, dimension(:) :: s, su, t, g  ! top plane; transforms, except s
     integer :: n
 
     n = self%n(1)*self%n(2)

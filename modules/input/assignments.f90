@@ -41,7 +41,7 @@ module input_assignments
     character(:), allocatable :: text              !! the file without comments
     type(group_t), allocatable :: groups(:)
     type(assignment_t), allocatable :: assignments(:)
-    integer :: n_groups = 0, n_read = 0   !! of the file; overrides follow
+    integer :: n_groups = 0, n_read = 0   !! numbers of the file; overrides follow
     type(places_t), allocatable, private :: places(:)
   contains
     procedure :: find_places
@@ -178,7 +178,7 @@ contains
     last = 0
     if (group == 0) return
     do n = self%groups(group)%first, self%groups(group)%last + size(self%assignments) - self%n_read
-      i = n                                   ! of the file, then of all overrides
+      i = n                                   ! the groups of the file, then of all overrides
       if (n > self%groups(group)%last) i = self%n_read + n - self%groups(group)%last
       associate (one => self%assignments(i))
         if (one%group /= group .or. one%key /= key .or. one%is_broken) cycle

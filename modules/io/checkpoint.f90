@@ -42,7 +42,7 @@ contains
     type(world_t), intent(in) :: world
     character(*), intent(in) :: path
     type(particles_t), intent(in) :: particles
-    type(box_t), intent(in) :: boxes(0:)           !! of all ranks
+    type(box_t), intent(in) :: boxes(0:)           !! boxes of all ranks
     real(rp), intent(in), contiguous :: global(:)   !! state of the run; that of rank 0 is written
     real(rp), intent(in), contiguous :: local(:)  !! sums of this rank, of equal number on all ranks
     type(notes_t), intent(in) :: notes

@@ -23,7 +23,7 @@ module output_faces
     real(rp) :: layer_thickness = 0.0_rp     !! [m]
     real(rp) :: layer_slip = 0.0_rp          !! slip taken up by shear of the layer [m/s]
     real(rp) :: sliding = 0.0_rp             !! remaining slip at the face [m/s]
-    real(rp) :: layer_velocity = 0.0_rp      !! of the layer relative to its particles [m/s]
+    real(rp) :: layer_velocity = 0.0_rp  !! velocity of the layer relative to its particles [m/s]
     real(rp) :: stick_share = 0.0_rp         !! 1 - sliding/tool speed
     real(rp) :: layer_heat_share = 0.0_rp    !! share of the layer's work in the friction heat
   end type face_means_t

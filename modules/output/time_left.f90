@@ -11,7 +11,7 @@ module output_time_left
 
   integer, parameter :: max_samples = 64      !! number of samples kept
   real(rp), parameter :: spacing = 0.5_rp     !! initial interval of samples [s]
-  real(rp), parameter :: redraw_interval = 1.0_rp  !! of the line in a terminal window [s]
+  real(rp), parameter :: redraw_interval = 1.0_rp  !! interval of the line in a terminal window [s]
 
   type :: time_left_t
     real(rp) :: interval = 0.0_rp             !! between two lines in a log file [s]
@@ -81,7 +81,7 @@ contains
     class(time_left_t), intent(inout) :: self
     real(rp), intent(in) :: share            !! completed share of the run
     real(rp), intent(out) :: at               !! wall-clock time since the start [s]
-    integer, intent(out) :: width             !! of the terminal window [characters]; 0: no window
+    integer, intent(out) :: width  !! width of the terminal window [characters]; 0: no window
     real(rp) :: gap, now
 
     now = wall_time()

@@ -105,7 +105,7 @@ contains
     type(world_t), intent(in) :: world
     type(clock_t), intent(in) :: clock
     type(history_t), intent(in) :: history
-    type(row_t), intent(in) :: columns           !! of the history
+    type(row_t), intent(in) :: columns           !! columns of the history
     real(rp), parameter :: max_share = 1.0e-3_rp
     real(rp) :: share
 
@@ -124,7 +124,7 @@ contains
     type(warnings_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(clock_t), intent(in) :: clock
-    type(row_t), intent(in) :: columns           !! of the history
+    type(row_t), intent(in) :: columns           !! columns of the history
 
     if (self%has_debris .or. columns%value('debris_mass') <= 0.0_rp) return
     self%has_debris = .true.
@@ -140,7 +140,7 @@ contains
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
-    type(row_t), intent(in) :: columns           !! of the history
+    type(row_t), intent(in) :: columns           !! columns of the history
     real(rp) :: percent_of_flow
 
     percent_of_flow = columns%value('inertial_stress_over_flow')
@@ -189,7 +189,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
-    real(rp), parameter :: max_ratio = 0.9_rp    ! of the distance at which they share a node
+    real(rp), parameter :: max_ratio = 0.9_rp    ! part of the distance at which they share a node
     real(rp) :: ratio
 
     if (self%has_fracture) return

@@ -31,7 +31,7 @@ contains
     real(rp), intent(in) :: time                              !! averaging time [s]
     type(box_t), intent(in) :: box                            !! box of the cubes
     integer, intent(in) :: n(3)                               !! number of cubes along each axis
-    real(rp), intent(in) :: sums(n_cube_sums, n(1), n(2), n(3))  !! of all ranks
+    real(rp), intent(in) :: sums(n_cube_sums, n(1), n(2), n(3))  !! sums over all ranks
     logical, intent(out) :: is_active(n(1), n(2), n(3))
     real(rp) :: limit, v(3, n(1), n(2), n(3))
     integer :: i, j, k

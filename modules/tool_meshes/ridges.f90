@@ -21,7 +21,7 @@ module tool_meshes_ridges
     type(boxes_t) :: tree
     integer, allocatable :: patch(:)          !! patch of each facet, bounded by sharp edges
     integer, allocatable :: of_edge(:, :)     !! (3, facets) ridge of each edge; 0: none
-    integer, allocatable :: begin(:), of_point(:)   !! of point p: begin(p) to begin(p+1)-1
+    integer, allocatable :: begin(:), of_point(:)   !! ridges of point p: begin(p) to begin(p+1)-1
     integer, allocatable :: beside(:, :)      !! (2, n) adjacent patches
     real(rp), allocatable :: segment(:, :, :)  !! (3, 2, n) start, and vector to the end [m]
     real(rp), allocatable :: out(:, :, :)     !! (3, 2, n) outward direction in both facets

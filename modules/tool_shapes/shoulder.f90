@@ -25,8 +25,8 @@ contains
   !> Shoulder with the rim of its face at z = 0.
   pure type(shoulder_t) function new_shoulder(radius, height, concavity, pin_radius, tip_radius, &
                                               pin_length) result(new)
-    real(rp), intent(in) :: radius          !! of the shoulder [m]
-    real(rp), intent(in) :: height          !! of the top of the tool [m]
+    real(rp), intent(in) :: radius          !! radius of the shoulder [m]
+    real(rp), intent(in) :: height          !! height of the top of the tool [m]
     real(rp), intent(in) :: concavity       !! angle by which the face rises towards the axis [rad]
     real(rp), intent(in) :: pin_radius      !! at the face; 0: no pin [m]
     real(rp), intent(in) :: tip_radius      !! at the tip [m]

@@ -98,7 +98,7 @@ contains
   !> Rotation matrix that takes `axis` of the model to z and the projection of its x axis (y axis,
   !> if x is along `axis`) to x, followed by a rotation by `angle` about z.
   pure function axes_of(axis, angle) result(axes)
-    real(rp), intent(in) :: axis(3)                 !! of length 1
+    real(rp), intent(in) :: axis(3)                 !! direction, of length 1
     real(rp), intent(in) :: angle                   !! [rad]
     real(rp) :: axes(3, 3), ahead(3), left(3)
 
