@@ -117,7 +117,7 @@ contains
       call input%warn(diagnostics, 'TOOL', k, 'POSITION', 'the tool never touches a body')
     end if
     if (survey%touch < undefined) call check_shoulder(input, k, survey, diagnostics)
-    if (survey%through < undefined) then
+    if (survey%through < undefined .and. input%real('TOOL', k, 'BOBBIN_RADIUS') <= 0.0_rp) then
       phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
       associate (text => 'the tool comes out below the bottom of the plate of '// &
                  length_text(upper(3) - lower(3))// &

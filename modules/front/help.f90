@@ -17,8 +17,10 @@ module front_help
 
   character, parameter :: nl = new_line('a')
 
-  !> Template scenes: share/stirpoint/new/NAME.nml.
-  character(8), parameter :: scenes(5) = [character(8) :: 'pin', 'shoulder', 'butt', 'lap', 'heat']
+  !> Template scenes: share/stirpoint/new/NAME.nml, and files that they read.
+  character(10), parameter :: scenes(11) = [character(10) :: 'pin', 'shoulder', 'butt', 'lap', &
+                                            'bobbin', 'stationary', 'spot', 'refill', 'curve', &
+                                            'curve.csv', 'heat']
 
   !> An option.
   type :: option_t
@@ -322,7 +324,11 @@ contains
         ' to begin with: --new ', known_scenes()
       return
     end if
-    call data_file('new/'//name//'.nml', path, problem)
+    if (index(name, '.') > 0) then                 ! a file that a scene reads
+      call data_file('new/'//name, path, problem)
+    else
+      call data_file('new/'//name//'.nml', path, problem)
+    end if
     if (problem == '') call read_file(path, text, problem)
     ok = problem == ''
     if (ok) then

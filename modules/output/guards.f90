@@ -139,26 +139,25 @@ contains
   end subroutine check_melting
 
   !> Check the torque of tools of revolution. It comes from friction alone and is at most the shear
-  !> strength times area of the face times the largest radius. At symmetry planes the sums cover
-  !> only part of the face.
+  !> strength times area of the face times the largest radius and half a particle spacing, as arms
+  !> are those of particle centres. At symmetry planes the sums cover only part of the face.
   pure subroutine check_torque(scene, tool, increase, reason)
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
     real(rp), intent(in) :: increase(:, :)
     character(:), allocatable, intent(out) :: reason
-    real(rp) :: max_torque
+    real(rp) :: half, max_torque
     integer :: k
 
     reason = ''
+    half = 0.5_rp*maxval(scene%body%mean_spacing())
     do k = 1, size(tool)
       if (.not. tool(k)%has_layer()) cycle
       if (.not. is_revolved(tool(k)) .or. size(scene%symmetry) > 0) cycle
-      max_torque = torque_slack*increase(s_layer_strength, k)*tool(k)%shape%radius
-      if (abs(increase(s_torque, k)) <= max_torque &
-          .or. increase(s_layer_strength, k) <= 0.0_rp) cycle
+      max_torque = increase(s_layer_strength, k)*(tool(k)%shape%radius + half)
+      if (abs(increase(s_torque, k)) <= torque_slack*max_torque .or. max_torque <= 0.0_rp) cycle
       reason = '&TOOL '//trim(tool(k)%name)//' turns against '// &
-               str(abs(increase(s_torque, k))/increase(s_layer_strength, k) &
-                   /tool(k)%shape%radius)// &
+               str(abs(increase(s_torque, k))/max_torque)// &
                ' times the torque that the shear strength of the metal on its face allows: '// &
                'the steps are too long; lower &TIME CFL or MASS_SCALING'
       return

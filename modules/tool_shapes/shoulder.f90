@@ -5,7 +5,7 @@ module tool_shapes_shoulder
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
-  use tool_shapes_cut_keys, only: add_cut_keys
+  use tool_shapes_cut_keys, only: add_cut_keys, has_cut_keys
   use tool_shapes_revolved, only: profile_t, revolved_t
   use tool_shapes_shape, only: add_radius, add_tilt, far_larger, length_text, tilted_frame
   implicit none (type, external)
@@ -60,6 +60,10 @@ contains
                'radius of the pin at its tip; 0: as at the face (a cylinder)')
     call t%key('PIN_LENGTH', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
                'length of the pin below the face')
+    call t%key('BOBBIN_RADIUS', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
+               'radius of a second shoulder at the tip of the pin, facing up; 0: none')
+    call t%key('BORE_RADIUS', 'real', 1, 'm', '0 if KIND = shoulder', '[0,inf)', &
+               'radius of a bore along the axis: the tool is a sleeve without a pin; 0: none')
     call add_cut_keys(t)
     call add_tilt(t, 'shoulder')
   end subroutine add_keys
@@ -92,11 +96,51 @@ contains
     if (tip <= 0.0_rp) tip = pin
     new = new_shoulder(radius, input%real('TOOL', i, 'HEIGHT'), &
                        input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp, pin, tip, length)
-    self%radius = new%radius
+    self%radius = max(new%radius, input%real('TOOL', i, 'BOBBIN_RADIUS'))
     self%pin_radius = new%pin_radius
     self%profile = new%profile
     frame = tilted_frame(input, i)
+    call read_variants(input, i, self%profile, diagnostics)
   end subroutine read_keys
+
+  !> Change the outline to that of a bobbin tool or of a sleeve, if the `i`-th &TOOL is one.
+  subroutine read_variants(input, i, profile, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(profile_t), intent(inout) :: profile
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: bobbin, bore, height, length, radius
+
+    bobbin = input%real('TOOL', i, 'BOBBIN_RADIUS')
+    bore = input%real('TOOL', i, 'BORE_RADIUS')
+    radius = input%real('TOOL', i, 'RADIUS')
+    height = input%real('TOOL', i, 'HEIGHT')
+    length = input%real('TOOL', i, 'PIN_LENGTH')
+    if (max(bobbin, bore) > 0.0_rp .and. has_cut_keys(input, i)) then
+      call input%report(diagnostics, 'TOOL', i, 'KIND', &
+                        'with a BOBBIN_RADIUS or BORE_RADIUS takes no thread, flats or scroll')
+    end if
+    if (bobbin > 0.0_rp) then
+      if (bobbin <= profile%r(profile%n - 1) .or. length <= 0.0_rp) call input%report(diagnostics, &
+        'TOOL', i, 'BOBBIN_RADIUS', 'must be above the radius of the tip of a pin')
+      profile%n = profile%n - 1
+      call profile%corner(bobbin, -length)
+      call profile%corner(bobbin, -length - height)
+      call profile%corner(0.0_rp, -length - height)
+    end if
+    if (bore <= 0.0_rp) return
+    if (bore >= radius .or. length > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
+      'BORE_RADIUS', 'must be below RADIUS, without a pin')
+    ! the outline begins and ends in the bore wall
+    profile%n = 0
+    call profile%corner(bore, 0.5_rp*height)
+    call profile%corner(bore, height)
+    call profile%corner(radius, height)
+    call profile%corner(radius, 0.0_rp)
+    call profile%corner(bore, (radius - bore) &
+                        *tan(input%real('TOOL', i, 'CONCAVITY_DEG')*pi/180.0_rp))
+    call profile%corner(bore, 0.5_rp*height)
+  end subroutine read_variants
 
   subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
     class(shoulder_t), intent(in) :: self

@@ -8,7 +8,7 @@ import subprocess
 import driver
 import pytest
 
-SCENES = ("pin", "shoulder", "butt", "lap", "heat")
+SCENES = ("pin", "shoulder", "butt", "lap", "bobbin", "stationary", "spot", "refill", "curve", "heat")
 MAN = driver.ROOT / "share/man/man1/stirpoint.1"
 COMPLETION = driver.ROOT / "share/bash-completion/completions/stirpoint"
 
@@ -20,9 +20,12 @@ def test_scene_runs_as_it_is(run, tmp_path, scene):
     text = run(None, "--new", scene).out
     assert text.count("\n!") > 4
     (tmp_path / "my.nml").write_text(text, encoding="utf-8")
+    for name in re.findall(r"FILE = '(.*?)'", text):
+        (tmp_path / name).write_text(run(None, "--new", name).out, encoding="utf-8")
     checked = run("my.nml", "--check=scene")
     assert "warning" not in checked.out + checked.err
-    end = {"TIME.END": {"heat": 2.0, "shoulder": 0.6}[scene]} if scene in ("heat", "shoulder") else {"TIME.MAX_STEPS": 30}
+    ends = {"heat": 2.0, "shoulder": 0.6, "spot": 0.6}
+    end = {"TIME.END": ends[scene]} if scene in ends else {"TIME.MAX_STEPS": 30}
     done = run("my.nml", sets=end)
     assert "results in my.out" in done.out
     assert "warning" not in done.out + done.err
@@ -53,7 +56,7 @@ def test_scenes_are_those_of_the_help(run):
     files = sorted(path.stem for path in (driver.ROOT / "share/stirpoint/new").glob("*.nml"))
     assert files == sorted(SCENES)
     line = re.search(r"--new SCENE .*: (.*)\n", run(None, "--help").out).group(1)
-    assert line == "pin, shoulder, butt, lap or heat"
+    assert line == "pin, shoulder, butt, lap, bobbin, stationary, spot, refill, curve, curve.csv or heat"
     wrong = run(None, "--new", "pim", expect=driver.BAD_INPUT)
     assert "there is no scene pim to begin with: --new pin, shoulder" in wrong.err
     assert "--new needs a value" in run(None, "--new", expect=driver.BAD_INPUT).err

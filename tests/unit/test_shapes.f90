@@ -101,7 +101,8 @@ contains
     real(rp) :: frame(3, 3)
     integer :: k
 
-    allocate (names, source=[character(16) :: shape_names(), 'thread', 'flats', 'scroll', 'all'])
+    allocate (names, source=[character(16) :: shape_names(), 'thread', 'flats', 'scroll', 'all', &
+                              'bobbin', 'sleeve'])
     do k = 1, size(names)
       call read_sample(trim(names(k)), shape, frame)
       call expect_close(trim(names(k))//': axes are of length 1 and upright on each other', &
@@ -123,7 +124,8 @@ contains
     character(:), allocatable :: kind
 
     kind = name
-    if (any(name == [character(8) :: 'thread', 'flats', 'scroll', 'all'])) kind = 'shoulder'
+    if (any(name == [character(8) :: 'thread', 'flats', 'scroll', 'all', 'bobbin', &
+                     'sleeve'])) kind = 'shoulder'
   end function kind_of
 
   !> A wedge with a slot in it, in inches, as an STL file: a shape without any symmetry.
@@ -206,6 +208,10 @@ contains
       keys = pin//'THREAD_DEPTH=0.5e-3 THREAD_PITCH=1e-3 THREAD_STARTS=2 FLATS=4 '// &
              "FLAT_DEPTH=0.4e-3 SCROLL_DEPTH=0.7e-3 SCROLL_PITCH=1.9e-3 SCROLL_SENSE='outward' "// &
              'SCROLL_ARMS=3'
+    case ('bobbin')
+      keys = pin//'BOBBIN_RADIUS=8e-3'
+    case ('sleeve')
+      keys = 'RADIUS=10e-3 HEIGHT=8e-3 CONCAVITY_DEG=7 BORE_RADIUS=5e-3'
     case default
       keys = ''
     end select
