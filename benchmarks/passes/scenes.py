@@ -54,7 +54,7 @@ def text_of(name, kind="floor"):
 EXPERIMENTS = {
     "free": ("sides and ends free", {}),
     "fast": ("mass scaling 1e6", {"TIME.MASS_SCALING": "1e6"}),
-    "adaptive": ("mass scaling 1e3 to 1e6", {"TIME.MASS_SCALING": "1e5", "TIME.MASS_SCALING_RANGE": "1e3,1e6", "TIME.INERTIAL_FRACTION": "0.03"}),
+    "adaptive": ("mass scaling 1e3 to 1e5", {"TIME.MASS_SCALING": "1e5", "TIME.MASS_SCALING_RANGE": "1e3,1e5", "TIME.INERTIAL_FRACTION": "0.03"}),
     "deep06": ("tool 0.6 mm deeper", {"MOTION(1).DURATION": "0.8", "METHOD.DEBRIS": "0.05"}),
     "soft50": ("machine of 50 kN/mm, slide 1.5 mm deeper", {"TOOL.STIFFNESS": "5e7", "MOTION(1).DURATION": "1.4", "METHOD.DEBRIS": "0.05"}),
     "soft20": ("machine of 20 kN/mm, slide 3 mm deeper", {"TOOL.STIFFNESS": "2e7", "MOTION(1).DURATION": "2.4", "METHOD.DEBRIS": "0.05"}),
