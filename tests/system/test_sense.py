@@ -70,6 +70,8 @@ SOUND = {
     "film of one face after all": (SURFACE, f"{SURFACE.replace('xmin', 'all')}\n{SURFACE}"),
     "disc on the surface": ("&SURFACE", "&SOURCE POWER = 10, RADIUS = 1e-3, POSITION = 4e-3, 4e-3, 7e-3 /\n&SURFACE"),
     "disc that comes": ("&SURFACE", "&SOURCE POWER = 10, RADIUS = 1e-3, POSITION = -20e-3, 4e-3, 7e-3, VELOCITY = 1.2e4, 0, 0 /\n&SURFACE"),
+    **{f"disc whose edge reaches {side}": ("&SURFACE", f"&SOURCE POWER = 10, RADIUS = 1e-3, POSITION = {x}e-3, {y}e-3, 7e-3 /\n&SURFACE")
+       for side, x, y in (("xmin", 1.2, 4), ("xmax", 6.8, 4), ("ymin", 4, 1.2), ("ymax", 4, 6.8))},
     "ball below": ("&SURFACE", "&SOURCE KIND = 'ball', POWER = 10, RADIUS = 1e-3, POSITION = 4e-3, 4e-3, 1.5e-3 /\n&SURFACE"),
     "probe on the surface": ("POSITION = 4e-3, 4e-3, 6.2e-3", "POSITION = 4e-3, 4e-3, 7e-3"),
 }

@@ -303,6 +303,16 @@ contains
 
   !> Keys that must be there.
   subroutine test_requirements()
+    character :: index(2), value(2)
+    integer :: k
+
+    do k = 1, 3
+      index = pack(['1', '2', '3'], [1, 2, 3] /= k)
+      value = pack(['4', '5', '6'], [1, 2, 3] /= k)
+      call bad("&PROBE NAME='p' POSITION("//index(1)//')='//value(1)//' POSITION('//index(2)// &
+               ')='//value(2)//' /'//base, 't.nml:1: error: &PROBE POSITION = '//value(2)// &
+               ': not all of its 3 values are given')
+    end do
     call bad('&PROBE POSITION=3*0 /'//base, 't.nml:1: error: &PROBE has no NAME (required)')
     call bad("&PROBE NAME='' POSITION=3*0 /"//base, &
              "t.nml:1: error: &PROBE NAME = '': must not be empty")
