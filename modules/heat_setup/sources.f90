@@ -61,7 +61,7 @@ contains
     integer :: k, n
 
     n = nint(t_max/step)
-    allocate (sticking(0:n), source=0.0_rp)
+    allocate (sticking(n + 1), source=0.0_rp)
     if (n_values(input, m, 'YIELD_LOGISTIC') > 0) then
       piece = input%reals('MATERIAL', m, 'YIELD_LOGISTIC', 25)
       sticking = [(logistic(piece, step*real(k, rp)), k=0, n)]
