@@ -10,8 +10,9 @@ program test_heat_alone
   use heat_alone_probes, only: place_probes, read_probes
   use heat_alone_state, only: heat_run_t
   use heat_mesh_cut_mesh, only: cut_cells_t, n_halo_planes
+  use heat_mesh_curve, only: curve_t
   use heat_mesh_mesh, only: heat_mesh_t
-  use heat_mesh_sources, only: heat_source_t
+  use heat_mesh_sources, only: heat_source_t, kind_disc, kind_stir
   use heat_setup_cut_cells, only: cut_cells, mesh_of, solids_t
   use heat_setup_sources, only: read_heat_sources
   use input_diagnostics, only: diagnostics_t
@@ -31,6 +32,7 @@ program test_heat_alone
   call test_probes(.false.)
   call test_probes(.true.)
   call test_sources()
+  call test_heat_of_sources()
   call end_tests()
 
 contains
@@ -175,7 +177,8 @@ contains
                  .and. minval(abs(x - s%upper(a))) <= 0.0_rp
         end do
         ok = ok .and. all(abs(x(2:) - x(:n) - h(a)) <= 0.25_rp*h(a)) .and. size(x) == n + 1
-        ok = ok .and. abs(x(1) - min(list(1)%solid(1)%lower(a), list(2)%solid(1)%lower(a))) <= 0.0_rp
+        ok = ok .and. abs(x(1) - min(list(1)%solid(1)%lower(a), list(2)%solid(1)%lower(a))) &
+             <= 0.0_rp
       end associate
       call expect('mesh lines of axis '//achar(iachar('w') + a), ok)
     end do
@@ -232,8 +235,8 @@ contains
   !> Spin, share of the heat and shear stress of stirring sources: sticking by a table or by two
   !> pieces, sliding, the lesser of both, and a mixture.
   subroutine test_sources()
-    real(rp), parameter :: piece(5, 2) = reshape([30.0e6_rp, 330.0e6_rp, 600.0_rp, 10.0_rp, 670.0_rp, &
-      -12.0e6_rp, 390.0e6_rp, 610.0_rp, 9.0_rp, 910.0_rp], [5, 2])
+    real(rp), parameter :: piece(5, 2) = reshape([30.0e6_rp, 330.0e6_rp, 600.0_rp, 10.0_rp, &
+      670.0_rp, -12.0e6_rp, 390.0e6_rp, 610.0_rp, 9.0_rp, 910.0_rp], [5, 2])
     real(rp), parameter :: table_t(3) = [300.0_rp, 500.0_rp, 900.0_rp], &
                            table_y(3) = [300.0e6_rp, 260.0e6_rp, 40.0e6_rp]
     real(rp), parameter :: melting = 1300.0_rp, k_body = 390.0_rp, c_body = 3.4e6_rp
@@ -276,6 +279,52 @@ contains
       call expect_close('stress under sources', worst, 0.0_rp, atol=1.0_rp)
     end do
   end subroutine test_sources
+
+  !> Heat of two faces under a disc: shares of its power, and with shear the solution of
+  !> T_s = T + q d/k with q = spin r tau(T_s), and its slope.
+  subroutine test_heat_of_sources()
+    type(heat_source_t) :: disc, s
+    type(heat_mesh_t) :: mesh
+    real(rp), parameter :: total(2) = [3.0_rp, 5.0_rp], moment(4) = [1.0_rp, 2.0_rp, 1.5_rp, 4.0_rp]
+    real(rp) :: part, t, power, slope, m1, at, low, high, other, unused, want
+    integer :: i, k
+
+    disc%kind = kind_disc
+    disc%power = 80.0_rp
+    disc%moment = spread(moment, 2, 1)
+    call disc%heat_of(1, 0.25_rp, total, 500.0_rp, 0.1_rp, power, slope)
+    call expect_close('power of a part of a disc', power, 0.75_rp*80.0_rp/3.0_rp &
+                      + 0.25_rp*80.0_rp*1.5_rp/5.0_rp)
+    allocate (mesh%wall(0))
+    s%kind = kind_stir
+    s%spin = 2.0_rp
+    s%shear = curve_t(0.0_rp, 10.0_rp, [(500.0_rp/(1.0_rp + (i/60.0_rp)**4), i=0, 100)])
+    call s%find_walls(mesh)
+    s%moment = spread(moment, 2, 1)
+    s%insulance = [0.7_rp]
+    do k = 1, 40
+      call random_number(part)
+      call random_number(t)
+      t = 900.0_rp*t
+      m1 = (1.0_rp - part)*moment(2) + part*moment(4)
+      call s%heat_of(1, part, total, t, 0.1_rp, power, slope)
+      low = t
+      high = t + 1.0e4_rp
+      do i = 1, 60
+        at = 0.5_rp*(low + high)
+        if (at > t + 0.07_rp*s%spin*m1*s%shear%at(at)) then
+          high = at
+        else
+          low = at
+        end if
+      end do
+      want = s%spin*m1*s%shear%at(at)
+      call expect_close('heat of a stirred face', power, want, rtol=1.0e-9_rp)
+      call s%heat_of(1, part, total, t + 1.0e-4_rp, 0.1_rp, other, unused)
+      if (abs(nint(0.1_rp*at) - 0.1_rp*at) > 1.0e-3_rp) &
+        call expect_close('its slope', (other - power)*1.0e4_rp, slope, rtol=1.0e-4_rp)
+    end do
+  end subroutine test_heat_of_sources
 
   !> A plate under four stirring sources, with a table (`j` = 1) or pieces.
   function scene(j)

@@ -25,6 +25,7 @@ program test_particles
   call test_redistribute(40, 1.0_rp)
   call test_redistribute(500, 0.2_rp)
   call test_reserve()
+  call test_extent()
   call test_with_sleepers(0.0_rp)
   call test_with_sleepers(1.0e-3_rp)
   call test_with_sleepers(0.5_rp)
@@ -131,6 +132,26 @@ contains
                             .and. all(particles%tag(:, b) == b), b=1, 2)]))
     call particles%free()
   end subroutine test_reserve
+
+  !> Largest coordinates of some blocks, and largest negative ones.
+  subroutine test_extent()
+    type(particles_t) :: particles
+    real(rp) :: box(6), want(6)
+    integer :: b, p
+
+    call make_particles(particles, 300, [3.0_rp, -2.0_rp, 0.5_rp])
+    want = -huge(1.0_rp)
+    do b = 2, particles%nblk - 1
+      do p = 1, particles%count(b)
+        associate (x => particles%ps(p, f_pos:f_pos + 2, b))
+          want = max(want, [x, -x])
+        end associate
+      end do
+    end do
+    box = particles%extent(2, particles%nblk - 1)
+    call expect('extent of blocks', particles%nblk > 3 .and. all(abs(box - want) <= 0.0_rp))
+    call particles%free()
+  end subroutine test_extent
 
   !> Particles in a `part` of the grid; rank 0 makes none if there are others.
   subroutine test_redistribute(each, part)

@@ -229,3 +229,11 @@ def test_mistakes(run, name):
     done = run("pulled_bar", sets=sets, expect=driver.BAD_INPUT)
     print(done.err)
     assert re.search(message, done.err)
+
+
+def test_load_of_a_rigid_body(run, tmp_path):
+    """Exact: status 2 and a message."""
+    text = (driver.INPUTS / "pulled_bar.nml").read_text().replace("&TRACTION BODY = 'bar', FACE = 'xmax', VECTOR", "&LOAD BODY = 'bar', FORCE")
+    (tmp_path / "loaded.nml").write_text(text)
+    done = run("loaded.nml", sets={"BODY.RIGID": "true"}, expect=driver.BAD_INPUT)
+    assert re.search("LOAD BODY.*a rigid body moves as &MOTION says", done.err)

@@ -4,6 +4,7 @@ program test_drive
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use contact_motion, only: drive_t, motion_t, n_drive, phase_t
+  use contact_tool, only: rigid_t, tool_t
   implicit none (type, external)
 
   call begin_tests()
@@ -12,6 +13,7 @@ program test_drive
   call test_change_of_drive()
   call test_schedule()
   call test_state()
+  call test_mean_motion()
   call end_tests()
 
 contains
@@ -127,5 +129,32 @@ contains
     call expect('the same to the bit', all(abs(drive%state() - other%state()) <= 0.0_rp) &
                 .and. size(drive%state()) == n_drive)
   end subroutine test_state
+
+  !> The mean motion of a step of a tool that its machine also moves is the way between the places
+  !> at both ends; its velocity is that of the schedule and of the machine.
+  subroutine test_mean_motion()
+    type(tool_t) :: tool
+    type(rigid_t) :: rigid
+    real(rp), parameter :: velocity(3) = [0.02_rp, -0.01_rp, -0.004_rp], t = 0.7_rp, dt = 0.1_rp, &
+                           axis(3) = [0.36_rp, 0.48_rp, 0.8_rp]
+    real(rp), dimension(3) :: before, after
+
+    tool%start = [1.0_rp, 2.0_rp, 3.0_rp]
+    tool%motion%phase = [phase_t(velocity=velocity)]
+    tool%drive = drive_t(is_free=.true., axis=axis, shift=0.03_rp, rate=-0.05_rp, time=0.6_rp)
+    call tool%move_to(t)
+    before = tool%position
+    call expect_close('velocity of a free tool', &
+                      norm2(tool%velocity - velocity + 0.05_rp*axis), 0.0_rp, atol=1.0e-15_rp)
+    call expect_close('its place', norm2(before - tool%start - t*velocity - 0.025_rp*axis), &
+                      0.0_rp, atol=1.0e-14_rp)
+    call tool%move_to(t + dt)
+    after = tool%position
+    rigid = tool%mean_motion(t, dt)
+    call expect_close('mean velocity', norm2(rigid%velocity - (after - before)/dt), 0.0_rp, &
+                      atol=1.0e-14_rp)
+    call expect_close('mean place', norm2(rigid%centre - 0.5_rp*(before + after)), 0.0_rp, &
+                      atol=1.0e-14_rp)
+  end subroutine test_mean_motion
 
 end program test_drive

@@ -1,0 +1,130 @@
+! SPDX-License-Identifier: MIT
+!> What a step does with one block of particles, with drawn numbers against plain formulas.
+program test_blocks
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  use base_kinds, only: nlane, rp
+  use check, only: begin_tests, end_tests, expect_close
+  use mapping_blocks, only: advance_particles, body_work, force_records, kinetic_energy, max_half, &
+                            min_half, momentum_records, stretch_domains
+  implicit none (type, external)
+
+  integer, parameter :: n = nlane - 1          !! the last lane is not in use
+  real(rp), dimension(nlane, 3) :: v, vg, dv, x
+  real(rp) :: mass(nlane), temperature(nlane), a(3)
+
+  call begin_tests()
+  call random_init(.true., .false.)
+  call draw(v, 5.0_rp)
+  call draw(vg, 3.0_rp)
+  call draw(dv, 2.0_rp)
+  call draw(x, 1.0_rp)
+  call random_number(mass)
+  mass = 0.1_rp + mass
+  mass(nlane) = 0.0_rp
+  call random_number(temperature)
+  call random_number(a)
+  call test_advance()
+  call test_domains()
+  call test_energies()
+  call test_records()
+  call end_tests()
+
+contains
+
+  !> Numbers between -most and most.
+  subroutine draw(y, most)
+    real(rp), intent(out) :: y(:, :)
+    real(rp), intent(in) :: most
+
+    call random_number(y)
+    y = most*(2.0_rp*y - 1.0_rp)
+  end subroutine draw
+
+  !> x + dt v_g, (1 - c)(v + dv) + c v_g, and the largest |v_g|^2 of the particles and of before; a
+  !> velocity without bound makes that huge.
+  subroutine test_advance()
+    real(rp), parameter :: dt = 0.3_rp, pic(3) = [0.0_rp, 0.2_rp, 1.0_rp]
+    real(rp), dimension(nlane, 3) :: to, w, fast
+    real(rp) :: speed2
+    integer :: k
+
+    do k = 1, 3
+      fast = vg
+      fast(nlane, :) = 100.0_rp
+      to = x
+      w = v
+      speed2 = 0.0_rp
+      call advance_particles(n, dt, pic(k), fast, dv, to, w, speed2)
+      call expect_close('place', maxval(abs(to - x - dt*fast)), 0.0_rp, atol=1.0e-13_rp)
+      call expect_close('velocity', maxval(abs(w - (1.0_rp - pic(k))*(v + dv) - pic(k)*fast)), &
+                        0.0_rp, atol=1.0e-13_rp)
+      call expect_close('largest speed', speed2, maxval(sum(vg(:n, :)**2, dim=2)))
+    end do
+    speed2 = 1.0e4_rp
+    call advance_particles(n, dt, pic(1), fast, dv, to, w, speed2)
+    call expect_close('largest speed of blocks before', speed2, 1.0e4_rp)
+    fast(2, 3) = ieee_value(1.0_rp, ieee_positive_inf)
+    call advance_particles(n, dt, pic(3), fast, dv, to, w, speed2)
+    call expect_close('a speed without bound', speed2, huge(1.0_rp), atol=0.0_rp)
+  end subroutine test_advance
+
+  !> l' = l exp(dt L_aa) within limits.
+  subroutine test_domains()
+    real(rp), parameter :: dt = 0.3_rp
+    real(rp) :: l(nlane, 9), half(nlane, 3), before(nlane, 3)
+    integer :: i
+
+    call draw(l, 5.0_rp)
+    call random_number(before)
+    before = min_half + (max_half - min_half)*before
+    half = before
+    call stretch_domains(dt, l, half)
+    do i = 1, 3
+      before(:, i) = min(max_half, max(min_half, before(:, i)*exp(dt*l(:, 4*i - 3))))
+    end do
+    call expect_close('domains', maxval(abs(half - before)), 0.0_rp, atol=1.0e-13_rp)
+  end subroutine test_domains
+
+  !> m v^2/2, and the work of a body force at the mean velocity of the step.
+  subroutine test_energies()
+    real(rp), parameter :: dt = 0.3_rp
+    real(rp) :: work
+    integer :: p
+
+    call expect_close('kinetic energy', kinetic_energy(mass, v), 0.5_rp*sum(mass*sum(v**2, dim=2)))
+    work = 0.0_rp
+    do p = 1, n
+      work = work + dt*mass(p)*sum(a*(vg(p, :) - 0.5_rp*dv(p, :)))
+    end do
+    call expect_close('work', body_work(n, dt, a, mass, vg, dv), work, atol=1.0e-13_rp)
+  end subroutine test_energies
+
+  !> Mass, momentum and heat with mass scaling, body force without, internal force -V tau.
+  subroutine test_records()
+    real(rp), parameter :: inertia = 7.0_rp, volume = 0.4_rp
+    integer, parameter :: of(3, 3) = reshape([1, 4, 6, 4, 2, 5, 6, 5, 3], [3, 3])
+    real(rp) :: rec(8, 4, nlane), plain(8, 4, nlane), want(8, 4, nlane), tau(nlane, 6)
+    integer :: p
+
+    call draw(tau, 10.0_rp)
+    want = 0.0_rp
+    do p = 1, nlane
+      want(1, 1, p) = inertia*mass(p)
+      want(2:4, 1, p) = inertia*mass(p)*v(p, :)
+      want(8, 1, p) = inertia*mass(p)*temperature(p)
+    end do
+    call momentum_records(inertia, mass, v, temperature, plain)
+    call expect_close('records of momentum', maxval(abs(plain - want)), 0.0_rp, atol=1.0e-13_rp)
+    do p = 1, nlane
+      want(5:7, 1, p) = mass(p)*a
+      want(5:7, 2:4, p) = -volume*mass(p)*reshape(tau(p, reshape(of, [9])), [3, 3])
+    end do
+    rec = 0.0_rp
+    call force_records(inertia, volume, a, mass, v, tau, temperature, rec)
+    call expect_close('records of forces', maxval(abs(rec(:, 1, :) - want(:, 1, :))), 0.0_rp, &
+                      atol=1.0e-13_rp)
+    call expect_close('slopes of forces', maxval(abs(rec(5:7, 2:4, :) - want(5:7, 2:4, :))), &
+                      0.0_rp, atol=1.0e-13_rp)
+  end subroutine test_records
+
+end program test_blocks
