@@ -5,11 +5,13 @@ program test_tool_loads
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
+  use contact_motion, only: drive_t, phase_t
   use contact_tool, only: rigid_t, s_metal_slip, s_force, s_friction, s_normal_loss, &
                           s_normal_impulse, s_tool_slip, s_to_plate, s_torque, s_work
   use node_samples, only: all_of, balance_of, balance_t, gather_nodes, step_once
   use particles_store, only: f_heat, f_mass, f_vel
   use state_budget, only: e_wall
+  use step_drives, only: drive_tools, store_impulses
   use step_samples, only: add_clamp, add_plane_of_symmetry, fill, h, settle, shake
   use step_simulation, only: free_simulation, simulation_t
   use tool_samples, only: settle_plate, start_plate, touch, touch_dt
@@ -24,6 +26,7 @@ program test_tool_loads
   call test_balances()
   call test_work_lost()
   call test_walls_and_tool()
+  call test_drives()
   call end_tests()
 
 contains
@@ -182,5 +185,55 @@ contains
     end do
     call world%sum(p)
   end function momentum
+
+  !> Three machines under what all ranks' particles gave their tools in a step, force along the axis
+  !> and torque: each moves as it would alone, and its monitor keeps both.
+  subroutine test_drives()
+    type(simulation_t) :: sim
+    type(drive_t) :: alone(3)
+    real(rp) :: axis(3), load(4)
+    real(rp), parameter :: step = 1.0e-6_rp
+    integer :: k
+
+    call start_plate(sim, 1, 0.0_rp)
+    sim%tool = [sim%tool(1), sim%tool(1), sim%tool(1)]
+    sim%clock%stiffness = huge(1.0_rp)           ! the load of late is that of the step
+    do k = 1, 3
+      call random_number(axis)
+      associate (tool => sim%tool(k))
+        tool%motion%phase = [phase_t()]
+        tool%drive = drive_t(is_free=.true., axis=axis/norm2(axis), mass=0.2_rp*k, &
+                             stiffness=1.0e6_rp, damping=100.0_rp)
+        tool%monitor%is_on = .true.
+        call random_number(tool%sums)
+        alone(k) = tool%drive
+      end associate
+    end do
+    call store_impulses(sim)
+    do k = 1, 3
+      call random_number(load)
+      load = step*1.0e3_rp*(k + load)
+      associate (tool => sim%tool(k))
+        tool%sums(s_force:s_force + 2) = tool%sums(s_force:s_force + 2) + load(1:3)
+        tool%sums(s_torque) = tool%sums(s_torque) + load(4)
+        load = all_of(world, load)
+        call alone(k)%integrate(step, dot_product(load(1:3), tool%drive%axis)/step, .false., &
+                                0.0_rp, sim%clock%mass_scaling)
+        tool%monitor%load_ema = [dot_product(load(1:3), tool%drive%axis), load(4)]/step
+      end associate
+    end do
+    associate (loads => [(sim%tool(k)%monitor%load_ema, k=1, 3)])
+      do k = 1, 3
+        sim%tool(k)%monitor%load_ema = 0.0_rp
+      end do
+      call drive_tools(world, sim, step)
+      call expect_close('loads of the tools', &
+                        maxval(abs([(sim%tool(k)%monitor%load_ema, k=1, 3)]/loads - 1.0_rp)), &
+                        0.0_rp, atol=1.0e-9_rp)
+    end associate
+    call expect_close('rates of their machines', maxval(abs(sim%tool%drive%rate/alone%rate &
+                      - 1.0_rp)), 0.0_rp, atol=1.0e-9_rp)
+    call free_simulation(sim)
+  end subroutine test_drives
 
 end program test_tool_loads

@@ -9,6 +9,7 @@ program test_sleep
   use mapping_nodes, only: nodes_t
   use physics_material, only: material_t
   use sleep_cubes, only: cube_middle, cube_size
+  use sleep_held_force, only: record_sleeper_impulse
   use sleep_held_layer, only: hold_layer
   use sleep_motion, only: start_tracking, track_motion
   use sleep_sleepers, only: m_impulse, m_mass, m_momentum, sleepers_t
@@ -40,6 +41,7 @@ program test_sleep
   end do
   call set_scene()
   call test_held_node()
+  call test_far_impulse()
   call end_tests()
 
 contains
@@ -216,5 +218,23 @@ contains
       call expect('no impulse in the other', maxval(abs(sums(m_impulse:, 1))) <= 0.0_rp)
     end associate
   end subroutine test_held_node
+
+  !> What walls and clamps bear of sleepers adds to their impulse, if it is known.
+  subroutine test_far_impulse()
+    type(sleepers_t) :: sleepers
+    type(budget_t) :: budget
+    real(rp) :: before(3, 2)
+
+    allocate (budget%impulse(3, 2))
+    call random_number(budget%impulse)
+    before = budget%impulse
+    call record_sleeper_impulse(sleepers, budget, 0.5_rp)
+    call expect('nothing is known', all(abs(budget%impulse - before) <= 0.0_rp))
+    allocate (sleepers%far_force(3, 2))
+    call random_number(sleepers%far_force)
+    call record_sleeper_impulse(sleepers, budget, 0.5_rp)
+    call expect_close('impulse of sleepers', maxval(abs(budget%impulse - before &
+                      - 0.5_rp*sleepers%far_force)), 0.0_rp, atol=1.0e-15_rp)
+  end subroutine test_far_impulse
 
 end program test_sleep
