@@ -5,12 +5,19 @@
 program test_shear_layer
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
+  use contact_tool, only: n_tool_sums, rigid_t, s_area, s_excess_speed, s_face_temperature, &
+                          s_layer_slip, s_layer_strength, s_layer_thickness, s_layer_work, &
+                          s_surface_slip, s_surface_speed, s_to_plate, tool_t
   use flow_laws_johnson_cook, only: johnson_cook_t
   use linear_law, only: linear_t
+  use particles_store, only: f_heat, f_pos, f_temp, n_fields, particles_t
   use physics_flow_law, only: flow_law_t, n_work
   use physics_material, only: material_t
+  use state_scene, only: scene_t
   use tool_contact_limits, only: find_shear_layer, shear_layer_t, reduce_layer_rate
-  use tool_contact_lists, only: contact_particle_t
+  use tool_contact_lists, only: contact_particle_t, n_values, tool_contact_t, v_coulomb, &
+                                v_max_friction, v_stick
+  use tool_contact_loads, only: give_heat
   implicit none (type, external)
 
   real(rp), parameter :: root3 = sqrt(3.0_rp), conductivity = 391.0_rp, heats = 0.9_rp
@@ -23,6 +30,7 @@ program test_shear_layer
   call test_limits()
   call test_plastic_part()
   call test_mean_of_layer()
+  call test_sums_of_face()
   call end_tests()
 
 contains
@@ -248,5 +256,96 @@ contains
       x = x - (x*tanh(x) - m)/(tanh(x) + x/cosh(x)**2)
     end do
   end function newton
+
+  !> Particles on a node each, two under a layer, of which one is limited by its strength and one by
+  !> Coulomb's law, and one without: what the face sums, and the heat of each.
+  subroutine test_sums_of_face()
+    type(scene_t) :: scene
+    type(particles_t) :: particles
+    type(tool_contact_t) :: contact
+    type(tool_t) :: tool
+    type(rigid_t) :: rigid
+    real(rp), parameter :: dt = 0.3_rp, share = 0.6_rp, normal(3) = [0.36_rp, 0.48_rp, 0.8_rp]
+    real(rp) :: along, at_surface(3), heat, r(3), sums(n_tool_sums), work
+    integer :: p
+
+    allocate (scene%material(1), scene%body(1))
+    scene%material(1)%plastic_heat = heats
+    scene%body(1)%material = 1
+    call particles%init(n_fields)
+    call particles%reserve(1)
+    particles%nblk = 1
+    particles%body(1) = 1
+    call random_number(particles%ps)
+    particles%ps(:, f_heat, 1) = 0.0_rp
+    tool%heat_fraction = share
+    call random_number(rigid%centre)
+    call random_number(rigid%velocity)
+    call random_number(rigid%omega)
+    contact%n = 3
+    contact%n_nodes = 3
+    allocate (contact%particle(3), contact%values(n_values, 3), contact%slip(3, 3), &
+              contact%friction_fraction(3), contact%is_folded(3, 3))
+    call random_number(contact%values)
+    call random_number(contact%slip)
+    call random_number(contact%friction_fraction)
+    contact%is_folded = .false.
+    contact%values([v_max_friction, v_coulomb], 1) = [2.0_rp, 3.0_rp]
+    contact%values([v_max_friction, v_coulomb], 2) = [3.0_rp, 2.0_rp]
+    sums = 0.0_rp
+    do p = 1, 3
+      associate (t => contact%particle(p), x => particles%ps(p, f_pos:f_pos + 2, 1), &
+                 hot => particles%ps(p, f_temp, 1), slip => contact%slip(:, p))
+        t%block = 1
+        t%lane = p
+        t%entry(5) = p
+        t%weight(5) = 1.0_rp
+        t%normal = normal
+        call random_number(r)
+        t%max_friction = r(1)
+        t%coulomb_impulse = r(2)
+        t%surface_distance = r(3)
+        call random_number(r)
+        t%plastic_fraction = r(1)
+        t%layer_strength = r(2)
+        t%face_area = r(3)
+        call random_number(r)
+        t%temperature_rise = r(1)
+        t%layer_thickness = r(2)
+        t%excess_velocity = r(3)
+        t%strength_used = merge(1.0_rp, 0.0_rp, p < 3)
+        work = merge(t%max_friction/contact%values(v_max_friction, p), &
+                     t%coulomb_impulse/contact%values(v_coulomb, p), &
+                     contact%values(v_max_friction, p) < contact%values(v_coulomb, p))
+        work = -work*contact%friction_fraction(p) &
+               *dot_product(contact%values(v_stick:v_stick + 2, p), slip)
+        heat = share*(1.0_rp - t%plastic_fraction*(1.0_rp - heats))*work
+        sums(s_to_plate) = sums(s_to_plate) + heat
+        if (p == 3) cycle
+        r = x - t%surface_distance*normal - rigid%centre
+        at_surface = rigid%velocity + [rigid%omega(2)*r(3) - rigid%omega(3)*r(2), rigid%omega(3) &
+          *r(1) - rigid%omega(1)*r(3), rigid%omega(1)*r(2) - rigid%omega(2)*r(1)]
+        along = sqrt(sum(slip**2) - dot_product(slip, normal)**2)
+        sums(s_area) = sums(s_area) + dt*t%face_area
+        sums(s_face_temperature) = sums(s_face_temperature) + dt*t%face_area*(hot &
+                                                                              + t%temperature_rise)
+        sums(s_layer_strength) = sums(s_layer_strength) + t%layer_strength
+        sums(s_layer_thickness) = sums(s_layer_thickness) + dt*t%face_area*t%layer_thickness
+        sums(s_layer_slip) = sums(s_layer_slip) + dt*t%face_area*t%plastic_fraction*along
+        sums(s_surface_slip) = sums(s_surface_slip) + dt*t%face_area*(1.0_rp &
+                                                                      - t%plastic_fraction)*along
+        sums(s_surface_speed) = sums(s_surface_speed) + dt*t%face_area &
+                                *sqrt(sum(at_surface**2) - dot_product(at_surface, normal)**2)
+        sums(s_layer_work) = sums(s_layer_work) + t%plastic_fraction*work
+        sums(s_excess_speed) = sums(s_excess_speed) + dt*t%face_area*t%excess_velocity
+      end associate
+    end do
+    call give_heat(scene, particles, contact, rigid, dt, tool)
+    call expect_close('sums of a face', maxval(abs(tool%sums - sums)), 0.0_rp, atol=1.0e-13_rp)
+    call expect_close('heat of the particles', sum(particles%ps(:, f_heat, 1)), sums(s_to_plate), &
+                      atol=1.0e-14_rp)
+    call expect_close('hottest face', tool%max_face_temperature, &
+                      maxval(particles%ps(1:2, f_temp, 1) + contact%particle(1:2)%temperature_rise))
+  end subroutine test_sums_of_face
 
 end program test_shear_layer
