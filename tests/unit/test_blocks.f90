@@ -1,11 +1,15 @@
 ! SPDX-License-Identifier: MIT
-!> What a step does with one block of particles, with drawn numbers against plain formulas.
+!> What a step does with one block of particles, and how bodies with fields start, with drawn numbers against plain formulas.
 program test_blocks
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect_close
+  use fields_waves, only: waves_t
   use mapping_blocks, only: advance_particles, body_work, force_records, kinetic_energy, max_half, &
                             min_half, momentum_records, stretch_domains
+  use particles_store, only: f_bbar, f_jac, f_pos, f_vel, n_fields, particles_t
+  use state_scene, only: scene_t
+  use update_prescribed, only: start_fields
   implicit none (type, external)
 
   integer, parameter :: n = nlane - 1          !! the last lane is not in use
@@ -27,6 +31,7 @@ program test_blocks
   call test_domains()
   call test_energies()
   call test_records()
+  call test_fields()
   call end_tests()
 
 contains
@@ -126,5 +131,70 @@ contains
     call expect_close('slopes of forces', maxval(abs(rec(5:7, 2:4, :) - want(5:7, 2:4, :))), &
                       0.0_rp, atol=1.0e-13_rp)
   end subroutine test_records
+
+  !> Particles of the second body start on its field: places, velocities beside their own, domains
+  !> stretched by F within limits, J and b; those of the first stay as they are.
+  subroutine test_fields()
+    type(scene_t) :: scene
+    type(particles_t) :: particles
+    type(waves_t) :: waves
+    real(rp), parameter :: young = 3.0e7_rp, poisson = 0.25_rp
+    real(rp), dimension(nlane, 3) :: x0, to, speed
+    real(rp), dimension(nlane, n_fields + 6) :: before, rest
+    real(rp) :: f(nlane, 9), a(3, 3), b(3, 3), j, worst(4)
+    integer :: i, p
+
+    waves%amplitude = [0.05_rp, -0.04_rp, 0.03_rp]
+    waves%number = [6.0_rp, 3.0_rp, 5.0_rp]
+    waves%shift = [0.0_rp, 1.0_rp, 2.0_rp]
+    waves%phase = [0.3_rp, 2.0_rp, 4.0_rp]
+    waves%rate = [3.0_rp, 4.0_rp, 5.0_rp]
+    waves%has_motion = .true.
+    allocate (scene%material(1), scene%body(2))
+    call scene%material(1)%set_elastic(young, poisson)
+    scene%body(:)%material = 1
+    scene%layout%half = n_fields + 1
+    scene%layout%origin = n_fields + 4
+    allocate (scene%body(2)%field, source=waves)
+    call particles%init(n_fields + 6)
+    call particles%reserve(2)
+    particles%nblk = 2
+    particles%body(1:2) = [1, 2]
+    particles%count(1:2) = nlane
+    call random_number(particles%ps(:, :, 1:2))
+    associate (half => particles%ps(:, n_fields + 1:n_fields + 3, 1:2))
+      half = min_half + (max_half - min_half)*half
+    end associate
+    rest = particles%ps(:, :, 1)
+    before = particles%ps(:, :, 2)
+    x0 = before(:, n_fields + 4:)
+    call start_fields(scene, particles)
+    call expect_close('a body without a field', maxval(abs(particles%ps(:, :, 1) - rest)), 0.0_rp, &
+                      atol=0.0_rp)
+    call waves%motion(0.0_rp, x0, to, speed, f)
+    worst = 0.0_rp
+    associate (ps => particles%ps(:, :, 2), own => before(:, f_vel:f_vel + 2))
+      worst(1) = maxval(abs(ps(:, f_pos:f_pos + 2) - to)) &
+                 + maxval(abs(ps(:, f_vel:f_vel + 2) - own - speed))
+      do p = 1, nlane
+        a = transpose(reshape(f(p, :), [3, 3]))
+        j = a(1, 1)*a(2, 2)*a(3, 3)              ! waves along the axes
+        b = matmul(a, transpose(a))
+        worst(2) = max(worst(2), abs(ps(p, f_jac) - j))
+        b = b*j**(-2.0_rp/3.0_rp)
+        worst(3) = max(worst(3), maxval(abs(ps(p, f_bbar:f_bbar + 5) - [b(1, 1), b(2, 2), &
+                                                        b(3, 3), b(1, 2), b(2, 3), b(1, 3)])))
+        do i = 1, 3
+          worst(4) = max(worst(4), abs(ps(p, n_fields + i) &
+            - max(min_half, min(max_half, before(p, n_fields + i)*a(i, i)))))
+        end do
+      end do
+      call expect_close('places and velocities of a field', worst(1), 0.0_rp, atol=1.0e-13_rp)
+      call expect_close('its J', worst(2), 0.0_rp, atol=1.0e-13_rp)
+      call expect_close('its elastic state', worst(3), 0.0_rp, atol=1.0e-13_rp)
+      call expect_close('its domains', worst(4), 0.0_rp, atol=1.0e-13_rp)
+    end associate
+    call particles%free()
+  end subroutine test_fields
 
 end program test_blocks

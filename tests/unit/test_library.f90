@@ -9,9 +9,10 @@ program test_library
   use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
   use input_library, only: library_table
-  use input_reading, only: read_input
+  use input_reading, only: read_input, read_input_text
   use input_values, only: input_t
   use keys_written, only: split_words
+  use materials_needed, only: check_properties
   use materials_properties, only: read_materials
   use physics_material, only: material_t
   use physics_point, only: point_t
@@ -39,6 +40,7 @@ program test_library
     call test_means(m, 'SPECIFIC_HEAT')
     call test_means(m, 'CONDUCTIVITY')
   end do
+  call test_needs()
   call end_tests()
 
 contains
@@ -145,5 +147,33 @@ contains
     call expect_close(trim(material(m)%name)//': mean of '//key, &
                       library%real(group, m, key), mean, rtol=3.0e-3_rp)
   end subroutine test_means
+
+  !> Of three materials that conduct, any one may lack its conductivity: that alone is reported.
+  subroutine test_needs()
+    character, parameter :: nl = new_line('a')
+    character(:), allocatable :: text
+    type(input_t) :: input
+    type(diagnostics_t) :: all(0:3)
+    integer :: i, lacks
+
+    do lacks = 0, 3
+      text = '&GRID CELL=1 LOWER=3*0 UPPER=3*9 /'//nl//'&TIME END=1 /'//nl//'&HEAT /'//nl// &
+             "&BODY NAME='b' MATERIAL='1' /"//nl//"&SHAPE BODY='b' LOWER=3*0 UPPER=3*1 /"//nl
+      do i = 1, 3
+        text = text//"&MATERIAL NAME='"//str(i)//"' DENSITY=1 YOUNGS_MODULUS=1 POISSON_RATIO=0 "// &
+               'SPECIFIC_HEAT=1 T_MELT=9'
+        if (i /= lacks) text = text//' CONDUCTIVITY=1'
+        text = text//' /'//nl
+      end do
+      associate (said => all(lacks))
+        call read_input_text(key_table(), 't.nml', text, no_sets, input, said)
+        call check_properties(input, said)
+        call expect('what material '//str(lacks)//' lacks', said%count() == merge(1, 0, lacks > 0))
+        if (said%count() /= 1) cycle
+        call expect('where it is reported', index(said%text(1), 't.nml:'//str(5 + lacks)//': ') == 1 &
+                    .and. index(said%text(1), 'CONDUCTIVITY') > 0)
+      end associate
+    end do
+  end subroutine test_needs
 
 end program test_library
