@@ -9,12 +9,15 @@ program test_heat_alone
   use groups_table, only: key_table
   use heat_alone_probes, only: place_probes, read_probes
   use heat_alone_state, only: heat_run_t
-  use heat_mesh_cut_mesh, only: cut_cells_t, n_halo_planes
-  use heat_mesh_curve, only: curve_t
+  use heat_mesh_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
+  use heat_mesh_curve, only: curve_t, make_property
+  use heat_mesh_rates, only: heat_t
   use heat_mesh_mesh, only: heat_mesh_t
   use heat_mesh_sources, only: heat_source_t, kind_disc, kind_stir
   use heat_setup_cut_cells, only: cut_cells, mesh_of, solids_t
   use heat_setup_sources, only: read_heat_sources
+  use heat_solvers_integrator, only: integrator_t
+  use heat_solvers_method, only: backward_euler, by_cg, euler, rkl2, tr_bdf2
   use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input_text
   use input_values, only: input_t
@@ -33,6 +36,7 @@ program test_heat_alone
   call test_probes(.true.)
   call test_sources()
   call test_heat_of_sources()
+  call test_steps()
   call end_tests()
 
 contains
@@ -325,6 +329,117 @@ contains
         call expect_close('its slope', (other - power)*1.0e4_rp, slope, rtol=1.0e-4_rp)
     end do
   end subroutine test_heat_of_sources
+
+  !> Insulated block in which a mode decays: each integrator multiplies it by its stability function
+  !> in every step; the next step follows from the error of the last, which implicit ones filter by
+  !> a solution to 0.1.
+  subroutine test_steps()
+    type(heat_t) :: heat
+    type(integrator_t) :: step
+    integer, parameter :: method(4) = [euler, backward_euler, rkl2, tr_bdf2], steps = 5
+    real(rp), parameter :: h = 0.1_rp, diffusivity = 0.5_rp, most = 50.0_rp
+    real(rp) :: decay, dt, error, factor, gamma, mean, t, x(3), y(2), z
+    real(rp), allocatable :: mode(:)
+    integer :: c, i, k, s
+
+    decay = 4.0_rp*diffusivity/h**2*sum(sin(0.5_rp*pi*[2.0_rp/12.0_rp, 1.0_rp/5.0_rp])**2)
+    gamma = 2.0_rp - sqrt(2.0_rp)
+    do k = 1, 8
+      call make_block(heat)
+      mode = [(0.0_rp, c=1, heat%size())]
+      do c = 1, heat%size()
+        x = heat%mesh%centre(c)/h
+        mode(c) = most*cos(2.0_rp*pi*x(1)/12.0_rp)*cos(pi*x(3)/5.0_rp)
+      end do
+      mean = 300.0_rp
+      heat%theta(1:heat%size()) = mean + mode
+      i = 1 + modulo(k - 1, 4)
+      dt = 2.0_rp/decay
+      if (method(i) == euler) dt = 0.7_rp/heat%max_decay_rate
+      if (method(i) == rkl2) dt = 0.35_rp/decay
+      z = dt*decay
+      s = max(3, ceiling(0.5_rp*(sqrt(9.0_rp + 8.0_rp*dt*heat%max_decay_rate/0.95_rp) - 1.0_rp)))
+      error = 0.0_rp
+      select case (method(i))
+      case (euler)
+        factor = 1.0_rp - z
+      case (backward_euler)
+        factor = 1.0_rp/(1.0_rp + z)
+        error = 0.5_rp*z*(1.0_rp - factor)/(1.0_rp + z)
+      case (rkl2)
+        associate (b => real(s*s + s - 2, rp)/real(2*s*(s + 1), rp))
+          factor = 1.0_rp - b + b*legendre(s, 1.0_rp - 4.0_rp*z/real(s*s + s - 2, rp))
+        end associate
+        error = abs(0.8_rp*(1.0_rp - factor) - 0.4_rp*z*(1.0_rp + factor))
+      case default
+        y(1) = (1.0_rp - 0.5_rp*gamma*z)/(1.0_rp + 0.5_rp*gamma*z)
+        factor = (y(1) - (1.0_rp - gamma)**2)/(gamma*(2.0_rp - gamma))
+        factor = factor/(1.0_rp + (1.0_rp - gamma)/(2.0_rp - gamma)*z)
+        error = z/3.0_rp*abs(sqrt(2.0_rp) - 1.0_rp - y(1) + gamma*factor)/(1.0_rp + 0.5_rp*gamma*z)
+      end select
+      step = integrator_t(method=method(i))
+      step%implicit%solver = by_cg
+      step%implicit%tolerance = 1.0e-11_rp
+      t = 0.0_rp
+      y = maxval(abs(mode))
+      call world%max(y)
+      if (k <= 4) then
+        step%fixed = dt
+        call step%start(heat)
+        do c = 1, steps
+          call step%advance(heat, t, 1.0e9_rp*dt)
+        end do
+        call expect_close('time of the steps', t, steps*dt, rtol=1.0e-8_rp)
+        y(1) = maxval(abs(heat%theta(1:heat%size()) - mean - factor**steps*mode))
+        call expect_close('a mode after some steps', y(1), 0.0_rp, atol=1.0e-8_rp*most)
+      else if (method(i) /= euler) then
+        step%next = dt
+        step%tolerance = 1.5_rp*error*y(1)
+        call step%start(heat)
+        call step%advance(heat, t, 1.0e9_rp*dt)
+        call expect('a step that is good enough', step%steps == 1 .and. step%rejected == 0)
+        call expect_close('the next step', step%next, 0.8_rp*dt*1.5_rp**(1.0_rp/merge(2.0_rp, &
+                          3.0_rp, method(i) == backward_euler)), rtol=merge(1.0e-6_rp, &
+                          0.06_rp, method(i) == rkl2))
+      end if
+    end do
+  end subroutine test_steps
+
+  !> Insulated block of 12 x 4 x 5 cells.
+  subroutine make_block(heat)
+    type(heat_t), intent(out) :: heat
+    real(rp), parameter :: h = 0.1_rp
+    type(solids_t) :: list(1)
+    type(cut_cells_t) :: cuts
+    real(rp) :: none(6, 1)
+
+    allocate (list(1)%solid(1), heat%source(0))
+    list(1)%solid(1) = solid_t(upper=h*[12.0_rp, 4.0_rp, 5.0_rp])
+    call mesh_of(world, [h, h, h], list, heat%mesh)
+    call cut_cells(list, heat%mesh, cuts)
+    heat%conductivity = [3.0_rp]
+    heat%property = make_property(2.0_rp, [298.0_rp], [3.0_rp], [298.0_rp], [3.0_rp])
+    call cut_mesh(heat%mesh, cuts, heat%property, heat%conductivity, [6.0_rp])
+    none = 0.0_rp
+    call heat%add_films(none, none, none)
+    call heat%prepare(world)
+  end subroutine make_block
+
+  !> Legendre polynomial by its recurrence.
+  pure real(rp) function legendre(n, x) result(p)
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x
+    real(rp) :: before, next
+    integer :: j
+
+    before = 1.0_rp
+    p = x
+    do j = 2, n
+      next = ((2*j - 1)*x*p - (j - 1)*before)/j
+      before = p
+      p = next
+    end do
+  end function legendre
 
   !> A plate under four stirring sources, with a table (`j` = 1) or pieces.
   function scene(j)
