@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: MIT
 """Published welds, computed by one rule without a fitted number, against what is reported of them.
 
-    build/venv/bin/python benchmarks/welds/run.py [NAME...] [--fine] [--folder FOLDER]
+    build/venv/bin/python benchmarks/welds/run.py [NAME...] [--variant coarse] [--folder FOLDER] [--record]
+    build/venv/bin/python benchmarks/welds/run.py --page
 
-The rule (docs/choosing.md, "Welds"): library metal of welds, a tool of hot work steel with friction of 0.4 times the pressure up to the metal's shear
+The rule (docs/welds.md): library metal of welds, a tool of hot work steel with friction of 0.4 times the pressure up to the metal's shear
 strength, a steel backing plate behind a film of 1000 W/(m2 K) and 50 more for each MPa, the sheet held on it, sheet without end
 beyond the sides, the rim of the face 0.2 mm below the surface or half the metal below the pin. Cells: a third of the thickness up to 4 mm, else a
-quarter; --fine: 0.75 of that and a third of the mass scaling. Results are means of the last second.
-docs/welds.md explains the welds and names the sources; what is reported stands there and here as it is remembered.
+quarter. Results are means of the last second. A variant has other cells or another mass scaling, for the numerical error.
+--page draws docs/pictures/welds.png from results.jsonl and prints what is off. docs/welds.md names the sources; what is reported stands
+there and here as it is remembered.
 """
 
 import argparse
@@ -18,33 +20,49 @@ import pathlib
 import re
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/system"))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / part) for part in ("tests/system", "tests/figures", "postproc")]
 
 import driver
+import matplotlib
+import measures
 import numpy as np
+import tables
+from stirpost import look
 
 MM = 1e-3
-LIBRARY = pathlib.Path(__file__).resolve().parents[2] / "share/stirpoint/materials.nml"
+LIBRARY = ROOT / "share/stirpoint/materials.nml"
+PICTURE = ROOT / "docs/pictures/welds.png"
 RESULTS = pathlib.Path(__file__).with_name("results.jsonl")
 FRICTION = 0.4     # up to the shear strength of the metal
+VARIANTS = {"coarse": (4 / 3, 1e6), "fine": (3 / 4, 1e6), "light": (1.0, 3e5), "heavy": (1.0, 3e6)}    # cells, mass scaling
 
 
-def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None):
-    """Dimensions in mm (diameters), speed in mm/s."""
+def weld(metal, thickness, shoulder, pin, length, rpm, speed, reported, tilt=2.0, concavity=0.0, probe=None,
+         force=None, beside=None):
+    """Dimensions in mm (diameters), speed in mm/s, force of the travel in kN instead of a depth, metal of the retreating side."""
     return dict(locals())
 
 
 SCHMIDT = dict(torque=50.0, force=21.5, power=2.1, peak=735.0)
+TANG = ("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8)
 WELDS = {
     "aa2024": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, SCHMIDT, tilt=1.0, concavity=10.0),
+    "aa2024-pressed": weld("AA2024-T3-weld", 3.0, 18.0, 6.0, 2.4, 400, 2.0, SCHMIDT, tilt=1.0, concavity=10.0, force=SCHMIDT["force"]),
     "304l-300": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 300, 1.69, dict(torque=48.0, force=31.0, power=1.52, peak=1200.0)),
     "304l-500": weld("304L-weld", 3.18, 19.0, 8.0, 2.8, 500, 1.69, dict(torque=33.0, power=1.73)),
-    "aa6061-300": weld("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8, 300, 2.0, dict(), probe=(0.5, 5.0)),
-    "aa6061-650": weld("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8, 650, 2.0, dict(rise=40.0), probe=(0.5, 5.0)),
-    "aa6061-1000": weld("AA6061-T6-weld", 6.4, 19.0, 6.4, 5.8, 1000, 2.0, dict(rise=20.0), probe=(0.5, 5.0)),
+    "aa6061-300": weld(*TANG, 300, 2.0, dict(), probe=(0.5, 5.0)),
+    "aa6061-400": weld(*TANG, 400, 2.0, dict(probe=720.0), probe=(0.5, 5.0)),
+    "aa6061-650": weld(*TANG, 650, 2.0, dict(rise=40.0), probe=(0.5, 5.0)),
+    "aa6061-1000": weld(*TANG, 1000, 2.0, dict(rise=20.0), probe=(0.5, 5.0)),
     "copper-900": weld("copper-hot", 3.0, 12.0, 3.0, 2.9, 900, 0.67, dict(peak=770.0)),
 } | {
     f"aa2524-{rpm}": weld("AA2024-T3-weld", 6.4, 20.3, 7.1, 6.1, rpm, 2.1, dict(exponent=-0.65)) for rpm in (150, 300, 450, 600, 800)
+} | {
+    f"aa6061-650-{speed}": weld(*TANG, 650, float(speed), dict(), probe=(0.5, 5.0)) for speed in (1, 4)
+} | {
+    f"aa5083-6082-{speed}": weld("AA5083-H116-weld", 3.0, 18.0, 5.0, 2.6, 560, speed / 60, dict(), probe=(0.5, 6.5), beside="AA6082-T6-weld")
+    for speed in (100, 200, 300)    # [mm/min]
 }
 
 
@@ -54,10 +72,11 @@ def of_library(metal, key):
     return float(re.search(rf"\b{key} = ([\d.e+-]+)", entry).group(1))
 
 
-def text_of(name, fine):
+def text_of(name, variant):
     """The input of a weld."""
     w = WELDS[name]
-    h = w["thickness"] / (3 if w["thickness"] <= 4.0 else 4) * (0.75 if fine else 1.0)
+    cells, scaling = VARIANTS.get(variant, (1.0, 1e6))
+    h = w["thickness"] / (3 if w["thickness"] <= 4.0 else 4) * cells
     radius = w["shoulder"] / 2
     size_x, size_y = 5.0 * radius, 4.5 * radius
     start, above = 1.8 * radius, 0.1
@@ -65,40 +84,46 @@ def text_of(name, fine):
     plunge = w["length"] + above + rim
     dwell = 1.0
     travel = radius / w["speed"]
-    scaling = 3e5 if fine else 1e6
-    metal = w["metal"]
     ambient = 298.0
+    metals = [w["metal"]] if not w["beside"] else [w["metal"], w["beside"]]
     probes = ""
     if w["probe"]:
         depth, beside = w["probe"]
         for side, sign in (("advancing", 1), ("retreating", -1)):
             y = size_y / 2 + sign * (w["pin"] / 2 + beside)
             probes += f"&PROBE NAME = '{side}', POSITION = {(start + 0.6 * radius) * MM:.6g}, {y * MM:.6g}, {depth * w['thickness'] * MM:.6g} /\n"
-    conductivity, heat, density = (of_library(metal, key) for key in ("CONDUCTIVITY", "SPECIFIC_HEAT", "DENSITY"))
-    sides = "".join(
-        f"&SURFACE BODY = 'sheet', FACE = '{face}', COEFFICIENT = 1e5, BACKING = 'plate', BACKING_CONDUCTIVITY = {conductivity}"
-        f"\n  BACKING_SPECIFIC_HEAT = {heat}, BACKING_DENSITY = {density} /\n" for face in ("xmin", "xmax", "ymin", "ymax"))
+    bodies = surfaces = ""
+    for body, metal in zip(("sheet", "beside"), metals):        # the first on the advancing side, towards +y
+        lower, upper = (size_y / 2, size_y) if body == "sheet" and w["beside"] else (0.0, size_y / len(metals))
+        bodies += f"""&MATERIAL NAME = '{metal}', FROM = 'library' /
+&BODY NAME = '{body}', MATERIAL = '{metal}', TEMPERATURE = {ambient} /
+&SHAPE BODY = '{body}', LOWER = 0, {lower * MM:.6g}, 0, UPPER = {size_x * MM:.6g}, {upper * MM:.6g}, {w["thickness"] * MM:.6g} /
+"""
+        surfaces += f"""&SURFACE BODY = '{body}', FACE = 'zmin', COEFFICIENT = 1000, PRESSURE_FACTOR = 50, BACKING = 'plate'
+  BACKING_CONDUCTIVITY = 45, BACKING_DENSITY = 7850, BACKING_SPECIFIC_HEAT = 480, BACKING_THICKNESS = 20e-3, BACKING_COOLING = 500 /
+&SURFACE BODY = '{body}', FACE = 'zmax', COEFFICIENT = 15 /
+"""
+        conductivity, heat, density = (of_library(metal, key) for key in ("CONDUCTIVITY", "SPECIFIC_HEAT", "DENSITY"))
+        sides = ["xmin", "xmax", *(["ymin"] if lower == 0.0 else []), *(["ymax"] if upper == size_y else [])]
+        surfaces += "".join(
+            f"&SURFACE BODY = '{body}', FACE = '{face}', COEFFICIENT = 1e5, BACKING = 'plate', BACKING_CONDUCTIVITY = {conductivity}"
+            f"\n  BACKING_SPECIFIC_HEAT = {heat}, BACKING_DENSITY = {density} /\n" for face in sides)
     concave = f", CONCAVITY_DEG = {w['concavity']}" if w["concavity"] else ""
-    return f"""&RUN TITLE = '{name}: {metal}, {w["thickness"]} mm, {w["rpm"]} rpm, {w["speed"]} mm/s' /
+    force = f", FORCE = {w['force'] * 1e3:.6g}" if w["force"] else ""
+    return f"""&RUN TITLE = '{name}: {", ".join(metals)}, {w["thickness"]} mm, {w["rpm"]} rpm, {w["speed"]:.4g} mm/s' /
 &GRID CELL = {h * MM:.6g}, LOWER = {-4 * h * MM:.6g}, {-4 * h * MM:.6g}, 0, UPPER = {(size_x + 4 * h) * MM:.6g}, {(size_y + 4 * h) * MM:.6g}, {(w["thickness"] + 6 * h + 2) * MM:.6g} /
 &TIME END = {plunge / 2 + dwell + travel:.4g}, MASS_SCALING = {scaling:g} /
-&MATERIAL NAME = '{metal}', FROM = 'library' /
-&BODY NAME = 'sheet', MATERIAL = '{metal}', TEMPERATURE = {ambient} /
-&SHAPE BODY = 'sheet', LOWER = 0, 0, 0, UPPER = {size_x * MM:.6g}, {size_y * MM:.6g}, {w["thickness"] * MM:.6g} /
-&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{concave}
+{bodies}&TOOL NAME = 'tool', RADIUS = {radius * MM:.6g}, PIN_RADIUS = {w["pin"] / 2 * MM:.6g}, PIN_LENGTH = {w["length"] * MM:.6g}{concave}
   HEIGHT = 8e-3, POSITION = {start * MM:.6g}, {size_y / 2 * MM:.6g}, {(w["thickness"] + w["length"] + above) * MM:.6g}, TILT_DEG = {w["tilt"]}
   FRICTION = {FRICTION}
   HEATS = 'rod', CONDUCTIVITY = 25, DENSITY = 7800, SPECIFIC_HEAT = 460, CONTACT_CONDUCTANCE = 2e4 /
 &MOTION TOOL = 'tool', DURATION = {plunge / 2:.4g}, VELOCITY = 0, 0, -2e-3, SPIN_RPM = {w["rpm"]} /
 &MOTION TOOL = 'tool', DURATION = {dwell}, SPIN_RPM = {w["rpm"]} /
-&MOTION TOOL = 'tool', VELOCITY = {w["speed"] * MM:.6g}, 0, 0, SPIN_RPM = {w["rpm"]}, RAMP = 0.2 /
+&MOTION TOOL = 'tool', VELOCITY = {w["speed"] * MM:.6g}, 0, 0, SPIN_RPM = {w["rpm"]}, RAMP = 0.2{force} /
 &METHOD DEBRIS = 0.05 /
 &WALL SIDE = 'zmin', KIND = 'fixed' /
 &HEAT AMBIENT = {ambient} /
-&SURFACE BODY = 'sheet', FACE = 'zmin', COEFFICIENT = 1000, PRESSURE_FACTOR = 50, BACKING = 'plate'
-  BACKING_CONDUCTIVITY = 45, BACKING_DENSITY = 7850, BACKING_SPECIFIC_HEAT = 480, BACKING_THICKNESS = 20e-3, BACKING_COOLING = 500 /
-&SURFACE BODY = 'sheet', FACE = 'zmax', COEFFICIENT = 15 /
-{sides}{probes}&OUTPUT FRAME_INTERVAL = 100, HISTORY_INTERVAL = 0.05, CHECKPOINT_INTERVAL = 1000 /
+{surfaces}{probes}&OUTPUT FRAME_INTERVAL = 100, HISTORY_INTERVAL = 0.05, CHECKPOINT_INTERVAL = 1000 /
 """
 
 
@@ -108,7 +133,7 @@ def measure(results):
     last = history["time[s]"] > history["time[s]"][-1] - 1.0
     mean = {name: float(np.mean(history[column][last])) * factor for name, column, factor in (
         ("torque", "tool_torque[Nm]", 1.0), ("force", "tool_force_z[N]", 1e-3), ("traverse", "tool_force_x[N]", 1e-3),
-        ("power", "tool_power[W]", 1e-3), ("face", "tool_face_temperature[K]", 1.0))}
+        ("power", "tool_power[W]", 1e-3), ("face", "tool_face_temperature[K]", 1.0), ("face_z", "tool_z[m]", 1e3))}
     mean["hottest"] = float(history["temperature_max[K]"].max())
     mean["inertia"] = float(np.median(history["inertial_stress_over_flow[%]"][last]))
     mean["audit"] = float(np.abs(history["audit_error[%]"]).max())
@@ -118,22 +143,52 @@ def measure(results):
     return mean
 
 
+def draw(pairs):
+    """Computed over reported, on logarithmic axes, with lines of 15 and 30 % for all but the temperatures."""
+    with matplotlib.rc_context(look.STYLE):
+        figure = look.Figure(figsize=(7.6, 2.4))
+        for axes, (key, (title, found)) in zip(figure.subplots(1, len(pairs)), pairs.items()):
+            told, computed = np.array([pair[1:] for pair in found]).T
+            low, high = 0.8 * min(told.min(), computed.min()), 1.25 * max(told.max(), computed.max())
+            line = np.array([low, high])
+            for part in (0.05, ) if key == "temperature" else (0.15, 0.3):
+                axes.fill_between(line, line * (1 - part), line * (1 + part), color=look.LINES[7], alpha=0.15, linewidth=0)
+            axes.plot(line, line, color=look.INK, linewidth=0.7)
+            for k, name in enumerate(sorted({pair[0].split("-")[0] for pair in found})):
+                own = np.array([pair[0].split("-")[0] == name for pair in found])
+                axes.plot(told[own], computed[own], "o", markersize=4, label=name)
+            axes.set(xscale="log", yscale="log", xlim=line, ylim=line, xlabel=f"{title}, reported", aspect="equal")
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 3, 5, 7)))
+                axis.set_major_formatter("{x:g}")
+                axis.set_minor_locator(matplotlib.ticker.NullLocator())
+            axes.legend(fontsize=6.5, handletextpad=0.1)
+        figure.axes[0].set_ylabel("computed")
+        figure.tight_layout()
+        look.save(figure, PICTURE)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(WELDS))
-    parser.add_argument("--fine", action="store_true")
+    parser.add_argument("--variant", choices=VARIANTS, help="other cells or another mass scaling")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
-    parser.add_argument("--record", action="store_true", help="append to results.jsonl, of which docs/welds.md has the table")
-    parser.add_argument("--ranks", type=int, default=1)
+    parser.add_argument("--record", action="store_true", help="put into results.jsonl, of which docs/welds.md has the tables")
+    parser.add_argument("--page", action="store_true", help="draw what is kept, without a run")
     arguments = parser.parse_args()
+    if arguments.page:
+        draw(tables.reported_of_welds())
+        print(tables.weld_ratios(None))
+        return
     arguments.folder.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or WELDS:
-        stem = name + ("-fine" if arguments.fine else "")
-        (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.fine))
+        stem = f"{name}-{arguments.variant}" if arguments.variant else name
+        (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.variant))
         before = os.times()
-        done = driver.run(f"{stem}.nml", "--quiet", "--overwrite", directory=arguments.folder, ranks=arguments.ranks, expect=None, timeout=7200)
+        done = driver.run(f"{stem}.nml", "--quiet", "--overwrite", directory=arguments.folder, expect=None, timeout=7200)
         after = os.times()
-        record = {"weld": stem, "status": done.status, "cpu": round(after.children_user - before.children_user, 1)}
+        record = {"weld": name} | ({"variant": arguments.variant} if arguments.variant else {})
+        record |= {"status": done.status, "cpu": round(after.children_user - before.children_user, 1)}
         if done.status == driver.WELL:
             record |= {key: round(value, 3) for key, value in measure(done.results(stem)).items()}
         else:
@@ -141,8 +196,8 @@ def main():
         record["reported"] = WELDS[name]["reported"]
         print(json.dumps(record), flush=True)
         if arguments.record and done.status == driver.WELL:
-            with RESULTS.open("a") as file:
-                file.write(json.dumps(record) + "\n")
+            kept = [row for row in measures.lines(RESULTS) if (row["weld"], row.get("variant")) != (name, arguments.variant)]
+            RESULTS.write_text("".join(json.dumps(row) + "\n" for row in (*kept, record)))
 
 
 if __name__ == "__main__":

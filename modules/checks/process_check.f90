@@ -113,7 +113,8 @@ contains
       end associate
       return
     end if
-    if (survey%touch >= undefined .and. .not. bodies_move(input, scene)) then
+    if (survey%touch >= undefined .and. .not. bodies_move(input, scene) &
+        .and. .not. any(survey%phase%name == 'press')) then
       call input%warn(diagnostics, 'TOOL', k, 'POSITION', 'the tool never touches a body')
     end if
     if (survey%touch < undefined) call check_shoulder(input, k, survey, diagnostics)
@@ -281,6 +282,7 @@ contains
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       text = ', never touches where bodies are now'
+      if (any(survey%phase%name == 'press')) text = ', comes down by its FORCE'
       if (survey%touch < undefined) text = ', touches at t = '//str(survey%touch)//' s'
       call say('tool         '//trim(tool(k)%name)//text)
       call say('phase            from[s]       to[s]     way[mm]'// &
@@ -297,6 +299,9 @@ contains
       if (any(tool(k)%motion%phase%ends_early())) call say('             phases that end at a '// &
         'load or temperature (UNTIL_...) are shown, and the run is estimated, as if they took '// &
         'their DURATION')
+      if (any(survey%phase%name == 'press')) call say('             while the tool sinks by 1 '// &
+        'mm/s, its DAMPING carries '//str(tool(k)%drive%damping &
+        *sqrt(scene%method%mass_scaling)/mm)//' N of the FORCE')
     end do
     call say('             depth: lowest point of the tool below the top of the plate; bottom: '// &
       'metal left below it; edge: its rim to the edge of the plate; side: to a wall or the '// &

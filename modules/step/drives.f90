@@ -43,10 +43,11 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                   !! time step [s]
     real(rp) :: impulse(2, size(sim%tool)), force, mean(2*size(sim%tool))
-    logical :: is_force_controlled
+    logical :: is_force_controlled, is_last
     integer :: k, phase
 
     if (.not. any(sim%tool%drive%is_free .or. sim%tool%monitor%is_on)) return
+    is_last = sim%clock%time + dt >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)
     do k = 1, size(sim%tool)
       associate (tool => sim%tool(k))
         impulse(:, k) = [dot_product(tool%sums(s_force:s_force + 2) - tool%drive%last_impulse, &
@@ -61,7 +62,7 @@ contains
     do k = 1, size(sim%tool)
       associate (tool => sim%tool(k), drive => sim%tool(k)%drive)
         phase = tool%motion%phase_at(sim%clock%time + dt)
-        if (drive%is_force_controlled .and. phase > drive%phase) then
+        if (drive%is_force_controlled .and. (phase > drive%phase .or. is_last)) then
           call warn_if_pin_alone(world, sim, tool, drive%phase)
         end if
         call drive%enter_phase(phase)
@@ -150,7 +151,8 @@ contains
     end associate
   end function phase_end_reason
 
-  !> Collective, at the end of a force-controlled phase: warn if the pin alone carries the force.
+  !> Collective, at the end of a force-controlled phase or of the run in one: warn if the pin alone
+  !> carries the force.
   subroutine warn_if_pin_alone(world, sim, tool, phase)
     type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim

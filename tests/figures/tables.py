@@ -259,21 +259,60 @@ def kept(path, title):
 
 WELDS = "benchmarks/welds/results.jsonl"
 SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:.0f}"), ("power", "power [kW]", "{:.1f}"))
+MEANT = {"coarse": "cells 4/3 as large", "fine": "cells 3/4 as large", "light": "mass scaling 3e5", "heavy": "mass scaling 3e6"}
 
 
 def welds(_):
     """Published welds: computed and, behind a slash, as reported; temperatures of the face and of the hottest metal."""
     rows = []
     for weld in measures.lines(measures.ROOT / WELDS):
+        if "variant" in weld:
+            continue
         told = weld["reported"]
         row = [weld["weld"]]
         for key, _, form in SHOWN:
             row.append(form.format(weld[key]) + (" / " + form.format(told[key]) if key in told else ""))
         row.append(f"{weld['face']:.0f}" + (f" / {told['peak']:.0f}" if "peak" in told else ""))
+        row.append((f"{weld['probe']:.0f}" + (f" / {told['probe']:.0f}" if "probe" in told else "")) if "probe" in weld else "")
         row.append(f"{weld['hottest']:.0f}")
         row.append(f"{weld['inertia']:.0f}")
         rows.append(row)
-    return table(["weld", *(title for _, title, _ in SHOWN), "face [K]", "hottest [K]", "inertial stress [%]"], rows)
+    return table(["weld", *(title for _, title, _ in SHOWN), "face [K]", "probe [K]", "hottest [K]", "inertial stress [%]"], rows)
+
+
+def reported_of_welds():
+    """Quantity: its title and (weld, reported, computed) of the welds of which it is reported; the force of a pressed tool is given."""
+    found = {key: (title, []) for key, title, _ in (*SHOWN, ("temperature", "temperature [K]", None))}
+    for weld in measures.lines(measures.ROOT / WELDS):
+        for key, told in weld["reported"].items():
+            own = {"peak": "face"}.get(key, key)
+            if own not in weld or "variant" in weld or (key == "force" and weld["weld"].endswith("pressed")):
+                continue
+            found["temperature" if key in ("peak", "probe") else key][1].append((weld["weld"], told, weld[own]))
+    return found
+
+
+def weld_ratios(_):
+    """How far the welds are off what is reported: in the median, and the worst."""
+    rows = []
+    for title, found in reported_of_welds().values():
+        off = {name: 100.0 * (computed / told - 1.0) for name, told, computed in found}
+        worst = max(off, key=lambda name: abs(off[name]))
+        rows.append([title.rpartition(" [")[0], str(len(off)), f"{np.median(np.abs(list(off.values()))):.0f} %", f"{off[worst]:+.0f} %", worst])
+    return table(["quantity", "welds", "off by, in the median", "worst", "of weld"], rows)
+
+
+def weld_errors(_):
+    """Changes of the results of a weld with other cells or another mass scaling."""
+    kept = measures.lines(measures.ROOT / WELDS)
+    rows = []
+    for weld in kept:
+        if "variant" not in weld:
+            continue
+        own = next(row for row in kept if row["weld"] == weld["weld"] and "variant" not in row)
+        rows.append([weld["weld"], MEANT[weld["variant"]], *(f"{100.0 * (weld[key] / own[key] - 1.0):+.1f} %" for key, _, _ in SHOWN),
+                     *(f"{weld[key] - own[key]:+.0f} K" for key in ("face", "hottest")), f"{weld['inertia']:.0f} / {own['inertia']:.0f}"])
+    return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest", "inertial stress [%]"], rows)
 
 
 SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
@@ -281,7 +320,7 @@ PLATE = "benchmarks/stirred_plate.json"
 PASSES = "benchmarks/passes/results/tables.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
-    "welds": welds, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
+    "welds": welds, "welds, ratios": weld_ratios, "welds, errors": weld_errors, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "plates": plates, "speed": speed, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,

@@ -155,3 +155,16 @@ def test_pin_alone(run, pin, is_alone, tmp_path):
     done = run(path)
     assert "UNTIL_FORCE" in done.out
     assert ("the pin alone in the metal" in done.out) == is_alone
+
+
+def test_pressed_throughout(run, tmp_path):
+    """A tool above the plate that a force alone brings down: --check tells what its damping carries, c of docs/method.md times the root of
+    the mass scaling, and does not say that it never touches; a run that ends with the pin alone in the metal says so."""
+    text = (driver.INPUTS / f"{SCENE}.nml").read_text()
+    text = re.sub(r"(&MOTION.*\n)+", "&MOTION TOOL = 'disc', FORCE = 1e3, SPIN_RPM = 970 /\n", text)
+    text = text.replace("20e-3, 12e-3, FRICTION = 0.2", "20e-3, 14.1e-3, FRICTION = 0.2, DAMPING = 3e3, PIN_RADIUS = 1.5e-3, PIN_LENGTH = 2e-3")
+    path = tmp_path / "pressed.nml"
+    path.write_text(text.replace("END = 24e-3", "END = 3e-3"))
+    done = run(path, "--check=scene")
+    assert "comes down by its FORCE" in done.out and "its DAMPING carries 300 N" in done.out and "never touches" not in done.out + done.err
+    assert "the pin alone in the metal" in run(path, "--quiet").out
