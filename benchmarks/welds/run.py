@@ -55,7 +55,7 @@ WELDS = {
     "aa6061-400": weld(*TANG, 400, 2.0, dict(probe=720.0), probe=(0.5, 5.0)),
     "aa6061-650": weld(*TANG, 650, 2.0, dict(rise=40.0), probe=(0.5, 5.0)),
     "aa6061-1000": weld(*TANG, 1000, 2.0, dict(rise=20.0), probe=(0.5, 5.0)),
-    "copper-900": weld("copper-hot", 3.0, 12.0, 3.0, 2.9, 900, 0.67, dict(peak=770.0)),
+    "copper-900": weld("copper-hot", 3.0, 12.0, 3.0, 2.9, 900, 0.67, dict(peak=768.0)),
 } | {
     f"aa2524-{rpm}": weld("AA2024-T3-weld", 6.4, 20.3, 7.1, 6.1, rpm, 2.1, dict(exponent=-0.65)) for rpm in (150, 300, 450, 600, 800)
 } | {
@@ -145,8 +145,9 @@ def measure(results):
 
 def draw(pairs):
     """Computed over reported, on logarithmic axes, with lines of 15 and 30 % for all but the temperatures."""
+    names = sorted({pair[0].split("-")[0] for _, found in pairs.values() for pair in found})
     with matplotlib.rc_context(look.STYLE):
-        figure = look.Figure(figsize=(7.6, 2.4))
+        figure = look.Figure(figsize=(7.6, 2.2), layout="constrained")
         for axes, (key, (title, found)) in zip(figure.subplots(1, len(pairs)), pairs.items()):
             told, computed = np.array([pair[1:] for pair in found]).T
             low, high = 0.8 * min(told.min(), computed.min()), 1.25 * max(told.max(), computed.max())
@@ -154,17 +155,19 @@ def draw(pairs):
             for part in (0.05, ) if key == "temperature" else (0.15, 0.3):
                 axes.fill_between(line, line * (1 - part), line * (1 + part), color=look.LINES[7], alpha=0.15, linewidth=0)
             axes.plot(line, line, color=look.INK, linewidth=0.7)
-            for k, name in enumerate(sorted({pair[0].split("-")[0] for pair in found})):
+            for k, name in enumerate(names):
                 own = np.array([pair[0].split("-")[0] == name for pair in found])
-                axes.plot(told[own], computed[own], "o", markersize=4, label=name)
-            axes.set(xscale="log", yscale="log", xlim=line, ylim=line, xlabel=f"{title}, reported", aspect="equal")
+                if own.any():
+                    axes.plot(told[own], computed[own], "o", markersize=4, color=look.LINES[k], label=name)
+            axes.set(xscale="log", yscale="log", xlim=line, ylim=line, xlabel=title, aspect="equal")
             for axis in (axes.xaxis, axes.yaxis):
                 axis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 3, 5, 7)))
                 axis.set_major_formatter("{x:g}")
                 axis.set_minor_locator(matplotlib.ticker.NullLocator())
-            axes.legend(fontsize=6.5, handletextpad=0.1)
+            axes.tick_params(labelsize=7.5)
+            axes.legend(fontsize=6.5, handletextpad=0.1, borderpad=0.0)
         figure.axes[0].set_ylabel("computed")
-        figure.tight_layout()
+        figure.supxlabel("reported", fontsize=9.5)
         look.save(figure, PICTURE)
 
 

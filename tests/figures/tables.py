@@ -3,6 +3,7 @@
 
 import json
 import math
+import statistics
 import sys
 
 import documents
@@ -298,7 +299,7 @@ def weld_ratios(_):
     for title, found in reported_of_welds().values():
         off = {name: 100.0 * (computed / told - 1.0) for name, told, computed in found}
         worst = max(off, key=lambda name: abs(off[name]))
-        rows.append([title.rpartition(" [")[0], str(len(off)), f"{np.median(np.abs(list(off.values()))):.0f} %", f"{off[worst]:+.0f} %", worst])
+        rows.append([title.rpartition(" [")[0], str(len(off)), f"{statistics.median(map(abs, off.values())):.0f} %", f"{off[worst]:+.0f} %", worst])
     return table(["quantity", "welds", "off by, in the median", "worst", "of weld"], rows)
 
 
