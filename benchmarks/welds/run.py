@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: MIT
 """Published welds, computed by one rule without a fitted number, against what is reported of them.
 
-    build/venv/bin/python benchmarks/welds/run.py [NAME...] [--variant coarse] [--folder FOLDER] [--record]
+    build/venv/bin/python benchmarks/welds/run.py [NAME...] [--variant coarse] [--set TOOL.FRICTION=0.25] [--folder FOLDER] [--record]
     build/venv/bin/python benchmarks/welds/run.py --page
 
 The rule (docs/welds.md): library metal of welds, a tool of hot work steel with friction of 0.4 times the pressure up to the metal's shear
 strength, a steel backing plate behind a film of 1000 W/(m2 K) and 50 more for each MPa, the sheet held on it, sheet without end
 beyond the sides, the rim of the face 0.2 mm below the surface or half the metal below the pin. Cells: a third of the thickness up to 4 mm, else a
-quarter. Results are means of the last second. A variant has other cells or another mass scaling, for the numerical error.
+quarter. Results are means of the last second. A variant has other cells or another mass scaling, for the numerical error;
+--set changes one thing of the rule.
 --page draws docs/pictures/welds.png from results.jsonl and prints what is off. docs/welds.md names the sources; what is reported stands
 there and here as it is remembered.
 """
@@ -175,6 +176,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(WELDS))
     parser.add_argument("--variant", choices=VARIANTS, help="other cells or another mass scaling")
+    parser.add_argument("--set", metavar="GROUP.KEY=VALUE")
     parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("welds"))
     parser.add_argument("--record", action="store_true", help="put into results.jsonl, of which docs/welds.md has the tables")
     parser.add_argument("--page", action="store_true", help="draw what is kept, without a run")
@@ -185,13 +187,14 @@ def main():
         return
     arguments.folder.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or WELDS:
-        stem = f"{name}-{arguments.variant}" if arguments.variant else name
+        kind = {key: value for key, value in (("variant", arguments.variant), ("set", arguments.set)) if value}
+        stem = "-".join((name, *(re.sub(r"\W", "_", part) for part in kind.values())))
         (arguments.folder / f"{stem}.nml").write_text(text_of(name, arguments.variant))
         before = os.times()
-        done = driver.run(f"{stem}.nml", "--quiet", "--overwrite", directory=arguments.folder, expect=None, timeout=7200)
+        done = driver.run(f"{stem}.nml", "--quiet", "--overwrite", directory=arguments.folder, expect=None, timeout=7200,
+                          sets=dict([arguments.set.split("=", 1)]) if arguments.set else {})
         after = os.times()
-        record = {"weld": name} | ({"variant": arguments.variant} if arguments.variant else {})
-        record |= {"status": done.status, "cpu": round(after.children_user - before.children_user, 1)}
+        record = {"weld": name} | kind | {"status": done.status, "cpu": round(after.children_user - before.children_user, 1)}
         if done.status == driver.WELL:
             record |= {key: round(value, 3) for key, value in measure(done.results(stem)).items()}
         else:
@@ -199,7 +202,8 @@ def main():
         record["reported"] = WELDS[name]["reported"]
         print(json.dumps(record), flush=True)
         if arguments.record and done.status == driver.WELL:
-            kept = [row for row in measures.lines(RESULTS) if (row["weld"], row.get("variant")) != (name, arguments.variant)]
+            kept = [row for row in measures.lines(RESULTS) if {key: row.get(key) for key in ("weld", "variant", "set")}
+                    != {"weld": name, "variant": arguments.variant, "set": arguments.set}]
             RESULTS.write_text("".join(json.dumps(row) + "\n" for row in (*kept, record)))
 
 

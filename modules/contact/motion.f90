@@ -38,6 +38,7 @@ module contact_motion
     real(rp) :: spin = 0.0_rp                   !! [rad/s], positive is clockwise seen from above
     real(rp) :: ramp = 0.0_rp                   !! ramp time from the phase before [s]
     logical :: is_force_controlled = .false.    !! pressed with a force along the tool axis
+    real(rp) :: feed = huge(1.0_rp)             !! then the largest speed into the plate [m/s]
     real(rp) :: force = 0.0_rp                  !! force into the plate [N]
     integer :: n_forces = 0                     !! points of a table of force over the time since
                                                 !! the start of the phase; 0: constant force
@@ -68,6 +69,7 @@ module contact_motion
     real(rp) :: mass = 0.0_rp       !! mass that moves along the axis [kg]
     real(rp) :: stiffness = 0.0_rp  !! machine stiffness between slide and tool [N/m]; 0: rigid
     real(rp) :: damping = 0.0_rp    !! [N s/m]
+    real(rp) :: feed = huge(1.0_rp) !! largest speed into the plate under force control [m/s]
     ! State: offset of the tool from its schedule, out of the plate.
     real(rp) :: shift = 0.0_rp, rate = 0.0_rp  !! offset [m] and its rate [m/s]
     real(rp) :: neutral = 0.0_rp               !! offset at which the machine spring is unloaded [m]
@@ -352,6 +354,7 @@ contains
       *min(1.0_rp, dt*resistance/inertia)
     if (is_force_controlled) then
       self%rate = (self%rate + dt/inertia*(reaction - force))/(1.0_rp + dt*resistance/inertia)
+      self%rate = max(self%rate, -self%feed)
       self%force = force
     else if (self%stiffness > 0.0_rp) then
       ! After force control the machine spring continues from that force.

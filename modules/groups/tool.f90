@@ -116,7 +116,8 @@ contains
     call t%key('TOOL', 'text', 1, '', 'tool', '', 'NAME of the &TOOL, or of a rigid &BODY')
     call t%key('DURATION', 'real', 1, 's', '0', '[0,inf)', &
       'length of the phase; 0: to the end of the run, or of the path of FILE')
-    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'velocity of the tool')
+    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', &
+      'velocity of the tool; along its axis into the metal beside a FORCE: at most so fast')
     call t%key('FILE', 'text', 1, '', '', '', &
       'path instead of VELOCITY: CSV beside the input with columns x[m], y[m], optional z[m] '// &
       'and time[s]. It starts at the position of the tool; RAMP rounds its corners')
@@ -128,8 +129,8 @@ contains
     call t%key('SPIN_RPM', 'real', 1, '1/min', '0', '', &
       'spin; positive is clockwise seen from above (+z)')
     call t%key('FORCE', 'real', 1, 'N', '', '[0,inf)', &
-      'force along the axis with which the tool presses in this phase, instead of moving there '// &
-      'by VELOCITY; after it the tool stays as deep as it is')
+      'force along the axis with which the tool presses in this phase; VELOCITY along the '// &
+      'axis then limits how fast it sinks; after it the tool stays as deep as it is')
     call t%key('FORCE_TABLE', 'real', -64, '', '', '[0,inf)', &
       'instead of FORCE, pairs of time [s] since the phase began and force [N]; linear '// &
       'between, constant outside; RAMP does not act on it')

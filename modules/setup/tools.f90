@@ -155,7 +155,7 @@ contains
     character(*), parameter :: only_free = 'is for a tool with a STIFFNESS or with a FORCE in '// &
                                            '&MOTION'
     real(rp), allocatable :: way(:, :)
-    real(rp) :: face_stiffness, radius, density
+    real(rp) :: along, face_stiffness, radius, density
     integer :: b
     logical :: is_given
 
@@ -179,8 +179,12 @@ contains
         if (allocated(phase%path%time)) way = phase%path%place
         if (.not. phase%is_force_controlled .or. all(abs(matmul(tool%frame(:, 3), way)) &
                                          <= 0.5_rp*norm2(way, 1))) cycle
-        call input%report(diagnostics, 'TOOL', i, 'NAME', 'in a &MOTION with a FORCE it must '// &
-                          'not have a VELOCITY along its axis, nor a path')
+        along = dot_product(tool%drive%axis, phase%velocity)
+        if (along >= 0.0_rp) call input%report(diagnostics, 'TOOL', i, 'NAME', &
+          'in a &MOTION with a FORCE it must not have a VELOCITY out of the metal along its '// &
+          'axis, nor a path')
+        phase%feed = -along
+        phase%velocity = 0.0_rp
       end associate
     end do
     radius = tool%stirring_radius()

@@ -66,6 +66,7 @@ contains
           call warn_if_pin_alone(world, sim, tool, drive%phase)
         end if
         call drive%enter_phase(phase)
+        if (phase <= size(tool%motion%phase)) drive%feed = tool%motion%phase(phase)%feed
         call tool%motion%force_control_at(sim%clock%time + dt, drive%phase_start_force, &
                                           is_force_controlled, force)
         call drive%integrate(dt, impulse(1, k)/dt, is_force_controlled, force, &

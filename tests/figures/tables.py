@@ -267,7 +267,7 @@ def welds(_):
     """Published welds: computed and, behind a slash, as reported; temperatures of the face and of the hottest metal."""
     rows = []
     for weld in measures.lines(measures.ROOT / WELDS):
-        if "variant" in weld:
+        if "variant" in weld or "set" in weld:
             continue
         told = weld["reported"]
         row = [weld["weld"]]
@@ -287,7 +287,7 @@ def reported_of_welds():
     for weld in measures.lines(measures.ROOT / WELDS):
         for key, told in weld["reported"].items():
             own = {"peak": "face"}.get(key, key)
-            if own not in weld or "variant" in weld or (key == "force" and weld["weld"].endswith("pressed")):
+            if own not in weld or "variant" in weld or "set" in weld or (key == "force" and weld["weld"].endswith("pressed")):
                 continue
             found["temperature" if key in ("peak", "probe") else key][1].append((weld["weld"], told, weld[own]))
     return found
@@ -303,17 +303,19 @@ def weld_ratios(_):
     return table(["quantity", "welds", "off by, in the median", "worst", "of weld"], rows)
 
 
-def weld_errors(_):
-    """Changes of the results of a weld with other cells or another mass scaling."""
-    kept = measures.lines(measures.ROOT / WELDS)
+def weld_changes(_):
+    """Changes of the results of a weld with other cells, another mass scaling, or one other value of the rule in the same cells."""
+    kept = {(row["weld"], row.get("variant"), row.get("set")): row for row in measures.lines(measures.ROOT / WELDS)}
     rows = []
-    for weld in kept:
-        if "variant" not in weld:
+    for (name, variant, value), weld in kept.items():
+        own = kept[name, variant if value else None, None]
+        if weld is own:
             continue
-        own = next(row for row in kept if row["weld"] == weld["weld"] and "variant" not in row)
-        rows.append([weld["weld"], MEANT[weld["variant"]], *(f"{100.0 * (weld[key] / own[key] - 1.0):+.1f} %" for key, _, _ in SHOWN),
-                     *(f"{weld[key] - own[key]:+.0f} K" for key in ("face", "hottest")), f"{weld['inertia']:.0f} / {own['inertia']:.0f}"])
-    return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest", "inertial stress [%]"], rows)
+        cells = MEANT.get(variant, "")
+        rows.append([name, f"`{value}`" + (f" ({cells})" if cells else "") if value else cells,
+                     *(f"{100.0 * (weld[key] / own[key] - 1.0):+.1f} %" for key, _, _ in SHOWN),
+                     *(f"{weld[key] - own[key]:+.0f} K" for key in ("face", "hottest"))])
+    return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest"], rows)
 
 
 SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
@@ -321,7 +323,7 @@ PLATE = "benchmarks/stirred_plate.json"
 PASSES = "benchmarks/passes/results/tables.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
-    "welds": welds, "welds, ratios": weld_ratios, "welds, errors": weld_errors, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
+    "welds": welds, "welds, ratios": weld_ratios, "welds, changes": weld_changes, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "plates": plates, "speed": speed, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"),
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,

@@ -59,6 +59,22 @@ def test_force_above_the_limit_load(run):
     assert np.all(np.diff(depth[1]) > 0.0) and np.ptp(depth[1]) > 20e-6
 
 
+@pytest.mark.parametrize("speed", [0.5e-3, 2e-3])
+def test_fed_until_a_force(run, speed):
+    """Exact: a VELOCITY along the axis beside a FORCE that the plate does not bear (90 kN) is the speed of the tool, which starts one step late.
+    Beside one that it bears (20 kN) the tool comes to rest as deep as without it, within 1 um."""
+    sets = {"TIME.MASS_SCALING": 1e3, "TIME.END": 8e-3, "MOTION(1).VELOCITY": f"0,0,{-speed}"}
+    rows = {}
+    for force in (20e3, 90e3):
+        done = run("driven_disc", "--output", f"out{force:.0f}", "--quiet", sets=sets | {"MOTION(1).FORCE": force, "MOTION(1).RAMP": 0})
+        rows[force] = driver.Results(done.directory / f"out{force:.0f}", "driven_disc").history()
+    time, depth = rows[90e3]["time[s]"], 12e-3 - rows[90e3]["disc_z[m]"]
+    print(depth, 12e-3 - rows[20e3]["disc_z[m]"])
+    assert np.diff(depth)[1:] == pytest.approx(speed * np.diff(time)[1:], rel=1e-3)
+    rests = 12e-3 - rows[20e3]["disc_z[m]"][rows[20e3]["time[s]"] > 7e-3]
+    assert np.ptp(rests) < 1e-6 and 0.0 < rests[-1] < 18e-6
+
+
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_restart_is_bitwise(run, tmp_path, ranks):
     """Exact: stopped halfway and continued, the histories and the state are those of the run in one go."""
@@ -84,7 +100,7 @@ def test_ranks(run, tmp_path):
 @pytest.mark.parametrize("sets, words", [
     ({"TOOL.STIFFNESS": 0}, ["MASS", "is for a tool with a STIFFNESS or with a FORCE"]),
     ({"METHOD.MECHANICS": "F"}, ["STIFFNESS and FORCE need"]),
-    ({"MOTION.FORCE": 10}, ["must not have a VELOCITY along its axis"])])
+    ({"MOTION(1).FORCE": 10, "MOTION(1).VELOCITY": "0,0,1e-3"}, ["must not have a VELOCITY out of the metal along its axis"])])
 def test_errors(run, sets, words):
     """What cannot be done is refused."""
     done = run("driven", "--check=scene", sets=sets, expect=driver.BAD_INPUT)
