@@ -69,7 +69,7 @@ module contact_motion
     real(rp) :: mass = 0.0_rp       !! mass that moves along the axis [kg]
     real(rp) :: stiffness = 0.0_rp  !! machine stiffness between slide and tool [N/m]; 0: rigid
     real(rp) :: damping = 0.0_rp    !! [N s/m]
-    real(rp) :: feed = huge(1.0_rp) !! largest speed into the plate under force control [m/s]
+    real(rp) :: feed = huge(1.0_rp)  !! largest speed into the plate under force control [m/s]
     ! State: offset of the tool from its schedule, out of the plate.
     real(rp) :: shift = 0.0_rp, rate = 0.0_rp  !! offset [m] and its rate [m/s]
     real(rp) :: neutral = 0.0_rp               !! offset at which the machine spring is unloaded [m]
