@@ -16,7 +16,7 @@ maps      top views and sections of a field
 curves    thermocouples, tool loads, energies
 tools     where the tools are, and the phases of their way
 metal     what hangs together: flash, debris, groove
-scene     the input of a run: groups, solids, cavities
+scene     an input: read, changed, checked and run; solids, cavities
 flow      stirpost flow: volumes, stir zone, layers of a pass
 tracks    pathlines of tracers: pictures, and lines for VTK
 summary   the key figures and the phases
@@ -25,4 +25,25 @@ alarms    whether the figures may be trusted
 trials    runs of one input with other values, each kept and computed once
 solid     what the view that turns draws, by three.js
 page      one self-contained HTML page
+
+In Python: stirpost.Run, its Frame and Table, stirpost.Scene; docs/python.md has recipes.
 """
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .run import Frame, Run
+    from .scene import Scene
+    from .table import Table
+
+__all__ = ["Frame", "Run", "Scene", "Table"]
+
+
+def __getattr__(name: str):
+    """Imported when they are asked for: the command shall name what a Python lacks."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__} has no attribute {name}")
+    return getattr(import_module({"Scene": ".scene", "Table": ".table"}.get(name, ".run"), __name__), name)

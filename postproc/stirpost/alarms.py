@@ -9,7 +9,6 @@ import numpy as np
 
 from . import look
 from .run import Run
-from .scene import Scene
 from .tools import main_tool
 
 GREEN, AMBER, RED = "green", "amber", "red"
@@ -62,7 +61,7 @@ def ended(run: Run) -> Check:
     times = [frame.time for frame in run.frames[-1:]]
     if run.history is not None:
         times.append(float(run.history["time"][-1]))
-    reached, end = max(times), run.setting("TIME", "END")
+    reached, end = max(times), run.scene.get("TIME.END")
     if run.summary is None:
         return Check("run", "not ended", AMBER, sections, "The run has not ended, or was killed: there is no summary. "
                      f"Results reach to {look.seconds(reached)}.")
@@ -88,8 +87,8 @@ def inertia(run: Run) -> Check | None:
     largest = largest_of(run, "inertial_stress_over_flow")
     if largest is None:
         return None
-    limit = 100.0 * (run.setting("TIME", "INERTIAL_FRACTION") or 0.01 * INERTIA)
-    scaled = run.setting("TIME", "MASS_SCALING")
+    limit = 100.0 * (run.scene.get("TIME.INERTIAL_FRACTION") or 0.01 * INERTIA)
+    scaled = run.scene.get("TIME.MASS_SCALING")
     sections = "Over time", "All figures"
     if largest <= limit or (scaled is not None and scaled <= 1.0) or (scaled is None and run.input_text):
         return Check("inertial stress", f"{largest:.2g} % of the flow stress", GREEN, sections)
@@ -114,7 +113,7 @@ def melting(run: Run) -> Check | None:
 
 def cells(run: Run) -> Check | None:
     tool = main_tool(run.history)
-    radius = Scene(run.resolved_text).radius(tool.name) if tool is not None else None
+    radius = run.scene.radius(tool.name) if tool is not None else None
     if radius is None or not run.cell > 0:
         return None
     count = radius / run.cell

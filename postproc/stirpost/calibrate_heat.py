@@ -131,8 +131,6 @@ def run_model(options, values: dict[str, float]) -> cooling.Record:
         words = [options.input, "--quiet", "--output", place]
         for text in options.set + ["OUTPUT.FRAME_INTERVAL=0"] + [f"{k}={v:.12g}" for k, v in values.items()]:
             words += ["--set", text]
-        done = program.run(words, options.program)
-        if done.returncode != 0:
-            raise RuntimeError(done.stderr.strip() or "stirpoint failed")
+        program.compute(words, options.program)
         return probes_of(place)
 

@@ -51,7 +51,7 @@ def main(arguments=None) -> int:
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
     run = Run(options.run)
-    flow = Flow(run, frame_at(run, options.time))
+    flow = run.flow(options.time)
     result = flow.measures(options.section, options.strain, options.isotherm, whole=True)
     output = options.output or options.run / "report"
     output.mkdir(parents=True, exist_ok=True)
@@ -62,15 +62,6 @@ def main(arguments=None) -> int:
             look.save(cavity_picture(flow), output / "flow_cavity.png")
     print(text if options.json else "\n".join(lines(result)))
     return 0
-
-
-def frame_at(run: Run, time: float | None) -> Frame:
-    if not run.frames:
-        raise NoRun(f"{run.directory}: no frames")
-    frames = run.frames if time is None else [frame for frame in run.frames if frame.time >= time]
-    if not frames:
-        raise NoRun(f"no frame at or after {time} s")
-    return frames[-1] if time is None else frames[0]
 
 
 @dataclass
@@ -157,7 +148,7 @@ class Flow:
     """Particles of a frame beside themselves in the first one, without rigid bodies."""
 
     def __init__(self, run: Run, frame: Frame):
-        self.run, self.frame, self.scene = run, frame, Scene(run.input_text)
+        self.run, self.frame, self.scene = run, frame, run.scene
         rigid = {tool.name for tool in tools_of(run.history)}
         self.bodies = [name for name in frame.body_names if name not in rigid]
         self.first = first = run.frames[0]

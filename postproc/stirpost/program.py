@@ -22,6 +22,13 @@ def find(named: str | None = None) -> str:
     return found
 
 
+def compute(words: list, named: str | None = None, ranks: int = 1, what: str = "") -> None:
+    """Start it and wait; RuntimeError, of `what` if that is given, with its own words where it does not end well."""
+    done = run(words, named, ranks)
+    if done.returncode != 0:
+        raise RuntimeError(f"{what}{': ' * bool(what)}{done.stderr.strip() or f'stirpoint ended with status {done.returncode}'}")
+
+
 def run(words: list, named: str | None = None, ranks: int = 1) -> subprocess.CompletedProcess:
     """Start it and wait; its output is kept."""
     before = ["mpirun", "-n", str(ranks)] if ranks > 1 else []

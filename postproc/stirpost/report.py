@@ -58,7 +58,7 @@ def compose(run: Run, pictures: list[page.Picture], stirred: flow.Flow | None, m
     beside = {remark for _, _, remark in process[1]} if process else set()
     results = run.attempt("the shape of the metal", summary.shape_rows, run) if run.frames else None
     made = page.Page(
-        title=run.title or run.name,
+        title=run.scene.get("RUN.TITLE", run.name),
         origin=summary.origin(run),
         process=process,
         results=results or [],

@@ -12,10 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .files import hdf5, text_of, told
+from .scene import Scene
 from .table import Table, more, read_table
 
 if TYPE_CHECKING:
     import pyvista as pv
+
+    from .alarms import Check
+    from .flow import Flow
+    from .tracks import Tracks
 
 FRAME_NAME = re.compile(r"^(?P<name>.+)_(?P<number>\d{6,})\.hdf$")
 
@@ -35,13 +40,14 @@ class Frame:
             self.attributes = {key: np.squeeze(value) for key, value in file.attrs.items()}
             data = file.get("VTKHDF/PointData", {})
             self.fields = [name for name in data if data[name].shape[:1] == (self.count,) and data[name].dtype.kind in "fiu"]
+            self.units = {name: text_in(data[name].attrs.get("units", "")) for name in self.fields}
             self.odd = sorted(set(data) - set(self.fields))  # of another length, or no numbers
             self.step = int(self.attributes.get("step", -1))
             self.time = float(self.attributes.get("time", np.nan)) if time is None else float(time)
             if not np.isfinite(self.time):
                 raise ValueError("no time")
         names = np.atleast_1d(self.attributes.get("body_names", [])).tolist()
-        self.body_names = [n.decode(errors="replace") if isinstance(n, bytes) else str(n) for n in names]
+        self.body_names = [text_in(name) for name in names]
         self._finite: np.ndarray | None = None
 
     def attribute(self, name: str) -> np.ndarray:
@@ -79,12 +85,22 @@ class Frame:
             raise NoRun(f"{self.path}: no field {name}")
         return values
 
+    def mesh(self) -> pv.PolyData:
+        """The particles as points with all fields in SI units, whose names are in `units`."""
+        import pyvista as pv
+
+        mesh = pv.PolyData(self.points())
+        for name in self.fields:
+            mesh.point_data[name] = self.field(name)
+        return mesh
+
 
 class Run:
-    """All there is in a run directory; frames are in the order of time. What cannot be read of it is left out, and is a
-    line in `faults` and on standard error."""
+    """All there is in a run directory: `frames` in the order of time, `history` and `probes` (None without them), `scene`,
+    which is the input as it was run, `summary`. What cannot be read of it is left out, and is a line in `faults` and on
+    standard error."""
 
-    def __init__(self, directory: Path):
+    def __init__(self, directory: Path | str):
         self.directory = Path(directory)
         self.faults: list[str] = []
         if not self.directory.is_dir():
@@ -102,6 +118,7 @@ class Run:
         self.resolved_text = read_resolved(self.directory / f"{self.name}_input.nml", found) or self.input_text
         for text in found:
             self.warn(text)
+        self.scene: Scene = self.attempt("the input", Scene, self.resolved_text) or Scene("")
         self.spacing = (self.attempt("the spacing of the particles", particle_spacing, self.frames[0]) or 1e-3) \
             if self.frames else np.nan
         self.cell = float(np.max(self.frames[0].attribute("cell"))) if self.frames else np.nan
@@ -143,18 +160,49 @@ class Run:
         path = frame.path.with_name(f"{found['name']}_tools_{found['number']}.hdf") if found else None
         return self.attempt("a tool", tool_surface, path) if path is not None and path.is_file() else None
 
-    @property
-    def title(self) -> str:
-        """TITLE of &RUN, '' without one."""
-        found = re.search(r"(?ims)^\s*&RUN\b[^/]*?\bTITLE\s*=\s*'((?:[^']|'')*)'", self.input_text)
-        return found[1].replace("''", "'").strip() if found else ""
+    def at(self, time: float | None = None) -> Frame:
+        """The first frame at or after a time [s], the last one without a time."""
+        if not self.frames:
+            raise NoRun(f"{self.directory}: no frames")
+        frames = self.frames[-1:] if time is None else [frame for frame in self.frames if frame.time >= time]
+        if not frames:
+            raise NoRun(f"no frame at or after {time} s")
+        return frames[0]
 
-    def setting(self, group: str, key: str) -> float | None:
-        """A number of the first group of this name in the input, None if it is not given."""
-        for text in re.findall(rf"(?ims)^\s*&{group}\b(.*?)^\s*/", self.input_text + "\n/"):
-            found = re.search(rf"(?im)\b{key}\s*=\s*([-+.\d]+(?:[ed][-+]?\d+)?)", text)
-            return float(re.sub("[dD]", "e", found[1])) if found else None
-        return None
+    def surface(self, frame: Frame, fields: tuple[str, ...] = ("temperature", "plastic_strain")) -> pv.PolyData:
+        """The free surface of all bodies of a frame, with some fields."""
+        from .surface import metal
+
+        return metal(self, frame, list(fields))
+
+    def flow(self, time: float | None = None) -> Flow:
+        """What the pass did to the metal until the first frame at or after a time [s], or the last one."""
+        from .flow import Flow
+
+        return Flow(self, self.at(time))
+
+    def tracks(self, groups: list[str] | None = None, until: float | None = None) -> Tracks:
+        """Pathlines of tracers, of these &TRACER and until a time [s]."""
+        from .tracks import Tracks
+
+        return Tracks.read(self, groups, until)
+
+    def measures(self) -> dict[str, float]:
+        """Highest temperature, loads after the plunge, heat, flash; the keys have the units."""
+        from .summary import measures
+
+        return measures(self)
+
+    def checks(self) -> list[Check]:
+        """Whether the figures may be trusted, condition by condition, as the report has it."""
+        from .alarms import checks
+
+        return checks(self)
+
+
+def text_in(value) -> str:
+    """Text of an HDF5 file, which may come as bytes."""
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 
 
 def run_name(directory: Path) -> str:

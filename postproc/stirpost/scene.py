@@ -1,37 +1,118 @@
 # SPDX-License-Identifier: MIT
-"""What the input of a run says: its groups, the solids of its bodies and the cavities cut into them."""
+"""An input: its groups, which can be changed, checked and run, the solids of its bodies and the cavities cut into them."""
 
 from __future__ import annotations
 
+import re
+import tempfile
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import f90nml
 import numpy as np
 
+from . import program
+from .files import text_of, write
+
+if TYPE_CHECKING:
+    from .run import Run
+
 AXES = "xyz"
+ADDRESS = re.compile(r"(?P<group>\w+)(?:\((?P<which>.+)\))?\.(?P<key>\w+)")
+FILES = ("file", "library")  # keys that name a file beside the input
+
+
+@dataclass
+class Answer:
+    """What `stirpoint --check` says of a scene: lines on what is wrong and on what to be wary of, and the lines of its
+    report by their names ("time step", "memory")."""
+
+    errors: list[str]
+    warnings: list[str]
+    report: dict[str, str]
 
 
 class Scene:
-    """The groups of an input by name, as dictionaries with small letters."""
+    """An input. Groups and keys may be written in capitals or small letters; values have the units of docs/input.md."""
 
     def __init__(self, text: str):
         try:
-            found = f90nml.reads(text + "\n") if "&" in text else {}
+            self.all = f90nml.reads(text + "\n") if "&" in text else f90nml.Namelist()
         except (ValueError, AssertionError, IndexError, StopIteration):
             raise ValueError("the input of the run cannot be read") from None
-        self.all: dict[str, list[dict]] = {}
-        for name, group in found.items():  # repeated groups come one by one
-            for one in group if isinstance(group, list) else [group]:
-                self.all.setdefault("".join(name), []).append(one)
 
-    def groups(self, name: str) -> list[dict]:
-        return self.all.get(name, [])
+    @classmethod
+    def read(cls, path: Path | str) -> Scene:
+        """The input in a file. Files that it names are those beside it, wherever the scene is written."""
+        scene = cls(text_of(path))
+        for name in scene.all:
+            for group in scene.groups("".join(name)):
+                for key in (key for key in FILES if key in group):
+                    group[key] = str((Path(path).parent / group[key]).resolve())
+        return scene
 
-    def of(self, group: str, name: str) -> dict:
+    def groups(self, name: str) -> list[dict[str, Any]]:
+        """The groups of a name in their order; a change of one is a change of the scene."""
+        found = self.all.get(name.lower(), [])
+        return [found] if isinstance(found, dict) else list(found)
+
+    def of(self, group: str, name: str) -> dict[str, Any]:
         """The group of this NAME, empty if there is none."""
         return next((g for g in self.groups(group) if str(g.get("name", "")).lower() == name.lower()), {})
 
-    def solids(self, body: str) -> list["Solid"]:
+    def addressed(self, address: str) -> tuple[list[dict[str, Any]], str]:
+        """The groups and the key that --set means by GROUP.KEY (all of them), GROUP(2).KEY or GROUP(name).KEY."""
+        found = ADDRESS.fullmatch(address)
+        if found is None:
+            raise ValueError(f"{address}: expected GROUP.KEY, GROUP(2).KEY or GROUP(name).KEY")
+        groups, which = self.groups(found["group"]), found["which"]
+        if which is not None:
+            groups = groups[int(which) - 1 : int(which)] if which.isdigit() else [self.of(found["group"], which)]
+        return [group for group in groups if group], found["key"]
+
+    def get(self, address: str, default: Any = None) -> Any:
+        """The value of GROUP.KEY, GROUP(2).KEY or GROUP(name).KEY in the first of these groups."""
+        groups, key = self.addressed(address)
+        return groups[0].get(key.lower(), default) if groups else default
+
+    def set(self, address: str, value: Any) -> None:
+        """Change a value, in all groups that are addressed."""
+        groups, key = self.addressed(address)
+        if not groups:
+            raise ValueError(f"{address}: there is no such group")
+        for group in groups:
+            group[key] = np.asarray(value).tolist()
+
+    def add(self, group: str, **keys: Any) -> None:
+        """One more group."""
+        self.all.add_cogroup(group.lower(), {key: np.asarray(value).tolist() for key, value in keys.items()})
+
+    def write(self, path: Path | str) -> Path:
+        """The input as a file, without comments."""
+        return write(Path(path), f"{self.all}\n")
+
+    def check(self, cost: bool = False, named: str | None = None) -> Answer:
+        """Have the program check it; its cost is measured in some steps. `named` is the program where it is not found."""
+        with tempfile.TemporaryDirectory() as folder:
+            done = program.run([self.write(Path(folder) / "scene.nml"), "--check" if cost else "--check=scene"], named)
+            lines = (done.stdout + done.stderr).replace(f"{folder}/", "").splitlines()
+        if done.returncode not in (0, 2):
+            raise RuntimeError(done.stderr.strip() or f"stirpoint ended with status {done.returncode}")
+        report: dict[str, str] = {}
+        for name, text in ((line[:13].strip(), line[13:]) for line in lines if line[12:13] == " " != line[:1]):
+            report[name] = f"{report[name]}\n{text}" if name in report else text
+        return Answer([x for x in lines if ": error: " in x], [x for x in lines if ": warning: " in x], report)
+
+    def run(self, path: Path | str, ranks: int = 1, named: str | None = None) -> Run:
+        """Write it to a path, compute it on some MPI ranks, and read the results beside it, in the path with .out."""
+        from .run import Run
+
+        path = self.write(path)
+        program.compute([path, "--quiet", "--output", path.with_suffix(".out")], named, ranks)
+        return Run(path.with_suffix(".out"))
+
+    def solids(self, body: str) -> list[Solid]:
         return [Solid(shape) for shape in self.groups("shape") if str(shape.get("body", "")).lower() == body.lower()]
 
     def radius(self, tool: str) -> float | None:

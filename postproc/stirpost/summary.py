@@ -7,7 +7,6 @@ import numpy as np
 
 from . import alarms, look, metal
 from .run import Run
-from .scene import Scene
 from .table import Column, Table
 from .tools import LOADS, Phase, main_tool, supports, tools_of
 
@@ -213,7 +212,7 @@ def measures(run: Run) -> dict[str, float]:
 
 def weld(run: Run) -> str:
     """What was welded, with which tool and how, as far as the run tells."""
-    tool, scene = main_tool(run.history), Scene(run.resolved_text)
+    tool, scene = main_tool(run.history), run.scene
     rigid = {t.name for t in tools_of(run.history)}
     bodies = [n.strip() for n in run.frames[0].body_names if n.strip() not in rigid] if run.frames else []
     parts = []

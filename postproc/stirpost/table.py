@@ -24,11 +24,12 @@ class Column:
 
 
 class Table:
-    """A pandas frame of numbers, `frame`, in the order of the file, and the units of its columns."""
+    """A pandas frame of numbers, `frame`, in the order of the file, and the units of its columns, which the frame has as
+    `frame.attrs["units"]` too. `table[name]` is a column as an array."""
 
     def __init__(self, columns: list[Column]):
         self.frame = pd.DataFrame({c.name: np.asarray(c.values) for c in columns})
-        self.units = {c.name: c.unit for c in columns}
+        self.units = self.frame.attrs["units"] = {c.name: c.unit for c in columns}
 
     def __len__(self) -> int:
         return len(self.frame)

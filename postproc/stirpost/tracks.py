@@ -23,7 +23,7 @@ from matplotlib.collections import LineCollection
 
 from . import look
 from .run import NoRun, Run
-from .scene import Scene, cavity_of
+from .scene import cavity_of
 from .table import read_frame
 
 COLUMNS = ("time", "group", "tracer", "id", "x", "y", "z", "temperature", "plastic_strain")
@@ -42,7 +42,7 @@ def main(arguments=None) -> int:
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
     run = Run(options.run)
-    tracks = Tracks.read(run, options.group, options.until)
+    tracks = run.tracks(options.group, options.until)
     output = options.output or options.run / "report"
     output.mkdir(parents=True, exist_ok=True)
     written = []
@@ -168,7 +168,7 @@ def bounds(run: Run, x: np.ndarray):
         return x.min(axis=0), x.max(axis=0), None
     half = 0.5 * run.spacing
     points = run.frames[0].points()
-    cavity = cavity_of(Scene(run.input_text), run.frames[0].body_names)
+    cavity = cavity_of(run.scene, run.frames[0].body_names)
     return (points.min(axis=0) - half) * look.MM, (points.max(axis=0) + half) * look.MM, cavity
 
 

@@ -56,10 +56,8 @@ class Trials:
         if not checkpoint:
             for key, value in keys.items():
                 words += ["--set", f"{key}={value}"]
-        finished = program.run([*words, "--quiet", "--output", results], self.named, self.ranks)
-        if finished.returncode != 0:
-            told = ", ".join(f"{key} = {value}" for key, value in keys.items())
-            raise RuntimeError(f"the run with {told} failed: {finished.stderr.strip() or finished.returncode}")
+        told = ", ".join(f"{key} = {value}" for key, value in keys.items())
+        program.compute([*words, "--quiet", "--output", results], self.named, self.ranks, f"the run with {told} failed")
         for checkpoint in results.glob("*_checkpoint*.h5"):
             checkpoint.unlink()
         return Run(results)
@@ -71,9 +69,7 @@ class Trials:
         words = [self.path, "--quiet", "--overwrite", "--output", place, "--set", "TIME.MAX_STEPS=1"]
         for key, value in (self.sets | {key: f"{value:.12g}" for key, value in values.items()}).items():
             words += ["--set", f"{key}={value}"]
-        finished = program.run(words, self.named)
-        if finished.returncode != 0:
-            raise RuntimeError(finished.stderr.strip() or "stirpoint failed")
+        program.compute(words, self.named)
         run = Run(place)
         shutil.rmtree(place)
         return run

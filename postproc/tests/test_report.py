@@ -231,8 +231,8 @@ def test_limits_of_inertia_and_balance(tmp_path):
     directory = synthetic.make_run(tmp_path / "fast.out", spacing=0.004, frames=2, input_text=text)
     synthetic.write_summary(directory)
     run = Run(directory)
-    assert run.setting("TIME", "MASS_SCALING") == 1e5 and run.setting("GRID", "CELL") == 1.0
-    assert run.setting("TIME", "CELL") is None
+    assert run.scene.get("TIME.MASS_SCALING") == 1e5 and run.scene.get("grid.cell") == 1.0
+    assert run.scene.get("TIME.CELL") is None
     time = np.arange(3.0) * 6.0
     for inertia, audit, count in ((9.0, 0.5, 0), (11.0, 0.5, 1), (11.0, -3.0, 2)):
         run.history = Table([
