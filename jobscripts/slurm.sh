@@ -2,13 +2,17 @@
 # SPDX-License-Identifier: MIT
 # Stirpoint under Slurm. Adapt the settings below, then
 #
-#     sbatch jobscripts/slurm.sh [INPUT]
+#     sbatch jobscripts/slurm.sh [INPUT [OPTION...]]
+#     sbatch --array=1-12 jobscripts/slurm.sh --cases FILE
 #
+# In an array, task N has line N of FILE: the words behind `stirpoint`, separated by tabs, as
+# `stirpost sweep --slurm` writes them.
 # The run directory is made in the directory of the call; paths are taken from there too. Two
 # minutes before the time is over Slurm signals this script; stirpoint then writes a checkpoint and
 # stops, the job goes back into the queue and carries on from there until the run is finished. A job
 # that was killed carries on from its last checkpoint, or starts anew if it had none yet: results of
-# other runs in the directory are never taken for its own (docs/restart.md).
+# other runs in the directory are never taken for its own (docs/restart.md). A case of a study carries
+# on in a new job too.
 
 #SBATCH --job-name=stirpoint
 #SBATCH --ntasks=32
@@ -18,7 +22,7 @@
 #SBATCH --open-mode=append
 #SBATCH --output=stirpoint-%j.log
 
-input=${1:-input/quickstart.nml}
+arguments=("${@:-input/quickstart.nml}")
 stirpoint=${STIRPOINT:-build/release/stirpoint}
 most_restarts=50
 launcher=${LAUNCHER:-mpirun}          # mpirun or srun
@@ -29,11 +33,15 @@ stopped_with_checkpoint=75 # stirpoint's exit status after a signal
 restarts=${SLURM_RESTART_COUNT:-0}
 
 cd "${SLURM_SUBMIT_DIR:-.}" || exit 1
-results=$("$stirpoint" "$input" --where | tail -n 1) # as &RUN NAME says
-[[ -n $results ]] || exit 2                           # the input is wrong, and it said so
+asked= # what a case of a study was made from, until it is done
+if [[ $1 == --cases ]]; then
+  IFS=$'\t' read -ra arguments < <(sed -n "${SLURM_ARRAY_TASK_ID}p" "$2")
+fi
+results=$("$stirpoint" "${arguments[@]}" --where | tail -n 1) # as &RUN NAME says
+[[ -n $results ]] || exit 2                                    # the input is wrong, and it said so
 checkpoint=${results}_checkpoint.h5
-arguments=("$input")
-if ((restarts > 0)) && grep -qsx "job $SLURM_JOB_ID" "${results}_run.txt"; then
+[[ $1 != --cases ]] || asked=${results%/*}/sweep_asked.txt
+if [[ -n $asked ]] || { ((restarts > 0)) && grep -qsx "job $SLURM_JOB_ID" "${results}_run.txt"; }; then
   for file in "$checkpoint" "${checkpoint%.h5}_previous.h5"; do
     if [[ -f $file ]]; then
       arguments+=(--restart "$file")
@@ -75,4 +83,5 @@ if ((status == stopped_with_checkpoint)) && [[ -f $checkpoint ]]; then
     echo "not requeued: $most_restarts restarts are the most allowed" >&2
   fi
 fi
+((status != 0)) || [[ -z $asked ]] || mv "$asked" "${asked%/*}/sweep_input.txt" # done
 exit "$status"

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """A study: an input is run with every combination of some values, and drawn over them.
 
-usage: stirpost sweep INPUT --set TOOL.FRICTION=.1,.2,.3 [--set GROUP.KEY=VALUE,...] [-o DIR]
+usage: stirpost sweep INPUT --set TOOL.FRICTION=.1,.2,.3 [--set GROUP.KEY=VALUE,...] [-o DIR] [--slurm]
 
 Each combination is a run of its own in DIR (default INPUT's stem_sweep), named after its values. A run that has ended
 is not repeated, so that a study that was stopped goes on. Written to DIR: sweep.csv (a row a run: its values, highest
 temperature, largest and mean loads of the tool over what follows the plunge, heat, flash), sweep.png.
+With --slurm nothing is computed here: DIR gets a job array, array.sh (jobscripts/slurm.sh, once: adapt it), and its
+list, cases.txt, and the command that submits the cases which are not done is printed. The same call again draws those that are
+done, and prints the command for the others, which carry on from their checkpoints; wait until the array before has ended.
 A value that is a list has its parts parted by blanks: --set 'TOOL.POSITION=1e-3 0 0,2e-3 0 0'.
 """
 
@@ -14,6 +17,8 @@ from __future__ import annotations
 import argparse
 import itertools
 import re
+import shlex
+import shutil
 from pathlib import Path
 
 import matplotlib
@@ -32,25 +37,58 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--set", action="append", required=True, metavar="GROUP.KEY=VALUE,VALUE...", dest="sets")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of each run (default 1)")
     parser.add_argument("--program", help="stirpoint itself, where it is not found by itself")
+    parser.add_argument("--slurm", action="store_true", help="write a job array instead of computing")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args(arguments)
     text_of(options.input)
     axes = [axis_of(text) for text in options.sets]
     output = options.output or Path(f"{options.input.stem}_sweep")
     output.mkdir(parents=True, exist_ok=True)
-    rows = []
+    rows, left = [], []
     for values in itertools.product(*(values for _, values in axes)):
         chosen = dict(zip((key for key, _ in axes), values))
         directory = output / f"{name_of(chosen)}.out"
-        note = "is there" if is_done(directory, options.input, chosen) else calculate(options, directory, chosen)
+        note = "is there"
+        if not is_done(directory, options.input, chosen):
+            if options.slurm:
+                left.append(prepared(options, directory, chosen))
+                continue
+            note = calculate(options, directory, chosen)
         rows.append({key: number(value) for key, value in chosen.items()} | summary.measures(Run(directory)))
         print(f"{directory}: {note}")
-    table = pd.DataFrame(rows)
-    write(output / "sweep.csv", table.to_csv(index=False))
-    with matplotlib.rc_context(look.STYLE):
-        look.save(picture(table, [key for key, _ in axes]), output / "sweep.png")
-    print(f"{len(table)} runs in {output}: sweep.csv, sweep.png")
+    if rows:
+        table = pd.DataFrame(rows)
+        write(output / "sweep.csv", table.to_csv(index=False))
+        with matplotlib.rc_context(look.STYLE):
+            look.save(picture(table, [key for key, _ in axes]), output / "sweep.png")
+        print(f"{len(table)} runs in {output}: sweep.csv, sweep.png")
+    if left:
+        print(f"{summary.counted(len(left), 'run')} left:", array(options, output, left), sep="\n")
     return 0
+
+
+def prepared(options, directory: Path, chosen: dict[str, str]) -> str:
+    """The line of a case. What a run of another recipe has left is nothing to go on from."""
+    asked, made = directory / "sweep_asked.txt", recipe(options.input, chosen)
+    if not asked.is_file() or text_of(asked) != made:
+        directory.mkdir(exist_ok=True)
+        for checkpoint in directory.glob("*_checkpoint*.h5"):
+            checkpoint.unlink()
+        write(asked, made)
+    return "\t".join(words_of(options.input, directory, chosen))
+
+
+def array(options, output: Path, left: list[str]) -> str:
+    """Write script and list; the command that submits the cases which are left. A line of the list stays where it is."""
+    script, path = output / "array.sh", output / "cases.txt"
+    if not script.exists():
+        shutil.copy(Path(__file__).parent / "assets" / "slurm.sh", script)
+    lines = text_of(path).splitlines() if path.exists() else []
+    lines += [line for line in left if line not in lines]
+    write(path, "".join(f"{line}\n" for line in lines))
+    numbers = ",".join(str(k) for k in sorted(lines.index(line) + 1 for line in left))
+    words = ["sbatch", f"--array={numbers}", f"--ntasks={options.ranks}", script, "--cases", path]
+    return f"STIRPOINT={shlex.quote(program.find(options.program))} {shlex.join(map(str, words))}"
 
 
 def axis_of(text: str) -> tuple[str, list[str]]:
@@ -83,13 +121,14 @@ def is_done(directory: Path, path: Path, chosen: dict[str, str]) -> bool:
         any(directory.glob("*_summary.json"))
 
 
+def words_of(path: Path, directory: Path, chosen: dict[str, str]) -> list[str]:
+    """The words behind `stirpoint`."""
+    sets = [word for key, value in chosen.items() for word in ("--set", f"{key}={','.join(value.split())}")]
+    return [str(path), "--quiet", "--output", str(directory), *sets]
+
+
 def calculate(options, directory: Path, chosen: dict[str, str]) -> str:
-    words = [options.input, "--quiet", "--overwrite", "--output", directory]
-    for key, value in chosen.items():
-        words += ["--set", f"{key}={','.join(value.split())}"]
-    done = program.run(words, options.program, options.ranks)
-    if done.returncode != 0:
-        raise RuntimeError(f"{directory}: {done.stderr.strip() or 'stirpoint failed'}")
+    program.compute([*words_of(options.input, directory, chosen), "--overwrite"], options.program, options.ranks, str(directory))
     write(directory / "sweep_input.txt", recipe(options.input, chosen))
     return "computed"
 
