@@ -2,9 +2,8 @@
 !> Known fields of bodies and noise from the input.
 module bodies_fields
   use base_kinds, only: pi, rp
-  use bodies_filling, only: body_solids
   use bodies_lattice, only: lattice_corner
-  use bodies_solids, only: solid_t
+  use bodies_solids, only: body_solids, solid_t
   use fields_field, only: field_t
   use fields_heat_mode, only: heat_mode_t
   use fields_noise, only: noise_t
@@ -13,7 +12,7 @@ module bodies_fields
   use fields_waves, only: waves_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use keys_names, only: find, known
+  use keys_names, only: find
   use particles_store, only: f_pos, f_vel, particles_t
   use physics_material, only: material_t
   use state_scene, only: scene_t
@@ -35,11 +34,7 @@ contains
     if (size(scene%material) == 0) return          ! reported already
     do i = 1, input%count('FIELD')
       body = find(scene%body%name, input%text('FIELD', i, 'BODY'))
-      if (body == 0) then
-        call input%report(diagnostics, 'FIELD', i, 'BODY', &
-                          'there is no &BODY of this name; '//known(scene%body%name))
-        cycle
-      end if
+      if (body == 0) cycle
       call make_field(input, i, body, scene, diagnostics, field)
       if (.not. allocated(field)) cycle            ! noise: see `add_noise`
       if (allocated(scene%body(body)%field)) then

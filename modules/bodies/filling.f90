@@ -3,10 +3,9 @@
 module bodies_filling
   use base_kinds, only: i8, nlane, rp
   use bodies_lattice, only: lattice_of, lattice_t
-  use bodies_solids, only: is_inside, read_solid, solid_t
+  use bodies_solids, only: body_solids, is_inside, solid_t
   use comm_world, only: world_t
   use grid_geometry, only: grid_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use mapping_probes, only: probes_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_tau, f_temp, f_vel, make_tag, &
@@ -15,32 +14,9 @@ module bodies_filling
   implicit none (type, external)
   private
 
-  public :: body_solids, fill_bodies, count_particles, load_bodies, update_probe_temperatures
+  public :: fill_bodies, count_particles, load_bodies, update_probe_temperatures
 
 contains
-
-  !> Read the solids of a body in the order of the file.
-  subroutine body_solids(input, body, solids)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: body
-    type(solid_t), allocatable, intent(out) :: solids(:)
-    type(diagnostics_t) :: ignored
-    integer :: i, k
-    character(:), allocatable :: name
-
-    name = input%text('BODY', body, 'NAME')
-    k = 0
-    do i = 1, input%count('SHAPE')
-      if (input%text('SHAPE', i, 'BODY') == name) k = k + 1
-    end do
-    allocate (solids(k))
-    k = 0
-    do i = 1, input%count('SHAPE')
-      if (input%text('SHAPE', i, 'BODY') /= name) cycle
-      k = k + 1
-      call read_solid(input, i, solids(k), ignored)
-    end do
-  end subroutine body_solids
 
   !> Make the particles of this rank, on lattice planes assigned to the ranks in turn.
   subroutine fill_bodies(world, input, scene, particles)

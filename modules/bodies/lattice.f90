@@ -3,7 +3,7 @@
 !> around the centre of a sphere, with the outermost points half a spacing below the surface.
 module bodies_lattice
   use base_kinds, only: rp
-  use bodies_solids, only: bounds, reference, solid_sphere, solid_t
+  use bodies_solids, only: extent_of, reference, solid_sphere, solid_t
   use grid_grading, only: grading_t
   use state_scene, only: body_t, scene_t
   implicit none (type, external)
@@ -43,17 +43,10 @@ contains
     type(scene_t), intent(in) :: scene
     type(body_t), intent(in) :: body
     type(solid_t), intent(in) :: solids(:)
-    real(rp) :: low(3), high(3), lower(3), upper(3), corner(3)
-    integer :: i, first(3)
+    real(rp) :: low(3), high(3), corner(3)
+    integer :: first(3)
 
-    low = huge(1.0_rp)
-    high = -huge(1.0_rp)
-    do i = 1, size(solids)
-      if (.not. solids(i)%adds) cycle
-      call bounds(solids(i), lower, upper)
-      low = min(low, lower)
-      high = max(high, upper)
-    end do
+    call extent_of(solids, low, high)
     lattice%spacing = body%spacing
     if (any(high < low)) return
     corner = lattice_corner(scene, body, solids)

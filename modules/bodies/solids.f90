@@ -9,7 +9,9 @@ module bodies_solids
   implicit none (type, external)
   private
 
-  public :: solid_t, read_solid, is_inside, holds, bounds, reference
+  public :: solid_t, solids_t
+  public :: all_solids, body_at, body_solids, bounds, extent_of, holds, is_in_body, is_inside, &
+            read_solid, reference, shapes_of
 
   integer, parameter, public :: solid_box = 1, solid_cylinder = 2, solid_sphere = 3, &
                                 solid_trapezoid = 4
@@ -27,7 +29,53 @@ module bodies_solids
     real(rp) :: width(2) = 0.0_rp                      !! widths of a trapezoid at both ends [m]
   end type solid_t
 
+  !> The solids of one body.
+  type :: solids_t
+    type(solid_t), allocatable :: solid(:)
+  end type solids_t
+
 contains
+
+  !> Indices of the &SHAPE groups of a body.
+  function shapes_of(input, body) result(shapes)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: body
+    integer, allocatable :: shapes(:)
+    character(:), allocatable :: name
+    integer :: i, n
+
+    name = input%text('BODY', body, 'NAME')
+    n = input%count('SHAPE')
+    shapes = pack([(i, i=1, n)], [(input%text('SHAPE', i, 'BODY') == name, i=1, n)])
+  end function shapes_of
+
+  !> Read the solids of a body in the order of the file.
+  subroutine body_solids(input, body, solids)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: body
+    type(solid_t), allocatable, intent(out) :: solids(:)
+    type(diagnostics_t) :: ignored                     !! errors that setup_bodies reports
+    integer, allocatable :: shapes(:)
+    integer :: k
+
+    shapes = shapes_of(input, body)
+    allocate (solids(size(shapes)))
+    do k = 1, size(shapes)
+      call read_solid(input, shapes(k), solids(k), ignored)
+    end do
+  end subroutine body_solids
+
+  !> Read the solids of all bodies.
+  subroutine all_solids(input, list)
+    type(input_t), intent(in) :: input
+    type(solids_t), allocatable, intent(out) :: list(:)
+    integer :: b
+
+    allocate (list(input%count('BODY')))
+    do b = 1, size(list)
+      call body_solids(input, b, list(b)%solid)
+    end do
+  end subroutine all_solids
 
   !> Read the solid of the `i`-th &SHAPE; report errors of its keys.
   subroutine read_solid(input, i, solid, diagnostics)
@@ -95,6 +143,31 @@ contains
     end do
   end function is_inside
 
+  !> First body that contains `x`; 0 for none.
+  pure integer function body_at(list, x)
+    type(solids_t), intent(in) :: list(:)
+    real(rp), intent(in) :: x(3)
+
+    do body_at = 1, size(list)
+      if (is_inside(list(body_at)%solid, x)) return
+    end do
+    body_at = 0
+  end function body_at
+
+  !> True if a position lies in a body or on its surface.
+  pure logical function is_in_body(list, x, h)
+    type(solids_t), intent(in) :: list(:)
+    real(rp), intent(in) :: x(3)                       !! position [m]
+    real(rp), intent(in) :: h                          !! cell edge that scales the tolerance [m]
+    integer :: c
+
+    is_in_body = .false.
+    do c = 0, 7
+      is_in_body = is_in_body .or. body_at(list, x + 1.0e-6_rp*h*merge(1.0_rp, -1.0_rp, &
+                [btest(c, 0), btest(c, 1), btest(c, 2)])) > 0
+    end do
+  end function is_in_body
+
   !> True if `x` lies in the solid.
   pure logical function holds(solid, x)
     type(solid_t), intent(in) :: solid
@@ -134,6 +207,23 @@ contains
     lower = solid%centre - half
     upper = solid%centre + half
   end subroutine bounds
+
+  !> Bounding box of the solids that add material [m]; lower > upper if there is none.
+  pure subroutine extent_of(solids, lower, upper)
+    type(solid_t), intent(in) :: solids(:)
+    real(rp), intent(out) :: lower(3), upper(3)
+    real(rp) :: low(3), high(3)
+    integer :: i
+
+    lower = huge(1.0_rp)
+    upper = -huge(1.0_rp)
+    do i = 1, size(solids)
+      if (.not. solids(i)%adds) cycle
+      call bounds(solids(i), low, high)
+      lower = min(lower, low)
+      upper = max(upper, high)
+    end do
+  end subroutine extent_of
 
   !> Anchor of lattices: a corner of a solid, or the centre of a round one [m].
   pure function reference(solid) result(x)

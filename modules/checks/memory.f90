@@ -4,8 +4,7 @@ module checks_memory
   use base_kinds, only: rp
   use base_memory, only: available_memory
   use base_text, only: str
-  use bodies_filling, only: body_solids
-  use bodies_solids, only: bounds, is_inside, solid_t
+  use bodies_solids, only: body_solids, extent_of, is_inside, solid_t
   use comm_world, only: world_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
@@ -40,7 +39,8 @@ contains
     nodes = 0.0_rp
     do b = 1, size(scene%body)
       call body_solids(input, b, solids)
-      call box_of(solids, lower, upper)
+      call extent_of(solids, lower, upper)
+      upper = max(upper, lower)
       cells = cells_in(scene, lower, upper)
       points = points + product(cells*scene%grid%h/scene%body(b)%spacing)
       particles = particles + filled_share(solids, lower, upper) &
@@ -80,24 +80,6 @@ contains
                                                   - grading%place(lower(grading%axis))
     end associate
   end function cells_in
-
-  !> Bounding box of the solids that add material [m].
-  subroutine box_of(solids, lower, upper)
-    type(solid_t), intent(in) :: solids(:)
-    real(rp), intent(out) :: lower(3), upper(3)
-    real(rp) :: low(3), high(3)
-    integer :: i
-
-    lower = huge(1.0_rp)
-    upper = -huge(1.0_rp)
-    do i = 1, size(solids)
-      if (.not. solids(i)%adds) cycle
-      call bounds(solids(i), low, high)
-      lower = min(lower, low)
-      upper = max(upper, high)
-    end do
-    upper = max(upper, lower)
-  end subroutine box_of
 
   !> Share of a box that is inside the solids, estimated from samples.
   real(rp) function filled_share(solids, lower, upper)

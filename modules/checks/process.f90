@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: MIT
-!> Survey of the prescribed motion of tools relative to the undeformed plate: depths, distances,
-!> first contact.
+!> Survey of the prescribed motion of tools relative to the undeformed bodies, the grid and its walls:
+!> depths, distances, first contact.
 module checks_process
   use base_kinds, only: rp
-  use checks_around, only: surroundings_t, collect_surroundings, sample_points
+  use bodies_solids, only: body_at, extent_of, is_inside, solid_t, solids_t
   use contact_tool, only: tool_t
-  use heat_setup_cut_cells, only: body_at, solids_t
   use input_values, only: input_t
+  use setup_walls, only: wall_of, wall_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -15,6 +15,17 @@ module checks_process
 
   real(rp), parameter :: undefined = huge(1.0_rp)  !! value of an undefined length or time
   integer, parameter :: most_samples = 1000       !! time samples per phase
+  real(rp), parameter :: gap_in_cells = 0.05_rp   !! distance that counts as contact [cells]
+
+  !> Surroundings of a tool.
+  type :: surroundings_t
+    type(solids_t), allocatable :: solids(:)      !! solids of the other bodies
+    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! box around deformable bodies [m]
+    real(rp) :: grid_lower(3) = 0.0_rp, grid_upper(3) = 0.0_rp   !! corners of the grid [m]
+    real(rp) :: side_lower(3) = 0.0_rp, side_upper(3) = 0.0_rp   !! walls or grid sides [m]
+    real(rp), allocatable :: body_points(:, :)    !! (3, n) sample points in the bodies [m]
+    real(rp) :: gap = 0.0_rp                      !! distance that counts as contact [m]
+  end type surroundings_t
 
   !> Survey of a phase of a tool's motion, or of its rest after the last one.
   type :: phase_survey_t
@@ -39,6 +50,7 @@ module checks_process
     real(rp) :: touch = undefined                 !! time of first contact [s]
     real(rp) :: through = undefined   !! time at which it penetrates the plate bottom [s]
     logical :: is_in_grid = .false.               !! reaches into the grid at any time
+    real(rp) :: plate(3, 2) = 0.0_rp              !! box around the deformable bodies [m]
     real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp   !! bounding box at t = 0 [m]
   end type tool_survey_t
 
@@ -58,6 +70,7 @@ contains
     integer :: i
 
     call collect_surroundings(input, scene, solids, k, surroundings)
+    survey%plate = reshape([surroundings%lower, surroundings%upper], [3, 2])
     call draw_outline(scene, solids, k, tool, outline)
     call list_phases(input, scene, tool, survey%phase)
     now = tool
@@ -68,6 +81,71 @@ contains
       call sample_phase(surroundings, now, outline, survey, survey%phase(i))
     end do
   end subroutine survey_tool
+
+  !> Collect the surroundings of tool `k`: other bodies, their box, the grid and its walls.
+  subroutine collect_surroundings(input, scene, solids, k, surroundings)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(solids_t), intent(in) :: solids(:)
+    integer, intent(in) :: k
+    type(surroundings_t), intent(out) :: surroundings
+    type(wall_t) :: wall
+    real(rp), allocatable :: points(:)
+    real(rp) :: lower(3), upper(3)
+    integer :: b, i
+
+    associate (s => surroundings)
+      s%gap = gap_in_cells*minval(scene%grid%h)
+      s%lower = huge(1.0_rp)
+      s%upper = -huge(1.0_rp)
+      do b = 1, size(solids)
+        if (scene%body(b)%is_rigid()) cycle
+        call extent_of(solids(b)%solid, lower, upper)
+        s%lower = min(s%lower, lower)
+        s%upper = max(s%upper, upper)
+      end do
+      s%solids = pack(solids, scene%body%tool /= k)
+      s%grid_lower = scene%grid%lower
+      s%grid_upper = scene%grid%upper()
+      s%side_lower = s%grid_lower
+      s%side_upper = s%grid_upper
+      do i = 1, input%count('WALL')
+        wall = wall_of(input, scene%grid, i)
+        associate (low => s%side_lower(wall%axis), high => s%side_upper(wall%axis))
+          if (wall%faces_up) low = max(low, wall%position)
+          if (.not. wall%faces_up) high = min(high, wall%position)
+        end associate
+      end do
+      allocate (points(0))
+      do b = 1, size(s%solids)
+        points = [points, sample_points(s%solids(b)%solid)]
+      end do
+      s%body_points = reshape(points, [3, size(points)/3])
+    end associate
+  end subroutine collect_surroundings
+
+  !> Sample points in a body, (3, n) [m], including points near its faces.
+  pure function sample_points(solid) result(x)
+    type(solid_t), intent(in) :: solid(:)
+    real(rp), allocatable :: x(:, :)
+    integer, parameter :: n = 12
+    real(rp) :: candidate(3, (n + 1)**3), lower(3), upper(3)
+    logical :: is_in((n + 1)**3)
+    integer :: i, j, k, p
+
+    call extent_of(solid, lower, upper)
+    p = 0
+    do i = 0, n
+      do j = 0, n
+        do k = 0, n
+          p = p + 1
+          candidate(:, p) = lower + (upper - lower)*(1.0e-6_rp + (1.0_rp - 2.0e-6_rp)*[i, j, k]/n)
+          is_in(p) = is_inside(solid, candidate(:, p))
+        end do
+      end do
+    end do
+    x = reshape(pack(candidate, spread(is_in, 1, 3)), [3, count(is_in)])
+  end function sample_points
 
   !> Points on the surface of a tool, or in a rigid body, in its own axes, (3, n) [m]; none for a
   !> tool of infinite extent.
@@ -81,7 +159,7 @@ contains
     if (tool%has_shape()) then
       call tool%shape%outline(x)
     else
-      x = sample_points(solids(findloc(scene%body%tool, k, dim=1)))
+      x = sample_points(solids(findloc(scene%body%tool, k, dim=1))%solid)
       x = matmul(transpose(tool%frame), x - spread(tool%start, 2, size(x, 2)))
     end if
   end subroutine draw_outline

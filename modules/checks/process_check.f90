@@ -4,10 +4,9 @@ module checks_process_check
   use base_kinds, only: pi, rp
   use base_log, only: say
   use base_text, only: str
-  use checks_around, only: find_plate_box
+  use bodies_solids, only: all_solids, solids_t
   use checks_process, only: undefined, survey_tool, tool_survey_t
   use contact_tool, only: tool_t
-  use heat_setup_cut_cells, only: all_solids, solids_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use setup_walls, only: wall_of, wall_t
@@ -38,9 +37,13 @@ contains
       call survey_tool(input, scene, solids, k, tool(k), survey)
       if (k <= input%count('TOOL')) then
         n = diagnostics%count()
-        call check_size(input, scene, tool(k), solids, k, diagnostics)
-        if (diagnostics%count() == n) call check_tool_motion(input, scene, tool, solids, k, &
-                                                             survey, diagnostics)
+        associate (plate => survey%plate(:2, 2) - survey%plate(:2, 1))
+          call tool(k)%shape%check_size(input, k, maxval(scene%grid%upper() - scene%grid%lower), &
+                                        scene%grid%h, maxval(plate), &
+                                        any(abs(tool(k)%motion%phase%spin) > 0.0_rp), diagnostics)
+        end associate
+        if (diagnostics%count() == n) call check_tool_motion(input, scene, tool, k, survey, &
+                                                             diagnostics)
       else
         call check_rigid_motion(input, scene, k, survey, diagnostics)
       end if
@@ -75,36 +78,19 @@ contains
     end do
   end subroutine check_phases
 
-  !> Check the size of a tool against the grid and the bodies.
-  subroutine check_size(input, scene, tool, solids, k, diagnostics)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(in) :: scene
-    type(tool_t), intent(in) :: tool
-    type(solids_t), intent(in) :: solids(:)
-    integer, intent(in) :: k
-    type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: lower(3), upper(3)
-
-    call find_plate_box(scene, solids, lower, upper)
-    call tool%shape%check_size(input, k, maxval(scene%grid%upper() - scene%grid%lower), &
-                               scene%grid%h, maxval(upper(:2) - lower(:2)), &
-                               any(abs(tool%motion%phase%spin) > 0.0_rp), diagnostics)
-  end subroutine check_size
-
   !> Report errors in the survey of a tool. A tool outside the grid may be intended; ten grid sizes
   !> away its position is probably in another unit.
-  subroutine check_tool_motion(input, scene, tool, solids, k, survey, diagnostics)
+  subroutine check_tool_motion(input, scene, tool, k, survey, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
-    type(solids_t), intent(in) :: solids(:)
     integer, intent(in) :: k
     type(tool_survey_t), intent(in) :: survey
     type(diagnostics_t), intent(inout) :: diagnostics
-    real(rp) :: lower(3), upper(3)
+    real(rp) :: edges(3)                           ! of the plate [m]
     integer :: i, phase
 
-    call find_plate_box(scene, solids, lower, upper)
+    edges = survey%plate(:, 2) - survey%plate(:, 1)
     if (.not. survey%is_in_grid) then
       associate (sides => scene%grid%upper() - scene%grid%lower)
         call input%report(diagnostics, 'TOOL', k, 'POSITION', &
@@ -121,14 +107,13 @@ contains
     if (survey%through < undefined .and. input%real('TOOL', k, 'BOBBIN_RADIUS') <= 0.0_rp) then
       phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
       associate (text => 'the tool comes out below the bottom of the plate of '// &
-                 length_text(upper(3) - lower(3))// &
-                         ' at t = '//str(survey%through)//' s', one => survey%phase(phase))
+                 length_text(edges(3))//' at t = '//str(survey%through)//' s', one => survey%phase(phase))
         if (survey%through <= 0.0_rp .or. one%motion == 0) then
           call input%report(diagnostics, 'TOOL', k, 'POSITION', text, &
-                            .not. has_floor(input, scene, lower(3)))
+                            .not. has_floor(input, scene, survey%plate(3, 1)))
         else
           call input%report(diagnostics, 'MOTION', one%motion, key_of(input, one%motion), text, &
-                            .not. has_floor(input, scene, lower(3)))
+                            .not. has_floor(input, scene, survey%plate(3, 1)))
         end if
       end associate
     end if
@@ -138,10 +123,8 @@ contains
         if (one%off_plate <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
         call input%warn(diagnostics, 'MOTION', one%motion, key_of(input, one%motion), &
                         'the tool travels '//length_text(one%path_length)// &
-                        ' and is off the plate of '// &
-                        length_text(upper(1) - lower(1))//' x '// &
-                        length_text(upper(2) - lower(2))//' from t = '//str(one%off_plate_from)// &
-                        ' s on')
+                        ' and is off the plate of '//length_text(edges(1))//' x '// &
+                        length_text(edges(2))//' from t = '//str(one%off_plate_from)//' s on')
       end associate
     end do
   end subroutine check_tool_motion
@@ -268,19 +251,19 @@ contains
     type(tool_t), intent(in) :: tool(:)
     type(solids_t), allocatable :: solids(:)
     type(tool_survey_t) :: survey
-    real(rp) :: lower(3), upper(3)
     character(:), allocatable :: text
     character(120) :: row
     integer :: i, k
 
     if (size(tool) == 0) return
     call all_solids(input, solids)
-    call find_plate_box(scene, solids, lower, upper)
-    call say('plate        '//str(mm*(upper(1) - lower(1)))//' x '// &
-             str(mm*(upper(2) - lower(2)))//' x '//str(mm*(upper(3) - lower(3)))// &
-             ' mm, top at z = '//str(mm*upper(3))//' mm')
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
+      associate (lower => survey%plate(:, 1), upper => survey%plate(:, 2))
+        if (k == 1) call say('plate        '//str(mm*(upper(1) - lower(1)))//' x '// &
+          str(mm*(upper(2) - lower(2)))//' x '//str(mm*(upper(3) - lower(3)))// &
+          ' mm, top at z = '//str(mm*upper(3))//' mm')
+      end associate
       text = ', never touches where bodies are now'
       if (any(survey%phase%name == 'press')) text = ', comes down by its FORCE'
       if (survey%touch < undefined) text = ', touches at t = '//str(survey%touch)//' s'

@@ -1,13 +1,11 @@
 ! SPDX-License-Identifier: MIT
 !> Plausibility checks of a scene without errors: duplicates, overlaps, objects outside the bodies.
 module checks_sense
-  use base_kinds, only: pi, rp
+  use base_kinds, only: rp
   use base_text, only: str
-  use bodies_solids, only: bounds, is_inside
+  use bodies_solids, only: all_solids, extent_of, is_in_body, is_inside, solids_t
   use conditions_clamp, only: clamp_t
   use contact_tool, only: tool_t
-  use heat_setup_cut_cells, only: all_solids, body_at, solids_t
-  use heat_setup_scene, only: is_in_body
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_written, only: to_real
@@ -16,7 +14,7 @@ module checks_sense
   implicit none (type, external)
   private
 
-  public :: check_sense, extent_of
+  public :: check_sense
 
   real(rp), parameter :: min_overlap = 0.05_rp   !! overlap that contact tolerates [cells]
 
@@ -223,10 +221,10 @@ contains
     integer :: a, b, n_inside, i, j, k
 
     do b = 2, size(solids)
-      call extent_of(solids(b), lower(:, 1), upper(:, 1))
+      call extent_of(solids(b)%solid, lower(:, 1), upper(:, 1))
       do a = 1, b - 1
         if (scene%body(a)%is_rigid() .and. scene%body(b)%is_rigid()) cycle
-        call extent_of(solids(a), lower(:, 2), upper(:, 2))
+        call extent_of(solids(a)%solid, lower(:, 2), upper(:, 2))
         low = maxval(lower, 2)
         size_of = minval(upper, 2) - low
         if (any(size_of <= min_overlap*scene%grid%h)) cycle
@@ -261,11 +259,11 @@ contains
 
     if (.not. scene%method%has_mechanics) return
     do b = 2, size(scene%body)
-      call extent_of(solids(b), lower, upper)
+      call extent_of(solids(b)%solid, lower, upper)
       do a = 1, b - 1
         if (scene%body(a)%group /= scene%body(b)%group) cycle
         if (scene%body(a)%is_rigid() .and. scene%body(b)%is_rigid()) cycle
-        call extent_of(solids(a), low, high)
+        call extent_of(solids(a)%solid, low, high)
         if (all(max(lower - high, low - upper) <= 0.5_rp*scene%grid%h)) cycle
         call input%warn(diagnostics, 'BODY', b, 'NAME', "has no &CONTACT with '"// &
                         trim(scene%body(a)%name)//"', from which it is apart: where they meet "// &
@@ -275,53 +273,32 @@ contains
     end do
   end subroutine find_separate_bodies
 
-  !> Bounding box of the solids that are added to a body [m].
-  pure subroutine extent_of(body, lower, upper)
-    type(solids_t), intent(in) :: body
-    real(rp), intent(out) :: lower(3), upper(3)
-    real(rp) :: low(3), high(3)
-    integer :: i
-
-    lower = huge(1.0_rp)
-    upper = -huge(1.0_rp)
-    do i = 1, size(body%solid)
-      if (.not. body%solid(i)%adds) cycle
-      call bounds(body%solid(i), low, high)
-      lower = min(lower, low)
-      upper = max(upper, high)
-    end do
-  end subroutine extent_of
-
-  !> Report probes outside the bodies and duplicate names.
+  !> Report probes outside the bodies.
   subroutine check_probes(input, scene, solids, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(:), allocatable :: name
-    integer :: i, j
+    integer :: i
 
     do i = 1, input%count('PROBE')
       if (.not. is_in_body(solids, input%reals('PROBE', i, 'POSITION', 3), &
                            minval(scene%grid%h))) then
         call input%report(diagnostics, 'PROBE', i, 'POSITION', 'lies outside the bodies')
       end if
-      name = input%text('PROBE', i, 'NAME')
-      if (any([(input%text('PROBE', j, 'NAME') == name, j=1, i - 1)])) then
-        call input%report(diagnostics, 'PROBE', i, 'NAME', 'is the name of another probe')
-      end if
     end do
   end subroutine check_probes
 
-  !> Report heat sources that touch no body during the run.
+  !> Report heat sources that never touch the box around a body: a ball as far as its radius
+  !> reaches, a disc along z within a cell, or within half a cell in heat-only runs.
   subroutine check_sources(input, scene, solids, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
     type(diagnostics_t), intent(inout) :: diagnostics
     integer, parameter :: times = 64
-    real(rp) :: begin, end, t
-    integer :: i, k
+    real(rp) :: begin, end, lower(3), reach(3), upper(3), x(3)
+    integer :: b, i, k
     logical :: touches
 
     do i = 1, input%count('SOURCE')
@@ -333,58 +310,22 @@ contains
                         'is after the end of the run: it gives no heat')
         cycle
       end if
+      reach = input%real('SOURCE', i, 'RADIUS')
+      if (input%text('SOURCE', i, 'KIND') /= 'ball') reach(3) = &
+        merge(1.0_rp, 0.5_rp, scene%method%has_mechanics)*scene%grid%h(3)*(1.0_rp + 1.0e-6_rp)
       touches = .false.
-      do k = 0, times
-        t = begin + (end - begin)*k/times
-        touches = touches .or. covers(input, scene, solids, i, &
-                                      input%reals('SOURCE', i, 'POSITION', 3) &
-                                      + t*input%reals('SOURCE', i, 'VELOCITY', 3))
-        if (touches) exit
+      do b = 1, size(solids)
+        call extent_of(solids(b)%solid, lower, upper)
+        do k = 0, times
+          x = input%reals('SOURCE', i, 'POSITION', 3) &
+              + (begin + (end - begin)*k/times)*input%reals('SOURCE', i, 'VELOCITY', 3)
+          touches = touches .or. all(x + reach >= lower .and. x - reach <= upper)
+        end do
       end do
       if (.not. touches) call input%report(diagnostics, 'SOURCE', i, 'POSITION', &
                                            'the source never touches a body')
     end do
   end subroutine check_sources
-
-  !> True if a ball source at `x` contains material, or a disc source there a surface: in heat-only
-  !> runs an upper surface within half a cell of its height, else any surface within one cell.
-  logical function covers(input, scene, solids, i, x)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(in) :: scene
-    type(solids_t), intent(in) :: solids(:)
-    integer, intent(in) :: i
-    real(rp), intent(in) :: x(3)                     !! [m]
-    integer, parameter :: rings = 6, rays = 24, levels = 9
-    real(rp) :: r, reach, y(3), z
-    integer :: a, j, k
-    logical :: is_ball, now, was
-
-    covers = .false.
-    is_ball = input%text('SOURCE', i, 'KIND') == 'ball'
-    r = input%real('SOURCE', i, 'RADIUS')
-    reach = r
-    if (.not. is_ball) then
-      reach = merge(1.0_rp, 0.5_rp, scene%method%has_mechanics)*scene%grid%h(3)*(1.0_rp + 1.0e-6_rp)
-    end if
-    do j = 0, rings
-      do a = 0, merge(rays - 1, 0, j > 0)
-        y = x + r*j/rings*[cos(2.0_rp*pi*a/rays), sin(2.0_rp*pi*a/rays), 0.0_rp]
-        was = .false.
-        do k = 0, levels
-          z = x(3) + reach*(2.0_rp*k/levels - 1.0_rp)
-          now = body_at(solids, [y(1), y(2), z]) > 0
-          if (is_ball) then
-            covers = now .and. norm2([y(1), y(2), z] - x) <= r
-          else
-            covers = k > 0 .and. (was .and. .not. now .or. scene%method%has_mechanics .and. now &
-                                  .and. .not. was)
-          end if
-          if (covers) return
-          was = now
-        end do
-      end do
-    end do
-  end function covers
 
   !> Text `on line 7`, or group and number if the line is not known.
   function location_of(input, group, i) result(text)

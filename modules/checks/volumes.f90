@@ -5,10 +5,9 @@ module checks_volumes
   use base_log, only: say
   use base_text, only: str
   use bodies_lattice, only: lattice_of, lattice_t
-  use bodies_solids, only: bounds, holds, is_inside, solid_t
-  use checks_sense, only: extent_of
+  use bodies_solids, only: all_solids, bounds, extent_of, holds, is_inside, shapes_of, solid_t, &
+                           solids_t
   use comm_world, only: world_t
-  use heat_setup_cut_cells, only: all_solids, solids_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use state_scene, only: scene_t
@@ -44,9 +43,7 @@ contains
     allocate (volumes(size(solids)))
     do b = 1, size(solids)
       associate (v => volumes(b), solid => solids(b)%solid)
-        v%shape = pack([(i, i=1, input%count('SHAPE'))], &
-                       [(input%text('SHAPE', i, 'BODY') == input%text('BODY', b, 'NAME'), i=1, &
-                         input%count('SHAPE'))])
+        v%shape = shapes_of(input, b)
         allocate (v%exact(size(solid)), v%filled(size(solid)), source=0.0_rp)
         do i = 1 + world%rank, size(solid), world%size
           v%exact(i) = exact_volume(pack(solid(:i), [(boxes_overlap(solid(s), solid(i)), s=1, i)]))
@@ -65,7 +62,7 @@ contains
     integer :: i, j, k
 
     call bounds(solid(size(solid)), lower, upper)
-    call extent_of(solids_t(solid), around(:, 1), around(:, 2))
+    call extent_of(solid, around(:, 1), around(:, 2))
     lower = max(lower, around(:, 1))
     upper = min(upper, around(:, 2))
     volume = 0.0_rp

@@ -18,9 +18,8 @@ module front_material_driver
   use input_values, only: input_t
   use io_histories, only: table_t
   use io_row, only: row_t
-  use keys_names, only: find, known
-  use materials_needed, only: require_property
-  use materials_properties, only: read_materials
+  use keys_names, only: find
+  use materials_properties, only: read_materials, require_property
   use physics_material, only: material_t
   use physics_point, only: point_t
   use physics_stress, only: stress_block, stress_sums_t
@@ -90,15 +89,12 @@ contains
     character(*), intent(in) :: file
     type(diagnostics_t), intent(inout) :: diagnostics
     real(rp), allocatable :: rows(:, :)
-    character(64) :: name(input%count(group))
     integer :: i, m
 
     do i = 1, input%count(group)
       m = find(material%name, input%text(group, i, 'MATERIAL'))
-      if (m == 0) then
-        call input%report(diagnostics, group, i, 'MATERIAL', &
-                          'there is no &MATERIAL of this name; '//known(material%name))
-      else if (.not. allocated(material(m)%flow)) then
+      if (m == 0) cycle                              ! is reported already
+      if (.not. allocated(material(m)%flow)) then
         call input%report(diagnostics, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
       else
         if (input%logical(group, i, 'ADIABATIC')) then
@@ -111,10 +107,6 @@ contains
                                 "LAW = '"//input%text('MATERIAL', m, 'LAW')// &
                                 "' softens towards it", diagnostics)
         end if
-      end if
-      name(i) = input%text(group, i, 'NAME')
-      if (find(name(:i - 1), name(i)) > 0) then
-        call input%report(diagnostics, group, i, 'NAME', 'another path has this name')
       end if
       if (input%text(group, i, 'KIND') /= 'history') cycle
       call read_history(input, i, file, rows, diagnostics)

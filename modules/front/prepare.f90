@@ -8,7 +8,6 @@ module front_prepare
   use bodies_filling, only: count_particles, fill_bodies, load_bodies, update_probe_temperatures
   use bodies_stretch, only: stretch_bodies
   use checks_memory, only: check_memory
-  use checks_necking, only: check_necking
   use checks_process_check, only: check_process
   use checks_same_scene, only: compare_files, compare_scenes
   use checks_sense, only: check_sense
@@ -20,6 +19,7 @@ module front_prepare
   use input_diagnostics, only: diagnostics_t
   use input_files, only: folder_of_files, sums_of_files
   use input_reading, only: read_input, read_input_text
+  use input_resolved, only: scene_text
   use input_values, only: input_t
   use io_checkpoint, only: notes_t, read_checkpoint_notes
   use particles_migrate, only: find_outside
@@ -83,7 +83,7 @@ contains
       call update_probe_temperatures(input, sim%scene, sim%probes)
     end if
     sim%scene%output%input_text = input%text_of_file()
-    sim%scene%output%scene_text = input%text_of_scene()
+    sim%scene%output%scene_text = scene_text(input)
     sim%scene%output%files = sums_of_files(input)
     sim%scene%output%folder = folder_of_files(input)
     sim%scene%output%run = notes%run
@@ -158,7 +158,6 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics
 
     call check_sense(input, sim%scene, sim%tool, diagnostics)
-    call check_necking(input, sim%scene, diagnostics)
     if (.not. sim%scene%method%has_mechanics) return
     call check_process(input, sim%scene, sim%tool, diagnostics)
     allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))

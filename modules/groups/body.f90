@@ -15,7 +15,7 @@ contains
 
     call t%group('BODY', 'repeat required', 'A deformable body; &SHAPE groups give its geometry.')
     call t%key('NAME', 'text', 1, '', 'required', 'name', 'name of the body')
-    call t%key('MATERIAL', 'text', 1, '', 'required', '', 'NAME of its &MATERIAL')
+    call t%key('MATERIAL', 'text', 1, '', 'required', '&MATERIAL', 'NAME of its &MATERIAL')
     call t%key('PARTICLES_PER_CELL', 'integer', -3, '', '2', '[1,8]', &
       'particles per cell and direction: one number, or one for each axis')
     call t%key('LATTICE', 'choice', 1, '', 'body', 'body grid round', &
@@ -37,7 +37,7 @@ contains
 
     call t%group('SHAPE', 'repeat required', &
       'A piece of a body, added or cut away; the pieces of a body act in the order of the file.')
-    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('KIND', 'choice', 1, '', 'box', 'box cylinder sphere trapezoid', 'geometry')
     call t%key('OPERATION', 'choice', 1, '', 'add', 'add subtract', 'add material or cut it away')
     call t%key('LOWER', 'real', 3, 'm', 'required if KIND = box or trapezoid', '', 'lower corner')

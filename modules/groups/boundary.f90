@@ -28,13 +28,13 @@ contains
 
     call t%group('LOAD', 'repeat', &
       'A force on a body, shared by its particles in proportion to mass.')
-    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('FORCE', 'real', 3, 'N', 'required', '', 'total force')
     call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
       'time in which the force rises linearly from 0')
 
     call t%group('TRACTION', 'repeat', 'A force per area on the surface of a body.')
-    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
       'faces of the body by the direction they look to')
     call t%key('LOWER', 'real', 3, 'm', '', '', &
@@ -48,8 +48,8 @@ contains
 
     call t%group('CONTACT', 'repeat', &
       'Contact of two bodies; bodies without it that meet stick together.')
-    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of one &BODY')
-    call t%key('OTHER', 'text', 1, '', 'required', '', 'NAME of the other &BODY')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of one &BODY')
+    call t%key('OTHER', 'text', 1, '', 'required', '&BODY', 'NAME of the other &BODY')
     call t%key('LAW', 'choice', 1, '', 'coulomb', 'coulomb stick frictionless', &
       'what happens along the surface')
     call t%key('FRICTION', 'real', 1, '', '0.2 if LAW = coulomb', '[0,inf)', &

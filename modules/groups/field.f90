@@ -17,7 +17,7 @@ contains
       'A known motion or temperature of a body: its start, body force, and errors in '// &
       'NAME_errors.csv; or noise in its velocities. Shapes and masses are those of the '// &
       'undeformed body, X a place in it.')
-    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('KIND', 'choice', 1, '', 'required', &
       'waves vortex ring mode noise alternating heat-mode', &
       'waves: u_i = A sin(2 pi X_i/L_i + P_i) sin(w t + Q_i) with body force; mode: without; '// &

@@ -52,7 +52,7 @@ contains
     type(key_table_t), intent(inout) :: t
 
     call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
-    call t%key('BODY', 'text', 1, '', 'required', '', 'NAME of the &BODY')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
     call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
       'faces of the body by the direction they look to')
     call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'required if TABLE_OF = none', '[0,inf)', &

@@ -16,7 +16,7 @@ contains
     call t%group('PATH', 'repeat', &
       'A path of a material point for stirpoint --material: one curve NAME.csv. Not used in runs.')
     call t%key('NAME', 'text', 1, '', 'required', 'file name', 'name of the curve and of its file')
-    call t%key('MATERIAL', 'text', 1, '', 'required', '', 'NAME of the &MATERIAL')
+    call t%key('MATERIAL', 'text', 1, '', 'required', '&MATERIAL', 'NAME of the &MATERIAL')
     call t%key('KIND', 'choice', 1, '', 'strain', 'strain shear history', &
       'strain: at given plastic strain rate; shear: simple shear through elasticity and '// &
       'return; history: as FILE says')

@@ -141,7 +141,7 @@ contains
       'the phase ends at this torque')
     call t%key('UNTIL_TEMPERATURE', 'real', 1, 'K', '', '(0,1e5)', &
       'the phase ends when the hottest metal, or UNTIL_PROBE, has this temperature')
-    call t%key('UNTIL_PROBE', 'text', 1, '', '', '', &
+    call t%key('UNTIL_PROBE', 'text', 1, '', '', '&PROBE', &
       'NAME of the &PROBE that UNTIL_TEMPERATURE is of; not given: the hottest metal')
     call t%key('RAMP', 'real', 1, 's', '0', '[0,inf)', &
       'time in which velocity, spin and FORCE change linearly from the phase before')

@@ -3,50 +3,20 @@
 !> face fractions of cut cells from sample points.
 module heat_setup_cut_cells
   use base_kinds, only: rp
-  use bodies_filling, only: body_solids
-  use bodies_solids, only: bounds, is_inside, solid_box, solid_cylinder, solid_t, &
-                           solid_trapezoid
+  use bodies_solids, only: body_at, bounds, solid_box, solid_cylinder, solid_t, solid_trapezoid, &
+                           solids_t
   use comm_world, only: world_t
   use heat_mesh_cut_mesh, only: cut_cells_t, n_halo_planes
   use heat_mesh_mesh, only: lay_lines, heat_mesh_t
-  use input_values, only: input_t
   implicit none (type, external)
   private
 
-  public :: solids_t, all_solids, body_at, mesh_of, cut_cells
+  public :: mesh_of, cut_cells
 
   integer, parameter :: n_samples = 12         !! along each edge of a cut cell
   real(rp), parameter :: inside = 1.0e-6_rp    !! relative distance of samples from faces
 
-  !> The solids of one body.
-  type :: solids_t
-    type(solid_t), allocatable :: solid(:)
-  end type solids_t
-
 contains
-
-  !> Read the solids of all bodies.
-  subroutine all_solids(input, list)
-    type(input_t), intent(in) :: input
-    type(solids_t), allocatable, intent(out) :: list(:)
-    integer :: b
-
-    allocate (list(input%count('BODY')))
-    do b = 1, size(list)
-      call body_solids(input, b, list(b)%solid)
-    end do
-  end subroutine all_solids
-
-  !> First body that contains `x`; 0 for none.
-  pure integer function body_at(list, x)
-    type(solids_t), intent(in) :: list(:)
-    real(rp), intent(in) :: x(3)
-
-    do body_at = 1, size(list)
-      if (is_inside(list(body_at)%solid, x)) return
-    end do
-    body_at = 0
-  end function body_at
 
   !> Mesh with cell edges of about `h` around all solids that add material.
   subroutine mesh_of(world, h, list, mesh)

@@ -2,13 +2,14 @@
 !> Set-up of heat-only scenes from the checked input: mesh, properties, films and method.
 module heat_setup_scene
   use base_kinds, only: i8, rp
+  use bodies_solids, only: all_solids, solids_t
   use comm_world, only: world_t
   use conditions_list, only: clamp_groups
   use heat_alone_state, only: heat_run_t
   use heat_mesh_curve, only: make_property
   use heat_mesh_cut_mesh, only: cut_mesh, cut_cells_t
   use heat_mesh_rates, only: heat_t
-  use heat_setup_cut_cells, only: all_solids, cut_cells, body_at, mesh_of, solids_t
+  use heat_setup_cut_cells, only: cut_cells, mesh_of
   use heat_setup_sources, only: read_heat_sources
   use heat_setup_tables, only: check_tables, n_values
   use heat_solvers_fft, only: has_fft
@@ -22,7 +23,7 @@ module heat_setup_scene
   implicit none (type, external)
   private
 
-  public :: check_heat_scene, build_heat_scene, is_in_body
+  public :: check_heat_scene, build_heat_scene
 
 contains
 
@@ -126,20 +127,6 @@ contains
       end if
     end do
   end subroutine check_materials
-
-  !> True if a position lies in a body or on its surface.
-  pure logical function is_in_body(solids, x, h)
-    type(solids_t), intent(in) :: solids(:)
-    real(rp), intent(in) :: x(3)                !! position [m]
-    real(rp), intent(in) :: h                   !! cell edge that scales the tolerance [m]
-    integer :: c
-
-    is_in_body = .false.
-    do c = 0, 7
-      is_in_body = is_in_body .or. body_at(solids, x + 1.0e-6_rp*h*merge(1.0_rp, -1.0_rp, &
-                [btest(c, 0), btest(c, 1), btest(c, 2)])) > 0
-    end do
-  end function is_in_body
 
   !> Report a solver that this build does not have.
   subroutine check_solver(input, diagnostics)

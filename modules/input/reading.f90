@@ -9,6 +9,7 @@ module input_reading
   use input_scan, only: read_file, scan_text
   use input_values, only: input_t
   use input_wording, only: can_name_results, check_value, unknown_group, unknown_key
+  use keys_names, only: find, known
   use keys_table, only: key_row_t, key_table_t
   use keys_written, only: quoted, split_override, split_words
   implicit none (type, external)
@@ -73,6 +74,7 @@ contains
     call check_assignments(input, diagnostics)
     call take_from_library(input, present(resumed), diagnostics)
     call check_presence(input, diagnostics, present(resumed))
+    call check_names(input, diagnostics)
   end subroutine read_input_text
 
   !> Apply the `k`-th override.
@@ -232,6 +234,52 @@ contains
       end do
     end do
   end subroutine check_presence
+
+  !> Report names that two groups have, and texts that must be the NAME of another group (`&BODY` in
+  !> the column of allowed values) and are not.
+  subroutine check_names(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: group, other
+    character(128), allocatable :: names(:), own(:)
+    integer :: g, i, k
+
+    do g = 1, size(input%table%groups)
+      group = trim(input%table%groups(g)%name)
+      do k = input%table%groups(g)%first, input%table%groups(g)%last
+        associate (key => input%table%keys(k))
+          other = trim(key%allowed(2:))
+          if (key%name == 'NAME' .and. input%table%groups(g)%repeats) other = group
+          if (other /= group .and. key%allowed(1:1) /= '&') cycle
+          names = names_of(input, other, 'NAME')
+          own = names_of(input, group, trim(key%name))
+        end associate
+        do i = 1, size(own)
+          if (own(i) == '') cycle                  ! is reported already, or need not be given
+          if (other == group) then
+            if (find(own(:i - 1), own(i)) > 0) call input%report(diagnostics, group, i, 'NAME', &
+              'is the name of another &'//group)
+          else if (find(names, own(i)) == 0) then
+            call input%report(diagnostics, group, i, trim(input%table%keys(k)%name), &
+                              'there is no &'//other//' of this name; '//known(names))
+          end if
+        end do
+      end do
+    end do
+  end subroutine check_names
+
+  !> Values of a text key of all groups of a kind.
+  function names_of(input, group, key) result(names)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: group, key
+    character(128), allocatable :: names(:)
+    integer :: i
+
+    allocate (names(input%count(group)))
+    do i = 1, size(names)
+      names(i) = input%text(group, i, key)
+    end do
+  end function names_of
 
   !> Text `required`, or as `required if KIND = box or trapezoid`.
   pure function requirement(row) result(r)

@@ -7,7 +7,7 @@ module input_resolved
   implicit none (type, external)
   private
 
-  public :: resolved_text
+  public :: resolved_text, scene_text
 
   character, parameter :: nl = new_line('a')
 
@@ -33,6 +33,30 @@ contains
     text = text//sources_of(input)
   end function resolved_text
 
+  !> Text of all groups with their defaults, for comparison by a restart.
+  function scene_text(input) result(text)
+    type(input_t), intent(in) :: input
+    character(:), allocatable :: text
+    character(:), allocatable :: group, key, value
+    integer :: g, i, k, n
+
+    text = ''
+    do g = 1, size(input%table%groups)
+      group = trim(input%table%groups(g)%name)
+      n = input%count(group)
+      if (.not. input%table%groups(g)%repeats .and. group /= 'HEAT') n = 1   ! its presence matters
+      do i = 1, n
+        text = text//'&'//group//nl
+        do k = input%table%groups(g)%first, input%table%groups(g)%last
+          key = trim(input%table%keys(k)%name)
+          value = input%values(group, i, key)
+          if (value /= '') text = text//'  '//key//' = '//value//nl
+        end do
+        text = text//'/'//nl
+      end do
+    end do
+  end function scene_text
+
   !> Name of a group after a blank; '' if it has none.
   function name_of(input, g, i) result(text)
     type(input_t), intent(in) :: input
@@ -50,15 +74,13 @@ contains
     integer, intent(in) :: g, i
     character(:), allocatable :: text
     character(:), allocatable :: group, value
-    logical :: is_given
     integer :: k
 
     text = ''
     group = trim(input%table%groups(g)%name)
     do k = input%table%groups(g)%first, input%table%groups(g)%last
       associate (row => input%table%keys(k))
-        is_given = input%given(group, i, trim(row%name))
-        if (is_given) cycle
+        if (input%given(group, i, trim(row%name))) cycle
         if (.not. input%holds(group, i, row%condition)) cycle
         value = input%values(group, i, trim(row%name))
         if (value /= '') text = text//'!   '//trim(row%name)//' = '//value//nl

@@ -47,11 +47,9 @@ module input_values
     procedure :: warn
     procedure :: switches_on
     procedure :: text_of_file
-    procedure :: echo
     procedure :: item
     procedure :: set_default
     procedure :: values
-    procedure :: text_of_scene
     procedure, private :: row_number
   end type input_t
 
@@ -261,13 +259,18 @@ contains
     r = r(:k - 1)
   end function all_reals
 
-  !> Value of a real key in its unit.
-  real(rp) function one_real(self, group, i, key)
+  !> Value of a real key in its unit; `otherwise` if it is not given.
+  real(rp) function one_real(self, group, i, key, otherwise)
     class(input_t), intent(in) :: self
     character(*), intent(in) :: group, key
     integer, intent(in) :: i
+    real(rp), intent(in), optional :: otherwise
     logical :: ok
 
+    if (present(otherwise)) then
+      one_real = otherwise
+      if (.not. self%given(group, i, key)) return
+    end if
     call to_real(self%item(group, i, key, 'real', 1), one_real, ok)
   end function one_real
 
@@ -359,36 +362,5 @@ contains
       end do
     end associate
   end function values
-
-  !> As `text_of_file`, with all defaults, for comparison by a restart.
-  function text_of_scene(self) result(r)
-    class(input_t), intent(in) :: self
-    character(:), allocatable :: r
-    character(:), allocatable :: all, group, one
-    integer :: g, i, k, n
-
-    r = ''
-    do g = 1, size(self%table%groups)
-      group = trim(self%table%groups(g)%name)
-      n = self%count(group)
-      if (.not. self%table%groups(g)%repeats .and. group /= 'HEAT') n = 1   ! its presence matters
-      do i = 1, n
-        one = '&'//group//new_line('a')
-        do k = self%table%groups(g)%first, self%table%groups(g)%last
-          all = self%values(group, i, trim(self%table%keys(k)%name))
-          if (all /= '') one = one//'  '//trim(self%table%keys(k)%name)//' = '//all//new_line('a')
-        end do
-        r = r//one//'/'//new_line('a')
-      end do
-    end do
-  end function text_of_scene
-
-  !> Write the input to a unit.
-  subroutine echo(self, unit)
-    class(input_t), intent(in) :: self
-    integer, intent(in) :: unit
-
-    write (unit, '(a)') self%text_of_file()
-  end subroutine echo
 
 end module input_values

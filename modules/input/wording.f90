@@ -79,7 +79,7 @@ contains
       r = trim(adjustl(r))
     case ('text')
       select case (row%allowed)
-      case ('')
+      case ('', '&BODY', '&MATERIAL', '&PROBE')   ! NAME of such a group: `about` says so
       case ('name')
         r = 'at most '//str(max_name)//' characters, none of '//forbidden_in_names// &
             ', not first one of '//forbidden_first
@@ -194,7 +194,8 @@ contains
       if (.not. is_file_name(text)) r = 'must be '//describe_allowed(row)
     else if (len(text) > max_text) then
       r = 'has '//str(len(text))//' characters; at most '//str(max_text)//' are possible'
-    else if (row%allowed /= '' .and. verify(text, trim(row%allowed)) > 0) then
+    else if (scan(row%allowed, '&') == 0 .and. row%allowed /= '' &
+             .and. verify(text, trim(row%allowed)) > 0) then
       r = describe_allowed(row)//' may be used'
     end if
   end function check_text

@@ -2,7 +2,7 @@
 !> Heat sinks behind the faces of bodies (backing plates), from the &SURFACE groups.
 module setup_backings
   use base_kinds, only: rp
-  use bodies_solids, only: bounds, read_solid, solid_t
+  use bodies_solids, only: body_solids, extent_of, solid_t
   use contact_backing, only: backing_t, find_backing
   use contact_heat_sink, only: heat_sink_t
   use input_diagnostics, only: diagnostics_t
@@ -79,15 +79,18 @@ contains
     type(backing_t), intent(out) :: backing
     real(rp), parameter :: rounding = 1.0e-9_rp
     type(heat_sink_t) :: column
-    real(rp) :: area, extent(2), start, upper(2)
-    logical :: is_given, is_plate
+    type(solid_t), allocatable :: solids(:)
+    real(rp) :: area, extent(2), lower(3), start, upper(3)
+    logical :: is_plate
 
     backing%name = trim(scene%body(body)%name)//'_'//face_names(face)//'_backing'
     backing%body = body
     backing%face = face
     backing%across = pack([1, 2, 3], [1, 2, 3] /= (face + 1)/2)
-    call find_rectangle(input, scene%body(body)%name, backing%across, backing%lower, upper)
-    extent = upper - backing%lower
+    call body_solids(input, body, solids)
+    call extent_of(solids, lower, upper)
+    backing%lower = lower(backing%across)
+    extent = upper(backing%across) - backing%lower
     is_plate = input%text('SURFACE', i, 'BACKING') == 'plate'
     if (is_plate) backing%n = max(1, ceiling(extent/scene%grid%h(backing%across) - rounding))
     backing%width = extent/backing%n
@@ -95,9 +98,7 @@ contains
     area = product(backing%width)
     column%cooling = area*input%real('SURFACE', i, 'BACKING_COOLING')
     column%coolant = scene%body(body)%film(face)%ambient
-    start = column%coolant
-    is_given = input%given('SURFACE', i, 'BACKING_TEMPERATURE')
-    if (is_given) start = input%real('SURFACE', i, 'BACKING_TEMPERATURE')
+    start = input%real('SURFACE', i, 'BACKING_TEMPERATURE', otherwise=column%coolant)
     if (is_plate) then
       call column%make_rod(area, input%real('SURFACE', i, 'BACKING_THICKNESS'), &
                            0.25_rp*minval(scene%body(body)%spacing), &
@@ -109,28 +110,5 @@ contains
     end if
     allocate (backing%column(product(backing%n)), source=column)
   end subroutine make_backing
-
-  !> Bounding rectangle of a body in the plane of the two axes `across`.
-  subroutine find_rectangle(input, name, across, lower, upper)
-    type(input_t), intent(in) :: input
-    character(*), intent(in) :: name
-    integer, intent(in) :: across(2)
-    real(rp), intent(out) :: lower(2), upper(2)   !! [m]
-    type(diagnostics_t) :: ignored                !! errors that check_shapes reports
-    type(solid_t) :: solid
-    real(rp) :: corner(3, 2)
-    integer :: i
-
-    lower = huge(1.0_rp)
-    upper = -huge(1.0_rp)
-    do i = 1, input%count('SHAPE')
-      if (input%text('SHAPE', i, 'BODY') /= name) cycle
-      call read_solid(input, i, solid, ignored)
-      if (.not. solid%adds) cycle
-      call bounds(solid, corner(:, 1), corner(:, 2))
-      lower = min(lower, corner(across, 1))
-      upper = max(upper, corner(across, 2))
-    end do
-  end subroutine find_rectangle
 
 end module setup_backings

@@ -3,12 +3,12 @@
 module setup_bodies
   use base_kinds, only: rp
   use base_text, only: str
-  use bodies_solids, only: bounds, read_solid, solid_sphere, solid_t
+  use bodies_solids, only: body_solids, bounds, read_solid, solid_cylinder, solid_sphere, solid_t
   use bodies_stretch, only: check_stretch
   use input_diagnostics, only: diagnostics_t
   use input_tables, only: check_rising
   use input_values, only: input_t
-  use keys_names, only: find, known
+  use keys_names, only: find
   use state_film, only: film_t, of_nothing, of_pressure
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -18,7 +18,7 @@ module setup_bodies
 
 contains
 
-  !> Read all &BODY groups; check that every &LOAD names one of them.
+  !> Read all &BODY groups.
   subroutine read_bodies(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
@@ -43,22 +43,9 @@ contains
           b%widest = b%spacing
         end if
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
-        if (b%material == 0) then
-          call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
-                            'there is no &MATERIAL of this name; '//known(scene%material%name))
-          b%material = 1
-        end if
+        b%material = max(1, b%material)            ! an unknown name is reported already
         call check_stretch(input, i, diagnostics)
-        if (find(scene%body(:i - 1)%name, b%name) > 0) then
-          call input%report(diagnostics, 'BODY', i, 'NAME', 'another body has this name')
-        end if
       end associate
-    end do
-    do i = 1, input%count('LOAD')
-      if (find(scene%body%name, input%text('LOAD', i, 'BODY')) == 0) then
-        call input%report(diagnostics, 'LOAD', i, 'BODY', &
-                          'there is no &BODY of this name; '//known(scene%body%name))
-      end if
     end do
   end subroutine read_bodies
 
@@ -70,23 +57,20 @@ contains
     integer, intent(in) :: body
     real(rp), intent(inout) :: spacing(3)      !! [m]
     type(diagnostics_t), intent(inout) :: diagnostics
-    type(diagnostics_t) :: ignored             !! errors that check_shapes reports
-    type(solid_t) :: solid
+    type(solid_t), allocatable :: solids(:)
     logical :: is_across(3)
     character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']
     integer :: g, i
 
-    do i = 1, input%count('SHAPE')
-      if (input%text('SHAPE', i, 'BODY') /= input%text('BODY', body, 'NAME')) cycle
-      if (all(input%text('SHAPE', i, 'KIND') /= ['cylinder', 'sphere  '])) then
+    call body_solids(input, body, solids)
+    if (size(solids) > 0) then
+      if (all(solids(1)%kind /= [solid_cylinder, solid_sphere])) then
         call input%report(diagnostics, 'BODY', body, 'LATTICE', &
                           'round: the first &SHAPE of the body must be a cylinder or a sphere')
       end if
-      call read_solid(input, i, solid, ignored)
-      is_across = solid%kind == solid_sphere .or. [1, 2, 3] /= solid%axis
+      is_across = solids(1)%kind == solid_sphere .or. [1, 2, 3] /= solids(1)%axis
       where (is_across) spacing = minval(spacing, is_across)
-      exit
-    end do
+    end if
     do g = 1, size(groups)
       do i = 1, input%count(trim(groups(g)))
         if (input%text(trim(groups(g)), i, 'BODY') == input%text('BODY', body, 'NAME')) then
@@ -111,11 +95,7 @@ contains
       if (.not. scene%method%conducts) call input%report(diagnostics, 'SURFACE', i, '', &
                                                          'has no effect without a &HEAT group')
       body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
-      if (body == 0) then
-        call input%report(diagnostics, 'SURFACE', i, 'BODY', &
-                          'there is no &BODY of this name; '//known(scene%body%name))
-        cycle
-      end if
+      if (body == 0) cycle
       wanted = input%text('SURFACE', i, 'FACE')
       film = film_of(input, i, scene%method%has_mechanics, diagnostics)
       do face = 1, 6
@@ -131,11 +111,8 @@ contains
     integer, intent(in) :: i
     logical, intent(in) :: has_mechanics
     type(diagnostics_t), intent(inout) :: diagnostics
-    logical :: is_given
 
-    film%ambient = input%real('HEAT', 1, 'AMBIENT')
-    is_given = input%given('SURFACE', i, 'AMBIENT')
-    if (is_given) film%ambient = input%real('SURFACE', i, 'AMBIENT')
+    film%ambient = input%real('SURFACE', i, 'AMBIENT', otherwise=input%real('HEAT', 1, 'AMBIENT'))
     film%emissivity = input%real('SURFACE', i, 'EMISSIVITY')
     film%has_backing = input%text('SURFACE', i, 'BACKING') /= 'none'
     film%of = find(['none    ', 'pressure'], input%text('SURFACE', i, 'TABLE_OF')) - 1
@@ -160,7 +137,7 @@ contains
     end if
   end function film_of
 
-  !> Check that shapes belong to a body and lie inside the grid, and that bodies have a shape.
+  !> Check that shapes lie inside the grid, and that bodies have a shape.
   subroutine check_shapes(input, scene, diagnostics)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
@@ -176,12 +153,7 @@ contains
     do i = 1, input%count('SHAPE')
       call read_solid(input, i, solid, diagnostics)
       body = find(scene%body%name, input%text('SHAPE', i, 'BODY'))
-      if (body == 0) then
-        call input%report(diagnostics, 'SHAPE', i, 'BODY', &
-                          'there is no &BODY of this name; '//known(scene%body%name))
-        cycle
-      end if
-      if (.not. solid%adds) cycle
+      if (body == 0 .or. .not. solid%adds) cycle
       has_shape(body) = .true.
       call bounds(solid, lower, upper)
       if (scene%grid%n(1) == 0) cycle

@@ -5,7 +5,7 @@ module setup_contacts
                           moves_as_one, normal_gradient, normal_regression
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use keys_names, only: find, known
+  use keys_names, only: find
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -25,14 +25,6 @@ contains
     do i = 1, input%count('CONTACT')
       body(1, i) = find(scene%body%name, input%text('CONTACT', i, 'BODY'))
       body(2, i) = find(scene%body%name, input%text('CONTACT', i, 'OTHER'))
-      if (body(1, i) == 0) then
-        call input%report(diagnostics, 'CONTACT', i, 'BODY', &
-                          'there is no &BODY of this name; '//known(scene%body%name))
-      end if
-      if (body(2, i) == 0) then
-        call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
-                          'there is no &BODY of this name; '//known(scene%body%name))
-      end if
       if (any(body(:, i) == 0)) cycle
       if (body(1, i) == body(2, i)) then
         call input%report(diagnostics, 'CONTACT', i, 'OTHER', 'must be another body than BODY')

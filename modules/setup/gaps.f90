@@ -61,8 +61,8 @@ contains
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
 
-    has_conductance = input%given('CONTACT', i, 'CONDUCTANCE')
-    if (.not. has_conductance) has_conductance = input%given('CONTACT', i, 'CONDUCTANCE_TABLE')
+    has_conductance = input%given('CONTACT', i, 'CONDUCTANCE') &
+                      .or. input%given('CONTACT', i, 'CONDUCTANCE_TABLE')
   end function has_conductance
 
   !> Check the conductance of the `i`-th &CONTACT.
@@ -71,10 +71,8 @@ contains
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
     type(diagnostics_t), intent(inout) :: diagnostics
-    logical :: is_constant
     integer :: b, n
 
-    is_constant = input%given('CONTACT', i, 'CONDUCTANCE')
     if (.not. scene%method%conducts) call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', &
                                                        'has no effect without a &HEAT group')
     do b = 1, size(scene%body)
@@ -87,8 +85,8 @@ contains
     end do
     n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
     if (n == 0) return
-    if (is_constant) call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE_TABLE', &
-                                       'takes the place of CONDUCTANCE: give one of them')
+    if (input%given('CONTACT', i, 'CONDUCTANCE')) call input%report(diagnostics, 'CONTACT', i, &
+      'CONDUCTANCE_TABLE', 'takes the place of CONDUCTANCE: give one of them')
     if (mod(n, 2) /= 0) then
       call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE_TABLE', &
                         'must be pairs of pressure and conductance')

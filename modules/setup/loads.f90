@@ -5,7 +5,7 @@ module setup_loads
   use heat_sources, only: source_ball, source_disc, source_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use keys_names, only: find, known
+  use keys_names, only: find
   use state_scene, only: scene_t, traction_t
   implicit none (type, external)
   private
@@ -19,18 +19,14 @@ contains
     type(input_t), intent(in) :: input
     integer :: i
 
-    tractions_have_boxes = .false.
-    do i = 1, input%count('TRACTION')
-      if (has_box(input, i)) tractions_have_boxes = .true.
-    end do
+    tractions_have_boxes = any([(has_box(input, i), i=1, input%count('TRACTION'))])
   end function tractions_have_boxes
 
   logical function has_box(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
 
-    has_box = input%given('TRACTION', i, 'LOWER')
-    if (.not. has_box) has_box = input%given('TRACTION', i, 'UPPER')
+    has_box = input%given('TRACTION', i, 'LOWER') .or. input%given('TRACTION', i, 'UPPER')
   end function has_box
 
   !> Read the tractions of each body, in the order of the input file.
@@ -44,11 +40,7 @@ contains
     do i = 1, input%count('TRACTION')
       call read_traction(input, i, traction, diagnostics)
       body = find(scene%body%name, input%text('TRACTION', i, 'BODY'))
-      if (body == 0) then
-        call input%report(diagnostics, 'TRACTION', i, 'BODY', &
-                          'there is no &BODY of this name; '//known(scene%body%name))
-        cycle
-      end if
+      if (body == 0) cycle
       associate (b => scene%body(body))
         if (.not. allocated(b%traction)) allocate (b%traction(0))
         b%traction = [b%traction, traction]
@@ -77,12 +69,8 @@ contains
     end do
     traction%ramp = input%real('TRACTION', i, 'RAMP')
     traction%has_box = has_box(input, i)
-    if (input%given('TRACTION', i, 'LOWER')) then
-      traction%lower = input%reals('TRACTION', i, 'LOWER', 3)
-    end if
-    if (input%given('TRACTION', i, 'UPPER')) then
-      traction%upper = input%reals('TRACTION', i, 'UPPER', 3)
-    end if
+    if (input%given('TRACTION', i, 'LOWER')) traction%lower = input%reals('TRACTION', i, 'LOWER', 3)
+    if (input%given('TRACTION', i, 'UPPER')) traction%upper = input%reals('TRACTION', i, 'UPPER', 3)
     if (all(abs([pressure, vector]) <= 0.0_rp)) then
       call input%report(diagnostics, 'TRACTION', i, '', 'needs a PRESSURE or a VECTOR')
     end if

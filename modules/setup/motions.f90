@@ -15,7 +15,7 @@ module setup_motions
   implicit none (type, external)
   private
 
-  public :: check_paths, limit_of, read_motion
+  public :: check_paths, read_motion
 
   real(rp), parameter :: fastest = 0.1_rp      !! speed on a path [wave speeds of the metal]
 
@@ -46,6 +46,8 @@ contains
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), allocatable :: forces(:)
+    character(:), allocatable :: probe
+    integer :: k
 
     phase%duration = input%real('MOTION', i, 'DURATION')
     phase%velocity = input%reals('MOTION', i, 'VELOCITY', 3)
@@ -57,10 +59,12 @@ contains
     phase%n_forces = size(forces)/2
     phase%forces(:, :phase%n_forces) = reshape(forces, [2, phase%n_forces])
     if (phase%n_forces > 0) phase%is_force_controlled = .true.
-    phase%until_force = limit_of(input, 'MOTION', i, 'UNTIL_FORCE')
-    phase%until_torque = limit_of(input, 'MOTION', i, 'UNTIL_TORQUE')
-    phase%until_temperature = limit_of(input, 'MOTION', i, 'UNTIL_TEMPERATURE')
-    phase%until_probe = probe_of(input, i)
+    phase%until_force = input%real('MOTION', i, 'UNTIL_FORCE', otherwise=huge(1.0_rp))
+    phase%until_torque = input%real('MOTION', i, 'UNTIL_TORQUE', otherwise=huge(1.0_rp))
+    phase%until_temperature = input%real('MOTION', i, 'UNTIL_TEMPERATURE', otherwise=huge(1.0_rp))
+    probe = input%text('MOTION', i, 'UNTIL_PROBE')
+    phase%until_probe = findloc([(input%text('PROBE', k, 'NAME') == probe, &
+                                  k=1, input%count('PROBE'))], .true., dim=1)
   end function phase_of
 
   !> Read the path of the `i`-th &MOTION from its FILE, if given, and set the duration.
@@ -180,38 +184,12 @@ contains
     if (any(is)) call diagnostics%add(file, lines(findloc(is, .true., dim=1)), message//more)
   end subroutine report_point
 
-  !> Limit in the input; huge if it is not given.
-  real(rp) function limit_of(input, group, i, key)
-    type(input_t), intent(in) :: input
-    character(*), intent(in) :: group, key
-    integer, intent(in) :: i
-    logical :: is_given
-
-    limit_of = huge(1.0_rp)
-    is_given = input%given(group, i, key)
-    if (is_given) limit_of = input%real(group, i, key)
-  end function limit_of
-
-  !> Index of the probe that ends the `i`-th &MOTION; 0 if none is named or the name is unknown.
-  integer function probe_of(input, i)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-
-    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '') then
-      do probe_of = 1, input%count('PROBE')
-        if (input%text('PROBE', probe_of, 'NAME') == input%text('MOTION', i, 'UNTIL_PROBE')) return
-      end do
-    end if
-    probe_of = 0
-  end function probe_of
-
   !> Check the end conditions and the force table of the `i`-th &MOTION.
   subroutine check_phase(input, i, phase, diagnostics)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(phase_t), intent(in) :: phase
     type(diagnostics_t), intent(inout) :: diagnostics
-    logical :: is_given
     integer :: n
 
     if (phase%ends_early() .and. phase%duration <= 0.0_rp &
@@ -220,19 +198,15 @@ contains
                         'must be given, the longest time of a phase that ends at a load or '// &
                         'temperature')
     end if
-    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '') then
-      if (phase%until_probe == 0) call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
-                                                    'there is no &PROBE of this name')
-      if (phase%until_temperature >= huge(1.0_rp)) then
-        call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
-                          'has no effect without UNTIL_TEMPERATURE')
-      end if
+    if (input%text('MOTION', i, 'UNTIL_PROBE') /= '' &
+        .and. phase%until_temperature >= huge(1.0_rp)) then
+      call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
+                        'has no effect without UNTIL_TEMPERATURE')
     end if
     n = size(input%list('MOTION', i, 'FORCE_TABLE'))
     if (n == 0) return
-    is_given = input%given('MOTION', i, 'FORCE')
-    if (is_given) call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', &
-                                    'takes the place of FORCE: give one of them')
+    if (input%given('MOTION', i, 'FORCE')) call input%report(diagnostics, 'MOTION', i, &
+      'FORCE_TABLE', 'takes the place of FORCE: give one of them')
     if (mod(n, 2) /= 0 .or. n > 2*max_forces) then
       call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must be pairs of time and force')
       return

@@ -18,8 +18,7 @@ module setup_scene
   use keys_names, only: find
   use mapping_probes, only: probes_t
   use mapping_stability, only: default_cfl
-  use materials_needed, only: check_properties
-  use materials_properties, only: read_materials
+  use materials_properties, only: check_properties, read_materials
   use particles_tracers, only: tracers_t
   use setup_backings, only: read_backings
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces

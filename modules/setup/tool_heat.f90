@@ -115,12 +115,10 @@ contains
     type(tool_t), intent(inout) :: tool
     type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: area, first, k, length, start
-    logical :: is_given
     integer :: b
 
     associate (heat => tool%heat)
-      is_given = input%given('TOOL', i, 'CONTACT_CONDUCTANCE')
-      if (is_given) heat%conductance = input%real('TOOL', i, 'CONTACT_CONDUCTANCE')
+      heat%conductance = input%real('TOOL', i, 'CONTACT_CONDUCTANCE', otherwise=heat%conductance)
       heat%cooling = input%real('TOOL', i, 'COOLING')
       heat%coolant = input%real('TOOL', i, 'COOLING_TEMPERATURE')
       start = input%real('TOOL', i, 'TEMPERATURE')
@@ -137,8 +135,7 @@ contains
       if (area <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, 'HEAT_AREA', &
         'must be given: this tool has no RADIUS from which it would follow')
       k = input%real('TOOL', i, 'CONDUCTIVITY')
-      is_given = input%given('TOOL', i, 'CONDUCTIVITY')
-      if (.not. is_given) call input%report(diagnostics, 'TOOL', i, 'HEATS', &
+      if (.not. input%given('TOOL', i, 'CONDUCTIVITY')) call input%report(diagnostics, 'TOOL', i, 'HEATS', &
         'a rod needs CONDUCTIVITY, DENSITY and SPECIFIC_HEAT of the tool')
       if (diagnostics%count() > 0) then
         heat%is_on = .false.
@@ -159,15 +156,10 @@ contains
     type(tool_t), intent(in) :: tool
     real(rp), parameter :: slack = 1.0e-6_rp      !! tolerance of distances over the radius
     type(wall_t) :: wall
-    logical :: is_given
     integer :: w
 
-    is_given = input%given('TOOL', i, 'HEAT_AREA')
-    area = 0.0_rp
-    if (is_given) then
-      area = input%real('TOOL', i, 'HEAT_AREA')
-      return
-    end if
+    area = input%real('TOOL', i, 'HEAT_AREA')
+    if (input%given('TOOL', i, 'HEAT_AREA')) return
     associate (radius => tool%stirring_radius())
       area = pi*radius**2
       do w = 1, input%count('WALL')

@@ -10,7 +10,7 @@ module setup_tools
   use input_values, only: input_t
   use keys_names, only: find, known
   use physics_material, only: material_t
-  use setup_motions, only: limit_of, read_motion
+  use setup_motions, only: read_motion
   use state_scene, only: body_t
   use tool_shapes_list, only: read_shape
   implicit none (type, external)
@@ -46,9 +46,6 @@ contains
       call read_watch(input, i, tool(i), diagnostics)
       call read_drive(input, i, body, material, tool(i), diagnostics)
       call tool(i)%move_to(0.0_rp)
-      if (find(tool(:i - 1)%name, tool(i)%name) > 0) then
-        call input%report(diagnostics, 'TOOL', i, 'NAME', 'another tool has this name')
-      end if
     end do
     call read_rigid_bodies(input, body, tool, diagnostics)
     do i = 1, input%count('MOTION')
@@ -69,7 +66,6 @@ contains
                                              'VELOCITY_GRADIENT', 'DEFORMATION']
     character(8), parameter :: forces(2) = [character(8) :: 'LOAD', 'TRACTION']
     integer :: a, b, i, k
-    logical :: is_given
 
     k = input%count('TOOL')
     do b = 1, size(body)
@@ -91,10 +87,8 @@ contains
         'RIGID', 'UNTIL_FORCE, UNTIL_TORQUE and UNTIL_TEMPERATURE of &MOTION are for a &TOOL')
       call tool(k)%move_to(0.0_rp)
       do i = 1, size(unused)
-        is_given = input%given('BODY', b, trim(unused(i)))
-        if (.not. is_given) cycle
-        call input%report(diagnostics, 'BODY', b, trim(unused(i)), &
-                          'a rigid body moves as &MOTION says')
+        if (input%given('BODY', b, trim(unused(i)))) call input%report( &
+          diagnostics, 'BODY', b, trim(unused(i)), 'a rigid body moves as &MOTION says')
       end do
       do a = 1, size(forces)
         do i = 1, input%count(trim(forces(a)))
@@ -157,16 +151,15 @@ contains
     real(rp), allocatable :: way(:, :)
     real(rp) :: along, face_stiffness, radius, density
     integer :: b
-    logical :: is_given
 
     tool%drive%stiffness = input%real('TOOL', i, 'STIFFNESS')
     tool%drive%is_free = tool%drive%stiffness > 0.0_rp &
       .or. any(tool%motion%phase%is_force_controlled)
-    is_given = input%given('TOOL', i, 'MASS')
     if (.not. tool%drive%is_free) then
-      if (is_given) call input%report(diagnostics, 'TOOL', i, 'MASS', only_free)
-      is_given = input%given('TOOL', i, 'DAMPING')
-      if (is_given) call input%report(diagnostics, 'TOOL', i, 'DAMPING', only_free)
+      if (input%given('TOOL', i, 'MASS')) call input%report(diagnostics, 'TOOL', i, 'MASS', &
+                                                            only_free)
+      if (input%given('TOOL', i, 'DAMPING')) call input%report(diagnostics, 'TOOL', i, 'DAMPING', &
+                                                               only_free)
       return
     end if
     if (.not. input%logical('METHOD', 1, 'MECHANICS')) then
@@ -198,17 +191,15 @@ contains
                              /(3.0_rp*m%k + 4.0_rp*m%g))
       end associate
     end do
-    tool%drive%mass = density*radius**3*pi**2/4.0_rp
-    if (is_given) tool%drive%mass = input%real('TOOL', i, 'MASS')
+    tool%drive%mass = input%real('TOOL', i, 'MASS', otherwise=density*radius**3*pi**2/4.0_rp)
     if (tool%drive%mass <= 0.0_rp) then
       call input%report(diagnostics, 'TOOL', i, 'MASS', &
                         'must be given: this tool has no RADIUS from which it would follow')
     end if
-    tool%drive%damping = 2.0_rp*sqrt((face_stiffness + tool%drive%stiffness)*tool%drive%mass)
-    is_given = input%given('TOOL', i, 'DAMPING')
-    if (is_given) then
-      tool%drive%damping = input%real('TOOL', i, 'DAMPING')
-    else if (tool%drive%damping <= 0.0_rp .and. tool%drive%mass > 0.0_rp) then
+    tool%drive%damping = input%real('TOOL', i, 'DAMPING', otherwise=2.0_rp*sqrt( &
+                         (face_stiffness + tool%drive%stiffness)*tool%drive%mass))
+    if (tool%drive%damping <= 0.0_rp .and. tool%drive%mass > 0.0_rp &
+        .and. .not. input%given('TOOL', i, 'DAMPING')) then
       call input%report(diagnostics, 'TOOL', i, 'DAMPING', &
                         'must be given: this tool has no RADIUS from which it would follow')
     end if
@@ -221,16 +212,15 @@ contains
     type(tool_t), intent(inout) :: tool
     type(diagnostics_t), intent(inout) :: diagnostics
     type(friction_table_t) :: table
-    logical :: is_given
+    character(:), allocatable :: key
 
     table%of = find(['none       ', 'temperature', 'pressure   ', 'slip       '], &
                     input%text('TOOL', i, 'FRICTION_TABLE_OF')) - 1
     if (table%of == of_nothing) then
       if (tool%friction_law%kind == law_coulomb) return
-      is_given = input%given('TOOL', i, coefficient_key(tool%friction_law))
-      if (.not. is_given) call input%report(diagnostics, 'TOOL', i, 'FRICTION_LAW', &
-                                            'needs '//coefficient_key(tool%friction_law)// &
-                                            ' or a table of it')
+      key = coefficient_key(tool%friction_law)
+      if (.not. input%given('TOOL', i, key)) call input%report(diagnostics, 'TOOL', i, &
+        'FRICTION_LAW', 'needs '//key//' or a table of it')
       return
     end if
     table%at = input%list('TOOL', i, 'FRICTION_AT')
@@ -254,17 +244,15 @@ contains
     integer, intent(in) :: i
     type(tool_t), intent(inout) :: tool
     type(diagnostics_t), intent(inout) :: diagnostics
-    logical :: is_given
 
     tool%n_phases = size(tool%motion%phase)
     associate (monitor => tool%monitor)
-      monitor%max_force = limit_of(input, 'TOOL', i, 'MAX_FORCE')
-      monitor%max_torque = limit_of(input, 'TOOL', i, 'MAX_TORQUE')
+      monitor%max_force = input%real('TOOL', i, 'MAX_FORCE', otherwise=huge(1.0_rp))
+      monitor%max_torque = input%real('TOOL', i, 'MAX_TORQUE', otherwise=huge(1.0_rp))
       monitor%at_limit = find(['end      ', 'stop-feed', 'stop     '], &
                             input%text('TOOL', i, 'AT_LIMIT'))
       monitor%is_on = min(monitor%max_force, monitor%max_torque) < huge(1.0_rp)
-      is_given = input%given('TOOL', i, 'AT_LIMIT')
-      if (is_given .and. .not. monitor%is_on) call input%report(diagnostics, 'TOOL', i, &
+      if (input%given('TOOL', i, 'AT_LIMIT') .and. .not. monitor%is_on) call input%report(diagnostics, 'TOOL', i, &
           'AT_LIMIT', 'has no effect without MAX_FORCE or MAX_TORQUE')
       if (monitor%is_on .and. tool%n_phases == 0) call input%report(diagnostics, 'TOOL', i, &
           'NAME', 'has limits, but no &MOTION that they could stop')

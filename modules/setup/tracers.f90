@@ -3,8 +3,7 @@
 module setup_tracers
   use base_kinds, only: rp
   use base_text, only: str
-  use heat_setup_cut_cells, only: all_solids, solids_t
-  use heat_setup_scene, only: is_in_body
+  use bodies_solids, only: all_solids, is_in_body, solids_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use particles_tracers, only: tracers_t
@@ -34,7 +33,6 @@ contains
     call all_solids(input, solids)
     rows = 0.0_rp
     do i = 1, input%count('TRACER')
-      call check_name(input, i, diagnostics)
       call list_positions(input, i, position, diagnostics)
       if (.not. allocated(position)) cycle
       position = positions_in_bodies(scene, solids, position)
@@ -58,20 +56,6 @@ contains
       call tracers%add_group(input%text('TRACER', i, 'NAME'), interval, position)
     end do
   end subroutine read_tracers
-
-  !> Report the name of the `i`-th &TRACER if another has it.
-  subroutine check_name(input, i, diagnostics)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
-    integer :: j
-
-    do j = 1, i - 1
-      if (input%text('TRACER', i, 'NAME') /= input%text('TRACER', j, 'NAME')) cycle
-      call input%report(diagnostics, 'TRACER', i, 'NAME', 'is the name of another &TRACER')
-      return
-    end do
-  end subroutine check_name
 
   !> Positions of the `i`-th &TRACER; not allocated after an error.
   subroutine list_positions(input, i, position, diagnostics)

@@ -4,7 +4,7 @@
 module setup_walls
   use base_kinds, only: rp
   use base_text, only: lower, str
-  use bodies_solids, only: bounds, read_solid, solid_t
+  use bodies_solids, only: all_solids, extent_of, solids_t
   use conditions_clamp, only: clamp_t
   use conditions_list, only: append_clamp, clamp_groups, make_clamp
   use conditions_symmetry, only: symmetry_t
@@ -180,16 +180,14 @@ contains
     type(input_t), intent(in) :: input
     type(wall_t), intent(in) :: wall
     real(rp), intent(in) :: slack           !! tolerance [m]
-    type(diagnostics_t) :: ignored          !! errors that check_shapes reports
-    type(solid_t) :: solid
+    type(solids_t), allocatable :: list(:)
     real(rp) :: low(3), high(3)
-    integer :: i
+    integer :: b
 
     has_nothing_behind = .true.
-    do i = 1, input%count('SHAPE')
-      call read_solid(input, i, solid, ignored)
-      if (.not. solid%adds) cycle
-      call bounds(solid, low, high)
+    call all_solids(input, list)
+    do b = 1, size(list)
+      call extent_of(list(b)%solid, low, high)
       if (wall%faces_up) then
         has_nothing_behind = has_nothing_behind .and. low(wall%axis) >= wall%position - slack
       else

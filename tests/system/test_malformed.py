@@ -43,7 +43,7 @@ def test_one_name_of_many(run, tmp_path):
     material = re.search(r"&MATERIAL[^/]*/", text).group()
     (tmp_path / "case.nml").write_text(text + ("\n" + material) * 1000)
     done = run("case.nml", "--check=scene", expect=driver.BAD_INPUT)
-    assert "another material has this name" in done.err
+    assert "is the name of another &MATERIAL" in done.err
     assert "and 500 more" in done.err
 
 

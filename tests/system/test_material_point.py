@@ -145,7 +145,7 @@ def test_on_ranks(run, tmp_path):
 # What is replaced in points.nml, and what the message must say.
 MISTAKES = {
     "no such material": ("NAME = 'cu298', MATERIAL = 'copper'", "NAME = 'cu298', MATERIAL = 'coper'", "no &MATERIAL of this name"),
-    "a name twice": ("NAME = 'cu773'", "NAME = 'cu298'", "another path has this name"),
+    "a name twice": ("NAME = 'cu773'", "NAME = 'cu298'", "is the name of another &PATH"),
     "no history": ("KIND = 'shear', STRAIN = 30", "KIND = 'history', FILE = 'nowhere.csv'", "nowhere.csv cannot be read"),
     "no alpha*": ("TP_STAR_FIT = 46, -139.56, -0.08, ", "", "either by TP_STAR or by TP_STAR_FIT"),
     "a fit without ends": (", TP_STAR_ENDS = 0.22, 0.001", "", "needs TP_STAR_RANGE and TP_STAR_ENDS"),

@@ -38,7 +38,7 @@ ERRORS = {
                            "&BODY NAME = 'lid', MATERIAL = 'copper', TEMPERATURE = 400 /\n&SHAPE BODY = 'lid', LOWER = 2e-3, 2e-3, 4.5e-3", r"overlaps the body block by 8 mm3"),
     "name that is a formula": ("&OUTPUT", "&PROBE NAME = '=1', POSITION = 3e-3, 3e-3, 3e-3 /\n&OUTPUT", r"&PROBE NAME = '=1': must be"),
     "name of another probe": ("&OUTPUT", "&PROBE NAME = 'p', POSITION = 3e-3, 3e-3, 3e-3 /\n&PROBE NAME = 'p', POSITION = 4e-3, 4e-3, 3e-3 /\n&OUTPUT",
-                              r"&PROBE NAME = 'p': is the name of another probe"),
+                              r"&PROBE NAME = 'p': is the name of another &PROBE"),
     "wall twice": (WALL, f"{WALL}\n{WALL.replace('sliding', 'fixed')}", r"&WALL SIDE = 'zmin': there is a wall in this place, on line (\d+)"),
     "clamp twice": (CLAMP, f"{CLAMP}\n{CLAMP.replace('xy', 'yz')}", r"&CLAMP holds the nodes of another, on line (\d+)"),
     "surface twice": (SURFACE, f"{SURFACE}\n{SURFACE}", r"&SURFACE .*takes the place of another, on line (\d+)"),
@@ -144,9 +144,3 @@ def test_override_of_a_kind(outcome, run, tmp_path):
     sets = {"TOOL.KIND": "sphere", "TOOL.RADIUS": 1e-3, "OUTPUT.CHECKPOINT_INTERVAL": 1e-6}
     run(tmp_path / "a.nml", "--quiet", sets=sets)
     assert "warning" not in run(None, "--restart", "a.out/a_checkpoint.h5", "--quiet").out
-
-
-def test_metal_that_necks(run):
-    """Metal that does not harden, without a tool that presses it, is named; metal that hardens is not."""
-    for name, has_word in (("layer", True), ("small", False)):
-        assert ("does not harden" in run(name, "--check=scene").out) == has_word

@@ -416,7 +416,7 @@ contains
     call expect('a good file', diagnostics%count() == 0)
     call expect_equal('stem', input%text('RUN', 1, 'NAME'), file(:len(file) - 4))
     open (newunit=unit, file=file, action='readwrite')
-    call input%echo(unit)
+    write (unit, '(a)') input%text_of_file()
     close (unit)
     call read_file(file, text, problem)
     call expect_equal('echo', text, input%text_of_file()//nl)
