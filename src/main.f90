@@ -13,12 +13,10 @@ program stirpoint
   use comm_agree, only: agree
   use comm_world, only: end_world, mpi_text, start_world, world_t
   use front_command_line, only: command_t, read_command
-  use front_heat_report, only: report_heat_scene
-  use front_help, only: print_help, print_keys_of, print_new
-  use front_library, only: print_materials
+  use front_help, only: print_help, print_keys_of, print_materials, print_new
   use front_material_driver, only: drive_material
   use front_prepare, only: place_particles, read_scene
-  use front_report, only: report_scene, warn_of_overlap
+  use front_report, only: report_heat_scene, report_scene, warn_of_overlap
   use heat_alone_loop, only: begin_heat, run_heat
   use heat_alone_state, only: heat_run_t
   use heat_setup_scene, only: build_heat_scene
@@ -76,7 +74,7 @@ contains
 
     select case (command%action)
     case ('help')
-      call print_help(command%topic, ok)
+      call print_help()
     case ('keys')
       call print_keys_of(command%topic, ok)
     case ('new')
@@ -146,8 +144,7 @@ contains
       status = bad_input
       if (world%is_root()) write (error_unit, '(2a)') 'stirpoint: error: ', error%message
     else if (command%action == 'check') then
-      call report_heat_scene(world, input, sim%scene, sim%probes%name, heat, &
-                             command%topic == '')
+      call report_heat_scene(world, sim%scene, heat, command%topic == '')
     else if (.not. is_stopped(status)) then
       call open_results(input, sim%scene%output, heat%frame_times, status)
       if (status == ended_well) call run_heat(world, sim%scene, sim%probes, heat, &

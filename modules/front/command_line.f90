@@ -9,8 +9,7 @@ module front_command_line
   !> Parsed command line.
   type :: command_t
     character(:), allocatable :: action  !! option that selects it, or run
-    character(:), allocatable :: topic       !! value of --check, --keys, --help
-                                             !! or --new
+    character(:), allocatable :: topic       !! value of --check, --keys or --new
     character(:), allocatable :: input       !! input file, '' if none
     character(:), allocatable :: restart     !! checkpoint, '' if none
     character(:), allocatable :: directory   !! results folder, '' for the default
@@ -51,7 +50,7 @@ contains
             '--where')
         command%action = option(verify(option, '-'):)
         if (option == '-h') command%action = 'help'
-        if (any(option == [character(7) :: '--check', '--keys', '--help'])) then
+        if (any(option == [character(7) :: '--check', '--keys'])) then
           if (option /= word) command%topic = next(i, option)
           if (option == '--check' .and. all(command%topic /= [character(5) :: '', 'scene'])) then
             command%problem = '--check='//command%topic//' is unknown; there is --check=scene'

@@ -1,19 +1,24 @@
 ! SPDX-License-Identifier: MIT
-!> Options of the command line: help, man page and bash completion from one table.
+!> Texts that need no input: help, keys, template scenes, and the library of materials. The man page
+!> and the completion for bash (share/man, share/bash-completion) list the options, too.
 module front_help
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_log, only: say
   use base_system, only: data_file
-  use base_text, only: str, upper
+  use base_text, only: upper
   use groups_table, only: key_table
+  use input_diagnostics, only: diagnostics_t
   use input_keys, only: print_keys, print_keys_markdown
+  use input_library, only: read_library, source_lines
   use input_scan, only: read_file
+  use input_values, only: input_t
   use input_wording, only: unknown_group
   use keys_table, only: key_table_t
+  use keys_written, only: split_words
   implicit none (type, external)
   private
 
-  public :: print_help, print_keys_of, print_new
+  public :: log_sources, print_help, print_keys_of, print_materials, print_new
 
   character, parameter :: nl = new_line('a')
 
@@ -38,7 +43,7 @@ contains
     type(option_t), allocatable :: list(:)
 
     list = [ &
-      option_t('--check', '', 'report the scene, its cost and what it skips; write nothing'), &
+      option_t('--check', '', 'report the scene and its cost; write nothing'), &
       option_t('--check', '=scene', &
                'the same at once, without the cost, for which steps are taken'), &
       option_t('--material', '', 'only the flow laws, along the &PATH groups; curves as CSV'), &
@@ -54,8 +59,7 @@ contains
       option_t('--keys', '', 'every group and key with type, unit, default and range'), &
       option_t('--keys', '=GROUP', 'those of one group; --keys=markdown: all as a page'), &
       option_t('--materials', '', 'the library of materials: values and their sources'), &
-      option_t('--help', '', &
-               'this text; --help=man: the man page, --help=bash: completion for bash'), &
+      option_t('--help', '', 'this text'), &
       option_t('--version', '', 'commit, compiler and flags, MPI, HDF5, FFTW, PETSc')]
   end function options
 
@@ -86,28 +90,8 @@ contains
       'the run had begun)'//nl
   end function remarks
 
-  !> Print the help, the man page or the completion; `ok` is false for an unknown topic.
-  subroutine print_help(topic, ok)
-    character(*), intent(in) :: topic    !! '', man or bash
-    logical, intent(out) :: ok
-
-    ok = .true.
-    select case (topic)
-    case ('')
-      call print_text()
-    case ('man')
-      call print_man()
-    case ('bash')
-      call print_completion()
-    case default
-      ok = .false.
-      write (error_unit, '(3a)') 'stirpoint: error: no help about ', topic, '; there is '// &
-        '--help, --help=man and --help=bash'
-    end select
-  end subroutine print_help
-
   !> Print the help.
-  subroutine print_text()
+  subroutine print_help()
     type(option_t), allocatable :: list(:)
     character(:), allocatable :: rest
     integer :: k
@@ -127,7 +111,7 @@ contains
       call print_wrapped(rest(:k - 1), 0, 2)
       rest = rest(k + 1:)
     end do
-  end subroutine print_text
+  end subroutine print_help
 
   !> Usage of an option, as `--restart FILE`.
   pure function usage_of(option) result(text)
@@ -164,128 +148,6 @@ contains
     end do
     write (output_unit, '(a)') rest
   end subroutine print_wrapped
-
-  !> Print the man page, share/man/man1/stirpoint.1.
-  subroutine print_man()
-    type(option_t), allocatable :: list(:)
-    type(key_table_t) :: table
-    character(:), allocatable :: rest
-    integer :: k
-
-    write (output_unit, '(a)') '.\" Printed by stirpoint --help=man.', &
-      '.TH STIRPOINT 1 "" "Stirpoint" "User commands"', '.SH NAME', &
-      'stirpoint \- friction stir processing with the Material Point Method', '.SH SYNOPSIS', &
-      '[\fBmpirun\fR \-n \fIRANKS\fR] \fBstirpoint\fR \fIINPUT\fR [\fIoptions\fR]', &
-      '.SH DESCRIPTION', &
-      'Stirpoint simulates how a rotating rigid tool stirs metal: temperatures, flow, force '// &
-      'and torque. \fIINPUT\fR is a file of Fortran namelist groups in SI units; its results '// &
-      'go to a directory \fINAME\fR.out.', '.SH OPTIONS'
-    allocate (list, source=options())
-    do k = 1, size(list)
-      write (output_unit, '(a)') '.TP', '\fB'//dashes(usage_of(list(k)))//'\fR', &
-        dashes(trim(list(k)%about))
-    end do
-    write (output_unit, '(a)') '.SH REMARKS'
-    rest = remarks()
-    do while (rest /= '')
-      k = index(rest, nl)
-      write (output_unit, '(a)') '.PP', dashes(upper(rest(1:1))//rest(2:k - 1))//'.'
-      rest = rest(k + 1:)
-    end do
-    write (output_unit, '(a)') '.SH GROUPS OF THE INPUT', &
-      '\fBstirpoint \-\-keys=\fIGROUP\fR lists the keys of each.'
-    table = key_table()
-    do k = 1, size(table%groups)
-      write (output_unit, '(a)') '.TP', '\fB&'//trim(table%groups(k)%name)//'\fR', &
-        dashes(trim(table%groups(k)%about))
-    end do
-  end subroutine print_man
-
-  !> Text with dashes escaped for the man page.
-  pure function dashes(text) result(r)
-    character(*), intent(in) :: text
-    character(:), allocatable :: r
-    integer :: i
-
-    r = ''
-    do i = 1, len(text)
-      if (text(i:i) == '-') r = r//'\'
-      r = r//text(i:i)
-    end do
-  end function dashes
-
-  !> Print the bash completion, share/bash-completion/completions/stirpoint.
-  subroutine print_completion()
-    type(option_t), allocatable :: list(:)
-    type(key_table_t) :: table
-    character(:), allocatable :: groups, keys, words
-    integer :: g, k
-
-    allocate (list, source=options())
-    words = ''
-    do k = 1, size(list)
-      if (list(k)%value(1:1) /= '=') words = words//' '//trim(list(k)%name)
-    end do
-    table = key_table()
-    groups = ''
-    keys = ''
-    do g = 1, size(table%groups)
-      groups = groups//' '//trim(table%groups(g)%name)
-      keys = keys//'    '//trim(table%groups(g)%name)//') echo "'
-      do k = table%groups(g)%first, table%groups(g)%last
-        keys = keys//trim(table%keys(k)%name)//merge('"', ' ', k == table%groups(g)%last)
-      end do
-      keys = keys//' ;;'//nl
-    end do
-    write (output_unit, '(a)') &
-      '# Completion of bash for stirpoint; printed by stirpoint --help=bash.', &
-      '_stirpoint_keys() {', '  case $1 in', keys//'  esac', '}'
-    write (output_unit, '(a)') '_stirpoint() {', &
-      '  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} group', &
-      '  if [[ $word == = ]]; then word=; elif [[ $before == = ]]; then before=; fi', &
-      '  [[ -n $before ]] || before=${COMP_WORDS[COMP_CWORD - 2]}=', &
-      '  [[ ${COMP_WORDS[COMP_CWORD]} != = ]] || before+==', &
-      '  compopt +o nospace 2>/dev/null', &
-      '  case $before in', &
-      '    --keys=) mapfile -t COMPREPLY < <(compgen -W "markdown'//groups// &
-      '" -- "${word^^}") ;;', &
-      '    --help=) mapfile -t COMPREPLY < <(compgen -W "man bash" -- "$word") ;;', &
-      '    --new) mapfile -t COMPREPLY < <(compgen -W "'//scene_words()// &
-      '" -- "$word") ;;', &
-      '    --output | -o) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;', &
-      '    --restart) mapfile -t COMPREPLY < <(compgen -f -X "!*.h5" -- "$word"; '// &
-      'compgen -d -S / -- "$word") ;;', &
-      '    --set)', &
-      '      compopt -o nospace 2>/dev/null', &
-      '      if [[ $word == *.* ]]; then', &
-      '        group=${word%%.*}', &
-      '        mapfile -t COMPREPLY < <(compgen -P "$group." -S = '// &
-      '-W "$(_stirpoint_keys "${group%%(*}")" -- "${word#*.}")', &
-      '      else', &
-      '        mapfile -t COMPREPLY < <(compgen -S . -W "'//groups(2:)//'" -- "${word^^}")', &
-      '      fi', &
-      '      ;;', &
-      '    *)', &
-      '      if [[ $word == -* ]]; then', &
-      '        mapfile -t COMPREPLY < <(compgen -W "'//words(2:)//'" -- "$word")', &
-      '      else', &
-      '        mapfile -t COMPREPLY < <(compgen -f -X "!*.nml" -- "$word"; '// &
-      'compgen -d -S / -- "$word")', &
-      '      fi', &
-      '      ;;', &
-      '  esac', '}', 'complete -o filenames -F _stirpoint stirpoint'
-  end subroutine print_completion
-
-  !> Template scenes separated by blanks.
-  function scene_words() result(text)
-    character(:), allocatable :: text
-    integer :: k
-
-    text = trim(scenes(1))
-    do k = 2, size(scenes)
-      text = text//' '//trim(scenes(k))
-    end do
-  end function scene_words
 
   !> Print all keys, those of one group, or the reference page; `ok` is false for an unknown group.
   subroutine print_keys_of(topic, ok)
@@ -337,5 +199,67 @@ contains
       write (error_unit, '(4a)') 'stirpoint: error: ', path, ' ', problem
     end if
   end subroutine print_new
+
+  !> Print the entries of the program's library with values and sources; `ok` is false without a
+  !> library.
+  subroutine print_materials(ok)
+    logical, intent(out) :: ok
+    type(input_t) :: library
+    type(diagnostics_t) :: diagnostics
+    character(:), allocatable :: problem
+    integer :: m, r
+
+    call read_library(key_table(), '', library, diagnostics, problem)
+    ok = problem == ''
+    if (.not. ok) then
+      write (error_unit, '(4a)') 'stirpoint: error: the library of materials ', library%file, &
+        ' ', problem
+      return
+    end if
+    call say("&MATERIAL NAME = '"//library%text('MATERIAL', 1, 'NAME')//"', FROM = 'library' "// &
+             'takes what it does not give itself from the entry of its name.')
+    do m = 1, library%count('MATERIAL')
+      call say('')
+      call say(library%text('MATERIAL', m, 'NAME')//'  ('//library%text('MATERIAL', m, 'LAW')// &
+               ', melts at '//library%values('MATERIAL', m, 'T_MELT')//' K)')
+      do r = 1, library%count('REFERENCE')
+        if (library%text('REFERENCE', r, 'MATERIAL') /= library%text('MATERIAL', m, 'NAME')) cycle
+        call say('  '//values_of(library, m, library%text('REFERENCE', r, 'KEYS')))
+        call say('      '//library%text('REFERENCE', r, 'TEXT'))
+      end do
+    end do
+    call say('')
+    call say('from '//library%file)
+  end subroutine print_materials
+
+  !> Text of the values of `keys` of entry `m`.
+  function values_of(library, m, keys) result(text)
+    type(input_t), intent(in) :: library
+    integer, intent(in) :: m
+    character(*), intent(in) :: keys
+    character(:), allocatable :: text
+    character(48), allocatable :: list(:)
+    integer :: k
+
+    call split_words(keys, list)
+    text = ''
+    do k = 1, size(list)
+      if (k > 1) text = text//', '
+      text = text//trim(list(k))//' = '//library%values('MATERIAL', m, trim(list(k)))
+    end do
+  end function values_of
+
+  !> Log the values that materials took from a library, with their sources.
+  subroutine log_sources(input)
+    type(input_t), intent(in) :: input
+    character(:), allocatable :: lines
+    integer :: i
+
+    do i = 1, input%count('MATERIAL')
+      lines = source_lines(input, i, '  ')
+      if (lines /= '') call say('material '//input%text('MATERIAL', i, 'NAME')// &
+                                ' from the library:'//nl//lines(:len(lines) - 1))
+    end do
+  end subroutine log_sources
 
 end module front_help

@@ -9,7 +9,7 @@ module front_material_driver
   use base_text, only: str
   use comm_world, only: world_t
   use front_command_line, only: command_t
-  use front_library, only: log_sources
+  use front_help, only: log_sources
   use front_point_watch, only: validity_checker_t
   use groups_table, only: key_table
   use input_csv, only: read_columns

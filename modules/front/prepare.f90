@@ -14,7 +14,7 @@ module front_prepare
   use checks_volumes, only: check_volumes, measure_volumes, volumes_t
   use comm_world, only: world_t
   use front_command_line, only: command_t
-  use front_library, only: log_sources
+  use front_help, only: log_sources
   use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
   use input_files, only: folder_of_files, sums_of_files

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> `stirpoint --check`: summary of the scene, its cost, and unused components.
+!> `stirpoint --check`: summary of the scene and its cost.
 module front_report
   use base_kinds, only: i8, rp
   use base_log, only: say
@@ -7,10 +7,11 @@ module front_report
   use checks_process_check, only: report_process
   use checks_volumes, only: report_volumes, volumes_t
   use comm_world, only: world_t
-  use front_estimate, only: cost_t, estimate_run
+  use front_estimate, only: cost_t, estimate_heat, estimate_run
   use grid_geometry, only: grid_t
+  use heat_alone_state, only: heat_run_t
   use heat_conduction, only: conduction_step
-  use heat_solvers_method, only: solver_names
+  use heat_solvers_method, only: euler, method_names, rkl2, solver_names
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use mapping_stability, only: stable_step, wave_speed
@@ -18,12 +19,12 @@ module front_report
   use particles_tracers, only: tracers_t
   use setup_scaling, only: elastic_strain, small_strain
   use setup_tool_heat, only: log_heat_shares
-  use state_scene, only: scheme_usl
+  use state_scene, only: scene_t
   use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 
-  public :: report_scene, warn_of_overlap
+  public :: report_heat_scene, report_scene, warn_of_overlap
 
 contains
 
@@ -37,13 +38,12 @@ contains
     type(volumes_t), intent(in) :: volumes(:)
     logical, intent(in) :: measures
     type(cost_t) :: cost
-    character(:), allocatable :: limited_by, what_is_skipped
+    character(:), allocatable :: limited_by
     real(rp) :: dt, memory(1)
     integer :: b, cells(3)
 
     dt = stable_step(sim%scene, sim%clock)
     limited_by = limit(sim)
-    what_is_skipped = skipped(sim)
     memory = real(sim%particles%bytes() + sim%nodes%bytes(), rp)
     call world%sum(memory)
     if (measures) call estimate_run(world, sim, dt, cost)
@@ -72,18 +72,60 @@ contains
     call print_line('time step', str(dt)//' s, limited by '//limited_by)
     if (elastic_strain(input, sim%scene) > 0.0_rp) call print_line('elasticity', elasticity(input, &
                                                                                             sim))
-    if (measures) then
-      call print_line('steps', str(nint(cost%steps, i8))//' for '//str(sim%scene%end_time)//' s')
-      call print_line('speed', &
-                      str(real(sum(counts), rp)*cost%steps/max(cost%seconds, &
-                      tiny(1.0_rp))*1.0e-6_rp)//' M particle-steps/s of processor time here, '// &
-                      str(nint(100.0_rp*cost%awake))//' % of the particles awake')
-      call print_line('run time', cost%run_time(world%size))
-    end if
+    if (measures) call print_cost(world, sim%scene, cost, sum(counts), 'particle-steps/s', ', '// &
+                                  str(nint(100.0_rp*cost%awake))//' % of the particles awake')
     call report_process(input, sim%scene, sim%tool)
     call log_heat_shares(sim%scene, sim%tool)
-    call print_line('skipped', what_is_skipped)
   end subroutine report_scene
+
+  !> Collective. Report a heat-only scene without writing files. Measuring the cost advances the
+  !> state, which cannot be used afterwards.
+  subroutine report_heat_scene(world, scene, run, measures)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(inout) :: run
+    logical, intent(in) :: measures
+    type(cost_t) :: cost
+    real(rp) :: volume(1)
+    integer(i8) :: irregular
+
+    associate (heat => run%heat, mesh => run%heat%mesh)
+      volume = mesh%volume
+      irregular = size(mesh%irregular)
+      call world%sum(volume)
+      call world%sum(irregular)
+      if (measures) call estimate_heat(world, scene, run, cost)
+      if (.not. world%is_root()) return
+      call print_line('scene', scene%output%name//'  '//scene%title)
+      call print_line('mesh', str(mesh%n(1))//' x '//str(mesh%n(2))//' x '//str(mesh%n(3))// &
+                      ' cells of about '//scene%grid%edges()//' mm, '//str(run%cells)// &
+                      ' in the solid, '//str(irregular)//' with rates of their own')
+      call print_line('volume', str(1.0e9_rp*volume(1))//' mm3')
+      call print_line('ranks', str(world%size))
+      call print_line('time step', trim(method_names(run%integrator%method))// &
+                      ', error of a step at most '//str(run%integrator%tolerance)// &
+                      ' K; an explicit step is stable below '//str(2.0_rp/heat%max_decay_rate)// &
+                        ' s')
+      if (run%integrator%method /= euler .and. run%integrator%method /= rkl2) then
+        call print_line('solver', trim(solver_names(run%integrator%implicit%solver)))
+      end if
+      if (measures) call print_cost(world, scene, cost, run%cells, 'cell-steps/s', '')
+    end associate
+  end subroutine report_heat_scene
+
+  !> Print steps, speed and time of a run with `n` particles or cells.
+  subroutine print_cost(world, scene, cost, n, unit, note)
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(cost_t), intent(in) :: cost
+    integer(i8), intent(in) :: n
+    character(*), intent(in) :: unit, note
+
+    call print_line('steps', str(nint(cost%steps, i8))//' for '//str(scene%end_time)//' s')
+    call print_line('speed', str(real(n, rp)*cost%steps/max(cost%seconds, tiny(1.0_rp))*1.0e-6_rp) &
+                    //' M '//unit//' of processor time here'//note)
+    call print_line('run time', cost%run_time(world%size))
+  end subroutine print_cost
 
   !> Collective. Warn of a tool that starts inside a body.
   subroutine warn_of_overlap(world, input, sets, sim)
@@ -220,32 +262,5 @@ contains
            str(0.1_rp*nint(10.0_rp*sqrt(factor)))//' times as long where flow matters and '// &
            'springback and thermal stress do not'
   end function elasticity
-
-  !> Text on the components that this scene does not use.
-  function skipped(sim) result(text)
-    type(simulation_t), intent(in) :: sim
-    character(:), allocatable :: text
-    logical :: any_flow
-    integer :: m
-
-    text = ''
-    if (size(sim%tool) == 0) text = text//', contact (no &TOOL)'
-    if (.not. sim%scene%method%conducts) text = text//', conduction (no &HEAT)'
-    any_flow = .false.
-    do m = 1, size(sim%scene%material)
-      any_flow = any_flow .or. allocated(sim%scene%material(m)%flow)
-    end do
-    if (.not. any_flow) text = text//', plasticity (elastic materials)'
-    if (.not. sim%scene%method%fbar) text = text//', volume averaging (nothing locks, or FBAR = F)'
-    if (all(abs(sim%scene%material%expansion) <= 0.0_rp)) text = text//', thermal expansion'
-    if (size(sim%scene%condition) == 0) text = text//', walls'
-    if (sim%probes%n == 0) text = text//', probes'
-    if (sim%tracers%n == 0) text = text//', tracers'
-    if (sim%scene%method%sleep%is_on) text = text//', mechanics of material at rest (SLEEPING)'
-    if (sim%nodes%halo%n == 0) text = text//', node exchange (one rank)'
-    if (sim%scene%method%scheme == scheme_usl) text = text//', second stress pass (USL)'
-    text = text//', nodes without material; contact in blocks far from the tool'
-    text = text(3:)
-  end function skipped
 
 end module front_report

@@ -14,7 +14,7 @@ module input_library
   implicit none (type, external)
   private
 
-  public :: library_table, read_library, source_line, take_from_library
+  public :: library_table, read_library, source_lines, take_from_library
 
   character(*), parameter :: group = 'MATERIAL'
   character(*), parameter :: library_file = 'materials.nml'   !! library of the program
@@ -233,30 +233,30 @@ contains
     r = 0
   end function reference_number
 
-  !> Line for the log with the values of the `i`-th &MATERIAL from its `s`-th source; '' if there is
-  !> no such source.
-  function source_line(input, i, s) result(line)
+  !> Lines, each after a `margin`, with the values that the `i`-th &MATERIAL took from a library and
+  !> their sources; '' if it took none.
+  function source_lines(input, i, margin) result(text)
     type(input_t), intent(in) :: input
-    integer, intent(in) :: i, s
-    character(:), allocatable :: line
+    integer, intent(in) :: i
+    character(*), intent(in) :: margin
+    character(:), allocatable :: text
     type(taken_t), allocatable :: values(:)
-    integer :: first, k, n
+    integer :: first, k
 
-    line = ''
+    text = ''
+    if (.not. allocated(input%taken)) return
     values = pack(input%taken, input%taken%instance == i)
-    n = 0
     do first = 1, size(values)
       if (any(values(:first - 1)%source == values(first)%source)) cycle
-      n = n + 1
-      if (n == s) exit
+      text = text//margin
+      do k = first, size(values)
+        if (values(k)%source /= values(first)%source) cycle
+        if (k > first) text = text//', '
+        text = text//trim(values(k)%key)//' = ' &
+               //excerpt(input%values(group, i, trim(values(k)%key)))
+      end do
+      text = text//': '//trim(values(first)%source)//new_line('a')
     end do
-    if (first > size(values)) return
-    do k = first, size(values)
-      if (values(k)%source /= values(first)%source) cycle
-      if (line /= '') line = line//', '
-      line = line//trim(values(k)%key)//' = '//excerpt(input%values(group, i, trim(values(k)%key)))
-    end do
-    line = line//': '//trim(values(first)%source)
-  end function source_line
+  end function source_lines
 
 end module input_library

@@ -2,7 +2,7 @@
 !> The resolved input: given, library and override values as an input that can be run again, with
 !> the other defaults and the sources of library values as comments.
 module input_resolved
-  use input_library, only: source_line
+  use input_library, only: source_lines
   use input_values, only: input_t
   implicit none (type, external)
   private
@@ -30,7 +30,11 @@ contains
         if (one /= '') text = text//'! &'//group//name_of(input, g, i)//nl//one
       end do
     end do
-    text = text//sources_of(input)
+    do i = 1, input%count('MATERIAL')
+      one = source_lines(input, i, '!   ')
+      if (one /= '') text = text//'! Of material '//input%text('MATERIAL', i, 'NAME')// &
+        ' a library gave:'//nl//one
+    end do
   end function resolved_text
 
   !> Text of all groups with their defaults, for comparison by a restart.
@@ -87,27 +91,5 @@ contains
       end associate
     end do
   end function defaults_of
-
-  !> Lines with the values from libraries and their sources.
-  function sources_of(input) result(text)
-    type(input_t), intent(in) :: input
-    character(:), allocatable :: text
-    character(:), allocatable :: line
-    integer :: i, s
-
-    text = ''
-    if (.not. allocated(input%taken)) return
-    do i = 1, input%count('MATERIAL')
-      s = 1
-      do
-        line = source_line(input, i, s)
-        if (line == '') exit
-        if (s == 1) text = text//'! Of material '//input%text('MATERIAL', i, 'NAME')// &
-          ' a library gave:'//nl
-        text = text//'!   '//line//nl
-        s = s + 1
-      end do
-    end do
-  end function sources_of
 
 end module input_resolved
