@@ -6,7 +6,7 @@ module checks_process
   use bodies_solids, only: body_at, extent_of, is_inside, solid_t, solids_t
   use contact_tool, only: tool_t
   use input_values, only: input_t
-  use setup_walls, only: wall_of, wall_t
+  use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private

@@ -4,10 +4,11 @@
 module checks_same_scene
   use base_kinds, only: rp
   use base_text, only: lower, str
-  use contact_motion, only: motion_t, wrapped
+  use contact_motion, only: motion_t
   use input_diagnostics, only: diagnostics_t, excerpt
   use input_files, only: sums_of_files
   use input_values, only: input_t
+  use keys_names, only: find
   use keys_table, only: key_row_t
   use keys_written, only: items_t, split_values, to_logical, to_real, to_text
   use setup_motions, only: read_motion
@@ -48,8 +49,9 @@ contains
     type(input_t), intent(in) :: new
     real(rp), intent(in) :: time
     type(diagnostics_t), intent(inout) :: diagnostics
-    character(:), allocatable :: line, rest
+    character(:), allocatable :: line, name, rest
     character(24) :: group
+    real(rp) :: begin, end
     integer :: i, status
 
     rest = sums_of_files(new)
@@ -59,7 +61,9 @@ contains
       if (index(new_line('a')//sums, new_line('a')//line) > 0) cycle
       read (line, *, iostat=status) group, i
       if (status == 0 .and. group == 'MOTION') then
-        if (begin_of(new, i) >= time) cycle
+        name = new%text('MOTION', i, 'TOOL')
+        call find_times(new, name, findloc(phases_of(new, name), i, dim=1), begin, end)
+        if (begin >= time .and. .not. may_end_early(new, name)) cycle
       end if
       if (status == 0) call new%report(diagnostics, trim(group), i, 'FILE', 'a restart cannot '// &
         'change it: the content of the file is not that with which the run began')
@@ -97,8 +101,7 @@ contains
           if (group == 'SOURCE' .and. row%name == 'END') then
             if (min(end_of(old, i), end_of(new, i)) >= time*(1.0_rp - slack)) cycle
           end if
-          call compare_values(new, group, i, row, old%values(group, i, trim(row%name)), &
-                              new%values(group, i, trim(row%name)), diagnostics)
+          call compare_values(new, group, i, row, old%values(group, i, trim(row%name)), diagnostics)
         end associate
       end do
     end do
@@ -122,25 +125,22 @@ contains
     if (end_of <= 0.0_rp) end_of = huge(1.0_rp)
   end function end_of
 
-  !> Compare the values of one key.
-  subroutine compare_values(new, group, i, row, was, is, diagnostics)
+  !> Compare the values of one key with those that it had.
+  subroutine compare_values(new, group, i, row, was, diagnostics)
     type(input_t), intent(in) :: new
-    character(*), intent(in) :: group
+    character(*), intent(in) :: group, was
     integer, intent(in) :: i
     type(key_row_t), intent(in) :: row
-    character(*), intent(in) :: was, is
     type(diagnostics_t), intent(inout) :: diagnostics
     type(items_t) :: a, b
+    character(:), allocatable :: is
     integer :: k
 
-    if (was == is) return
+    is = new%values(group, i, trim(row%name))
+    k = first_difference(row%kind, was, is)
+    if (k == 0) return
     call split_values(was, a)
     call split_values(is, b)
-    do k = 1, max(size(a%first), size(b%first))
-      if (k > min(size(a%first), size(b%first))) exit
-      if (.not. is_same(row%kind, was(a%first(k):a%last(k)), is(b%first(k):b%last(k)))) exit
-    end do
-    if (k > max(size(a%first), size(b%first))) return
     if (size(a%first) > 3 .and. size(a%first) == size(b%first)) then
       call new%report(diagnostics, group, i, trim(row%name), &
                       'a restart cannot change its value '//str(k)//' from '// &
@@ -150,6 +150,20 @@ contains
                       'a restart cannot change it from '//shown(was)//' to '//shown(is))
     end if
   end subroutine compare_values
+
+  !> Index of the first value in which two lists differ, or which only one has; 0 if there is none.
+  integer function first_difference(kind, was, is) result(k)
+    character(*), intent(in) :: kind, was, is
+    type(items_t) :: a, b
+
+    call split_values(was, a)
+    call split_values(is, b)
+    do k = 1, max(size(a%first), size(b%first))
+      if (k > min(size(a%first), size(b%first))) return
+      if (.not. is_same(kind, was(a%first(k):a%last(k)), is(b%first(k):b%last(k)))) return
+    end do
+    k = 0
+  end function first_difference
 
   !> Values of a key for a message.
   pure function shown(values) result(text)
@@ -184,182 +198,110 @@ contains
     end select
   end function is_same
 
-  !> Report motions that differ before the time of the checkpoint; later they may differ.
+  !> Compare the motions of all tools.
   subroutine compare_motions(old, new, time, diagnostics)
     type(input_t), intent(in) :: old, new
     real(rp), intent(in) :: time
     type(diagnostics_t), intent(inout) :: diagnostics
-    type(motion_t) :: one, other
-    character(:), allocatable :: name
-    real(rp) :: t
-    integer :: i
+    character(64) :: names(old%count('MOTION') + new%count('MOTION'))
+    integer :: i, n
 
-    do i = 1, old%count('MOTION')
-      name = old%text('MOTION', i, 'TOOL')
-      one = motion_of(old, name)
-      other = motion_of(new, name)
-      t = time_of_difference(one, other, time)
-      if (may_end_early(one) .or. may_end_early(other)) then
-        if (t < huge(1.0_rp)) call new%report(diagnostics, 'MOTION', max(1, first_of(new, &
-          name)), '', 'of '//name//': a restart cannot change phases where some end at a load '// &
-          'or temperature: it is not known from the input which have begun')
-        cycle
-      end if
-      if (t > time) cycle
-      call new%report(diagnostics, 'MOTION', max(1, first_of(new, name)), '', 'of '//name// &
-                      ': a restart at t = '//str(time)// &
-                      ' s cannot change what was before; at t = '//str(t)//' s it is '// &
-                      position_text(other, t)//' instead of '//position_text(one, t))
-    end do
-    do i = 1, new%count('MOTION')
-      name = new%text('MOTION', i, 'TOOL')
-      if (first_of(old, name) > 0) cycle
-      t = time_of_difference(motion_t(), motion_of(new, name), time)
-      if (t <= time) call new%report(diagnostics, 'MOTION', i, '', 'of '//name// &
-                                     ': until the checkpoint at t = '//str(time)// &
-                                     ' s it did not move')
+    n = old%count('MOTION')
+    do i = 1, size(names)
+      if (i <= n) names(i) = old%text('MOTION', i, 'TOOL')
+      if (i > n) names(i) = new%text('MOTION', i - n, 'TOOL')
+      if (find(names(:i - 1), names(i)) > 0) cycle
+      call compare_motion(old, new, trim(names(i)), time, diagnostics)
     end do
   end subroutine compare_motions
 
-  !> Motion of the tool `name`; errors are reported where the scene is built.
-  type(motion_t) function motion_of(input, name) result(motion)
+  !> Report changes of the phases of a tool that have begun by the time of the checkpoint; it is not
+  !> known which have if some end at a load or temperature. A phase under way may end at another
+  !> time.
+  subroutine compare_motion(old, new, name, time, diagnostics)
+    type(input_t), intent(in) :: old, new
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: time
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: changed, key
+    integer, allocatable :: was(:), is(:)    ! indices of its &MOTION groups
+    real(rp) :: begin(2), end(2)
+    logical :: ends_early
+    integer :: i, k, row
+
+    was = phases_of(old, name)
+    is = phases_of(new, name)
+    ends_early = may_end_early(old, name) .or. may_end_early(new, name)
+    do k = 1, max(size(was), size(is))
+      begin = huge(1.0_rp)
+      if (k <= size(was)) call find_times(old, name, k, begin(1), end(1))
+      if (k <= size(is)) call find_times(new, name, k, begin(2), end(2))
+      if (minval(begin) >= time*(1.0_rp - slack) .and. .not. ends_early) cycle
+      changed = ''
+      if (k > min(size(was), size(is))) then
+        changed = ' a phase'
+      else
+        associate (group => new%table%groups(new%table%find_group('MOTION')))
+          do row = group%first, group%last
+            key = trim(new%table%keys(row)%name)
+            if (key == 'DURATION' .and. minval(end) > time .and. .not. ends_early) cycle
+            if (first_difference(new%table%keys(row)%kind, old%values('MOTION', was(k), key), &
+                                 new%values('MOTION', is(k), key)) > 0) changed = changed//' '//key
+          end do
+        end associate
+      end if
+      if (changed == '') cycle
+      i = 1
+      if (size(is) > 0) i = is(min(k, size(is)))
+      if (ends_early) then
+        call new%report(diagnostics, 'MOTION', i, '', 'of '//name//': a restart cannot change '// &
+                        'phases where some end at a load or temperature:'//changed)
+      else
+        call new%report(diagnostics, 'MOTION', i, '', 'of '//name//': a restart at t = '// &
+                        str(time)//' s cannot change what was before:'//changed)
+      end if
+    end do
+  end subroutine compare_motion
+
+  !> Indices of the &MOTION groups of a tool.
+  function phases_of(input, name) result(phases)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: name
+    integer, allocatable :: phases(:)
+    integer :: i, n
+
+    n = input%count('MOTION')
+    phases = pack([(i, i=1, n)], [(input%text('MOTION', i, 'TOOL') == name, i=1, n)])
+  end function phases_of
+
+  !> True if a phase may end before its duration.
+  logical function may_end_early(input, name)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: name
+    type(motion_t) :: motion
+    type(diagnostics_t) :: unused            ! errors are reported where the scene is built
+
+    call read_motion(input, name, motion, unused)
+    may_end_early = any(motion%phase%ends_early())
+  end function may_end_early
+
+  !> Times at which phase `k` of a tool begins and ends [s]. The first path that leads the tilt
+  !> counts from the start, as the tool tilts in the phases before as on it.
+  subroutine find_times(input, name, k, begin, end)
+    type(input_t), intent(in) :: input
+    character(*), intent(in) :: name
+    integer, intent(in) :: k
+    real(rp), intent(out) :: begin, end
+    type(motion_t) :: motion
     type(diagnostics_t) :: unused
 
     call read_motion(input, name, motion, unused)
-  end function motion_of
-
-  !> Start time of the `i`-th &MOTION [s]; 0 if it depends on a load, or if the tilt of the phases
-  !> before follows its path.
-  real(rp) function begin_of(input, i)
-    type(input_t), intent(in) :: input
-    integer, intent(in) :: i
-    type(motion_t) :: motion
-    integer :: k
-
-    motion = motion_of(input, input%text('MOTION', i, 'TOOL'))
-    k = count([(input%text('MOTION', k, 'TOOL') == input%text('MOTION', i, 'TOOL'), k=1, i - 1)])
-    begin_of = sum(motion%phase(:k)%duration)
-    if (motion%phase(k + 1)%path%leads_tilt .and. .not. any(motion%phase(:k)%path%leads_tilt) &
-        .or. may_end_early(motion)) begin_of = 0.0_rp
-  end function begin_of
-
-  !> Index of the first &MOTION of a tool; 0 if it has none.
-  integer function first_of(input, name)
-    type(input_t), intent(in) :: input
-    character(*), intent(in) :: name
-
-    do first_of = 1, input%count('MOTION')
-      if (input%text('MOTION', first_of, 'TOOL') == name) return
-    end do
-    first_of = 0
-  end function first_of
-
-  !> First sampled time at which the positions of two motions differ; huge if they do not until
-  !> `time`. Between breakpoints the path is a parabola, so that three points suffice.
-  real(rp) function time_of_difference(one, other, time)
-    type(motion_t), intent(in) :: one, other
-    real(rp), intent(in) :: time
-    real(rp), allocatable :: breakpoints(:)
-    real(rp) :: from, to
-    integer :: k
-
-    allocate (breakpoints, source=[breakpoints_of(one), breakpoints_of(other), time])
-    if (.not. (may_end_early(one) .or. may_end_early(other))) breakpoints = pack(breakpoints, &
-      breakpoints <= time)
-    time_of_difference = 0.0_rp
-    if (.not. same_ends(one, other)) return
-    to = 0.0_rp
-    do
-      from = to
-      if (.not. any(breakpoints > from)) exit
-      to = minval(breakpoints, mask=breakpoints > from)
-      do k = 1, 2
-        time_of_difference = from + 0.5_rp*real(k, rp)*(to - from)
-        if (differ(one, other, time_of_difference)) return
-      end do
-    end do
-    time_of_difference = huge(1.0_rp)
-  end function time_of_difference
-
-  !> True if a phase may end before its duration: then no phase may change, since later ones may
-  !> have begun already.
-  pure logical function may_end_early(motion)
-    type(motion_t), intent(in) :: motion
-
-    may_end_early = .false.
-    if (allocated(motion%phase)) may_end_early = any(motion%phase%ends_early())
-  end function may_end_early
-
-  !> True if two motions have the same end conditions, or none.
-  pure logical function same_ends(one, other)
-    type(motion_t), intent(in) :: one, other
-
-    same_ends = .not. (may_end_early(one) .or. may_end_early(other))
-    if (same_ends) return
-    if (.not. (allocated(one%phase) .and. allocated(other%phase))) return
-    if (size(one%phase) /= size(other%phase)) return
-    same_ends = .not. any(differs(one%phase%until_force, other%phase%until_force) .or. &
-                          differs(one%phase%until_torque, other%phase%until_torque) .or. &
-                          differs(one%phase%until_temperature, other%phase%until_temperature) .or. &
-                          one%phase%until_probe /= other%phase%until_probe)
-  end function same_ends
-
-  !> True if two limits differ by more than rounding.
-  elemental logical function differs(a, b)
-    real(rp), intent(in) :: a, b
-
-    differs = abs(a - b) > slack*abs(a)
-  end function differs
-
-  !> Times at which phases, ramps and pieces of force tables end [s].
-  pure function breakpoints_of(motion) result(breakpoints)
-    type(motion_t), intent(in) :: motion
-    real(rp), allocatable :: breakpoints(:)
-    real(rp) :: from
-    integer :: k
-
-    allocate (breakpoints(0))
-    if (.not. allocated(motion%phase)) return
-    from = 0.0_rp
-    do k = 1, size(motion%phase)
-      breakpoints = [breakpoints, from + motion%phase(k)%ramp, from + motion%phase(k)%duration, &
-                     from + motion%phase(k)%forces(1, :motion%phase(k)%n_forces)]
-      if (motion%phase(k)%duration <= 0.0_rp) exit
-      from = from + motion%phase(k)%duration
-    end do
-  end function breakpoints_of
-
-  !> True if positions, angles or forces of two motions differ at time `t` by more than rounding.
-  pure logical function differ(one, other, t)
-    type(motion_t), intent(in) :: one, other
-    real(rp), intent(in) :: t
-    real(rp) :: a(4), b(4), direction(2), force(2), v(3), spin
-    logical :: presses(2)
-
-    call one%at(t, a(1:3), v, a(4), spin)
-    call other%at(t, b(1:3), v, b(4), spin)
-    call one%face(t, direction(1), spin)
-    call other%face(t, direction(2), spin)
-    call one%force_control_at(t, 0.0_rp, presses(1), force(1))
-    call other%force_control_at(t, 0.0_rp, presses(2), force(2))
-    differ = (presses(1) .neqv. presses(2)) &
-             .or. abs(wrapped(direction(2) - direction(1))) > slack*1000.0_rp
-    differ = differ .or. abs(force(1) - force(2)) > slack*maxval(abs(force))
-    differ = differ .or. any(abs(a - b) > slack*(1.0_rp + 1000.0_rp*maxval(abs([a, b]))))
-  end function differ
-
-  !> Text on the displacement and the angle of a motion at time `t`.
-  function position_text(motion, t) result(text)
-    type(motion_t), intent(in) :: motion
-    real(rp), intent(in) :: t
-    character(:), allocatable :: text
-    real(rp) :: shift(3), v(3), angle, spin
-
-    call motion%at(t, shift, v, angle, spin)
-    text = '('//str(shift(1))//', '//str(shift(2))//', '//str(shift(3))//') m and '//str(angle)// &
-           ' rad away from its start'
-  end function position_text
+    associate (phase => motion%phase)
+      begin = sum(phase(:k - 1)%duration)
+      end = begin + phase(k)%duration
+      if (phase(k)%duration <= 0.0_rp) end = huge(1.0_rp)
+      if (phase(k)%path%leads_tilt .and. .not. any(phase(:k - 1)%path%leads_tilt)) begin = 0.0_rp
+    end associate
+  end subroutine find_times
 
 end module checks_same_scene

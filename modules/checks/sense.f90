@@ -9,7 +9,7 @@ module checks_sense
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_written, only: to_real
-  use setup_walls, only: wall_of, wall_t
+  use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private

@@ -12,9 +12,9 @@ module front_material_driver
   use front_help, only: log_sources
   use front_point_watch, only: validity_checker_t
   use groups_table, only: key_table
-  use input_csv, only: read_columns
   use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input
+  use input_tables, only: read_columns
   use input_values, only: input_t
   use io_histories, only: table_t
   use io_row, only: row_t

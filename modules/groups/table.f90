@@ -4,13 +4,10 @@
 !> `may_change`: they control the rest of the run, not the state. Of &MOTION all future phases may
 !> change, of &SOURCE an END in the future (checks_same_scene).
 module groups_table
-  use groups_body, only: add_body
+  use groups_body, only: add_body, add_fields, add_material
   use groups_boundary, only: add_boundary
-  use groups_field, only: add_fields
   use groups_heat, only: add_heat
-  use groups_material, only: add_material
-  use groups_output, only: add_output
-  use groups_path, only: add_paths
+  use groups_output, only: add_output, add_paths
   use groups_run, only: add_method, add_run
   use groups_tool, only: add_tool
   use keys_table, only: key_table_t

@@ -7,11 +7,10 @@ module heat_setup_scene
   use conditions_list, only: clamp_groups
   use heat_alone_state, only: heat_run_t
   use heat_mesh_curve, only: make_property
-  use heat_mesh_cut_mesh, only: cut_mesh, cut_cells_t
+  use heat_mesh_cut_mesh, only: cut_cells_t, cut_mesh
   use heat_mesh_rates, only: heat_t
   use heat_setup_cut_cells, only: cut_cells, mesh_of
-  use heat_setup_sources, only: read_heat_sources
-  use heat_setup_tables, only: check_tables, n_values
+  use heat_setup_sources, only: check_tables, n_values, read_heat_sources
   use heat_solvers_fft, only: has_fft
   use heat_solvers_integrator, only: integrator_t
   use heat_solvers_method, only: by_cg, by_fft, by_petsc, method_names, rkl2

@@ -1,18 +1,129 @@
 ! SPDX-License-Identifier: MIT
-!> Set-up of moving sources of heat-only scenes, and shear stress curves of stirring ones.
+!> Moving sources of heat-only scenes, shear stress curves of stirring ones from strength tables, and
+!> checks of what heats and conducts.
 module heat_setup_sources
   use base_kinds, only: pi, rp
   use heat_mesh_curve, only: curve_t, table_value
   use heat_mesh_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
-  use heat_setup_tables, only: n_values, split_pairs
+  use input_diagnostics, only: diagnostics_t
+  use input_tables, only: rises
   use input_values, only: input_t
   use physics_flow_law, only: softening_from
   implicit none (type, external)
   private
 
-  public :: read_heat_sources
+  public :: check_heat_sense, check_tables, n_values, read_heat_sources, split_pairs
 
 contains
+
+  !> Check that strengths are pairs of rising temperature, and that pieces have five values.
+  subroutine check_tables(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp), allocatable :: t(:), v(:)
+    integer :: i, n
+
+    do i = 1, input%count('MATERIAL')
+      n = n_values(input, i, 'YIELD_TABLE')
+      if (n > 0) then
+        call split_pairs(input, i, 'YIELD_TABLE', t, v)
+        if (.not. rises(t)) call input%report(diagnostics, 'MATERIAL', i, 'YIELD_TABLE', &
+                                              'must be pairs in rising temperature')
+      end if
+      if (mod(n_values(input, i, 'YIELD_LOGISTIC'), 5) /= 0) then
+        call input%report(diagnostics, 'MATERIAL', i, 'YIELD_LOGISTIC', &
+                          'must be pieces of five values')
+      end if
+    end do
+  end subroutine check_tables
+
+  !> Number of values given in a list: up to the last nonzero one.
+  integer function n_values(input, i, key)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key
+    real(rp) :: x(64)
+    integer :: max_values
+
+    n_values = 0
+    if (.not. input%given('MATERIAL', i, key)) return
+    max_values = merge(25, 64, key == 'YIELD_LOGISTIC')
+    x = 0.0_rp
+    x(:max_values) = input%reals('MATERIAL', i, key, max_values)
+    n_values = findloc(abs(x) > 0.0_rp, .true., dim=1, back=.true.)
+    if (key == 'YIELD_TABLE') n_values = n_values + mod(n_values, 2)   ! a table may end with 0 Pa
+  end function n_values
+
+  !> Temperatures and values of a table.
+  subroutine split_pairs(input, i, key, t, v)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    character(*), intent(in) :: key
+    real(rp), allocatable, intent(out) :: t(:), v(:)
+    real(rp) :: x(64)
+    integer :: n
+
+    x = input%reals('MATERIAL', i, key, 64)
+    n = n_values(input, i, key)
+    t = x(1:n:2)
+    v = x(2:n:2)
+  end subroutine split_pairs
+
+  !> Report sources without heat, and conduction without conductivity.
+  subroutine check_heat_sense(input, diagnostics)
+    type(input_t), intent(in) :: input
+    type(diagnostics_t), intent(inout) :: diagnostics
+    real(rp) :: conductivity
+    integer :: i
+
+    do i = 1, input%count('SOURCE')
+      if (input%text('SOURCE', i, 'KIND') == 'stir') then
+        call check_stir(input, i, diagnostics)
+      else if (abs(input%real('SOURCE', i, 'POWER')) <= 0.0_rp) then
+        call input%report(diagnostics, 'SOURCE', i, 'POWER', 'the source gives no heat')
+      end if
+    end do
+    if (input%count('HEAT') == 0) return
+    conductivity = 0.0_rp
+    do i = 1, input%count('MATERIAL')
+      conductivity = max(conductivity, input%real('MATERIAL', i, 'CONDUCTIVITY'))
+      if (input%given('MATERIAL', i, 'CONDUCTIVITY_TABLE')) conductivity = max(conductivity, 1.0_rp)
+    end do
+    if (conductivity <= 0.0_rp .and. .not. input%logical('METHOD', 1, 'MECHANICS')) then
+      call input%report(diagnostics, 'MATERIAL', 1, 'CONDUCTIVITY', &
+                        'must be above 0 with MECHANICS = F')
+    else if (conductivity <= 0.0_rp) then
+      call input%warn(diagnostics, 'MATERIAL', 1, 'CONDUCTIVITY', &
+                      'there is a &HEAT group, and no material conducts')
+    end if
+  end subroutine check_heat_sense
+
+  !> Check that a stirring source rotates, and that a sliding one has pressure and friction.
+  subroutine check_stir(input, i, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: contact
+
+    contact = input%text('SOURCE', i, 'CONTACT')
+    if (abs(input%real('SOURCE', i, 'SPIN_RPM')) <= 0.0_rp) then
+      call input%report(diagnostics, 'SOURCE', i, 'SPIN_RPM', &
+                        'the source does not turn (0 is the default): it gives no heat')
+    end if
+    if (input%given('SOURCE', i, 'SHARE') .and. input%real('SOURCE', i, 'SHARE') <= 0.0_rp) then
+      call input%report(diagnostics, 'SOURCE', i, 'SHARE', 'none of the heat enters the body')
+    end if
+    if (contact == 'sticking') return
+    if (contact == 'mixed' .and. input%real('SOURCE', i, 'SLIP') <= 0.0_rp) return
+    if (input%real('SOURCE', i, 'PRESSURE') <= 0.0_rp) then
+      call input%report(diagnostics, 'SOURCE', i, 'PRESSURE', &
+                        "is 0 (the default): CONTACT = '"//contact//"' gives no heat by sliding")
+    end if
+    if (input%real('SOURCE', i, 'FRICTION') <= 0.0_rp) then
+      call input%report(diagnostics, 'SOURCE', i, 'FRICTION', &
+                        "is 0 (the default): CONTACT = '"//contact//"' gives no heat by sliding")
+    end if
+  end subroutine check_stir
 
   !> Read all &SOURCE groups. Stirring sources share the heat with the tool by effusivities.
   subroutine read_heat_sources(input, m, conductivity, capacity, source)

@@ -1,16 +1,20 @@
 ! SPDX-License-Identifier: MIT
-!> Contact between bodies: groups with a velocity field of their own, and their contact laws.
+!> Contact between bodies: groups with a velocity field of their own, contact laws, and heat transfer
+!> by contact conductances with separate nodal temperatures.
 module setup_contacts
-  use contact_pair, only: law_coulomb, law_frictionless, law_stick, pair_law_t, contact_t, &
-                          moves_as_one, normal_gradient, normal_regression
+  use base_kinds, only: rp
+  use contact_pair, only: contact_t, law_coulomb, law_frictionless, law_stick, moves_as_one, &
+                          normal_gradient, normal_regression, pair_law_t
   use input_diagnostics, only: diagnostics_t
+  use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_names, only: find
+  use state_film, only: film_t, of_pressure
   use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: read_contacts
+  public :: read_contacts, read_gaps
 
 contains
 
@@ -105,5 +109,129 @@ contains
       law_of = law_coulomb
     end select
   end function law_of
+
+  !> Read the conductances of all &CONTACT groups. Bodies without a conductance between them are in
+  !> perfect thermal contact and share their nodal temperatures. Contacts must have been read.
+  subroutine read_gaps(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    logical :: has_gap(size(scene%body), size(scene%body))
+    integer :: body(2), c, i
+
+    has_gap = .false.
+    do i = 1, input%count('CONTACT')
+      if (.not. has_conductance(input, i)) cycle
+      call check_gap(input, i, scene, diagnostics)
+      body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
+              find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
+      if (any(body == 0) .or. diagnostics%count() > 0) cycle
+      if (.not. allocated(scene%gap)) allocate (scene%gap(size(scene%contact)))
+      has_gap(body(1), body(2)) = .true.
+      has_gap(body(2), body(1)) = .true.
+      do c = 1, size(scene%contact)
+        if (minval(scene%contact(c)%group) /= minval(scene%body(body)%group)) cycle
+        if (maxval(scene%contact(c)%group) /= maxval(scene%body(body)%group)) cycle
+        scene%gap(c) = film_of(input, i)
+      end do
+    end do
+    if (.not. any(has_gap)) return
+    call assign_heat_groups(scene, has_gap)
+    do i = 1, input%count('CONTACT')
+      if (.not. has_conductance(input, i)) cycle
+      body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
+              find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
+      if (any(body == 0)) cycle
+      if (scene%body(body(1))%heat_group == scene%body(body(2))%heat_group) then
+        call input%report(diagnostics, 'CONTACT', i, '', 'both bodies conduct perfectly to a '// &
+                          'third, and so to each other: give a &CONTACT with CONDUCTANCE '// &
+                          'for one of these pairs')
+      end if
+    end do
+  end subroutine read_gaps
+
+  !> True if the `i`-th &CONTACT has a contact conductance.
+  logical function has_conductance(input, i)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+
+    has_conductance = input%given('CONTACT', i, 'CONDUCTANCE') &
+                      .or. input%given('CONTACT', i, 'CONDUCTANCE_TABLE')
+  end function has_conductance
+
+  !> Check the conductance of the `i`-th &CONTACT.
+  subroutine check_gap(input, i, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: b, n
+
+    if (.not. scene%method%conducts) call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', &
+                                                       'has no effect without a &HEAT group')
+    do b = 1, size(scene%body)
+      if (scene%body(b)%name /= input%text('CONTACT', i, 'BODY') .and. &
+          scene%body(b)%name /= input%text('CONTACT', i, 'OTHER')) cycle
+      if (scene%body(b)%material == 0) cycle
+      if (scene%material(scene%body(b)%material)%conducts()) cycle
+      call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', "needs bodies that conduct: '"// &
+                        trim(scene%body(b)%name)//"' has a CONDUCTIVITY of 0")
+    end do
+    n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
+    if (n == 0) return
+    if (input%given('CONTACT', i, 'CONDUCTANCE')) call input%report(diagnostics, 'CONTACT', i, &
+      'CONDUCTANCE_TABLE', 'takes the place of CONDUCTANCE: give one of them')
+    if (mod(n, 2) /= 0) then
+      call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE_TABLE', &
+                        'must be pairs of pressure and conductance')
+      return
+    end if
+    associate (table => reshape(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'), [2, n/2]))
+      call check_rising(input, 'CONTACT', i, 'CONDUCTANCE_TABLE', table(1, :), diagnostics, &
+                        'pressures')
+    end associate
+  end subroutine check_gap
+
+  !> Conductance of the `i`-th &CONTACT as a film.
+  type(film_t) function film_of(input, i) result(film)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    integer :: n
+
+    n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
+    if (n == 0) then
+      film%coefficient = input%real('CONTACT', i, 'CONDUCTANCE')
+      return
+    end if
+    film%of = of_pressure
+    associate (table => reshape(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'), [2, n/2]))
+      film%at = table(1, :)
+      film%there = table(2, :)
+    end associate
+  end function film_of
+
+  !> Assign groups with a common nodal temperature: bodies without a gap between them, directly or
+  !> through other bodies, belong to one group.
+  pure subroutine assign_heat_groups(scene, has_gap)
+    type(scene_t), intent(inout) :: scene
+    logical, intent(in) :: has_gap(:, :)      !! whether a conductance is given between two bodies
+    integer :: a, b, group(size(scene%body)), n, sweep
+
+    group = [(a, a=1, size(group))]
+    do sweep = 1, size(group)
+      do a = 1, size(group)
+        do b = 1, size(group)
+          if (.not. has_gap(a, b)) group([a, b]) = minval(group([a, b]))
+        end do
+      end do
+    end do
+    n = 0
+    do a = 1, size(group)
+      if (group(a) == a) n = n + 1
+      scene%body(a)%heat_group = n
+      if (group(a) /= a) scene%body(a)%heat_group = scene%body(group(a))%heat_group
+    end do
+    scene%n_heat_groups = n
+  end subroutine assign_heat_groups
 
 end module setup_contacts

@@ -6,10 +6,9 @@ module setup_motions
   use contact_motion, only: max_forces, motion_t, phase_t
   use contact_paths, only: new_path
   use contact_tool, only: tool_t
-  use input_csv, only: read_columns
   use input_diagnostics, only: diagnostics_t
   use input_files, only: file_path
-  use input_tables, only: check_rising
+  use input_tables, only: check_rising, read_columns
   use input_values, only: input_t
   use state_scene, only: scene_t
   implicit none (type, external)

@@ -10,7 +10,7 @@ module setup_scene
   use contact_tool, only: tool_t
   use grid_geometry, only: make_grid
   use heat_setup_scene, only: check_heat_scene
-  use heat_setup_sense, only: check_heat_sense
+  use heat_setup_sources, only: check_heat_sense
   use heat_solvers_method, only: by_cg, by_petsc
   use heat_sources, only: source_t
   use input_diagnostics, only: diagnostics_t
@@ -22,19 +22,15 @@ module setup_scene
   use particles_tracers, only: tracers_t
   use setup_backings, only: read_backings
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
-  use setup_contacts, only: read_contacts
-  use setup_flow, only: read_flow
-  use setup_gaps, only: read_gaps
+  use setup_boundary, only: read_conditions, read_sources, read_tractions, tractions_have_boxes
+  use setup_contacts, only: read_contacts, read_gaps
   use setup_grading, only: check_grading, read_grading
-  use setup_laws, only: lay_out_laws
-  use setup_loads, only: read_sources, read_tractions, tractions_have_boxes
+  use setup_method, only: is_sparse, lay_out_laws, read_elastic_scaling, read_flow, &
+                          read_selective_scaling, read_sleeping
   use setup_motions, only: check_paths
-  use setup_scaling, only: is_sparse, read_elastic_scaling, read_selective_scaling
-  use setup_sleeping, only: read_sleeping
   use setup_tool_heat, only: read_tool_heat
   use setup_tools, only: read_tools
   use setup_tracers, only: read_tracers
-  use setup_walls, only: read_conditions
   use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
   implicit none (type, external)
   private

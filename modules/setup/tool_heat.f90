@@ -8,7 +8,7 @@ module setup_tool_heat
   use contact_tool, only: tool_t
   use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
-  use setup_walls, only: wall_of, wall_t
+  use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t, scheme_usl
   implicit none (type, external)
   private

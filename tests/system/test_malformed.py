@@ -73,7 +73,6 @@ NO_HEAT = {
     "beside": ("POSITION = 0, 20e-3, 12e-3", "POSITION = 0, 90e-3, 12e-3", "error: .*never touches"),
     "nothing conducts": ("CONDUCTIVITY = 391", "CONDUCTIVITY = 0", "error: .*CONDUCTIVITY.*above 0"),
     "no power": ("KIND = 'stir'", "POWER = 0", "error: .*POWER.*gives no heat"),
-    "no source": (r"&SOURCE[^/]*/", "", "warning: &HEAT has nothing to do"),
 }
 
 

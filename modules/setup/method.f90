@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
-!> Scaling for larger time steps: reduced elastic moduli of material that can flow, and selective
-!> mass scaling (added inertia of grid nodes with little mass).
-module setup_scaling
+!> Settings that depend on materials, bodies and tools: storage and warnings of the flow laws,
+!> averaging of the volume ratio (F-bar), scaling for larger time steps, sleeping material.
+module setup_method
   use base_kinds, only: nlane, rp
   use base_text, only: str
   use contact_tool, only: tool_t
@@ -9,11 +9,18 @@ module setup_scaling
   use input_values, only: input_t
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
-  use state_scene, only: scene_t, scheme_usl, transfer_flip
+  use state_scene, only: average_always, average_flowing, average_never, scene_t, scheme_usl, &
+                         transfer_flip
   implicit none (type, external)
   private
 
-  public :: elastic_strain, is_sparse, read_elastic_scaling, read_selective_scaling, small_strain
+  public :: elastic_strain, is_sparse, lay_out_laws, read_elastic_scaling, read_flow, &
+            read_selective_scaling, read_sleeping, small_strain
+
+  !> Ratio of bulk to shear modulus above which elastic material locks. Without averaging, the
+  !> pressures of neighbouring particles in a thick tube (verify.py tube) differ by 1.5 % times this
+  !> ratio, with it by 2 to 3 %.
+  real(rp), parameter :: nearly_incompressible = 6.0_rp
 
   !> Elastic strains of flowing material [-]: recommended, and the largest without a warning.
   !> Plastic strains are of order 1; tests/verification/ablation.md has the errors that larger ones
@@ -22,6 +29,72 @@ module setup_scaling
   real(rp), parameter :: cubic = 1.0_rp + 1.0e-6_rp   !! largest edge ratio of a cube
 
 contains
+
+  !> Reserve particle storage for internal variables of the flow laws; list the warnings of the
+  !> laws.
+  subroutine lay_out_laws(input, scene, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(diagnostics_t), intent(inout) :: diagnostics
+    integer :: m
+
+    allocate (scene%warning(0))
+    associate (layout => scene%layout)
+      do m = 1, size(scene%material)
+        if (.not. allocated(scene%material(m)%flow)) cycle
+        call list_warnings(scene%material(m), scene%warning)
+        layout%n_law = max(layout%n_law, scene%material(m)%flow%n_state)
+        if (scene%material(m)%flow%anneals .and. .not. scene%method%conducts) then
+          call input%report(diagnostics, 'MATERIAL', m, '', &
+                            scene%material(m)%flow%annealing_keys()// &
+                            ' go with the conduction steps: there is no &HEAT')
+        end if
+      end do
+      if (layout%n_law == 0) return
+      layout%law = 0
+      call layout%add(layout%n_law, layout%law)
+    end associate
+  end subroutine lay_out_laws
+
+  !> Add the warnings of a material's flow law to those of the scene, without duplicates.
+  subroutine list_warnings(material, all)
+    type(material_t), intent(inout) :: material
+    character(48), allocatable, intent(inout) :: all(:)
+    character(48), allocatable :: own(:)
+    integer :: k
+
+    call material%flow%list_warnings(own)
+    do k = 1, size(own)
+      if (.not. any(all == own(k))) all = [all, own(k)]
+      material%warning(k) = findloc(all, own(k), dim=1)
+    end do
+  end subroutine list_warnings
+
+  !> Choose where the volume ratio is averaged: as FBAR says, by default in flowing material and in
+  !> nearly incompressible bodies (elsewhere averaging costs accuracy). Frames show velocities of
+  !> the grid if those of flowing particles are noisy (FLIP). Bodies and method must have been read.
+  subroutine read_flow(input, scene)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    integer :: b
+
+    do b = 1, size(scene%body)
+      associate (body => scene%body(b), material => scene%material(scene%body(b)%material))
+        body%averaging = average_never
+        if (allocated(material%flow)) body%averaging = average_flowing
+        if (material%k > nearly_incompressible*material%g) body%averaging = average_always
+        if (input%given('METHOD', 1, 'FBAR')) then
+          body%averaging = merge(average_always, average_never, input%logical('METHOD', 1, 'FBAR'))
+        end if
+      end associate
+    end do
+    associate (method => scene%method)
+      method%fbar = any(scene%body%averaging /= average_never)
+      method%shows_motion = .false.
+      if (.not. method%has_mechanics .or. method%transfer /= transfer_flip) return
+      method%shows_motion = any([(scene%can_flow(scene%body(b)%group), b=1, size(scene%body))])
+    end associate
+  end subroutine read_flow
 
   !> Divide the elastic moduli of materials that can flow by ELASTIC_SCALING. Materials must have
   !> been read, and nothing derived from their moduli yet.
@@ -96,7 +169,7 @@ contains
 
     call check_elastic_scaling(input, scene, diagnostics)
     scene%method%scales_light_nodes = input%switches_on( &
-      diagnostics, 'METHOD', 'SELECTIVE_SCALING', obstacle_in(scene), &
+      diagnostics, 'METHOD', 'SELECTIVE_SCALING', obstacle_to_scaling(scene), &
       is_harmless(input, scene, tool))
   end subroutine read_selective_scaling
 
@@ -166,7 +239,7 @@ contains
   !> per cell along an axis, or cells that are not cubes, a free elastic block gains energy at time
   !> steps that are stable without the scaling: light nodes withhold part of the internal forces
   !> from the particles, which makes the operator from forces to velocities non-symmetric.
-  pure function obstacle_in(scene) result(text)
+  pure function obstacle_to_scaling(scene) result(text)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: text
 
@@ -184,6 +257,58 @@ contains
     else if (scene%grid%grading%axis > 0 .or. any(scene%grid%h > cubic*minval(scene%grid%h))) then
       text = 'cells that are no cubes'
     end if
-  end function obstacle_in
+  end function obstacle_to_scaling
 
-end module setup_scaling
+  !> Fill `scene%method%sleep`. Tools, bodies and groups of bodies must have been read.
+  subroutine read_sleeping(input, scene, tool, diagnostics)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(inout) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(diagnostics_t), intent(inout) :: diagnostics
+
+    associate (sleep => scene%method%sleep)
+      sleep%is_on = input%switches_on(diagnostics, 'METHOD', 'SLEEPING', &
+                                      obstacle_to_sleep(input, scene, tool), &
+                                      is_quasi_static(scene))
+      if (.not. sleep%is_on) return
+      sleep%distance = input%real('METHOD', 1, 'SLEEP_DISTANCE')
+      if (sleep%distance <= 0.0_rp) sleep%distance = 0.5_rp*maxval(tool%stirring_radius())
+      sleep%stress = input%real('METHOD', 1, 'SLEEP_STRESS')
+      sleep%heat = input%real('METHOD', 1, 'SLEEP_HEAT')
+    end associate
+    call scene%layout%add(1, scene%layout%rest)
+  end subroutine read_sleeping
+
+  !> True if stress waves are not resolved physically, as the inertia is scaled.
+  pure logical function is_quasi_static(scene)
+    type(scene_t), intent(in) :: scene
+
+    is_quasi_static = scene%method%mass_scaling > 1.0_rp
+  end function is_quasi_static
+
+  !> Reason why material cannot sleep in this scene; '' if it can.
+  function obstacle_to_sleep(input, scene, tool) result(text)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    character(:), allocatable :: text
+
+    text = ''
+    if (size(tool) == 0) then
+      text = 'no &TOOL'
+    else if (.not. all(tool%has_shape()) .or. size(scene%tool_of) > 1) then
+      text = 'bodies in contact'
+    else if (input%count('LOAD') > 0) then
+      text = 'a &LOAD'
+    else if (input%count('FIELD') > 0) then
+      text = 'a &FIELD'
+    else if (any(scene%grid%period > 0)) then
+      text = 'a periodic grid'
+    else if (scene%method%scheme /= scheme_usl) then
+      text = 'a SCHEME other than usl'
+    else if (scene%method%transfer /= transfer_flip) then
+      text = 'a TRANSFER other than flip'
+    end if
+  end function obstacle_to_sleep
+
+end module setup_method
