@@ -10,7 +10,6 @@ module bodies_fields
   use fields_ring, only: ring_t
   use fields_vortex, only: vortex_t
   use fields_waves, only: waves_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find
   use particles_store, only: f_pos, f_vel, particles_t
@@ -24,10 +23,9 @@ module bodies_fields
 contains
 
   !> Read the fields of the &FIELD groups; reserve particle storage for initial positions.
-  subroutine read_fields(input, scene, diagnostics)
+  subroutine read_fields(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     class(field_t), allocatable :: field
     integer :: body, i
 
@@ -35,51 +33,49 @@ contains
     do i = 1, input%count('FIELD')
       body = find(scene%body%name, input%text('FIELD', i, 'BODY'))
       if (body == 0) cycle
-      call make_field(input, i, body, scene, diagnostics, field)
+      call make_field(input, i, body, scene, field)
       if (.not. allocated(field)) cycle            ! noise: see `add_noise`
       if (allocated(scene%body(body)%field)) then
-        call input%report(diagnostics, 'FIELD', i, 'BODY', 'this body has another known field')
+        call input%report('FIELD', i, 'BODY', 'this body has another known field')
       end if
-      if (field%has_motion) call check_motion(input, i, body, scene, field%has_force, diagnostics)
+      if (field%has_motion) call check_motion(input, i, body, scene, field%has_force)
       call move_alloc(field, scene%body(body)%field)
       call scene%layout%add(3, scene%layout%origin)
     end do
   end subroutine read_fields
 
   !> Make the field of group `i`; none for noise or an unknown KIND.
-  subroutine make_field(input, i, body, scene, diagnostics, field)
+  subroutine make_field(input, i, body, scene, field)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i, body
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     class(field_t), allocatable, intent(out) :: field
 
     associate (material => scene%material(scene%body(body)%material))
       ! A new kind is one line here.
       select case (input%text('FIELD', i, 'KIND'))
       case ('waves')
-        allocate (field, source=waves(input, i, material, .true., diagnostics))
+        allocate (field, source=waves(input, i, material, .true.))
       case ('mode')
-        allocate (field, source=waves(input, i, material, .false., diagnostics))
+        allocate (field, source=waves(input, i, material, .false.))
       case ('vortex')
-        allocate (field, source=vortex(input, i, material, diagnostics))
+        allocate (field, source=vortex(input, i, material))
       case ('ring')
-        allocate (field, source=ring(input, i, material, diagnostics))
+        allocate (field, source=ring(input, i, material))
       case ('heat-mode')
         allocate (field, source=heat_mode(input, i, input%real('BODY', body, 'TEMPERATURE'), &
-                                          material, scene%method%conducts, diagnostics))
+                  material, scene%method%conducts))
       case default
       end select
     end associate
   end subroutine make_field
 
   !> Check the conditions under which a known motion is exact.
-  subroutine check_motion(input, i, body, scene, is_forced, diagnostics)
+  subroutine check_motion(input, i, body, scene, is_forced)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i, body
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: is_forced
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(17), parameter :: own(4) = [character(17) :: 'VELOCITY', 'ANGULAR_VELOCITY', &
                                           'VELOCITY_GRADIENT', 'DEFORMATION']
     integer :: k, m
@@ -87,23 +83,22 @@ contains
     m = scene%body(body)%material
     if (is_forced) then
       if (input%text('MATERIAL', m, 'ENERGY') /= 'coupled') then
-        call input%report(diagnostics, 'FIELD', i, 'KIND', &
-                          "its body force is that of a material with ENERGY = 'coupled'")
+        call input%report('FIELD', i, 'KIND', "its body force is that of a material with "// &
+                          "ENERGY = 'coupled'")
       end if
     end if
     if (input%text('MATERIAL', m, 'LAW') /= 'elastic') then
-      call input%report(diagnostics, 'FIELD', i, 'KIND', 'needs an elastic material')
+      call input%report('FIELD', i, 'KIND', 'needs an elastic material')
     end if
     if (abs(scene%material(m)%expansion) > 0.0_rp) then
-      call input%report(diagnostics, 'FIELD', i, 'KIND', 'needs a material without EXPANSION')
+      call input%report('FIELD', i, 'KIND', 'needs a material without EXPANSION')
     end if
     if (scene%method%mass_scaling > 1.0_rp) then
-      call input%report(diagnostics, 'FIELD', i, 'KIND', 'is wrong with MASS_SCALING')
+      call input%report('FIELD', i, 'KIND', 'is wrong with MASS_SCALING')
     end if
     do k = 1, size(own)
       if (input%given('BODY', body, trim(own(k)))) then
-        call input%report(diagnostics, 'BODY', body, trim(own(k)), &
-                          'the body has its motion from a &FIELD')
+        call input%report('BODY', body, trim(own(k)), 'the body has its motion from a &FIELD')
       end if
     end do
   end subroutine check_motion
@@ -129,12 +124,11 @@ contains
   end function rate_of
 
   !> Waves with body force, or a standing elastic wave without one.
-  type(waves_t) function waves(input, i, material, is_forced, diagnostics)
+  type(waves_t) function waves(input, i, material, is_forced)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
     logical, intent(in) :: is_forced
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: a
 
     waves%has_motion = .true.
@@ -150,89 +144,83 @@ contains
                                               is_forced))
     end do
     if (any(abs(waves%amplitude)*waves%number >= 1.0_rp)) then
-      call input%report(diagnostics, 'FIELD', i, 'AMPLITUDE', &
-                        'must be below WAVELENGTH/(2 pi), or the body is turned inside out')
+      call input%report('FIELD', i, 'AMPLITUDE', 'must be below WAVELENGTH/(2 pi), or the body '// &
+                        'is turned inside out')
     end if
-    if (is_forced) call require_frequency(input, i, diagnostics)
+    if (is_forced) call require_frequency(input, i)
   end function waves
 
   !> Report a missing FREQUENCY.
-  subroutine require_frequency(input, i, diagnostics)
+  subroutine require_frequency(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     if (input%real('FIELD', i, 'FREQUENCY') <= 0.0_rp) then
-      call input%report(diagnostics, 'FIELD', i, 'FREQUENCY', 'must be > 0 for this KIND')
+      call input%report('FIELD', i, 'FREQUENCY', 'must be > 0 for this KIND')
     end if
   end subroutine require_frequency
 
   !> Generalised vortex.
-  type(vortex_t) function vortex(input, i, material, diagnostics)
+  type(vortex_t) function vortex(input, i, material)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: centre(3)
 
     vortex%has_motion = .true.
     vortex%has_force = .true.
     centre = input%reals('FIELD', i, 'CENTRE', 3)
     vortex%centre = centre(1:2)
-    vortex%radii = radii_of(input, i, diagnostics)
+    vortex%radii = radii_of(input, i)
     vortex%amplitude = input%real('FIELD', i, 'AMPLITUDE')
     vortex%rate = rate_of(input, i, 0.0_rp)
     vortex%mu = material%g/material%rho
-    call require_frequency(input, i, diagnostics)
+    call require_frequency(input, i)
   end function vortex
 
   !> Expanding ring.
-  type(ring_t) function ring(input, i, material, diagnostics)
+  type(ring_t) function ring(input, i, material)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(in) :: material
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: centre(3), radii(2)
 
     ring%has_motion = .true.
     ring%has_force = .true.
     centre = input%reals('FIELD', i, 'CENTRE', 3)
     ring%centre = centre(1:2)
-    radii = radii_of(input, i, diagnostics)
+    radii = radii_of(input, i)
     ring%amplitude = input%real('FIELD', i, 'AMPLITUDE')
     ring%rate = rate_of(input, i, pi*material%wave_speed()/max(sum(radii), tiny(1.0_rp)))
     ring%mu = material%g/material%rho
     if (abs(material%k - 2.0_rp/3.0_rp*material%g) > 1.0e-9_rp*material%g) then
-      call input%report(diagnostics, 'FIELD', i, 'KIND', 'needs a material with POISSON_RATIO = 0')
+      call input%report('FIELD', i, 'KIND', 'needs a material with POISSON_RATIO = 0')
     end if
     if (abs(radii(2) - 3.0_rp*radii(1)) <= 1.0e-6_rp*radii(2)) then
-      call input%report(diagnostics, 'FIELD', i, 'RADII', &
-                        'the outer one must not be thrice the inner one')
+      call input%report('FIELD', i, 'RADII', 'the outer one must not be thrice the inner one')
     else
       call ring%set_radii(radii)
     end if
   end function ring
 
   !> Inner and outer radius [m].
-  function radii_of(input, i, diagnostics) result(radii)
+  function radii_of(input, i) result(radii)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: radii(2)
 
     radii = input%reals('FIELD', i, 'RADII', 2)
-    if (radii(2) <= radii(1)) call input%report(diagnostics, 'FIELD', i, 'RADII', &
-                                                'the outer one must be above the inner one')
+    if (radii(2) <= radii(1)) call input%report('FIELD', i, 'RADII', 'the outer one must be '// &
+      'above the inner one')
   end function radii_of
 
   !> Decaying mode of conduction.
-  type(heat_mode_t) function heat_mode(input, i, mean, material, conducts, diagnostics)
+  type(heat_mode_t) function heat_mode(input, i, mean, material, conducts)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: mean
     type(material_t), intent(in) :: material
     logical, intent(in) :: conducts
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     heat_mode%has_temperature = .true.
     heat_mode%mean = mean
@@ -243,8 +231,8 @@ contains
     if (.not. conducts) return
     heat_mode%diffusivity = material%conductivity/(material%rho*material%c_p)
     if (allocated(material%c_table) .or. allocated(material%k_table)) then
-      call input%report(diagnostics, 'FIELD', i, 'KIND', 'needs a material without tables over '// &
-                        'temperature: the solution is known for constant properties')
+      call input%report('FIELD', i, 'KIND', 'needs a material without tables over temperature: '// &
+                        'the solution is known for constant properties')
     end if
   end function heat_mode
 

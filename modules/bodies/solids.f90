@@ -3,7 +3,6 @@
 !> subtracted.
 module bodies_solids
   use base_kinds, only: rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find
   implicit none (type, external)
@@ -54,14 +53,13 @@ contains
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
     type(solid_t), allocatable, intent(out) :: solids(:)
-    type(diagnostics_t) :: ignored                     !! errors that setup_bodies reports
     integer, allocatable :: shapes(:)
     integer :: k
 
     shapes = shapes_of(input, body)
     allocate (solids(size(shapes)))
     do k = 1, size(shapes)
-      call read_solid(input, shapes(k), solids(k), ignored)
+      call read_solid(input, shapes(k), solids(k))
     end do
   end subroutine body_solids
 
@@ -78,11 +76,10 @@ contains
   end subroutine all_solids
 
   !> Read the solid of the `i`-th &SHAPE; report errors of its keys.
-  subroutine read_solid(input, i, solid, diagnostics)
+  subroutine read_solid(input, i, solid)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(solid_t), intent(out) :: solid
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     solid%kind = find(names, input%text('SHAPE', i, 'KIND'))
     solid%adds = input%text('SHAPE', i, 'OPERATION') == 'add'
@@ -93,7 +90,7 @@ contains
       solid%lower = input%reals('SHAPE', i, 'LOWER', 3)
       solid%upper = input%reals('SHAPE', i, 'UPPER', 3)
       if (input%given('SHAPE', i, 'UPPER') .and. any(solid%upper <= solid%lower)) then
-        call input%report(diagnostics, 'SHAPE', i, 'UPPER', 'must be above LOWER on every axis')
+        call input%report('SHAPE', i, 'UPPER', 'must be above LOWER on every axis')
       end if
       if (solid%kind == solid_trapezoid) call read_trapezoid()
     case default
@@ -112,8 +109,8 @@ contains
       character(*), intent(in) :: key
 
       if (.not. input%given('SHAPE', i, key)) then
-        call input%report(diagnostics, 'SHAPE', i, key, &
-                          "required for KIND = '"//input%text('SHAPE', i, 'KIND')//"'")
+        call input%report('SHAPE', i, key, "required for KIND = '"//input%text('SHAPE', i, &
+                          'KIND')//"'")
       end if
     end subroutine need
 
@@ -124,7 +121,7 @@ contains
       solid%across = index('xyz', input%text('SHAPE', i, 'ACROSS'))
       solid%width = [input%real('SHAPE', i, 'WIDTH_LOWER'), input%real('SHAPE', i, 'WIDTH_UPPER')]
       if (solid%along == solid%across) then
-        call input%report(diagnostics, 'SHAPE', i, 'ACROSS', 'must be another axis than ALONG')
+        call input%report('SHAPE', i, 'ACROSS', 'must be another axis than ALONG')
       end if
     end subroutine read_trapezoid
   end subroutine read_solid

@@ -2,7 +2,6 @@
 !> Initial elastic state of bodies from &BODY DEFORMATION.
 module bodies_stretch
   use base_kinds, only: nlane, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use physics_stress, only: elastic_stress
   use state_scene, only: scene_t
@@ -14,15 +13,14 @@ module bodies_stretch
 contains
 
   !> Report an invalid deformation gradient of body `i`.
-  subroutine check_stretch(input, i, diagnostics)
+  subroutine check_stretch(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: jac
 
     jac = determinant(deformation(input, i))
     if (.not. (jac > 0.0_rp .and. jac <= huge(1.0_rp))) then
-      call input%report(diagnostics, 'BODY', i, 'DEFORMATION', 'must have a determinant above 0')
+      call input%report('BODY', i, 'DEFORMATION', 'must have a determinant above 0')
     end if
   end subroutine check_stretch
 

@@ -7,7 +7,6 @@ module checks_process_check
   use bodies_solids, only: all_solids, solids_t
   use checks_process, only: survey_tool, tool_survey_t, undefined
   use contact_tool, only: tool_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t
@@ -22,39 +21,35 @@ module checks_process_check
 contains
 
   !> Report errors and warnings on tools and their motion. The scene must have no other errors.
-  subroutine check_process(input, scene, tool, diagnostics)
+  subroutine check_process(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(solids_t), allocatable :: solids(:)
     type(tool_survey_t) :: survey
     integer :: k, n
 
-    call check_phases(input, tool, diagnostics)
+    call check_phases(input, tool)
     call all_solids(input, solids)
     do k = 1, size(tool)
       call survey_tool(input, scene, solids, k, tool(k), survey)
       if (k <= input%count('TOOL')) then
-        n = diagnostics%count()
+        n = input%diagnostics%count()
         associate (plate => survey%plate(:2, 2) - survey%plate(:2, 1))
           call tool(k)%shape%check_size(input, k, maxval(scene%grid%upper() - scene%grid%lower), &
-                                        scene%grid%h, maxval(plate), &
-                                        any(abs(tool(k)%motion%phase%spin) > 0.0_rp), diagnostics)
+                    scene%grid%h, maxval(plate), any(abs(tool(k)%motion%phase%spin) > 0.0_rp))
         end associate
-        if (diagnostics%count() == n) call check_tool_motion(input, scene, tool, k, survey, &
-                                                             diagnostics)
+        if (input%diagnostics%count() == n) call check_tool_motion(input, scene, tool, k, survey)
       else
-        call check_rigid_motion(input, scene, k, survey, diagnostics)
+        call check_rigid_motion(input, scene, k, survey)
       end if
     end do
   end subroutine check_process
 
   !> Report phases that are never reached, and ramps longer than their phase.
-  subroutine check_phases(input, tool, diagnostics)
+  subroutine check_phases(input, tool)
     type(input_t), intent(in) :: input
     type(tool_t), intent(in) :: tool(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, k, n
     logical :: is_last
 
@@ -64,13 +59,12 @@ contains
       do i = 1, input%count('MOTION')
         if (input%text('MOTION', i, 'TOOL') /= tool(k)%name) cycle
         n = n + 1
-        if (is_last) call input%report(diagnostics, 'MOTION', i, '', &
-          'is never reached: a phase before it has no DURATION and lasts to the end of the run')
+        if (is_last) call input%report('MOTION', i, '', 'is never reached: a phase before it '// &
+                                       'has no DURATION and lasts to the end of the run')
         associate (duration => tool(k)%motion%phase(n)%duration)
           if (duration > 0.0_rp .and. input%real('MOTION', i, 'RAMP') &
               > duration*(1.0_rp + 1.0e-9_rp)) then
-            call input%warn(diagnostics, 'MOTION', i, 'RAMP', &
-                            'is longer than the DURATION of the phase')
+            call input%warn('MOTION', i, 'RAMP', 'is longer than the DURATION of the phase')
           end if
           is_last = is_last .or. duration <= 0.0_rp
         end associate
@@ -80,20 +74,19 @@ contains
 
   !> Report errors in the survey of a tool. A tool outside the grid may be intended; ten grid sizes
   !> away its position is probably in another unit.
-  subroutine check_tool_motion(input, scene, tool, k, survey, diagnostics)
+  subroutine check_tool_motion(input, scene, tool, k, survey)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
     integer, intent(in) :: k
     type(tool_survey_t), intent(in) :: survey
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: edges(3)                           ! of the plate [m]
     integer :: i, phase
 
     edges = survey%plate(:, 2) - survey%plate(:, 1)
     if (.not. survey%is_in_grid) then
       associate (sides => scene%grid%upper() - scene%grid%lower)
-        call input%report(diagnostics, 'TOOL', k, 'POSITION', &
+        call input%report('TOOL', k, 'POSITION', &
                           'the tool is outside the grid throughout the run', &
                           is_warning=norm2(tool(k)%start - scene%grid%lower) < 10.0_rp*norm2(sides))
       end associate
@@ -101,18 +94,19 @@ contains
     end if
     if (survey%touch >= undefined .and. .not. bodies_move(input, scene) &
         .and. .not. any(survey%phase%name == 'press')) then
-      call input%warn(diagnostics, 'TOOL', k, 'POSITION', 'the tool never touches a body')
+      call input%warn('TOOL', k, 'POSITION', 'the tool never touches a body')
     end if
-    if (survey%touch < undefined) call check_shoulder(input, k, survey, diagnostics)
+    if (survey%touch < undefined) call check_shoulder(input, k, survey)
     if (survey%through < undefined .and. input%real('TOOL', k, 'BOBBIN_RADIUS') <= 0.0_rp) then
       phase = findloc(survey%phase%from <= survey%through, .true., dim=1, back=.true.)
       associate (text => 'the tool comes out below the bottom of the plate of '// &
-                 length_text(edges(3))//' at t = '//str(survey%through)//' s', one => survey%phase(phase))
+                 length_text(edges(3))//' at t = '//str(survey%through)//' s', &
+                 one => survey%phase(phase))
         if (survey%through <= 0.0_rp .or. one%motion == 0) then
-          call input%report(diagnostics, 'TOOL', k, 'POSITION', text, &
-                            .not. has_floor(input, scene, survey%plate(3, 1)))
+          call input%report('TOOL', k, 'POSITION', text, .not. has_floor(input, scene, &
+                            survey%plate(3, 1)))
         else
-          call input%report(diagnostics, 'MOTION', one%motion, key_of(input, one%motion), text, &
+          call input%report('MOTION', one%motion, key_of(input, one%motion), text, &
                             .not. has_floor(input, scene, survey%plate(3, 1)))
         end if
       end associate
@@ -121,10 +115,10 @@ contains
       associate (one => survey%phase(i))
         if (one%motion == 0 .or. one%off_plate <= 0.0_rp) cycle
         if (one%off_plate <= maxval(0.5_rp*survey%upper(:2) - 0.5_rp*survey%lower(:2))) cycle
-        call input%warn(diagnostics, 'MOTION', one%motion, key_of(input, one%motion), &
-                        'the tool travels '//length_text(one%path_length)// &
-                        ' and is off the plate of '//length_text(edges(1))//' x '// &
-                        length_text(edges(2))//' from t = '//str(one%off_plate_from)//' s on')
+        call input%warn('MOTION', one%motion, key_of(input, one%motion), 'the tool travels '// &
+                        length_text(one%path_length)//' and is off the plate of '// &
+                        length_text(edges(1))//' x '//length_text(edges(2))//' from t = '// &
+                        str(one%off_plate_from)//' s on')
       end associate
     end do
   end subroutine check_tool_motion
@@ -141,11 +135,10 @@ contains
 
   !> Warn of a plunged tool whose shoulder rim, at its lowest point, does not reach the plate by the
   !> end of the run. Phases with a force are not checked, as the depth is not known beforehand.
-  subroutine check_shoulder(input, k, survey, diagnostics)
+  subroutine check_shoulder(input, k, survey)
     type(input_t), intent(in) :: input
     integer, intent(in) :: k
     type(tool_survey_t), intent(in) :: survey
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: above, length, tilt, tip
     logical :: is_pinned
 
@@ -159,40 +152,37 @@ contains
     above = length*cos(tilt) + (tip - input%real('TOOL', k, 'RADIUS'))*abs(sin(tilt))
     above = above - maxval(survey%phase%depth, mask=survey%phase%depth < undefined)
     if (above <= 0.0_rp) return
-    call input%warn(diagnostics, 'TOOL', k, 'PIN_LENGTH', 'the shoulder does not come down to '// &
-                    'the plate by the end of the run: its rim stays '//length_text(above)// &
-                    ' above it')
+    call input%warn('TOOL', k, 'PIN_LENGTH', 'the shoulder does not come down to the plate by '// &
+                    'the end of the run: its rim stays '//length_text(above)//' above it')
   end subroutine check_shoulder
 
   !> Check the motion of a rigid body, whose particles must not leave the grid.
-  subroutine check_rigid_motion(input, scene, k, survey, diagnostics)
+  subroutine check_rigid_motion(input, scene, k, survey)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: k
     type(tool_survey_t), intent(in) :: survey
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: b, i
 
     b = findloc(scene%body%tool, k, dim=1)
     if (survey%touch >= undefined .and. .not. bodies_move(input, scene)) then
-      call input%warn(diagnostics, 'BODY', b, 'NAME', 'the rigid body never touches another')
+      call input%warn('BODY', b, 'NAME', 'the rigid body never touches another')
     end if
     if (any(abs(survey%phase%spin) > 0.0_rp) .and. survey%touch < undefined) then
       do i = 1, size(survey%phase)
         if (survey%phase(i)%motion == 0) cycle
         if (.not. presses(input, scene, survey%phase(i)%motion)) cycle
-        call input%report(diagnostics, 'BODY', b, 'RIGID', 'a rigid body of particles that '// &
-          'turns and is pressed into metal that flows tears particles out of it, and force and '// &
-          'torque are about twice too large: take a &TOOL of its shape')
+        call input%report('BODY', b, 'RIGID', 'a rigid body of particles that turns and is '// &
+                          'pressed into metal that flows tears particles out of it, and force '// &
+                          'and torque are about twice too large: take a &TOOL of its shape')
         exit
       end do
     end if
     do i = 1, size(survey%phase)
       associate (one => survey%phase(i))
         if (one%motion == 0 .or. one%side >= 0.0_rp .or. any(scene%grid%period > 0)) cycle
-        call input%warn(diagnostics, 'MOTION', one%motion, key_of(input, one%motion), &
-                        'takes the rigid body '//length_text(-one%side)//' beyond a side of '// &
-                        'the grid or a wall')
+        call input%warn('MOTION', one%motion, key_of(input, one%motion), 'takes the rigid body '// &
+                        length_text(-one%side)//' beyond a side of the grid or a wall')
       end associate
     end do
   end subroutine check_rigid_motion

@@ -5,7 +5,7 @@ module checks_same_scene
   use base_kinds, only: rp
   use base_text, only: lower, str
   use contact_motion, only: motion_t
-  use input_diagnostics, only: diagnostics_t, excerpt
+  use input_diagnostics, only: excerpt
   use input_files, only: sums_of_files
   use input_values, only: input_t
   use keys_names, only: find
@@ -22,33 +22,30 @@ module checks_same_scene
 contains
 
   !> Report all keys of the `new` scene that differ from the `old` one and must not.
-  subroutine compare_scenes(old, new, time, diagnostics)
+  subroutine compare_scenes(old, new, time)
     type(input_t), intent(in) :: old, new
     real(rp), intent(in) :: time             !! time of the checkpoint [s]
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: g
 
     associate (table => new%table)
       do g = 1, size(table%groups)
         if (table%groups(g)%name == 'MOTION') cycle
         if (all(table%keys(table%groups(g)%first:table%groups(g)%last)%may_change)) cycle
-        call compare_groups(old, new, g, time, diagnostics)
+        call compare_groups(old, new, g, time)
       end do
     end associate
-    call compare_motions(old, new, time, diagnostics)
+    call compare_motions(old, new, time)
     if (new%real('TIME', 1, 'END') < time*(1.0_rp - slack)) then
-      call new%report(diagnostics, 'TIME', 1, 'END', 'lies before the '//str(time)// &
-                      ' s of the checkpoint')
+      call new%report('TIME', 1, 'END', 'lies before the '//str(time)//' s of the checkpoint')
     end if
   end subroutine compare_scenes
 
   !> Report files named by the scene whose content differs from that at the start of the run, by
   !> their checksums in the checkpoint at `time` (input_files), except for paths that start later.
-  subroutine compare_files(sums, new, time, diagnostics)
+  subroutine compare_files(sums, new, time)
     character(*), intent(in) :: sums
     type(input_t), intent(in) :: new
     real(rp), intent(in) :: time
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: line, name, rest
     character(24) :: group
     real(rp) :: begin, end
@@ -65,17 +62,17 @@ contains
         call find_times(new, name, findloc(phases_of(new, name), i, dim=1), begin, end)
         if (begin >= time .and. .not. may_end_early(new, name)) cycle
       end if
-      if (status == 0) call new%report(diagnostics, trim(group), i, 'FILE', 'a restart cannot '// &
-        'change it: the content of the file is not that with which the run began')
+      if (status == 0) call new%report(trim(group), i, 'FILE', 'a restart cannot change it: '// &
+                                       'the content of the file is not that with which the run '// &
+                                       'began')
     end do
   end subroutine compare_files
 
   !> Compare all groups of one name.
-  subroutine compare_groups(old, new, g, time, diagnostics)
+  subroutine compare_groups(old, new, g, time)
     type(input_t), intent(in) :: old, new
     integer, intent(in) :: g
     real(rp), intent(in) :: time
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: group
     integer :: i, k, n(2)
 
@@ -83,14 +80,14 @@ contains
     n = [old%count(group), new%count(group)]
     do i = n(1) + 1, n(2)
       if (new%table%groups(g)%repeats .or. group == 'HEAT') then
-        call new%report(diagnostics, group, i, '', &
-                        'was added: the scene of the checkpoint has not'//trim(number_text(n(1))))
+        call new%report(group, i, '', 'was added: the scene of the checkpoint has not'// &
+                        trim(number_text(n(1))))
       end if
     end do
     do i = n(2) + 1, n(1)
       if (new%table%groups(g)%repeats .or. group == 'HEAT') then
-        call new%report(diagnostics, group, i, '', &
-                        'is missing: the scene of the checkpoint has'//trim(number_text(n(1))))
+        call new%report(group, i, '', 'is missing: the scene of the checkpoint has'// &
+                        trim(number_text(n(1))))
       end if
     end do
     if (.not. new%table%groups(g)%repeats) n = 1   ! without it there are its defaults
@@ -101,7 +98,7 @@ contains
           if (group == 'SOURCE' .and. row%name == 'END') then
             if (min(end_of(old, i), end_of(new, i)) >= time*(1.0_rp - slack)) cycle
           end if
-          call compare_values(new, group, i, row, old%values(group, i, trim(row%name)), diagnostics)
+          call compare_values(new, group, i, row, old%values(group, i, trim(row%name)))
         end associate
       end do
     end do
@@ -126,12 +123,11 @@ contains
   end function end_of
 
   !> Compare the values of one key with those that it had.
-  subroutine compare_values(new, group, i, row, was, diagnostics)
+  subroutine compare_values(new, group, i, row, was)
     type(input_t), intent(in) :: new
     character(*), intent(in) :: group, was
     integer, intent(in) :: i
     type(key_row_t), intent(in) :: row
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(items_t) :: a, b
     character(:), allocatable :: is
     integer :: k
@@ -142,12 +138,11 @@ contains
     call split_values(was, a)
     call split_values(is, b)
     if (size(a%first) > 3 .and. size(a%first) == size(b%first)) then
-      call new%report(diagnostics, group, i, trim(row%name), &
-                      'a restart cannot change its value '//str(k)//' from '// &
-                      was(a%first(k):a%last(k))//' to '//is(b%first(k):b%last(k)))
+      call new%report(group, i, trim(row%name), 'a restart cannot change its value '//str(k)// &
+                      ' from '//was(a%first(k):a%last(k))//' to '//is(b%first(k):b%last(k)))
     else
-      call new%report(diagnostics, group, i, trim(row%name), &
-                      'a restart cannot change it from '//shown(was)//' to '//shown(is))
+      call new%report(group, i, trim(row%name), 'a restart cannot change it from '//shown(was)// &
+                      ' to '//shown(is))
     end if
   end subroutine compare_values
 
@@ -199,10 +194,9 @@ contains
   end function is_same
 
   !> Compare the motions of all tools.
-  subroutine compare_motions(old, new, time, diagnostics)
+  subroutine compare_motions(old, new, time)
     type(input_t), intent(in) :: old, new
     real(rp), intent(in) :: time
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(64) :: names(old%count('MOTION') + new%count('MOTION'))
     integer :: i, n
 
@@ -211,18 +205,17 @@ contains
       if (i <= n) names(i) = old%text('MOTION', i, 'TOOL')
       if (i > n) names(i) = new%text('MOTION', i - n, 'TOOL')
       if (find(names(:i - 1), names(i)) > 0) cycle
-      call compare_motion(old, new, trim(names(i)), time, diagnostics)
+      call compare_motion(old, new, trim(names(i)), time)
     end do
   end subroutine compare_motions
 
   !> Report changes of the phases of a tool that have begun by the time of the checkpoint; it is not
   !> known which have if some end at a load or temperature. A phase under way may end at another
   !> time.
-  subroutine compare_motion(old, new, name, time, diagnostics)
+  subroutine compare_motion(old, new, name, time)
     type(input_t), intent(in) :: old, new
     character(*), intent(in) :: name
     real(rp), intent(in) :: time
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: changed, key
     integer, allocatable :: was(:), is(:)    ! indices of its &MOTION groups
     real(rp) :: begin(2), end(2)
@@ -254,11 +247,11 @@ contains
       i = 1
       if (size(is) > 0) i = is(min(k, size(is)))
       if (ends_early) then
-        call new%report(diagnostics, 'MOTION', i, '', 'of '//name//': a restart cannot change '// &
-                        'phases where some end at a load or temperature:'//changed)
+        call new%report('MOTION', i, '', 'of '//name//': a restart cannot change phases where '// &
+                        'some end at a load or temperature:'//changed)
       else
-        call new%report(diagnostics, 'MOTION', i, '', 'of '//name//': a restart at t = '// &
-                        str(time)//' s cannot change what was before:'//changed)
+        call new%report('MOTION', i, '', 'of '//name//': a restart at t = '//str(time)// &
+                        ' s cannot change what was before:'//changed)
       end if
     end do
   end subroutine compare_motion
@@ -279,9 +272,8 @@ contains
     type(input_t), intent(in) :: input
     character(*), intent(in) :: name
     type(motion_t) :: motion
-    type(diagnostics_t) :: unused            ! errors are reported where the scene is built
 
-    call read_motion(input, name, motion, unused)
+    call read_motion(input, name, motion)
     may_end_early = any(motion%phase%ends_early())
   end function may_end_early
 
@@ -293,9 +285,8 @@ contains
     integer, intent(in) :: k
     real(rp), intent(out) :: begin, end
     type(motion_t) :: motion
-    type(diagnostics_t) :: unused
 
-    call read_motion(input, name, motion, unused)
+    call read_motion(input, name, motion)
     associate (phase => motion%phase)
       begin = sum(phase(:k - 1)%duration)
       end = begin + phase(k)%duration

@@ -6,7 +6,6 @@ module checks_sense
   use bodies_solids, only: all_solids, extent_of, is_in_body, is_inside, solids_t
   use conditions_clamp, only: clamp_t
   use contact_tool, only: tool_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_written, only: to_real
   use setup_boundary, only: wall_of, wall_t
@@ -21,48 +20,44 @@ module checks_sense
 contains
 
   !> Report implausible parts of a scene without errors.
-  subroutine check_sense(input, scene, tool, diagnostics)
+  subroutine check_sense(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(solids_t), allocatable :: solids(:)
 
     call all_solids(input, solids)
-    call check_tables(input, scene, diagnostics)
-    call find_duplicates(input, diagnostics)
-    call compare_walls(input, scene, diagnostics)
-    call compare_clamps(input, scene, diagnostics)
-    call compare_surfaces(input, diagnostics)
-    call compare_bodies(input, scene, solids, diagnostics)
-    call find_separate_bodies(input, scene, solids, diagnostics)
-    call check_probes(input, scene, solids, diagnostics)
-    call check_sources(input, scene, solids, diagnostics)
-    call check_friction_heat(input, scene, tool, diagnostics)
+    call check_tables(input, scene)
+    call find_duplicates(input)
+    call compare_walls(input, scene)
+    call compare_clamps(input, scene)
+    call compare_surfaces(input)
+    call compare_bodies(input, scene, solids)
+    call find_separate_bodies(input, scene, solids)
+    call check_probes(input, scene, solids)
+    call check_sources(input, scene, solids)
+    call check_friction_heat(input, scene, tool)
   end subroutine check_sense
 
   !> Warn that without &HEAT the friction heat does not raise temperatures.
-  subroutine check_friction_heat(input, scene, tool, diagnostics)
+  subroutine check_friction_heat(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: k, m
 
     if (scene%method%conducts) return
     if (.not. any([(allocated(scene%material(m)%flow), m=1, size(scene%material))])) return
     do k = 1, input%count('TOOL')
-      if (tool(k)%has_friction()) call input%warn(diagnostics, 'TOOL', k, 'NAME', &
-                                                  'the heat of its friction does not warm the '// &
-                                                  'metal without &HEAT, only plastic work does')
+      if (tool(k)%has_friction()) call input%warn('TOOL', k, 'NAME', 'the heat of its friction '// &
+        'does not warm the metal without &HEAT, only plastic work does')
     end do
   end subroutine check_friction_heat
 
   !> Report strength tables of materials that only heat-only runs use.
-  subroutine check_tables(input, scene, diagnostics)
+  subroutine check_tables(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(14), parameter :: tables(2) = [character(14) :: 'YIELD_TABLE', 'YIELD_LOGISTIC']
     integer :: i, k
     logical :: is_given
@@ -72,17 +67,16 @@ contains
       do k = 1, size(tables)
         is_given = input%given('MATERIAL', i, trim(tables(k)))
         if (.not. is_given) cycle
-        call input%report(diagnostics, 'MATERIAL', i, trim(tables(k)), &
-                          'has no effect beside mechanics, only with MECHANICS = F', &
-                          is_warning=input%line('METHOD', 1, 'MECHANICS') < 0)
+        call input%report('MATERIAL', i, trim(tables(k)), 'has no effect beside mechanics, '// &
+                          'only with MECHANICS = F', is_warning=input%line('METHOD', 1, &
+                          'MECHANICS') < 0)
       end do
     end do
   end subroutine check_tables
 
   !> Report identical groups; only warn for groups whose effects add up.
-  subroutine find_duplicates(input, diagnostics)
+  subroutine find_duplicates(input)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(8), parameter :: groups(5) = [character(8) :: 'LOAD', 'TRACTION', 'SOURCE', &
                                             'FIELD', 'PROBE']
     integer, parameter :: n_sums = 3                 !! number of groups whose effects add up
@@ -94,8 +88,7 @@ contains
                                     input%count(trim(groups(g))))]
       do i = 2, size(values)
         j = findloc(values(:i - 1), values(i), dim=1)
-        if (j > 0) call input%report(diagnostics, trim(groups(g)), i, '', &
-                                     'is there twice, first '// &
+        if (j > 0) call input%report(trim(groups(g)), i, '', 'is there twice, first '// &
                                      location_of(input, trim(groups(g)), j)// &
                                      trim(merge('; both act', '          ', g <= n_sums)), &
                                      is_warning=g <= n_sums)
@@ -130,10 +123,9 @@ contains
   end function values_of_group
 
   !> Report two walls on one side of the grid.
-  subroutine compare_walls(input, scene, diagnostics)
+  subroutine compare_walls(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(wall_t) :: one, other
     integer :: i, j
 
@@ -143,11 +135,11 @@ contains
         one = wall_of(input, scene%grid, i)
         other = wall_of(input, scene%grid, j)
         if (abs(one%position - other%position) <= 1.0e-6_rp*scene%grid%h(one%axis)) then
-          call input%report(diagnostics, 'WALL', i, 'SIDE', &
-                            'there is a wall in this place, '//location_of(input, 'WALL', j))
+          call input%report('WALL', i, 'SIDE', 'there is a wall in this place, '// &
+                            location_of(input, 'WALL', j))
         else
-          call input%warn(diagnostics, 'WALL', i, 'SIDE', &
-                          'there is another wall of this side, '//location_of(input, 'WALL', j))
+          call input%warn('WALL', i, 'SIDE', 'there is another wall of this side, '// &
+                          location_of(input, 'WALL', j))
         end if
         exit
       end do
@@ -155,10 +147,9 @@ contains
   end subroutine compare_walls
 
   !> Report clamps that hold the same nodes.
-  subroutine compare_clamps(input, scene, diagnostics)
+  subroutine compare_clamps(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, j, n
 
     n = input%count('WALL') - size(scene%symmetry)   ! clamps of walls; those of &CLAMP follow
@@ -167,13 +158,12 @@ contains
         associate (one => scene%clamp(n + i)%clamp, other => scene%clamp(n + j)%clamp)
           if (.not. any(one%held .and. other%held)) cycle
           if (same_box(one, other, 1.0e-6_rp*minval(scene%grid%h))) then
-            call input%report(diagnostics, 'CLAMP', i, '', &
-                              'holds the nodes of another, '//location_of(input, 'CLAMP', j))
+            call input%report('CLAMP', i, '', 'holds the nodes of another, '//location_of(input, &
+                              'CLAMP', j))
           else if (all(min(one%upper, other%upper) > max(one%lower, other%lower)) .and. &
                    any(one%held .and. other%held .and. &
                        abs(one%velocity - other%velocity) > 0.0_rp)) then
-            call input%warn(diagnostics, 'CLAMP', i, '', &
-                            'overlaps another that moves differently, '// &
+            call input%warn('CLAMP', i, '', 'overlaps another that moves differently, '// &
                             location_of(input, 'CLAMP', j))
           end if
         end associate
@@ -192,9 +182,8 @@ contains
 
   !> Report a &SURFACE that replaces an earlier one of the same face; one face after 'all' is
   !> allowed.
-  subroutine compare_surfaces(input, diagnostics)
+  subroutine compare_surfaces(input)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: face
     integer :: i, j
 
@@ -203,19 +192,18 @@ contains
       do j = 1, i - 1
         if (input%text('SURFACE', i, 'BODY') /= input%text('SURFACE', j, 'BODY')) cycle
         if (face /= 'all' .and. face /= input%text('SURFACE', j, 'FACE')) cycle
-        call input%report(diagnostics, 'SURFACE', i, 'FACE', &
-                          'takes the place of another, '//location_of(input, 'SURFACE', j))
+        call input%report('SURFACE', i, 'FACE', 'takes the place of another, '//location_of(input, &
+                          'SURFACE', j))
         exit
       end do
     end do
   end subroutine compare_surfaces
 
   !> Report bodies whose shapes overlap.
-  subroutine compare_bodies(input, scene, solids, diagnostics)
+  subroutine compare_bodies(input, scene, solids)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer, parameter :: n = 24                     !! samples along each axis
     real(rp) :: lower(3, 2), upper(3, 2), low(3), size_of(3), volume
     integer :: a, b, n_inside, i, j, k
@@ -241,19 +229,18 @@ contains
         end do
         volume = product(size_of)*n_inside/n**3
         if (volume <= product(min_overlap*scene%grid%h)) cycle
-        call input%report(diagnostics, 'BODY', b, 'NAME', 'overlaps the body '// &
-                          trim(scene%body(a)%name)//' by '//str(1.0e9_rp*volume)// &
-                          " mm3 (cut one away with OPERATION = 'subtract')")
+        call input%report('BODY', b, 'NAME', 'overlaps the body '//trim(scene%body(a)%name)// &
+                          ' by '//str(1.0e9_rp*volume)//" mm3 (cut one away with OPERATION = "// &
+                          "'subtract')")
       end do
     end do
   end subroutine compare_bodies
 
   !> Warn of separate bodies without &CONTACT, which stick together where they meet.
-  subroutine find_separate_bodies(input, scene, solids, diagnostics)
+  subroutine find_separate_bodies(input, scene, solids)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp), dimension(3) :: lower, upper, low, high
     integer :: a, b
 
@@ -265,37 +252,35 @@ contains
         if (scene%body(a)%is_rigid() .and. scene%body(b)%is_rigid()) cycle
         call extent_of(solids(a)%solid, low, high)
         if (all(max(lower - high, low - upper) <= 0.5_rp*scene%grid%h)) cycle
-        call input%warn(diagnostics, 'BODY', b, 'NAME', "has no &CONTACT with '"// &
-                        trim(scene%body(a)%name)//"', from which it is apart: where they meet "// &
-                        'they stick together, and about a cell before their surfaces touch')
+        call input%warn('BODY', b, 'NAME', "has no &CONTACT with '"//trim(scene%body(a)%name)// &
+                        "', from which it is apart: where they meet "//'they stick together, '// &
+                        'and about a cell before their surfaces touch')
         exit
       end do
     end do
   end subroutine find_separate_bodies
 
   !> Report probes outside the bodies.
-  subroutine check_probes(input, scene, solids, diagnostics)
+  subroutine check_probes(input, scene, solids)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i
 
     do i = 1, input%count('PROBE')
       if (.not. is_in_body(solids, input%reals('PROBE', i, 'POSITION', 3), &
                            minval(scene%grid%h))) then
-        call input%report(diagnostics, 'PROBE', i, 'POSITION', 'lies outside the bodies')
+        call input%report('PROBE', i, 'POSITION', 'lies outside the bodies')
       end if
     end do
   end subroutine check_probes
 
   !> Report heat sources that never touch the box around a body: a ball as far as its radius
   !> reaches, a disc along z within a cell, or within half a cell in heat-only runs.
-  subroutine check_sources(input, scene, solids, diagnostics)
+  subroutine check_sources(input, scene, solids)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(solids_t), intent(in) :: solids(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer, parameter :: times = 64
     real(rp) :: begin, end, lower(3), reach(3), upper(3), x(3)
     integer :: b, i, k
@@ -306,8 +291,7 @@ contains
       end = scene%end_time
       if (input%real('SOURCE', i, 'END') > 0.0_rp) end = min(end, input%real('SOURCE', i, 'END'))
       if (begin >= scene%end_time .and. scene%end_time > 0.0_rp) then
-        call input%warn(diagnostics, 'SOURCE', i, 'BEGIN', &
-                        'is after the end of the run: it gives no heat')
+        call input%warn('SOURCE', i, 'BEGIN', 'is after the end of the run: it gives no heat')
         cycle
       end if
       reach = input%real('SOURCE', i, 'RADIUS')
@@ -322,8 +306,8 @@ contains
           touches = touches .or. all(x + reach >= lower .and. x - reach <= upper)
         end do
       end do
-      if (.not. touches) call input%report(diagnostics, 'SOURCE', i, 'POSITION', &
-                                           'the source never touches a body')
+      if (.not. touches) call input%report('SOURCE', i, 'POSITION', 'the source never touches '// &
+                                           'a body')
     end do
   end subroutine check_sources
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Memory that a scene needs, before anything is allocated; volumes of the shapes and of the particles
-!> which fill them.
+!> Memory that a scene needs, before anything is allocated; volumes of the shapes and of the
+!> particles which fill them.
 module checks_volumes
   use base_kinds, only: rp
   use base_log, only: say
@@ -10,7 +10,6 @@ module checks_volumes
   use bodies_solids, only: all_solids, body_solids, bounds, extent_of, holds, is_inside, &
                            shapes_of, solid_t, solids_t
   use comm_world, only: world_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use state_scene, only: scene_t
   implicit none (type, external)
@@ -40,11 +39,10 @@ contains
 
   !> Collective. Report if the particles and grid nodes, or the cells of a heat-only run, need more
   !> memory than the computers have. The scene must have no errors.
-  subroutine check_memory(world, input, scene, diagnostics)
+  subroutine check_memory(world, input, scene)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(solid_t), allocatable :: solids(:)
     real(rp) :: points, particles, nodes, bytes, share, cells(3), lower(3), upper(3), lacking(1)
     character(:), allocatable :: what
@@ -74,13 +72,12 @@ contains
     lacking(1) = share*bytes - available_memory()
     call world%max(lacking)
     if (lacking(1) > 0.0_rp) then
-      call input%report(diagnostics, 'GRID', 1, 'CELL', 'the bodies have about '//what// &
-                        ', which need '//size_text(share*bytes)//' of memory on each computer; '// &
+      call input%report('GRID', 1, 'CELL', 'the bodies have about '//what//', which need '// &
+                        size_text(share*bytes)//' of memory on each computer; '// &
                         size_text(share*bytes - lacking(1))//' are free')
     else if (points > max_lattice_points*world%size .and. scene%method%has_mechanics) then
-      call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes '//str(points)// &
-                        ' places for particles; at most '//str(max_lattice_points)// &
-                        ' a rank can be looked at')
+      call input%report('GRID', 1, 'CELL', 'makes '//str(points)//' places for particles; at '// &
+                        'most '//str(max_lattice_points)//' a rank can be looked at')
     end if
   end subroutine check_memory
 
@@ -262,10 +259,9 @@ contains
   end subroutine sum_particle_volumes
 
   !> Warn of shapes without effect, and of shapes whose particles have a different volume.
-  subroutine check_volumes(input, volumes, diagnostics)
+  subroutine check_volumes(input, volumes)
     type(input_t), intent(in) :: input
     type(volumes_t), intent(in) :: volumes(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: b, i
 
     do b = 1, size(volumes)
@@ -273,10 +269,9 @@ contains
         associate (exact => volumes(b)%exact(i), filled => volumes(b)%filled(i), &
                    s => volumes(b)%shape(i))
           if (abs(exact) <= 0.0_rp) then
-            call input%warn(diagnostics, 'SHAPE', s, '', 'changes nothing of its body')
+            call input%warn('SHAPE', s, '', 'changes nothing of its body')
           else if (abs(filled - exact) > max_error*abs(exact)) then
-            call input%warn(diagnostics, 'SHAPE', s, '', &
-                            trim(merge('adds', 'cuts', exact > 0.0_rp))//' '// &
+            call input%warn('SHAPE', s, '', trim(merge('adds', 'cuts', exact > 0.0_rp))//' '// &
                             in_mm3(abs(filled))//' instead of '//in_mm3(abs(exact))//' ('// &
                             deviation(filled, exact)//'), as the particles lie')
           end if

@@ -4,7 +4,6 @@
 !> its own (keys, their reading, the velocity), and one line in `conditions_list`.
 module conditions_clamp
   use base_kinds, only: rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   implicit none (type, external)
@@ -50,23 +49,21 @@ contains
   end subroutine add_box_keys
 
   !> Read the `i`-th group.
-  subroutine read_keys(self, input, i, diagnostics)
+  subroutine read_keys(self, input, i)
     class(clamp_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
 
-    call self%read_box(input, 'CLAMP', i, diagnostics)
+    call self%read_box(input, 'CLAMP', i)
     self%velocity = input%reals('CLAMP', i, 'VELOCITY', 3)
   end subroutine read_keys
 
   !> Box and components from the `i`-th `group`.
-  subroutine read_box(self, input, group, i, diagnostics)
+  subroutine read_box(self, input, group, i)
     class(clamp_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: letters
     integer :: a
 
@@ -75,7 +72,7 @@ contains
     letters = input%text(group, i, 'COMPONENTS')
     self%held = [(index(letters, 'xyz'(a:a)) > 0, a=1, 3)]
     if (any(self%upper < self%lower)) then
-      call input%report(diagnostics, group, i, 'UPPER', 'must not be below LOWER')
+      call input%report(group, i, 'UPPER', 'must not be below LOWER')
     end if
   end subroutine read_box
 

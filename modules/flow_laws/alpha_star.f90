@@ -4,7 +4,6 @@
 module flow_laws_alpha_star
   use base_kinds, only: nlane, rp
   use base_text, only: str
-  use input_diagnostics, only: diagnostics_t
   use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_table, only: key_table_t
@@ -45,20 +44,17 @@ contains
   end subroutine add_keys
 
   !> Read a table, a constant or a fit.
-  subroutine read_keys(self, input, i, diagnostics)
+  subroutine read_keys(self, input, i)
     class(alpha_star_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     if (input%given('MATERIAL', i, 'TP_STAR_FIT') .eqv. input%given('MATERIAL', i, 'TP_STAR')) then
-      call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR', &
-                        'give alpha* either by TP_STAR or by TP_STAR_FIT')
+      call input%report('MATERIAL', i, 'TP_STAR', 'give alpha* either by TP_STAR or by TP_STAR_FIT')
     else if (input%given('MATERIAL', i, 'TP_STAR_FIT')) then
       if (size(input%list('MATERIAL', i, 'TP_STAR_RANGE')) &
           + size(input%list('MATERIAL', i, 'TP_STAR_ENDS')) < 4) then
-        call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR_FIT', &
-                          'needs TP_STAR_RANGE and TP_STAR_ENDS')
+        call input%report('MATERIAL', i, 'TP_STAR_FIT', 'needs TP_STAR_RANGE and TP_STAR_ENDS')
         return
       end if
       self%fit = input%reals('MATERIAL', i, 'TP_STAR_FIT', 3)
@@ -69,20 +65,18 @@ contains
         self%below = ends(1)
         self%above = ends(2)
       end associate
-      if (self%to < self%from) call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR_RANGE', &
-                                                 'must rise')
+      if (self%to < self%from) call input%report('MATERIAL', i, 'TP_STAR_RANGE', 'must rise')
       if (self%from + self%fit(2) <= 0.0_rp) then
-        call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR_FIT', &
-                          'has its pole within TP_STAR_RANGE')
+        call input%report('MATERIAL', i, 'TP_STAR_FIT', 'has its pole within TP_STAR_RANGE')
       end if
     else
       self%value = input%list('MATERIAL', i, 'TP_STAR')
       self%t = [1.0_rp]
       if (size(self%value) > 1) self%t = input%list('MATERIAL', i, 'TP_STAR_T')
-      call check_rising(input, 'MATERIAL', i, 'TP_STAR_T', self%t, diagnostics)
+      call check_rising(input, 'MATERIAL', i, 'TP_STAR_T', self%t)
       if (size(self%t) /= size(self%value)) then
-        call input%report(diagnostics, 'MATERIAL', i, 'TP_STAR', &
-                          'has '//str(size(self%value))//' values, TP_STAR_T '//str(size(self%t)))
+        call input%report('MATERIAL', i, 'TP_STAR', 'has '//str(size(self%value))// &
+                          ' values, TP_STAR_T '//str(size(self%t)))
       end if
     end if
   end subroutine read_keys

@@ -9,7 +9,6 @@
 !> grains are deformed in their turn, and a steady state comes about (dynamic recrystallisation).
 module flow_laws_annealing
   use base_kinds, only: nlane, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   implicit none (type, external)
@@ -69,11 +68,10 @@ contains
                'plastic strain in which new grains become deformed ones')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, diagnostics)
+  subroutine read_keys(self, input, i)
     class(annealing_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     self%recovery = arrhenius('RECOVERY')
     self%growth = arrhenius('GROWTH')
@@ -84,8 +82,7 @@ contains
     self%spacing = input%real('MATERIAL', i, 'NUCLEUS_SPACING')
     self%strain = input%real('MATERIAL', i, 'RECRYSTALLISED_STRAIN')
     if (self%mobility%factor > 0.0_rp .and. self%spacing <= 0.0_rp) then
-      call input%report(diagnostics, 'MATERIAL', i, 'NUCLEUS_SPACING', &
-                        'must be above 0 with RECRYSTALLISATION')
+      call input%report('MATERIAL', i, 'NUCLEUS_SPACING', 'must be above 0 with RECRYSTALLISATION')
     end if
   contains
     type(arrhenius_t) function arrhenius(key)

@@ -7,7 +7,6 @@ module flow_laws_hot_working
   use base_kinds, only: nlane, rp
   use flow_laws_johnson_cook, only: johnson_cook_t
   use flow_laws_sellars_tegart, only: sellars_tegart_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use physics_flow_law, only: flow_law_t, n_work
   implicit none (type, external)
@@ -29,15 +28,14 @@ module flow_laws_hot_working
 
 contains
 
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(hot_working_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear
-    type(diagnostics_t), intent(inout) :: diagnostics
 
-    call self%cold%read_keys(input, i, shear, diagnostics)
-    call self%hot%read_keys(input, i, shear, diagnostics)
+    call self%cold%read_keys(input, i, shear)
+    call self%hot%read_keys(input, i, shear)
   end subroutine read_keys
 
   !> True, the cold law decreases from T_ROOM to 0 at T_MELT.

@@ -5,7 +5,6 @@
 !> 100.
 module flow_laws_johnson_cook
   use base_kinds, only: nlane, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
@@ -52,12 +51,11 @@ contains
                'plastic strain above which it does not harden; 0: none')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(johnson_cook_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     self%a = input%real('MATERIAL', i, 'JC_A')
     self%b = input%real('MATERIAL', i, 'JC_B')
@@ -67,20 +65,19 @@ contains
     self%rate0 = input%real('MATERIAL', i, 'JC_RATE0')
     self%max_strain = input%real('MATERIAL', i, 'JC_STRAIN_LIMIT')
     if (self%max_strain <= 0.0_rp) self%max_strain = huge(1.0_rp)
-    call read_softening(input, i, self%t_room, self%t_melt, diagnostics)
+    call read_softening(input, i, self%t_room, self%t_melt)
   end subroutine read_keys
 
   !> Read the temperatures of the `i`-th &MATERIAL between which strength decreases to 0 [K].
-  subroutine read_softening(input, i, t_room, t_melt, diagnostics)
+  subroutine read_softening(input, i, t_room, t_melt)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: t_room, t_melt
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     t_room = input%real('MATERIAL', i, 'T_ROOM')
     t_melt = input%real('MATERIAL', i, 'T_MELT')
     if (t_melt > 0.0_rp .and. t_melt <= t_room) then
-      call input%report(diagnostics, 'MATERIAL', i, 'T_MELT', 'must be above T_ROOM')
+      call input%report('MATERIAL', i, 'T_MELT', 'must be above T_ROOM')
     end if
   end subroutine read_softening
 

@@ -3,7 +3,6 @@
 !> plastic strain in 1/s.
 module flow_laws_norton
   use base_kinds, only: nlane, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
@@ -33,12 +32,11 @@ contains
                'exponent of the strain rate')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(norton_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     self%k = input%real('MATERIAL', i, 'NORTON_K')
     self%n = input%real('MATERIAL', i, 'NORTON_N')

@@ -3,7 +3,6 @@
 !> Z = rate exp(Q/(R T)) (Zener & Hollomon 1944).
 module flow_laws_sellars_tegart
   use base_kinds, only: nlane, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
@@ -40,12 +39,11 @@ contains
                'activation energy')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(sellars_tegart_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     self%alpha = input%real('MATERIAL', i, 'ST_ALPHA')
     self%n = input%real('MATERIAL', i, 'ST_N')

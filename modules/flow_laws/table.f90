@@ -4,7 +4,6 @@
 module flow_laws_table
   use base_kinds, only: nlane, rp
   use base_text, only: str
-  use input_diagnostics, only: diagnostics_t
   use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_table, only: key_table_t
@@ -42,12 +41,11 @@ contains
                'constant outside the table')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(flow_table_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp), allocatable :: values(:)
     integer :: wanted
 
@@ -55,16 +53,16 @@ contains
     self%log_rate = log(input%list('MATERIAL', i, 'TABLE_RATE'))
     self%temp = input%list('MATERIAL', i, 'TABLE_T')
     allocate (values, source=input%list('MATERIAL', i, 'TABLE_STRESS'))
-    call check_rising(input, 'MATERIAL', i, 'TABLE_STRAIN', self%strain, diagnostics)
-    call check_rising(input, 'MATERIAL', i, 'TABLE_RATE', self%log_rate, diagnostics)
-    call check_rising(input, 'MATERIAL', i, 'TABLE_T', self%temp, diagnostics)
+    call check_rising(input, 'MATERIAL', i, 'TABLE_STRAIN', self%strain)
+    call check_rising(input, 'MATERIAL', i, 'TABLE_RATE', self%log_rate)
+    call check_rising(input, 'MATERIAL', i, 'TABLE_T', self%temp)
     wanted = size(self%strain)*size(self%log_rate)*size(self%temp)
     if (wanted > 0 .and. size(values) == wanted) then
       self%sigma = reshape(values, [size(self%strain), size(self%log_rate), size(self%temp)])
-      call read_end(self, input, i, diagnostics)
+      call read_end(self, input, i)
     else
-      call input%report(diagnostics, 'MATERIAL', i, 'TABLE_STRESS', &
-                        'has '//str(size(values))//' values, the table has '//str(wanted))
+      call input%report('MATERIAL', i, 'TABLE_STRESS', 'has '//str(size(values))// &
+                        ' values, the table has '//str(wanted))
       self%strain = [0.0_rp]                    ! no strength, for the remaining checks
       self%log_rate = [0.0_rp]
       self%temp = [0.0_rp]
@@ -73,18 +71,17 @@ contains
   end subroutine read_keys
 
   !> Check that a table over temperatures ends below T_MELT, and read the melting range.
-  subroutine read_end(self, input, i, diagnostics)
+  subroutine read_end(self, input, i)
     type(flow_table_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: last
 
     last = 0.0_rp
     if (size(self%temp) > 1) last = self%temp(size(self%temp))
     if (input%given('MATERIAL', i, 'T_MELT') .and. last > input%real('MATERIAL', i, 'T_MELT')) then
-      call input%report(diagnostics, 'MATERIAL', i, 'TABLE_T', &
-                        'reaches above T_MELT = '//str(input%real('MATERIAL', i, 'T_MELT'))//' K')
+      call input%report('MATERIAL', i, 'TABLE_T', 'reaches above T_MELT = '// &
+                        str(input%real('MATERIAL', i, 'T_MELT'))//' K')
     end if
     call self%read_melting(input, i, last)
   end subroutine read_end

@@ -11,7 +11,6 @@ module flow_laws_two_phase
   use flow_laws_annealing, only: anneal_block, annealing_t, deformed_density, n_annealing
   use flow_laws_two_phase_block, only: evaluate, min_density, integrate, n_own, prepare_block, &
                                        s_cell, s_fraction, s_wall, w_melting
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, law_output_t, max_warnings, n_work
@@ -99,12 +98,11 @@ contains
     call annealing%add_keys(t)
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(two_phase_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: calibrated
 
     self%sigma0 = input%real('MATERIAL', i, 'TP_SIGMA0')
@@ -124,8 +122,8 @@ contains
     self%walls = input%real('MATERIAL', i, 'TP_WALLS')
     self%interior = input%real('MATERIAL', i, 'TP_INTERIOR')
     self%calibrated = input%reals('MATERIAL', i, 'TP_CALIBRATED', 2)
-    call self%alpha_star%read_keys(input, i, diagnostics)
-    call self%annealing%read_keys(input, i, diagnostics)
+    call self%alpha_star%read_keys(input, i)
+    call self%annealing%read_keys(input, i)
     self%anneals = self%annealing%is_active()
     self%n_state = merge(n_two_phase_annealing, n_two_phase, self%anneals)
     calibrated = 0.0_rp

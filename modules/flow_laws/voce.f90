@@ -10,7 +10,6 @@
 module flow_laws_voce
   use base_kinds, only: nlane, rp
   use flow_laws_johnson_cook, only: read_softening, softening
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
@@ -61,12 +60,11 @@ contains
     call t%key('DRX_N', 'real', 1, '', '2 if LAW = voce', '[1,inf)', 'Avrami exponent')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(voce_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     self%initial = input%real('MATERIAL', i, 'VOCE_YIELD')
     self%saturation = input%real('MATERIAL', i, 'VOCE_SATURATION')
@@ -78,12 +76,12 @@ contains
     self%critical = input%real('MATERIAL', i, 'DRX_CRITICAL_STRAIN')
     self%width = input%real('MATERIAL', i, 'DRX_STRAIN')
     self%n = input%real('MATERIAL', i, 'DRX_N')
-    call read_softening(input, i, self%t_room, self%t_melt, diagnostics)
+    call read_softening(input, i, self%t_room, self%t_melt)
     if (self%saturation < self%initial) then
-      call input%report(diagnostics, 'MATERIAL', i, 'VOCE_SATURATION', 'is below VOCE_YIELD')
+      call input%report('MATERIAL', i, 'VOCE_SATURATION', 'is below VOCE_YIELD')
     end if
     if (self%steady > self%saturation) then
-      call input%report(diagnostics, 'MATERIAL', i, 'DRX_STRESS', 'is above VOCE_SATURATION')
+      call input%report('MATERIAL', i, 'DRX_STRESS', 'is above VOCE_SATURATION')
     end if
     if (self%steady <= 0.0_rp) self%steady = self%saturation
   end subroutine read_keys

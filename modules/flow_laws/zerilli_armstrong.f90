@@ -3,7 +3,6 @@
 !> sigma = C0 + (C1 + C2 sqrt(eps)) exp(-C3 T + C4 T ln rate) + C5 eps^n, rate in 1/s.
 module flow_laws_zerilli_armstrong
   use base_kinds, only: nlane, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
@@ -45,12 +44,11 @@ contains
     call t%key('ZA_N', 'real', 1, '', '0.5 if LAW = zerilli-armstrong', '(0,1]', 'its exponent')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(zerilli_armstrong_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     self%c0 = input%real('MATERIAL', i, 'ZA_C0')
     self%c1 = input%real('MATERIAL', i, 'ZA_C1')

@@ -205,7 +205,7 @@ contains
   subroutine print_materials(ok)
     logical, intent(out) :: ok
     type(input_t) :: library
-    type(diagnostics_t) :: diagnostics
+    type(diagnostics_t), target :: diagnostics
     character(:), allocatable :: problem
     integer :: m, r
 

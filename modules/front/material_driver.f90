@@ -12,7 +12,6 @@ module front_material_driver
   use front_help, only: log_sources
   use front_point_watch, only: validity_checker_t
   use groups_table, only: key_table
-  use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input
   use input_tables, only: read_columns
   use input_values, only: input_t
@@ -49,19 +48,18 @@ contains
     integer, intent(in) :: io_status         !! status if a file cannot be written
     integer, intent(inout) :: status         !! 2: invalid input
     type(input_t) :: input
-    type(diagnostics_t) :: diagnostics
     type(material_t), allocatable :: material(:)
     type(error_t) :: error
     character(:), allocatable :: directory
     integer :: i, m
     logical :: ok
 
-    call read_input(key_table(), command%input, command%sets, input, diagnostics, point=.true.)
-    if (input%count('MATERIAL') > 0) call read_materials(input, material, diagnostics)
-    if (diagnostics%count() == 0) call check_paths(input, material, command%input, diagnostics)
-    if (diagnostics%count() > 0) then
+    call read_input(key_table(), command%input, command%sets, input, point=.true.)
+    if (input%count('MATERIAL') > 0) call read_materials(input, material)
+    if (input%diagnostics%count() == 0) call check_paths(input, material, command%input)
+    if (input%diagnostics%count() > 0) then
       status = 2
-      if (world%is_root()) call diagnostics%print()
+      if (world%is_root()) call input%diagnostics%print()
       return
     end if
     if (world%is_root() .and. .not. command%is_quiet) call log_sources(input)
@@ -83,11 +81,10 @@ contains
   end subroutine drive_material
 
   !> Check the &PATH groups.
-  subroutine check_paths(input, material, file, diagnostics)
+  subroutine check_paths(input, material, file)
     type(input_t), intent(in) :: input
     type(material_t), intent(in) :: material(:)
     character(*), intent(in) :: file
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp), allocatable :: rows(:, :)
     integer :: i, m
 
@@ -95,21 +92,20 @@ contains
       m = find(material%name, input%text(group, i, 'MATERIAL'))
       if (m == 0) cycle                              ! is reported already
       if (.not. allocated(material(m)%flow)) then
-        call input%report(diagnostics, group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
+        call input%report(group, i, 'MATERIAL', 'does not flow (LAW = elastic)')
       else
         if (input%logical(group, i, 'ADIABATIC')) then
-          if (.not. material(m)%has_heat_capacity) call require_property( &
-            input, m, 'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it', diagnostics)
-          call require_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it', diagnostics)
+          if (.not. material(m)%has_heat_capacity) call require_property(input, m, &
+            'SPECIFIC_HEAT', 'an ADIABATIC &PATH heats it')
+          call require_property(input, m, 'T_MELT', 'an ADIABATIC &PATH may melt it')
         end if
         if (material(m)%flow%has_own_melting()) then
-          call require_property(input, m, 'T_MELT', &
-                                "LAW = '"//input%text('MATERIAL', m, 'LAW')// &
-                                "' softens towards it", diagnostics)
+          call require_property(input, m, 'T_MELT', "LAW = '"//input%text('MATERIAL', m, 'LAW')// &
+                                "' softens towards it")
         end if
       end if
       if (input%text(group, i, 'KIND') /= 'history') cycle
-      call read_history(input, i, file, rows, diagnostics)
+      call read_history(input, i, file, rows)
     end do
   end subroutine check_paths
 
@@ -287,12 +283,11 @@ contains
   end function determinant
 
   !> Read rows (time [s], temperature [K], plastic strain) from the file of a history.
-  subroutine read_history(input, i, file, rows, diagnostics)
+  subroutine read_history(input, i, file, rows)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     character(*), intent(in) :: file
     real(rp), allocatable, intent(out) :: rows(:, :)
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(20), parameter :: names(4) = [character(20) :: 'time[s]', 'temperature[K]', &
                                             'plastic_strain[1]', 'strain_rate[1/s]']
     character(:), allocatable :: path
@@ -301,45 +296,32 @@ contains
     integer :: before, k
 
     path = file(:index(file, '/', back=.true.))//input%text(group, i, 'FILE')
-    before = diagnostics%count()
-    call read_columns(path, names, rows, lines, found, opened, diagnostics)
-    if (.not. opened) call input%report(diagnostics, group, i, 'FILE', path//' cannot be read')
-    if (diagnostics%count() > before) return
+    before = input%diagnostics%count()
+    call read_columns(path, names, rows, lines, found, opened, input%diagnostics)
+    if (.not. opened) call input%report(group, i, 'FILE', path//' cannot be read')
+    if (input%diagnostics%count() > before) return
     if (.not. all(found(1:2)) .or. .not. any(found(3:4))) then
-      call diagnostics%add(path, 0, &
-                           'needs columns time[s], temperature[K] and plastic_strain[1] '// &
-                           'or strain_rate[1/s], with commas between them')
+      call input%diagnostics%add(path, 0, 'needs columns time[s], temperature[K] and '// &
+                                 'plastic_strain[1] or strain_rate[1/s], with commas between them')
       return
     end if
     if (size(rows, 1) < 2) then
-      call diagnostics%add(path, 0, 'has fewer than two rows')
+      call input%diagnostics%add(path, 0, 'has fewer than two rows')
       return
     end if
-    call report_once(rows(:, 2) <= 0.0_rp, 'temperature is not above 0 K')
-    call report_once([.false., rows(2:, 1) <= rows(:size(rows, 1) - 1, 1)], 'time does not rise')
+    call input%diagnostics%add_first(path, lines, rows(:, 2) <= 0.0_rp, 'temperature is not above 0 K')
+    call input%diagnostics%add_first(path, lines, [.false., rows(2:, 1) <= rows(:size(rows, 1) - 1, 1)], 'time does not rise')
     if (found(3)) then
-      call report_once(rows(:, 3) < 0.0_rp, 'plastic strain is below 0')
-      call report_once([.false., rows(2:, 3) < rows(:size(rows, 1) - 1, 3)], 'plastic strain falls')
+      call input%diagnostics%add_first(path, lines, rows(:, 3) < 0.0_rp, 'plastic strain is below 0')
+      call input%diagnostics%add_first(path, lines, [.false., rows(2:, 3) < rows(:size(rows, 1) - 1, 3)], 'plastic strain falls')
       return
     end if
-    call report_once(rows(:, 4) < 0.0_rp, 'strain rate is below 0')
+    call input%diagnostics%add_first(path, lines, rows(:, 4) < 0.0_rp, 'strain rate is below 0')
     rows(1, 3) = 0.0_rp
     do k = 2, size(rows, 1)          ! the rate is linear between rows
       rows(k, 3) = rows(k - 1, 3) &
                    + 0.5_rp*(rows(k, 4) + rows(k - 1, 4))*(rows(k, 1) - rows(k - 1, 1))
     end do
-  contains
-    !> Report the first invalid row and the number of all.
-    subroutine report_once(is_wrong, message)
-      logical, intent(in) :: is_wrong(:)
-      character(*), intent(in) :: message
-      integer :: n
-
-      n = count(is_wrong)
-      if (n == 1) call diagnostics%add(path, lines(findloc(is_wrong, .true., dim=1)), message)
-      if (n > 1) call diagnostics%add(path, lines(findloc(is_wrong, .true., dim=1)), &
-                                      message//', as in '//str(n - 1)//' more rows')
-    end subroutine report_once
   end subroutine read_history
 
   !> History of temperature and strain, with constant rates between rows.
@@ -351,12 +333,11 @@ contains
     type(table_t), intent(inout) :: curve
     type(validity_checker_t), intent(inout) :: checker
     type(point_t) :: point
-    type(diagnostics_t) :: diagnostics
     real(rp), allocatable :: rows(:, :)
     real(rp) :: dt, temp, temperature_change, x
     integer :: k, n, part
 
-    call read_history(input, i, file, rows, diagnostics)   ! read without errors before
+    call read_history(input, i, file, rows)       ! read without errors before
     call point%init(material, rows(1, 2), 1.0_rp)
     point%alpha = rows(1, 3)
     point%rate = 0.0_rp

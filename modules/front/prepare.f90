@@ -15,7 +15,6 @@ module front_prepare
   use front_command_line, only: command_t
   use front_help, only: log_sources
   use groups_table, only: key_table
-  use input_diagnostics, only: diagnostics_t
   use input_files, only: folder_of_files, sums_of_files
   use input_reading, only: read_input, read_input_text
   use input_resolved, only: scene_text
@@ -46,35 +45,34 @@ contains
     integer(i8), allocatable, intent(out) :: counts(:)   !! particles of each body
     type(volumes_t), allocatable, intent(out) :: volumes(:)   !! volumes of each body
     logical, intent(out) :: is_good                      !! no errors
-    type(diagnostics_t) :: diagnostics, old_errors  ! the latter of the checkpoint
     type(notes_t) :: notes
     type(input_t) :: old
     real(rp), allocatable :: shares(:)
     logical :: is_read
 
-    call read_texts(world, command, input, old, notes, diagnostics, old_errors, is_read)
+    call read_texts(world, command, input, old, notes, is_read)
     if (is_read) then
-      if (input%has_required_groups() .and. (diagnostics%count() == 0 .or. input%is_short())) then
+      if (input%has_required_groups() .and. &
+          (input%diagnostics%count() == 0 .or. input%is_short())) then
         call build_scene(input, sim%scene, sim%tool, sim%backing, sim%source, sim%probes, &
-                         sim%tracers, diagnostics)
+                         sim%tracers)
         sim%clock%mass_scaling = sim%scene%method%mass_scaling
       end if
     end if
-    if (diagnostics%count() == 0 .and. command%restart /= '') then
-      call compare_with_checkpoint(command, input, old, notes, sim%scene, old_errors, diagnostics)
+    if (input%diagnostics%count() == 0 .and. command%restart /= '') then
+      call compare_with_checkpoint(command, input, old, notes, sim%scene)
     end if
-    if (diagnostics%count() == 0) call check_memory(world, input, sim%scene, diagnostics)
-    if (diagnostics%count() == 0) call check_scene(world, input, sim, counts, shares, volumes, &
-                                                   diagnostics)
-    is_good = diagnostics%count() == 0
+    if (input%diagnostics%count() == 0) call check_memory(world, input, sim%scene)
+    if (input%diagnostics%count() == 0) call check_scene(world, input, sim, counts, shares, volumes)
+    is_good = input%diagnostics%count() == 0
     if (.not. is_good) then
-      if (world%is_root()) call diagnostics%print()
+      if (world%is_root()) call input%diagnostics%print()
       call world%barrier()
       return
     end if
     if (world%is_root() .and. command%restart == '') then
       call log_sources(input)
-      call diagnostics%print(warnings=.true.)
+      call input%diagnostics%print(warnings=.true.)
     end if
     if (sim%scene%method%has_mechanics) then
       call stretch_bodies(input, sim%scene)
@@ -94,12 +92,11 @@ contains
 
   !> Collective. Read the texts of the input and of the checkpoint. `is_read`: the notes of the
   !> checkpoint could be read.
-  subroutine read_texts(world, command, input, old, notes, diagnostics, old_errors, is_read)
+  subroutine read_texts(world, command, input, old, notes, is_read)
     type(world_t), intent(in) :: world
     type(command_t), intent(in) :: command
     type(input_t), intent(out) :: input, old             !! the run, the scene of the checkpoint
     type(notes_t), intent(out) :: notes
-    type(diagnostics_t), intent(inout) :: diagnostics, old_errors
     logical, intent(out) :: is_read
     type(error_t) :: error
     character(1) :: no_sets(0)
@@ -107,63 +104,64 @@ contains
     if (command%restart /= '') call read_checkpoint_notes(world, command%restart, notes, error)
     is_read = .not. error%is_set()
     if (.not. is_read) then
-      call diagnostics%add('stirpoint', 0, error%message)
+      allocate (input%diagnostics)
+      call input%diagnostics%add('stirpoint', 0, error%message)
       return
     end if
     if (command%restart /= '') call read_input_text(key_table(), command%restart, notes%scene, &
-                                                    no_sets, old, old_errors, resumed=.true.)
+                                                    no_sets, old, resumed=.true.)
     if (command%input /= '') then
-      call read_input(key_table(), command%input, command%sets, input, diagnostics)
+      call read_input(key_table(), command%input, command%sets, input)
     else
       call read_input_text(key_table(), command%restart, notes%input, command%sets, input, &
-                           diagnostics, resumed=.true.)
+                           resumed=.true.)
       call input%set_default('RUN', 'NAME', old%text('RUN', 1, 'NAME'))
       if (allocated(notes%folder)) input%folder = notes%folder
     end if
   end subroutine read_texts
 
   !> Report what a restart may not change: scene, files, and the layout of the particles.
-  subroutine compare_with_checkpoint(command, input, old, notes, scene, old_errors, diagnostics)
+  subroutine compare_with_checkpoint(command, input, old, notes, scene)
     type(command_t), intent(in) :: command
     type(input_t), intent(in) :: input
     type(input_t), intent(inout) :: old
     type(notes_t), intent(in) :: notes
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(in) :: old_errors
-    type(diagnostics_t), intent(inout) :: diagnostics
+    character(:), allocatable :: error
 
+    error = ''
+    if (old%diagnostics%count() > 0) error = old%diagnostics%text(1)
     old%folder = folder_of_files(input)          ! compare_files judges the content
-    call compare_scenes(old, input, notes%time, diagnostics)
-    call compare_files(notes%files, input, notes%time, diagnostics)
-    if (old_errors%count() > 0) then
-      call diagnostics%add(command%restart, 0, 'its scene is that of '// &
-                           'another version of the program: '//old_errors%text(1))
-    else if (diagnostics%count() == 0 .and. scene%method%has_mechanics &
+    call compare_scenes(old, input, notes%time)
+    call compare_files(notes%files, input, notes%time)
+    if (error /= '') then
+      call input%diagnostics%add(command%restart, 0, 'its scene is that of another version of '// &
+                                 'the program: '//error)
+    else if (input%diagnostics%count() == 0 .and. scene%method%has_mechanics &
              .and. notes%layout /= scene%layout%places()) then
-      call diagnostics%add(command%restart, 0, 'its particles are those of '// &
-                           'another version of the program, which must continue it')
+      call input%diagnostics%add(command%restart, 0, 'its particles are those of another '// &
+                                 'version of the program, which must continue it')
     end if
   end subroutine compare_with_checkpoint
 
   !> Collective. Check the scene for sense, and with mechanics the motion of the tools and the
   !> particles: their numbers and volumes for each body.
-  subroutine check_scene(world, input, sim, counts, shares, volumes, diagnostics)
+  subroutine check_scene(world, input, sim, counts, shares, volumes)
     type(world_t), intent(in) :: world
     type(input_t), intent(in) :: input
     type(simulation_t), intent(in) :: sim
     integer(i8), allocatable, intent(out) :: counts(:)
     real(rp), allocatable, intent(out) :: shares(:)      !! volumes [particles], see load_bodies
     type(volumes_t), allocatable, intent(out) :: volumes(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
 
-    call check_sense(input, sim%scene, sim%tool, diagnostics)
+    call check_sense(input, sim%scene, sim%tool)
     if (.not. sim%scene%method%has_mechanics) return
-    call check_process(input, sim%scene, sim%tool, diagnostics)
+    call check_process(input, sim%scene, sim%tool)
     allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))
     call count_particles(world, input, sim%scene, counts, shares)
-    call require_particles(input, counts, diagnostics)
+    call require_particles(input, counts)
     call measure_volumes(world, input, sim%scene, volumes)
-    if (all(counts > 0)) call check_volumes(input, volumes, diagnostics)
+    if (all(counts > 0)) call check_volumes(input, volumes)
   end subroutine check_scene
 
   !> Folder of the checkpoint, the default results folder of a resumed run without an input file.
@@ -178,15 +176,14 @@ contains
   end function folder_of
 
   !> Report bodies without particles.
-  subroutine require_particles(input, counts, diagnostics)
+  subroutine require_particles(input, counts)
     type(input_t), intent(in) :: input
     integer(i8), intent(in) :: counts(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: b
 
     do b = 1, size(counts)
-      if (counts(b) == 0) call input%report(diagnostics, 'BODY', b, 'NAME', &
-        'holds no particle: its shapes are smaller than the particle spacing or cancel out')
+      if (counts(b) == 0) call input%report('BODY', b, 'NAME', 'holds no particle: its shapes '// &
+                                            'are smaller than the particle spacing or cancel out')
     end do
   end subroutine require_particles
 

@@ -12,7 +12,6 @@ module front_report
   use heat_alone_state, only: heat_run_t
   use heat_conduction, only: conduction_step
   use heat_solvers_method, only: euler, method_names, rkl2, solver_names
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use mapping_stability, only: stable_step, wave_speed
   use particles_store, only: f_pos
@@ -130,10 +129,9 @@ contains
   !> Collective. Warn of a tool that starts inside a body.
   subroutine warn_of_overlap(world, input, sets, sim)
     type(world_t), intent(in) :: world
-    type(input_t), intent(in) :: input
+    type(input_t), intent(inout) :: input
     character(*), intent(in) :: sets(:)      !! overrides, for messages
     type(simulation_t), intent(in) :: sim
-    type(diagnostics_t) :: warnings
     real(rp) :: deepest(size(sim%tool)), d, normal(3), reach, edge_distance
     integer :: b, k, p
 
@@ -150,16 +148,16 @@ contains
     end do
     call world%max(deepest)
     if (.not. world%is_root()) return
-    call warnings%note_overrides(sets)
+    allocate (input%diagnostics)               ! those so far have been printed
+    call input%diagnostics%note_overrides(sets)
     do k = 1, input%count('TOOL')
       if (deepest(k) > 1.0e-3_rp*minval(sim%scene%grid%h)) then
-        call input%warn(warnings, 'TOOL', k, 'POSITION', 'the tool starts '// &
-                        str(1.0e3_rp*deepest(k))// &
-                        ' mm inside the material and will hit it hard: let it start '// &
-                        'outside and plunge (&MOTION)')
+        call input%warn('TOOL', k, 'POSITION', 'the tool starts '//str(1.0e3_rp*deepest(k))// &
+                        ' mm inside the material and will hit it hard: let it start outside '// &
+                        'and plunge (&MOTION)')
       end if
     end do
-    call warnings%print(warnings=.true.)
+    call input%diagnostics%print(warnings=.true.)
   end subroutine warn_of_overlap
 
   !> Text on periodic axes, as `, periodic along xy`.

@@ -15,7 +15,6 @@ module heat_setup_scene
   use heat_solvers_integrator, only: integrator_t
   use heat_solvers_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
   use heat_solvers_petsc, only: petsc_trouble
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use state_film, only: stefan_boltzmann
   use state_scene, only: scene_t
@@ -27,119 +26,116 @@ module heat_setup_scene
 contains
 
   !> Check the heat conduction of a scene: missing keys, and what this build does not support.
-  subroutine check_heat_scene(input, scene, diagnostics)
+  subroutine check_heat_scene(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(16), allocatable :: unused(:)
     integer :: g, i
 
     if (scene%method%has_mechanics) then
-      call check_coupled_heat(input, scene, diagnostics)
+      call check_coupled_heat(input, scene)
       return
     end if
     if (scene%method%heat_every > 0) then
-      call input%report(diagnostics, 'HEAT', 1, 'EVERY', 'has no effect with MECHANICS = F')
+      call input%report('HEAT', 1, 'EVERY', 'has no effect with MECHANICS = F')
     end if
     allocate (unused, source=[character(16) :: 'TOOL', 'MOTION', 'WALL', 'LOAD', 'TRACTION', &
                               'CONTACT', 'FIELD', 'TRACER', clamp_groups()])
     do g = 1, size(unused)
       do i = 1, input%count(trim(unused(g)))
-        call input%report(diagnostics, trim(unused(g)), i, '', 'has no effect with MECHANICS = F')
+        call input%report(trim(unused(g)), i, '', 'has no effect with MECHANICS = F')
       end do
     end do
     if (.not. scene%method%conducts) then
-      call input%report(diagnostics, 'METHOD', 1, 'MECHANICS', 'needs a &HEAT group')
+      call input%report('METHOD', 1, 'MECHANICS', 'needs a &HEAT group')
     end if
     if (any(scene%grid%period > 0)) then
-      call input%report(diagnostics, 'GRID', 1, 'PERIODIC', 'does not go with MECHANICS = F')
+      call input%report('GRID', 1, 'PERIODIC', 'does not go with MECHANICS = F')
     end if
-    call check_materials(input, scene, diagnostics)
-    if (scene%method%conducts) call check_solver(input, diagnostics)
-    call check_tables(input, diagnostics)
-    if (diagnostics%count() > 0) return
+    call check_materials(input, scene)
+    if (scene%method%conducts) call check_solver(input)
+    call check_tables(input)
+    if (input%diagnostics%count() > 0) return
     do i = 1, input%count('SOURCE')
       if (input%text('SOURCE', i, 'KIND') /= 'stir') cycle
       if (input%text('SOURCE', i, 'CONTACT') == 'sliding') cycle
       associate (m => scene%body(1)%material)
         if (n_values(input, m, 'YIELD_TABLE') + n_values(input, m, 'YIELD_LOGISTIC') == 0) then
-          call input%report(diagnostics, 'SOURCE', i, 'KIND', &
-                            'needs YIELD_TABLE or YIELD_LOGISTIC of the &MATERIAL')
+          call input%report('SOURCE', i, 'KIND', 'needs YIELD_TABLE or YIELD_LOGISTIC of the '// &
+                            '&MATERIAL')
         end if
       end associate
     end do
   end subroutine check_heat_scene
 
   !> Check conduction coupled with mechanics.
-  subroutine check_coupled_heat(input, scene, diagnostics)
+  subroutine check_coupled_heat(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i
 
     do i = 1, input%count('SOURCE')
       if (input%text('SOURCE', i, 'KIND') == 'stir') then
-        call input%report(diagnostics, 'SOURCE', i, 'KIND', 'needs &METHOD MECHANICS = F')
+        call input%report('SOURCE', i, 'KIND', 'needs &METHOD MECHANICS = F')
       end if
     end do
     if (.not. scene%method%conducts) return
     select case (input%text('HEAT', 1, 'INTEGRATOR'))
     case ('rkl2', 'tr-bdf2')
-      call input%report(diagnostics, 'HEAT', 1, 'INTEGRATOR', 'needs &METHOD MECHANICS = F')
+      call input%report('HEAT', 1, 'INTEGRATOR', 'needs &METHOD MECHANICS = F')
     case default
     end select
     if (input%integer('HEAT', 1, 'EVERY') > 0) then
       if (.not. scene%method%implicit_heat) then
-        call input%report(diagnostics, 'HEAT', 1, 'EVERY', "needs INTEGRATOR = 'backward-euler'")
+        call input%report('HEAT', 1, 'EVERY', "needs INTEGRATOR = 'backward-euler'")
       end if
       if (scene%method%heat_step > 0.0_rp) then
-        call input%report(diagnostics, 'HEAT', 1, 'EVERY', 'does not go with STEP')
+        call input%report('HEAT', 1, 'EVERY', 'does not go with STEP')
       end if
     end if
     if (input%text('HEAT', 1, 'SOLVER') == 'fftw') then
-      call input%report(diagnostics, 'HEAT', 1, 'SOLVER', &
-                        'needs &METHOD MECHANICS = F: beside mechanics it is cg or petsc')
+      call input%report('HEAT', 1, 'SOLVER', 'needs &METHOD MECHANICS = F: beside mechanics it '// &
+                        'is cg or petsc')
     end if
     if (input%text('HEAT', 1, 'SOLVER') /= 'auto' .and. .not. scene%method%implicit_heat) then
-      call input%report(diagnostics, 'HEAT', 1, 'SOLVER', 'needs an implicit INTEGRATOR')
+      call input%report('HEAT', 1, 'SOLVER', 'needs an implicit INTEGRATOR')
     end if
-    call check_solver(input, diagnostics)
+    call check_solver(input)
   end subroutine check_coupled_heat
 
   !> Check that several materials have constant properties and conduct.
-  subroutine check_materials(input, scene, diagnostics)
+  subroutine check_materials(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, m
 
     if (all(scene%body%material == scene%body(1)%material)) return
     do i = 1, size(scene%body)
       m = scene%body(i)%material
       if (allocated(scene%material(m)%c_table) .or. allocated(scene%material(m)%k_table)) then
-        call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
-                          'with MECHANICS = F tables need all bodies to be of one material')
+        call input%report('BODY', i, 'MATERIAL', 'with MECHANICS = F tables need all bodies to '// &
+                          'be of one material')
       end if
       if (input%real('MATERIAL', m, 'CONDUCTIVITY') <= 0.0_rp) then
-        call input%report(diagnostics, 'BODY', i, 'MATERIAL', &
-                          'must have a CONDUCTIVITY above 0 with MECHANICS = F')
+        call input%report('BODY', i, 'MATERIAL', 'must have a CONDUCTIVITY above 0 with '// &
+                          'MECHANICS = F')
       end if
     end do
   end subroutine check_materials
 
   !> Report a solver that this build does not have.
-  subroutine check_solver(input, diagnostics)
+  subroutine check_solver(input)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: trouble
 
     select case (input%text('HEAT', 1, 'SOLVER'))
     case ('petsc')
       trouble = petsc_trouble()
-      if (trouble /= '') call input%report(diagnostics, 'HEAT', 1, 'SOLVER', trouble)
+      if (trouble /= '') call input%report('HEAT', 1, 'SOLVER', trouble)
     case ('fftw')
-      if (.not. has_fft) call input%report(diagnostics, 'HEAT', 1, 'SOLVER', &
-        'this program was built without FFTW (Debian: libfftw3-dev; -DSTIRPOINT_FFTW=ON)')
+      if (.not. has_fft) call input%report('HEAT', 1, 'SOLVER', 'this program was built '// &
+                                           'without FFTW (Debian: libfftw3-dev; '// &
+                                           '-DSTIRPOINT_FFTW=ON)')
     case default
     end select
   end subroutine check_solver

@@ -1,11 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Moving sources of heat-only scenes, shear stress curves of stirring ones from strength tables, and
-!> checks of what heats and conducts.
+!> Moving sources of heat-only scenes, shear stress of stirring ones from strength tables, and checks
+!> of what heats and conducts.
 module heat_setup_sources
   use base_kinds, only: pi, rp
   use heat_mesh_curve, only: curve_t, table_value
   use heat_mesh_sources, only: heat_source_t, kind_ball, kind_disc, kind_stir
-  use input_diagnostics, only: diagnostics_t
   use input_tables, only: rises
   use input_values, only: input_t
   use physics_flow_law, only: softening_from
@@ -17,9 +16,8 @@ module heat_setup_sources
 contains
 
   !> Check that strengths are pairs of rising temperature, and that pieces have five values.
-  subroutine check_tables(input, diagnostics)
+  subroutine check_tables(input)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp), allocatable :: t(:), v(:)
     integer :: i, n
 
@@ -27,12 +25,11 @@ contains
       n = n_values(input, i, 'YIELD_TABLE')
       if (n > 0) then
         call split_pairs(input, i, 'YIELD_TABLE', t, v)
-        if (.not. rises(t)) call input%report(diagnostics, 'MATERIAL', i, 'YIELD_TABLE', &
-                                              'must be pairs in rising temperature')
+        if (.not. rises(t)) call input%report('MATERIAL', i, 'YIELD_TABLE', 'must be pairs in '// &
+                                              'rising temperature')
       end if
       if (mod(n_values(input, i, 'YIELD_LOGISTIC'), 5) /= 0) then
-        call input%report(diagnostics, 'MATERIAL', i, 'YIELD_LOGISTIC', &
-                          'must be pieces of five values')
+        call input%report('MATERIAL', i, 'YIELD_LOGISTIC', 'must be pieces of five values')
       end if
     end do
   end subroutine check_tables
@@ -70,17 +67,16 @@ contains
   end subroutine split_pairs
 
   !> Report sources without heat, and conduction without conductivity.
-  subroutine check_heat_sense(input, diagnostics)
+  subroutine check_heat_sense(input)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: conductivity
     integer :: i
 
     do i = 1, input%count('SOURCE')
       if (input%text('SOURCE', i, 'KIND') == 'stir') then
-        call check_stir(input, i, diagnostics)
+        call check_stir(input, i)
       else if (abs(input%real('SOURCE', i, 'POWER')) <= 0.0_rp) then
-        call input%report(diagnostics, 'SOURCE', i, 'POWER', 'the source gives no heat')
+        call input%report('SOURCE', i, 'POWER', 'the source gives no heat')
       end if
     end do
     if (input%count('HEAT') == 0) return
@@ -90,38 +86,36 @@ contains
       if (input%given('MATERIAL', i, 'CONDUCTIVITY_TABLE')) conductivity = max(conductivity, 1.0_rp)
     end do
     if (conductivity <= 0.0_rp .and. .not. input%logical('METHOD', 1, 'MECHANICS')) then
-      call input%report(diagnostics, 'MATERIAL', 1, 'CONDUCTIVITY', &
-                        'must be above 0 with MECHANICS = F')
+      call input%report('MATERIAL', 1, 'CONDUCTIVITY', 'must be above 0 with MECHANICS = F')
     else if (conductivity <= 0.0_rp) then
-      call input%warn(diagnostics, 'MATERIAL', 1, 'CONDUCTIVITY', &
-                      'there is a &HEAT group, and no material conducts')
+      call input%warn('MATERIAL', 1, 'CONDUCTIVITY', 'there is a &HEAT group, and no material '// &
+                      'conducts')
     end if
   end subroutine check_heat_sense
 
   !> Check that a stirring source rotates, and that a sliding one has pressure and friction.
-  subroutine check_stir(input, i, diagnostics)
+  subroutine check_stir(input, i)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: contact
 
     contact = input%text('SOURCE', i, 'CONTACT')
     if (abs(input%real('SOURCE', i, 'SPIN_RPM')) <= 0.0_rp) then
-      call input%report(diagnostics, 'SOURCE', i, 'SPIN_RPM', &
-                        'the source does not turn (0 is the default): it gives no heat')
+      call input%report('SOURCE', i, 'SPIN_RPM', 'the source does not turn (0 is the default): '// &
+                        'it gives no heat')
     end if
     if (input%given('SOURCE', i, 'SHARE') .and. input%real('SOURCE', i, 'SHARE') <= 0.0_rp) then
-      call input%report(diagnostics, 'SOURCE', i, 'SHARE', 'none of the heat enters the body')
+      call input%report('SOURCE', i, 'SHARE', 'none of the heat enters the body')
     end if
     if (contact == 'sticking') return
     if (contact == 'mixed' .and. input%real('SOURCE', i, 'SLIP') <= 0.0_rp) return
     if (input%real('SOURCE', i, 'PRESSURE') <= 0.0_rp) then
-      call input%report(diagnostics, 'SOURCE', i, 'PRESSURE', &
-                        "is 0 (the default): CONTACT = '"//contact//"' gives no heat by sliding")
+      call input%report('SOURCE', i, 'PRESSURE', "is 0 (the default): CONTACT = '"//contact// &
+                        "' gives no heat by sliding")
     end if
     if (input%real('SOURCE', i, 'FRICTION') <= 0.0_rp) then
-      call input%report(diagnostics, 'SOURCE', i, 'FRICTION', &
-                        "is 0 (the default): CONTACT = '"//contact//"' gives no heat by sliding")
+      call input%report('SOURCE', i, 'FRICTION', "is 0 (the default): CONTACT = '"//contact// &
+                        "' gives no heat by sliding")
     end if
   end subroutine check_stir
 

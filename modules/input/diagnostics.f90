@@ -31,6 +31,7 @@ module input_diagnostics
   contains
     procedure :: note_overrides
     procedure :: add
+    procedure :: add_first
     procedure :: count => count_diagnostics
     procedure :: text => text_of_diagnostic
     procedure :: print => print_diagnostics
@@ -84,6 +85,19 @@ contains
     longer(k + 2:) = self%list(k + 1:)
     call move_alloc(longer, self%list)
   end subroutine add
+
+  !> Report the first point of a table where `is` holds, and the number of others.
+  subroutine add_first(self, file, lines, is, message)
+    class(diagnostics_t), intent(inout) :: self
+    character(*), intent(in) :: file, message
+    integer, intent(in) :: lines(:)       !! of the points
+    logical, intent(in) :: is(:)
+    character(:), allocatable :: more
+
+    more = ''
+    if (count(is) > 1) more = ', and at '//str(count(is) - 1)//' more'
+    if (any(is)) call self%add(file, lines(findloc(is, .true., dim=1)), message//more)
+  end subroutine add_first
 
   !> Sort key of a diagnostic.
   pure integer function rank_of(diagnostic)

@@ -45,11 +45,12 @@ contains
     type(key_table_t), intent(in) :: table
     character(*), intent(in) :: file      !! '': library of the program
     type(input_t), intent(out) :: library
-    type(diagnostics_t), intent(inout) :: diagnostics
+    type(diagnostics_t), intent(inout), target :: diagnostics
     character(:), allocatable, intent(out) :: problem   !! '' on success
     character(:), allocatable :: text
 
     library%table = library_table(table)
+    library%diagnostics => diagnostics
     library%file = file
     problem = ''
     if (file == '') call data_file(library_file, library%file, problem)
@@ -59,10 +60,9 @@ contains
   end subroutine read_library
 
   !> Complete each &MATERIAL that names an entry; the input of a checkpoint has the values already.
-  subroutine take_from_library(input, is_resumed, diagnostics)
+  subroutine take_from_library(input, is_resumed)
     type(input_t), intent(inout) :: input
     logical, intent(in) :: is_resumed
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(input_t) :: library
     character(:), allocatable :: entry, file, problem
     integer :: i, m
@@ -70,35 +70,34 @@ contains
     allocate (input%taken(0))
     do i = 1, input%count(group)
       if (.not. input%given(group, i, 'FROM')) then
-        if (input%given(group, i, 'LIBRARY')) call input%report(diagnostics, group, i, 'LIBRARY', &
+        if (input%given(group, i, 'LIBRARY')) call input%report(group, i, 'LIBRARY', &
           'has no effect without FROM, which names an entry of it')
         cycle
       end if
       if (is_resumed) then
-        if (input%line(group, i, 'FROM') < 0) call input%report(diagnostics, group, i, 'FROM', &
-                                                                'a restart cannot change materials')
+        if (input%line(group, i, 'FROM') < 0) call input%report(group, i, 'FROM', &
+          'a restart cannot change materials')
         cycle
       end if
       file = input%text(group, i, 'LIBRARY')
       if (file /= '') then
         if (index(file, '/') /= 1) file = input%file(:index(input%file, '/', back=.true.))//file
       end if
-      call read_library(input%table, file, library, diagnostics, problem)
+      call read_library(input%table, file, library, input%diagnostics, problem)
       input%written%groups(input%written%find(group, i))%is_broken = .true.   ! until found
       if (problem /= '') then
-        call input%report(diagnostics, group, i, 'FROM', &
-                          'the library of materials '//library%file//' '//problem)
+        call input%report(group, i, 'FROM', 'the library of materials '//library%file//' '//problem)
         cycle
       end if
       entry = input%text(group, i, 'FROM')
       if (lower(entry) == 'library') entry = input%text(group, i, 'NAME')
       m = entry_of(library, entry)
       if (m == 0) then
-        call input%report(diagnostics, group, i, 'FROM', "the library has no '"//entry// &
-                          "'; it has "//entries_of(library))
+        call input%report(group, i, 'FROM', "the library has no '"//entry//"'; it has "// &
+                          entries_of(library))
       else
         input%written%groups(input%written%find(group, i))%is_broken = .false.
-        call take_entry(input, i, library, m, diagnostics)
+        call take_entry(input, i, library, m)
       end if
     end do
   end subroutine take_from_library
@@ -128,11 +127,10 @@ contains
   end function entries_of
 
   !> Add the missing keys of the `i`-th &MATERIAL from entry `m`, as if written on the line of FROM.
-  subroutine take_entry(input, i, library, m, diagnostics)
+  subroutine take_entry(input, i, library, m)
     type(input_t), intent(inout) :: input
     integer, intent(in) :: i, m
     type(input_t), intent(in) :: library
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(assignment_t) :: new
     character(:), allocatable :: message, value
     character(24), allocatable :: own(:)
@@ -151,7 +149,7 @@ contains
           value = library%values(group, m, trim(row%name))
           message = check_value(row, 0, value)
           if (message /= '') then
-            call library%report(diagnostics, group, m, trim(row%name), message)
+            call library%report(group, m, trim(row%name), message)
             cycle
           end if
           new%key = row%name

@@ -4,7 +4,7 @@
 module input_reading
   use base_text, only: str
   use input_assignments, only: assignment_t
-  use input_diagnostics, only: diagnostics_t, excerpt
+  use input_diagnostics, only: excerpt
   use input_library, only: take_from_library
   use input_scan, only: read_file, scan_text
   use input_values, only: input_t
@@ -20,33 +20,32 @@ module input_reading
 contains
 
   !> Read and check an input file, on any rank; nothing is printed.
-  subroutine read_input(table, file, sets, input, diagnostics, point)
+  subroutine read_input(table, file, sets, input, point)
     type(key_table_t), intent(in) :: table   !! table of keys
     character(*), intent(in) :: file
     character(*), intent(in) :: sets(:)   !! GROUP.KEY=VALUE, GROUP(2).KEY=.., GROUP(name).KEY=..
     type(input_t), intent(out) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     logical, intent(in), optional :: point   !! true: input of `--material`
     character(:), allocatable :: text, problem
 
     call read_file(file, text, problem)
     if (problem == '') then
-      call read_input_text(table, file, text, sets, input, diagnostics, point)
+      call read_input_text(table, file, text, sets, input, point)
     else
       input%file = file
       input%table = table
-      call scan_text(file, '', input%written, diagnostics)
-      call diagnostics%add(file, 0, problem)
+      allocate (input%diagnostics)
+      call scan_text(file, '', input%written, input%diagnostics)
+      call input%diagnostics%add(file, 0, problem)
     end if
   end subroutine read_input
 
   !> Check an input text, such as that of a checkpoint.
-  subroutine read_input_text(table, file, text, sets, input, diagnostics, point, resumed)
+  subroutine read_input_text(table, file, text, sets, input, point, resumed)
     type(key_table_t), intent(in) :: table
     character(*), intent(in) :: file      !! name in messages; its stem is the default RUN NAME
     character(*), intent(in) :: text, sets(:)
     type(input_t), intent(out) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     logical, intent(in), optional :: point
     logical, intent(in), optional :: resumed   !! true: of a checkpoint; unused keys are allowed
     character(:), allocatable :: stem
@@ -54,6 +53,7 @@ contains
 
     input%file = file
     input%table = table
+    allocate (input%diagnostics)
     if (present(point)) then
       input%table%groups%is_required = input%table%groups%name == 'MATERIAL' &
                                        .or. input%table%groups%name == 'PATH'
@@ -61,28 +61,27 @@ contains
     stem = file(index(file, '/', back=.true.) + 1:)
     if (index(stem, '.', back=.true.) > 1) stem = stem(:index(stem, '.', back=.true.) - 1)
     input%table%keys(input%table%find_key(input%table%find_group('RUN'), 'NAME'))%default = stem
-    call diagnostics%note_overrides(sets)
-    call scan_text(file, text, input%written, diagnostics)
+    call input%diagnostics%note_overrides(sets)
+    call scan_text(file, text, input%written, input%diagnostics)
     do k = 1, size(sets)
-      call apply_override(input, sets(k), k, diagnostics)
+      call apply_override(input, sets(k), k)
     end do
     if (.not. input%given('RUN', 1, 'NAME') .and. .not. can_name_results(stem)) then
-      call diagnostics%add(file, 0, &
-                           'the name of this file cannot be that of the results: give &RUN NAME')
+      call input%diagnostics%add(file, 0, 'the name of this file cannot be that of the '// &
+                                 'results: give &RUN NAME')
     end if
-    call check_groups(input, diagnostics)
-    call check_assignments(input, diagnostics)
-    call take_from_library(input, present(resumed), diagnostics)
-    call check_presence(input, diagnostics, present(resumed))
-    call check_names(input, diagnostics)
+    call check_groups(input)
+    call check_assignments(input)
+    call take_from_library(input, present(resumed))
+    call check_presence(input, present(resumed))
+    call check_names(input)
   end subroutine read_input_text
 
   !> Apply the `k`-th override.
-  subroutine apply_override(input, set, k, diagnostics)
+  subroutine apply_override(input, set, k)
     type(input_t), intent(inout) :: input
     character(*), intent(in) :: set
     integer, intent(in) :: k
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(assignment_t) :: new
     character(:), allocatable :: group, which, value
     integer :: g, i, row
@@ -93,11 +92,11 @@ contains
     g = merge(input%table%find_group(group), 0, ok)
     if (g > 0) row = input%table%find_key(g, new%key)
     if (.not. ok) then
-      call diagnostics%add(input%file, -k, 'expected GROUP.KEY=VALUE')
+      call input%diagnostics%add(input%file, -k, 'expected GROUP.KEY=VALUE')
     else if (g == 0) then
-      call diagnostics%add(input%file, -k, unknown_group(input%table, group))
+      call input%diagnostics%add(input%file, -k, unknown_group(input%table, group))
     else if (row == 0) then
-      call diagnostics%add(input%file, -k, unknown_key(input%table, g, new%key))
+      call input%diagnostics%add(input%file, -k, unknown_key(input%table, g, new%key))
     end if
     if (row == 0) return
 
@@ -114,7 +113,7 @@ contains
       new%group = input%written%find(group, i)
       call input%written%replace(new, value)
     end do
-    if (.not. ok) call diagnostics%add(input%file, -k, 'the input has no such &'//group)
+    if (.not. ok) call input%diagnostics%add(input%file, -k, 'the input has no such &'//group)
   end subroutine apply_override
 
   !> True if an override of `GROUP`, `GROUP(2)` or `GROUP(name)` applies to the `i`-th group.
@@ -130,9 +129,8 @@ contains
   end function applies_to
 
   !> Report unknown, duplicate and missing groups.
-  subroutine check_groups(input, diagnostics)
+  subroutine check_groups(input)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: g, i, first
 
     do i = 1, size(input%written%groups)
@@ -140,26 +138,25 @@ contains
         g = input%table%find_group(group%name)
         first = input%written%find(group%name, 1)
         if (g == 0) then
-          call diagnostics%add(input%file, group%line, unknown_group(input%table, group%name))
+          call input%diagnostics%add(input%file, group%line, unknown_group(input%table, group%name))
         else if (first < i .and. .not. input%table%groups(g)%repeats) then
-          call diagnostics%add(input%file, group%line, '&'//trim(group%name)// &
-                               ' may be given only once (first on line '// &
-                               str(input%written%groups(first)%line)//')')
+          call input%diagnostics%add(input%file, group%line, '&'//trim(group%name)// &
+                                     ' may be given only once (first on line '// &
+                                     str(input%written%groups(first)%line)//')')
         end if
       end associate
     end do
     do g = 1, size(input%table%groups)
       if (input%table%groups(g)%is_required .and. input%count(input%table%groups(g)%name) == 0) then
-        call diagnostics%add(input%file, 0, &
-                             'there is no &'//trim(input%table%groups(g)%name)//' (required)')
+        call input%diagnostics%add(input%file, 0, 'there is no &'// &
+                                   trim(input%table%groups(g)%name)//' (required)')
       end if
     end do
   end subroutine check_groups
 
   !> Report unknown and duplicate keys, and invalid values.
-  subroutine check_assignments(input, diagnostics)
+  subroutine check_assignments(input)
     type(input_t), intent(inout) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: label, message, value
     integer :: g, i, row, earlier
 
@@ -169,21 +166,20 @@ contains
         if (g == 0 .or. one%key == '') cycle
         row = input%table%find_key(g, one%key)
         if (row == 0) then
-          call diagnostics%add(input%file, one%line, unknown_key(input%table, g, one%key))
+          call input%diagnostics%add(input%file, one%line, unknown_key(input%table, g, one%key))
           cycle
         end if
         label = '&'//trim(input%table%groups(g)%name)//' '//trim(one%key)
         earlier = duplicate_of(input%written%assignments, input%written%groups(one%group)%first, i)
-        if (earlier > 0) call diagnostics%add(input%file, one%line, label// &
-                                              ' is given twice (first on line '// &
-                                              str(input%written%assignments(earlier)%line)//')')
+        if (earlier > 0) call input%diagnostics%add(input%file, one%line, label// &
+          ' is given twice (first on line '//str(input%written%assignments(earlier)%line)//')')
         if (one%is_broken) cycle
         value = input%written%value(i)
         message = check_value(input%table%keys(row), one%index, value)
         one%is_broken = message /= ''
         if (one%index > 0) label = label//'('//str(one%index)//')'
-        if (one%is_broken) call diagnostics%add(input%file, one%line, &
-                                                label//' = '//excerpt(value)//': '//message)
+        if (one%is_broken) call input%diagnostics%add(input%file, one%line, label//' = '// &
+          excerpt(value)//': '//message)
       end associate
     end do
   end subroutine check_assignments
@@ -204,9 +200,8 @@ contains
   end function duplicate_of
 
   !> Report missing and unused keys, and incomplete vectors.
-  subroutine check_presence(input, diagnostics, is_resumed)
+  subroutine check_presence(input, is_resumed)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     logical, intent(in) :: is_resumed
     character(:), allocatable :: group
     integer :: g, i, k
@@ -219,14 +214,14 @@ contains
           associate (row => input%table%keys(k))
             if (input%given(group, i, row%name)) then
               if (is_partial(input, group, i, row)) then
-                call input%report(diagnostics, group, i, row%name, &
-                                  'not all of its '//str(row%n)//' values are given')
+                call input%report(group, i, row%name, 'not all of its '//str(row%n)// &
+                                  ' values are given')
               end if
-              if (.not. is_resumed) call check_effect(input, group, i, row, diagnostics)
+              if (.not. is_resumed) call check_effect(input, group, i, row)
             else if (row%is_required) then
               if (input%holds(group, i, row%condition)) then
-                call input%report(diagnostics, group, i, '', &
-                                  'has no '//trim(row%name)//' ('//requirement(row)//')')
+                call input%report(group, i, '', 'has no '//trim(row%name)//' ('// &
+                                  requirement(row)//')')
               end if
             end if
           end associate
@@ -237,9 +232,8 @@ contains
 
   !> Report names that two groups have, and texts that must be the NAME of another group (`&BODY` in
   !> the column of allowed values) and are not.
-  subroutine check_names(input, diagnostics)
+  subroutine check_names(input)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: group, other
     character(128), allocatable :: names(:), own(:)
     integer :: g, i, k
@@ -257,11 +251,11 @@ contains
         do i = 1, size(own)
           if (own(i) == '') cycle                  ! is reported already, or need not be given
           if (other == group) then
-            if (find(own(:i - 1), own(i)) > 0) call input%report(diagnostics, group, i, 'NAME', &
+            if (find(own(:i - 1), own(i)) > 0) call input%report(group, i, 'NAME', &
               'is the name of another &'//group)
           else if (find(names, own(i)) == 0) then
-            call input%report(diagnostics, group, i, trim(input%table%keys(k)%name), &
-                              'there is no &'//other//' of this name; '//known(names))
+            call input%report(group, i, trim(input%table%keys(k)%name), 'there is no &'//other// &
+                              ' of this name; '//known(names))
           end if
         end do
       end do
@@ -291,12 +285,11 @@ contains
   end function requirement
 
   !> Report a key without effect; warn if only an override makes it so.
-  subroutine check_effect(input, group, i, row, diagnostics)
+  subroutine check_effect(input, group, i, row)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
     integer, intent(in) :: i
     type(key_row_t), intent(in) :: row
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(48), allocatable :: w(:)
     character(:), allocatable :: choice
 
@@ -304,11 +297,9 @@ contains
     call split_words(row%condition, w)
     choice = input%text(group, i, w(1))
     if (choice == '') return                       ! reported already
-    call input%report(diagnostics, group, i, row%name, 'has no effect with '//trim(w(1))//' = '// &
-                      choice// &
-                        ', only with '//trim(row%condition), &
-                        is_warning=input%line(group, i, w(1)) < 0 &
-                        .and. input%line(group, i, row%name) > 0)
+    call input%report(group, i, row%name, 'has no effect with '//trim(w(1))//' = '//choice// &
+                      ', only with '//trim(row%condition), is_warning=input%line(group, i, &
+                      w(1)) < 0 .and. input%line(group, i, row%name) > 0)
   end subroutine check_effect
 
   !> True if values of a key without default are missing.

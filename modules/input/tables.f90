@@ -18,20 +18,19 @@ module input_tables
 contains
 
   !> Report a table whose points do not increase.
-  subroutine check_rising(input, group, i, key, points, diagnostics, which)
+  subroutine check_rising(input, group, i, key, points, which)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
     integer, intent(in) :: i                          !! index of the group
     character(*), intent(in) :: key
     real(rp), intent(in) :: points(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(*), intent(in), optional :: which       !! name of the points; default: all values
 
     if (rises(points)) return
     if (present(which)) then
-      call input%report(diagnostics, group, i, key, 'must have rising '//which)
+      call input%report(group, i, key, 'must have rising '//which)
     else
-      call input%report(diagnostics, group, i, key, 'must rise from value to value')
+      call input%report(group, i, key, 'must rise from value to value')
     end if
   end subroutine check_rising
 

@@ -29,6 +29,7 @@ module input_values
     type(key_table_t) :: table
     type(taken_t), allocatable :: taken(:)             !! values from libraries (input_library)
     character(:), allocatable :: folder                !! folder of named files, if not its own
+    type(diagnostics_t), pointer :: diagnostics => null()   !! errors and warnings
   contains
     procedure :: count => count_groups
     procedure :: has_required_groups
@@ -56,9 +57,8 @@ module input_values
 contains
 
   !> Add the diagnostic `&GROUP KEY = value: message`, or `&GROUP message` if the key is empty.
-  subroutine report(self, diagnostics, group, i, key, message, is_warning)
+  subroutine report(self, group, i, key, message, is_warning)
     class(input_t), intent(in) :: self
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(*), intent(in) :: group, key, message
     integer, intent(in) :: i
     logical, intent(in), optional :: is_warning
@@ -72,24 +72,22 @@ contains
       label = label//' = '//excerpt(self%written%value(a))
     end if
     if (key /= '') label = label//': '
-    call diagnostics%add(self%file, self%line(group, i, key), label//message, is_warning)
+    call self%diagnostics%add(self%file, self%line(group, i, key), label//message, is_warning)
   end subroutine report
 
   !> Add a warning; the run continues.
-  subroutine warn(self, diagnostics, group, i, key, message)
+  subroutine warn(self, group, i, key, message)
     class(input_t), intent(in) :: self
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(*), intent(in) :: group, key, message
     integer, intent(in) :: i
 
-    call self%report(diagnostics, group, i, key, message, is_warning=.true.)
+    call self%report(group, i, key, message, is_warning=.true.)
   end subroutine warn
 
   !> True if an 'off auto on' key switches a method on. 'auto' does so if it is recommended. An
   !> obstacle ('' if none) switches the method off, and is reported with 'on'.
-  logical function switches_on(self, diagnostics, group, key, obstacle, is_recommended)
+  logical function switches_on(self, group, key, obstacle, is_recommended)
     class(input_t), intent(in) :: self
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(*), intent(in) :: group, key, obstacle
     logical, intent(in) :: is_recommended
     character(:), allocatable :: choice
@@ -98,7 +96,7 @@ contains
     switches_on = choice == 'on' .or. choice == 'auto' .and. is_recommended
     if (obstacle == '') return
     switches_on = .false.
-    if (choice == 'on') call self%report(diagnostics, group, 1, key, 'cannot be on with '//obstacle)
+    if (choice == 'on') call self%report(group, 1, key, 'cannot be on with '//obstacle)
   end function switches_on
 
   !> Line of the key, otherwise of the group; 0 if neither was written; -k: k-th override.

@@ -4,7 +4,6 @@
 module materials_properties
   use base_kinds, only: rp
   use flow_laws_list, only: make_law
-  use input_diagnostics, only: diagnostics_t
   use input_tables, only: rises
   use input_values, only: input_t
   use physics_flow_law, only: flow_law_t
@@ -20,10 +19,9 @@ module materials_properties
 contains
 
   !> Read all materials in the order of the file.
-  subroutine read_materials(input, material, diagnostics)
+  subroutine read_materials(input, material)
     type(input_t), intent(in) :: input
     type(material_t), allocatable, intent(out) :: material(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i
 
     allocate (material(input%count(group)))
@@ -33,8 +31,8 @@ contains
         m%rho = input%real(group, i, 'DENSITY')
         m%has_heat_capacity = input%given(group, i, 'SPECIFIC_HEAT')
         if (m%has_heat_capacity) m%c_p = input%real(group, i, 'SPECIFIC_HEAT')
-        call read_table(input, i, 'SPECIFIC_HEAT_TABLE', m%c_table, diagnostics)
-        call read_table(input, i, 'CONDUCTIVITY_TABLE', m%k_table, diagnostics)
+        call read_table(input, i, 'SPECIFIC_HEAT_TABLE', m%c_table)
+        call read_table(input, i, 'CONDUCTIVITY_TABLE', m%k_table)
         if (allocated(m%c_table)) then
           m%has_heat_capacity = .true.
           m%c_p = m%c_table%at(reference)
@@ -42,28 +40,27 @@ contains
         m%t_melt = input%real(group, i, 'T_MELT', otherwise=m%t_melt)
         m%conductivity = input%real(group, i, 'CONDUCTIVITY')
         m%plastic_heat = input%real(group, i, 'PLASTIC_HEAT')
-        call read_elasticity(input, i, m, diagnostics)
+        call read_elasticity(input, i, m)
         call make_law(input%text(group, i, 'LAW'), m%flow)
-        if (allocated(m%flow)) call m%flow%read_keys(input, i, m%g, diagnostics)
+        if (allocated(m%flow)) call m%flow%read_keys(input, i, m%g)
       end associate
     end do
   end subroutine read_materials
 
   !> Read a table over temperature, if given.
-  subroutine read_table(input, i, key, table, diagnostics)
+  subroutine read_table(input, i, key, table)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     character(*), intent(in) :: key
     type(heat_table_t), allocatable, intent(out) :: table
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp), allocatable :: x(:)
 
     if (.not. input%given(group, i, key)) return
     x = input%list(group, i, key)
     if (mod(size(x), 2) == 1 .or. .not. rises(x(1::2))) then
-      call input%report(diagnostics, group, i, key, 'must be pairs in rising temperature')
+      call input%report(group, i, key, 'must be pairs in rising temperature')
     else if (any(x(2::2) <= 0.0_rp)) then
-      call input%report(diagnostics, group, i, key, 'must be above 0')
+      call input%report(group, i, key, 'must be above 0')
     else
       allocate (table)
       call table%init(size(x)/2, x(1::2), x(2::2))
@@ -71,11 +68,10 @@ contains
   end subroutine read_table
 
   !> Read the elastic constants and thermal expansion.
-  subroutine read_elasticity(input, i, material, diagnostics)
+  subroutine read_elasticity(input, i, material)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(material_t), intent(inout) :: material
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     call material%set_elastic(input%real(group, i, 'YOUNGS_MODULUS'), &
                               input%real(group, i, 'POISSON_RATIO'))
@@ -84,19 +80,17 @@ contains
     material%is_coupled = input%text(group, i, 'ENERGY') == 'coupled'
     if (.not. material%is_coupled) return
     if (input%text(group, i, 'LAW') /= 'elastic') then
-      call input%report(diagnostics, group, i, 'ENERGY', "goes only with LAW = 'elastic'")
+      call input%report(group, i, 'ENERGY', "goes only with LAW = 'elastic'")
     end if
     if (abs(material%expansion) > 0.0_rp) then
-      call input%report(diagnostics, group, i, 'EXPANSION', &
-                        "must be 0 with ENERGY = 'coupled'")
+      call input%report(group, i, 'EXPANSION', "must be 0 with ENERGY = 'coupled'")
     end if
   end subroutine read_elasticity
 
   !> Report missing properties of materials with the reason for which they are needed, and
   !> properties without effect.
-  subroutine check_properties(input, diagnostics)
+  subroutine check_properties(input)
     type(input_t), intent(in) :: input
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: heated, law
     class(flow_law_t), allocatable :: flow
     logical :: is_heat_only, conducts, has_own_melting
@@ -116,36 +110,34 @@ contains
       end if
       if (conducts) heated = 'the scene conducts heat (&HEAT)'
       if (heated /= '' .and. .not. input%given(group, i, 'SPECIFIC_HEAT_TABLE')) then
-        call require_property(input, i, 'SPECIFIC_HEAT', heated, diagnostics)
+        call require_property(input, i, 'SPECIFIC_HEAT', heated)
       end if
       if (conducts .and. .not. input%given(group, i, 'CONDUCTIVITY_TABLE')) then
-        call require_property(input, i, 'CONDUCTIVITY', heated, diagnostics)
+        call require_property(input, i, 'CONDUCTIVITY', heated)
       end if
       if (has_own_melting .and. .not. is_heat_only) then
-        call require_property(input, i, 'T_MELT', "LAW = '"//law//"' softens towards it", &
-                              diagnostics)
+        call require_property(input, i, 'T_MELT', "LAW = '"//law//"' softens towards it")
       else if (law /= 'elastic' .and. .not. is_heat_only .and. heated /= '') then
-        call require_property(input, i, 'T_MELT', heated//', and molten it has no strength', &
-                              diagnostics)
+        call require_property(input, i, 'T_MELT', heated//', and molten it has no strength')
       else if (input%count('SOURCE') > 0) then
-        call require_property(input, i, 'T_MELT', 'a &SOURCE may melt it', diagnostics)
+        call require_property(input, i, 'T_MELT', 'a &SOURCE may melt it')
       end if
-      if (input%given(group, i, 'T_ROOM') .and. .not. has_own_melting &
-          .and. abs(input%real(group, i, 'EXPANSION')) <= 0.0_rp) call input%report(diagnostics, &
-        group, i, 'T_ROOM', "has no effect: LAW = '"//law//"' does not heed it, EXPANSION is 0")
+      if (input%given(group, i, 'T_ROOM') .and. .not. has_own_melting .and. abs(input%real(group, &
+        i, 'EXPANSION')) <= 0.0_rp) call input%report(group, i, 'T_ROOM', &
+        "has no effect: LAW = '"//law//"' does not heed it, EXPANSION is 0")
     end do
   end subroutine check_properties
 
   !> Report if &MATERIAL `i` does not give `key`, which is needed for `reason`.
-  subroutine require_property(input, i, key, reason, diagnostics)
+  subroutine require_property(input, i, key, reason)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     character(*), intent(in) :: key, reason
-    type(diagnostics_t), intent(inout) :: diagnostics
 
-    if (input%given(group, i, key) .or. input%written%groups(input%written%find(group, i))%is_broken) return
-    call input%report(diagnostics, group, i, '', "'"//input%text(group, i, 'NAME')//"' has no "// &
-                      key//', which it needs: '//reason)
+    if (input%given(group, i, key) .or. &
+        input%written%groups(input%written%find(group, i))%is_broken) return
+    call input%report(group, i, '', "'"//input%text(group, i, 'NAME')//"' has no "//key// &
+                      ', which it needs: '//reason)
   end subroutine require_property
 
 end module materials_properties

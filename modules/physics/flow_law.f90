@@ -6,7 +6,6 @@
 !> itself.
 module physics_flow_law
   use base_kinds, only: nlane, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   implicit none (type, external)
@@ -89,12 +88,11 @@ contains
   end subroutine add_keys
 
   !> Read the constants of the `i`-th &MATERIAL.
-  subroutine read_keys(self, input, i, shear, diagnostics)
+  subroutine read_keys(self, input, i, shear)
     class(flow_law_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: shear                     !! shear modulus of the material [Pa]
-    type(diagnostics_t), intent(inout) :: diagnostics
   end subroutine read_keys
 
   !> Set the melting range of a law without melting of its own: the strength decreases to 0 over the

@@ -5,7 +5,6 @@ module setup_backings
   use bodies_solids, only: body_solids, extent_of, solid_t
   use contact_backing, only: backing_t, find_backing
   use contact_heat_sink, only: heat_sink_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find
   use state_scene, only: scene_t
@@ -20,20 +19,19 @@ contains
 
   !> Backings of all &SURFACE groups; of several for one face the last holds. The films of the
   !> faces must have been read.
-  subroutine read_backings(input, scene, backing, diagnostics)
+  subroutine read_backings(input, scene, backing)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(backing_t), allocatable, intent(out) :: backing(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(backing_t) :: new
     integer :: body, face, i, k
 
     allocate (backing(0))
     do i = 1, input%count('SURFACE')
       if (input%text('SURFACE', i, 'BACKING') == 'none') cycle
-      call check_backing(input, i, scene, diagnostics)
+      call check_backing(input, i, scene)
       body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
-      if (body == 0 .or. diagnostics%count() > 0) cycle
+      if (body == 0 .or. input%diagnostics%count() > 0) cycle
       do face = 1, 6
         if (all(input%text('SURFACE', i, 'FACE') /= ['all ', face_names(face)])) cycle
         if (.not. scene%body(body)%film(face)%has_backing) cycle
@@ -49,25 +47,24 @@ contains
   end subroutine read_backings
 
   !> Report keys that cannot be combined with a backing.
-  subroutine check_backing(input, i, scene, diagnostics)
+  subroutine check_backing(input, i, scene)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     if (.not. scene%method%has_mechanics) then
-      call input%report(diagnostics, 'SURFACE', i, 'BACKING', 'needs mechanics: with '// &
-                        'MECHANICS = F make the backing plate a &BODY')
+      call input%report('SURFACE', i, 'BACKING', 'needs mechanics: with MECHANICS = F make the '// &
+                        'backing plate a &BODY')
     end if
     if (input%real('SURFACE', i, 'EMISSIVITY') > 0.0_rp) then
-      call input%report(diagnostics, 'SURFACE', i, 'EMISSIVITY', &
-                        'does not go with BACKING: a face radiates to what is not in contact')
+      call input%report('SURFACE', i, 'EMISSIVITY', 'does not go with BACKING: a face radiates '// &
+                        'to what is not in contact')
     end if
     if (input%text('SURFACE', i, 'BACKING') == 'plate' .and. &
         input%real('SURFACE', i, 'BACKING_THICKNESS') <= 0.0_rp .and. &
         input%real('SURFACE', i, 'BACKING_COOLING') > 0.0_rp) then
-      call input%report(diagnostics, 'SURFACE', i, 'BACKING_COOLING', &
-                        'needs a BACKING_THICKNESS: a plate without end has no far side')
+      call input%report('SURFACE', i, 'BACKING_COOLING', 'needs a BACKING_THICKNESS: a plate '// &
+                        'without end has no far side')
     end if
   end subroutine check_backing
 

@@ -5,7 +5,6 @@ module setup_bodies
   use base_text, only: str
   use bodies_solids, only: body_solids, bounds, read_solid, solid_cylinder, solid_sphere, solid_t
   use bodies_stretch, only: check_stretch
-  use input_diagnostics, only: diagnostics_t
   use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_names, only: find
@@ -19,10 +18,9 @@ module setup_bodies
 contains
 
   !> Read all &BODY groups.
-  subroutine read_bodies(input, scene, diagnostics)
+  subroutine read_bodies(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, per_cell(3)
 
     allocate (scene%body(input%count('BODY')))
@@ -39,12 +37,12 @@ contains
         b%own_lattice = input%text('BODY', i, 'LATTICE') /= 'grid'
         b%is_round = input%text('BODY', i, 'LATTICE') == 'round'
         if (b%is_round) then
-          call check_round(input, i, b%spacing, diagnostics)
+          call check_round(input, i, b%spacing)
           b%widest = b%spacing
         end if
         b%material = find(scene%material%name, input%text('BODY', i, 'MATERIAL'))
         b%material = max(1, b%material)            ! an unknown name is reported already
-        call check_stretch(input, i, diagnostics)
+        call check_stretch(input, i)
       end associate
     end do
   end subroutine read_bodies
@@ -52,11 +50,10 @@ contains
   !> Check a body with LATTICE = round, whose particles lie in rings or shells: its first shape must
   !> be a cylinder or a sphere, and it has no plane faces for surface conditions. Equalize the
   !> spacing across the axis (cylinder) or in all directions (sphere).
-  subroutine check_round(input, body, spacing, diagnostics)
+  subroutine check_round(input, body, spacing)
     type(input_t), intent(in) :: input
     integer, intent(in) :: body
     real(rp), intent(inout) :: spacing(3)      !! [m]
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(solid_t), allocatable :: solids(:)
     logical :: is_across(3)
     character(8), parameter :: groups(3) = ['LOAD    ', 'SURFACE ', 'TRACTION']
@@ -65,8 +62,8 @@ contains
     call body_solids(input, body, solids)
     if (size(solids) > 0) then
       if (all(solids(1)%kind /= [solid_cylinder, solid_sphere])) then
-        call input%report(diagnostics, 'BODY', body, 'LATTICE', &
-                          'round: the first &SHAPE of the body must be a cylinder or a sphere')
+        call input%report('BODY', body, 'LATTICE', 'round: the first &SHAPE of the body must '// &
+                          'be a cylinder or a sphere')
       end if
       is_across = solids(1)%kind == solid_sphere .or. [1, 2, 3] /= solids(1)%axis
       where (is_across) spacing = minval(spacing, is_across)
@@ -74,30 +71,29 @@ contains
     do g = 1, size(groups)
       do i = 1, input%count(trim(groups(g)))
         if (input%text(trim(groups(g)), i, 'BODY') == input%text('BODY', body, 'NAME')) then
-          call input%report(diagnostics, trim(groups(g)), i, 'BODY', &
-                            'a body with LATTICE = round cannot have a &'//trim(groups(g)))
+          call input%report(trim(groups(g)), i, 'BODY', 'a body with LATTICE = round cannot '// &
+                            'have a &'//trim(groups(g)))
         end if
       end do
     end do
   end subroutine check_round
 
   !> Read the films of the &SURFACE groups on the faces of the bodies.
-  subroutine read_surfaces(input, scene, diagnostics)
+  subroutine read_surfaces(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(4), parameter :: faces(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
     character(:), allocatable :: wanted
     type(film_t) :: film
     integer :: body, face, i
 
     do i = 1, input%count('SURFACE')
-      if (.not. scene%method%conducts) call input%report(diagnostics, 'SURFACE', i, '', &
-                                                         'has no effect without a &HEAT group')
+      if (.not. scene%method%conducts) call input%report('SURFACE', i, '', 'has no effect '// &
+        'without a &HEAT group')
       body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
       if (body == 0) cycle
       wanted = input%text('SURFACE', i, 'FACE')
-      film = film_of(input, i, scene%method%has_mechanics, diagnostics)
+      film = film_of(input, i, scene%method%has_mechanics)
       do face = 1, 6
         if (wanted /= 'all' .and. wanted /= faces(face)) cycle
         scene%body(body)%film(face) = film
@@ -106,11 +102,10 @@ contains
   end subroutine read_surfaces
 
   !> Heat-transfer film of the `i`-th &SURFACE.
-  type(film_t) function film_of(input, i, has_mechanics, diagnostics) result(film)
+  type(film_t) function film_of(input, i, has_mechanics) result(film)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     logical, intent(in) :: has_mechanics
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     film%ambient = input%real('SURFACE', i, 'AMBIENT', otherwise=input%real('HEAT', 1, 'AMBIENT'))
     film%emissivity = input%real('SURFACE', i, 'EMISSIVITY')
@@ -125,23 +120,22 @@ contains
       film%at = input%list('SURFACE', i, 'TABLE_AT')
       film%there = input%list('SURFACE', i, 'TABLE_COEFFICIENT')
       if (size(film%at) == 0 .or. size(film%at) /= size(film%there)) then
-        call input%report(diagnostics, 'SURFACE', i, 'TABLE_AT', &
-                          'needs as many values as TABLE_COEFFICIENT, at least one')
+        call input%report('SURFACE', i, 'TABLE_AT', 'needs as many values as '// &
+                          'TABLE_COEFFICIENT, at least one')
       else
-        call check_rising(input, 'SURFACE', i, 'TABLE_AT', film%at, diagnostics)
+        call check_rising(input, 'SURFACE', i, 'TABLE_AT', film%at)
       end if
     end if
     if (film%of == of_pressure .and. .not. has_mechanics) then
-      call input%report(diagnostics, 'SURFACE', i, '', 'a coefficient by pressure needs '// &
-        'mechanics: with MECHANICS = F no pressure is known')
+      call input%report('SURFACE', i, '', 'a coefficient by pressure needs mechanics: with '// &
+                        'MECHANICS = F no pressure is known')
     end if
   end function film_of
 
   !> Check that shapes lie inside the grid, and that bodies have a shape.
-  subroutine check_shapes(input, scene, diagnostics)
+  subroutine check_shapes(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(solid_t) :: solid
     real(rp) :: lower(3), upper(3), top(3), slack
     logical :: has_shape(size(scene%body))
@@ -151,20 +145,20 @@ contains
     top = scene%grid%upper()
     slack = 1.0e-9_rp*minval(scene%grid%h)
     do i = 1, input%count('SHAPE')
-      call read_solid(input, i, solid, diagnostics)
+      call read_solid(input, i, solid)
       body = find(scene%body%name, input%text('SHAPE', i, 'BODY'))
       if (body == 0 .or. .not. solid%adds) cycle
       has_shape(body) = .true.
       call bounds(solid, lower, upper)
       if (scene%grid%n(1) == 0) cycle
       if (any(lower < scene%grid%lower - slack) .or. any(upper > top + slack)) then
-        call input%report(diagnostics, 'SHAPE', i, '', 'reaches outside the grid: '// &
-                          excess_of(lower, upper, scene%grid%lower, top, slack))
+        call input%report('SHAPE', i, '', 'reaches outside the grid: '//excess_of(lower, upper, &
+                          scene%grid%lower, top, slack))
       end if
     end do
     do body = 1, size(scene%body)
-      if (.not. has_shape(body)) call input%report(diagnostics, 'BODY', body, 'NAME', &
-                                                   'no &SHAPE adds material to this body')
+      if (.not. has_shape(body)) call input%report('BODY', body, 'NAME', 'no &SHAPE adds '// &
+        'material to this body')
     end do
   end subroutine check_shapes
 

@@ -11,7 +11,6 @@ module setup_boundary
   use conditions_symmetry, only: symmetry_t
   use grid_geometry, only: grid_t
   use heat_sources, only: source_ball, source_disc, source_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find
   use state_scene, only: scene_t, traction_t
@@ -32,10 +31,9 @@ contains
 
   !> Fill `scene%symmetry`, `scene%clamp` and their names: walls first, then each kind of clamp, in
   !> the order of the input file.
-  subroutine read_conditions(input, scene, diagnostics)
+  subroutine read_conditions(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(16), allocatable :: groups(:)
     integer :: i, k
 
@@ -44,7 +42,7 @@ contains
     allocate (scene%condition(input%count('WALL') &
                               + sum([(input%count(trim(groups(k))), k=1, size(groups))])))
     do i = 1, input%count('WALL')
-      call read_wall(input, i, scene, diagnostics)
+      call read_wall(input, i, scene)
       associate (before => scene%condition(1:i - 1), name => scene%condition(i))
         name = 'wall_'//input%text('WALL', i, 'SIDE')
         if (any(before == name)) name = trim(name)//'_'//str(i)
@@ -52,23 +50,22 @@ contains
     end do
     i = input%count('WALL')
     do k = 1, size(groups)
-      call read_clamps(input, trim(groups(k)), i, scene, diagnostics)
+      call read_clamps(input, trim(groups(k)), i, scene)
     end do
   end subroutine read_conditions
 
   !> Read all groups of one kind of clamp.
-  subroutine read_clamps(input, group, place, scene, diagnostics)
+  subroutine read_clamps(input, group, place, scene)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: group
     integer, intent(inout) :: place       !! index of the last condition read
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     class(clamp_t), allocatable :: clamp
     integer :: i
 
     do i = 1, input%count(group)
       call make_clamp(group, clamp)
-      call clamp%read_keys(input, i, diagnostics)
+      call clamp%read_keys(input, i)
       place = place + 1
       clamp%place = place
       associate (period => scene%grid%h*scene%grid%period)
@@ -104,11 +101,10 @@ contains
     wall%held(wall%axis) = .true.
   end function wall_of
 
-  subroutine read_wall(input, i, scene, diagnostics)
+  subroutine read_wall(input, i, scene)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(wall_t) :: wall
     type(symmetry_t) :: symmetry
     type(clamp_t) :: clamp
@@ -116,12 +112,11 @@ contains
 
     wall = wall_of(input, scene%grid, i)
     if (scene%grid%period(wall%axis) > 0) then
-      call input%report(diagnostics, 'WALL', i, 'SIDE', 'the grid is periodic along this axis')
+      call input%report('WALL', i, 'SIDE', 'the grid is periodic along this axis')
     end if
     has_temperature = input%given('WALL', i, 'TEMPERATURE')
     if (has_temperature .and. .not. scene%method%conducts) then
-      call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
-                        'has no effect without a &HEAT group')
+      call input%report('WALL', i, 'TEMPERATURE', 'has no effect without a &HEAT group')
     end if
     if (is_symmetric(input, scene%grid, wall)) then
       symmetry = symmetry_t(place=i, axis=wall%axis, row=row_of(scene%grid, wall), &
@@ -134,8 +129,8 @@ contains
       if (.not. wall%faces_up) clamp%lower(wall%axis) = wall%position
       call append_clamp(scene%clamp, clamp)
       if (has_temperature) then
-        call input%report(diagnostics, 'WALL', i, 'TEMPERATURE', &
-                          'needs a wall on a plane of nodes with no &SHAPE behind it')
+        call input%report('WALL', i, 'TEMPERATURE', 'needs a wall on a plane of nodes with no '// &
+                          '&SHAPE behind it')
       end if
     end if
   end subroutine read_wall
@@ -215,15 +210,14 @@ contains
   end function has_box
 
   !> Read the tractions of each body, in the order of the input file.
-  subroutine read_tractions(input, scene, diagnostics)
+  subroutine read_tractions(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(traction_t) :: traction
     integer :: body, i
 
     do i = 1, input%count('TRACTION')
-      call read_traction(input, i, traction, diagnostics)
+      call read_traction(input, i, traction)
       body = find(scene%body%name, input%text('TRACTION', i, 'BODY'))
       if (body == 0) cycle
       associate (b => scene%body(body))
@@ -233,11 +227,10 @@ contains
     end do
   end subroutine read_tractions
 
-  subroutine read_traction(input, i, traction, diagnostics)
+  subroutine read_traction(input, i, traction)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(traction_t), intent(out) :: traction
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(4), parameter :: faces(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
     character(:), allocatable :: wanted
     real(rp) :: pressure, vector(3)
@@ -257,19 +250,18 @@ contains
     if (input%given('TRACTION', i, 'LOWER')) traction%lower = input%reals('TRACTION', i, 'LOWER', 3)
     if (input%given('TRACTION', i, 'UPPER')) traction%upper = input%reals('TRACTION', i, 'UPPER', 3)
     if (all(abs([pressure, vector]) <= 0.0_rp)) then
-      call input%report(diagnostics, 'TRACTION', i, '', 'needs a PRESSURE or a VECTOR')
+      call input%report('TRACTION', i, '', 'needs a PRESSURE or a VECTOR')
     end if
     if (any(traction%upper < traction%lower)) then
-      call input%report(diagnostics, 'TRACTION', i, 'UPPER', 'must not be below LOWER')
+      call input%report('TRACTION', i, 'UPPER', 'must not be below LOWER')
     end if
   end subroutine read_traction
 
   !> Read the moving heat sources.
-  subroutine read_sources(input, scene, source, diagnostics)
+  subroutine read_sources(input, scene, source)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(source_t), allocatable, intent(out) :: source(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i
 
     allocate (source(input%count('SOURCE')))
@@ -282,14 +274,12 @@ contains
         s%radius = input%real('SOURCE', i, 'RADIUS')
         s%begin = input%real('SOURCE', i, 'BEGIN')
         if (input%real('SOURCE', i, 'END') > 0.0_rp) s%end = input%real('SOURCE', i, 'END')
-        if (s%end <= s%begin) call input%report(diagnostics, 'SOURCE', i, 'END', &
-                                                'must be after BEGIN')
+        if (s%end <= s%begin) call input%report('SOURCE', i, 'END', 'must be after BEGIN')
       end associate
       if (.not. scene%method%conducts) then
-        call input%report(diagnostics, 'SOURCE', i, '', 'has no effect without a &HEAT group')
+        call input%report('SOURCE', i, '', 'has no effect without a &HEAT group')
       else if (scene%method%has_mechanics .and. .not. any(scene%material%conducts())) then
-        call input%report(diagnostics, 'SOURCE', i, '', &
-                          'has no effect without a &MATERIAL with CONDUCTIVITY')
+        call input%report('SOURCE', i, '', 'has no effect without a &MATERIAL with CONDUCTIVITY')
       end if
     end do
   end subroutine read_sources

@@ -1,11 +1,10 @@
 ! SPDX-License-Identifier: MIT
-!> Contact between bodies: groups with a velocity field of their own, contact laws, and heat transfer
-!> by contact conductances with separate nodal temperatures.
+!> Contact between bodies: groups with a velocity field of their own, contact laws, and heat
+!> transfer by contact conductances with separate nodal temperatures.
 module setup_contacts
   use base_kinds, only: rp
   use contact_pair, only: contact_t, law_coulomb, law_frictionless, law_stick, moves_as_one, &
                           normal_gradient, normal_regression, pair_law_t
-  use input_diagnostics, only: diagnostics_t
   use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_names, only: find
@@ -20,10 +19,9 @@ contains
 
   !> Read all &CONTACT groups. Each body in contact and each rigid body gets a group of its own, the
   !> others share the first one. Groups without a &CONTACT between them stick to each other.
-  subroutine read_contacts(input, scene, diagnostics)
+  subroutine read_contacts(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: body(2, input%count('CONTACT')), i, j, k
 
     do i = 1, input%count('CONTACT')
@@ -31,15 +29,14 @@ contains
       body(2, i) = find(scene%body%name, input%text('CONTACT', i, 'OTHER'))
       if (any(body(:, i) == 0)) cycle
       if (body(1, i) == body(2, i)) then
-        call input%report(diagnostics, 'CONTACT', i, 'OTHER', 'must be another body than BODY')
+        call input%report('CONTACT', i, 'OTHER', 'must be another body than BODY')
       end if
       if (body(1, i) /= body(2, i) .and. all(scene%body(body(:, i))%is_rigid())) then
-        call input%report(diagnostics, 'CONTACT', i, 'OTHER', 'both bodies are rigid')
+        call input%report('CONTACT', i, 'OTHER', 'both bodies are rigid')
       end if
       do j = 1, i - 1
         if (all(body(:, j) == body(:, i)) .or. all(body(:, j) == body([2, 1], i))) then
-          call input%report(diagnostics, 'CONTACT', i, 'OTHER', &
-                            'another &CONTACT is between these bodies')
+          call input%report('CONTACT', i, 'OTHER', 'another &CONTACT is between these bodies')
         end if
       end do
     end do
@@ -112,20 +109,19 @@ contains
 
   !> Read the conductances of all &CONTACT groups. Bodies without a conductance between them are in
   !> perfect thermal contact and share their nodal temperatures. Contacts must have been read.
-  subroutine read_gaps(input, scene, diagnostics)
+  subroutine read_gaps(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     logical :: has_gap(size(scene%body), size(scene%body))
     integer :: body(2), c, i
 
     has_gap = .false.
     do i = 1, input%count('CONTACT')
       if (.not. has_conductance(input, i)) cycle
-      call check_gap(input, i, scene, diagnostics)
+      call check_gap(input, i, scene)
       body = [find(scene%body%name, input%text('CONTACT', i, 'BODY')), &
               find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
-      if (any(body == 0) .or. diagnostics%count() > 0) cycle
+      if (any(body == 0) .or. input%diagnostics%count() > 0) cycle
       if (.not. allocated(scene%gap)) allocate (scene%gap(size(scene%contact)))
       has_gap(body(1), body(2)) = .true.
       has_gap(body(2), body(1)) = .true.
@@ -143,9 +139,8 @@ contains
               find(scene%body%name, input%text('CONTACT', i, 'OTHER'))]
       if (any(body == 0)) cycle
       if (scene%body(body(1))%heat_group == scene%body(body(2))%heat_group) then
-        call input%report(diagnostics, 'CONTACT', i, '', 'both bodies conduct perfectly to a '// &
-                          'third, and so to each other: give a &CONTACT with CONDUCTANCE '// &
-                          'for one of these pairs')
+        call input%report('CONTACT', i, '', 'both bodies conduct perfectly to a third, and so '// &
+                          'to each other: give a &CONTACT with CONDUCTANCE for one of these pairs')
       end if
     end do
   end subroutine read_gaps
@@ -160,35 +155,33 @@ contains
   end function has_conductance
 
   !> Check the conductance of the `i`-th &CONTACT.
-  subroutine check_gap(input, i, scene, diagnostics)
+  subroutine check_gap(input, i, scene)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: b, n
 
-    if (.not. scene%method%conducts) call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', &
-                                                       'has no effect without a &HEAT group')
+    if (.not. scene%method%conducts) call input%report('CONTACT', i, 'CONDUCTANCE', &
+      'has no effect without a &HEAT group')
     do b = 1, size(scene%body)
       if (scene%body(b)%name /= input%text('CONTACT', i, 'BODY') .and. &
           scene%body(b)%name /= input%text('CONTACT', i, 'OTHER')) cycle
       if (scene%body(b)%material == 0) cycle
       if (scene%material(scene%body(b)%material)%conducts()) cycle
-      call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE', "needs bodies that conduct: '"// &
+      call input%report('CONTACT', i, 'CONDUCTANCE', "needs bodies that conduct: '"// &
                         trim(scene%body(b)%name)//"' has a CONDUCTIVITY of 0")
     end do
     n = size(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'))
     if (n == 0) return
-    if (input%given('CONTACT', i, 'CONDUCTANCE')) call input%report(diagnostics, 'CONTACT', i, &
+    if (input%given('CONTACT', i, 'CONDUCTANCE')) call input%report('CONTACT', i, &
       'CONDUCTANCE_TABLE', 'takes the place of CONDUCTANCE: give one of them')
     if (mod(n, 2) /= 0) then
-      call input%report(diagnostics, 'CONTACT', i, 'CONDUCTANCE_TABLE', &
-                        'must be pairs of pressure and conductance')
+      call input%report('CONTACT', i, 'CONDUCTANCE_TABLE', 'must be pairs of pressure and '// &
+                        'conductance')
       return
     end if
     associate (table => reshape(input%list('CONTACT', i, 'CONDUCTANCE_TABLE'), [2, n/2]))
-      call check_rising(input, 'CONTACT', i, 'CONDUCTANCE_TABLE', table(1, :), diagnostics, &
-                        'pressures')
+      call check_rising(input, 'CONTACT', i, 'CONDUCTANCE_TABLE', table(1, :), 'pressures')
     end associate
   end subroutine check_gap
 

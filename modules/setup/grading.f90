@@ -5,7 +5,6 @@ module setup_grading
   use base_text, only: str
   use grid_geometry, only: grade, grid_t
   use grid_grading, only: grading_t, make_grading
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find
   use state_scene, only: scene_t, transfer_apic
@@ -17,11 +16,10 @@ module setup_grading
 contains
 
   !> Grade the axis of `grid` that GRADED names. After an error the grid has no nodes.
-  subroutine read_grading(input, upper, grid, diagnostics)
+  subroutine read_grading(input, upper, grid)
     type(input_t), intent(in) :: input
     real(rp), intent(in) :: upper(3)         !! upper corner of the grid [m]
     type(grid_t), intent(inout) :: grid
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: cells, ends(2), fine(2), growth, h, largest
     type(grading_t) :: grading
     character(:), allocatable :: key, message
@@ -58,7 +56,7 @@ contains
       call make_grading(a, ends(1), ends(2), fine, h, growth, largest, grading, n, message)
     end if
     if (len(message) > 0) then
-      call input%report(diagnostics, 'GRID', 1, key, message)
+      call input%report('GRID', 1, key, message)
       grid%n = 0
     else
       call grade(grid, grading, n)
@@ -66,25 +64,23 @@ contains
   end subroutine read_grading
 
   !> Report methods that cannot be combined with a graded grid.
-  subroutine check_grading(input, scene, diagnostics)
+  subroutine check_grading(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: b
 
     if (scene%grid%grading%axis == 0) return
-    if (.not. scene%method%is_bspline) call input%report(diagnostics, 'METHOD', 1, 'SHAPE', &
-      'must be bspline on a graded grid: domains of '// &
-      'particles are of cells with one length')
-    if (scene%method%transfer == transfer_apic) call input%report(diagnostics, 'METHOD', 1, &
-      'TRANSFER', 'cannot be apic on a graded grid: its moments are of cells with one length')
-    if (.not. scene%method%has_mechanics) call input%report(diagnostics, 'METHOD', 1, 'MECHANICS', &
+    if (.not. scene%method%is_bspline) call input%report('METHOD', 1, 'SHAPE', &
+      'must be bspline on a graded grid: domains of particles are of cells with one length')
+    if (scene%method%transfer == transfer_apic) call input%report('METHOD', 1, 'TRANSFER', &
+      'cannot be apic on a graded grid: its moments are of cells with one length')
+    if (.not. scene%method%has_mechanics) call input%report('METHOD', 1, 'MECHANICS', &
       'must be T on a graded grid: the cells of heat alone follow the shapes by themselves')
     do b = 1, size(scene%body)
-      if (scene%body(b)%is_rigid()) call input%report(diagnostics, 'BODY', b, 'RIGID', &
-        'cannot be on a graded grid: particles of a tool do not become finer with its cells')
-      if (scene%body(b)%is_round) call input%report(diagnostics, 'BODY', b, 'LATTICE', &
-        'cannot be round on a graded grid')
+      if (scene%body(b)%is_rigid()) call input%report('BODY', b, 'RIGID', 'cannot be on a '// &
+        'graded grid: particles of a tool do not become finer with its cells')
+      if (scene%body(b)%is_round) call input%report('BODY', b, 'LATTICE', 'cannot be round on '// &
+        'a graded grid')
     end do
   end subroutine check_grading
 

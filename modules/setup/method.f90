@@ -5,7 +5,6 @@ module setup_method
   use base_kinds, only: nlane, rp
   use base_text, only: str
   use contact_tool, only: tool_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
@@ -32,10 +31,9 @@ contains
 
   !> Reserve particle storage for internal variables of the flow laws; list the warnings of the
   !> laws.
-  subroutine lay_out_laws(input, scene, diagnostics)
+  subroutine lay_out_laws(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: m
 
     allocate (scene%warning(0))
@@ -45,8 +43,7 @@ contains
         call list_warnings(scene%material(m), scene%warning)
         layout%n_law = max(layout%n_law, scene%material(m)%flow%n_state)
         if (scene%material(m)%flow%anneals .and. .not. scene%method%conducts) then
-          call input%report(diagnostics, 'MATERIAL', m, '', &
-                            scene%material(m)%flow%annealing_keys()// &
+          call input%report('MATERIAL', m, '', scene%material(m)%flow%annealing_keys()// &
                             ' go with the conduction steps: there is no &HEAT')
         end if
       end do
@@ -98,10 +95,9 @@ contains
 
   !> Divide the elastic moduli of materials that can flow by ELASTIC_SCALING. Materials must have
   !> been read, and nothing derived from their moduli yet.
-  subroutine read_elastic_scaling(input, scene, diagnostics)
+  subroutine read_elastic_scaling(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(*), parameter :: key = 'ELASTIC_SCALING'
     real(rp) :: factor
     integer :: m
@@ -110,33 +106,32 @@ contains
     if (factor <= 1.0_rp) return
     scene%method%elastic_scaling = factor
     if (.not. scene%method%has_mechanics) then
-      call input%report(diagnostics, 'TIME', 1, key, 'has no effect with MECHANICS = F')
+      call input%report('TIME', 1, key, 'has no effect with MECHANICS = F')
     else if (.not. any([(allocated(scene%material(m)%flow), m=1, size(scene%material))])) then
-      call input%report(diagnostics, 'TIME', 1, key, 'has no effect: no &MATERIAL can flow (LAW)')
+      call input%report('TIME', 1, key, 'has no effect: no &MATERIAL can flow (LAW)')
     else if (input%count('FIELD') > 0) then
-      call input%report(diagnostics, 'TIME', 1, key, 'is wrong with a &FIELD')
+      call input%report('TIME', 1, key, 'is wrong with a &FIELD')
     end if
     do m = 1, size(scene%material)
       if (.not. allocated(scene%material(m)%flow)) cycle
       if (abs(scene%material(m)%expansion) <= 0.0_rp) cycle
-      call input%warn(diagnostics, 'MATERIAL', m, 'EXPANSION', 'gives a stress that is '// &
-                      str(factor)//' times too small with ELASTIC_SCALING')
+      call input%warn('MATERIAL', m, 'EXPANSION', 'gives a stress that is '//str(factor)// &
+                      ' times too small with ELASTIC_SCALING')
     end do
     call scene%material%scale_moduli(factor)
   end subroutine read_elastic_scaling
 
   !> Warn if the softened material has a large elastic strain before it flows. Materials and bodies
   !> must have been read.
-  subroutine check_elastic_scaling(input, scene, diagnostics)
+  subroutine check_elastic_scaling(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: strain
 
     if (scene%method%elastic_scaling <= 1.0_rp) return
     strain = elastic_strain(input, scene)
     if (strain <= large_strain) return
-    call input%warn(diagnostics, 'TIME', 1, 'ELASTIC_SCALING', 'strains metal elastically by '// &
+    call input%warn('TIME', 1, 'ELASTIC_SCALING', 'strains metal elastically by '// &
                     str(100.0_rp*strain)//' % before it flows, where a few are small: '// &
                     str(scene%method%elastic_scaling*small_strain/strain)//' makes that '// &
                     str(100.0_rp*small_strain)//' %')
@@ -161,16 +156,14 @@ contains
 
   !> Decide on selective mass scaling, and check the elastic scaling. Method, bodies and groups of
   !> bodies must have been read.
-  subroutine read_selective_scaling(input, scene, tool, diagnostics)
+  subroutine read_selective_scaling(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), intent(in) :: tool(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
 
-    call check_elastic_scaling(input, scene, diagnostics)
-    scene%method%scales_light_nodes = input%switches_on( &
-      diagnostics, 'METHOD', 'SELECTIVE_SCALING', obstacle_to_scaling(scene), &
-      is_harmless(input, scene, tool))
+    call check_elastic_scaling(input, scene)
+    scene%method%scales_light_nodes = input%switches_on('METHOD', 'SELECTIVE_SCALING', &
+      obstacle_to_scaling(scene), is_harmless(input, scene, tool))
   end subroutine read_selective_scaling
 
   !> True if selective mass scaling is safe: the process is quasi-static (mass scaling) and the body
@@ -260,15 +253,13 @@ contains
   end function obstacle_to_scaling
 
   !> Fill `scene%method%sleep`. Tools, bodies and groups of bodies must have been read.
-  subroutine read_sleeping(input, scene, tool, diagnostics)
+  subroutine read_sleeping(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), intent(in) :: tool(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     associate (sleep => scene%method%sleep)
-      sleep%is_on = input%switches_on(diagnostics, 'METHOD', 'SLEEPING', &
-                                      obstacle_to_sleep(input, scene, tool), &
+      sleep%is_on = input%switches_on('METHOD', 'SLEEPING', obstacle_to_sleep(input, scene, tool), &
                                       is_quasi_static(scene))
       if (.not. sleep%is_on) return
       sleep%distance = input%real('METHOD', 1, 'SLEEP_DISTANCE')

@@ -6,7 +6,6 @@ module setup_motions
   use contact_motion, only: max_forces, motion_t, phase_t
   use contact_paths, only: new_path
   use contact_tool, only: tool_t
-  use input_diagnostics, only: diagnostics_t
   use input_files, only: file_path
   use input_tables, only: check_rising, read_columns
   use input_values, only: input_t
@@ -21,11 +20,10 @@ module setup_motions
 contains
 
   !> Read the motion phases of the tool `name` in the order of the input file.
-  subroutine read_motion(input, name, motion, diagnostics)
+  subroutine read_motion(input, name, motion)
     type(input_t), intent(in) :: input
     character(*), intent(in) :: name
     type(motion_t), intent(out) :: motion
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, k
 
     allocate (motion%phase(count([(input%text('MOTION', i, 'TOOL') == name, &
@@ -35,8 +33,8 @@ contains
       if (input%text('MOTION', i, 'TOOL') /= name) cycle
       k = k + 1
       motion%phase(k) = phase_of(input, i)
-      call read_path(input, i, motion%phase(k), diagnostics)
-      call check_phase(input, i, motion%phase(k), diagnostics)
+      call read_path(input, i, motion%phase(k))
+      call check_phase(input, i, motion%phase(k))
     end do
   end subroutine read_motion
 
@@ -67,11 +65,10 @@ contains
   end function phase_of
 
   !> Read the path of the `i`-th &MOTION from its FILE, if given, and set the duration.
-  subroutine read_path(input, i, phase, diagnostics)
+  subroutine read_path(input, i, phase)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(phase_t), intent(inout) :: phase
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(*), parameter :: names(4) = ['time[s]', 'x[m]   ', 'y[m]   ', 'z[m]   ']
     character(:), allocatable :: file
     real(rp), allocatable :: rows(:, :)
@@ -83,55 +80,54 @@ contains
     has_speed = input%given('MOTION', i, 'SPEED')
     leads_tilt = input%logical('MOTION', i, 'TILT_FOLLOWS')
     if (file == '') then
-      if (has_speed) call input%report(diagnostics, 'MOTION', i, 'SPEED', 'needs a FILE')
-      if (leads_tilt) call input%report(diagnostics, 'MOTION', i, 'TILT_FOLLOWS', 'needs a FILE')
+      if (has_speed) call input%report('MOTION', i, 'SPEED', 'needs a FILE')
+      if (leads_tilt) call input%report('MOTION', i, 'TILT_FOLLOWS', 'needs a FILE')
       return
     end if
-    before = diagnostics%count()
-    if (any(abs(phase%velocity) > 0.0_rp)) call input%report(diagnostics, 'MOTION', i, &
-      'VELOCITY', 'has no effect beside a FILE')
-    if (leads_tilt .and. phase%ramp <= 0.0_rp) call input%report(diagnostics, 'MOTION', i, &
-      'TILT_FOLLOWS', 'needs a RAMP: the time in which the tilt turns at a point')
-    call read_columns(file, names, rows, lines, found, opened, diagnostics)
+    before = input%diagnostics%count()
+    if (any(abs(phase%velocity) > 0.0_rp)) call input%report('MOTION', i, 'VELOCITY', &
+      'has no effect beside a FILE')
+    if (leads_tilt .and. phase%ramp <= 0.0_rp) call input%report('MOTION', i, 'TILT_FOLLOWS', &
+      'needs a RAMP: the time in which the tilt turns at a point')
+    call read_columns(file, names, rows, lines, found, opened, input%diagnostics)
     n = size(rows, 1)
     if (.not. opened) then
-      call input%report(diagnostics, 'MOTION', i, 'FILE', file//' cannot be read')
+      call input%report('MOTION', i, 'FILE', file//' cannot be read')
     else if (.not. all(found(2:3))) then
-      call diagnostics%add(file, 0, 'needs columns x[m] and y[m], and may have z[m] and '// &
-                           'time[s], with commas between them')
+      call input%diagnostics%add(file, 0, 'needs columns x[m] and y[m], and may have z[m] and '// &
+                                 'time[s], with commas between them')
     else if (n < 2) then
-      if (diagnostics%count() == before) call diagnostics%add(file, 0, 'has fewer than two points')
+      if (input%diagnostics%count() == before) call input%diagnostics%add(file, 0, &
+        'has fewer than two points')
     else if (found(1)) then
-      if (has_speed) call input%report(diagnostics, 'MOTION', i, 'SPEED', &
-                                       'has no effect: '//file//' has a column time[s]')
-      call report_point(file, lines(2:), rows(2:, 1) <= rows(:n - 1, 1), 'time does not rise', &
-                        diagnostics)
+      if (has_speed) call input%report('MOTION', i, 'SPEED', 'has no effect: '//file// &
+                                       ' has a column time[s]')
+      call input%diagnostics%add_first(file, lines(2:), rows(2:, 1) <= rows(:n - 1, 1), &
+                                       'time does not rise')
     else if (.not. has_speed) then
-      call input%report(diagnostics, 'MOTION', i, 'FILE', &
-                        'has no column time[s]: the phase needs a SPEED')
+      call input%report('MOTION', i, 'FILE', 'has no column time[s]: the phase needs a SPEED')
     else
       do k = 2, n
         rows(k, 1) = rows(k - 1, 1) &
                      + norm2(rows(k, 2:) - rows(k - 1, 2:))/input%real('MOTION', i, 'SPEED')
       end do
-      call report_point(file, lines(2:), rows(2:, 1) <= rows(:n - 1, 1), &
-                        'repeats the point before', diagnostics)
+      call input%diagnostics%add_first(file, lines(2:), rows(2:, 1) <= rows(:n - 1, 1), &
+                                       'repeats the point before')
     end if
-    if (diagnostics%count() > before) return
+    if (input%diagnostics%count() > before) return
     phase%path = new_path(rows(:, 1), transpose(rows(:, 2:)), lines, leads_tilt)
     associate (length => phase%path%time(n) + phase%ramp)
-      if (phase%duration > length*(1.0_rp + 1.0e-9_rp)) call input%report(diagnostics, 'MOTION', &
-        i, 'DURATION', 'is longer than path and RAMP take, '//str(length)//' s')
+      if (phase%duration > length*(1.0_rp + 1.0e-9_rp)) call input%report('MOTION', i, 'DURATION', &
+        'is longer than path and RAMP take, '//str(length)//' s')
       if (phase%duration <= 0.0_rp) phase%duration = length
     end associate
   end subroutine read_path
 
   !> Report paths that leave the grid or exceed a fraction of the wave speed of the metal.
-  subroutine check_paths(input, scene, tool, diagnostics)
+  subroutine check_paths(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(in) :: tool(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: file
     real(rp), allocatable :: x(:, :)
     real(rp) :: angle, begin(3), now(3), spin, upper(3), waves
@@ -140,7 +136,7 @@ contains
     upper = scene%grid%upper()
     waves = huge(1.0_rp)
     do b = 1, size(scene%body)
-      if (diagnostics%count() > 0) exit            ! a material may have no wave speed
+      if (input%diagnostics%count() > 0) exit            ! a material may have no wave speed
       if (scene%body(b)%material == 0 .or. scene%body(b)%is_rigid()) cycle
       waves = min(waves, scene%material(scene%body(b)%material)%wave_speed() &
                          /sqrt(scene%method%mass_scaling))
@@ -157,61 +153,45 @@ contains
         associate (path => tool(k)%motion%phase(phase)%path)
           n = size(path%time)
           x = path%place + spread(tool(k)%start + begin, 2, n)
-          call report_point(file, path%line, any((x < spread(scene%grid%lower, 2, n) .or. &
+          call input%diagnostics%add_first( &
+            file, path%line, any((x < spread(scene%grid%lower, 2, n) .or. &
             x > spread([upper(:2), huge(1.0_rp)], 2, n)) .and. &
-            spread(scene%grid%period <= 0, 2, n), 1), 'the path leaves the grid', diagnostics)
+            spread(scene%grid%period <= 0, 2, n), 1), 'the path leaves the grid')
           x(:, 2:) = path%place(:, 2:) - path%place(:, :n - 1)
-          call report_point(file, path%line(2:), norm2(x(:, 2:), 1) > fastest*waves &
+          call input%diagnostics%add_first( &
+            file, path%line(2:), norm2(x(:, 2:), 1) > fastest*waves &
             *(path%time(2:) - path%time(:n - 1)), 'the segment to this point is faster than '// &
-            str(fastest*waves)//' m/s, a tenth of the wave speed of the metal with its '// &
-            'MASS_SCALING', diagnostics)
+            str(fastest*waves)//' m/s, a tenth of the wave speed of the metal with its MASS_SCALING')
         end associate
       end do
     end do
   end subroutine check_paths
 
-  !> Report the first point of a path where `is` holds, and the number of others.
-  subroutine report_point(file, lines, is, message, diagnostics)
-    character(*), intent(in) :: file, message
-    integer, intent(in) :: lines(:)
-    logical, intent(in) :: is(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
-    character(:), allocatable :: more
-
-    more = ''
-    if (count(is) > 1) more = ', and at '//str(count(is) - 1)//' more'
-    if (any(is)) call diagnostics%add(file, lines(findloc(is, .true., dim=1)), message//more)
-  end subroutine report_point
-
   !> Check the end conditions and the force table of the `i`-th &MOTION.
-  subroutine check_phase(input, i, phase, diagnostics)
+  subroutine check_phase(input, i, phase)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(phase_t), intent(in) :: phase
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: n
 
     if (phase%ends_early() .and. phase%duration <= 0.0_rp &
         .and. input%text('MOTION', i, 'FILE') == '') then
-      call input%report(diagnostics, 'MOTION', i, 'DURATION', &
-                        'must be given, the longest time of a phase that ends at a load or '// &
-                        'temperature')
+      call input%report('MOTION', i, 'DURATION', 'must be given, the longest time of a phase '// &
+                        'that ends at a load or temperature')
     end if
     if (input%text('MOTION', i, 'UNTIL_PROBE') /= '' &
         .and. phase%until_temperature >= huge(1.0_rp)) then
-      call input%report(diagnostics, 'MOTION', i, 'UNTIL_PROBE', &
-                        'has no effect without UNTIL_TEMPERATURE')
+      call input%report('MOTION', i, 'UNTIL_PROBE', 'has no effect without UNTIL_TEMPERATURE')
     end if
     n = size(input%list('MOTION', i, 'FORCE_TABLE'))
     if (n == 0) return
-    if (input%given('MOTION', i, 'FORCE')) call input%report(diagnostics, 'MOTION', i, &
-      'FORCE_TABLE', 'takes the place of FORCE: give one of them')
+    if (input%given('MOTION', i, 'FORCE')) call input%report('MOTION', i, 'FORCE_TABLE', &
+      'takes the place of FORCE: give one of them')
     if (mod(n, 2) /= 0 .or. n > 2*max_forces) then
-      call input%report(diagnostics, 'MOTION', i, 'FORCE_TABLE', 'must be pairs of time and force')
+      call input%report('MOTION', i, 'FORCE_TABLE', 'must be pairs of time and force')
       return
     end if
-    call check_rising(input, 'MOTION', i, 'FORCE_TABLE', phase%forces(1, :n/2), diagnostics, &
-                      'times')
+    call check_rising(input, 'MOTION', i, 'FORCE_TABLE', phase%forces(1, :n/2), 'times')
   end subroutine check_phase
 
 end module setup_motions

@@ -13,7 +13,6 @@ module setup_scene
   use heat_setup_sources, only: check_heat_sense
   use heat_solvers_method, only: by_cg, by_petsc
   use heat_sources, only: source_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find
   use mapping_probes, only: probes_t
@@ -40,7 +39,7 @@ module setup_scene
 contains
 
   !> Fill the scene, the tools, backings, heat sources, probes and tracer positions.
-  subroutine build_scene(input, scene, tool, backing, source, probes, tracers, diagnostics)
+  subroutine build_scene(input, scene, tool, backing, source, probes, tracers)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), allocatable, intent(inout) :: tool(:)
@@ -48,49 +47,47 @@ contains
     type(source_t), allocatable, intent(inout) :: source(:)
     type(probes_t), intent(inout) :: probes
     type(tracers_t), intent(inout) :: tracers
-    type(diagnostics_t), intent(inout) :: diagnostics
 
-    call read_general(input, scene, diagnostics)
-    call lay_out_fields(input, scene, diagnostics)
-    call read_materials(input, scene%material, diagnostics)
-    call check_properties(input, diagnostics)
-    call read_elastic_scaling(input, scene, diagnostics)
-    call lay_out_laws(input, scene, diagnostics)
-    call read_bodies(input, scene, diagnostics)
+    call read_general(input, scene)
+    call lay_out_fields(input, scene)
+    call read_materials(input, scene%material)
+    call check_properties(input)
+    call read_elastic_scaling(input, scene)
+    call lay_out_laws(input, scene)
+    call read_bodies(input, scene)
     call read_flow(input, scene)
-    call read_surfaces(input, scene, diagnostics)
-    call read_backings(input, scene, backing, diagnostics)
-    call read_fields(input, scene, diagnostics)
-    call read_tractions(input, scene, diagnostics)
-    call read_sources(input, scene, source, diagnostics)
-    call check_shapes(input, scene, diagnostics)
-    call read_conditions(input, scene, diagnostics)
-    call read_tools(input, scene%body, scene%material, tool, diagnostics)
-    call check_paths(input, scene, tool, diagnostics)
-    call read_tool_heat(input, scene, tool, diagnostics)
-    call read_contacts(input, scene, diagnostics)
-    call read_gaps(input, scene, diagnostics)
-    call check_grading(input, scene, diagnostics)
-    call read_selective_scaling(input, scene, tool, diagnostics)
+    call read_surfaces(input, scene)
+    call read_backings(input, scene, backing)
+    call read_fields(input, scene)
+    call read_tractions(input, scene)
+    call read_sources(input, scene, source)
+    call check_shapes(input, scene)
+    call read_conditions(input, scene)
+    call read_tools(input, scene%body, scene%material, tool)
+    call check_paths(input, scene, tool)
+    call read_tool_heat(input, scene, tool)
+    call read_contacts(input, scene)
+    call read_gaps(input, scene)
+    call check_grading(input, scene)
+    call read_selective_scaling(input, scene, tool)
     associate (m => scene%method)
       if (m%cfl <= 0.0_rp) m%cfl = default_cfl(m, input%count('CONTACT') > 0, is_sparse(scene, 3), &
                                                maxval([0.0_rp, scene%material%poisson()]))
     end associate
-    call read_sleeping(input, scene, tool, diagnostics)
-    call read_probes(input, scene, probes, diagnostics)
-    call read_tracers(input, scene, tracers, diagnostics)
-    call check_heat_scene(input, scene, diagnostics)
-    call check_heat_sense(input, diagnostics)
+    call read_sleeping(input, scene, tool)
+    call read_probes(input, scene, probes)
+    call read_tracers(input, scene, tracers)
+    call check_heat_scene(input, scene)
+    call check_heat_sense(input)
   end subroutine build_scene
 
   !> Read the title, grid, times, numerical method and output settings.
-  subroutine read_general(input, scene, diagnostics)
+  subroutine read_general(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     scene%title = input%text('RUN', 1, 'TITLE')
-    call read_grid(input, scene, diagnostics)
+    call read_grid(input, scene)
     scene%end_time = input%real('TIME', 1, 'END')
     scene%max_steps = int(input%integer('TIME', 1, 'MAX_STEPS'), i8)
     associate (m => scene%method)
@@ -99,7 +96,7 @@ contains
       m%mass_scaling = input%real('TIME', 1, 'MASS_SCALING')
       m%inertial_fraction = input%real('TIME', 1, 'INERTIAL_FRACTION')
       m%debris = input%real('METHOD', 1, 'DEBRIS')
-      call read_scaling_range(input, m, diagnostics)
+      call read_scaling_range(input, m)
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
       m%is_bspline = shape_functions(input) == 'bspline'
       m%scheme = find(['usl  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
@@ -124,7 +121,7 @@ contains
       o%name = input%text('RUN', 1, 'NAME')
       o%frame_interval = input%real('OUTPUT', 1, 'FRAME_INTERVAL')
       o%history_interval = input%real('OUTPUT', 1, 'HISTORY_INTERVAL')
-      call check_intervals(input, scene, diagnostics)
+      call check_intervals(input, scene)
       if (o%history_interval <= 0.0_rp) o%history_interval = scene%end_time/500.0_rp
       o%checkpoint_interval = input%real('OUTPUT', 1, 'CHECKPOINT_INTERVAL')
       o%progress_interval = input%real('OUTPUT', 1, 'PROGRESS_INTERVAL')
@@ -134,10 +131,9 @@ contains
   end subroutine read_general
 
   !> Report time steps and output intervals with which the run would never end.
-  subroutine check_intervals(input, scene, diagnostics)
+  subroutine check_intervals(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp), parameter :: step_limit = 1.0e12_rp, max_outputs = 1.0e7_rp
     character(20), parameter :: interval(3) = [character(20) :: 'FRAME_INTERVAL', &
                                                'HISTORY_INTERVAL', &
@@ -157,8 +153,8 @@ contains
 
       interval = input%real(group, 1, key)
       if (interval > 0.0_rp .and. scene%end_time > most*interval) then
-        call input%report(diagnostics, group, 1, key, 'makes '//str(scene%end_time/interval)// &
-                          ' '//what//' until &TIME END; at most '//str(most)//' are possible')
+        call input%report(group, 1, key, 'makes '//str(scene%end_time/interval)//' '//what// &
+                          ' until &TIME END; at most '//str(most)//' are possible')
       end if
     end subroutine check_interval
   end subroutine check_intervals
@@ -175,32 +171,30 @@ contains
   end function shape_functions
 
   !> Read the range of an adaptive mass scaling.
-  subroutine read_scaling_range(input, method, diagnostics)
+  subroutine read_scaling_range(input, method)
     type(input_t), intent(in) :: input
     type(method_t), intent(inout) :: method
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     associate (range => method%scaling_range, factor => method%mass_scaling)
       range = input%reals('TIME', 1, 'MASS_SCALING_RANGE', 2)
       method%adapts_mass = any(range > 0.0_rp)
       if (.not. method%adapts_mass) return
       if (range(1) < 1.0_rp .or. range(2) < range(1)) then
-        call input%report(diagnostics, 'TIME', 1, 'MASS_SCALING_RANGE', &
-                          'must be two factors from 1 on, the larger one last')
+        call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'must be two factors from 1 on, the '// &
+                          'larger one last')
       else if (method%fixed_dt > 0.0_rp) then
-        call input%report(diagnostics, 'TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
+        call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'is of no use with DT')
       else if (input%count('FIELD') > 0) then
-        call input%report(diagnostics, 'TIME', 1, 'MASS_SCALING_RANGE', 'is wrong with a &FIELD')
+        call input%report('TIME', 1, 'MASS_SCALING_RANGE', 'is wrong with a &FIELD')
       end if
       factor = max(range(1), min(range(2), factor))
     end associate
   end subroutine read_scaling_range
 
   !> Reserve particle fields that only some methods need; report methods that cannot be combined.
-  subroutine lay_out_fields(input, scene, diagnostics)
+  subroutine lay_out_fields(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     associate (m => scene%method, layout => scene%layout)
       if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
@@ -212,17 +206,15 @@ contains
       if (input%count('TOOL') > 0) call layout%add(1, layout%normal_force)
       if (m%scheme /= scheme_usl .and. (m%transfer == transfer_xpic .or. &
                                         m%transfer == transfer_fmpm)) then
-        call input%report(diagnostics, 'METHOD', 1, 'SCHEME', &
-                          'must be usl with TRANSFER = xpic or fmpm')
+        call input%report('METHOD', 1, 'SCHEME', 'must be usl with TRANSFER = xpic or fmpm')
       end if
     end associate
   end subroutine lay_out_fields
 
   !> Read the grid. After an error it has no nodes, and nothing else is checked against it.
-  subroutine read_grid(input, scene, diagnostics)
+  subroutine read_grid(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: lower(3), upper(3), h(3)
     real(rp), allocatable :: edges(:)
     logical :: is_periodic(3)
@@ -234,36 +226,35 @@ contains
     if (.not. input%given('GRID', 1, 'UPPER') .or. size(edges) == 0) return   ! is reported already
     if (any(edges <= 0.0_rp)) return
     if (size(edges) == 2) then
-      call input%report(diagnostics, 'GRID', 1, 'CELL', &
-                        'must be one edge of cubes, or one for each of the three axes')
+      call input%report('GRID', 1, 'CELL', 'must be one edge of cubes, or one for each of the '// &
+                        'three axes')
       return
     end if
     h = edges(1)
     if (size(edges) == 3) h = edges
     is_periodic = [(index(input%text('GRID', 1, 'PERIODIC'), 'xyz'(a:a)) > 0, a=1, 3)]
     if (any(upper - lower < h*(1.0_rp - 1.0e-9_rp))) then
-      call input%report(diagnostics, 'GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
+      call input%report('GRID', 1, 'UPPER', 'must be at least one cell above LOWER')
     else if (product((upper - lower)/h) > 2.0e9_rp) then
-      call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes '// &
-                        str(product((upper - lower)/h))//' cells; at most 2e9 are possible')
+      call input%report('GRID', 1, 'CELL', 'makes '//str(product((upper - lower)/h))// &
+                        ' cells; at most 2e9 are possible')
     else if (any((upper - lower)/h > 1.0e6_rp)) then
-      call input%report(diagnostics, 'GRID', 1, 'CELL', 'makes more than 1e6 cells along an axis')
+      call input%report('GRID', 1, 'CELL', 'makes more than 1e6 cells along an axis')
     else if (any(is_periodic .and. abs((upper - lower)/h - anint((upper - lower)/h)) &
                  > 1.0e-6_rp)) then
-      call input%report(diagnostics, 'GRID', 1, 'PERIODIC', &
-                        'along a periodic axis UPPER - LOWER must be a whole number of cells')
+      call input%report('GRID', 1, 'PERIODIC', 'along a periodic axis UPPER - LOWER must be a '// &
+                        'whole number of cells')
     else
       scene%grid = make_grid(h, lower, upper, is_periodic)
-      call read_grading(input, upper, scene%grid, diagnostics)
+      call read_grading(input, upper, scene%grid)
     end if
   end subroutine read_grid
 
   !> Read names and positions of the temperature probes.
-  subroutine read_probes(input, scene, probes, diagnostics)
+  subroutine read_probes(input, scene, probes)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(probes_t), intent(inout) :: probes
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: top(3)
     integer :: i
 
@@ -279,7 +270,7 @@ contains
       probes%x(:, i) = input%reals('PROBE', i, 'POSITION', 3)
       if (scene%grid%n(1) == 0) cycle
       if (any(probes%x(:, i) < scene%grid%lower) .or. any(probes%x(:, i) > top)) then
-        call input%report(diagnostics, 'PROBE', i, 'POSITION', 'lies outside the grid')
+        call input%report('PROBE', i, 'POSITION', 'lies outside the grid')
       end if
     end do
   end subroutine read_probes

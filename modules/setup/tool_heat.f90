@@ -6,7 +6,6 @@ module setup_tool_heat
   use base_log, only: say
   use base_text, only: str
   use contact_tool, only: tool_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t, scheme_usl
@@ -21,16 +20,15 @@ module setup_tool_heat
 contains
 
   !> Read thermal properties of all &TOOL groups; reserve the particle fields of tools that heat up.
-  subroutine read_tool_heat(input, scene, tool, diagnostics)
+  subroutine read_tool_heat(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), intent(inout) :: tool(:)
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: i, n
 
     n = 0
     do i = 1, input%count('TOOL')
-      call read_share(input, i, scene, tool(i), diagnostics)
+      call read_share(input, i, scene, tool(i))
       tool(i)%heat%is_on = input%text('TOOL', i, 'HEATS') /= 'no'
       if (tool(i)%heat%is_on) n = n + 1
     end do
@@ -41,18 +39,17 @@ contains
       if (.not. tool(i)%heat%is_on) cycle
       tool(i)%heat%place = scene%layout%tool_heat + 2*n
       n = n + 1
-      call check_heating(input, i, scene, diagnostics)
-      call read_heating(input, i, scene, tool(i), diagnostics)
+      call check_heating(input, i, scene)
+      call read_heating(input, i, scene, tool(i))
     end do
   end subroutine read_tool_heat
 
   !> Share of the friction heat that enters the bodies: as given, or from the tool's effusivity.
-  subroutine read_share(input, i, scene, tool, diagnostics)
+  subroutine read_share(input, i, scene, tool)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool
-    type(diagnostics_t), intent(inout) :: diagnostics
     logical :: heats, is_given(3), share_is_given
     integer :: b, k
 
@@ -60,15 +57,15 @@ contains
     share_is_given = input%given('TOOL', i, 'HEAT_SHARE')
     heats = input%text('TOOL', i, 'HEATS') /= 'no'
     if (share_is_given) tool%heat_fraction = input%real('TOOL', i, 'HEAT_SHARE')
-    if (share_is_given .and. heats) call input%report(diagnostics, 'TOOL', i, 'HEAT_SHARE', &
+    if (share_is_given .and. heats) call input%report('TOOL', i, 'HEAT_SHARE', &
       'does not go with HEATS: the share then follows from the temperatures')
     if (.not. any(is_given)) return
     if (.not. all(is_given)) then
-      call input%report(diagnostics, 'TOOL', i, trim(property(findloc(is_given, .true., dim=1))), &
+      call input%report('TOOL', i, trim(property(findloc(is_given, .true., dim=1))), &
                         'needs CONDUCTIVITY, DENSITY and SPECIFIC_HEAT of the tool together')
     else if (share_is_given .and. .not. heats) then
-      call input%report(diagnostics, 'TOOL', i, 'CONDUCTIVITY', &
-                        'the material of the tool has no effect with HEAT_SHARE')
+      call input%report('TOOL', i, 'CONDUCTIVITY', 'the material of the tool has no effect '// &
+                        'with HEAT_SHARE')
     end if
     if (heats .or. share_is_given) return
     tool%effusivity = sqrt(product([(input%real('TOOL', i, trim(property(k))), k=1, 3)]))
@@ -76,44 +73,42 @@ contains
       if (scene%body(b)%material == 0) cycle
       associate (mat => scene%material(scene%body(b)%material))
         if (mat%conducts() .and. mat%has_heat_capacity) cycle
-        call input%report(diagnostics, 'TOOL', i, 'CONDUCTIVITY', "the share of '"// &
-          trim(scene%body(b)%name)//"' needs a CONDUCTIVITY above 0 and the SPECIFIC_HEAT of '"// &
-          trim(mat%name)//"'")
+        call input%report('TOOL', i, 'CONDUCTIVITY', "the share of '"//trim(scene%body(b)%name)// &
+                          "' needs a CONDUCTIVITY above 0 and the SPECIFIC_HEAT of '"// &
+                          trim(mat%name)//"'")
       end associate
     end do
   end subroutine read_share
 
   !> Report settings that cannot be combined with a tool that heats up.
-  subroutine check_heating(input, i, scene, diagnostics)
+  subroutine check_heating(input, i, scene)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: b
 
     if (.not. scene%method%conducts) then
-      call input%report(diagnostics, 'TOOL', i, 'HEATS', 'needs a &HEAT group')
+      call input%report('TOOL', i, 'HEATS', 'needs a &HEAT group')
     else
       do b = 1, size(scene%body)
         if (scene%body(b)%material == 0) cycle
         if (scene%material(scene%body(b)%material)%conducts()) cycle
-        call input%report(diagnostics, 'TOOL', i, 'HEATS', "needs bodies that conduct: '"// &
+        call input%report('TOOL', i, 'HEATS', "needs bodies that conduct: '"// &
                           trim(scene%body(b)%name)//"' has a CONDUCTIVITY of 0")
       end do
     end if
     if (scene%method%scheme /= scheme_usl) then
-      call input%report(diagnostics, 'TOOL', i, 'HEATS', &
-                        'needs SCHEME = usl: with others the area in contact is not known')
+      call input%report('TOOL', i, 'HEATS', 'needs SCHEME = usl: with others the area in '// &
+                        'contact is not known')
     end if
   end subroutine check_heating
 
   !> Read the heat sink behind the tool face: a lumped capacity or a rod.
-  subroutine read_heating(input, i, scene, tool, diagnostics)
+  subroutine read_heating(input, i, scene, tool)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(scene_t), intent(in) :: scene
     type(tool_t), intent(inout) :: tool
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: area, first, k, length, start
     integer :: b
 
@@ -128,16 +123,16 @@ contains
       end if
       length = input%real('TOOL', i, 'HEAT_LENGTH')
       if (length <= 0.0_rp .and. heat%cooling > 0.0_rp) then
-        call input%report(diagnostics, 'TOOL', i, 'COOLING', 'needs a HEAT_LENGTH: a rod '// &
-                          'without end is cooled by itself')
+        call input%report('TOOL', i, 'COOLING', 'needs a HEAT_LENGTH: a rod without end is '// &
+                          'cooled by itself')
       end if
       area = face_area(input, i, scene, tool)
-      if (area <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, 'HEAT_AREA', &
-        'must be given: this tool has no RADIUS from which it would follow')
+      if (area <= 0.0_rp) call input%report('TOOL', i, 'HEAT_AREA', 'must be given: this tool '// &
+                                            'has no RADIUS from which it would follow')
       k = input%real('TOOL', i, 'CONDUCTIVITY')
-      if (.not. input%given('TOOL', i, 'CONDUCTIVITY')) call input%report(diagnostics, 'TOOL', i, 'HEATS', &
+      if (.not. input%given('TOOL', i, 'CONDUCTIVITY')) call input%report('TOOL', i, 'HEATS', &
         'a rod needs CONDUCTIVITY, DENSITY and SPECIFIC_HEAT of the tool')
-      if (diagnostics%count() > 0) then
+      if (input%diagnostics%count() > 0) then
         heat%is_on = .false.
         return
       end if

@@ -4,7 +4,6 @@ module setup_tracers
   use base_kinds, only: rp
   use base_text, only: str
   use bodies_solids, only: all_solids, is_in_body, solids_t
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use particles_tracers, only: tracers_t
   use state_scene, only: scene_t
@@ -19,11 +18,10 @@ module setup_tracers
 contains
 
   !> Read all &TRACER groups; positions outside the bodies are left out.
-  subroutine read_tracers(input, scene, tracers, diagnostics)
+  subroutine read_tracers(input, scene, tracers)
     type(input_t), intent(in) :: input
     type(scene_t), intent(in) :: scene
     type(tracers_t), intent(inout) :: tracers
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(solids_t), allocatable :: solids(:)
     real(rp), allocatable :: position(:, :)
     real(rp) :: interval, rows
@@ -33,36 +31,34 @@ contains
     call all_solids(input, solids)
     rows = 0.0_rp
     do i = 1, input%count('TRACER')
-      call list_positions(input, i, position, diagnostics)
+      call list_positions(input, i, position)
       if (.not. allocated(position)) cycle
       position = positions_in_bodies(scene, solids, position)
       if (size(position, 2) == 0) then
-        call input%report(diagnostics, 'TRACER', i, '', 'lies outside the bodies')
+        call input%report('TRACER', i, '', 'lies outside the bodies')
         cycle
       end if
       interval = input%real('TRACER', i, 'INTERVAL')
       if (interval <= 0.0_rp) interval = scene%output%history_interval
       if (tracers%n + size(position, 2) > max_tracers) then
-        call input%report(diagnostics, 'TRACER', i, '', 'makes '// &
-                          str(tracers%n + size(position, 2))//' tracers; at most '// &
-                          str(max_tracers)//' are possible')
+        call input%report('TRACER', i, '', 'makes '//str(tracers%n + size(position, 2))// &
+                          ' tracers; at most '//str(max_tracers)//' are possible')
         return
       end if
       rows = rows + size(position, 2)*(1.0_rp + scene%end_time/max(interval, tiny(1.0_rp)))
       if (rows > max_rows .and. scene%max_steps == 0) then
-        call input%report(diagnostics, 'TRACER', i, 'INTERVAL', 'makes '//str(rows)// &
-                          ' rows until &TIME END; at most '//str(max_rows)//' are possible')
+        call input%report('TRACER', i, 'INTERVAL', 'makes '//str(rows)//' rows until &TIME '// &
+                          'END; at most '//str(max_rows)//' are possible')
       end if
       call tracers%add_group(input%text('TRACER', i, 'NAME'), interval, position)
     end do
   end subroutine read_tracers
 
   !> Positions of the `i`-th &TRACER; not allocated after an error.
-  subroutine list_positions(input, i, position, diagnostics)
+  subroutine list_positions(input, i, position)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), allocatable, intent(out) :: position(:, :)  !! (3, n) [m]
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: low(3), side(3), step
     integer :: n(3)
 
@@ -73,14 +69,14 @@ contains
       low = input%reals('TRACER', i, 'FROM', 3)
       side = input%reals('TRACER', i, 'TO', 3) - low
       if (norm2(side) <= 0.0_rp) then
-        if (input%given('TRACER', i, 'TO')) call input%report(diagnostics, 'TRACER', i, 'TO', &
-                                                              'must not be the place FROM')
+        if (input%given('TRACER', i, 'TO')) call input%report('TRACER', i, 'TO', &
+          'must not be the place FROM')
         return
       end if
-      call read_numbers(input, i, spread(norm2(side), 1, 3), points_on_line, n, step, diagnostics)
+      call read_numbers(input, i, spread(norm2(side), 1, 3), points_on_line, n, step)
       if (n(1) == 0) return
       if (any(n /= n(1))) then
-        call input%report(diagnostics, 'TRACER', i, 'NUMBER', 'of a line is one number')
+        call input%report('TRACER', i, 'NUMBER', 'of a line is one number')
         return
       end if
       if (step <= 0.0_rp .and. n(1) > 1) step = norm2(side)/(n(1) - 1)
@@ -90,18 +86,18 @@ contains
       low = input%reals('TRACER', i, 'LOWER', 3)
       side = input%reals('TRACER', i, 'UPPER', 3) - low
       if (any(side < 0.0_rp)) then
-        if (input%given('TRACER', i, 'UPPER')) call input%report(diagnostics, 'TRACER', i, &
-                                               'UPPER', 'must not be below LOWER on any axis')
+        if (input%given('TRACER', i, 'UPPER')) call input%report('TRACER', i, 'UPPER', &
+          'must not be below LOWER on any axis')
         return
       end if
-      call read_numbers(input, i, side, intervals_of, n, step, diagnostics)
+      call read_numbers(input, i, side, intervals_of, n, step)
       if (n(1) == 0) return
       position = lattice(low + 0.5_rp*side/n, side/n, n, .false.)
     end select
   end subroutine list_positions
 
   !> Numbers of tracers along each side, from NUMBER or from SPACING; 0 after an error.
-  subroutine read_numbers(input, i, side, number_of, n, spacing, diagnostics)
+  subroutine read_numbers(input, i, side, number_of, n, spacing)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: side(3)          !! edges of the box, or the length of the line [m]
@@ -114,14 +110,13 @@ contains
     end interface
     integer, intent(out) :: n(3)
     real(rp), intent(out) :: spacing         !! [m]; 0: not given
-    type(diagnostics_t), intent(inout) :: diagnostics
     integer :: a
     real(rp) :: all
 
     n = 0
     spacing = input%real('TRACER', i, 'SPACING')
     if (input%given('TRACER', i, 'NUMBER') .eqv. input%given('TRACER', i, 'SPACING')) then
-      call input%report(diagnostics, 'TRACER', i, '', 'needs NUMBER or SPACING, one of them')
+      call input%report('TRACER', i, '', 'needs NUMBER or SPACING, one of them')
       return
     end if
     if (spacing > 0.0_rp) then
@@ -140,8 +135,8 @@ contains
       if (input%text('TRACER', i, 'KIND') == 'line') all = n(1)
       if (all > max_tracers) n = 0
     end if
-    if (n(1) == 0) call input%report(diagnostics, 'TRACER', i, '', 'makes '//str(all)// &
-                                     ' places; at most '//str(max_tracers)//' are possible')
+    if (n(1) == 0) call input%report('TRACER', i, '', 'makes '//str(all)//' places; at most '// &
+                                     str(max_tracers)//' are possible')
   end subroutine read_numbers
 
   !> Number of points on a line that includes its ends, for a ratio of length to spacing.

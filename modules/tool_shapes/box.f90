@@ -2,7 +2,6 @@
 !> Tool shape: a box centred at the tool's position.
 module tool_shapes_box
   use base_kinds, only: rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_shapes_shape, only: add_tilt, far_larger, shape_t, tilted_frame
@@ -35,28 +34,25 @@ contains
     call add_tilt(t, 'box')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, frame, diagnostics)
+  subroutine read_keys(self, input, i, frame)
     class(box_shape_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     self%half = 0.5_rp*input%reals('TOOL', i, 'SIZE', 3)
     frame = tilted_frame(input, i)
   end subroutine read_keys
 
-  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins)
     class(box_shape_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: grid, cell(3), width
     logical, intent(in) :: spins
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     if (maxval(self%half) > 10.0_rp*grid) then
-      call input%warn(diagnostics, 'TOOL', i, 'SIZE', &
-                      far_larger(grid))
+      call input%warn('TOOL', i, 'SIZE', far_larger(grid))
     end if
   end subroutine check_size
 

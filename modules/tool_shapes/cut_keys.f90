@@ -3,7 +3,6 @@
 module tool_shapes_cut_keys
   use base_kinds, only: rp
   use base_text, only: str
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_meshes_cuts, only: cut_pin_shape_t
@@ -79,17 +78,16 @@ contains
   end function lacks_cut
 
   !> Read and check the cuts of the `i`-th &TOOL, a shoulder whose sizes have been read.
-  subroutine read_cuts(input, i, cut, is_sound, diagnostics)
+  subroutine read_cuts(input, i, cut, is_sound)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(cut_pin_shape_t), intent(inout) :: cut
     logical, intent(out) :: is_sound        !! there are cuts without errors
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: min_radius
     integer :: before, k
     logical :: has_cuts
 
-    before = diagnostics%count()
+    before = input%diagnostics%count()
     cut%thread%depth = input%real('TOOL', i, 'THREAD_DEPTH')
     cut%thread%pitch = input%real('TOOL', i, 'THREAD_PITCH')
     cut%thread%rise = input%integer('TOOL', i, 'THREAD_STARTS')
@@ -105,51 +103,48 @@ contains
     has_cuts = cut%thread%depth > 0.0_rp .or. cut%n_flats > 0 .or. cut%scroll%depth > 0.0_rp
 
     do k = 1, size(detail)
-      if (lacks_cut(input, i, k)) call input%report(diagnostics, 'TOOL', i, trim(detail(k)), &
-                                                    'has no effect without '//trim(enabling(k)))
+      if (lacks_cut(input, i, k)) call input%report('TOOL', i, trim(detail(k)), 'has no effect '// &
+        'without '//trim(enabling(k)))
     end do
     call check_pair('THREAD_DEPTH', 'THREAD_PITCH', cut%thread%depth, cut%thread%pitch)
     call check_pair('FLATS', 'FLAT_DEPTH', real(cut%n_flats, rp), cut%flat_depth)
     call check_pair('SCROLL_DEPTH', 'SCROLL_PITCH', cut%scroll%depth, cut%scroll%pitch)
     if (cut%pin_radius <= 0.0_rp) then
-      if (cut%thread%depth > 0.0_rp) call input%report(diagnostics, 'TOOL', i, 'THREAD_DEPTH', &
-                                                       'makes no thread without PIN_RADIUS')
-      if (cut%n_flats > 0) call input%report(diagnostics, 'TOOL', i, 'FLATS', &
-                                             'are none without PIN_RADIUS')
+      if (cut%thread%depth > 0.0_rp) call input%report('TOOL', i, 'THREAD_DEPTH', &
+        'makes no thread without PIN_RADIUS')
+      if (cut%n_flats > 0) call input%report('TOOL', i, 'FLATS', 'are none without PIN_RADIUS')
     else
       min_radius = min(cut%pin_radius, cut%tip_radius)
-      if (cut%thread%depth >= min_radius) call input%report(diagnostics, 'TOOL', i, &
-        'THREAD_DEPTH', 'must be below the least radius of the pin, '//length_text(min_radius))
-      if (cut%flat_depth >= min_radius) call input%report(diagnostics, 'TOOL', i, 'FLAT_DEPTH', &
+      if (cut%thread%depth >= min_radius) call input%report('TOOL', i, 'THREAD_DEPTH', &
+        'must be below the least radius of the pin, '//length_text(min_radius))
+      if (cut%flat_depth >= min_radius) call input%report('TOOL', i, 'FLAT_DEPTH', &
         'must be below the least radius of the pin, '//length_text(min_radius))
     end if
-    if (cut%scroll%depth >= cut%height) call input%report(diagnostics, 'TOOL', i, 'SCROLL_DEPTH', &
+    if (cut%scroll%depth >= cut%height) call input%report('TOOL', i, 'SCROLL_DEPTH', &
       'must be below HEIGHT')
-    if (cut%scroll%depth > 0.0_rp .and. cut%radius <= cut%scroll%pitch) call input%report( &
-      diagnostics, 'TOOL', i, 'SCROLL_PITCH', 'must be below RADIUS')
-    is_sound = has_cuts .and. diagnostics%count() == before .and. cut%radius > cut%pin_radius &
-               .and. (cut%pin_radius <= 0.0_rp .or. cut%pin_length > 0.0_rp) &
-               .and. cut%height > cut%slope*cut%radius + cut%scroll%depth
-    if (has_cuts .and. diagnostics%count() == before .and. cut%height &
-        <= cut%slope*cut%radius + cut%scroll%depth) call input%report(diagnostics, 'TOOL', i, &
-        'HEIGHT', 'must be above the highest place of the face')
+    if (cut%scroll%depth > 0.0_rp .and. cut%radius <= cut%scroll%pitch) call input%report('TOOL', &
+      i, 'SCROLL_PITCH', 'must be below RADIUS')
+    is_sound = has_cuts .and. input%diagnostics%count() == before &
+      .and. cut%radius > cut%pin_radius .and. (cut%pin_radius <= 0.0_rp &
+      .or. cut%pin_length > 0.0_rp) .and. cut%height > cut%slope*cut%radius + cut%scroll%depth
+    if (has_cuts .and. input%diagnostics%count() == before &
+      .and. cut%height <= cut%slope*cut%radius + cut%scroll%depth) call input%report('TOOL', i, &
+      'HEIGHT', 'must be above the highest place of the face')
   contains
     !> Report a key that needs another.
     subroutine check_pair(one, other, a, b)
       character(*), intent(in) :: one, other
       real(rp), intent(in) :: a, b
 
-      if (a > 0.0_rp .and. b <= 0.0_rp) call input%report(diagnostics, 'TOOL', i, one, &
-                                                          'needs '//other)
+      if (a > 0.0_rp .and. b <= 0.0_rp) call input%report('TOOL', i, one, 'needs '//other)
     end subroutine check_pair
   end subroutine read_cuts
 
   !> Warn of cells that do not resolve the grooves.
-  subroutine check_cuts(input, i, cell, diagnostics)
+  subroutine check_cuts(input, i, cell)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: cell(3)         !! edges of the grid cells [m]
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     call check('THREAD', cell(3))
     call check('SCROLL', maxval(cell(:2)))
@@ -163,8 +158,8 @@ contains
       if (input%real('TOOL', i, name//'_DEPTH') <= 0.0_rp) return
       pitch = input%real('TOOL', i, name//'_PITCH')
       if (pitch >= min_cells*edge*(1.0_rp - 1.0e-9_rp)) return
-      call input%warn(diagnostics, 'TOOL', i, name//'_PITCH', 'is '//str(pitch/edge)// &
-                      ' cells: they cannot see grooves less than two cells apart')
+      call input%warn('TOOL', i, name//'_PITCH', 'is '//str(pitch/edge)//' cells: they cannot '// &
+                      'see grooves less than two cells apart')
     end subroutine check
   end subroutine check_cuts
 

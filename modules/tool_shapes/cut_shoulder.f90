@@ -2,7 +2,6 @@
 !> Tool shape: a shoulder with a thread or flats on its pin, or a scroll in its face, as a mesh.
 module tool_shapes_cut_shoulder
   use base_kinds, only: pi, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_meshes_cuts, only: cut_pin_shape_t, mesh_of
@@ -30,16 +29,15 @@ contains
     call add_cut_keys(t)
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, frame, diagnostics)
+  subroutine read_keys(self, input, i, frame)
     class(cut_shoulder_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(cut_pin_shape_t) :: cuts
     logical :: is_sound
 
-    call self%plain%read_keys(input, i, frame, diagnostics)
+    call self%plain%read_keys(input, i, frame)
     self%radius = self%plain%radius
     self%pin_radius = self%plain%pin_radius
     cuts%radius = input%real('TOOL', i, 'RADIUS')
@@ -49,20 +47,19 @@ contains
     cuts%tip_radius = input%real('TOOL', i, 'PIN_TIP_RADIUS')
     cuts%pin_length = input%real('TOOL', i, 'PIN_LENGTH')
     if (cuts%tip_radius <= 0.0_rp) cuts%tip_radius = cuts%pin_radius
-    call read_cuts(input, i, cuts, is_sound, diagnostics)
+    call read_cuts(input, i, cuts, is_sound)
     if (is_sound) call mesh_of(cuts, self%mesh)
   end subroutine read_keys
 
-  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins)
     class(cut_shoulder_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: grid, cell(3), width
     logical, intent(in) :: spins
-    type(diagnostics_t), intent(inout) :: diagnostics
 
-    call self%plain%check_size(input, i, grid, cell, width, spins, diagnostics)
-    call check_cuts(input, i, cell, diagnostics)
+    call self%plain%check_size(input, i, grid, cell, width, spins)
+    call check_cuts(input, i, cell)
   end subroutine check_size
 
 end module tool_shapes_cut_shoulder

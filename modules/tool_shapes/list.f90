@@ -2,7 +2,6 @@
 !> List of the tool shapes, by KIND of a &TOOL.
 module tool_shapes_list
   use base_kinds, only: rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_names, only: find
   use keys_table, only: key_table_t
@@ -100,12 +99,11 @@ contains
 
   !> Read the shape of the `i`-th &TOOL and the axes of the tool at t = 0; not allocated for an
   !> unknown KIND. A shoulder with cuts is a separate shape.
-  subroutine read_shape(input, i, shape, frame, diagnostics)
+  subroutine read_shape(input, i, shape, frame)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     class(shape_t), allocatable, intent(out) :: shape
     real(rp), intent(inout) :: frame(3, 3)         !! columns: axes of the tool
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     call make_shape(input%text('TOOL', i, 'KIND'), shape)
     if (.not. allocated(shape)) return
@@ -115,7 +113,7 @@ contains
         allocate (cut_shoulder_t :: shape)
       end if
     end if
-    call shape%read_keys(input, i, frame, diagnostics)
+    call shape%read_keys(input, i, frame)
   end subroutine read_shape
 
 end module tool_shapes_list

@@ -2,7 +2,6 @@
 !> Tool shape: a rigid half space, with its normal along the last axis.
 module tool_shapes_plane
   use base_kinds, only: rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_shapes_shape, only: no_edge, shape_t
@@ -32,17 +31,16 @@ contains
   end subroutine add_keys
 
   !> Read the normal, which is the last axis.
-  subroutine read_keys(self, input, i, frame, diagnostics)
+  subroutine read_keys(self, input, i, frame)
     class(plane_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: normal(3), side(3)
 
     normal = input%reals('TOOL', i, 'NORMAL', 3)
     if (norm2(normal) <= 0.0_rp) then
-      call input%report(diagnostics, 'TOOL', i, 'NORMAL', 'must not be zero')
+      call input%report('TOOL', i, 'NORMAL', 'must not be zero')
       normal = [0.0_rp, 0.0_rp, 1.0_rp]
     end if
     normal = normal/norm2(normal)

@@ -6,7 +6,6 @@
 module tool_shapes_shape
   use base_kinds, only: pi, rp
   use base_text, only: str
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_meshes_ridges, only: no_edge
@@ -41,14 +40,13 @@ module tool_shapes_shape
     end subroutine keys_interface
 
     !> Read the `i`-th &TOOL: sizes, and the axes of the tool at t = 0.
-    subroutine read_interface(self, input, i, frame, diagnostics)
-      import :: shape_t, diagnostics_t, input_t, rp
+    subroutine read_interface(self, input, i, frame)
+      import :: shape_t, input_t, rp
       implicit none (type, external)
       class(shape_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
       real(rp), intent(out) :: frame(3, 3)   !! columns: axes; the last is that of rotation
-      type(diagnostics_t), intent(inout) :: diagnostics
     end subroutine read_interface
 
     !> Signed distance of a point, its gradient, and the distance along the surface to the nearest
@@ -102,7 +100,7 @@ module tool_shapes_shape
 contains
 
   !> Report sizes that suggest another unit or do not fit the bodies. The default reports none.
-  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins)
     class(shape_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i                      !! index of the &TOOL
@@ -110,7 +108,6 @@ contains
     real(rp), intent(in) :: cell(3)               !! edges of a cell [m]
     real(rp), intent(in) :: width                 !! horizontal extent of deformable bodies [m]
     logical, intent(in) :: spins                  !! the tool rotates in any phase
-    type(diagnostics_t), intent(inout) :: diagnostics
   end subroutine check_size
 
   !> Surface triangles for visualization: points (3, n), and the indices (3, m) of their corners,

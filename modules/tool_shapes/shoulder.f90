@@ -2,7 +2,6 @@
 !> Tool shape: a shoulder with a flat or concave conical face and an optional pin.
 module tool_shapes_shoulder
   use base_kinds, only: pi, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_shapes_cut_keys, only: add_cut_keys, has_cut_keys
@@ -68,12 +67,11 @@ contains
     call add_tilt(t, 'shoulder')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, frame, diagnostics)
+  subroutine read_keys(self, input, i, frame)
     class(shoulder_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
-    type(diagnostics_t), intent(inout) :: diagnostics
     type(shoulder_t) :: new
     real(rp) :: length, pin, radius, tip
 
@@ -82,16 +80,16 @@ contains
     tip = input%real('TOOL', i, 'PIN_TIP_RADIUS')
     length = input%real('TOOL', i, 'PIN_LENGTH')
     if (pin >= radius .and. radius > 0.0_rp) then
-      call input%report(diagnostics, 'TOOL', i, 'PIN_RADIUS', 'must be below RADIUS')
+      call input%report('TOOL', i, 'PIN_RADIUS', 'must be below RADIUS')
     end if
     if (pin > 0.0_rp .and. length <= 0.0_rp) then
-      call input%report(diagnostics, 'TOOL', i, 'PIN_RADIUS', 'makes no pin without PIN_LENGTH')
+      call input%report('TOOL', i, 'PIN_RADIUS', 'makes no pin without PIN_LENGTH')
     end if
     if (pin <= 0.0_rp .and. tip > 0.0_rp) then
-      call input%report(diagnostics, 'TOOL', i, 'PIN_TIP_RADIUS', 'makes no pin without PIN_RADIUS')
+      call input%report('TOOL', i, 'PIN_TIP_RADIUS', 'makes no pin without PIN_RADIUS')
     end if
     if (pin <= 0.0_rp .and. length > 0.0_rp) then
-      call input%report(diagnostics, 'TOOL', i, 'PIN_LENGTH', 'makes no pin without PIN_RADIUS')
+      call input%report('TOOL', i, 'PIN_LENGTH', 'makes no pin without PIN_RADIUS')
     end if
     if (tip <= 0.0_rp) tip = pin
     new = new_shoulder(radius, input%real('TOOL', i, 'HEIGHT'), &
@@ -100,15 +98,14 @@ contains
     self%pin_radius = new%pin_radius
     self%profile = new%profile
     frame = tilted_frame(input, i)
-    call read_variants(input, i, self%profile, diagnostics)
+    call read_variants(input, i, self%profile)
   end subroutine read_keys
 
   !> Change the outline to that of a bobbin tool or of a sleeve, if the `i`-th &TOOL is one.
-  subroutine read_variants(input, i, profile, diagnostics)
+  subroutine read_variants(input, i, profile)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     type(profile_t), intent(inout) :: profile
-    type(diagnostics_t), intent(inout) :: diagnostics
     real(rp) :: bobbin, bore, height, length, radius
 
     bobbin = input%real('TOOL', i, 'BOBBIN_RADIUS')
@@ -117,20 +114,20 @@ contains
     height = input%real('TOOL', i, 'HEIGHT')
     length = input%real('TOOL', i, 'PIN_LENGTH')
     if (max(bobbin, bore) > 0.0_rp .and. has_cut_keys(input, i)) then
-      call input%report(diagnostics, 'TOOL', i, 'KIND', &
-                        'with a BOBBIN_RADIUS or BORE_RADIUS takes no thread, flats or scroll')
+      call input%report('TOOL', i, 'KIND', 'with a BOBBIN_RADIUS or BORE_RADIUS takes no '// &
+                        'thread, flats or scroll')
     end if
     if (bobbin > 0.0_rp) then
-      if (bobbin <= profile%r(profile%n - 1) .or. length <= 0.0_rp) call input%report(diagnostics, &
-        'TOOL', i, 'BOBBIN_RADIUS', 'must be above the radius of the tip of a pin')
+      if (bobbin <= profile%r(profile%n - 1) .or. length <= 0.0_rp) call input%report('TOOL', i, &
+        'BOBBIN_RADIUS', 'must be above the radius of the tip of a pin')
       profile%n = profile%n - 1
       call profile%corner(bobbin, -length)
       call profile%corner(bobbin, -length - height)
       call profile%corner(0.0_rp, -length - height)
     end if
     if (bore <= 0.0_rp) return
-    if (bore >= radius .or. length > 0.0_rp) call input%report(diagnostics, 'TOOL', i, &
-      'BORE_RADIUS', 'must be below RADIUS, without a pin')
+    if (bore >= radius .or. length > 0.0_rp) call input%report('TOOL', i, 'BORE_RADIUS', &
+      'must be below RADIUS, without a pin')
     ! the outline begins and ends in the bore wall
     profile%n = 0
     call profile%corner(bore, 0.5_rp*height)
@@ -142,21 +139,18 @@ contains
     call profile%corner(bore, 0.5_rp*height)
   end subroutine read_variants
 
-  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins)
     class(shoulder_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: grid, cell(3), width
     logical, intent(in) :: spins
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     if (self%radius > 2.0_rp*grid) then
-      call input%report(diagnostics, 'TOOL', i, 'RADIUS', &
-                        far_larger(grid))
+      call input%report('TOOL', i, 'RADIUS', far_larger(grid))
     else if (2.0_rp*self%radius > width .and. spins) then
-      call input%warn(diagnostics, 'TOOL', i, 'RADIUS', 'a shoulder of '// &
-                      length_text(2.0_rp*self%radius)//' across is wider than the bodies, '// &
-                      length_text(width))
+      call input%warn('TOOL', i, 'RADIUS', 'a shoulder of '//length_text(2.0_rp*self%radius)// &
+                      ' across is wider than the bodies, '//length_text(width))
     end if
   end subroutine check_size
 

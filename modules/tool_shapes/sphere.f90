@@ -2,7 +2,6 @@
 !> Tool shape: a sphere.
 module tool_shapes_sphere
   use base_kinds, only: pi, rp
-  use input_diagnostics, only: diagnostics_t
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_shapes_shape, only: add_radius, add_tilt, far_larger, no_edge, shape_t, tilted_frame
@@ -33,28 +32,25 @@ contains
     call add_tilt(t, 'sphere')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, frame, diagnostics)
+  subroutine read_keys(self, input, i, frame)
     class(sphere_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     self%radius = input%real('TOOL', i, 'RADIUS')
     frame = tilted_frame(input, i)
   end subroutine read_keys
 
-  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins)
     class(sphere_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: grid, cell(3), width
     logical, intent(in) :: spins
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     if (self%radius > 100.0_rp*grid) then
-      call input%warn(diagnostics, 'TOOL', i, 'RADIUS', &
-                      far_larger(grid))
+      call input%warn('TOOL', i, 'RADIUS', far_larger(grid))
     end if
   end subroutine check_size
 

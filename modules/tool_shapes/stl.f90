@@ -2,7 +2,6 @@
 !> Tool shape: the surface of an STL file, in any unit, orientation and position.
 module tool_shapes_stl
   use base_kinds, only: pi, rp
-  use input_diagnostics, only: diagnostics_t
   use input_files, only: file_path
   use input_values, only: input_t
   use keys_table, only: key_table_t
@@ -41,12 +40,11 @@ contains
     call add_tilt(t, 'stl')
   end subroutine add_keys
 
-  subroutine read_keys(self, input, i, frame, diagnostics)
+  subroutine read_keys(self, input, i, frame)
     class(stl_shape_t), intent(inout) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(out) :: frame(3, 3)
-    type(diagnostics_t), intent(inout) :: diagnostics
     character(:), allocatable :: path
     type(facets_t) :: facets
     real(rp) :: axes(3, 3), axis(3), origin(3), unit
@@ -56,16 +54,16 @@ contains
     frame = tilted_frame(input, i)
     axis = input%reals('TOOL', i, 'AXIS', 3)
     if (norm2(axis) <= 0.0_rp) then
-      call input%report(diagnostics, 'TOOL', i, 'AXIS', 'must not be zero')
+      call input%report('TOOL', i, 'AXIS', 'must not be zero')
       return
     end if
     path = file_path(input, 'TOOL', i)
     unit = metres(input%text('TOOL', i, 'UNIT'))
     if (path == '' .or. unit <= 0.0_rp) return   ! reported already
-    before = diagnostics%count()
-    call read_stl(path, facets, opened, diagnostics)
-    if (.not. opened) call input%report(diagnostics, 'TOOL', i, 'FILE', path//' cannot be read')
-    if (diagnostics%count() > before) return
+    before = input%diagnostics%count()
+    call read_stl(path, facets, opened, input%diagnostics)
+    if (.not. opened) call input%report('TOOL', i, 'FILE', path//' cannot be read')
+    if (input%diagnostics%count() > before) return
     axes = axes_of(axis/norm2(axis), input%real('TOOL', i, 'TURN_DEG')*pi/180.0_rp)
     origin = input%reals('TOOL', i, 'ORIGIN', 3)
     do p = 1, size(facets%x, 2)
@@ -112,18 +110,17 @@ contains
   end function axes_of
 
   !> Report a size that suggests a wrong unit.
-  subroutine check_size(self, input, i, grid, cell, width, spins, diagnostics)
+  subroutine check_size(self, input, i, grid, cell, width, spins)
     class(stl_shape_t), intent(in) :: self
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: grid, cell(3), width
     logical, intent(in) :: spins
-    type(diagnostics_t), intent(inout) :: diagnostics
 
     if (maxval(self%mesh%upper - self%mesh%lower) > 10.0_rp*grid) then
-      call input%report(diagnostics, 'TOOL', i, 'UNIT', 'the model '//far_larger(grid))
+      call input%report('TOOL', i, 'UNIT', 'the model '//far_larger(grid))
     else if (maxval(self%mesh%upper - self%mesh%lower) < minval(cell)) then
-      call input%report(diagnostics, 'TOOL', i, 'UNIT', 'the model is smaller than a cell')
+      call input%report('TOOL', i, 'UNIT', 'the model is smaller than a cell')
     end if
   end subroutine check_size
 

@@ -7,7 +7,6 @@ program test_conditions
   use conditions_clamp, only: clamp_t
   use conditions_list, only: append_clamp, clamp_groups, held_t, make_clamp
   use groups_table, only: key_table
-  use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input_text
   use input_values, only: input_t
   implicit none (type, external)
@@ -47,7 +46,6 @@ contains
       "&BODY NAME='b' MATERIAL='m' /"//nl//"&SHAPE BODY='b' LOWER=3*0 UPPER=3*1 /"//nl
     character(:), allocatable :: keys
     type(input_t) :: input
-    type(diagnostics_t) :: diagnostics
 
     select case (group)
     case ('CLAMP')
@@ -57,10 +55,10 @@ contains
     end select
     call expect('there is a sample of &'//group, keys /= '')
     keys = '&'//group//" LOWER=1,2,3 UPPER=4,5,6 COMPONENTS='xz' "//keys//' /'//nl//rest
-    call read_input_text(key_table(), 't.nml', keys, no_sets, input, diagnostics)
-    call clamp%read_keys(input, 1, diagnostics)
-    call expect(group//': nothing is wrong with its sample', diagnostics%count() == 0)
-    if (diagnostics%count() > 0) call diagnostics%print(6)
+    call read_input_text(key_table(), 't.nml', keys, no_sets, input)
+    call clamp%read_keys(input, 1)
+    call expect(group//': nothing is wrong with its sample', input%diagnostics%count() == 0)
+    if (input%diagnostics%count() > 0) call input%diagnostics%print(6)
     call expect(group//': lower corner', all(nint(clamp%lower) == [1, 2, 3]))
     call expect(group//': upper corner', all(nint(clamp%upper) == [4, 5, 6]))
     call expect(group//': components', all(clamp%held .eqv. [.true., .false., .true.]))

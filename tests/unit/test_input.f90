@@ -5,7 +5,6 @@ program test_input
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close, expect_equal, this_rank
   use groups_table, only: key_table
-  use input_diagnostics, only: diagnostics_t
   use input_keys, only: default_item, print_keys, print_keys_markdown
   use input_reading, only: read_input, read_input_text
   use input_scan, only: read_file
@@ -47,15 +46,14 @@ contains
     character(*), intent(in) :: text
     type(input_t), intent(out) :: input
     character(*), intent(in), optional :: sets(:)
-    type(diagnostics_t) :: diagnostics
 
     if (present(sets)) then
-      call read_input_text(key_table(), 't.nml', text, sets, input, diagnostics)
+      call read_input_text(key_table(), 't.nml', text, sets, input)
     else
-      call read_input_text(key_table(), 't.nml', text, no_sets, input, diagnostics)
+      call read_input_text(key_table(), 't.nml', text, no_sets, input)
     end if
-    if (diagnostics%count() > 0) call diagnostics%print(6)
-    call expect('no complaint about '//text(:min(30, len(text))), diagnostics%count() == 0)
+    if (input%diagnostics%count() > 0) call input%diagnostics%print(6)
+    call expect('no complaint about '//text(:min(30, len(text))), input%diagnostics%count() == 0)
   end subroutine parse
 
   !> `text` must give `want` as its only complaint.
@@ -63,17 +61,16 @@ contains
     character(*), intent(in) :: text, want
     character(*), intent(in), optional :: set
     type(input_t) :: input
-    type(diagnostics_t) :: diagnostics
 
     if (present(set)) then
-      call read_input_text(key_table(), 't.nml', text, [set], input, diagnostics)
+      call read_input_text(key_table(), 't.nml', text, [set], input)
     else
-      call read_input_text(key_table(), 't.nml', text, no_sets, input, diagnostics)
+      call read_input_text(key_table(), 't.nml', text, no_sets, input)
     end if
-    call expect('one complaint: '//want, diagnostics%count() == 1)
-    if (diagnostics%count() /= 1) call diagnostics%print(6)
-    if (diagnostics%count() == 0) return
-    call expect_equal('complaint', diagnostics%text(1), want)
+    call expect('one complaint: '//want, input%diagnostics%count() == 1)
+    if (input%diagnostics%count() /= 1) call input%diagnostics%print(6)
+    if (input%diagnostics%count() == 0) return
+    call expect_equal('complaint', input%diagnostics%text(1), want)
   end subroutine bad
 
   !> The value of a key of &BODY (first line of the input) must give `want`.
@@ -402,7 +399,6 @@ contains
   !> Files on disk: this one, none, a directory.
   subroutine test_files()
     type(input_t) :: input
-    type(diagnostics_t) :: diagnostics
     character(:), allocatable :: text, problem
     character(:), allocatable :: file
     integer :: unit
@@ -412,8 +408,8 @@ contains
           action='write')
     write (unit) base
     close (unit)
-    call read_input(key_table(), './'//file, no_sets, input, diagnostics)
-    call expect('a good file', diagnostics%count() == 0)
+    call read_input(key_table(), './'//file, no_sets, input)
+    call expect('a good file', input%diagnostics%count() == 0)
     call expect_equal('stem', input%text('RUN', 1, 'NAME'), file(:len(file) - 4))
     open (newunit=unit, file=file, action='readwrite')
     write (unit, '(a)') input%text_of_file()
@@ -422,51 +418,50 @@ contains
     call expect_equal('echo', text, input%text_of_file()//nl)
     open (newunit=unit, file=file, action='readwrite')
     close (unit, status='delete')
-    call read_input(key_table(), file, no_sets, input, diagnostics)
-    call expect('no file', diagnostics%count() == 1)
+    call read_input(key_table(), file, no_sets, input)
+    call expect('no file', input%diagnostics%count() == 1)
     call expect('no file: message', &
-                index(diagnostics%text(1), file//': error: cannot be read: ') == 1)
+                index(input%diagnostics%text(1), file//': error: cannot be read: ') == 1)
     call expect('no file: empty input', input%count('BODY') == 0)
-    call read_input(key_table(), '.', no_sets, input, diagnostics)
-    call expect('a directory', diagnostics%count() == 2)
-    call read_input_text(key_table(), 't.nml', '', no_sets, input, diagnostics)
-    call expect('empty text: five groups are missing', diagnostics%count() == 7)
+    call read_input(key_table(), '.', no_sets, input)
+    call expect('a directory', input%diagnostics%count() == 2)
+    call read_input_text(key_table(), 't.nml', '', no_sets, input)
+    call expect('empty text: five groups are missing', input%diagnostics%count() == 7)
   end subroutine test_files
 
   !> All at once, in the order of the lines, with those of later checks.
   subroutine test_diagnostics()
     type(input_t) :: input
-    type(diagnostics_t) :: diagnostics
     character(200) :: line
     integer :: unit
 
     call read_input_text(key_table(), 't.nml', "&BODY NAME='b'"//nl//"MATERIAL='cu' /"//nl// &
                          '&TIM/'//nl//'x'//nl//grid//material//shape, ['BODY(b).MATERIAL=al'], &
-                         input, diagnostics)
-    call diagnostics%add('t.nml', 2, 'late')
-    call input%report(diagnostics, 'BODY', 1, 'NAME', 'no such name')
-    call input%report(diagnostics, 'BODY', 1, 'MATERIAL', 'no such material')
-    call input%report(diagnostics, 'BODY', 1, '', 'has no particles')
-    call input%report(diagnostics, 'BODY', 1, 'TEMPERATURE', 'too cold')
-    call diagnostics%add('t.nml', input%line('BODY', 1, 'MATERIAL'), 'second')
-    call diagnostics%add('t.nml', 2, 'late')
-    call expect('number', diagnostics%count() == 9)
-    call expect_equal('1', diagnostics%text(1), "t.nml:1: error: &BODY NAME = 'b': no such name")
-    call expect_equal('2', diagnostics%text(2), 't.nml:1: error: &BODY has no particles')
-    call expect_equal('3', diagnostics%text(3), 't.nml:1: error: &BODY TEMPERATURE: too cold')
-    call expect_equal('4', diagnostics%text(4), 't.nml:2: error: late')
-    call expect_equal('5', diagnostics%text(5), &
+                         input)
+    call input%diagnostics%add('t.nml', 2, 'late')
+    call input%report('BODY', 1, 'NAME', 'no such name')
+    call input%report('BODY', 1, 'MATERIAL', 'no such material')
+    call input%report('BODY', 1, '', 'has no particles')
+    call input%report('BODY', 1, 'TEMPERATURE', 'too cold')
+    call input%diagnostics%add('t.nml', input%line('BODY', 1, 'MATERIAL'), 'second')
+    call input%diagnostics%add('t.nml', 2, 'late')
+    call expect('number', input%diagnostics%count() == 9)
+    call expect_equal('1', input%diagnostics%text(1), "t.nml:1: error: &BODY NAME = 'b': no such name")
+    call expect_equal('2', input%diagnostics%text(2), 't.nml:1: error: &BODY has no particles')
+    call expect_equal('3', input%diagnostics%text(3), 't.nml:1: error: &BODY TEMPERATURE: too cold')
+    call expect_equal('4', input%diagnostics%text(4), 't.nml:2: error: late')
+    call expect_equal('5', input%diagnostics%text(5), &
                       't.nml:3: error: unknown group &TIM; did you mean TIME?')
-    call expect_equal('7', diagnostics%text(7), 't.nml: error: there is no &TIME (required)')
-    call expect_equal('8', diagnostics%text(8), &
+    call expect_equal('7', input%diagnostics%text(7), 't.nml: error: there is no &TIME (required)')
+    call expect_equal('8', input%diagnostics%text(8), &
                       "--set BODY(b).MATERIAL=al: error: &BODY MATERIAL = 'al': no such material")
-    call expect_equal('9', diagnostics%text(9), '--set BODY(b).MATERIAL=al: error: second')
+    call expect_equal('9', input%diagnostics%text(9), '--set BODY(b).MATERIAL=al: error: second')
     open (newunit=unit, status='scratch', action='readwrite')
-    call diagnostics%print(unit)
+    call input%diagnostics%print(unit)
     rewind (unit)
     read (unit, '(a)') line
     close (unit)
-    call expect_equal('printed', trim(line), diagnostics%text(1))
+    call expect_equal('printed', trim(line), input%diagnostics%text(1))
   end subroutine test_diagnostics
 
 end program test_input

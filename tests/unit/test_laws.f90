@@ -6,7 +6,6 @@ program test_laws
   use check, only: begin_tests, end_tests, expect, expect_close
   use flow_laws_list, only: law_names, make_law
   use groups_table, only: key_table
-  use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input_text
   use input_values, only: input_t
   use physics_flow_law, only: flow_law_t, law_output_t, max_warnings, n_work
@@ -45,7 +44,6 @@ contains
       "&SHAPE BODY='b' LOWER=3*0 UPPER=3*1 /"//nl
     character(:), allocatable :: keys
     type(input_t) :: input
-    type(diagnostics_t) :: diagnostics
 
     select case (name)
     case ('johnson-cook')
@@ -74,10 +72,10 @@ contains
     call expect('there is a sample of '//name, keys /= '')
     keys = "&MATERIAL NAME='m' LAW='"//name//"' DENSITY=1 YOUNGS_MODULUS=1 POISSON_RATIO=0"// &
            ' T_MELT='//str(t_melt)//' '//keys//rest
-    call read_input_text(key_table(), 't.nml', keys, no_sets, input, diagnostics)
-    call law%read_keys(input, 1, shear, diagnostics)
-    call expect(name//': nothing is wrong with its sample', diagnostics%count() == 0)
-    if (diagnostics%count() > 0) call diagnostics%print(6)
+    call read_input_text(key_table(), 't.nml', keys, no_sets, input)
+    call law%read_keys(input, 1, shear)
+    call expect(name//': nothing is wrong with its sample', input%diagnostics%count() == 0)
+    if (input%diagnostics%count() > 0) call input%diagnostics%print(6)
   end subroutine read_sample
 
   !> Random states of a block after a strain of 0.1.

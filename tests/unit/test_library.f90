@@ -7,7 +7,6 @@ program test_library
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
   use groups_table, only: key_table
-  use input_diagnostics, only: diagnostics_t
   use input_library, only: library_table
   use input_reading, only: read_input, read_input_text
   use input_values, only: input_t
@@ -20,7 +19,6 @@ program test_library
 
   character(*), parameter :: group = 'MATERIAL'
   type(input_t) :: library
-  type(diagnostics_t) :: diagnostics
   type(material_t), allocatable :: material(:)
   character(:), allocatable :: path, problem
   character(1) :: no_sets(0)
@@ -29,10 +27,10 @@ program test_library
   call begin_tests()
   call data_file('materials.nml', path, problem)
   call expect('the library is there', problem == '')
-  call read_input(library_table(key_table()), path, no_sets, library, diagnostics)
-  call read_materials(library, material, diagnostics)
-  if (diagnostics%count() > 0) call diagnostics%print(6)
-  call expect('nothing is wrong with the library', diagnostics%count() == 0)
+  call read_input(library_table(key_table()), path, no_sets, library)
+  call read_materials(library, material)
+  if (library%diagnostics%count() > 0) call library%diagnostics%print(6)
+  call expect('nothing is wrong with the library', library%diagnostics%count() == 0)
   call expect('it has entries', size(material) >= 9)
   do m = 1, size(material)
     call test_sources(m)

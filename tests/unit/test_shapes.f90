@@ -6,7 +6,6 @@ program test_shapes
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
   use groups_table, only: key_table
-  use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input_text
   use input_values, only: input_t
   use tool_shapes_box, only: box_shape_t
@@ -182,7 +181,6 @@ contains
       'PIN_TIP_RADIUS=3e-3 PIN_LENGTH=5e-3 '
     character(:), allocatable :: keys
     type(input_t) :: input
-    type(diagnostics_t) :: diagnostics
 
     select case (name)
     case ('shoulder')
@@ -217,10 +215,10 @@ contains
     end select
     call expect('there is a sample of '//name, keys /= '')
     keys = "&TOOL KIND='"//kind_of(name)//"' POSITION=3*0 "//keys//rest
-    call read_input_text(key_table(), 't.nml', keys, no_sets, input, diagnostics)
-    call read_shape(input, 1, shape, frame, diagnostics)
-    call expect(name//': nothing is wrong with its sample', diagnostics%count() == 0)
-    if (diagnostics%count() > 0) call diagnostics%print(6)
+    call read_input_text(key_table(), 't.nml', keys, no_sets, input)
+    call read_shape(input, 1, shape, frame)
+    call expect(name//': nothing is wrong with its sample', input%diagnostics%count() == 0)
+    if (input%diagnostics%count() > 0) call input%diagnostics%print(6)
   end subroutine read_sample
 
   !> A random place, often near the surface of shapes of some 10 mm.
