@@ -25,7 +25,7 @@ program stirpoint
   use input_values, only: input_t
   use io_folder, only: clear_folder, take_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
-  use setup_tool_heat, only: log_heat_shares
+  use setup_sinks, only: log_heat_shares
   use state_scene, only: output_t
   use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)

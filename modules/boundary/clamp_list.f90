@@ -115,7 +115,7 @@ contains
       face = merge(clamp%upper(a), clamp%lower(a), side > 0)
       if (abs(face) >= 0.5_rp*huge(1.0_rp)) return
       y = image(nodes, x, a, face)
-      ijk = indices(nodes, q)
+      ijk = nodes%patch%indices(q)
       t = cells_between(nodes, a, y(a), face)
       if (t <= -0.5_rp .or. t > 0.5_rp) return
       if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! face on a row of nodes
@@ -145,7 +145,11 @@ contains
       end do
     end associate
     column%is_whole = all(column%node > 0 .or. column%weight <= 0.0_rp)
-    call append_column(boundary%column, boundary%n_columns, column)
+    associate (list => boundary%column, n => boundary%n_columns)
+      if (n == size(list)) boundary%column = [list, list]
+      n = n + 1
+      boundary%column(n) = column
+    end associate
   end subroutine list_column
 
   !> Weights, at a point `t` cells above a node, of that node (2) and its neighbours.
@@ -275,19 +279,6 @@ contains
     holds = all(inside)
   end function holds
 
-  pure function indices(nodes, q) result(ijk)
-    type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: q
-    integer :: ijk(3), rest
-
-    rest = q - 1
-    ijk(1) = rest/nodes%patch%stride(1)
-    rest = rest - ijk(1)*nodes%patch%stride(1)
-    ijk(2) = rest/nodes%patch%stride(2)
-    ijk(3) = rest - ijk(2)*nodes%patch%stride(2)
-    ijk = ijk + nodes%patch%all%lo
-  end function indices
-
   !> True if this rank records a node; nodes outside the grid belong to the owner of the nearest
   !> inside.
   pure logical function is_owned(scene, nodes, q)
@@ -296,24 +287,9 @@ contains
     integer, intent(in) :: q
     integer :: ijk(3)
 
-    ijk = indices(nodes, q)
+    ijk = nodes%patch%indices(q)
     where (scene%grid%period == 0) ijk = max(0, min(scene%grid%n - 1, ijk))
     is_owned = nodes%patch%own%has(ijk)
   end function is_owned
-
-  pure subroutine append_column(list, n, entry)
-    type(column_t), allocatable, intent(inout) :: list(:)
-    integer, intent(inout) :: n
-    type(column_t), intent(in) :: entry
-    type(column_t), allocatable :: longer(:)
-
-    if (n == size(list)) then
-      allocate (longer(2*n))
-      longer(1:n) = list
-      call move_alloc(longer, list)
-    end if
-    n = n + 1
-    list(n) = entry
-  end subroutine append_column
 
 end module boundary_clamp_list

@@ -8,7 +8,7 @@
 module boundary_symmetry
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
-  use conditions_symmetry, only: symmetry_t
+  use conditions_list, only: symmetry_t
   use mapping_nodes, only: nodes_t
   use state_budget, only: budget_t, e_wall_heat
   use state_scene, only: scene_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Survey of the prescribed motion of tools relative to the undeformed bodies, the grid and its walls:
-!> depths, distances, first contact.
+!> Survey of the prescribed motion of tools relative to the undeformed bodies, the grid and its
+!> walls: depths, distances, first contact.
 module checks_process
   use base_kinds, only: rp
   use bodies_solids, only: body_at, extent_of, is_inside, solid_t, solids_t

@@ -6,7 +6,7 @@ module checks_same_scene
   use base_text, only: lower, str
   use contact_motion, only: motion_t
   use input_diagnostics, only: excerpt
-  use input_files, only: sums_of_files
+  use input_resolved, only: sums_of_files
   use input_values, only: input_t
   use keys_names, only: find
   use keys_table, only: key_row_t

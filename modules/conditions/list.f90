@@ -1,66 +1,45 @@
 ! SPDX-License-Identifier: MIT
-!> Conditions that prescribe nodal velocities, by the groups of the input.
+!> Conditions on nodes: planes of symmetry, and conditions that prescribe velocities, by the groups
+!> of the input.
 module conditions_list
+  use base_kinds, only: rp
   use conditions_clamp, only: clamp_t
-  use keys_names, only: find
   use keys_table, only: key_table_t
   implicit none (type, external)
   private
 
-  public :: add_clamp_keys, append_clamp, clamp_groups, held_t, make_clamp
+  public :: add_clamp_keys, append_clamp, clamp_groups, held_t, make_clamp, symmetry_t
 
-  integer, parameter :: max_kinds = 16
+  !> Groups of the conditions that prescribe velocities. A new one is a name here and a case in
+  !> `make_clamp`.
+  character(16), parameter :: clamp_groups(1) = [character(16) :: 'CLAMP']
 
   !> A condition of any kind.
   type :: held_t
     class(clamp_t), allocatable :: clamp
   end type held_t
 
-  type :: kinds_t
-    integer :: n = 0
-    character(16) :: group(max_kinds) = ''
-    type(held_t) :: one(max_kinds)
-  contains
-    procedure :: add
-  end type kinds_t
+  !> A symmetry plane: a wall on a row of nodes with no material behind it (boundary_symmetry).
+  type :: symmetry_t
+    integer :: place = 0                  !! index among the conditions of the scene
+    integer :: axis = 1                   !! axis normal to the plane
+    integer :: row = 0                    !! row of grid nodes on the plane, from 0
+    logical :: faces_up = .true.          !! the bodies are above the plane
+    logical :: odd(3) = .false.           !! components of the velocity that change sign
+    real(rp) :: temperature = 0.0_rp      !! temperature of the plane [K]; 0: insulated
+  end type symmetry_t
 
 contains
-
-  !> List all kinds by their groups. A new one is a line here.
-  subroutine list_kinds(kinds)
-    type(kinds_t), intent(out) :: kinds
-
-    call kinds%add('CLAMP', clamp_t())
-  end subroutine list_kinds
-
-  subroutine add(self, group, clamp)
-    class(kinds_t), intent(inout) :: self
-    character(*), intent(in) :: group
-    class(clamp_t), intent(in) :: clamp
-
-    self%n = self%n + 1
-    self%group(self%n) = group
-    allocate (self%one(self%n)%clamp, source=clamp)
-  end subroutine add
-
-  !> Groups of all kinds.
-  function clamp_groups() result(groups)
-    character(16), allocatable :: groups(:)
-    type(kinds_t) :: kinds
-
-    call list_kinds(kinds)
-    groups = kinds%group(:kinds%n)
-  end function clamp_groups
 
   !> Add the groups of all kinds to the table.
   subroutine add_clamp_keys(t)
     type(key_table_t), intent(inout) :: t
-    type(kinds_t) :: kinds
+    class(clamp_t), allocatable :: clamp
     integer :: k
 
-    call list_kinds(kinds)
-    do k = 1, kinds%n
-      call kinds%one(k)%clamp%add_keys(t)
+    do k = 1, size(clamp_groups)
+      call make_clamp(clamp_groups(k), clamp)
+      call clamp%add_keys(t)
     end do
   end subroutine add_clamp_keys
 
@@ -69,12 +48,12 @@ contains
   subroutine make_clamp(group, clamp)
     character(*), intent(in) :: group
     class(clamp_t), allocatable, intent(out) :: clamp
-    type(kinds_t) :: kinds
-    integer :: k
 
-    call list_kinds(kinds)
-    k = find(kinds%group, group)
-    if (k > 0) call move_alloc(kinds%one(k)%clamp, clamp)
+    select case (group)
+    case ('CLAMP')
+      allocate (clamp, source=clamp_t())
+    case default
+    end select
   end subroutine make_clamp
 
   !> Append a condition to a list.

@@ -293,7 +293,7 @@ contains
     character(:), allocatable :: path
     integer, allocatable :: lines(:)
     logical :: found(4), opened
-    integer :: before, k
+    integer :: before, k, n
 
     path = file(:index(file, '/', back=.true.))//input%text(group, i, 'FILE')
     before = input%diagnostics%count()
@@ -305,20 +305,25 @@ contains
                                  'plastic_strain[1] or strain_rate[1/s], with commas between them')
       return
     end if
-    if (size(rows, 1) < 2) then
+    n = size(rows, 1)
+    if (n < 2) then
       call input%diagnostics%add(path, 0, 'has fewer than two rows')
       return
     end if
-    call input%diagnostics%add_first(path, lines, rows(:, 2) <= 0.0_rp, 'temperature is not above 0 K')
-    call input%diagnostics%add_first(path, lines, [.false., rows(2:, 1) <= rows(:size(rows, 1) - 1, 1)], 'time does not rise')
+    call input%diagnostics%add_first(path, lines, rows(:, 2) <= 0.0_rp, &
+                                     'temperature is not above 0 K')
+    call input%diagnostics%add_first(path, lines, [.false., rows(2:, 1) <= rows(:n - 1, 1)], &
+                                     'time does not rise')
     if (found(3)) then
-      call input%diagnostics%add_first(path, lines, rows(:, 3) < 0.0_rp, 'plastic strain is below 0')
-      call input%diagnostics%add_first(path, lines, [.false., rows(2:, 3) < rows(:size(rows, 1) - 1, 3)], 'plastic strain falls')
+      call input%diagnostics%add_first(path, lines, rows(:, 3) < 0.0_rp, &
+                                       'plastic strain is below 0')
+      call input%diagnostics%add_first(path, lines, [.false., rows(2:, 3) < rows(:n - 1, 3)], &
+                                       'plastic strain falls')
       return
     end if
     call input%diagnostics%add_first(path, lines, rows(:, 4) < 0.0_rp, 'strain rate is below 0')
     rows(1, 3) = 0.0_rp
-    do k = 2, size(rows, 1)          ! the rate is linear between rows
+    do k = 2, n                      ! the rate is linear between rows
       rows(k, 3) = rows(k - 1, 3) &
                    + 0.5_rp*(rows(k, 4) + rows(k - 1, 4))*(rows(k, 1) - rows(k - 1, 1))
     end do

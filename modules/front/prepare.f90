@@ -5,8 +5,8 @@ module front_prepare
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use bodies_fields, only: add_noise
-  use bodies_filling, only: count_particles, fill_bodies, load_bodies, update_probe_temperatures
-  use bodies_stretch, only: stretch_bodies
+  use bodies_filling, only: count_particles, fill_bodies, load_bodies, stretch_bodies, &
+                            update_probe_temperatures
   use checks_process_check, only: check_process
   use checks_same_scene, only: compare_files, compare_scenes
   use checks_sense, only: check_sense
@@ -15,9 +15,8 @@ module front_prepare
   use front_command_line, only: command_t
   use front_help, only: log_sources
   use groups_table, only: key_table
-  use input_files, only: folder_of_files, sums_of_files
   use input_reading, only: read_input, read_input_text
-  use input_resolved, only: scene_text
+  use input_resolved, only: folder_of_files, scene_text, sums_of_files
   use input_values, only: input_t
   use io_checkpoint, only: notes_t, read_checkpoint_notes
   use particles_migrate, only: find_outside

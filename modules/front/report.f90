@@ -17,7 +17,7 @@ module front_report
   use particles_store, only: f_pos
   use particles_tracers, only: tracers_t
   use setup_method, only: elastic_strain, small_strain
-  use setup_tool_heat, only: log_heat_shares
+  use setup_sinks, only: log_heat_shares
   use state_scene, only: scene_t
   use step_simulation, only: simulation_t
   implicit none (type, external)

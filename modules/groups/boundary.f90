@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: MIT
-!> Keys of &WALL, &LOAD, &TRACTION and &CONTACT; those of clamps are in conditions_list.
+!> Keys of &WALL, &LOAD, &TRACTION, &CONTACT, &HEAT, &SURFACE and &SOURCE; those of clamps are in
+!> conditions_list.
 module groups_boundary
   use conditions_list, only: add_clamp_keys
   use keys_table, only: key_table_t
   implicit none (type, external)
   private
 
-  public :: add_boundary
+  public :: add_boundary, add_heat
 
 contains
 
@@ -67,5 +68,132 @@ contains
     call t%may_change('LOAD', 'FORCE')
     call t%may_change('TRACTION', 'PRESSURE VECTOR')
   end subroutine add_boundary
+
+  !> Add the rows of &HEAT, &SURFACE and &SOURCE to the table.
+  subroutine add_heat(t)
+    type(key_table_t), intent(inout) :: t
+
+    call add_conduction(t)
+    call add_surface(t)
+    call add_backing(t)
+    call add_source(t)
+    call t%may_change('HEAT', 'FOURIER SOLVER TOLERANCE STEP EVERY')
+  end subroutine add_heat
+
+  !> Rows of &HEAT.
+  subroutine add_conduction(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('HEAT', 'once', 'Heat conduction; the presence of this group switches it on.')
+    call t%key('AMBIENT', 'real', 1, 'K', '298', '(0,inf)', &
+      'temperature of the surroundings, where a &SURFACE gives none')
+    call t%key('FOURIER', 'real', 1, '', '0.25', '(0,0.5]', &
+      'conduction step is at most FOURIER h^2/kappa (h: cell, kappa: diffusivity)')
+    call t%key('INTEGRATOR', 'choice', 1, '', 'auto', &
+      'auto explicit rkl2 backward-euler tr-bdf2', &
+      'time integration; rkl2: explicit, long steps of many stages; tr-bdf2: implicit, '// &
+      'order 2; auto: rkl2 for heat alone; beside mechanics explicit or backward-euler, auto: '// &
+      'explicit')
+    call t%key('SOLVER', 'choice', 1, '', 'auto', 'auto cg fftw petsc', &
+      'of implicit steps; auto: fftw for heat alone in a box of constant properties, and where '// &
+      'there are more than 50000 cells of one material, else cg; beside mechanics cg or petsc')
+    call t%key('TOLERANCE', 'real', 1, 'K', '2', '[1e-6,1e4]', &
+      'largest estimate of the error of a time step, of heat alone or implicit, in any cell or '// &
+      'node (at the rim of a moving source some hundred times that of the temperatures); '// &
+      'implicit: and what waiting heat may warm a node')
+    call t%key('STEP', 'real', 1, 's', '0', '[0,inf)', 'fixed time step; 0: by TOLERANCE')
+    call t%key('EVERY', 'integer', 1, '', '0', '[0,inf)', &
+      'backward-euler beside mechanics: a step every so many mechanical ones; 0: by STEP or '// &
+      'TOLERANCE')
+  end subroutine add_conduction
+
+  !> Rows of &SURFACE, but for backings.
+  subroutine add_surface(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('SURFACE', 'repeat', 'Exchange of heat at the surface of a body.')
+    call t%key('BODY', 'text', 1, '', 'required', '&BODY', 'NAME of the &BODY')
+    call t%key('FACE', 'choice', 1, '', 'all', 'xmin xmax ymin ymax zmin zmax all', &
+      'faces of the body by the direction they look to')
+    call t%key('COEFFICIENT', 'real', 1, 'W/(m2 K)', 'required if TABLE_OF = none', '[0,inf)', &
+      'heat transfer coefficient')
+    call t%key('PRESSURE_FACTOR', 'real', 1, 'W/(m2 K)', '0 if TABLE_OF = none', '[0,inf)', &
+      'what a pressure p of the body on the face adds to COEFFICIENT: '// &
+      'PRESSURE_FACTOR (p/1 MPa)^PRESSURE_EXPONENT')
+    call t%key('PRESSURE_EXPONENT', 'real', 1, '', '0.95 if TABLE_OF = none', '(0,2]', &
+      'of the pressure; 0.95: plastic contact of rough surfaces')
+    call t%key('TABLE_OF', 'choice', 1, '', 'none', 'none pressure', &
+      'what the coefficient depends on instead: pressure of the body on the face')
+    call t%key('TABLE_AT', 'real', -64, 'Pa', 'if TABLE_OF = pressure', '[0,inf)', &
+      'rising pressures')
+    call t%key('TABLE_COEFFICIENT', 'real', -64, 'W/(m2 K)', 'if TABLE_OF = pressure', '[0,inf)', &
+      'coefficients there; linear between, constant outside')
+    call t%key('EMISSIVITY', 'real', 1, '', '0', '[0,1]', &
+      'of the face, which radiates as well: EMISSIVITY sigma (T^4 - AMBIENT^4)')
+    call t%key('AMBIENT', 'real', 1, 'K', '', '(0,inf)', &
+      'temperature on the other side; not given: that of &HEAT')
+  end subroutine add_surface
+
+  !> Rows of &SURFACE for backings.
+  subroutine add_backing(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%key('BACKING', 'choice', 1, '', 'none', 'none plate lumped', &
+      'what is behind the film and gets hot, by itself and without particles: a plate, in '// &
+      'which heat goes straight away from the face, or a body of one temperature')
+    call t%key('BACKING_CONDUCTIVITY', 'real', 1, 'W/(m K)', 'required if BACKING = plate', &
+      '(0,1e6]', 'of the plate')
+    call t%key('BACKING_DENSITY', 'real', 1, 'kg/m3', 'required if BACKING = plate', '(0,inf)', &
+      'of the plate')
+    call t%key('BACKING_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', 'required if BACKING = plate', &
+      '[1,1e6]', 'of the plate')
+    call t%key('BACKING_THICKNESS', 'real', 1, 'm', '0 if BACKING = plate', '[0,inf)', &
+      'of the plate; 0: without end')
+    call t%key('BACKING_CAPACITY', 'real', 1, 'J/K', 'required if BACKING = lumped', '(0,inf)', &
+      'of the body of one temperature')
+    call t%key('BACKING_TEMPERATURE', 'real', 1, 'K', 'if BACKING = plate or lumped', '(0,inf)', &
+      'of what is behind the film at t = 0; not given: AMBIENT')
+    call t%key('BACKING_COOLING', 'real', 1, 'W/(m2 K)', '0 if BACKING = plate or lumped', &
+      '[0,inf)', 'film to AMBIENT at the far side of the plate, or of the body of one '// &
+      'temperature, over the area of the face')
+  end subroutine add_backing
+
+  !> Rows of &SOURCE.
+  subroutine add_source(t)
+    type(key_table_t), intent(inout) :: t
+
+    call t%group('SOURCE', 'repeat', 'A moving source of heat.')
+    call t%key('KIND', 'choice', 1, '', 'disc', 'disc ball stir', &
+      'disc: on the surface within RADIUS of its axis (z); ball: in the volume; stir: heat '// &
+      'alone, a disc that spins on the surface and shears it: SHARE times shear stress, spin '// &
+      'and radius')
+    call t%key('POWER', 'real', 1, 'W', 'required if KIND = disc or ball', '', &
+      'total power, all of it on what the source covers')
+    call t%key('POSITION', 'real', 3, 'm', 'required', '', 'centre at t = 0')
+    call t%key('VELOCITY', 'real', 3, 'm/s', '0 0 0', '', 'of the centre')
+    call t%key('RADIUS', 'real', 1, 'm', 'required', '(0,inf)', 'extent of the source')
+    call t%key('BEGIN', 'real', 1, 's', '0', '[0,inf)', 'time of the start')
+    call t%key('END', 'real', 1, 's', '0', '[0,inf)', 'time of the end; 0: never')
+    call t%key('SPIN_RPM', 'real', 1, '1/min', '0 if KIND = stir', '', 'stir: spin')
+    call t%key('CONTACT', 'choice', 1, '', 'sticking if KIND = stir', &
+      'sticking sliding limited mixed', &
+      'stir: the shear stress: yield stress over sqrt(3); FRICTION PRESSURE; the lesser; '// &
+      'SLIP sliding and the rest sticking')
+    call t%key('FRICTION', 'real', 1, '', '0 if CONTACT = sliding or limited or mixed', '[0,inf)', &
+      'stir: coefficient of friction')
+    call t%key('PRESSURE', 'real', 1, 'Pa', '0 if CONTACT = sliding or limited or mixed', &
+      '[0,inf)', 'stir: pressure under the tool')
+    call t%key('SLIP', 'real', 1, '', '0 if CONTACT = mixed', '[0,1]', &
+      'stir: part that slides if CONTACT = mixed')
+    call t%key('SHARE', 'real', 1, '', 'if KIND = stir', '[0,1]', &
+      'stir: part of the heat that enters the body; not given: e/(e + e_tool) with e = '// &
+      'sqrt(conductivity density specific heat)')
+    call t%key('TOOL_DENSITY', 'real', 1, 'kg/m3', '7800 if KIND = stir', '(0,inf)', &
+      'stir: for the SHARE')
+    call t%key('TOOL_SPECIFIC_HEAT', 'real', 1, 'J/(kg K)', '460 if KIND = stir', '(0,inf)', &
+      'stir: for the SHARE')
+    call t%key('TOOL_CONDUCTIVITY', 'real', 1, 'W/(m K)', '14.4 if KIND = stir', '[0,inf)', &
+      'stir: for the SHARE')
+  end subroutine add_source
 
 end module groups_boundary

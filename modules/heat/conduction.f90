@@ -4,16 +4,15 @@ module heat_conduction
   use base_kinds, only: i8, nlane, rp
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
-  use boundary_symmetry, only: record_wall_heat, r_warming, restore
+  use boundary_symmetry, only: r_warming, record_wall_heat, restore
   use comm_world, only: world_t
   use contact_backing, only: backing_t
   use contact_tool, only: tool_t
-  use heat_films, only: films_vary
   use heat_gaps, only: find_gaps, gaps_t
   use heat_implicit, only: solve_implicit
-  use heat_nodes, only: centre_increment, smoothed_fraction, gather_flux, gather_temperature, &
+  use heat_nodes, only: centre_increment, gather_flux, gather_temperature, smoothed_fraction, &
                         stable_conduction
-  use heat_sinks, only: find_sinks, reset_contact_sums, advance_sinks, sinks_t
+  use heat_sinks, only: advance_sinks, films_vary, find_sinks, reset_contact_sums, sinks_t
   use heat_sources, only: add_source_heat, source_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t

@@ -10,8 +10,7 @@ module heat_implicit
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use heat_sinks, only: sinks_t
   use heat_solvers_method, only: by_petsc, max_iterations
-  use heat_solvers_operator, only: operator_t
-  use heat_solvers_petsc, only: solve_by_petsc
+  use heat_solvers_petsc, only: operator_t, solve_by_petsc
   use mapping_nodes, only: nodes_t
   use particles_store, only: particles_t
   use state_budget, only: budget_t, e_film

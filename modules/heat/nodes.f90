@@ -3,12 +3,11 @@
 module heat_nodes
   use base_kinds, only: nlane, pi, rp
   use boundary_held, only: boundary_t
-  use boundary_symmetry, only: reflect, r_flux, r_heat, r_temperature, r_warming, restore
+  use boundary_symmetry, only: r_flux, r_heat, r_temperature, r_warming, reflect, restore
   use comm_world, only: world_t
   use grid_geometry, only: mean_edge
-  use heat_films, only: films_need_pressure, add_film_losses
   use heat_gaps, only: add_gap_fluxes, gaps_t
-  use heat_sinks, only: add_sink_fluxes, sinks_t
+  use heat_sinks, only: add_film_losses, add_sink_fluxes, films_need_pressure, sinks_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t

@@ -29,15 +29,13 @@ contains
     path = output%directory//'/'//output%name//'_checkpoint.h5'
   end function heat_checkpoint_path
 
-  !> Write the state between two steps to `path`, by default heat_checkpoint_path.
-  subroutine save_heat(world, scene, run, error, path)
+  !> Write the state between two steps to heat_checkpoint_path.
+  subroutine save_heat(world, scene, run, error)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
-    character(*), intent(in), optional :: path
     type(notes_t) :: notes
-    character(:), allocatable :: file
     integer :: n
     real(rp), allocatable :: memory(:, :), numbers(:)
 
@@ -45,10 +43,8 @@ contains
     n = run%heat%size()
     allocate (memory(n, n_kept))
     call run%integrator%pack_memory(run%heat, memory, numbers)
-    file = heat_checkpoint_path(scene%output)
-    if (present(path)) file = path
     associate (integrator => run%integrator)
-      call write_heat_checkpoint(world, file, &
+      call write_heat_checkpoint(world, heat_checkpoint_path(scene%output), &
         by_planes(run, reshape([run%heat%theta(1:n), memory], [n, 1 + n_kept])), &
         [run%time, integrator%next, real(integrator%steps, rp), real(integrator%rejected, rp), &
          integrator%books, run%content0, run%row_time, integrator%last, run%row_books, &

@@ -10,11 +10,9 @@ module heat_alone_files
   use base_timers, only: cpu_seconds, wall_time
   use comm_world, only: world_t
   use heat_alone_checkpoint, only: save_heat
-  use heat_alone_melting, only: check_cells
-  use heat_alone_probes, only: read_probes
-  use heat_alone_state, only: heat_run_t
+  use heat_alone_state, only: check_cells, heat_run_t, read_probes
   use heat_mesh_rates, only: b_film, b_source, n_books
-  use heat_solvers_method, only: by_cg, method_names, rkl2, euler, solver_names
+  use heat_solvers_method, only: by_cg, euler, method_names, rkl2, solver_names
   use io_frames, only: frame_name, write_heat_frame, write_series
   use io_histories, only: table_t
   use io_row, only: row_t
@@ -26,7 +24,7 @@ module heat_alone_files
   implicit none (type, external)
   private
 
-  public :: heat_writer_t, make_heat_row, put_heat_frame
+  public :: heat_writer_t
 
   character(*), parameter :: nl = new_line('a')
 
@@ -65,7 +63,7 @@ contains
     logical, intent(in) :: is_resumed
     type(error_t), intent(inout) :: error
     character(:), allocatable :: stem
-    type(row_t) :: columns
+    type(row_t) :: columns, probes
     integer(i8) :: rows
 
     self%started = wall_time()
@@ -77,12 +75,11 @@ contains
     rows = merge(run%rows, -1_i8, is_resumed)
     stem = scene%output%directory//'/'//scene%output%name
     allocate (self%probe, source=names)
-    columns = history_row(run, 0.0_rp, 0.0_rp, 0.0_rp, 0.0_rp)
+    call make_heat_row(world, run, names, columns, probes)
     call self%history%open(world, stem//'_history.csv', scene%title, columns%headings(), rows, &
                            run%row_time, error)
     if (size(names) > 0) then
-      columns = probe_row(run, names, spread(0.0_rp, 1, size(names)))
-      call self%probes%open(world, stem//'_probes.csv', scene%title, columns%headings(), rows, &
+      call self%probes%open(world, stem//'_probes.csv', scene%title, probes%headings(), rows, &
                             run%row_time, error)
     end if
     if (.not. is_resumed) return
@@ -164,7 +161,7 @@ contains
     type(heat_run_t), intent(in) :: run
     character(*), intent(in) :: names(:)      !! names of the probes
     type(row_t), intent(out) :: columns, probes
-    real(rp) :: sums(3), largest(1), error, in, out
+    real(rp) :: sums(3), largest(1), error, in, out, power(n_books)
     real(rp), allocatable :: t(:), read(:)
     integer :: n
 
@@ -181,49 +178,27 @@ contains
     out = run%integrator%books(b_film)
     error = sums(1) - run%content0 - in + out
     error = 100.0_rp*error/max(abs(in) + abs(out), 1.0e-6_rp*abs(run%content0), tiny(1.0_rp))
-    columns = history_row(run, sums(1), error, largest(1), sums(2)/sums(3))
-    if (size(names) == 0) return
-    call read_probes(world, run, read)
-    probes = probe_row(run, names, read)
-  end subroutine make_heat_row
-
-  !> Row of NAME_history.csv.
-  type(row_t) function history_row(run, content, balance_error, max_temperature, mean) result(row)
-    type(heat_run_t), intent(in) :: run
-    real(rp), intent(in) :: content                  !! heat content [J]
-    real(rp), intent(in) :: balance_error            !! error of the heat balance [%]
-    real(rp), intent(in) :: max_temperature, mean    !! largest and mean temperature [K]
-    real(rp) :: power(n_books)
-
     power = 0.0_rp
     if (run%time > run%row_time) then
       power = (run%integrator%books - run%row_books)/(run%time - run%row_time)
     end if
-    call row%add('time', 's', run%time)
-    call row%add('step', '', real(run%integrator%steps, rp))
-    call row%add('dt', 's', run%integrator%last)
-    call row%add('heat_content', 'J', content)
-    call row%add('source_heat', 'J', run%integrator%books(b_source))
-    call row%add('film_loss', 'J', run%integrator%books(b_film))
-    call row%add('balance_error', '%', balance_error)
-    call row%add('temperature_max', 'K', max_temperature)
-    call row%add('temperature_mean', 'K', mean)
-    call row%add('source_power', 'W', power(b_source))
-    call row%add('film_power', 'W', power(b_film))
-  end function history_row
-
-  !> Row of NAME_probes.csv.
-  type(row_t) function probe_row(run, names, temperatures) result(row)
-    type(heat_run_t), intent(in) :: run
-    character(*), intent(in) :: names(:)
-    real(rp), intent(in) :: temperatures(:)          !! [K]
-    integer :: n
-
-    call row%add('time', 's', run%time)
+    call columns%add('time', 's', run%time)
+    call columns%add('step', '', real(run%integrator%steps, rp))
+    call columns%add('dt', 's', run%integrator%last)
+    call columns%add('heat_content', 'J', sums(1))
+    call columns%add('source_heat', 'J', in)
+    call columns%add('film_loss', 'J', out)
+    call columns%add('balance_error', '%', error)
+    call columns%add('temperature_max', 'K', largest(1))
+    call columns%add('temperature_mean', 'K', sums(2)/sums(3))
+    call columns%add('source_power', 'W', power(b_source))
+    call columns%add('film_power', 'W', power(b_film))
+    call read_probes(world, run, read)
+    call probes%add('time', 's', run%time)
     do n = 1, size(names)
-      call row%add(names(n), 'K', temperatures(n))
+      call probes%add(names(n), 'K', read(n))
     end do
-  end function probe_row
+  end subroutine make_heat_row
 
   !> Collective. Write a frame with the cells of the solid as points, and update the index file.
   subroutine add_frame(world, scene, run, error)
@@ -231,42 +206,29 @@ contains
     type(scene_t), intent(in) :: scene
     type(heat_run_t), intent(inout) :: run
     type(error_t), intent(inout) :: error
+    integer, allocatable :: cells(:)
+    real(sp), allocatable :: x(:, :), t(:)
+    integer :: c
 
     if (size(run%frame_times) > 0) then
       if (run%frame_times(size(run%frame_times)) >= run%time) return   ! written already
     end if
-    associate (output => scene%output)
-      call put_heat_frame(world, scene, run, output%directory//'/'// &
-                     frame_name(output%name, size(run%frame_times)), error)
+    associate (output => scene%output, mesh => run%heat%mesh, heat => run%heat)
+      cells = pack([(c, c=1, heat%size())], mesh%capacity > 0.0_rp)
+      allocate (x(3, size(cells)), t(size(cells)))
+      do c = 1, size(cells)
+        x(:, c) = real(mesh%centre(cells(c)), sp)
+        t(c) = real(heat%property%temperature_at(heat%theta(cells(c))), sp)
+      end do
+      call write_heat_frame(world, output%directory//'/'// &
+                            frame_name(output%name, size(run%frame_times)), run%time, &
+                            int(run%integrator%steps), scene%grid%h, scene%body%name, x, t, &
+                            mesh%body(cells), output%input_text, error)
       if (error%is_set()) return
       run%frame_times = [run%frame_times, run%time]
       call write_series(world, output%directory, output%name, run%frame_times, error)
     end associate
   end subroutine add_frame
-
-  !> Collective. Write a frame to `path`; with an empty path it is kept in memory only (h5_file).
-  subroutine put_heat_frame(world, scene, run, path, error)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(heat_run_t), intent(in) :: run
-    character(*), intent(in) :: path
-    type(error_t), intent(inout) :: error
-    integer, allocatable :: cells(:)
-    real(sp), allocatable :: x(:, :), t(:)
-    integer :: c, n
-
-    associate (mesh => run%heat%mesh, heat => run%heat)
-      cells = pack([(c, c=1, heat%size())], mesh%capacity > 0.0_rp)
-      n = size(cells)
-      allocate (x(3, n), t(n))
-      do c = 1, n
-        x(:, c) = real(mesh%centre(cells(c)), sp)
-        t(c) = real(heat%property%temperature_at(heat%theta(cells(c))), sp)
-      end do
-      call write_heat_frame(world, path, run%time, int(run%integrator%steps), scene%grid%h, &
-                            scene%body%name, x, t, mesh%body(cells), scene%output%input_text, error)
-    end associate
-  end subroutine put_heat_frame
 
   !> Show a progress line with percent, remaining time and simulated time, if it is due.
   subroutine show_progress_line(self, world, scene, run)

@@ -11,8 +11,7 @@ module heat_alone_loop
   use comm_world, only: world_t
   use heat_alone_checkpoint, only: heat_checkpoint_path, resume_heat, save_heat
   use heat_alone_files, only: heat_writer_t
-  use heat_alone_probes, only: place_probes
-  use heat_alone_state, only: heat_run_t
+  use heat_alone_state, only: heat_run_t, place_probes
   use mapping_probes, only: probes_t
   use run_loop, only: ended_broken, ended_by_signal, ended_io, ended_well
   use state_scene, only: scene_t

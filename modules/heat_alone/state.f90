@@ -1,13 +1,20 @@
 ! SPDX-License-Identifier: MIT
-!> State of a heat-only run.
+!> State of a heat-only run, and what is observed of it: temperatures at given positions, by
+!> trilinear interpolation between the eight surrounding cell centres if all are in the solid, else
+!> by a least-squares plane through the solid ones of the 27 surrounding cells; cells above the
+!> melting temperature.
 module heat_alone_state
   use base_kinds, only: i8, rp
+  use comm_world, only: world_t
+  use heat_mesh_mesh, only: heat_mesh_t
   use heat_mesh_rates, only: heat_t, n_books
   use heat_solvers_integrator, only: integrator_t
+  use output_melting, only: melt_sample_t, melting_t
+  use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: heat_run_t
+  public :: check_cells, heat_run_t, place_probes, read_probes, sample_cells
 
   type :: heat_run_t
     type(heat_t) :: heat
@@ -23,5 +30,181 @@ module heat_alone_state
     integer, allocatable :: probe_cell(:, :)       !! (27, probes) own cells; 0: on another rank
     real(rp), allocatable :: probe_weight(:, :)    !! (27, probes) interpolation weights
   end type heat_run_t
+
+contains
+
+  !> Collective. Find cells and weights of the probes.
+  subroutine place_probes(world, x, run)
+    type(world_t), intent(in) :: world
+    real(rp), intent(in) :: x(:, :)             !! (3, n) positions of the probes [m]
+    type(heat_run_t), intent(inout) :: run
+    real(rp) :: is_solid(27)
+    integer :: at(3, 27), n, near(3)
+
+    allocate (run%probe_cell(27, size(x, 2)), source=0)
+    allocate (run%probe_weight(27, size(x, 2)), source=0.0_rp)
+    do n = 1, size(x, 2)
+      associate (mesh => run%heat%mesh, cell => run%probe_cell(:, n))
+        near = [cell_index(mesh%x, x(1, n)), cell_index(mesh%y, x(2, n)), cell_index(mesh%z, x(3, &
+                                                                                               n))]
+        call block_around(mesh, near, at, cell)
+        is_solid = 0.0_rp
+        where (cell > 0) is_solid = merge(1.0_rp, 0.0_rp, mesh%capacity(max(1, cell)) > 0.0_rp)
+        call world%sum(is_solid)
+        run%probe_weight(:, n) = weights_at(mesh, x(:, n), at, is_solid > 0.5_rp)
+        where (abs(run%probe_weight(:, n)) <= 0.0_rp) cell = 0
+      end associate
+    end do
+  end subroutine place_probes
+
+  !> Index of the cell between mesh lines that contains `x`.
+  pure integer function cell_index(lines, x)
+    real(rp), intent(in) :: lines(0:), x
+
+    cell_index = max(1, min(ubound(lines, 1), count(lines <= x)))
+  end function cell_index
+
+  !> Indices of a cell and its 26 neighbours, 0 outside the mesh, and their numbers on this rank.
+  pure subroutine block_around(mesh, near, at, cell)
+    type(heat_mesh_t), intent(in) :: mesh
+    integer, intent(in) :: near(3)
+    integer, intent(out) :: at(3, 27), cell(27)
+    integer :: c
+
+    do c = 1, 27
+      at(:, c) = near + [mod(c - 1, 3), mod((c - 1)/3, 3), (c - 1)/9] - 1
+      cell(c) = 0
+      if (any(at(:, c) < 1) .or. any(at(:, c) > mesh%n)) then
+        at(:, c) = 0
+      else if (at(1, c) >= mesh%lo .and. at(1, c) <= mesh%hi) then
+        cell(c) = (at(1, c) - mesh%lo)*mesh%np + (at(2, c) - 1)*mesh%n(3) + at(3, c)
+      end if
+    end do
+  end subroutine block_around
+
+  !> Interpolation weights of the 27 cells.
+  pure function weights_at(mesh, x, at, is_solid) result(w)
+    type(heat_mesh_t), intent(in) :: mesh
+    real(rp), intent(in) :: x(3)
+    integer, intent(in) :: at(3, 27)
+    logical, intent(in) :: is_solid(27)
+    real(rp) :: w(27), d(3, 27), h(3), f
+    integer :: a, c, other
+
+    w = 0.0_rp
+    d = 0.0_rp
+    h = 1.0_rp
+    do c = 1, 27
+      if (at(1, c) == 0) cycle
+      associate (box => mesh%box(at(1, c), at(2, c), at(3, c)))
+        d(:, c) = 0.5_rp*(box(:, 1) + box(:, 2)) - x
+        if (c == 14) h = box(:, 2) - box(:, 1)
+      end associate
+    end do
+    ! products of linear weights along the axes, also extrapolating beyond the last centre
+    w(14) = 1.0_rp
+    do a = 1, 3
+      other = merge(1, -1, d(a, 14) < 0.0_rp)*3**(a - 1)
+      if (at(1, 14 + other) == 0) other = -other
+      if (at(1, 14 + other) == 0) cycle
+      f = -d(a, 14)/(d(a, 14 + other) - d(a, 14))
+      w = (1.0_rp - f)*w + f*cshift(w, -other)
+    end do
+    if (all(is_solid .or. abs(w) <= 0.0_rp)) return
+    w = plane_weights(d/spread(h, 2, 27), is_solid)
+  end function weights_at
+
+  !> Weights of the value at the origin of a least-squares plane through the solid cells, weighted
+  !> by distance. A small regularization gives the mean for degenerate sets.
+  pure function plane_weights(d, is_solid) result(w)
+    real(rp), intent(in) :: d(3, 27)            !! cell centres from the probe [cells]
+    logical, intent(in) :: is_solid(27)
+    real(rp) :: w(27), a(4, 4), b(4), near, row(4)
+    integer :: c, i, j
+
+    a = 0.0_rp
+    w = 0.0_rp
+    do c = 1, 27
+      if (.not. is_solid(c)) cycle
+      near = exp(-2.0_rp*sum(d(:, c)**2))
+      row = [1.0_rp, d(:, c)]
+      do i = 1, 4
+        a(:, i) = a(:, i) + near*row(i)*row
+      end do
+    end do
+    do i = 2, 4
+      a(i, i) = a(i, i) + 1.0e-9_rp
+    end do
+    b = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp]        ! solve a y = e1 (a is positive definite)
+    do i = 1, 4
+      do j = i + 1, 4
+        b(j) = b(j) - a(j, i)/a(i, i)*b(i)
+        a(j, :) = a(j, :) - a(j, i)/a(i, i)*a(i, :)
+      end do
+    end do
+    do i = 4, 1, -1
+      b(i) = (b(i) - sum(a(i, i + 1:)*b(i + 1:)))/a(i, i)
+    end do
+    do c = 1, 27
+      if (is_solid(c)) w(c) = exp(-2.0_rp*sum(d(:, c)**2))*(b(1) + sum(b(2:)*d(:, c)))
+    end do
+  end function plane_weights
+
+  !> Collective. Temperatures at the probes [K].
+  subroutine read_probes(world, run, t)
+    type(world_t), intent(in) :: world
+    type(heat_run_t), intent(in) :: run
+    real(rp), intent(out) :: t(:)
+    integer :: c, n
+
+    t = 0.0_rp
+    do n = 1, size(t)
+      do c = 1, 27
+        if (run%probe_cell(c, n) == 0) cycle
+        t(n) = t(n) + run%probe_weight(c, n)*run%heat%property%temperature_at( &
+               run%heat%theta(run%probe_cell(c, n)))
+      end do
+    end do
+    call world%sum(t)
+  end subroutine read_probes
+
+  !> Collective. Check the cells at a row of the history.
+  subroutine check_cells(melting, world, scene, run)
+    type(melting_t), intent(inout) :: melting
+    type(world_t), intent(in) :: world
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+
+    if (all(scene%material%t_melt >= huge(1.0_rp))) return
+    call melting%update(world, scene, sample_cells(scene, run), run%time)
+  end subroutine check_cells
+
+  !> Molten mass and hottest cell of this rank.
+  type(melt_sample_t) function sample_cells(scene, run) result(sample)
+    type(scene_t), intent(in) :: scene
+    type(heat_run_t), intent(in) :: run
+    real(rp) :: mass, temp
+    integer :: c
+
+    associate (heat => run%heat, mesh => run%heat%mesh)
+      do c = 1, heat%size()
+        if (mesh%capacity(c) <= 0.0_rp) cycle
+        associate (material => scene%material(scene%body(mesh%body(c))%material))
+          mass = mesh%capacity(c)/material%c_p
+          if (scene%body(mesh%body(c))%material == scene%body(1)%material) then
+            mass = mesh%capacity(c)/heat%property%c_ref      ! tables may have replaced c_p
+          end if
+          temp = heat%property%temperature_at(heat%theta(c))
+          sample%mass = sample%mass + mass
+          if (temp > material%t_melt) sample%melted = sample%melted + mass
+          if (temp - material%t_melt <= sample%over) cycle
+          sample%over = temp - material%t_melt
+        end associate
+        sample%temp = temp
+        sample%x = mesh%centre(c)
+        sample%body = mesh%body(c)
+      end do
+    end associate
+  end function sample_cells
 
 end module heat_alone_state

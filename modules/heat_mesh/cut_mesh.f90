@@ -310,7 +310,9 @@ contains
               wall%face = face
               wall%area = (faces(face) - open)*whole(axis)
               wall%depth = 0.5_rp*(b(axis, 2) - b(axis, 1))
-              call append(list, n, wall)
+              if (n == size(list)) list = [list, list]
+              n = n + 1
+              list(n) = wall
             end do
             vector = (faces(1:5:2) - faces(2:6:2))*whole
           end associate
@@ -321,27 +323,13 @@ contains
           wall%depth = 0.5_rp*min(minval(b(:, 2) - b(:, 1)), cuts%volume(k, j, i - first + 1) &
                                   *product(b(:, 2) - b(:, 1))/wall%area)
           wall%at = 0
-          call append(list, n, wall)
+          if (n == size(list)) list = [list, list]
+          n = n + 1
+          list(n) = wall
         end do
       end do
     end do
     self%wall = list(:n)
   end subroutine list_walls
-
-  !> Append a boundary face to a list.
-  pure subroutine append(list, n, wall)
-    type(boundary_face_t), allocatable, intent(inout) :: list(:)
-    integer, intent(inout) :: n
-    type(boundary_face_t), intent(in) :: wall
-    type(boundary_face_t), allocatable :: longer(:)
-
-    if (n == size(list)) then
-      allocate (longer(2*n))
-      longer(:n) = list
-      call move_alloc(longer, list)
-    end if
-    n = n + 1
-    list(n) = wall
-  end subroutine append
 
 end module heat_mesh_cut_mesh

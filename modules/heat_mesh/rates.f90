@@ -6,9 +6,8 @@ module heat_mesh_rates
   use base_kinds, only: rp
   use comm_world, only: world_t
   use heat_mesh_curve, only: property_t
-  use heat_mesh_films, only: wall_films_t
   use heat_mesh_mesh, only: heat_mesh_t
-  use heat_mesh_sources, only: heat_source_t, kind_stir
+  use heat_mesh_sources, only: heat_source_t, kind_stir, wall_films_t
   implicit none (type, external)
   private
 

@@ -40,7 +40,7 @@ contains
       call input%report('HEAT', 1, 'EVERY', 'has no effect with MECHANICS = F')
     end if
     allocate (unused, source=[character(16) :: 'TOOL', 'MOTION', 'WALL', 'LOAD', 'TRACTION', &
-                              'CONTACT', 'FIELD', 'TRACER', clamp_groups()])
+                              'CONTACT', 'FIELD', 'TRACER', clamp_groups])
     do g = 1, size(unused)
       do i = 1, input%count(trim(unused(g)))
         call input%report(trim(unused(g)), i, '', 'has no effect with MECHANICS = F')

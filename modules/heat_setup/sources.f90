@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Moving sources of heat-only scenes, shear stress of stirring ones from strength tables, and checks
-!> of what heats and conducts.
+!> Moving sources of heat-only scenes, shear stress of stirring ones from strength tables, and
+!> checks of what heats and conducts.
 module heat_setup_sources
   use base_kinds, only: pi, rp
   use heat_mesh_curve, only: curve_t, table_value

@@ -11,13 +11,29 @@ module heat_solvers_petsc
   use base_version, only: petsc_library
   use comm_world, only: world_t
   use heat_mesh_rates, only: heat_t
-  use heat_solvers_operator, only: operator_t
   implicit none (type, external)
   private
 
-  public :: petsc_t, petsc_trouble, solve_by_petsc, end_petsc
+  public :: end_petsc, operator_t, petsc_t, petsc_trouble, solve_by_petsc
 
   real(rp), parameter :: reuse_factor = 1.5_rp  !! change of the step for a new preconditioner
+
+  !> A linear operator, defined by its product with a vector.
+  type, abstract :: operator_t
+  contains
+    procedure(multiply), deferred :: multiply
+  end type operator_t
+
+  abstract interface
+    !> Collective. Product y = A x on the rows of this rank.
+    subroutine multiply(self, x, y)
+      import :: operator_t, rp
+      implicit none (type, external)
+      class(operator_t), intent(inout) :: self
+      real(rp), intent(in) :: x(:)
+      real(rp), intent(out) :: y(:)
+    end subroutine multiply
+  end interface
 
   !> Systems (diagonal + a G) x = b of the cells in the solid.
   type :: petsc_t

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> Tables of an input: numeric columns of CSV files with a header line, where lines that begin with #
-!> are ignored, and checks of their points.
+!> Tables of an input: numeric columns of CSV files with a header line, where lines that begin with
+!> # are ignored, and checks of their points.
 module input_tables
   use base_kinds, only: rp
   use base_text, only: str

@@ -14,6 +14,14 @@ module input_wording
 
   integer, parameter :: max_name = 32, max_file_name = 128, max_text = 4000
   character(*), parameter :: forbidden_in_names = ',;/\"'''
+  !> Limits of numbers by their unit, beyond any real scene.
+  character(8), parameter :: measured(14) = [character(8) :: 'm', 'm/s', 'K', 'kg/m3', 's', &
+    'm/s2', 'rad/s', 'J/mol', '1/min', 'Pa', 'N', 'W', '1/s', 'W/(m2 K)']
+  real(rp), parameter :: least(14) = [1.0e-12_rp, 1.0e-30_rp, 1.0e-6_rp, 1.0e-6_rp, &
+                                      spread(1.0e-30_rp, 1, 10)]
+  real(rp), parameter :: most(14) = [1.0e4_rp, 1.0e5_rp, 1.0e5_rp, 1.0e6_rp, &
+    spread(1.0e9_rp, 1, 4), 1.0e7_rp, spread(1.0e15_rp, 1, 5)]
+
   character(*), parameter :: forbidden_first = '=+-@'  !! spreadsheets would read a formula
 
 contains
@@ -224,30 +232,14 @@ contains
     real(rp), intent(in) :: x
     character(:), allocatable :: r
     real(rp) :: lower_limit, upper_limit
+    integer :: k
 
     r = ''
+    k = findloc(measured, row%unit, dim=1)
     lower_limit = 1.0e-30_rp
-    select case (row%unit)
-    case ('m')
-      upper_limit = 1.0e4_rp
-      lower_limit = 1.0e-12_rp
-    case ('m/s')
-      upper_limit = 1.0e5_rp
-    case ('K')
-      upper_limit = 1.0e5_rp
-      lower_limit = 1.0e-6_rp
-    case ('kg/m3')
-      upper_limit = 1.0e6_rp
-      lower_limit = 1.0e-6_rp
-    case ('s', 'm/s2', 'rad/s', 'J/mol')
-      upper_limit = 1.0e9_rp
-    case ('1/min')
-      upper_limit = 1.0e7_rp
-    case ('Pa', 'N', 'W', '1/s', 'W/(m2 K)')
-      upper_limit = 1.0e15_rp
-    case default
-      upper_limit = 1.0e30_rp
-    end select
+    upper_limit = 1.0e30_rp
+    if (k > 0) lower_limit = least(k)
+    if (k > 0) upper_limit = most(k)
     if (abs(x) > upper_limit) then
       r = 'is beyond all measure: at most '//str(upper_limit)
     else if (row%allowed(1:2) == '(0' .and. x < lower_limit) then

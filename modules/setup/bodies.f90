@@ -3,8 +3,8 @@
 module setup_bodies
   use base_kinds, only: rp
   use base_text, only: str
+  use bodies_filling, only: check_stretch
   use bodies_solids, only: body_solids, bounds, read_solid, solid_cylinder, solid_sphere, solid_t
-  use bodies_stretch, only: check_stretch
   use input_tables, only: check_rising
   use input_values, only: input_t
   use keys_names, only: find

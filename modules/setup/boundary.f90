@@ -7,8 +7,7 @@ module setup_boundary
   use base_text, only: lower, str
   use bodies_solids, only: all_solids, extent_of, solids_t
   use conditions_clamp, only: clamp_t
-  use conditions_list, only: append_clamp, clamp_groups, make_clamp
-  use conditions_symmetry, only: symmetry_t
+  use conditions_list, only: append_clamp, clamp_groups, make_clamp, symmetry_t
   use grid_geometry, only: grid_t
   use heat_sources, only: source_ball, source_disc, source_t
   use input_values, only: input_t
@@ -34,13 +33,11 @@ contains
   subroutine read_conditions(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
-    character(16), allocatable :: groups(:)
     integer :: i, k
 
-    allocate (groups, source=clamp_groups())
     allocate (scene%symmetry(0), scene%clamp(0))
-    allocate (scene%condition(input%count('WALL') &
-                              + sum([(input%count(trim(groups(k))), k=1, size(groups))])))
+    allocate (scene%condition(input%count('WALL') + &
+                              sum([(input%count(trim(clamp_groups(k))), k=1, size(clamp_groups))])))
     do i = 1, input%count('WALL')
       call read_wall(input, i, scene)
       associate (before => scene%condition(1:i - 1), name => scene%condition(i))
@@ -49,8 +46,8 @@ contains
       end associate
     end do
     i = input%count('WALL')
-    do k = 1, size(groups)
-      call read_clamps(input, trim(groups(k)), i, scene)
+    do k = 1, size(clamp_groups)
+      call read_clamps(input, trim(clamp_groups(k)), i, scene)
     end do
   end subroutine read_conditions
 

@@ -6,7 +6,7 @@ module setup_motions
   use contact_motion, only: max_forces, motion_t, phase_t
   use contact_paths, only: new_path
   use contact_tool, only: tool_t
-  use input_files, only: file_path
+  use input_resolved, only: file_path
   use input_tables, only: check_rising, read_columns
   use input_values, only: input_t
   use state_scene, only: scene_t
@@ -161,7 +161,8 @@ contains
           call input%diagnostics%add_first( &
             file, path%line(2:), norm2(x(:, 2:), 1) > fastest*waves &
             *(path%time(2:) - path%time(:n - 1)), 'the segment to this point is faster than '// &
-            str(fastest*waves)//' m/s, a tenth of the wave speed of the metal with its MASS_SCALING')
+            str(fastest*waves)//' m/s, a tenth of the wave speed of the metal with its '// &
+            'MASS_SCALING')
         end associate
       end do
     end do

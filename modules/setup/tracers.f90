@@ -73,7 +73,7 @@ contains
           'must not be the place FROM')
         return
       end if
-      call read_numbers(input, i, spread(norm2(side), 1, 3), points_on_line, n, step)
+      call read_numbers(input, i, spread(norm2(side), 1, 3), n, step)
       if (n(1) == 0) return
       if (any(n /= n(1))) then
         call input%report('TRACER', i, 'NUMBER', 'of a line is one number')
@@ -90,30 +90,24 @@ contains
           'must not be below LOWER on any axis')
         return
       end if
-      call read_numbers(input, i, side, intervals_of, n, step)
+      call read_numbers(input, i, side, n, step)
       if (n(1) == 0) return
       position = lattice(low + 0.5_rp*side/n, side/n, n, .false.)
     end select
   end subroutine list_positions
 
   !> Numbers of tracers along each side, from NUMBER or from SPACING; 0 after an error.
-  subroutine read_numbers(input, i, side, number_of, n, spacing)
+  subroutine read_numbers(input, i, side, n, spacing)
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     real(rp), intent(in) :: side(3)          !! edges of the box, or the length of the line [m]
-    interface
-      pure integer function number_of(ratio)
-        import :: rp
-        implicit none (type, external)
-        real(rp), intent(in) :: ratio
-      end function number_of
-    end interface
     integer, intent(out) :: n(3)
     real(rp), intent(out) :: spacing         !! [m]; 0: not given
-    integer :: a
+    logical :: is_line                       ! its ends are among the points
     real(rp) :: all
 
     n = 0
+    is_line = input%text('TRACER', i, 'KIND') == 'line'
     spacing = input%real('TRACER', i, 'SPACING')
     if (input%given('TRACER', i, 'NUMBER') .eqv. input%given('TRACER', i, 'SPACING')) then
       call input%report('TRACER', i, '', 'needs NUMBER or SPACING, one of them')
@@ -121,8 +115,9 @@ contains
     end if
     if (spacing > 0.0_rp) then
       all = product(side/spacing + 1.0_rp)
-      if (input%text('TRACER', i, 'KIND') == 'line') all = side(1)/spacing
-      if (all < max_tracers) n = [(max(1, number_of(side(a)/spacing)), a=1, 3)]
+      if (is_line) all = side(1)/spacing
+      if (all < max_tracers) n = max(1, merge(floor(side/spacing*(1.0_rp + 1.0e-9_rp)) + 1, &
+                                              nint(side/spacing), is_line))
     else
       spacing = 0.0_rp
       n = input%integers('TRACER', i, 'NUMBER', 3)
@@ -132,26 +127,12 @@ contains
         return                               ! is reported already
       end if
       all = product(real(n, rp))
-      if (input%text('TRACER', i, 'KIND') == 'line') all = n(1)
+      if (is_line) all = n(1)
       if (all > max_tracers) n = 0
     end if
     if (n(1) == 0) call input%report('TRACER', i, '', 'makes '//str(all)//' places; at most '// &
                                      str(max_tracers)//' are possible')
   end subroutine read_numbers
-
-  !> Number of points on a line that includes its ends, for a ratio of length to spacing.
-  pure integer function points_on_line(ratio)
-    real(rp), intent(in) :: ratio
-
-    points_on_line = floor(ratio*(1.0_rp + 1.0e-9_rp)) + 1
-  end function points_on_line
-
-  !> Number of intervals of a side, for a ratio of length to spacing.
-  pure integer function intervals_of(ratio)
-    real(rp), intent(in) :: ratio
-
-    intervals_of = nint(ratio)
-  end function intervals_of
 
   !> Lattice of points that starts at `first`, with spacings `step` along the axes; for a line
   !> points that are the vector `step` apart.

@@ -2,8 +2,7 @@
 !> The scene: data that are constant during a run.
 module state_scene
   use base_kinds, only: i8, rp
-  use conditions_list, only: held_t
-  use conditions_symmetry, only: symmetry_t
+  use conditions_list, only: held_t, symmetry_t
   use contact_pair, only: contact_t
   use fields_field, only: field_t
   use grid_geometry, only: grid_t, mean_edge

@@ -2,7 +2,7 @@
 !> Tool shape: the surface of an STL file, in any unit, orientation and position.
 module tool_shapes_stl
   use base_kinds, only: pi, rp
-  use input_files, only: file_path
+  use input_resolved, only: file_path
   use input_values, only: input_t
   use keys_table, only: key_table_t
   use tool_meshes_facets, only: cross, facets_t

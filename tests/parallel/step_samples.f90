@@ -5,8 +5,7 @@ module step_samples
   use base_kinds, only: i8, nlane, rp
   use comm_world, only: world_t
   use conditions_clamp, only: clamp_t
-  use conditions_list, only: append_clamp
-  use conditions_symmetry, only: symmetry_t
+  use conditions_list, only: append_clamp, symmetry_t
   use contact_motion, only: phase_t
   use contact_pair, only: contact_t, pair_law_t
   use contact_tool, only: tool_t

@@ -66,7 +66,7 @@ MISTAKES = {
     "missing body of a load": [("&LOAD BODY = 'block'", "&LOAD BODY = 'blok'"), r"&LOAD BODY = 'blok'.*no &BODY"],
     "missing body of a surface": [("&SURFACE BODY = 'block'", "&SURFACE BODY = 'blok'"), r"&SURFACE BODY = 'blok'.*no &BODY"],
     "unknown tool": [("&MOTION TOOL = 'punch'", "&MOTION TOOL = 'pinch'"), r"&MOTION TOOL = 'pinch'.*no &TOOL of this name.*punch"],
-    "two bodies of one name": [("&BODY NAME = 'lid'", "&BODY NAME = 'block'"), r"&BODY NAME = 'block': another body"],
+    "two bodies of one name": [("&BODY NAME = 'lid'", "&BODY NAME = 'block'"), r"&BODY NAME = 'block': is the name of another &BODY"],
     "geometry outside the grid": [("UPPER = 6e-3, 6e-3, 7e-3", "UPPER = 6e-3, 6e-3, 9e-3"), r"&SHAPE reaches outside the grid: z to (0\.009|9e-3) m \(grid to (0\.00|)8(e-3|) m\)"],
     "shape without volume": [("UPPER = 6e-3, 6e-3, 7e-3", "UPPER = 6e-3, 6e-3, 5e-3"), r"&SHAPE UPPER .*above LOWER"],
     "shape without a particle": [("UPPER = 6e-3, 6e-3, 7e-3", "UPPER = 6e-3, 6e-3, 5.1e-3"), r"&BODY NAME = 'lid': holds no particle"],

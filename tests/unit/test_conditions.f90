@@ -25,7 +25,7 @@ contains
     character(16), allocatable :: groups(:)
     integer :: k
 
-    allocate (groups, source=clamp_groups())
+    allocate (groups, source=clamp_groups)
     do k = 1, size(groups)
       call make_clamp(trim(groups(k)), clamp)
       call read_sample(trim(groups(k)), clamp)

@@ -1,23 +1,121 @@
 ! SPDX-License-Identifier: MIT
-!> Partition of the friction heat at a tool: a fixed share (given or from effusivities), or a tool
+!> Heat sinks: backing plates behind the faces of bodies, from the &SURFACE groups, and the
+!> partition of the friction heat at a tool: a fixed share (given or from effusivities), or a tool
 !> with a temperature of its own that conducts heat away.
-module setup_tool_heat
+module setup_sinks
   use base_kinds, only: pi, rp
   use base_log, only: say
   use base_text, only: str
+  use bodies_solids, only: body_solids, extent_of, solid_t
+  use contact_backing, only: backing_t, find_backing
+  use contact_heat_sink, only: heat_sink_t
   use contact_tool, only: tool_t
   use input_values, only: input_t
+  use keys_names, only: find
   use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t, scheme_usl
   implicit none (type, external)
   private
 
-  public :: read_tool_heat, log_heat_shares
+  public :: log_heat_shares, read_backings, read_tool_heat
+
+  character(4), parameter :: face_names(6) = ['xmin', 'xmax', 'ymin', 'ymax', 'zmin', 'zmax']
 
   character(16), parameter :: property(3) = [character(16) :: 'CONDUCTIVITY', 'DENSITY', &
                                              'SPECIFIC_HEAT']
 
 contains
+
+  !> Backings of all &SURFACE groups; of several for one face the last holds. The films of the
+  !> faces must have been read.
+  subroutine read_backings(input, scene, backing)
+    type(input_t), intent(in) :: input
+    type(scene_t), intent(in) :: scene
+    type(backing_t), allocatable, intent(out) :: backing(:)
+    type(backing_t) :: new
+    integer :: body, face, i, k
+
+    allocate (backing(0))
+    do i = 1, input%count('SURFACE')
+      if (input%text('SURFACE', i, 'BACKING') == 'none') cycle
+      call check_backing(input, i, scene)
+      body = find(scene%body%name, input%text('SURFACE', i, 'BODY'))
+      if (body == 0 .or. input%diagnostics%count() > 0) cycle
+      do face = 1, 6
+        if (all(input%text('SURFACE', i, 'FACE') /= ['all ', face_names(face)])) cycle
+        if (.not. scene%body(body)%film(face)%has_backing) cycle
+        call make_backing(input, i, scene, body, face, new)
+        k = find_backing(backing, body, face)
+        if (k > 0) then
+          backing(k) = new
+        else
+          backing = [backing, new]
+        end if
+      end do
+    end do
+  end subroutine read_backings
+
+  !> Report keys that cannot be combined with a backing.
+  subroutine check_backing(input, i, scene)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i
+    type(scene_t), intent(in) :: scene
+
+    if (.not. scene%method%has_mechanics) then
+      call input%report('SURFACE', i, 'BACKING', 'needs mechanics: with MECHANICS = F make the '// &
+                        'backing plate a &BODY')
+    end if
+    if (input%real('SURFACE', i, 'EMISSIVITY') > 0.0_rp) then
+      call input%report('SURFACE', i, 'EMISSIVITY', 'does not go with BACKING: a face radiates '// &
+                        'to what is not in contact')
+    end if
+    if (input%text('SURFACE', i, 'BACKING') == 'plate' .and. &
+        input%real('SURFACE', i, 'BACKING_THICKNESS') <= 0.0_rp .and. &
+        input%real('SURFACE', i, 'BACKING_COOLING') > 0.0_rp) then
+      call input%report('SURFACE', i, 'BACKING_COOLING', 'needs a BACKING_THICKNESS: a plate '// &
+                        'without end has no far side')
+    end if
+  end subroutine check_backing
+
+  !> Backing of one face of a body, from the `i`-th &SURFACE: columns about as wide as grid cells.
+  subroutine make_backing(input, i, scene, body, face, backing)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: i, body, face
+    type(scene_t), intent(in) :: scene
+    type(backing_t), intent(out) :: backing
+    real(rp), parameter :: rounding = 1.0e-9_rp
+    type(heat_sink_t) :: column
+    type(solid_t), allocatable :: solids(:)
+    real(rp) :: area, extent(2), lower(3), start, upper(3)
+    logical :: is_plate
+
+    backing%name = trim(scene%body(body)%name)//'_'//face_names(face)//'_backing'
+    backing%body = body
+    backing%face = face
+    backing%across = pack([1, 2, 3], [1, 2, 3] /= (face + 1)/2)
+    call body_solids(input, body, solids)
+    call extent_of(solids, lower, upper)
+    backing%lower = lower(backing%across)
+    extent = upper(backing%across) - backing%lower
+    is_plate = input%text('SURFACE', i, 'BACKING') == 'plate'
+    if (is_plate) backing%n = max(1, ceiling(extent/scene%grid%h(backing%across) - rounding))
+    backing%width = extent/backing%n
+    backing%period = scene%grid%h(backing%across)*scene%grid%period(backing%across)
+    area = product(backing%width)
+    column%cooling = area*input%real('SURFACE', i, 'BACKING_COOLING')
+    column%coolant = scene%body(body)%film(face)%ambient
+    start = input%real('SURFACE', i, 'BACKING_TEMPERATURE', otherwise=column%coolant)
+    if (is_plate) then
+      call column%make_rod(area, input%real('SURFACE', i, 'BACKING_THICKNESS'), &
+                           0.25_rp*minval(scene%body(body)%spacing), &
+                           input%real('SURFACE', i, 'BACKING_CONDUCTIVITY'), &
+                           input%real('SURFACE', i, 'BACKING_DENSITY') &
+                           *input%real('SURFACE', i, 'BACKING_SPECIFIC_HEAT'), start)
+    else
+      call column%make_lumped(input%real('SURFACE', i, 'BACKING_CAPACITY'), start)
+    end if
+    allocate (backing%column(product(backing%n)), source=column)
+  end subroutine make_backing
 
   !> Read thermal properties of all &TOOL groups; reserve the particle fields of tools that heat up.
   subroutine read_tool_heat(input, scene, tool)
@@ -189,4 +287,4 @@ contains
     end do
   end subroutine log_heat_shares
 
-end module setup_tool_heat
+end module setup_sinks
