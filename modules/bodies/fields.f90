@@ -83,7 +83,7 @@ contains
     m = scene%body(body)%material
     if (is_forced) then
       if (input%text('MATERIAL', m, 'ENERGY') /= 'coupled') then
-        call input%report('FIELD', i, 'KIND', "its body force is that of a material with "// &
+        call input%report('FIELD', i, 'KIND', 'its body force is that of a material with '// &
                           "ENERGY = 'coupled'")
       end if
     end if

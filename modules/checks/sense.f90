@@ -230,8 +230,8 @@ contains
         volume = product(size_of)*n_inside/n**3
         if (volume <= product(min_overlap*scene%grid%h)) cycle
         call input%report('BODY', b, 'NAME', 'overlaps the body '//trim(scene%body(a)%name)// &
-                          ' by '//str(1.0e9_rp*volume)//" mm3 (cut one away with OPERATION = "// &
-                          "'subtract')")
+                          ' by '//str(1.0e9_rp*volume)//' mm3 (cut one away with '// &
+                          "OPERATION = 'subtract')")
       end do
     end do
   end subroutine compare_bodies

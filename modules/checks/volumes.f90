@@ -73,13 +73,21 @@ contains
     call world%max(lacking)
     if (lacking(1) > 0.0_rp) then
       call input%report('GRID', 1, 'CELL', 'the bodies have about '//what//', which need '// &
-                        size_text(share*bytes)//' of memory on each computer; '// &
-                        size_text(share*bytes - lacking(1))//' are free')
+                        gigabytes(share*bytes)//' of memory on each computer; '// &
+                        gigabytes(share*bytes - lacking(1))//' are free')
     else if (points > max_lattice_points*world%size .and. scene%method%has_mechanics) then
       call input%report('GRID', 1, 'CELL', 'makes '//str(points)//' places for particles; at '// &
                         'most '//str(max_lattice_points)//' a rank can be looked at')
     end if
   end subroutine check_memory
+
+  !> Text of a memory size.
+  function gigabytes(bytes) result(text)
+    real(rp), intent(in) :: bytes
+    character(:), allocatable :: text
+
+    text = str(1.0e-3_rp*anint(bytes*1.0e-6_rp))//' GB'
+  end function gigabytes
 
   !> Number of cells along each axis from `lower` to `upper`, not rounded.
   pure function cells_in(scene, lower, upper) result(cells)
@@ -113,20 +121,6 @@ contains
     end do
     filled_share = real(hits, rp)/real(n, rp)**3
   end function filled_share
-
-  !> Text of a memory size in MB, GB or TB.
-  function size_text(bytes) result(text)
-    real(rp), intent(in) :: bytes
-    character(:), allocatable :: text
-
-    if (bytes < 1.0e9_rp) then
-      text = str(anint(bytes*1.0e-6_rp))//' MB'
-    else if (bytes < 1.0e12_rp) then
-      text = str(anint(bytes*1.0e-8_rp)*0.1_rp)//' GB'
-    else
-      text = str(anint(bytes*1.0e-11_rp)*0.1_rp)//' TB'
-    end if
-  end function size_text
 
   !> Collective. Volumes of the shapes and of the particles for all bodies.
   subroutine measure_volumes(world, input, scene, volumes)

@@ -152,13 +152,17 @@ contains
     integer(i8), allocatable, intent(out) :: counts(:)
     real(rp), allocatable, intent(out) :: shares(:)      !! volumes [particles], see load_bodies
     type(volumes_t), allocatable, intent(out) :: volumes(:)
+    integer :: b
 
     call check_sense(input, sim%scene, sim%tool)
     if (.not. sim%scene%method%has_mechanics) return
     call check_process(input, sim%scene, sim%tool)
     allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))
     call count_particles(world, input, sim%scene, counts, shares)
-    call require_particles(input, counts)
+    do b = 1, size(counts)
+      if (counts(b) == 0) call input%report('BODY', b, 'NAME', &
+        'holds no particle: its shapes are smaller than the particle spacing or cancel out')
+    end do
     call measure_volumes(world, input, sim%scene, volumes)
     if (all(counts > 0)) call check_volumes(input, volumes)
   end subroutine check_scene
@@ -173,18 +177,6 @@ contains
     folder = '.'
     if (slash > 0) folder = checkpoint(:max(1, slash - 1))
   end function folder_of
-
-  !> Report bodies without particles.
-  subroutine require_particles(input, counts)
-    type(input_t), intent(in) :: input
-    integer(i8), intent(in) :: counts(:)
-    integer :: b
-
-    do b = 1, size(counts)
-      if (counts(b) == 0) call input%report('BODY', b, 'NAME', 'holds no particle: its shapes '// &
-                                            'are smaller than the particle spacing or cancel out')
-    end do
-  end subroutine require_particles
 
   !> Collective. Set up particles, partition and sums, or read them from the checkpoint.
   subroutine place_particles(world, command, input, sim, error)

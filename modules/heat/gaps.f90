@@ -85,7 +85,8 @@ contains
     call evaluate_contact(scene, pairs%pair(e), pairs%normal(:, e), nodes%g2(:6, pairs%node(e), &
                           groups), area, coefficient)
     if (area <= 0.0_rp .or. coefficient <= 0.0_rp) return
-    x = pairs%x(:, e) + offset(pairs, e)*pairs%normal(:, e)
+    ! on the contact surface, midway between the surfaces of both bodies
+    x = pairs%x(:, e) + 0.5_rp*(pairs%ends(1, e) - pairs%ends(2, e))*pairs%normal(:, e)
     resistance = 1.0_rp/coefficient
     do k = 1, 2
       associate (body => scene%body(findloc(scene%body%group, &
@@ -105,15 +106,6 @@ contains
     gaps%weight(:, :, gaps%n) = weight
     gaps%conductance(gaps%n) = area/resistance
   end subroutine add_gap
-
-  !> Distance along the normal from the node of entry `e` to the contact surface, midway between the
-  !> surfaces of both bodies [m].
-  pure real(rp) function offset(pairs, e)
-    type(node_pairs_t), intent(in) :: pairs
-    integer, intent(in) :: e
-
-    offset = 0.5_rp*(pairs%ends(1, e) - pairs%ends(2, e))
-  end function offset
 
   !> Heat groups of two groups of bodies.
   pure function heat_groups(scene, group) result(groups)

@@ -13,7 +13,6 @@ module heat_mesh_curve
     real(rp), allocatable :: value(:)     !! values at first, first + step, ...
   contains
     procedure :: at
-    procedure :: map
   end type curve_t
 
   !> Thermal properties of a material. The state of a cell is its volumetric enthalpy over rho
@@ -48,19 +47,6 @@ contains
     s = s - real(i, rp)
     at = self%value(i + 1) + s*(self%value(i + 2) - self%value(i + 1))
   end function at
-
-  !> Values of a curve at `n` abscissas.
-  pure subroutine map(self, n, x, y)
-    class(curve_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(rp), intent(in) :: x(n)
-    real(rp), intent(out) :: y(n)
-    integer :: i
-
-    do i = 1, n
-      y(i) = self%at(x(i))
-    end do
-  end subroutine map
 
   !> Value at `t` of a table, linear between its entries and constant beyond its ends.
   pure real(rp) function table_value(t, x, y)

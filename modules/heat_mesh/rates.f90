@@ -132,7 +132,7 @@ contains
 
     t = y(1:size(t))
     if (self%property%is_constant) return
-    call self%property%temperature%map(size(t), y(1:size(t)), t)
+    t = self%property%temperature%at(y(1:size(t)))
   end subroutine temperatures
 
   !> Heat content of this rank relative to `datum` [K], in J.
@@ -182,8 +182,8 @@ contains
       call sweep_all(self%mesh, a, y, y, out, y0, m0)
       call add_walls(self, n, a(4), y(1:n), out(1:n), step_fraction, power)
     else
-      call self%property%potential%map(n, y(1:n), self%phi(1:n))
-      call self%property%temperature%map(n, y(1:n), self%temperature)
+      self%phi(1:n) = self%property%potential%at(y(1:n))
+      self%temperature = self%property%temperature%at(y(1:n))
       call self%mesh%swap(self%world, self%phi)
       call sweep_all(self%mesh, a, self%phi, y, out, y0, m0)
       call add_walls(self, n, a(4), self%temperature, out(1:n), step_fraction, power)

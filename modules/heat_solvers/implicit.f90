@@ -43,7 +43,7 @@ module heat_solvers_implicit
 
 contains
 
-  !> Order of a method.
+  !> Order of a method; backward Euler has 1, all others of which errors are estimated 2.
   pure real(rp) function order_of(method)
     integer, intent(in) :: method
 

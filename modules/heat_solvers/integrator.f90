@@ -118,7 +118,10 @@ contains
 
     before = self%rejected
     do
-      dt_wanted = min(self%next, max_step(self, heat))
+      dt_wanted = self%next
+      if (self%method == euler .and. heat%max_decay_rate > 0.0_rp) then
+        dt_wanted = min(dt_wanted, stability_fraction/heat%max_decay_rate)
+      end if
       dt = equal_part(dt_wanted, t_limit - t)
       t_end = t + dt
       if (abs(t_end - t_limit) <= 1.0e-12_rp*abs(t_limit)) t_end = t_limit
@@ -126,7 +129,8 @@ contains
       self%y0 = heat%theta
       select case (self%method)
       case (euler)
-        call euler_step(self, heat, dt, gain)
+        heat%theta = heat%theta + dt*self%m0
+        gain = dt*self%p0
       case (rkl2)
         call rkl2_step(self, heat, dt, gain)
       case default
@@ -141,7 +145,7 @@ contains
       call estimate(self, heat, dt, error(1))
       call heat%world%max(error)
       self%next = dt*max(min_growth, min(max_growth, &
-        safety*(self%tolerance/max(error(1), tiny(1.0_rp)))**(1.0_rp/(1.0_rp + order(self)))))
+        safety*(self%tolerance/max(error(1), tiny(1.0_rp)))**(1.0_rp/(1.0_rp + order_of(self%method)))))
       if (.not. error(1) > self%tolerance) exit   ! also NaN, which the loop reports
       heat%theta = self%y0
       self%rejected = self%rejected + 1
@@ -167,14 +171,6 @@ contains
     t = t_end
   end subroutine advance
 
-  !> Order of the method.
-  pure real(rp) function order(self)
-    class(integrator_t), intent(in) :: self
-
-    order = 2.0_rp
-    if (is_implicit(self)) order = order_of(self%method)
-  end function order
-
   !> Largest step up to `dt_wanted` such that equal steps fill the remaining time [s].
   pure real(rp) function equal_part(dt_wanted, left)
     real(rp), intent(in) :: dt_wanted, left
@@ -182,16 +178,6 @@ contains
     equal_part = left
     if (dt_wanted < left) equal_part = left/real(ceiling(min(left/dt_wanted, 1.0e9_rp)), rp)
   end function equal_part
-
-  !> Largest step of the method [s]: the stability limit of explicit Euler.
-  pure real(rp) function max_step(self, heat)
-    class(integrator_t), intent(in) :: self
-    type(heat_t), intent(in) :: heat
-
-    max_step = huge(1.0_rp)
-    if (self%method == euler &
-        .and. heat%max_decay_rate > 0.0_rp) max_step = stability_fraction/heat%max_decay_rate
-  end function max_step
 
   !> Set the sources for the step, and the rates at its start if they are not known.
   subroutine prepare_step(self, heat, t, t_end)
@@ -205,17 +191,6 @@ contains
     if (.not. self%has_rate) call heat%rate(heat%theta, 0.0_rp, self%m0, self%p0)
     self%has_rate = .true.
   end subroutine prepare_step
-
-  !> Explicit Euler step.
-  subroutine euler_step(self, heat, dt, gain)
-    class(integrator_t), intent(inout) :: self
-    type(heat_t), intent(inout) :: heat
-    real(rp), intent(in) :: dt
-    real(rp), intent(out) :: gain(n_books)
-
-    heat%theta = heat%theta + dt*self%m0
-    gain = dt*self%p0
-  end subroutine euler_step
 
   !> RKL2 step with as many stages as stability requires.
   subroutine rkl2_step(self, heat, dt, gain)

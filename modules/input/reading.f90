@@ -236,7 +236,7 @@ contains
     type(input_t), intent(in) :: input
     character(:), allocatable :: group, other
     character(128), allocatable :: names(:), own(:)
-    integer :: g, i, k
+    integer :: g, g_other, i, k
 
     do g = 1, size(input%table%groups)
       group = trim(input%table%groups(g)%name)
@@ -246,6 +246,8 @@ contains
           if (key%name == 'NAME' .and. input%table%groups(g)%repeats) other = group
           if (other /= group .and. key%allowed(1:1) /= '&') cycle
           names = names_of(input, other, 'NAME')
+          g_other = input%table%find_group(other)
+          if (size(names) == 0 .and. input%table%groups(g_other)%is_required) cycle
           own = names_of(input, group, trim(key%name))
         end associate
         do i = 1, size(own)

@@ -103,26 +103,19 @@ contains
   subroutine share_key(row, other)
     type(key_row_t), intent(inout) :: row
     type(key_row_t), intent(in) :: other
-    character(:), allocatable :: both, what
+    character(:), allocatable :: both
     integer :: equals
 
     equals = index(row%condition, '=')
     both = trim(row%condition)//' or'//trim(other%condition(equals + 1:))
-    what = ''
-    if (equals == 0 .or. row%condition(:equals) /= other%condition(:equals)) then
-      what = what//' condition'
+    if (equals == 0 .or. row%condition(:equals) /= other%condition(:equals) .or. &
+        len(both) > len(row%condition) .or. row%kind /= other%kind .or. row%n /= other%n .or. &
+        row%unit /= other%unit .or. row%default /= other%default .or. &
+        (row%is_required .neqv. other%is_required) .or. row%allowed /= other%allowed .or. &
+        row%about /= other%about) then
+      call fatal('table of keys: '//trim(row%name)//' has two rows that differ, if '// &
+                 trim(row%condition)//' and if '//trim(other%condition))
     end if
-    if (len(both) > len(row%condition)) what = what//' condition (too long)'
-    if (row%kind /= other%kind .or. row%n /= other%n) what = what//' kind'
-    if (row%unit /= other%unit) what = what//' unit'
-    if (row%default /= other%default .or. (row%is_required .neqv. other%is_required)) then
-      what = what//' default'
-    end if
-    if (row%allowed /= other%allowed) what = what//' range'
-    if (row%about /= other%about) what = what//' description'
-    if (what /= '') call fatal('table of keys: '//trim(row%name)//' has two rows, if '// &
-                               trim(row%condition)//' and if '//trim(other%condition)// &
-                               ', that differ in:'//what)
     row%condition = both
   end subroutine share_key
 

@@ -22,6 +22,8 @@ contains
   subroutine read_contacts(input, scene)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
+    character(12), parameter :: names(3) = [character(12) :: 'stick', 'frictionless', 'coulomb']
+    integer, parameter :: laws(3) = [law_stick, law_frictionless, law_coulomb]
     integer :: body(2, input%count('CONTACT')), i, j, k
 
     do i = 1, input%count('CONTACT')
@@ -57,7 +59,7 @@ contains
       if (input%text('CONTACT', i, 'NORMAL') == 'regression') then
         scene%contact(k)%normal = normal_regression
       end if
-      scene%contact(k)%law = pair_law_t(law_of(input%text('CONTACT', i, 'LAW')), &
+      scene%contact(k)%law = pair_law_t(laws(find(names, input%text('CONTACT', i, 'LAW'))), &
                                         input%real('CONTACT', i, 'FRICTION'))
     end do
   end subroutine read_contacts
@@ -93,19 +95,6 @@ contains
       if (all(scene%contact(index_of_contact)%group == [maxval(groups), minval(groups)])) exit
     end do
   end function index_of_contact
-
-  integer function law_of(text)
-    character(*), intent(in) :: text
-
-    select case (text)
-    case ('stick')
-      law_of = law_stick
-    case ('frictionless')
-      law_of = law_frictionless
-    case default
-      law_of = law_coulomb
-    end select
-  end function law_of
 
   !> Read the conductances of all &CONTACT groups. Bodies without a conductance between them are in
   !> perfect thermal contact and share their nodal temperatures. Contacts must have been read.

@@ -244,8 +244,9 @@ contains
       if (monitor%is_on .and. tool%n_phases == 0) call input%report('TOOL', i, 'NAME', &
         'has limits, but no &MOTION that they could stop')
       monitor%is_on = monitor%is_on .or. any(tool%motion%phase%ends_early())
-      if (monitor%is_on .and. .not. input%logical('METHOD', 1, 'MECHANICS')) &
+      if (monitor%is_on .and. .not. input%logical('METHOD', 1, 'MECHANICS')) then
         call input%report('TOOL', i, 'NAME', 'limits and UNTIL_... need METHOD MECHANICS = T')
+      end if
     end associate
     tool%drive%axis = tool%frame(:, 3)
     if (input%text('TOOL', i, 'KIND') == 'plane') tool%drive%axis = -tool%drive%axis

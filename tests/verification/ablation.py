@@ -33,7 +33,7 @@ TOOL, BODIES, SLEEP, GRADED, DRIVE = "tool", "bodies", "sleep", "graded", "drive
 PARTICLES, LIMITS, IMPULSES = (f"modules/tool_contact/{name}.f90" for name in ("particles", "limits", "impulses"))
 NORMALS, PAIRS, SURFACES, NODE_PAIRS = (
     f"modules/body_contact/{name}.f90" for name in ("normals", "pairs", "surfaces", "node_pairs"))
-CRITERIA, KEYS = "modules/sleep/criteria.f90", "modules/groups/run.f90"
+CRITERIA, KEYS = "modules/sleep/criteria.f90", "modules/groups/table.f90"
 
 
 def number(name, value, half, twice):
