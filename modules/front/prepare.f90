@@ -7,6 +7,7 @@ module front_prepare
   use bodies_fields, only: add_noise
   use bodies_filling, only: count_particles, fill_bodies, load_bodies, stretch_bodies, &
                             update_probe_temperatures
+  use checks_necking, only: check_necking
   use checks_process_check, only: check_process
   use checks_same_scene, only: compare_files, compare_scenes
   use checks_sense, only: check_sense
@@ -156,6 +157,7 @@ contains
 
     call check_sense(input, sim%scene, sim%tool)
     if (.not. sim%scene%method%has_mechanics) return
+    call check_necking(input, sim%scene)
     call check_process(input, sim%scene, sim%tool)
     allocate (counts(size(sim%scene%body)), shares(size(sim%scene%body)))
     call count_particles(world, input, sim%scene, counts, shares)

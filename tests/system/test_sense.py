@@ -144,3 +144,9 @@ def test_override_of_a_kind(outcome, run, tmp_path):
     sets = {"TOOL.KIND": "sphere", "TOOL.RADIUS": 1e-3, "OUTPUT.CHECKPOINT_INTERVAL": 1e-6}
     run(tmp_path / "a.nml", "--quiet", sets=sets)
     assert "warning" not in run(None, "--restart", "a.out/a_checkpoint.h5", "--quiet").out
+
+
+def test_metal_that_necks(run):
+    """Metal that does not harden, without a tool that presses it, is named; metal that hardens is not."""
+    for name, has_word in (("layer", True), ("small", False)):
+        assert ("does not harden" in run(name, "--check=scene").out) == has_word
