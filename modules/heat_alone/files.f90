@@ -10,7 +10,7 @@ module heat_alone_files
   use base_timers, only: cpu_seconds, wall_time
   use comm_world, only: world_t
   use heat_alone_checkpoint, only: save_heat
-  use heat_alone_state, only: check_cells, heat_run_t, read_probes
+  use heat_alone_state, only: heat_run_t, read_probes, sample_cells
   use heat_mesh_rates, only: b_film, b_source, n_books
   use heat_solvers_method, only: by_cg, euler, method_names, rkl2, solver_names
   use io_frames, only: frame_name, write_heat_frame, write_series
@@ -148,7 +148,9 @@ contains
     call make_heat_row(world, run, self%probe, columns, probes)
     call self%history%row(columns%values())
     if (size(self%probe) > 0) call self%probes%row(probes%values())
-    call check_cells(self%melting, world, scene, run)
+    if (any(scene%material%t_melt < huge(1.0_rp))) then
+      call self%melting%update(world, scene, sample_cells(scene, run), run%time)
+    end if
     run%row_time = run%time
     run%row_books = run%integrator%books
     run%rows = run%rows + 1

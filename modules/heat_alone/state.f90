@@ -9,12 +9,12 @@ module heat_alone_state
   use heat_mesh_mesh, only: heat_mesh_t
   use heat_mesh_rates, only: heat_t, n_books
   use heat_solvers_integrator, only: integrator_t
-  use output_melting, only: melt_sample_t, melting_t
+  use output_melting, only: melt_sample_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
 
-  public :: check_cells, heat_run_t, place_probes, read_probes, sample_cells
+  public :: heat_run_t, place_probes, read_probes, sample_cells
 
   type :: heat_run_t
     type(heat_t) :: heat
@@ -167,17 +167,6 @@ contains
     end do
     call world%sum(t)
   end subroutine read_probes
-
-  !> Collective. Check the cells at a row of the history.
-  subroutine check_cells(melting, world, scene, run)
-    type(melting_t), intent(inout) :: melting
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(heat_run_t), intent(in) :: run
-
-    if (all(scene%material%t_melt >= huge(1.0_rp))) return
-    call melting%update(world, scene, sample_cells(scene, run), run%time)
-  end subroutine check_cells
 
   !> Molten mass and hottest cell of this rank.
   type(melt_sample_t) function sample_cells(scene, run) result(sample)

@@ -121,22 +121,6 @@ contains
     call scene%material%scale_moduli(factor)
   end subroutine read_elastic_scaling
 
-  !> Warn if the softened material has a large elastic strain before it flows. Materials and bodies
-  !> must have been read.
-  subroutine check_elastic_scaling(input, scene)
-    type(input_t), intent(in) :: input
-    type(scene_t), intent(in) :: scene
-    real(rp) :: strain
-
-    if (scene%method%elastic_scaling <= 1.0_rp) return
-    strain = elastic_strain(input, scene)
-    if (strain <= large_strain) return
-    call input%warn('TIME', 1, 'ELASTIC_SCALING', 'strains metal elastically by '// &
-                    str(100.0_rp*strain)//' % before it flows, where a few are small: '// &
-                    str(scene%method%elastic_scaling*small_strain/strain)//' makes that '// &
-                    str(100.0_rp*small_strain)//' %')
-  end subroutine check_elastic_scaling
-
   !> Largest elastic strain sigma/E of the bodies that can flow, at their initial temperature, a
   !> plastic strain of 1 and a strain rate of 1/s; 0 if no body can flow [-].
   real(rp) function elastic_strain(input, scene) result(strain)
@@ -154,20 +138,29 @@ contains
     end do
   end function elastic_strain
 
-  !> Decide on selective mass scaling, and check the elastic scaling. Method, bodies and groups of
-  !> bodies must have been read.
+  !> Decide on selective mass scaling; warn if the elastic scaling strains metal much before it
+  !> flows. Method, bodies and groups of bodies must have been read.
   subroutine read_selective_scaling(input, scene, tool)
     type(input_t), intent(in) :: input
     type(scene_t), intent(inout) :: scene
     type(tool_t), intent(in) :: tool(:)
+    real(rp) :: strain
 
-    call check_elastic_scaling(input, scene)
+    strain = 0.0_rp
+    if (scene%method%elastic_scaling > 1.0_rp) strain = elastic_strain(input, scene)
+    if (strain > large_strain) then
+      call input%warn('TIME', 1, 'ELASTIC_SCALING', 'strains metal elastically by '// &
+                      str(100.0_rp*strain)//' % before it flows, where a few are small: '// &
+                      str(scene%method%elastic_scaling*small_strain/strain)//' makes that '// &
+                      str(100.0_rp*small_strain)//' %')
+    end if
     scene%method%scales_light_nodes = input%switches_on('METHOD', 'SELECTIVE_SCALING', &
       obstacle_to_scaling(scene), is_harmless(input, scene, tool))
   end subroutine read_selective_scaling
 
   !> True if selective mass scaling is safe: the process is quasi-static (mass scaling) and the body
-  !> at the tool is held by walls or clamps and is not molten. Light nodes lose part of the momentum
+  !> at the tool is held by walls or clamps and is not molten (its flow stress is above a millionth
+  !> of the shear modulus). Light nodes lose part of the momentum
   !> of internal forces, which would set a free body in motion.
   logical function is_harmless(input, scene, tool)
     type(input_t), intent(in) :: input
@@ -179,20 +172,12 @@ contains
                   .and. size(scene%condition) > 0
     do b = 1, size(scene%body)
       if (.not. is_harmless) return
-      is_harmless = has_strength(scene%material(scene%body(b)%material), &
-                                 input%real('BODY', b, 'TEMPERATURE'))
+      associate (material => scene%material(scene%body(b)%material))
+        if (allocated(material%flow)) is_harmless = flow_stress_of(material, &
+          input%real('BODY', b, 'TEMPERATURE'), 0.0_rp) > 1.0e-6_rp*material%g_true
+      end associate
     end do
   end function is_harmless
-
-  !> True if the flow stress at a temperature is above a millionth of the shear modulus.
-  logical function has_strength(material, temperature)
-    type(material_t), intent(in) :: material
-    real(rp), intent(in) :: temperature         !! [K]
-
-    has_strength = .true.
-    if (.not. allocated(material%flow)) return
-    has_strength = flow_stress_of(material, temperature, 0.0_rp) > 1.0e-6_rp*material%g_true
-  end function has_strength
 
   !> Flow stress of a material with initial internal variables at a strain rate of 1/s; 0 if it has
   !> no flow law [Pa].
@@ -260,7 +245,7 @@ contains
 
     associate (sleep => scene%method%sleep)
       sleep%is_on = input%switches_on('METHOD', 'SLEEPING', obstacle_to_sleep(input, scene, tool), &
-                                      is_quasi_static(scene))
+                                      scene%method%mass_scaling > 1.0_rp)
       if (.not. sleep%is_on) return
       sleep%distance = input%real('METHOD', 1, 'SLEEP_DISTANCE')
       if (sleep%distance <= 0.0_rp) sleep%distance = 0.5_rp*maxval(tool%stirring_radius())
@@ -269,13 +254,6 @@ contains
     end associate
     call scene%layout%add(1, scene%layout%rest)
   end subroutine read_sleeping
-
-  !> True if stress waves are not resolved physically, as the inertia is scaled.
-  pure logical function is_quasi_static(scene)
-    type(scene_t), intent(in) :: scene
-
-    is_quasi_static = scene%method%mass_scaling > 1.0_rp
-  end function is_quasi_static
 
   !> Reason why material cannot sleep in this scene; '' if it can.
   function obstacle_to_sleep(input, scene, tool) result(text)

@@ -166,7 +166,9 @@ contains
       m%debris = input%real('METHOD', 1, 'DEBRIS')
       call read_scaling_range(input, m)
       m%gravity = input%reals('TIME', 1, 'GRAVITY', 3)
-      m%is_bspline = shape_functions(input) == 'bspline'
+      ! 'auto': B-splines in contact with tools, where they depend least on the position of the grid
+      m%is_bspline = input%text('METHOD', 1, 'SHAPE') == 'bspline' .or. &
+                     (input%text('METHOD', 1, 'SHAPE') == 'auto' .and. input%count('TOOL') > 0)
       m%scheme = find(['usl  ', 'musl ', 'usavg'], input%text('METHOD', 1, 'SCHEME'))
       m%transfer = find(['flip', 'apic', 'xpic', 'fmpm'], input%text('METHOD', 1, 'TRANSFER'))
       m%order = input%integer('METHOD', 1, 'ORDER')
@@ -226,17 +228,6 @@ contains
       end if
     end subroutine check_interval
   end subroutine check_intervals
-
-  !> Shape functions of the input; with 'auto' B-splines in contact with tools, where they depend
-  !> least on the position of the grid, and uGIMP elsewhere (docs/accuracy.md).
-  function shape_functions(input) result(name)
-    type(input_t), intent(in) :: input
-    character(:), allocatable :: name
-
-    name = input%text('METHOD', 1, 'SHAPE')
-    if (name == 'auto' .and. input%count('TOOL') > 0) name = 'bspline'
-    if (name == 'auto') name = 'ugimp'
-  end function shape_functions
 
   !> Read the range of an adaptive mass scaling.
   subroutine read_scaling_range(input, method)

@@ -25,7 +25,7 @@ contains
     type(solids_t), allocatable :: solids(:)
     real(rp), allocatable :: position(:, :)
     real(rp) :: interval, rows
-    integer :: i
+    integer :: i, k
 
     if (input%count('TRACER') == 0 .or. scene%grid%n(1) == 0) return
     call all_solids(input, solids)
@@ -33,7 +33,8 @@ contains
     do i = 1, input%count('TRACER')
       call list_positions(input, i, position)
       if (.not. allocated(position)) cycle
-      position = positions_in_bodies(scene, solids, position)
+      position = position(:, pack([(k, k=1, size(position, 2))], &
+        [(is_in_body(solids, position(:, k), minval(scene%grid%h)), k=1, size(position, 2))]))
       if (size(position, 2) == 0) then
         call input%report('TRACER', i, '', 'lies outside the bodies')
         cycle
@@ -154,18 +155,5 @@ contains
       end do
     end do
   end function lattice
-
-  !> Positions that lie in a body or on its surface.
-  pure function positions_in_bodies(scene, solids, position) result(kept)
-    type(scene_t), intent(in) :: scene
-    type(solids_t), intent(in) :: solids(:)
-    real(rp), intent(in) :: position(:, :)      !! (3, n) [m]
-    real(rp), allocatable :: kept(:, :)
-    integer :: i
-
-    kept = position(:, pack([(i, i=1, size(position, 2))], &
-                            [(is_in_body(solids, position(:, i), minval(scene%grid%h)), &
-                              i=1, size(position, 2))]))
-  end function positions_in_bodies
 
 end module setup_tracers

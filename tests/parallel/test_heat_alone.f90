@@ -3,22 +3,20 @@
 !> sources, with drawn dimensions against plain formulas.
 program test_heat_alone
   use base_kinds, only: pi, rp
-  use bodies_solids, only: solid_sphere, solid_t
+  use bodies_solids, only: solid_sphere, solid_t, solids_t
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use groups_table, only: key_table
-  use heat_alone_probes, only: place_probes, read_probes
-  use heat_alone_state, only: heat_run_t
+  use heat_alone_state, only: heat_run_t, place_probes, read_probes
   use heat_mesh_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
   use heat_mesh_curve, only: curve_t, make_property
   use heat_mesh_rates, only: heat_t
   use heat_mesh_mesh, only: heat_mesh_t
   use heat_mesh_sources, only: heat_source_t, kind_disc, kind_stir
-  use heat_setup_cut_cells, only: cut_cells, mesh_of, solids_t
+  use heat_setup_cut_cells, only: cut_cells, mesh_of
   use heat_setup_sources, only: read_heat_sources
   use heat_solvers_integrator, only: integrator_t
   use heat_solvers_method, only: backward_euler, by_cg, euler, rkl2, tr_bdf2
-  use input_diagnostics, only: diagnostics_t
   use input_reading, only: read_input_text
   use input_values, only: input_t
   implicit none (type, external)
@@ -246,14 +244,13 @@ contains
     real(rp), parameter :: melting = 1300.0_rp, k_body = 390.0_rp, c_body = 3.4e6_rp
     type(heat_source_t), allocatable :: source(:)
     type(input_t) :: input
-    type(diagnostics_t) :: diagnostics
     character(40), parameter :: no_sets(0) = ''
     real(rp) :: stick, slide, t, want(4), worst, e(2)
     integer :: i, j, k, p
 
     do j = 1, 2
-      call read_input_text(key_table(), 't.nml', scene(j), no_sets, input, diagnostics)
-      if (diagnostics%count() > 0) call diagnostics%print(6)
+      call read_input_text(key_table(), 't.nml', scene(j), no_sets, input)
+      if (input%diagnostics%count() > 0) call input%diagnostics%print(6)
       call read_heat_sources(input, 1, k_body, c_body, source)
       e = sqrt([k_body*c_body, 14.4_rp*7800.0_rp*460.0_rp])
       call expect_close('spin of a source', source(1)%spin, e(1)/sum(e)*2.0_rp*pi*900.0_rp/60.0_rp)

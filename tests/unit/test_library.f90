@@ -11,8 +11,7 @@ program test_library
   use input_reading, only: read_input, read_input_text
   use input_values, only: input_t
   use keys_written, only: split_words
-  use materials_needed, only: check_properties
-  use materials_properties, only: read_materials
+  use materials_properties, only: check_properties, read_materials
   use physics_material, only: material_t
   use physics_point, only: point_t
   implicit none (type, external)
@@ -151,7 +150,6 @@ contains
     character, parameter :: nl = new_line('a')
     character(:), allocatable :: text
     type(input_t) :: input
-    type(diagnostics_t) :: all(0:3)
     integer :: i, lacks
 
     do lacks = 0, 3
@@ -163,9 +161,9 @@ contains
         if (i /= lacks) text = text//' CONDUCTIVITY=1'
         text = text//' /'//nl
       end do
-      associate (said => all(lacks))
-        call read_input_text(key_table(), 't.nml', text, no_sets, input, said)
-        call check_properties(input, said)
+      call read_input_text(key_table(), 't.nml', text, no_sets, input)
+      call check_properties(input)
+      associate (said => input%diagnostics)
         call expect('what material '//str(lacks)//' lacks', said%count() == merge(1, 0, lacks > 0))
         if (said%count() /= 1) cycle
         call expect('where it is reported', index(said%text(1), 't.nml:'//str(5 + lacks)//': ') == 1 &
