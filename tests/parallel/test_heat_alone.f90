@@ -10,8 +10,8 @@ program test_heat_alone
   use heat_alone_state, only: heat_run_t, place_probes, read_probes
   use heat_mesh_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
   use heat_mesh_curve, only: curve_t, make_property
-  use heat_mesh_rates, only: heat_t
   use heat_mesh_mesh, only: heat_mesh_t
+  use heat_mesh_rates, only: heat_t
   use heat_mesh_sources, only: heat_source_t, kind_disc, kind_stir
   use heat_setup_cut_cells, only: cut_cells, mesh_of
   use heat_setup_sources, only: read_heat_sources
@@ -322,8 +322,9 @@ contains
       want = s%spin*m1*s%shear%at(at)
       call expect_close('heat of a stirred face', power, want, rtol=1.0e-9_rp)
       call s%heat_of(1, part, total, t + 1.0e-4_rp, 0.1_rp, other, unused)
-      if (abs(nint(0.1_rp*at) - 0.1_rp*at) > 1.0e-3_rp) &
+      if (abs(nint(0.1_rp*at) - 0.1_rp*at) > 1.0e-3_rp) then
         call expect_close('its slope', (other - power)*1.0e4_rp, slope, rtol=1.0e-4_rp)
+      end if
     end do
   end subroutine test_heat_of_sources
 

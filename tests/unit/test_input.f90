@@ -437,7 +437,7 @@ contains
 
     call read_input_text(key_table(), 't.nml', "&BODY NAME='b'"//nl//"MATERIAL='cu' /"//nl// &
                          '&TIM/'//nl//'x'//nl//grid//"&MATERIAL NAME='al' DENSITY=8960 "// &
-                         "YOUNGS_MODULUS=1.2d11 POISSON_RATIO=0.34 /"//nl// &
+                         'YOUNGS_MODULUS=1.2d11 POISSON_RATIO=0.34 /'//nl// &
                          "&SHAPE BODY='b' LOWER=0,0,0 UPPER=1,1,1 /"//nl, ['BODY(b).MATERIAL=al'], &
                          input)
     call input%diagnostics%add('t.nml', 2, 'late')

@@ -166,8 +166,9 @@ contains
       associate (said => input%diagnostics)
         call expect('what material '//str(lacks)//' lacks', said%count() == merge(1, 0, lacks > 0))
         if (said%count() /= 1) cycle
-        call expect('where it is reported', index(said%text(1), 't.nml:'//str(5 + lacks)//': ') == 1 &
-                    .and. index(said%text(1), 'CONDUCTIVITY') > 0)
+        call expect('where it is reported', &
+                    index(said%text(1), 't.nml:'//str(5 + lacks)//': ') == 1 .and. &
+                    index(said%text(1), 'CONDUCTIVITY') > 0)
       end associate
     end do
   end subroutine test_needs
