@@ -222,8 +222,8 @@ contains
     logical :: ends_early
     integer :: i, k, row
 
-    was = phases_of(old, name)
-    is = phases_of(new, name)
+    allocate (was, source=phases_of(old, name))
+    allocate (is, source=phases_of(new, name))
     ends_early = may_end_early(old, name) .or. may_end_early(new, name)
     do k = 1, max(size(was), size(is))
       begin = huge(1.0_rp)

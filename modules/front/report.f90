@@ -18,7 +18,7 @@ module front_report
   use particles_tracers, only: tracers_t
   use setup_method, only: elastic_strain, small_strain
   use setup_sinks, only: log_heat_shares
-  use state_scene, only: scene_t
+  use state_scene, only: scene_t, scheme_usl
   use step_simulation, only: simulation_t
   implicit none (type, external)
   private
@@ -75,6 +75,7 @@ contains
                                   str(nint(100.0_rp*cost%awake))//' % of the particles awake')
     call report_process(input, sim%scene, sim%tool)
     call log_heat_shares(sim%scene, sim%tool)
+    call print_line('skipped', skipped(sim))
   end subroutine report_scene
 
   !> Collective. Report a heat-only scene without writing files. Measuring the cost advances the
@@ -260,5 +261,32 @@ contains
            str(0.1_rp*nint(10.0_rp*sqrt(factor)))//' times as long where flow matters and '// &
            'springback and thermal stress do not'
   end function elasticity
+
+  !> Text on the components that this scene does not use.
+  function skipped(sim) result(text)
+    type(simulation_t), intent(in) :: sim
+    character(:), allocatable :: text
+    logical :: any_flow
+    integer :: m
+
+    text = ''
+    if (size(sim%tool) == 0) text = text//', contact (no &TOOL)'
+    if (.not. sim%scene%method%conducts) text = text//', conduction (no &HEAT)'
+    any_flow = .false.
+    do m = 1, size(sim%scene%material)
+      any_flow = any_flow .or. allocated(sim%scene%material(m)%flow)
+    end do
+    if (.not. any_flow) text = text//', plasticity (elastic materials)'
+    if (.not. sim%scene%method%fbar) text = text//', volume averaging (nothing locks, or FBAR = F)'
+    if (all(abs(sim%scene%material%expansion) <= 0.0_rp)) text = text//', thermal expansion'
+    if (size(sim%scene%condition) == 0) text = text//', walls'
+    if (sim%probes%n == 0) text = text//', probes'
+    if (sim%tracers%n == 0) text = text//', tracers'
+    if (sim%scene%method%sleep%is_on) text = text//', mechanics of material at rest (SLEEPING)'
+    if (sim%nodes%halo%n == 0) text = text//', node exchange (one rank)'
+    if (sim%scene%method%scheme == scheme_usl) text = text//', second stress pass (USL)'
+    text = text//', nodes without material; contact in blocks far from the tool'
+    text = text(3:)
+  end function skipped
 
 end module front_report

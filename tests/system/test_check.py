@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""stirpoint --check: the scene in numbers, its cost; nothing is written."""
+"""stirpoint --check: the scene in numbers, its cost, what it skips; nothing is written."""
 
 import json
 import re
@@ -47,7 +47,7 @@ def test_there_are_shipped_inputs():
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda p: f"{p.parent.name}/{p.stem}")
 def test_every_input_passes(checked, path):
     """Exact: exit status 0; title, grid, particles, ranks, memory [MB], time step [s] and what limits it,
-    steps, run time [s of processor time] = steps/speed; at most 360 bytes a particle in scenes of 10,000
+    steps, run time [s of processor time] = steps/speed, skipped; at most 360 bytes a particle in scenes of 10,000
     particles and more, 310 in the passes of copper; no file is written. Of heat alone the mesh, its volume [mm3] and the time step instead.
     Of the large ones nothing of the cost."""
     cost = ("steps", "speed", "run time") if path.parent == driver.INPUTS else ()
@@ -58,7 +58,7 @@ def test_every_input_passes(checked, path):
             assert label in report, label
         assert checked[path].files == []
         return
-    for label in ("scene", "grid", "body", "particles", "ranks", "memory", "method", "time step", *cost):
+    for label in ("scene", "grid", "body", "particles", "ranks", "memory", "method", "time step", "skipped", *cost):
         assert label in report, label
     particles = number(report["particles"][0])
     assert particles == sum(number(line.split(": ")[1]) for line in report["body"])
@@ -115,6 +115,16 @@ def test_set_changes_the_scene(run, tmp_path):
         before = [number(line.split(": ")[1]) for line in one["body"]]
         assert counts == [before[0], 8 * before[1]]
     assert list(tmp_path.iterdir()) == []
+
+
+def test_skipped(run, checked):
+    """Exact: what is skipped is what the scene does not have."""
+    bar = report_of(checked[driver.INPUTS / "bar.nml"])["skipped"][0]
+    assert "contact (no &TOOL)" in bar and "conduction (no &HEAT)" in bar and "plasticity" in bar
+    stir = report_of(checked[driver.INPUTS / "stir.nml"])["skipped"][0]
+    assert "no &TOOL" not in stir and "no &HEAT" not in stir and "plasticity" not in stir
+    assert "second stress pass" in stir
+    assert "second stress pass" not in check(run, "stir", sets={"METHOD.SCHEME": "usavg"})["skipped"][0]
 
 
 def test_check_on_two_ranks(run, tmp_path):
