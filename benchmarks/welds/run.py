@@ -80,7 +80,7 @@ def text_of(name, variant):
     h = w["thickness"] / (3 if w["thickness"] <= 4.0 else 4) * cells
     radius = w["shoulder"] / 2
     size_x, size_y = 5.0 * radius, 4.5 * radius
-    start, above = 1.8 * radius, 0.1
+    start, above = 1.8 * radius, max(0.1, w["pin"] / 2 * np.sin(np.radians(w["tilt"])))    # the tilted tip starts outside
     rim = min(0.2, 0.5 * (w["thickness"] - w["length"]))    # below the surface
     plunge = w["length"] + above + rim
     dwell = 1.0

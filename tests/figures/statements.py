@@ -233,6 +233,8 @@ DEFINITIONS = (
     ("docs/welds.md", "as the rpm to the power -0.92, and by -0.65", WELDS),
     ("docs/welds.md", "rise by 111 K from 300 to 650 rpm and by 41 K from there to 1000; 40 and 20 K are", WELDS),
     ("docs/welds.md", "mass scaling 1e7) the peak at 300 rpm is 707 K instead of 625, and the rise to 1000 rpm 70 K instead of 152", WELDS),
+    ("docs/welds.md", "welds succeeded from 733 to 803 K", QUOTED),
+    ("docs/welds.md", "the pin of AA2524 is 0.03 mm above the anvil, that of 304L 0.05 mm", KEY),
     ("docs/welds.md", "The bands are 15 and 30 %, for temperatures 5 %", KEY),
     ("docs/welds.md", "coefficient of friction near 0.25", FORMULA),
     ("docs/welds.md", "Sticking gives 93 N m at 300 rpm", WELDS),

@@ -263,14 +263,19 @@ SHOWN = (("torque", "torque [N m]", "{:.0f}"), ("force", "axial force [kN]", "{:
 MEANT = {"coarse": "cells 4/3 as large", "fine": "cells 3/4 as large", "light": "mass scaling 3e5", "heavy": "mass scaling 3e6"}
 
 
+def shown_welds():
+    """Welds by the rule, or with larger cells where they were run in no others."""
+    kept = [weld for weld in measures.lines(measures.ROOT / WELDS) if "set" not in weld]
+    own = {weld["weld"] for weld in kept if "variant" not in weld}
+    return [weld for weld in kept if "variant" not in weld or weld["weld"] not in own]
+
+
 def welds(_):
     """Published welds: computed and, behind a slash, as reported; temperatures of the face and of the hottest metal."""
     rows = []
-    for weld in measures.lines(measures.ROOT / WELDS):
-        if "variant" in weld or "set" in weld:
-            continue
+    for weld in shown_welds():
         told = weld["reported"]
-        row = [weld["weld"]]
+        row = [weld["weld"] + (f", {MEANT[weld['variant']]}" if "variant" in weld else "")]
         for key, _, form in SHOWN:
             row.append(form.format(weld[key]) + (" / " + form.format(told[key]) if key in told else ""))
         row.append(f"{weld['face']:.0f}" + (f" / {told['peak']:.0f}" if "peak" in told else ""))
@@ -284,10 +289,10 @@ def welds(_):
 def reported_of_welds():
     """Quantity: its title and (weld, reported, computed) of the welds of which it is reported; the force of a pressed tool is given."""
     found = {key: (title, []) for key, title, _ in (*SHOWN, ("temperature", "temperature [K]", None))}
-    for weld in measures.lines(measures.ROOT / WELDS):
+    for weld in shown_welds():
         for key, told in weld["reported"].items():
             own = {"peak": "face"}.get(key, key)
-            if own not in weld or "variant" in weld or "set" in weld or (key == "force" and weld["weld"].endswith("pressed")):
+            if own not in weld or (key == "force" and weld["weld"].endswith("pressed")):
                 continue
             found["temperature" if key in ("peak", "probe") else key][1].append((weld["weld"], told, weld[own]))
     return found
@@ -308,7 +313,7 @@ def weld_changes(_):
     kept = {(row["weld"], row.get("variant"), row.get("set")): row for row in measures.lines(measures.ROOT / WELDS)}
     rows = []
     for (name, variant, value), weld in kept.items():
-        own = kept[name, variant if value else None, None]
+        own = kept.get((name, variant if value else None, None), weld)
         if weld is own:
             continue
         cells = MEANT.get(variant, "")
