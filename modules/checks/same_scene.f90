@@ -41,7 +41,7 @@ contains
   end subroutine compare_scenes
 
   !> Report files named by the scene whose content differs from that at the start of the run, by
-  !> their checksums in the checkpoint at `time` (input_resolved), except for paths that start later.
+  !> their checksums in the checkpoint at `time` (input_resolved), but for paths that start later.
   subroutine compare_files(sums, new, time)
     character(*), intent(in) :: sums
     type(input_t), intent(in) :: new

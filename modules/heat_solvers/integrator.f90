@@ -145,7 +145,8 @@ contains
       call estimate(self, heat, dt, error(1))
       call heat%world%max(error)
       self%next = dt*max(min_growth, min(max_growth, &
-        safety*(self%tolerance/max(error(1), tiny(1.0_rp)))**(1.0_rp/(1.0_rp + order_of(self%method)))))
+        safety*(self%tolerance/max(error(1), tiny(1.0_rp))) &
+        **(1.0_rp/(1.0_rp + order_of(self%method)))))
       if (.not. error(1) > self%tolerance) exit   ! also NaN, which the loop reports
       heat%theta = self%y0
       self%rejected = self%rejected + 1

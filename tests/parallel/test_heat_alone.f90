@@ -8,8 +8,8 @@ program test_heat_alone
   use comm_world, only: start_world, world_t
   use groups_table, only: key_table
   use heat_alone_state, only: heat_run_t, place_probes, read_probes
-  use heat_mesh_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
   use heat_mesh_curve, only: curve_t, make_property
+  use heat_mesh_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
   use heat_mesh_mesh, only: heat_mesh_t
   use heat_mesh_rates, only: heat_t
   use heat_mesh_sources, only: heat_source_t, kind_disc, kind_stir

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> What a step does with one block of particles, and how bodies with fields start, with drawn numbers against plain formulas.
+!> What a step does with one block of particles, and how bodies with fields start, with drawn
+!> numbers against plain formulas.
 program test_blocks
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use base_kinds, only: nlane, rp
