@@ -175,7 +175,7 @@ contains
         do k = 1, 3
           s = list(2)%solid(1)
           if (k < 3) s = list(1)%solid(k)
-            ok = ok .and. minval(abs(x - s%lower(a))) <= 0.0_rp &
+          ok = ok .and. minval(abs(x - s%lower(a))) <= 0.0_rp &
                  .and. minval(abs(x - s%upper(a))) <= 0.0_rp
         end do
         ok = ok .and. all(abs(x(2:) - x(:n) - h(a)) <= 0.25_rp*h(a)) .and. size(x) == n + 1
