@@ -7,7 +7,7 @@ import json
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Callable, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .flow import Flow
     from .tracks import Tracks
 
+T = TypeVar("T")
 FRAME_NAME = re.compile(r"^(?P<name>.+)_(?P<number>\d{6,})\.hdf$")
 
 
@@ -80,6 +81,7 @@ class Frame:
             return file["VTKHDF/PointData"][name][...][self._finite]
 
     def need(self, name: str) -> np.ndarray:
+        """A field of the particles in SI units; NoRun without it."""
         values = self.field(name)
         if values is None:
             raise NoRun(f"{self.path}: no field {name}")
@@ -129,7 +131,7 @@ class Run:
             self.faults.append(text)
             print(f"warning: {text}", file=sys.stderr)
 
-    def attempt(self, what: str, function, *arguments):
+    def attempt(self, what: str, function: Callable[..., T], *arguments: Any) -> T | None:
         """What a function gives, or None and a warning: what is damaged does not take along what is not."""
         try:
             return function(*arguments)

@@ -113,6 +113,7 @@ class Scene:
         return Run(path.with_suffix(".out"))
 
     def solids(self, body: str) -> list[Solid]:
+        """The &SHAPE of a body in their order."""
         return [Solid(shape) for shape in self.groups("shape") if str(shape.get("body", "")).lower() == body.lower()]
 
     def radius(self, tool: str) -> float | None:

@@ -45,6 +45,7 @@ class Table:
         return [Column(name, unit, self[name]) for name, unit in self.units.items()]
 
     def unit(self, name: str) -> str:
+        """Unit of a column, '' without one."""
         return self.units[name]
 
     def with_unit(self, unit: str) -> list[Column]:

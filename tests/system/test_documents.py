@@ -72,6 +72,37 @@ def output_of(words):
     return done.returncode, done.stdout + done.stderr
 
 
+def test_messages():
+    """Each message of docs/troubleshooting.md is one of the sources, where parts that are put together with & are one text;
+    its exit statuses are those of --help."""
+    page = (driver.ROOT / "docs/troubleshooting.md").read_text(encoding="utf-8")
+    rows = [line for block in re.findall(r"<!-- messages -->\n(.*?)<!-- end", page, re.S) for line in block.splitlines()[2:]]
+    quoted = [re.match(r"\| `([^`]+)` \|", row) for row in rows]
+    assert len(rows) > 45 and all(quoted)
+    sources = "".join(path.read_text(encoding="utf-8") for path in sorted((driver.ROOT / "modules").rglob("*.[fc]*")))
+    sources = re.sub(r"""(['"]) *// *&\s*\n\s*\1""", "", sources)
+    missing = [part for row in quoted for part in row[1].split("...") if part.strip() not in sources]
+    assert not missing
+    helped = re.search(r"^exit status:(.*)", output_of([driver.EXECUTABLE, "--help"])[1], re.M | re.S)[1]
+    assert re.findall(r"^\| (\d+) \|", page, re.M) == re.findall(r"(?<!\w)(\d+) [a-z]", helped)
+
+
+# The scene of the recipes: short, with tracers.
+RECIPES = "&TRACER NAME = 'track', KIND = 'line', FROM = 24e-3, 12e-3, 11e-3, TO = 24e-3, 28e-3, 11e-3, SPACING = 4e-3 /\n"
+
+
+def test_python(tmp_path):
+    """The blocks of docs/python.md run one after the other."""
+    blocks = re.findall(r"^```python\n(.*?)^```", (driver.ROOT / "docs/python.md").read_text(encoding="utf-8"), re.M | re.S)
+    assert len(blocks) == 10
+    (tmp_path / "weld.nml").write_text((driver.INPUTS / "stir.nml").read_text(encoding="utf-8") + RECIPES, encoding="utf-8")
+    (tmp_path / "recipes.py").write_text("\n".join(blocks), encoding="utf-8")
+    done = subprocess.run([sys.executable, "recipes.py"], cwd=tmp_path, env=driver.POSTPROC | {"STIRPOINT_EXECUTABLE": driver.EXECUTABLE},
+                          capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert "degrees Celsius" in done.stdout and (tmp_path / "particles.vtp").exists()
+
+
 def check_program(words, directory):
     """Arguments of the program: as printed with --check; where a file is only named, its options are known."""
     status, known = output_of([driver.EXECUTABLE, "--help"])
