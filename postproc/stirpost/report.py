@@ -8,7 +8,6 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
 from . import alarms, cooling, curves, flow, look, maps, page, solid, summary, surface
 from .files import write
