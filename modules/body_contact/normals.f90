@@ -18,7 +18,7 @@ module body_contact_normals
   implicit none (type, external)
   private
 
-  public :: try_normals, average_normals
+  public :: try_normals, average_normals, overlap_weight
 
   real(rp), parameter :: ridge = sqrt(epsilon(1.0_rp))   !! regularisation of singular matrices
                                                          !! [cells^2]

@@ -3,6 +3,7 @@
 !> momentum, angular momentum and energy go where the budget says.
 program test_body_contact
   use base_kinds, only: rp
+  use body_contact_normals, only: overlap_weight
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use contact_pair, only: law_coulomb, law_frictionless, law_stick, normal_gradient, &
@@ -27,6 +28,7 @@ program test_body_contact
   call test_plates()
   call test_blocks()
   call test_rigid_body()
+  call test_overlap_weight()
   call end_tests()
 
 contains
@@ -290,5 +292,23 @@ contains
       call free_simulation(sim)
     end do
   end subroutine test_rigid_body
+
+  !> Normals between bodies that are apart count fully; where they overlap by 0.02 cells they count a
+  !> quarter, by more still less, and below one cell no less.
+  subroutine test_overlap_weight()
+    real(rp) :: overlap(2), w(2)
+    integer :: k
+
+    call expect_close('apart', overlap_weight(0.3_rp), 1.0_rp)
+    call expect_close('together', overlap_weight(0.0_rp), 1.0_rp)
+    call expect_close('overlap', overlap_weight(-0.02_rp), 0.25_rp)
+    call expect_close('deep overlap', overlap_weight(-3.0_rp), 1.0_rp/2501.0_rp**2)
+    do k = 1, 50
+      call random_number(overlap)
+      w = [overlap_weight(-overlap(1)), overlap_weight(-overlap(1)*(1.0_rp + overlap(2)))]
+      call expect('less by deeper overlaps', w(2) > 0.0_rp .and. w(1) < 1.0_rp &
+                  .and. (w(2) < w(1) .or. overlap(1)*(1.0_rp + overlap(2)) > 1.0_rp))
+    end do
+  end subroutine test_overlap_weight
 
 end program test_body_contact
