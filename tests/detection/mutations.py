@@ -8,8 +8,9 @@
 The sources are copied to SCRATCH and built there; each mutation is built from what it changes, meets the unit and
 parallel tests, and where these pass (and without --units) the tests of whole runs of the tier smoke. What became of each
 is a line of SCRATCH/mutations.jsonl, and a further call with the same folder goes on behind it; one without --units begins
-with what survived one with it. --table: the share that is caught, by library. What survives is read: it may change nothing
-that a result shows, a guard or an estimate.
+with what survived one with it. --table: what is caught, by library. What survives is read: it may change nothing that a
+result shows, a message or an estimate, and then gets a `reason` in its line. The lines of docs/verification.md are in
+tests/detection/mutations.jsonl.
 """
 
 import argparse
@@ -132,14 +133,19 @@ class Copy:
         return {"old": old.strip(), "new": text.strip(), "by": stage, "test": test, "whole_runs": not units_alone}
 
 
-def print_table(records):
+def table(records):
+    """Markdown: what catches the mutations of each library; `before` has what did when they were drawn, if that was other."""
     libraries = collections.defaultdict(list)
     for record in records:
-        libraries[record["library"]].append(record["by"])
-    libraries["all"] = [record["by"] for record in records]
-    print("| library | mutations | unit tests | whole runs | survive |\n| --- | --- | --- | --- | --- |")
-    for library, by in libraries.items():
-        print(f"| {library} | {len(by)} | {by.count('unit')} | {by.count('whole run')} | {by.count('')} |")
+        libraries[record["library"]].append(record)
+    lines = ["| library | mutations | caught at first | by unit tests | by whole runs | change no result | survive |\n",
+             "|---|---|---|---|---|---|---|\n"]
+    for library, those in [*sorted(libraries.items()), ("all", records)]:
+        by = [record["by"] or ("no result" if "reason" in record else "") for record in those]
+        first = [record.get("before", record["by"]) for record in those]
+        counts = [len(by), sum(map(bool, first)), *map(by.count, ("unit", "whole run", "no result", ""))]
+        lines.append(f"| {library} | {' | '.join(map(str, counts))} |\n")
+    return "".join(lines)
 
 
 def main():
@@ -155,7 +161,8 @@ def main():
     records = [json.loads(line) for line in record_file.read_text().splitlines()] if record_file.exists() else []
     if not arguments.table:
         copy = Copy(arguments.scratch.resolve())
-        again = [record for record in records if not (record["by"] or record["whole_runs"] or arguments.units)]
+        again = [record for record in records if not (record["by"] or "reason" in record or record["whole_runs"]
+                                                  or arguments.units)]
         records = [record for record in records if record not in again]
         done = {(record["file"], record["line"], record["new"]) for record in records}
         drawn = ((record["library"], record["file"], record["line"] - 1, record["kind"], record["new"]) for record in again)
@@ -171,7 +178,7 @@ def main():
             records.append({"library": library, "file": str(path), "line": line + 1, "kind": kind, **found})
             record_file.write_text("".join(json.dumps(record) + "\n" for record in records), encoding="utf-8")
             print(f"{path}:{line + 1}: {kind}: {found['old']}  ->  {found['new']}: {found['test'] or 'SURVIVES'}", flush=True)
-    print_table(records)
+    print(table(records), end="")
 
 
 if __name__ == "__main__":
