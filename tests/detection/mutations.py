@@ -138,7 +138,7 @@ def table(records):
     libraries = collections.defaultdict(list)
     for record in records:
         libraries[record["library"]].append(record)
-    lines = ["| library | mutations | caught at first | by unit tests | by whole runs | change no result | survive |\n",
+    lines = ["| library | mutations | unit tests at first | unit tests | whole runs | change no result | survive |\n",
              "|---|---|---|---|---|---|---|\n"]
     for library, those in [*sorted(libraries.items()), ("all", records)]:
         by = [record["by"] or ("no result" if "reason" in record else "") for record in those]

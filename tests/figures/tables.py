@@ -323,11 +323,20 @@ def weld_changes(_):
     return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest"], rows)
 
 
+def detection(_):
+    """What catches drawn mutations of each library: the lines that tests/detection keeps."""
+    sys.path.insert(0, str(measures.ROOT / "tests/detection"))
+    import mutations
+
+    return mutations.table(measures.lines(measures.ROOT / "tests/detection/mutations.jsonl"))
+
+
 SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
 PLATE = "benchmarks/stirred_plate.json"
 PASSES = "benchmarks/passes/results/tables.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
+    "detection": detection,
     "welds": welds, "welds, ratios": weld_ratios, "welds, changes": weld_changes, "choices": choices, "verification": verification, "disc on plate": disc_on_plate, "mass scaling": mass_scaling,
     "scaling": scaling, "plates": plates, "speed": speed, "kernels": kernels, "cooling": cooling, "annealing": annealing, "calibration": calibration,
     "sleeping, tilted": kept(SLEEPING, "tilted tool at x = 25 mm"),

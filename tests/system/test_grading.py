@@ -71,6 +71,23 @@ def test_linear_temperature(run, tmp_path, axis):
     assert gained == pytest.approx(given, rel=1e-9) and given > 0.0
 
 
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("side", ["min", "max"])
+def test_film_of_one_side(run, tmp_path, axis, side):
+    """Exact: a film on one face across the graded axis takes h A (T - T_a) t, to the 1e-4 by which the face cools."""
+    a = AXES.index(axis)
+    edges, upper, inside = [1e-3] * 3, [1e-3] * 3, [0.3e-3] * 3
+    edges[a], upper[a], inside[a] = 0.25e-3, 4e-3, 2.9e-3
+    film = f"&SURFACE BODY = 'slab', FACE = '{axis}{side}', COEFFICIENT = 100 /\n"
+    path = tmp_path / "slab.nml"
+    words = {"upper": upper, "inside": inside}
+    path.write_text(SLAB.format(walls=film, **{key: ", ".join(map(str, value)) for key, value in words.items()}))
+    sets = graded(axis, edges, (1e-3, 1.5e-3), 1.25, 0.7e-3) | {"TIME.END": 1e-3}
+    history = run(str(path), "--quiet", sets=sets).results("slab").history()
+    lost = history["heat_content[J]"][0] - history["heat_content[J]"][-1]
+    assert lost == pytest.approx(100 * 1e-6 * 52 * 1e-3, rel=1e-3)
+
+
 @pytest.mark.parametrize("phase", [0.0, 0.5 * np.pi])
 def test_standing_wave(run, tmp_path_factory, phase):
     """Exact: the wave of test_fields in cells of 1 to 4 mm, and all of them half as long: the rms error of the
