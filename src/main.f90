@@ -26,8 +26,8 @@ program stirpoint
   use io_folder, only: clear_folder, take_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
   use setup_sinks, only: log_heat_shares
+  use simulation_parts, only: free_simulation, simulation_t
   use state_scene, only: output_t
-  use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
   integer, parameter :: bad_input = 2

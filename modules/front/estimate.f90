@@ -11,8 +11,8 @@ module front_estimate
   use output_writer, only: next_time
   use run_loop, only: advance, ended_well
   use run_regrid, only: regrid
+  use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
-  use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 

@@ -26,8 +26,8 @@ module front_prepare
   use run_regrid, only: regrid
   use run_restart, only: resume
   use setup_scene, only: build_scene
+  use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
-  use step_simulation, only: simulation_t
   use update_prescribed, only: start_fields
   implicit none (type, external)
   private

@@ -18,8 +18,8 @@ module front_report
   use particles_tracers, only: tracers_t
   use setup_method, only: elastic_strain, small_strain
   use setup_sinks, only: log_heat_shares
+  use simulation_parts, only: simulation_t
   use state_scene, only: scene_t, scheme_usl
-  use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 

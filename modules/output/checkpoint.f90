@@ -4,19 +4,10 @@ module output_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: rp
   use comm_world, only: world_t
-  use contact_backing, only: backing_t
-  use contact_tool, only: tool_t
-  use exchange_ranks, only: exchange_t
   use io_checkpoint, only: notes_t, write_checkpoint
-  use mapping_probes, only: probes_t, share_probes
-  use output_audit, only: history_t
-  use particles_store, only: particles_t
-  use particles_tracers, only: tracers_t
-  use sleep_sleepers, only: sleepers_t
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
+  use mapping_probes, only: share_probes
+  use simulation_parts, only: simulation_t
   use state_scene, only: output_t, scene_t
-  use state_step, only: step_t
   implicit none (type, external)
   private
 
@@ -58,21 +49,9 @@ contains
 
   !> Write the state between two steps to `path`, by default checkpoint_path; with an empty path the
   !> file is kept in memory only (h5_file). The run is not changed.
-  subroutine save_checkpoint(world, scene, clock, step, tool, backing, probes, tracers, particles, &
-                             sleepers, exchange, budget, history, error, path)
+  subroutine save_checkpoint(world, sim, error, path)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
-    type(tool_t), intent(in) :: tool(:)
-    type(backing_t), intent(in) :: backing(:)
-    type(probes_t), intent(inout) :: probes
-    type(tracers_t), intent(in) :: tracers
-    type(particles_t), intent(in) :: particles
-    type(sleepers_t), intent(in) :: sleepers
-    type(exchange_t), intent(in) :: exchange
-    type(budget_t), intent(in) :: budget
-    type(history_t), intent(in) :: history
+    type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
     character(*), intent(in), optional :: path
     type(notes_t) :: notes
@@ -81,45 +60,47 @@ contains
     real(rp) :: last(2)
     integer :: k
 
-    call share_probes(world, probes)
-    last = [step%last%stiffness, step%last%speed2]
+    call share_probes(world, sim%probes)
+    last = [sim%step%last%stiffness, sim%step%last%speed2]
     call world%max(last)
-    associate (c => clock)
+    associate (c => sim%clock)
       global = [real(c%step, rp), c%time, c%dt, c%displacement, real(c%sorted_at, rp), &
-                c%heat_time, &
-                c%max_speed, c%stiffness, history%kinetic0, history%elastic0, history%audit_scale, &
-                history%row_time, real(probes%n, rp), real(size(history%frame_times), rp), &
-                last, real(c%refused, rp), clock%mass_scaling, c%inertial_peak, &
-                c%heat_step, real(history%rows, rp), real(sleepers%motion%box%lo, rp), &
-                real(sleepers%motion%box%hi, rp), sleepers%motion%time]
+                c%heat_time, c%max_speed, c%stiffness, sim%history%kinetic0, &
+                sim%history%elastic0, sim%history%audit_scale, sim%history%row_time, &
+                real(sim%probes%n, rp), real(size(sim%history%frame_times), rp), last, &
+                real(c%refused, rp), sim%clock%mass_scaling, c%inertial_peak, c%heat_step, &
+                real(sim%history%rows, rp), real(sim%sleepers%motion%box%lo, rp), &
+                real(sim%sleepers%motion%box%hi, rp), sim%sleepers%motion%time]
     end associate
-    if (probes%n > 0) global = [global, reshape(probes%x, [3*probes%n]), probes%temperature]
-    global = [global, history%frame_times]
-    global = [global, reshape(history%row_impulse, [size(history%row_impulse)])]
-    global = [global, reshape(history%row_sums, [size(history%row_sums)])]
-    do k = 1, size(tool)
-      if (tool(k)%drive%is_free) global = [global, tool(k)%drive%state()]
-      global = [global, tool(k)%monitor%state(tool(k)%motion, tool(k)%n_phases)]
-      global = [global, tool(k)%heat%state()]
+    if (sim%probes%n > 0) global = [global, reshape(sim%probes%x, [3*sim%probes%n]), &
+                                    sim%probes%temperature]
+    global = [global, sim%history%frame_times]
+    global = [global, reshape(sim%history%row_impulse, [size(sim%history%row_impulse)])]
+    global = [global, reshape(sim%history%row_sums, [size(sim%history%row_sums)])]
+    do k = 1, size(sim%tool)
+      if (sim%tool(k)%drive%is_free) global = [global, sim%tool(k)%drive%state()]
+      global = [global, sim%tool(k)%monitor%state(sim%tool(k)%motion, sim%tool(k)%n_phases)]
+      global = [global, sim%tool(k)%heat%state()]
     end do
-    do k = 1, size(backing)
-      global = [global, backing(k)%state()]
+    do k = 1, size(sim%backing)
+      global = [global, sim%backing(k)%state()]
     end do
-    if (tracers%n > 0) global = [global, real(tracers%rows, rp), tracers%row_time, &
-                                 real(tracers%id, rp)]
-    local = [budget%sums, real(budget%failed_returns, rp), budget%warnings, &
-             reshape(budget%impulse, [size(budget%impulse)])]
-    do k = 1, size(tool)
-      local = [local, tool(k)%sums]
+    if (sim%tracers%n > 0) global = [global, real(sim%tracers%rows, rp), sim%tracers%row_time, &
+                                     real(sim%tracers%id, rp)]
+    local = [sim%budget%sums, real(sim%budget%failed_returns, rp), sim%budget%warnings, &
+             reshape(sim%budget%impulse, [size(sim%budget%impulse)])]
+    do k = 1, size(sim%tool)
+      local = [local, sim%tool(k)%sums]
     end do
-    if (allocated(sleepers%motion%sums)) then
-      local = [local, reshape(sleepers%motion%sums, [size(sleepers%motion%sums)])]
+    if (allocated(sim%sleepers%motion%sums)) then
+      local = [local, reshape(sim%sleepers%motion%sums, [size(sim%sleepers%motion%sums)])]
     end if
-    call make_notes(scene%output, clock%time, notes)
-    notes%layout = scene%layout%places()
-    file = checkpoint_path(scene)
+    call make_notes(sim%scene%output, sim%clock%time, notes)
+    notes%layout = sim%scene%layout%places()
+    file = checkpoint_path(sim%scene)
     if (present(path)) file = path
-    call write_checkpoint(world, file, particles, exchange%boxes, global, local, notes, error)
+    call write_checkpoint(world, file, sim%particles, sim%exchange%boxes, global, local, notes, &
+                          error)
   end subroutine save_checkpoint
 
 end module output_checkpoint

@@ -4,12 +4,9 @@ module output_diagnostics
   use base_kinds, only: rp
   use base_text, only: str
   use comm_world, only: world_t
-  use mapping_nodes, only: nodes_t
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, &
                              f_tau, f_temp, f_vel, layout_t, n_fields, particles_t, tag_id
-  use state_clock, only: clock_t
-  use state_scene, only: scene_t
-  use state_step, only: step_t
+  use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 
@@ -18,24 +15,20 @@ module output_diagnostics
 contains
 
   !> Collective. Describe a particle with a non-finite field, or else the one at the fastest node.
-  subroutine describe_failure(world, scene, clock, step, particles, nodes, message, why)
+  subroutine describe_failure(world, sim, message, why)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
+    type(simulation_t), intent(in) :: sim
     character(:), allocatable, intent(inout) :: message
     character(*), intent(in) :: why                  !! cause; '' if it is the speed
     character(:), allocatable :: local_message
 
-    local_message = describe_non_finite(scene, particles)
+    local_message = describe_non_finite(sim)
     if (world%all_true(local_message == '')) then
-      local_message = near_fastest_node(world, step, particles, nodes)
+      local_message = near_fastest_node(world, sim)
       if (local_message /= '' .and. why /= '') local_message = local_message//': '//why
     end if
     call world%share_message(local_message, message)
-    message = message//' (step '//str(clock%step)//', t = '//str(clock%time)//' s)'
+    message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
   end subroutine describe_failure
 
   !> True if all fields of all particles of this rank, also sleeping ones, are finite numbers.
@@ -54,20 +47,19 @@ contains
   end function is_finite
 
   !> Description of the first particle of this rank with a non-finite field; '' if none.
-  function describe_non_finite(scene, particles) result(text)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
+  function describe_non_finite(sim) result(text)
+    type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
     integer :: b, f, p
 
     text = ''
-    if (is_finite(particles)) return
-    do b = 1, particles%nblk
-      do p = 1, particles%count(b)
-        do f = 1, particles%nf
-          if (abs(particles%ps(p, f, b)) <= huge(1.0_rp)) cycle
-          text = describe_particle(particles, p, b, 'has a '//field_name(scene%layout, f)// &
-                                   ' that is not a finite number')
+    if (is_finite(sim%particles)) return
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        do f = 1, sim%particles%nf
+          if (abs(sim%particles%ps(p, f, b)) <= huge(1.0_rp)) cycle
+          text = describe_particle(sim%particles, p, b, 'has a '// &
+                                   field_name(sim%scene%layout, f)//' that is not a finite number')
           return
         end do
       end do
@@ -100,30 +92,28 @@ contains
   end function field_name
 
   !> Description of the particle nearest to the fastest node, on the rank that has it; else ''.
-  function near_fastest_node(world, step, particles, nodes) result(text)
+  function near_fastest_node(world, sim) result(text)
     type(world_t), intent(in) :: world
-    type(step_t), intent(in) :: step
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
+    type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
     real(rp) :: largest(1), mine, x(3), d, nearest
     integer :: b, p
 
     text = ''
     mine = 0.0_rp
-    if (step%fastest_node > 0) mine = step%fastest_speed
+    if (sim%step%fastest_node > 0) mine = sim%step%fastest_speed
     largest = mine
     call world%max(largest)
-    if (step%fastest_node == 0 .or. mine < largest(1)) return
-    x = nodes%patch%position(step%fastest_node)
+    if (sim%step%fastest_node == 0 .or. mine < largest(1)) return
+    x = sim%nodes%patch%position(sim%step%fastest_node)
     nearest = huge(1.0_rp)
-    do b = 1, particles%nblk
-      do p = 1, particles%count(b)
-        d = norm2(particles%ps(p, f_pos:f_pos + 2, b) - x)
+    do b = 1, sim%particles%nblk
+      do p = 1, sim%particles%count(b)
+        d = norm2(sim%particles%ps(p, f_pos:f_pos + 2, b) - x)
         if (d >= nearest) cycle
         nearest = d
-        text = describe_particle(particles, p, b, 'runs away')//'; the node beside it moves at '// &
-          str(largest(1))// ' m/s'
+        text = describe_particle(sim%particles, p, b, 'runs away')// &
+          '; the node beside it moves at '//str(largest(1))//' m/s'
       end do
     end do
   end function near_fastest_node

@@ -5,9 +5,9 @@ module output_error_norms
   use comm_world, only: world_t
   use fields_field, only: field_t
   use io_row, only: row_t
-  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
+  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use physics_material, only: material_t
-  use state_clock, only: clock_t
+  use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
   use update_prescribed, only: elastic_state, velocity_time
   implicit none (type, external)
@@ -31,56 +31,54 @@ contains
   end function has_fields
 
   !> Names and units of the columns, without values.
-  function error_headings(scene, clock) result(headings)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+  function error_headings(sim) result(headings)
+    type(simulation_t), intent(in) :: sim
     character(:), allocatable :: headings(:)
-    real(rp) :: sums(n_sums, size(scene%body)), maxima(n_maxima, size(scene%body))
+    real(rp) :: sums(n_sums, size(sim%scene%body)), maxima(n_maxima, size(sim%scene%body))
     type(row_t) :: row
 
     sums = 0.0_rp
     maxima = 0.0_rp
-    call add_columns(scene, clock, sums, maxima, row)
+    call add_columns(sim, sums, maxima, row)
     headings = row%headings()
   end function error_headings
 
   !> Collective. Current errors: mass-weighted rms values and maxima.
-  subroutine error_row(world, scene, clock, particles, row)
+  subroutine error_row(world, sim, row)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
+    type(simulation_t), intent(in) :: sim
     type(row_t), intent(out) :: row
-    real(rp) :: sums(n_sums*size(scene%body)), maxima(n_maxima*size(scene%body))
+    real(rp) :: sums(n_sums*size(sim%scene%body)), maxima(n_maxima*size(sim%scene%body))
     integer :: b, i
 
     sums = 0.0_rp
     maxima = 0.0_rp
-    do b = 1, particles%nblk
-      i = particles%body(b)
-      if (.not. allocated(scene%body(i)%field)) cycle
-      call add_block(scene, clock, scene%body(i)%field, scene%material(scene%body(i)%material), &
-                     particles%count(b), particles%nf, particles%ps(:, :, b), &
+    do b = 1, sim%particles%nblk
+      i = sim%particles%body(b)
+      if (.not. allocated(sim%scene%body(i)%field)) cycle
+      call add_block(sim, sim%scene%body(i)%field, &
+                     sim%scene%material(sim%scene%body(i)%material), sim%particles%count(b), &
+                     sim%particles%nf, sim%particles%ps(:, :, b), &
                      sums(n_sums*(i - 1) + 1:n_sums*i), maxima(n_maxima*(i - 1) + 1:n_maxima*i))
     end do
     call world%sum(sums)
     call world%max(maxima)
-    call add_columns(scene, clock, sums, maxima, row)
+    call add_columns(sim, sums, maxima, row)
   end subroutine error_row
 
   !> Add the time and the errors of each body.
-  subroutine add_columns(scene, clock, sums, maxima, row)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    real(rp), intent(in) :: sums(n_sums, size(scene%body)), maxima(n_maxima, size(scene%body))
+  subroutine add_columns(sim, sums, maxima, row)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: sums(n_sums, size(sim%scene%body)), &
+      maxima(n_maxima, size(sim%scene%body))
     type(row_t), intent(inout) :: row
     character(:), allocatable :: name
     real(rp) :: mean(n_sums)
     integer :: i
 
-    call row%add('time', 's', clock%time)
-    do i = 1, size(scene%body)
-      associate (body => scene%body(i))
+    call row%add('time', 's', sim%clock%time)
+    do i = 1, size(sim%scene%body)
+      associate (body => sim%scene%body(i))
         if (.not. allocated(body%field)) cycle
         name = trim(body%name)
         mean = sqrt(sums(:, i)/max(sums(1, i), tiny(1.0_rp)))
@@ -100,9 +98,8 @@ contains
   end subroutine add_columns
 
   !> Add the errors of a block of particles of one body.
-  subroutine add_block(scene, clock, field, material, n, nf, ps, sums, maxima)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+  subroutine add_block(sim, field, material, n, nf, ps, sums, maxima)
+    type(simulation_t), intent(in) :: sim
     class(field_t), intent(in) :: field
     type(material_t), intent(in) :: material
     integer, intent(in) :: n, nf
@@ -112,22 +109,19 @@ contains
 
     sums(1) = sums(1) + sum(ps(:n, f_mass))
     if (field%has_motion) then
-      call compare_motion(scene, clock, field, material, n, ps(1, scene%layout%origin), &
-                          ps(1, f_mass), ps(1, f_pos), ps(1, f_vel), ps(1, f_temp), ps(1, f_tau), &
-                          sums, maxima)
+      call compare_motion(sim, field, material, n, ps(1, sim%scene%layout%origin), ps(1, f_mass), &
+                          ps(1, f_pos), ps(1, f_vel), ps(1, f_temp), ps(1, f_tau), sums, maxima)
     end if
     if (.not. field%has_temperature) return
-    call field%temperature(clock%heat_time, ps(1, scene%layout%origin), temp)
+    call field%temperature(sim%clock%heat_time, ps(1, sim%scene%layout%origin), temp)
     temp = abs(ps(:, f_temp) - temp)
     sums(6) = sums(6) + sum(ps(:n, f_mass)*temp(:n)**2)
     maxima(2) = max(maxima(2), maxval(temp(:n)))
   end subroutine add_block
 
   !> Add the errors of position, velocity and stress of a block of particles.
-  subroutine compare_motion(scene, clock, field, material, n, x0, mass, x, v, temp, tau, sums, &
-                            maxima)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+  subroutine compare_motion(sim, field, material, n, x0, mass, x, v, temp, tau, sums, maxima)
+    type(simulation_t), intent(in) :: sim
     class(field_t), intent(in) :: field
     type(material_t), intent(in) :: material
     integer, intent(in) :: n
@@ -138,11 +132,11 @@ contains
     real(rp) :: f(nlane, 9), bbar(nlane, 6), jac(nlane), exact_tau(nlane, 6), d(3)
     integer :: p
 
-    call field%motion(velocity_time(scene, clock), x0, unused, exact_v, f)
-    call field%motion(clock%time, x0, exact_x, unused, f)
+    call field%motion(velocity_time(sim%scene, sim%clock), x0, unused, exact_v, f)
+    call field%motion(sim%clock%time, x0, exact_x, unused, f)
     call elastic_state(material, n, f, temp, bbar, jac, exact_tau)
     do p = 1, n
-      d = scene%grid%nearest_image(x(p, :) - exact_x(p, :))
+      d = sim%scene%grid%nearest_image(x(p, :) - exact_x(p, :))
       sums(2) = sums(2) + mass(p)*sum(d**2)
       sums(3) = sums(3) + mass(p)*sum((v(p, :) - exact_v(p, :))**2)
       sums(4) = sums(4) + mass(p)*squared_norm(tau(p, :) - exact_tau(p, :))

@@ -9,7 +9,7 @@ module output_faces
                           s_layer_slip, s_layer_work, s_surface_speed, s_surface_slip, &
                             s_layer_strength, s_layer_thickness, tool_t
   use io_row, only: row_t
-  use output_audit, only: history_t
+  use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -83,18 +83,17 @@ contains
   end subroutine add_face
 
   !> Entries of NAME_summary.json: means over the run up to the last row.
-  function faces_json(scene, tool, history) result(text)
-    type(scene_t), intent(in) :: scene
-    type(tool_t), intent(in) :: tool(:)
-    type(history_t), intent(in) :: history
+  function faces_json(sim) result(text)
+    type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
     character(*), parameter :: nl = new_line('a')
     integer :: k
 
     text = ''
-    do k = 1, size(tool)
-      if (.not. has_face(scene, tool(k))) cycle
-      associate (face => means_from(history%row_sums(:, k)), begin => '    "'//trim(tool(k)%name))
+    do k = 1, size(sim%tool)
+      if (.not. has_face(sim%scene, sim%tool(k))) cycle
+      associate (face => means_from(sim%history%row_sums(:, k)), begin => '    "'// &
+                 trim(sim%tool(k)%name))
         text = text//trim(merge(',', ' ', len(text) > 0))//nl// &
           begin//'_face_temperature_K": '//str(face%temperature)//','//nl// &
           begin//'_shear_strength_Pa": '//str(face%shear_strength)//','//nl// &
@@ -109,17 +108,15 @@ contains
   end function faces_json
 
   !> Log the means over the run in a line for each tool.
-  subroutine log_faces(scene, tool, history)
-    type(scene_t), intent(in) :: scene
-    type(tool_t), intent(in) :: tool(:)
-    type(history_t), intent(in) :: history
+  subroutine log_faces(sim)
+    type(simulation_t), intent(in) :: sim
     integer :: k
 
-    do k = 1, size(tool)
-      if (.not. has_face(scene, tool(k))) cycle
-      if (history%row_sums(s_area, k) <= 0.0_rp) cycle
-      associate (face => means_from(history%row_sums(:, k)))
-        call say(trim(tool(k)%name)//': face at '//str(face%temperature)// &
+    do k = 1, size(sim%tool)
+      if (.not. has_face(sim%scene, sim%tool(k))) cycle
+      if (sim%history%row_sums(s_area, k) <= 0.0_rp) cycle
+      associate (face => means_from(sim%history%row_sums(:, k)))
+        call say(trim(sim%tool(k)%name)//': face at '//str(face%temperature)// &
                  ' K in the mean, sticks to '//str(100.0_rp*face%stick_share)// &
                  ' %; the layer under it shears '//str(face%layer_slip)//' m/s over '// &
                  str(face%layer_thickness)//' m and has '//str(100.0_rp*face%layer_heat_share)// &

@@ -9,11 +9,9 @@ module output_guards
   use comm_world, only: world_t
   use contact_tool, only: s_layer_strength, s_torque, tool_t
   use io_row, only: row_t
-  use output_audit, only: history_t
-  use particles_store, only: f_mass, particles_t
-  use state_clock, only: clock_t
-  use state_scene, only: scene_t, scheme_usavg
-  use state_step, only: step_t
+  use particles_store, only: f_mass
+  use simulation_parts, only: simulation_t
+  use state_scene, only: scheme_usavg
   use tool_shapes_revolved, only: revolved_t
   implicit none (type, external)
   private
@@ -42,57 +40,50 @@ contains
 
   !> Collective. Check the row `columns` of the history; on failure set `step%is_broken` and
   !> `step%reason`.
-  subroutine check(self, world, scene, clock, tool, particles, history, columns, melt_ratio, step)
+  subroutine check(self, world, sim, columns, melt_ratio)
     class(guards_t), intent(inout) :: self
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(in) :: particles
-    type(history_t), intent(in) :: history
+    type(simulation_t), intent(inout) :: sim
     type(row_t), intent(in) :: columns
     real(rp), intent(in) :: melt_ratio           !! largest temperature over melting temperature
-    type(step_t), intent(inout) :: step
     character(:), allocatable :: reason
 
-    if (step%is_broken) return
-    call check_balance(self, world, scene, clock, particles, history, columns, reason)
+    if (sim%step%is_broken) return
+    call check_balance(self, world, sim, columns, reason)
     if (reason == '') call check_melting(self, columns, melt_ratio, reason)
-    if (reason == '') call check_torque(scene, tool, history%row_gained, reason)
+    if (reason == '') call check_torque(sim, sim%history%row_gained, reason)
     if (reason == '') return
-    step%is_broken = .true.
-    step%reason = reason
+    sim%step%is_broken = .true.
+    sim%step%reason = reason
   end subroutine check
 
   !> Compare the missing energy with the exchanged energy. The check is skipped with thermal
   !> expansion, which turns heat into elastic energy outside of the mechanical balance. Energy
   !> missing with USAVG only warns: near the stability limit its two half updates count the work of
   !> noise with an error that accumulates, while the energy itself stays bounded.
-  subroutine check_balance(self, world, scene, clock, particles, history, columns, reason)
+  subroutine check_balance(self, world, sim, columns, reason)
     type(guards_t), intent(inout) :: self
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
-    type(history_t), intent(in) :: history
+    type(simulation_t), intent(in) :: sim
     type(row_t), intent(in) :: columns
     character(:), allocatable, intent(out) :: reason
     character(:), allocatable :: began
     real(rp) :: error, part
 
     reason = ''
-    if (.not. scene%method%has_mechanics) return
-    if (any(abs(scene%material%expansion) > 0.0_rp)) return
-    error = 0.01_rp*columns%value('audit_error')*history%audit_scale
-    part = abs(error)/max(history%audit_scale, tiny(1.0_rp))
-    if (part <= warned_error .or. abs(error) <= rounding*stiffness(world, scene, particles)) then
-      self%balanced_until = clock%time
+    if (.not. sim%scene%method%has_mechanics) return
+    if (any(abs(sim%scene%material%expansion) > 0.0_rp)) return
+    error = 0.01_rp*columns%value('audit_error')*sim%history%audit_scale
+    part = abs(error)/max(sim%history%audit_scale, tiny(1.0_rp))
+    if (part <= warned_error .or. abs(error) <= rounding*stiffness(world, sim)) then
+      self%balanced_until = sim%clock%time
       return
     end if
     began = 'since t = '//str(self%balanced_until)//' s the energy balance does not close: '// &
             str(error)//' J, '//str(100.0_rp*part)//' % of the energy turned over, are missing'
     if (error < 0.0_rp) began = began(:len(began) - len('are missing'))//'came from nothing'
-    if (part > largest_error .and. (error < 0.0_rp .or. scene%method%scheme /= scheme_usavg)) then
+    if (part > largest_error .and. (error < 0.0_rp &
+                                    .or. sim%scene%method%scheme /= scheme_usavg)) then
       reason = began//'; the time step is too long for this scene: lower &TIME CFL or '// &
                "MASS_SCALING, or set SELECTIVE_SCALING = 'off'"
     else if (.not. self%has_warned) then
@@ -102,17 +93,16 @@ contains
   end subroutine check_balance
 
   !> Collective. Bulk modulus times volume of all bodies [J].
-  real(rp) function stiffness(world, scene, particles)
+  real(rp) function stiffness(world, sim)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
+    type(simulation_t), intent(in) :: sim
     real(rp) :: sums(1)
     integer :: b
 
     sums = 0.0_rp
-    do b = 1, particles%nblk
-      associate (m => scene%material(scene%body(particles%body(b))%material))
-        sums = sums + m%k/m%rho*sum(particles%ps(1:particles%count(b), f_mass, b))
+    do b = 1, sim%particles%nblk
+      associate (m => sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
+        sums = sums + m%k/m%rho*sum(sim%particles%ps(1:sim%particles%count(b), f_mass, b))
       end associate
     end do
     call world%sum(sums)
@@ -141,25 +131,24 @@ contains
   !> Check the torque of tools of revolution. It comes from friction alone and is at most the shear
   !> strength times area of the face times the largest radius and half a particle spacing, as arms
   !> are those of particle centres. At symmetry planes the sums cover only part of the face.
-  pure subroutine check_torque(scene, tool, increase, reason)
-    type(scene_t), intent(in) :: scene
-    type(tool_t), intent(in) :: tool(:)
+  pure subroutine check_torque(sim, increase, reason)
+    type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: increase(:, :)
     character(:), allocatable, intent(out) :: reason
     real(rp) :: half, max_torque
     integer :: k
 
     reason = ''
-    half = 0.5_rp*maxval(scene%body%mean_spacing())
-    do k = 1, size(tool)
-      if (.not. tool(k)%has_layer()) cycle
-      if (.not. is_revolved(tool(k)) .or. size(scene%symmetry) > 0) cycle
-      max_torque = increase(s_layer_strength, k)*(tool(k)%shape%radius + half)
+    half = 0.5_rp*maxval(sim%scene%body%mean_spacing())
+    do k = 1, size(sim%tool)
+      if (.not. sim%tool(k)%has_layer()) cycle
+      if (.not. is_revolved(sim%tool(k)) .or. size(sim%scene%symmetry) > 0) cycle
+      max_torque = increase(s_layer_strength, k)*(sim%tool(k)%shape%radius + half)
       if (abs(increase(s_torque, k)) <= torque_slack*max_torque .or. max_torque <= 0.0_rp) cycle
-      reason = '&TOOL '//trim(tool(k)%name)//' turns against '// &
-               str(abs(increase(s_torque, k))/max_torque)// &
-               ' times the torque that the shear strength of the metal on its face allows: '// &
-               'the steps are too long; lower &TIME CFL or MASS_SCALING'
+      reason = '&TOOL '//trim(sim%tool(k)%name)//' turns against '// &
+        str(abs(increase(s_torque, k))/max_torque)// &
+        ' times the torque that the shear strength of the metal on its face allows: '// &
+        'the steps are too long; lower &TIME CFL or MASS_SCALING'
       return
     end do
   end subroutine check_torque

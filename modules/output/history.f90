@@ -8,17 +8,13 @@ module output_history
   use contact_tool, only: n_tool_sums, s_metal_slip, s_force, s_friction, s_heat, &
                           s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
   use io_row, only: row_t
-  use output_audit, only: history_t
   use output_faces, only: add_face, has_face
   use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means, &
                                    zero_means
   use output_totals, only: zero_totals, sum_totals, totals_t
-  use particles_store, only: particles_t
-  use state_budget, only: budget_t, d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, &
-                         e_plastic, e_scaling, e_sleep, e_source, e_wall, e_wall_heat
-  use state_clock, only: clock_t
-  use state_scene, only: scene_t
-  use state_step, only: step_t
+  use simulation_parts, only: simulation_t
+  use state_budget, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
+                          e_scaling, e_sleep, e_source, e_wall, e_wall_heat
   implicit none (type, external)
   private
 
@@ -27,52 +23,36 @@ module output_history
 contains
 
   !> Names and units of the columns.
-  function history_headings(scene, clock, tool, backing, history) result(headings)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(tool_t), intent(in) :: tool(:)
-    type(backing_t), intent(in) :: backing(:)
-    type(history_t), intent(in) :: history
+  function history_headings(sim) result(headings)
+    type(simulation_t), intent(in) :: sim
     character(:), allocatable :: headings(:)
     type(row_t) :: row
 
-    call add_columns(scene, clock, tool, backing, history, zero_totals(scene, size(tool)), &
-                     zero_means(scene), row)
+    call add_columns(sim, zero_totals(sim%scene, size(sim%tool)), zero_means(sim%scene), row)
     headings = row%headings()
   end function history_headings
 
   !> Collective. One row of the history; means of the next row start at this time.
-  subroutine history_row(world, scene, clock, step, tool, backing, particles, budget, history, row)
+  subroutine history_row(world, sim, row)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(inout) :: step
-    type(tool_t), intent(in) :: tool(:)
-    type(backing_t), intent(in) :: backing(:)
-    type(particles_t), intent(in) :: particles
-    type(budget_t), intent(in) :: budget
-    type(history_t), intent(inout) :: history
+    type(simulation_t), intent(inout) :: sim
     type(row_t), intent(out) :: row
     type(micro_means_t) :: micro
     type(totals_t) :: totals
 
-    call sum_totals(world, scene, clock, tool, particles, budget, history, totals)
-    call microstructure_means(world, scene, particles, micro)
-    step%is_broken = step%is_broken .or. .not. totals%is_sound
-    call add_columns(scene, clock, tool, backing, history, totals, micro, row)
-    history%row_gained = totals%tool - history%row_sums
-    history%row_sums = totals%tool
-    history%row_impulse = totals%impulse
-    history%row_time = clock%time
+    call sum_totals(world, sim, totals)
+    call microstructure_means(world, sim, micro)
+    sim%step%is_broken = sim%step%is_broken .or. .not. totals%is_sound
+    call add_columns(sim, totals, micro, row)
+    sim%history%row_gained = totals%tool - sim%history%row_sums
+    sim%history%row_sums = totals%tool
+    sim%history%row_impulse = totals%impulse
+    sim%history%row_time = sim%clock%time
   end subroutine history_row
 
   !> Add all columns in order.
-  subroutine add_columns(scene, clock, tool, backing, history, totals, micro, row)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(tool_t), intent(in) :: tool(:)
-    type(backing_t), intent(in) :: backing(:)
-    type(history_t), intent(in) :: history
+  subroutine add_columns(sim, totals, micro, row)
+    type(simulation_t), intent(in) :: sim
     type(totals_t), intent(in) :: totals
     type(micro_means_t), intent(in) :: micro
     type(row_t), intent(inout) :: row
@@ -80,40 +60,40 @@ contains
     integer :: k
 
     per_second = 0.0_rp                        ! in the first row
-    if (clock%time > history%row_time) per_second = 1.0_rp/(clock%time - history%row_time)
-    call add_common(scene, clock, totals, row)
-    do k = 1, size(tool)
-      call add_tool(tool(k), totals%tool(:, k) - history%row_sums(:, k), per_second, row)
-      if (has_face(scene, tool(k))) then
-        call add_face(trim(tool(k)%name), totals%tool(:, k) - history%row_sums(:, k), per_second, &
-                      totals%face(k), row)
+    if (sim%clock%time > sim%history%row_time) per_second = 1.0_rp/(sim%clock%time &
+      - sim%history%row_time)
+    call add_common(sim, totals, row)
+    do k = 1, size(sim%tool)
+      call add_tool(sim%tool(k), totals%tool(:, k) - sim%history%row_sums(:, k), per_second, row)
+      if (has_face(sim%scene, sim%tool(k))) then
+        call add_face(trim(sim%tool(k)%name), totals%tool(:, k) - sim%history%row_sums(:, k), &
+                      per_second, totals%face(k), row)
       end if
     end do
-    do k = 1, size(backing)
-      call add_backing(backing(k), row)
+    do k = 1, size(sim%backing)
+      call add_backing(sim%backing(k), row)
     end do
-    do k = 1, size(scene%condition)
-      call add_force(scene%condition(k), &
-                     (totals%impulse(:, k) - history%row_impulse(:, k))*per_second, row)
+    do k = 1, size(sim%scene%condition)
+      call add_force(sim%scene%condition(k), (totals%impulse(:, k) &
+                                              - sim%history%row_impulse(:, k))*per_second, row)
     end do
-    call add_micro_columns(scene, micro, row)
-    if (.not. scene%method%adapts_mass) return
-    call row%add('mass_scaling', '', clock%mass_scaling)
+    call add_micro_columns(sim%scene, micro, row)
+    if (.not. sim%scene%method%adapts_mass) return
+    call row%add('mass_scaling', '', sim%clock%mass_scaling)
     call row%add('scaling_work', 'J', totals%budget(e_scaling))
   end subroutine add_columns
 
   !> Add time, energies and extremes. The heat content is 0 unless the specific heat of every
   !> material is given.
-  subroutine add_common(scene, clock, totals, row)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+  subroutine add_common(sim, totals, row)
+    type(simulation_t), intent(in) :: sim
     type(totals_t), intent(in) :: totals
     type(row_t), intent(inout) :: row
 
     associate (t => totals, now => totals%now, budget => totals%budget)
-      call row%add('time', 's', clock%time)
-      call row%add('step', '', real(clock%step, rp))
-      call row%add('dt', 's', clock%dt)
+      call row%add('time', 's', sim%clock%time)
+      call row%add('step', '', real(sim%clock%step, rp))
+      call row%add('dt', 's', sim%clock%dt)
       call row%add('kinetic', 'J', now%kinetic)
       call row%add('elastic', 'J', now%elastic)
       call row%add('plastic_work', 'J', budget(e_plastic))
@@ -130,7 +110,7 @@ contains
       call row%add('audit_error', '%', t%audit_error)
       call row%add('film_loss', 'J', budget(e_film))
       call row%add('heat_content', 'J', merge(now%heat, 0.0_rp, &
-                                              all(scene%material%has_heat_capacity)))
+                                              all(sim%scene%material%has_heat_capacity)))
       call row%add('temperature_max', 'K', now%max_temperature)
       call row%add('strain_rate_max', '1/s', now%max_strain_rate)
       call row%add('kinetic_over_internal', '%', t%over_internal)

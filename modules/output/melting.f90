@@ -5,8 +5,8 @@ module output_melting
   use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
-  use particles_store, only: f_mass, f_pos, f_temp, particles_t
-  use state_clock, only: clock_t
+  use particles_store, only: f_mass, f_pos, f_temp
+  use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -36,36 +36,34 @@ module output_melting
 contains
 
   !> Collective. Check the particles of deformable bodies at a row of the history.
-  subroutine check_particles(self, world, scene, clock, particles)
+  subroutine check_particles(self, world, sim)
     class(melting_t), intent(inout) :: self
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
+    type(simulation_t), intent(in) :: sim
     type(melt_sample_t) :: sample
     real(rp) :: t_melt
     integer :: b, n, p
 
-    if (all(scene%material%t_melt >= huge(1.0_rp))) return
-    do b = 1, particles%nblk
-      n = particles%count(b)
+    if (all(sim%scene%material%t_melt >= huge(1.0_rp))) return
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
       if (n == 0) cycle
-      if (scene%body(particles%body(b))%is_rigid()) cycle
-      t_melt = scene%material(scene%body(particles%body(b))%material)%t_melt
-      associate (ps => particles%ps(1:n, :, b))
+      if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
+      t_melt = sim%scene%material(sim%scene%body(sim%particles%body(b))%material)%t_melt
+      associate (ps => sim%particles%ps(1:n, :, b))
         sample%mass = sample%mass + sum(ps(:, f_mass))
         p = maxloc(ps(:, f_temp), dim=1)
         if (ps(p, f_temp) - t_melt > sample%over) then
           sample%over = ps(p, f_temp) - t_melt
           sample%temp = ps(p, f_temp)
           sample%x = ps(p, f_pos:f_pos + 2)
-          sample%body = particles%body(b)
+          sample%body = sim%particles%body(b)
         end if
         if (ps(p, f_temp) > t_melt) sample%melted = sample%melted &
             + sum(ps(:, f_mass), mask=ps(:, f_temp) > t_melt)
       end associate
     end do
-    call self%update(world, scene, sample, clock%time)
+    call self%update(world, sim%scene, sample, sim%clock%time)
   end subroutine check_particles
 
   !> Collective. Update the maxima; the first time any metal is above its melting temperature warn

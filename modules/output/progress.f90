@@ -7,16 +7,11 @@ module output_progress
   use base_log, only: say
   use base_system, only: peak_memory
   use base_text, only: str
-  use base_timers, only: cpu_seconds, n_phases, now, phase_name, phase_timer_t, wall_time
+  use base_timers, only: cpu_seconds, n_phases, now, phase_name, wall_time
   use base_version, only: commit, release
   use comm_world, only: world_t
-  use exchange_ranks, only: exchange_t
-  use mapping_nodes, only: nodes_t
   use output_time_left, only: time_left_t
-  use particles_store, only: particles_t
-  use state_blocks, only: blocks_t
-  use state_clock, only: clock_t
-  use state_scene, only: scene_t
+  use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 
@@ -41,86 +36,78 @@ module output_progress
 contains
 
   !> Collective. Start the clocks of the run or of its resumed part.
-  subroutine init(self, world, scene, clock, particles)
+  subroutine init(self, world, sim)
     class(progress_t), intent(out) :: self
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
+    type(simulation_t), intent(in) :: sim
 
     self%started = wall_time()
     self%cpu_started = cpu_seconds()
-    call self%left%init(scene%output%progress_interval, scene%output%progress_is_asked)
-    self%first_step = clock%step
-    self%first_time = clock%time
-    self%particles = particles%total()
+    call self%left%init(sim%scene%output%progress_interval, sim%scene%output%progress_is_asked)
+    self%first_step = sim%clock%step
+    self%first_time = sim%clock%time
+    self%particles = sim%particles%total()
     call world%sum(self%particles)
   end subroutine init
 
   !> Show a progress line with percent, remaining time, simulated time and speed, if it is due.
-  subroutine show_line(self, world, scene, clock)
+  subroutine show_line(self, world, sim)
     class(progress_t), intent(inout) :: self
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+    type(simulation_t), intent(in) :: sim
     real(rp) :: at, speed, share, done
     integer :: width
 
-    if (.not. world%is_root() .or. scene%output%is_quiet) return
-    share = (clock%time - self%first_time) &
-            /max(scene%end_time - self%first_time, tiny(1.0_rp))
-    done = clock%time/max(scene%end_time, tiny(1.0_rp))
-    if (scene%max_steps > 0) then
-      share = max(share, real(clock%step - self%first_step, rp) &
-                         /max(1.0_rp, real(scene%max_steps - self%first_step, rp)))
-      done = max(done, real(clock%step, rp)/real(scene%max_steps, rp))
+    if (.not. world%is_root() .or. sim%scene%output%is_quiet) return
+    share = (sim%clock%time - self%first_time)/max(sim%scene%end_time - self%first_time, &
+                                                    tiny(1.0_rp))
+    done = sim%clock%time/max(sim%scene%end_time, tiny(1.0_rp))
+    if (sim%scene%max_steps > 0) then
+      share = max(share, real(sim%clock%step - self%first_step, rp)/max(1.0_rp, &
+                  real(sim%scene%max_steps - self%first_step, rp)))
+      done = max(done, real(sim%clock%step, rp)/real(sim%scene%max_steps, rp))
     end if
     if (.not. self%left%is_due(share, at, width)) return
-    speed = real(self%particles, rp)*real(clock%step - self%first_step, rp)/max(at, 1.0e-9_rp)
+    speed = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)/max(at, 1.0e-9_rp)
     call self%left%show(percent(done)//' %  left '//span(self%left%seconds(at, share))// &
-                        '  t = '//str(clock%time)//' s  step '//str(clock%step)//'  dt = '// &
-                        str(clock%dt)//' s  '//str(speed*1.0e-6_rp)//' M particle-steps/s', width)
+                        '  t = '//str(sim%clock%time)//' s  step '//str(sim%clock%step)// &
+                        '  dt = '//str(sim%clock%dt)//' s  '//str(speed*1.0e-6_rp)// &
+                        ' M particle-steps/s', width)
   end subroutine show_line
 
   !> Collective. Log the speed, and write NAME_summary.json with speed, memory, the time shares of
   !> the phases and of waiting for other ranks (mean over ranks).
-  subroutine write_summary(self, world, scene, clock, blocks, nodes, exchange, timer, others, error)
+  subroutine write_summary(self, world, sim, others, error)
     class(progress_t), intent(in) :: self
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(blocks_t), intent(in) :: blocks
-    type(nodes_t), intent(in) :: nodes
-    type(exchange_t), intent(in) :: exchange
-    type(phase_timer_t), intent(in) :: timer
+    type(simulation_t), intent(in) :: sim
     character(*), intent(in) :: others            !! further entries of the file
     type(error_t), intent(inout) :: error
     real(rp) :: all(n_phases + 6), wall, steps
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
-    all = [timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
-           real(blocks%n_awake_particle_steps, rp), &
-           real(nodes%halo%messages + nodes%resting_halo%messages, rp), &
-           real(nodes%halo%bytes + nodes%resting_halo%bytes, rp), &
-           exchange%balance%waited + nodes%halo%waited + nodes%resting_halo%waited]
+    all = [sim%timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
+           real(sim%blocks%n_awake_particle_steps, rp), &
+           real(sim%nodes%halo%messages + sim%nodes%resting_halo%messages, rp), &
+           real(sim%nodes%halo%bytes + sim%nodes%resting_halo%bytes, rp), &
+           sim%exchange%balance%waited + sim%nodes%halo%waited + sim%nodes%resting_halo%waited]
     call world%sum(all)
     if (.not. world%is_root()) return
-    steps = real(self%particles, rp)*real(clock%step - self%first_step, rp)
-    call write_whole(scene%output%directory//'/'//scene%output%name//'_summary.json', &
-                     json(self, world, clock, exchange, wall, steps, all, others), error)
-    if (.not. scene%output%is_quiet) then
-      call say(str(clock%step - self%first_step)//' steps of '//str(self%particles)// &
+    steps = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)
+    call write_whole(sim%scene%output%directory//'/'//sim%scene%output%name//'_summary.json', &
+                     json(self, world, sim, wall, steps, all, others), error)
+    if (.not. sim%scene%output%is_quiet) then
+      call say(str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)// &
                ' particles in '//span(wall)//': '//str(steps/wall*1.0e-6_rp)// &
                ' M particle-steps/s on '//str(world%size)//' rank(s)')
     end if
   end subroutine write_summary
 
   !> Text of NAME_summary.json.
-  function json(self, world, clock, exchange, wall, steps, all, others) result(text)
+  function json(self, world, sim, wall, steps, all, others) result(text)
     type(progress_t), intent(in) :: self
     type(world_t), intent(in) :: world
-    type(clock_t), intent(in) :: clock
-    type(exchange_t), intent(in) :: exchange
+    type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: wall                  !! [s]
     real(rp), intent(in) :: steps                 !! particle-steps
     real(rp), intent(in) :: all(n_phases + 6)     !! sums over ranks, as in `write_summary`
@@ -133,7 +120,7 @@ contains
     text = '{'//nl//'  "version": "'//release//'",'//nl// &
       '  "commit": "'//commit()//'",'//nl//'  "finished": "'//now()//'",'//nl// &
       '  "particles": '//str(self%particles)//','//nl// &
-      '  "steps": '//str(clock%step - self%first_step)//','//nl// &
+      '  "steps": '//str(sim%clock%step - self%first_step)//','//nl// &
       '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
       '  "cpu_seconds": '//str(all(n_phases + 1))//','//nl// &
       '  "particle_steps_per_wall_second": '//str(steps/wall)//','//nl// &
@@ -141,9 +128,10 @@ contains
       str(steps/max(all(n_phases + 1), 1.0e-9_rp))//','//nl//others//nl// &
       '  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//','//nl// &
       '  "imbalance_mean": '// &
-      str(exchange%balance%sum/max(1.0_rp, real(clock%step - self%first_step, rp)))//','//nl// &
-      '  "imbalance_worst": '//str(exchange%balance%worst)//','//nl// &
-      '  "partitions": '//str(exchange%balance%cuts)//','//nl// &
+      str(sim%exchange%balance%sum/max(1.0_rp, real(sim%clock%step - self%first_step, rp)))// &
+      ','//nl// &
+      '  "imbalance_worst": '//str(sim%exchange%balance%worst)//','//nl// &
+      '  "partitions": '//str(sim%exchange%balance%cuts)//','//nl// &
       '  "messages": '//str(nint(all(n_phases + 4), i8))//','//nl// &
       '  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//','//nl// &
       '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//','//nl// &

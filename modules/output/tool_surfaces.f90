@@ -4,11 +4,9 @@ module output_tool_surfaces
   use base_errors, only: error_t
   use base_kinds, only: rp, sp
   use comm_world, only: world_t
-  use contact_tool, only: tool_t
   use io_frames, only: frame_name, write_series
   use io_tool_frames, only: write_tool_frame
-  use state_clock, only: clock_t
-  use state_scene, only: scene_t
+  use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 
@@ -19,11 +17,9 @@ module output_tool_surfaces
 contains
 
   !> Collective. Write frame `k` (from 0) of the tools, if any has a surface.
-  subroutine put_tools(world, scene, clock, tool, k, error)
+  subroutine put_tools(world, sim, k, error)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(tool_t), intent(in) :: tool(:)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k
     type(error_t), intent(inout) :: error
     real(rp), allocatable :: x(:, :)
@@ -32,31 +28,32 @@ contains
     integer :: i, p
 
     allocate (place(3, 0), velocity(3, 0), azimuth(0), number(0), corner(3, 0))
-    do i = 1, size(tool)
-      if (.not. tool(i)%has_shape()) cycle
-      call tool(i)%shape%surface(x, part)
+    do i = 1, size(sim%tool)
+      if (.not. sim%tool(i)%has_shape()) cycle
+      call sim%tool(i)%shape%surface(x, part)
       corner = reshape([corner, part + size(number)], [3, size(corner, 2) + size(part, 2)])
       number = [number, spread(i, 1, size(x, 2))]
       azimuth = [azimuth, real(atan2(x(2, :), x(1, :)), sp)]
-      x = matmul(tool(i)%axes, x) + spread(tool(i)%position, 2, size(x, 2))
+      x = matmul(sim%tool(i)%axes, x) + spread(sim%tool(i)%position, 2, size(x, 2))
       place = reshape([place, real(x, sp)], [3, size(number)])
-      velocity = reshape([velocity, [(real(tool(i)%surface_velocity(x(:, p)), sp), &
-                                      p=1, size(x, 2))]], [3, size(number)])
+      velocity = reshape([velocity, [(real(sim%tool(i)%surface_velocity(x(:, p)), sp), p=1, &
+                                      size(x, 2))]], [3, size(number)])
     end do
     if (size(corner) == 0) return
-    call write_tool_frame(world, scene%output%directory//'/'// &
-                          frame_name(scene%output%name//ending, k), clock%time, int(clock%step), &
-                          tool%name, place, velocity, azimuth, number, corner, error)
+    call write_tool_frame(world, sim%scene%output%directory//'/'// &
+                          frame_name(sim%scene%output%name//ending, k), sim%clock%time, &
+                          int(sim%clock%step), sim%tool%name, place, velocity, azimuth, number, &
+                          corner, error)
   end subroutine put_tools
 
   !> Collective. Write the index file of these frames, if there are any.
-  subroutine list_tools(world, scene, times, error)
+  subroutine list_tools(world, sim, error)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    real(rp), intent(in) :: times(:)   !! times of all frames from number 0 [s]
+    type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error
 
-    call write_series(world, scene%output%directory, scene%output%name//ending, times, error)
+    call write_series(world, sim%scene%output%directory, sim%scene%output%name//ending, &
+                      sim%history%frame_times, error)
   end subroutine list_tools
 
 end module output_tool_surfaces

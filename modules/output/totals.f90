@@ -3,17 +3,15 @@
 module output_totals
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use contact_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work, tool_t
+  use contact_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
   use mapping_blocks, only: kinetic_energy
-  use output_audit, only: history_t
   use output_diagnostics, only: is_finite
-  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel, &
-                             particles_t
+  use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
   use physics_material, only: material_t
-  use state_budget, only: budget_t, d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
-                         e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
-                         e_wall, e_wall_heat, n_sums
-  use state_clock, only: clock_t
+  use simulation_parts, only: simulation_t
+  use state_budget, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
+                          e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
+                          e_wall, e_wall_heat, n_sums
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -54,31 +52,30 @@ module output_totals
 contains
 
   !> Energies and extremes of the particles of this rank.
-  type(energies_t) function energies(scene, clock, particles) result(now)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
+  type(energies_t) function energies(sim) result(now)
+    type(simulation_t), intent(in) :: sim
     integer :: b, n
 
-    do b = 1, particles%nblk
-      n = particles%count(b)
-      associate (ps => particles%ps(:, :, b), &
-                 mat => scene%material(scene%body(particles%body(b))%material))
+    do b = 1, sim%particles%nblk
+      n = sim%particles%count(b)
+      associate (ps => sim%particles%ps(:, :, b), mat => &
+                 sim%scene%material(sim%scene%body(sim%particles%body(b))%material))
         now%heat = now%heat + mat%heat_content(n, ps(1:n, f_mass), ps(1:n, f_temp)) &
                    + sum(ps(1:n, f_heat))
         now%max_temperature = max(now%max_temperature, maxval(ps(1:n, f_temp)))
-        if (scene%body(particles%body(b))%is_rigid()) cycle
+        if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
         now%kinetic = now%kinetic + kinetic_energy(ps(:, f_mass), ps(:, f_vel:f_vel + 2))
         now%elastic = now%elastic &
           + mat%elastic_energy(n, ps(:, f_mass), ps(:, f_temp), ps(:, f_jac), &
                                ps(:, f_bbar:f_bbar + 5))
         now%max_strain_rate = max(now%max_strain_rate, maxval(ps(1:n, f_rate)))
         now%inertial_ratio = max(now%inertial_ratio, &
-          inertial_stress_ratio(n, mat, clock%mass_scaling, particles%velocity(b), &
-                                ps(:, f_flow), ps(:, f_rate) > 0.0_rp))
+                                 inertial_stress_ratio(n, mat, sim%clock%mass_scaling, &
+                                                       sim%particles%velocity(b), ps(:, f_flow), &
+                                                       ps(:, f_rate) > 0.0_rp))
       end associate
     end do
-    now%kinetic = clock%mass_scaling*now%kinetic
+    now%kinetic = sim%clock%mass_scaling*now%kinetic
   end function energies
 
   !> Largest ratio of inertial stress, chi rho v^2, to flow stress, a measure of too large mass
@@ -109,26 +106,22 @@ contains
   end function zero_totals
 
   !> Collective. Totals of the current state.
-  subroutine sum_totals(world, scene, clock, tool, particles, budget, history, totals)
+  subroutine sum_totals(world, sim, totals)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(in) :: particles
-    type(budget_t), intent(in) :: budget
-    type(history_t), intent(inout) :: history
+    type(simulation_t), intent(inout) :: sim
     type(totals_t), intent(out) :: totals
     real(rp), allocatable :: all(:)
-    real(rp) :: maxima(4 + size(tool))
+    real(rp) :: maxima(4 + size(sim%tool))
     integer :: k, last
 
-    totals = zero_totals(scene, size(tool))
-    totals%now = energies(scene, clock, particles)
+    totals = zero_totals(sim%scene, size(sim%tool))
+    totals%now = energies(sim)
     associate (now => totals%now)
       maxima = [now%max_temperature, now%max_strain_rate, now%inertial_ratio, &
-                merge(0.0_rp, 1.0_rp, is_finite(particles)), tool%max_face_temperature]
-      all = [budget%sums, now%kinetic, now%elastic, now%heat, (tool(k)%sums, k=1, size(tool)), &
-             reshape(budget%impulse, [size(budget%impulse)])]
+                merge(0.0_rp, 1.0_rp, is_finite(sim%particles)), sim%tool%max_face_temperature]
+      all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, &
+             (sim%tool(k)%sums, k=1, size(sim%tool)), &
+             reshape(sim%budget%impulse, [size(sim%budget%impulse)])]
       call world%sum(all)
       call world%max(maxima)
       totals%budget = all(1:n_sums)
@@ -139,14 +132,13 @@ contains
     last = n_sums + 3 + size(totals%tool)
     totals%tool = reshape(all(n_sums + 4:last), shape(totals%tool))
     totals%impulse = reshape(all(last + 1:), shape(totals%impulse))
-    call balance_energies(scene, history, totals)
-    totals%is_sound = maxima(4) <= 0.0_rp .and. .not. energy_diverges(scene, history, totals%now)
+    call balance_energies(sim, totals)
+    totals%is_sound = maxima(4) <= 0.0_rp .and. .not. energy_diverges(sim, totals%now)
   end subroutine sum_totals
 
   !> Balance the energy supplied to the bodies with its stored and dissipated parts.
-  subroutine balance_energies(scene, history, totals)
-    type(scene_t), intent(in) :: scene
-    type(history_t), intent(inout) :: history
+  subroutine balance_energies(sim, totals)
+    type(simulation_t), intent(inout) :: sim
     type(totals_t), intent(inout) :: totals
     real(rp) :: supplied, internal, absorbed, exchanged
 
@@ -156,18 +148,19 @@ contains
       t%contact = sum(tool(s_normal_loss, :)) + budget(e_contact)
       tool(s_heat, :) = t%friction + budget(e_plastic)
       supplied = t%work + budget(e_body) + budget(e_wall) + budget(e_scaling)
-      t%loss = supplied - t%friction - t%contact - (now%kinetic - history%kinetic0) &
-               - budget(d_kinetic) - budget(e_stress) - budget(e_sleep)
-      absorbed = t%friction + t%contact + budget(e_plastic) + now%elastic - history%elastic0 &
-              + now%kinetic - history%kinetic0 + t%loss + budget(e_sleep) &
-              + budget(d_kinetic) + budget(d_elastic)
-      history%audit_scale = max(history%audit_scale, &
-                                abs(t%work) + abs(budget(e_body)) + abs(budget(e_wall)), &
-                                abs(budget(e_scaling)), history%kinetic0 + abs(history%elastic0), &
-                                1.0e-200_rp)   ! a quotient by it is finite
-      t%audit_error = 100.0_rp*(supplied - absorbed)/history%audit_scale
+      t%loss = supplied - t%friction - t%contact - (now%kinetic - sim%history%kinetic0) &
+        - budget(d_kinetic) - budget(e_stress) - budget(e_sleep)
+      absorbed = t%friction + t%contact + budget(e_plastic) + now%elastic - sim%history%elastic0 &
+        + now%kinetic - sim%history%kinetic0 + t%loss + budget(e_sleep) + budget(d_kinetic) &
+        + budget(d_elastic)
+      ! a quotient by it is finite
+      sim%history%audit_scale = max(sim%history%audit_scale, &
+                                    abs(t%work) + abs(budget(e_body)) + abs(budget(e_wall)), &
+                                    abs(budget(e_scaling)), sim%history%kinetic0 &
+                                    + abs(sim%history%elastic0), 1.0e-200_rp)
+      t%audit_error = 100.0_rp*(supplied - absorbed)/sim%history%audit_scale
       t%to_bodies = sum(tool(s_to_plate, :))
-      if (scene%method%conducts) t%to_bodies = t%to_bodies + budget(e_friction)
+      if (sim%scene%method%conducts) t%to_bodies = t%to_bodies + budget(e_friction)
       internal = now%elastic + budget(e_plastic) + t%friction
       t%over_internal = internal
       if (internal > 0.0_rp) t%over_internal = 100.0_rp*now%kinetic/internal
@@ -181,14 +174,12 @@ contains
   !> True if the kinetic energy exceeds twice the exchanged energy, the sign of an unstable run. Not
   !> checked with thermal expansion, which makes kinetic energy from heat; 1e-9 of the heat content
   !> is a tolerance for rounding.
-  pure logical function energy_diverges(scene, history, now)
-    type(scene_t), intent(in) :: scene
-    type(history_t), intent(in) :: history
+  pure logical function energy_diverges(sim, now)
+    type(simulation_t), intent(in) :: sim
     type(energies_t), intent(in) :: now
 
-    energy_diverges = &
-      .not. now%kinetic <= 2.0_rp*history%audit_scale + 1.0e-9_rp*abs(now%heat) &
-      .and. all(abs(scene%material%expansion) <= 0.0_rp)
+    energy_diverges = .not. now%kinetic <= 2.0_rp*sim%history%audit_scale &
+      + 1.0e-9_rp*abs(now%heat) .and. all(abs(sim%scene%material%expansion) <= 0.0_rp)
   end function energy_diverges
 
 end module output_totals

@@ -5,9 +5,8 @@ module output_tracers
   use base_text, only: str
   use comm_world, only: world_t
   use io_histories, only: compact
-  use particles_store, only: particles_t
-  use particles_tracers, only: n_seen, tracers_t
-  use state_scene, only: scene_t
+  use particles_tracers, only: n_seen
+  use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 
@@ -20,12 +19,9 @@ contains
 
   !> Collective. Text of the rows of the groups that are due, and their number; a tracer whose
   !> particle has left the grid has no row. `id` is that of the particle in the frames.
-  subroutine tracer_rows(world, scene, particles, tracers, time, is_due, text, n)
+  subroutine tracer_rows(world, sim, is_due, text, n)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(tracers_t), intent(in) :: tracers
-    real(rp), intent(in) :: time                  !! simulated time [s]
+    type(simulation_t), intent(in) :: sim
     logical, intent(in) :: is_due(:)              !! groups to write
     character(:), allocatable, intent(out) :: text
     integer, intent(out) :: n
@@ -36,18 +32,18 @@ contains
     character(:), allocatable :: line
     integer :: i, used
 
-    allocate (seen(n_seen, tracers%n))
-    call tracers%collect(world, particles, seen)
-    allocate (character(longest*tracers%n) :: text)
-    write (now, '(es19.12)') time
+    allocate (seen(n_seen, sim%tracers%n))
+    call sim%tracers%collect(world, sim%particles, seen)
+    allocate (character(longest*sim%tracers%n) :: text)
+    write (now, '(es19.12)') sim%clock%time
     used = 0
     n = 0
-    do i = 1, tracers%n
-      if (.not. is_due(tracers%group(i)) .or. seen(n_seen, i) < 0.5_rp) cycle
+    do i = 1, sim%tracers%n
+      if (.not. is_due(sim%tracers%group(i)) .or. seen(n_seen, i) < 0.5_rp) cycle
       write (numbers, '(es15.8, *(:, ",", es15.8))') seen(:5, i)
-      line = compact(now)//','//trim(tracers%name(tracers%group(i)))//','//str(i)//','// &
-             str(tracers%id(i))//','//trim(scene%body(nint(seen(6, i)))%name)//','// &
-             compact(numbers)//new_line('a')
+      line = compact(now)//','//trim(sim%tracers%name(sim%tracers%group(i)))//','//str(i)//','// &
+        str(sim%tracers%id(i))//','//trim(sim%scene%body(nint(seen(6, i)))%name)//','// &
+        compact(numbers)//new_line('a')
       text(used + 1:used + len(line)) = line
       used = used + len(line)
       n = n + 1

@@ -1,22 +1,16 @@
 ! SPDX-License-Identifier: MIT
 !> Warnings during a run, each kind once.
 module output_warnings
-  use base_kinds, only: i8, rp
+  use base_kinds, only: i8, nlane, rp
   use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
-  use contact_tool, only: tool_t
   use io_row, only: row_t
-  use output_audit, only: history_t
   use output_guards, only: guards_t
   use output_melting, only: melting_t
   use output_microstructure, only: warning_message
-  use output_numerical_fracture, only: separation_ratio
-  use particles_store, only: particles_t
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
-  use state_scene, only: scene_t
-  use state_step, only: step_t
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos
+  use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 
@@ -40,186 +34,157 @@ contains
 
   !> Collective. Log new warnings at the row `columns` of the history; set `step%is_broken` if the
   !> run must end.
-  subroutine check(self, world, scene, clock, step, tool, particles, budget, history, columns)
+  subroutine check(self, world, sim, columns)
     class(warnings_t), intent(inout) :: self
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(inout) :: step
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(in) :: particles
-    type(budget_t), intent(in) :: budget
-    type(history_t), intent(in) :: history
+    type(simulation_t), intent(inout) :: sim
     type(row_t), intent(in) :: columns
+    real(rp), parameter :: max_sleep_loss = 1.0e-3_rp   ! energy that sleepers may absorb, over that
+                                                        ! exchanged
+    real(rp), parameter :: max_separation = 0.9_rp   ! part of the distance at which neighbours
+                                                     ! share a node
+    character(:), allocatable :: at
+    real(rp) :: inertia, sleep_loss, separation
 
-    call report_rejected_steps(self, world, clock)
-    call warn_validity(self, world, scene, clock, budget)
-    call self%melting%check_particles(world, scene, clock, particles)
-    call warn_inertia(self, world, scene, clock, columns)
-    call warn_sleep(self, world, clock, history, columns)
-    call warn_debris(self, world, clock, columns)
-    call warn_returns(self, world, clock, step)
-    call warn_fracture(self, world, scene, clock, particles)
-    call self%guards%check(world, scene, clock, tool, particles, history, columns, &
-                           self%melting%ratio, step)
+    at = 't = '//str(sim%clock%time)//' s '
+    if (sim%clock%refused > self%reported_rejected) then
+      self%reported_rejected = sim%clock%refused
+      if (world%is_root()) call say('note: until '//at//str(sim%clock%refused)// &
+        ' step(s) would have moved a node by more than half a cell and were made shorter; '// &
+        'the last one is '//str(sim%clock%dt)//' s')
+    end if
+    call warn_validity(self, world, sim)
+    call self%melting%check_particles(world, sim)
+    inertia = 0.01_rp*columns%value('inertial_stress_over_flow')
+    self%inertial_ratio = max(self%inertial_ratio, inertia)
+    call warn_once(self%has_inertia, world, inertia > sim%scene%method%inertial_fraction &
+                   .and. sim%clock%mass_scaling > 1.0_rp .and. .not. sim%scene%method%adapts_mass, &
+                   at//'the inertial stress of mass scaling, chi rho v^2, is '// &
+                   str(columns%value('inertial_stress_over_flow'))// &
+                   ' % of the flow stress somewhere (KE/IE '// &
+                   str(columns%value('kinetic_over_internal'))//' %): try a MASS_SCALING of '// &
+                   str(allowed_scaling(self, sim)))
+    sleep_loss = abs(columns%value('sleep_loss'))/max(sim%history%audit_scale, tiny(1.0_rp))
+    call warn_once(self%has_sleep, world, sleep_loss > max_sleep_loss, &
+                   at//'sleeping material has taken '//str(100.0_rp*sleep_loss)// &
+                   ' % of the energy turned over: lower SLEEP_STRESS, or SLEEPING = off')
+    call warn_once(self%has_debris, world, columns%value('debris_mass') > 0.0_rp, &
+                   at//str(1.0e6_rp*columns%value('debris_mass'))// &
+                   ' mg of debris have left the grid; debris_mass of the history counts on '// &
+                   '(DEBRIS = 0: it ends the run)')
+    call warn_once(self%has_returns, world, sim%step%worst_returns > 0, &
+                   at//'the return mapping of '//str(sim%step%worst_returns)// &
+                   ' particle-steps had not converged')
+    if (.not. self%has_fracture) then
+      separation = separation_ratio(world, sim)
+      call warn_once(self%has_fracture, world, separation > max_separation, &
+                     at//'neighbouring particles are stretched to '//str(separation)// &
+                     ' of the distance up to which nodes join them: numerical fracture '// &
+                     '(try cpgimp, or more particles per cell)')
+    end if
+    call self%guards%check(world, sim, columns, self%melting%ratio)
   end subroutine check
 
-  !> Note that steps were rejected and repeated, at most once between two rows of the history.
-  subroutine report_rejected_steps(self, world, clock)
-    type(warnings_t), intent(inout) :: self
+  !> Log a warning when its condition is true for the first time.
+  subroutine warn_once(is_given, world, is_true, message)
+    logical, intent(inout) :: is_given
     type(world_t), intent(in) :: world
-    type(clock_t), intent(in) :: clock
+    logical, intent(in) :: is_true
+    character(*), intent(in) :: message
 
-    if (clock%refused <= self%reported_rejected) return
-    self%reported_rejected = clock%refused
-    if (world%is_root()) call say('note: until t = '//str(clock%time)//' s '//str(clock%refused)// &
-                                  ' step(s) would have moved a node by more than half a '// &
-                                  'cell and were made shorter; the last one is '//str(clock%dt)// &
-                                  ' s')
-  end subroutine report_rejected_steps
+    if (is_given .or. .not. is_true) return
+    is_given = .true.
+    if (world%is_root()) call say('warning: at '//message)
+  end subroutine warn_once
 
   !> Warn once for each limit of validity of a flow law that particles exceed, with a position.
-  subroutine warn_validity(self, world, scene, clock, budget)
+  subroutine warn_validity(self, world, sim)
     type(warnings_t), intent(inout) :: self
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(budget_t), intent(in) :: budget
+    type(simulation_t), intent(in) :: sim
     character(:), allocatable :: message
     integer :: k
 
     if (.not. allocated(self%has_validity)) then
-      allocate (self%has_validity(size(scene%warning)), source=.false.)
+      allocate (self%has_validity(size(sim%scene%warning)), source=.false.)
     end if
-    do k = 1, size(scene%warning)
+    do k = 1, size(sim%scene%warning)
       if (self%has_validity(k)) cycle
-      call warning_message(world, scene, clock, budget, k, message)
+      call warning_message(world, sim, k, message)
       self%has_validity(k) = message /= ''
       if (world%is_root() .and. message /= '') call say(message)
     end do
   end subroutine warn_validity
 
-  !> Warn once if sleeping material has absorbed more than a thousandth of the exchanged energy.
-  subroutine warn_sleep(self, world, clock, history, columns)
-    type(warnings_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(clock_t), intent(in) :: clock
-    type(history_t), intent(in) :: history
-    type(row_t), intent(in) :: columns           !! columns of the history
-    real(rp), parameter :: max_share = 1.0e-3_rp
-    real(rp) :: share
-
-    share = abs(columns%value('sleep_loss'))/max(history%audit_scale, tiny(1.0_rp))
-    if (share <= max_share .or. self%has_sleep) return
-    self%has_sleep = .true.
-    if (world%is_root()) then
-      call say('warning: at t = '//str(clock%time)//' s sleeping material has taken '// &
-               str(100.0_rp*share)// &
-               ' % of the energy turned over: lower SLEEP_STRESS, or SLEEPING = off')
-    end if
-  end subroutine warn_sleep
-
-  !> Warn once that torn-off material has left the grid.
-  subroutine warn_debris(self, world, clock, columns)
-    type(warnings_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(clock_t), intent(in) :: clock
-    type(row_t), intent(in) :: columns           !! columns of the history
-
-    if (self%has_debris .or. columns%value('debris_mass') <= 0.0_rp) return
-    self%has_debris = .true.
-    if (world%is_root()) call say('warning: by t = '//str(clock%time)//' s '// &
-                                  str(1.0e6_rp*columns%value('debris_mass'))// &
-                                  ' mg of debris have left the grid; debris_mass of the '// &
-                                  'history counts on (DEBRIS = 0: it ends the run)')
-  end subroutine warn_debris
-
-  !> Warn once if the inertial stress of a constant mass scaling exceeds its limit.
-  subroutine warn_inertia(self, world, scene, clock, columns)
-    type(warnings_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(row_t), intent(in) :: columns           !! columns of the history
-    real(rp) :: percent_of_flow
-
-    percent_of_flow = columns%value('inertial_stress_over_flow')
-    self%inertial_ratio = max(self%inertial_ratio, 0.01_rp*percent_of_flow)
-    if (0.01_rp*percent_of_flow <= scene%method%inertial_fraction) return
-    if (clock%mass_scaling <= 1.0_rp .or. scene%method%adapts_mass .or. self%has_inertia) return
-    self%has_inertia = .true.
-    if (world%is_root()) then
-      call say('warning: at t = '//str(clock%time)// &
-               ' s the inertial stress of mass scaling, chi rho v^2, is '//str(percent_of_flow)// &
-               ' % of the flow stress somewhere (KE/IE '// &
-               str(columns%value('kinetic_over_internal'))//' %): try a MASS_SCALING of '// &
-               str(allowed_scaling(self, scene, clock)))
-    end if
-  end subroutine warn_inertia
-
   !> Mass scaling at which the inertial stress would have stayed at its limit so far: the stress is
   !> proportional to the scaling, since the tool prescribes the velocities.
-  pure real(rp) function allowed_scaling(self, scene, clock)
+  pure real(rp) function allowed_scaling(self, sim)
     type(warnings_t), intent(in) :: self
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+    type(simulation_t), intent(in) :: sim
 
-    allowed_scaling = max(1.0_rp, clock%mass_scaling*scene%method%inertial_fraction &
-                                  /max(self%inertial_ratio, tiny(1.0_rp)))
+    allowed_scaling = max(1.0_rp, sim%clock%mass_scaling &
+                          *sim%scene%method%inertial_fraction /max(self%inertial_ratio, &
+                          tiny(1.0_rp)))
   end function allowed_scaling
 
-  !> Warn once of return mappings that did not converge.
-  subroutine warn_returns(self, world, clock, step)
-    type(warnings_t), intent(inout) :: self
+  !> Collective. Largest ratio of the distance of neighbours to that at which they surely share a
+  !> node.
+  real(rp) function separation_ratio(world, sim)
     type(world_t), intent(in) :: world
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: largest(1)
+    integer :: b
 
-    if (step%worst_returns == 0 .or. self%has_returns) return
-    self%has_returns = .true.
-    if (world%is_root()) call say('warning: at t = '//str(clock%time)// &
-                                  ' s the return mapping of '//str(step%worst_returns)// &
-                                  ' particle-steps had not converged')
-  end subroutine warn_returns
+    largest = 0.0_rp
+    do b = 1, sim%particles%nblk
+      if (sim%scene%body(sim%particles%body(b))%is_rigid()) cycle
+      largest(1) = max(largest(1), separation_in_block(sim, sim%particles%body(b), &
+                                                       sim%particles%count(b), sim%particles%nf, &
+                                                       sim%particles%ps(:, :, b)))
+    end do
+    call world%max(largest)
+    separation_ratio = largest(1)
+  end function separation_ratio
 
-  !> Collective. Warn once of neighbouring particles that hardly share a grid node.
-  subroutine warn_fracture(self, world, scene, clock, particles)
-    type(warnings_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
-    real(rp), parameter :: max_ratio = 0.9_rp    ! part of the distance at which they share a node
-    real(rp) :: ratio
+  !> Largest ratio in a block, along the grid axes: particles surely share a node up to a distance
+  !> of one cell plus one particle domain.
+  pure real(rp) function separation_in_block(sim, body, n, nf, ps)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: body, n, nf
+    real(rp), intent(in) :: ps(nlane, nf)
+    real(rp) :: half(3), distance(3), edges(3), start(3)
+    integer :: p
 
-    if (self%has_fracture) return
-    ratio = separation_ratio(world, scene, particles)
-    self%has_fracture = ratio > max_ratio
-    if (self%has_fracture .and. world%is_root()) then
-      call say('warning: at t = '//str(clock%time)// &
-               ' s neighbouring particles are stretched to '//str(ratio)// &
-               ' of the distance up to which nodes join them: numerical fracture '// &
-               '(try cpgimp, or more particles per cell)')
-    end if
-  end subroutine warn_fracture
+    separation_in_block = 0.0_rp
+    half = sim%scene%domain(body)
+    associate (s => sim%scene%body(body)%start)
+      start = sqrt(s%bbar(1:3))*s%jac**(1.0_rp/3.0_rp)
+    end associate
+    do p = 1, n
+      if (sim%scene%layout%half > 0) half = ps(p, sim%scene%layout%half:sim%scene%layout%half + 2)
+      edges = sim%scene%grid%edges_at(ps(p, f_pos:f_pos + 2))
+      distance = sim%scene%spacing_of(body, ps(p, f_mass))*sqrt(ps(p, f_bbar:f_bbar + 2)) &
+        *ps(p, f_jac)**(1.0_rp/3.0_rp)/start
+      separation_in_block = max(separation_in_block, &
+                                maxval(distance/(edges*(1.0_rp + 2.0_rp*half))))
+    end do
+  end function separation_in_block
 
   !> Log the largest inertial stress of mass scaling at the end of a run.
-  subroutine log_inertial_stress(self, scene, clock)
+  subroutine log_inertial_stress(self, sim)
     class(warnings_t), intent(in) :: self
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+    type(simulation_t), intent(in) :: sim
 
-    if (.not. (scene%method%adapts_mass .or. clock%mass_scaling > 1.0_rp)) return
+    if (.not. (sim%scene%method%adapts_mass .or. sim%clock%mass_scaling > 1.0_rp)) return
     if (self%inertial_ratio <= 0.0_rp) then
       call say('no metal with strength was seen to flow: nothing to judge the mass scaling by')
-    else if (scene%method%adapts_mass) then
+    else if (sim%scene%method%adapts_mass) then
       call say('inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
-               ' % of the flow stress, mass scaling '//str(clock%mass_scaling)//' in the end')
+               ' % of the flow stress, mass scaling '//str(sim%clock%mass_scaling)//' in the end')
     else
       call say('inertial stress up to '//str(100.0_rp*self%inertial_ratio)// &
-               ' % of the flow stress: MASS_SCALING = '// &
-               str(allowed_scaling(self, scene, clock))//' would make that '// &
-               str(100.0_rp*scene%method%inertial_fraction)//' %')
+               ' % of the flow stress: MASS_SCALING = '//str(allowed_scaling(self, sim))// &
+               ' would make that '//str(100.0_rp*sim%scene%method%inertial_fraction)//' %')
     end if
   end subroutine log_inertial_stress
 

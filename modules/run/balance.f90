@@ -9,7 +9,7 @@ module run_balance
   use particles_migrate, only: wrap_positions
   use particles_store, only: f_pos
   use run_particle_cost, only: particle_costs
-  use step_simulation, only: simulation_t
+  use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 

@@ -18,10 +18,10 @@ module run_loop
   use particles_store, only: f_vel
   use run_debris, only: remove_debris
   use run_regrid, only: may_leave_cell, regrid
+  use simulation_parts, only: simulation_t
   use step_advance, only: take_step
   use step_drives, only: drive_tools, store_impulses
   use step_motion, only: find_motion
-  use step_simulation, only: simulation_t
   use update_prescribed, only: stagger_velocities
   implicit none (type, external)
   private
@@ -60,7 +60,7 @@ contains
     sim%step%last%stiffness = most(1)
     sim%step%last%speed2 = most(2)
     call stagger_velocities(sim%scene, sim%clock, sim%particles, stable_step(sim%scene, sim%clock))
-    now = energies(sim%scene, sim%clock, sim%particles)
+    now = energies(sim)
     energy = [now%kinetic, now%elastic]
     call world%sum(energy)
     sim%history%kinetic0 = energy(1)
@@ -82,12 +82,8 @@ contains
 
     status = ended_well
     message = ''
-    call writer%init(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%probes, &
-                     sim%tracers, sim%particles, sim%history, is_resumed, error)
-    if (.not. is_resumed) call writer%write_due(world, sim%scene, sim%clock, sim%step, sim%tool, &
-                                          sim%backing, sim%probes, sim%tracers, sim%particles, &
-                                          sim%sleepers, sim%exchange, sim%budget, sim%history, &
-                                          .false., error)
+    call writer%init(world, sim, is_resumed, error)
+    if (.not. is_resumed) call writer%write_due(world, sim, .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call note_step(sim%clock%step)
@@ -97,7 +93,7 @@ contains
       call write_due(world, sim, writer, is_finished(sim), status, message, error)
       if (status == ended_broken) exit
       call check_state(world, sim, status, message)
-      call writer%progress%show_line(world, sim%scene, sim%clock)
+      call writer%progress%show_line(world, sim)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
@@ -109,8 +105,7 @@ contains
       call writer%sync()
       call save_last_state(world, sim, status == ended_by_signal, error, message)
     end if
-    call writer%write_summary(world, sim%scene, sim%clock, sim%tool, sim%history, sim%blocks, &
-                              sim%nodes, sim%exchange, sim%timer, error)
+    call writer%write_summary(world, sim, error)
     call writer%close(error)
     call note_step(-1_i8)
     if (error%is_set()) then
@@ -134,8 +129,7 @@ contains
                 str(sim%clock%time)//' s)'
       return
     end if
-    call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
-                          message, 'more kinetic energy than was ever given')
+    call describe_failure(world, sim, message, 'more kinetic energy than was ever given')
   end subroutine check_state
 
   !> Save the state at a stop: a checkpoint to resume from. After an instability an earlier
@@ -152,15 +146,11 @@ contains
     is_there = .not. world%all_true(.not. is_there)
     is_good = world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
     if (is_good .and. (is_sound .or. .not. is_there)) then
-      call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
-                           sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
-                           sim%budget, sim%history, error)
+      call save_checkpoint(world, sim, error)
       message = message//'; checkpoint '//checkpoint_path(sim%scene)
       return
     end if
-    call save_checkpoint(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
-                         sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
-                         sim%budget, sim%history, error, broken_path(sim%scene))
+    call save_checkpoint(world, sim, error, broken_path(sim%scene))
     message = message//'; this state is in '//broken_path(sim%scene)
     if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim%scene)
   end subroutine save_last_state
@@ -190,8 +180,7 @@ contains
     call take_step(world, sim, dt)
     if (sim%step%is_broken) then
       status = ended_broken
-      call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
-                            message, '')
+      call describe_failure(world, sim, message, '')
       return
     end if
     call drive_tools(world, sim, dt)
@@ -263,9 +252,7 @@ contains
       if (status == ended_broken) return
       call find_motion(world, sim)
     end if
-    call writer%write_due(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
-                    sim%probes, sim%tracers, sim%particles, sim%sleepers, sim%exchange, &
-                    sim%budget, sim%history, last, error)
+    call writer%write_due(world, sim, last, error)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
   end subroutine write_due
 

@@ -8,9 +8,9 @@ module run_mass_scaling
   use mapping_blocks, only: kinetic_energy
   use output_totals, only: inertial_stress_ratio
   use particles_store, only: f_flow, f_mass, f_vel
+  use simulation_parts, only: simulation_t
   use state_budget, only: e_scaling
   use step_motion, only: find_motion
-  use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 

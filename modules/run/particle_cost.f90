@@ -4,7 +4,7 @@
 module run_particle_cost
   use base_kinds, only: nlane, rp
   use particles_store, only: awake, f_pos, f_rate, rests
-  use step_simulation, only: simulation_t
+  use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 

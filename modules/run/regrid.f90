@@ -16,9 +16,9 @@ module run_regrid
   use particles_store, only: awake, f_pos, held
   use run_balance, only: note_balance, reach_of, rebalance, store_nodes
   use run_mass_scaling, only: adapt_mass
+  use simulation_parts, only: simulation_t
   use sleep_criteria, only: count_awake, update_sleep
   use sleep_held_force, only: find_far_force
-  use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 

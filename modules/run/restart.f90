@@ -17,10 +17,10 @@ module run_restart
   use run_debris, only: remove_debris
   use run_regrid, only: relist, sort_particles
   use run_restart_check, only: check_boxes, check_global, check_local, check_particles
+  use simulation_parts, only: simulation_t
   use sleep_motion, only: start_tracking
   use sleep_sleepers, only: n_motion
   use state_budget, only: n_sums
-  use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 

@@ -11,10 +11,10 @@ module run_restart_check
   use output_diagnostics, only: field_name
   use particles_store, only: asleep, f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, &
                              f_temp, f_vel, layout_t, particles_t, tag_id, tag_rest, tracer_bit
+  use simulation_parts, only: simulation_t
   use sleep_cubes, only: edge
   use sleep_sleepers, only: n_motion
   use state_budget, only: n_sums
-  use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 

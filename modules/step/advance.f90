@@ -14,6 +14,7 @@ module step_advance
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes, update_nodes
   use mapping_probes, only: move_probes
+  use simulation_parts, only: simulation_t
   use sleep_held_force, only: record_sleeper_impulse
   use sleep_held_layer, only: freeze_layer
   use sleep_motion, only: track_motion
@@ -23,7 +24,6 @@ module step_advance
   use step_constraints, only: apply_boundary, resolve_contact
   use step_filter, only: filter_velocity
   use step_schedule, only: accept_step
-  use step_simulation, only: simulation_t
   use step_to_grid, only: particles_to_grid, sum_nodes
   use update_sweeps, only: accelerate, grid_to_particles, momentum_to_grid, update_stress
   implicit none (type, external)

@@ -8,10 +8,10 @@ module step_constraints
   use boundary_symmetry, only: restore_velocities
   use comm_world, only: world_t
   use exchange_speculation, only: can_speculate
+  use simulation_parts, only: simulation_t
   use sleep_held_layer, only: hold_layer
   use state_step, only: outcome_t
   use step_schedule, only: sum_with_overlap
-  use step_simulation, only: simulation_t
   use tool_contact_impulses, only: apply_impulses, find_contact, find_impulses
   use tool_contact_lists, only: n_masses
   implicit none (type, external)

@@ -9,8 +9,8 @@ module step_drives
   use contact_tool, only: s_force, s_torque, tool_t
   use mapping_stability, only: wave_speed
   use particles_store, only: f_pos, f_temp
+  use simulation_parts, only: simulation_t
   use state_clock, only: clock_t
-  use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 

@@ -12,8 +12,8 @@ module step_filter
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes
   use particles_store, only: f_mass
+  use simulation_parts, only: simulation_t
   use state_scene, only: transfer_xpic
-  use step_simulation, only: simulation_t
   use transfer_kernels, only: g2p_values_block
   use transfer_scatter, only: p2g_values_block
   implicit none (type, external)

@@ -9,7 +9,7 @@ module step_motion
   use mapping_blocks, only: gather_lanes, weights_of
   use mapping_nodes, only: clear_nodes, min_node_mass
   use particles_store, only: f_mass, f_vel
-  use step_simulation, only: simulation_t
+  use simulation_parts, only: simulation_t
   use transfer_scatter, only: p2g_values_block
   implicit none (type, external)
   private

@@ -9,8 +9,8 @@ module step_schedule
   use comm_world, only: world_t
   use exchange_acceptance, only: finish_acceptance
   use exchange_speculation, only: save_block, roll_back
+  use simulation_parts, only: simulation_t
   use state_step, only: outcome_t
-  use step_simulation, only: simulation_t
   use update_sweeps, only: blocks_to_particles
   implicit none (type, external)
   private

@@ -9,9 +9,9 @@ module step_to_grid
   use comm_world, only: world_t
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes
+  use simulation_parts, only: simulation_t
   use sleep_held_layer, only: add_layer
   use state_scene, only: scheme_usl
-  use step_simulation, only: simulation_t
   use update_sweeps, only: blocks_to_grid
   use update_tractions, only: tractions_to_grid
   implicit none (type, external)

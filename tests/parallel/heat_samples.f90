@@ -9,7 +9,7 @@ module heat_samples
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields
   use run_balance, only: first_partition
   use run_regrid, only: regrid
-  use step_simulation, only: simulation_t
+  use simulation_parts, only: simulation_t
   implicit none (type, external)
   private
 

@@ -14,7 +14,7 @@ module step_samples
   use physics_flow_law, only: flow_law_t, n_work
   use run_balance, only: first_partition
   use run_regrid, only: regrid
-  use step_simulation, only: simulation_t
+  use simulation_parts, only: simulation_t
   use tool_shapes_box, only: box_shape_t
   use tool_shapes_plane, only: plane_t
   use tool_shapes_shoulder, only: new_shoulder

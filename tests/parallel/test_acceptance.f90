@@ -12,6 +12,7 @@ program test_acceptance
   use mapping_nodes, only: update_nodes
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_pos, f_vel
+  use simulation_parts, only: free_simulation, simulation_t
   use state_budget, only: budget_t
   use state_clock, only: clock_t
   use state_step, only: outcome_t
@@ -20,7 +21,6 @@ program test_acceptance
   use step_samples, only: add_clamp, add_plane_of_symmetry, add_tool, fill, h, make_flow, &
                           plane_tool, rho, settle, shake, start_scene
   use step_schedule, only: accept_step
-  use step_simulation, only: free_simulation, simulation_t
   use step_to_grid, only: particles_to_grid
   use update_sweeps, only: blocks_to_particles
   implicit none (type, external)

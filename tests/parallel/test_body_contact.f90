@@ -12,11 +12,11 @@ program test_body_contact
   use node_samples, only: all_of, balance_of, balance_t, gather_nodes, map_particles, &
                           set_velocity, shake_nodes
   use particles_store, only: f_heat
+  use simulation_parts, only: free_simulation, simulation_t
   use state_budget, only: e_contact, e_friction
   use state_step, only: outcome_t
   use step_constraints, only: apply_boundary, resolve_contact
   use step_samples, only: add_contact, add_tool, fill, h, particle_tool, settle, shake, start_scene
-  use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
   real(rp), parameter :: dt = 1.0e-6_rp, at_rest(3, 3) = 0.0_rp

@@ -7,9 +7,9 @@ program test_clamps
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use node_samples, only: all_of, gather_nodes, map_particles, shake_nodes
+  use simulation_parts, only: free_simulation, simulation_t
   use state_budget, only: e_wall
   use step_samples, only: add_clamp, fill, h, noise, rho, settle, shake, start_scene
-  use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
   real(rp), parameter :: far = 1.0e9_rp

@@ -9,8 +9,8 @@ program test_not_a_number
   use comm_world, only: start_world, world_t
   use output_diagnostics, only: describe_failure, field_name, is_finite
   use particles_store, only: asleep, set_rest
+  use simulation_parts, only: free_simulation, simulation_t
   use step_samples, only: fill, settle, start_scene
-  use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
   type(world_t) :: world
@@ -36,8 +36,7 @@ program test_not_a_number
     end if
     call expect('found by its rank alone', &
                 is_finite(sim%particles) .neqv. world%rank == world%size - 1)
-    call describe_failure(world, sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
-                          message, '')
+    call describe_failure(world, sim, message, '')
     call expect('named: '//field_name(sim%scene%layout, f), index(message, ' has a '// &
       field_name(sim%scene%layout, f)//' that is not a finite number: at (') > 0)
     sim%particles%ps(1, f, b) = kept

@@ -7,11 +7,11 @@ program test_symmetry
   use comm_world, only: start_world, world_t
   use node_samples, only: all_of, gather_nodes, gather_particles, map_particles, step_once
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
+  use simulation_parts, only: free_simulation, simulation_t
   use state_scene, only: average_never, transfer_fmpm
   use step_constraints, only: apply_boundary
   use step_samples, only: add_plane_of_symmetry, fill, h, noise, rho, settle, &
                           start_scene
-  use step_simulation, only: free_simulation, simulation_t
   implicit none (type, external)
 
   integer, parameter :: cells(3) = [2, 2, 3], margin = 5, n = 8*product(cells)

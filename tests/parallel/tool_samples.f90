@@ -4,11 +4,11 @@ module tool_samples
   use base_kinds, only: rp
   use comm_world, only: world_t
   use node_samples, only: map_particles, shake_nodes
+  use simulation_parts, only: simulation_t
   use state_step, only: outcome_t
   use step_constraints, only: apply_boundary, resolve_contact
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, plane_tool, settle, shake, &
                           shoulder_tool, sphere_tool, start_scene
-  use step_simulation, only: simulation_t
   implicit none (type, external)
   private
 

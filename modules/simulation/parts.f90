@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> State of a running simulation: scene, this rank's part of it, clock and budget.
-module step_simulation
-  use base_kinds, only: rp
+module simulation_parts
+  use base_kinds, only: i8, rp
   use base_timers, only: phase_timer_t
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
@@ -11,7 +11,6 @@ module step_simulation
   use heat_sources, only: source_t
   use mapping_nodes, only: nodes_t
   use mapping_probes, only: probes_t
-  use output_audit, only: history_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
   use sleep_sleepers, only: sleepers_t
@@ -24,11 +23,22 @@ module step_simulation
   implicit none (type, external)
   private
 
-  public :: simulation_t
-  public :: free_simulation
+  public :: history_t, simulation_t, free_simulation
 
-  !> Each part is owned by the library of its type; procedures below this library take the
-  !> parts they use.
+  !> State from which rows of the history are computed as differences and means.
+  type :: history_t
+    real(rp) :: kinetic0 = 0.0_rp, elastic0 = 0.0_rp   !! energies at t = 0 [J]
+    real(rp) :: audit_scale = 0.0_rp         !! largest energy exchanged so far [J]
+    real(rp), allocatable :: frame_times(:)  !! times of the frames written so far [s]
+    real(rp) :: row_time = 0.0_rp            !! time of the last row [s]
+    integer(i8) :: rows = 0                  !! rows written so far
+    real(rp), allocatable :: row_sums(:, :)  !! sums of each tool at the last row, of all ranks
+    real(rp), allocatable :: row_gained(:, :)  !! increase of these between the last two rows
+    real(rp), allocatable :: row_impulse(:, :)   !! impulses of conditions at the last row [N s]
+  end type history_t
+
+  !> Each part is owned by the library of its type; procedures of lower libraries
+  !> take the parts they use.
   type :: simulation_t
     type(scene_t) :: scene                   !! constant during a run
     type(clock_t) :: clock
@@ -82,4 +92,4 @@ contains
     call sim%pairs%near%free()
   end subroutine free_simulation
 
-end module step_simulation
+end module simulation_parts
