@@ -14,8 +14,7 @@ module body_contact_gaps
   use contact_pair, only: moves_as_one, normal_regression
   use mapping_nodes, only: append, min_node_mass, nodes_t
   use particles_store, only: f_mass, particles_t
-  use state_blocks, only: blocks_t
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -36,19 +35,18 @@ contains
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
     real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    real(rp) :: start(6, size(scene%body))
 
     if (.not. allocated(pairs%lightest)) then
       call find_lightest(world, scene, particles, nodes%n_groups, pairs%lightest)
+      pairs%start = first_stretches(scene)
     end if
     call list_nodes(scene, clock, nodes, pairs, g)
     call mark_walls(scene, boundary, pairs)
     call list_near(scene, particles, blocks, nodes, pairs)
-    start = first_stretches(scene)
-    call choose_normals(world, scene, nodes, start, pairs)
+    call choose_normals(world, scene, nodes, pairs)
     call average_normals(scene, nodes, pairs, g)
     call sum_entries(world, nodes, pairs, .false., 3, pairs%mean)
-    call measure_mean(scene, nodes%patch, start, pairs)
+    call measure_mean(scene, nodes%patch, pairs)
     call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
     call choose_mean(scene, nodes%patch, pairs)
     pairs%is_known = .true.
@@ -56,11 +54,10 @@ contains
 
   !> Collective. Find normals and gaps of all entries, each from its own particles; immediately
   !> where no other rank or image contributes.
-  subroutine choose_normals(world, scene, nodes, start, pairs)
+  subroutine choose_normals(world, scene, nodes, pairs)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
-    real(rp), intent(in) :: start(6, size(scene%body))   !! initial stretches
     type(node_pairs_t), intent(inout) :: pairs
     integer :: e
 
@@ -68,17 +65,17 @@ contains
       call sum_particles(scene, nodes%patch, e, pairs)
       if (pairs%is_shared(e)) cycle
       call try_normals(scene, nodes%patch, e, pairs)
-      call choose_normal(scene, nodes%patch, start, e, pairs)
+      call choose_normal(scene, nodes%patch, e, pairs)
     end do
     call sum_entries(world, nodes, pairs, .false., size(pairs%sums, 1), pairs%sums)
     do e = 1, pairs%n
       if (.not. pairs%is_shared(e)) cycle
       call try_normals(scene, nodes%patch, e, pairs)
-      call measure_shared(scene, nodes%patch, start, e, pairs)
+      call measure_shared(scene, nodes%patch, e, pairs)
     end do
     call sum_entries(world, nodes, pairs, .true., 2*n_trials, pairs%surface)
     do e = 1, pairs%n
-      if (pairs%is_shared(e)) call choose_normal(scene, nodes%patch, start, e, pairs)
+      if (pairs%is_shared(e)) call choose_normal(scene, nodes%patch, e, pairs)
     end do
   end subroutine choose_normals
 

@@ -5,7 +5,7 @@ module body_contact_heat
   use body_contact_node_pairs, only: node_pairs_t
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_heat, f_mass, particles_t
-  use state_clock, only: clock_t
+  use state_run, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private

@@ -9,7 +9,7 @@ module body_contact_near
   use mapping_blocks, only: corners_of, weights_of
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
-  use state_blocks, only: blocks_t, skin
+  use state_run, only: blocks_t, skin
   use state_scene, only: scene_t
   use transfer_kernels, only: run_length
   implicit none (type, external)

@@ -67,6 +67,8 @@ module body_contact_node_pairs
     integer, allocatable :: node(:), pair(:)   !! (n) node and contact of each entry
     logical, allocatable :: is_owned(:)        !! this rank records the entry
     real(rp), allocatable :: lightest(:)       !! (groups) mass of the lightest particle [kg]
+    real(rp), allocatable :: start(:, :)       !! (6, bodies) stretches b at which their particles
+                                               !! had the initial edges
     logical, allocatable :: may_touch(:)       !! bodies with a &CONTACT may have a finite gap
     logical, allocatable :: is_shared(:)       !! other ranks or images contribute particles
     integer, allocatable :: state(:)           !! is_apart, is_sliding or is_stuck, see contact_pair

@@ -14,9 +14,7 @@ module body_contact_pairs
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: set_rigid_velocities
   use particles_store, only: particles_t
-  use state_blocks, only: blocks_t
-  use state_budget, only: budget_t, e_contact, e_friction, e_normal_loss
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, e_contact, e_friction, e_normal_loss
   use state_scene, only: scene_t, scheme_usavg
   implicit none (type, external)
   private

@@ -24,10 +24,9 @@ contains
 
   !> Measure both surfaces along all trial normals of entry `e`, to which other ranks or images
   !> contribute.
-  subroutine measure_shared(scene, patch, start, e, pairs)
+  subroutine measure_shared(scene, patch, e, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: start(6, size(scene%body))
     integer, intent(in) :: e
     type(node_pairs_t), intent(inout) :: pairs
     integer :: k
@@ -37,17 +36,16 @@ contains
     pairs%surface(:, :, e) = no_surface           ! all values are sent
     if (.not. pairs%may_touch(e)) return
     do k = 1, n_trials - 1
-      call measure(scene, patch, start, pairs, e, pairs%trial(:, k, e), no_min_gap, &
+      call measure(scene, patch, pairs, e, pairs%trial(:, k, e), no_min_gap, &
                    pairs%surface(:, k, e), gap)
     end do
   end subroutine measure_shared
 
   !> Choose the normal with the largest gap at entry `e`; a better founded one (earlier in the list)
   !> also with a slightly smaller gap.
-  subroutine choose_normal(scene, patch, start, e, pairs)
+  subroutine choose_normal(scene, patch, e, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: start(6, size(scene%body))
     integer, intent(in) :: e
     type(node_pairs_t), intent(inout) :: pairs
     real(rp) :: gap(n_trials - 1), gap_tolerance
@@ -64,7 +62,7 @@ contains
       end do
     else
       pairs%outermost(:, e) = 0
-      call measure_trials(scene, patch, start, pairs, e, gap_tolerance, gap)
+      call measure_trials(scene, patch, pairs, e, gap_tolerance, gap)
     end if
     chosen = best_of(gap_tolerance, pairs%trial(:, :, e), gap)
     if (chosen == 0) return
@@ -75,10 +73,9 @@ contains
 
   !> Measure the gaps along the trial normals of entry `e`: of the first, and of those that could
   !> replace it; others may get the first's.
-  subroutine measure_trials(scene, patch, start, pairs, e, gap_tolerance, gap)
+  subroutine measure_trials(scene, patch, pairs, e, gap_tolerance, gap)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: start(6, size(scene%body))
     type(node_pairs_t), intent(inout) :: pairs
     integer, intent(in) :: e
     real(rp), intent(in) :: gap_tolerance             !! [m]
@@ -92,8 +89,8 @@ contains
     gap = no_min_gap
     do k = 1, size(gap)
       if (all(abs(pairs%trial(:, k, e)) <= 0.0_rp)) cycle
-      call measure(scene, patch, start, pairs, e, pairs%trial(:, k, e), least, &
-                   pairs%surface(:, k, e), gap(k))
+      call measure(scene, patch, pairs, e, pairs%trial(:, k, e), least, pairs%surface(:, k, e), &
+                   gap(k))
       if (k == 1) least = gap(1) + gap_tolerance
       is_less(k) = gap(k) <= least .and. k > 1
     end do
@@ -101,9 +98,8 @@ contains
       gap(2:) = no_min_gap                        ! the first one is chosen
     else
       do k = 2, size(gap)
-        if (is_less(k)) call measure(scene, patch, start, pairs, e, &
-                                     pairs%trial(:, k, e), no_min_gap, pairs%surface(:, k, e), &
-                                       gap(k))
+        if (is_less(k)) call measure(scene, patch, pairs, e, pairs%trial(:, k, e), no_min_gap, &
+                                     pairs%surface(:, k, e), gap(k))
       end do
     end if
   end subroutine measure_trials
@@ -126,10 +122,9 @@ contains
 
   !> Measure both surfaces along the mean normals where these could be chosen, and at all shared
   !> entries.
-  subroutine measure_mean(scene, patch, start, pairs)
+  subroutine measure_mean(scene, patch, pairs)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: start(6, size(scene%body))
     type(node_pairs_t), intent(inout) :: pairs
     real(rp) :: gap, least, gap_tolerance
     integer :: e
@@ -141,7 +136,7 @@ contains
       least = no_min_gap
       if (pairs%gap(e) > -far_distance .and. .not. pairs%is_shared(e)) least = pairs%gap(e) &
         - gap_tolerance
-      call measure(scene, patch, start, pairs, e, pairs%mean(:, e), least, &
+      call measure(scene, patch, pairs, e, pairs%mean(:, e), least, &
                    pairs%surface(:, n_trials, e), gap)
     end do
   end subroutine measure_mean
@@ -188,10 +183,9 @@ contains
   !> Measure how far both bodies of entry `e` extend along `n`, out of the first, and the gap. If
   !> the gap is below `least`, surfaces may be underestimated and the gap overestimated, but not
   !> above `least`. Particles that were outermost before are examined first.
-  subroutine measure(scene, patch, start, pairs, e, n, least, surface, gap)
+  subroutine measure(scene, patch, pairs, e, n, least, surface, gap)
     type(scene_t), intent(in) :: scene
     type(patch_t), intent(in) :: patch
-    real(rp), intent(in) :: start(6, size(scene%body))
     type(node_pairs_t), intent(inout) :: pairs
     integer, intent(in) :: e
     real(rp), intent(in) :: n(3), least
@@ -201,7 +195,7 @@ contains
     integer :: pass, side
 
     nn = [n(1)*n(1), n(2)*n(2), n(3)*n(3), n(1)*n(2), n(2)*n(3), n(1)*n(3)]
-    factor = sizes_along(scene, start, nn)
+    factor = sizes_along(scene, pairs%start, nn)
     surface = no_surface
     passes: do pass = 1, 3
       do side = 1, 2

@@ -10,8 +10,7 @@ module boundary_clamps
   use boundary_held, only: boundary_t, column_nodes_t, column_t
   use comm_world, only: world_t
   use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t
-  use state_budget, only: budget_t, e_wall
-  use state_clock, only: clock_t
+  use state_run, only: budget_t, clock_t, e_wall
   use state_scene, only: scene_t
   implicit none (type, external)
   private

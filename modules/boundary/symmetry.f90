@@ -10,7 +10,7 @@ module boundary_symmetry
   use boundary_held, only: boundary_t
   use conditions_list, only: symmetry_t
   use mapping_nodes, only: nodes_t
-  use state_budget, only: budget_t, e_wall_heat
+  use state_run, only: budget_t, e_wall_heat
   use state_scene, only: scene_t
   implicit none (type, external)
   private

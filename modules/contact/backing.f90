@@ -22,8 +22,6 @@ module contact_backing
     procedure :: column_at
     procedure :: max_face_temperature
     procedure :: content
-    procedure :: state
-    procedure :: set_state
   end type backing_t
 
 contains
@@ -60,33 +58,6 @@ contains
       content = content + self%column(i)%content()
     end do
   end function content
-
-  !> State for a checkpoint.
-  pure function state(self) result(values)
-    class(backing_t), intent(in) :: self
-    real(rp), allocatable :: values(:)
-    integer :: i, n
-
-    n = 0
-    if (size(self%column) > 0) n = size(self%column(1)%state())
-    allocate (values(n*size(self%column)))
-    do i = 1, size(self%column)
-      values(n*(i - 1) + 1:n*i) = self%column(i)%state()
-    end do
-  end function state
-
-  !> Set the state from a checkpoint.
-  pure subroutine set_state(self, values)
-    class(backing_t), intent(inout) :: self
-    real(rp), intent(in) :: values(:)
-    integer :: i, n
-
-    if (size(self%column) == 0) return
-    n = size(values)/size(self%column)
-    do i = 1, size(self%column)
-      call self%column(i)%set_state(values(n*(i - 1) + 1:n*i))
-    end do
-  end subroutine set_state
 
   !> Index of the backing of a face of a body; 0 if it has none.
   pure integer function find_backing(backing, body, face) result(k)

@@ -11,11 +11,8 @@ module exchange_acceptance
   use contact_tool, only: tool_t
   use exchange_ranks, only: exchange_t
   use mapping_nodes, only: full_mass, nodes_t
-  use state_blocks, only: blocks_t, skin
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, skin, step_t
   use state_scene, only: scene_t
-  use state_step, only: step_t
   implicit none (type, external)
   private
 

@@ -10,7 +10,7 @@ module exchange_order
   use grid_marks, only: dilate
   use mapping_nodes, only: nodes_t
   use particles_store, only: border_bit, f_pos, particles_t, set_bit
-  use state_blocks, only: blocks_t
+  use state_run, only: blocks_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private

@@ -4,7 +4,7 @@ module exchange_ranks
   use base_kinds, only: rp
   use comm_world, only: reduction_t
   use grid_geometry, only: box_t
-  use state_budget, only: budget_t
+  use state_run, only: budget_t
   implicit none (type, external)
   private
 

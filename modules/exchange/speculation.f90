@@ -11,11 +11,8 @@ module exchange_speculation
   use exchange_ranks, only: exchange_t
   use mapping_nodes, only: nodes_t
   use particles_store, only: far_bit, particles_t, set_bit
-  use state_blocks, only: blocks_t
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, outcome_t
   use state_scene, only: scene_t, scheme_usl
-  use state_step, only: outcome_t
   implicit none (type, external)
   private
 

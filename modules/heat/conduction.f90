@@ -19,13 +19,11 @@ module heat_conduction
   use mapping_probes, only: probes_t, update_probe_temperatures
   use particles_store, only: f_heat, f_mass, f_rate, f_temp, n_conduction, particles_t
   use sleep_criteria, only: swap_lists
-  use state_blocks, only: blocks_t
-  use state_budget, only: budget_t, e_conduction, e_film, e_tool, e_wall_heat
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, e_conduction, e_film, e_tool, e_wall_heat, &
+                       step_t
   use state_scene, only: scene_t
-  use state_step, only: step_t
   use transfer_conduction, only: heat_particles, min_capacity, temperature_increment
-  use update_annealing, only: anneal_particles
+  use update_constitutive, only: anneal_particles
   implicit none (type, external)
   private
 

@@ -13,10 +13,8 @@ module heat_implicit
   use heat_solvers_petsc, only: operator_t, solve_by_petsc
   use mapping_nodes, only: nodes_t
   use particles_store, only: particles_t
-  use state_budget, only: budget_t, e_film
-  use state_clock, only: clock_t
+  use state_run, only: budget_t, clock_t, e_film, step_t
   use state_scene, only: scene_t
-  use state_step, only: step_t
   use transfer_conduction, only: min_capacity
   implicit none (type, external)
   private

@@ -11,7 +11,7 @@ module heat_nodes
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
   use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t
-  use state_budget, only: budget_t, e_wall_heat
+  use state_run, only: budget_t, e_wall_heat
   use state_scene, only: scene_t
   use transfer_conduction, only: capacity_to_grid, flux_to_grid, min_capacity, nodal_pressure, &
                                  nodal_temperature, pressure_to_grid

@@ -16,8 +16,8 @@ module heat_sinks
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_mass, f_pos, f_temp, particles_t, tag_faces
-  use state_budget, only: budget_t, e_film, e_tool
   use state_film, only: film_t, of_pressure, stefan_boltzmann
+  use state_run, only: budget_t, e_film, e_tool
   use state_scene, only: scene_t
   use transfer_conduction, only: film_to_grid, min_capacity
   use transfer_weights, only: point_nodes

@@ -8,9 +8,7 @@ module heat_sources
   use base_text, only: str
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_mass, f_pos, particles_t, tag_faces
-  use state_blocks, only: blocks_t, skin
-  use state_budget, only: budget_t, e_source
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, e_source, skin
   use state_scene, only: scene_t
   implicit none (type, external)
   private

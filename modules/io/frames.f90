@@ -7,7 +7,7 @@ module io_frames
   use, intrinsic :: iso_fortran_env, only: int8
   use base_errors, only: error_t
   use base_files, only: write_whole
-  use base_kinds, only: i8, rp, sp
+  use base_kinds, only: i8, nlane, rp, sp
   use base_system, only: remove_file
   use comm_agree, only: agree
   use comm_world, only: world_t
@@ -67,8 +67,7 @@ contains
     allocate (x(3, particles%total()))
     call pack_vector(particles, f_pos, x)
     call write_vertices(file, x, error)
-    call write_point_data(file, particles, error)
-    call write_materials(file, particles, made_of, error)
+    call write_point_data(file, particles, made_of, error)
     if (origin > 0) then
       call pack_vector(particles, origin, x)
       call write_array(file, point_data//'initial_position', x, error)
@@ -108,8 +107,7 @@ contains
     call write_vertices(file, x, error)
     call file%group('/VTKHDF/PointData', error)
     call write_scalar(file, 'temperature', 'K', temperature, error)
-    call write_array(file, point_data//'body', body, error)
-    call write_attribute(file, point_data//'body', 'units', '1', error)
+    call write_integers(file, 'body', body, error)
     call write_notes(file, time, step, 'body', names, error)
     call note_unit(file, 'temperature', 'K', error)
     call file%close(error)
@@ -165,59 +163,66 @@ contains
     call write_attribute(file, '/VTKHDF/Points', 'units', 'm', error)
   end subroutine write_vertices
 
-  !> Write the fields of the particles.
-  subroutine write_point_data(file, particles, error)
-    type(h5file_t), intent(in) :: file
-    type(particles_t), intent(in) :: particles
-    type(error_t), intent(inout) :: error
-    real(sp), allocatable :: v(:, :), a(:), b(:)
-    integer, allocatable :: body(:)
-    integer(i8), allocatable :: id(:)
-    integer :: n
-
-    n = particles%total()
-    allocate (v(3, n), a(n), b(n), body(n), id(n))
-    call file%group('/VTKHDF/PointData', error)
-    call pack_scalar(particles, f_temp, a)
-    call write_scalar(file, 'temperature', 'K', a, error)
-    call pack_scalar(particles, f_plastic, a)
-    call write_scalar(file, 'plastic_strain', '1', a, error)
-    call pack_scalar(particles, f_rate, a)
-    call write_scalar(file, 'strain_rate', '1/s', a, error)
-    call pack_scalar(particles, f_flow, a)
-    call write_scalar(file, 'flow_stress', 'Pa', a, error)
-    call pack_stress(particles, a, b)
-    call write_scalar(file, 'pressure', 'Pa', a, error)
-    call write_scalar(file, 'von_mises', 'Pa', b, error)
-    call write_stress(file, particles, error)
-    call pack_velocity(particles, v)
-    call write_array(file, point_data//'velocity', v, error)
-    call write_attribute(file, point_data//'velocity', 'units', 'm/s', error)
-    call pack_numbers(particles, body, id)
-    call write_array(file, point_data//'body', body, error)
-    call write_attribute(file, point_data//'body', 'units', '1', error)
-    call write_array(file, point_data//'id', id, error)
-    call write_attribute(file, point_data//'id', 'units', '1', error)
-  end subroutine write_point_data
-
-  !> Write the material of each particle.
-  subroutine write_materials(file, particles, made_of, error)
+  !> Write the fields of the particles: the Cauchy stress with its pressure -tr(tau)/(3 J) and von
+  !> Mises stress sqrt(3/2) |dev tau|/J, and the grid velocities where they are known.
+  subroutine write_point_data(file, particles, made_of, error)
     type(h5file_t), intent(in) :: file
     type(particles_t), intent(in) :: particles
     integer, intent(in) :: made_of(:)        !! material of each body
     type(error_t), intent(inout) :: error
-    integer, allocatable :: material(:)
-    integer :: b, n
+    character(14), parameter :: name(6) = [character(14) :: 'temperature', 'plastic_strain', &
+      'strain_rate', 'flow_stress', 'pressure', 'von_mises']
+    character(3), parameter :: unit(6) = [character(3) :: 'K', '1', '1/s', 'Pa', 'Pa', 'Pa']
+    real(sp), allocatable :: scalar(:, :), stress(:, :), velocity(:, :)
+    integer, allocatable :: body(:)
+    integer(i8), allocatable :: id(:)
+    real(rp) :: mean, t(6), v(nlane, 3)
+    integer :: b, i, k, n
 
-    allocate (material(particles%total()))
+    n = particles%total()
+    allocate (scalar(n, 6), stress(6, n), velocity(3, n), body(n), id(n))
     n = 0
     do b = 1, particles%nblk
-      material(n + 1:n + particles%count(b)) = made_of(particles%body(b))
-      n = n + particles%count(b)
+      v = particles%velocity(b)
+      do i = 1, particles%count(b)
+        n = n + 1
+        associate (ps => particles%ps(i, :, b))
+          t = ps(f_tau:f_tau + 5)
+          stress(:, n) = real(t/ps(f_jac), sp)
+          mean = sum(t(1:3))/3.0_rp
+          t(1:3) = t(1:3) - mean
+          scalar(n, :) = real([ps(f_temp), ps(f_plastic), ps(f_rate), ps(f_flow), -mean/ps(f_jac), &
+            sqrt(1.5_rp*(sum(t(1:3)**2) + 2.0_rp*sum(t(4:6)**2)))/ps(f_jac)], sp)
+        end associate
+        velocity(:, n) = real(v(i, :), sp)
+        body(n) = particles%body(b)
+        id(n) = tag_id(particles%tag(i, b))
+      end do
     end do
-    call write_array(file, point_data//'material', material, error)
-    call write_attribute(file, point_data//'material', 'units', '1', error)
-  end subroutine write_materials
+    call file%group('/VTKHDF/PointData', error)
+    do k = 1, size(name)
+      call write_scalar(file, trim(name(k)), trim(unit(k)), scalar(:, k), error)
+    end do
+    call write_array(file, point_data//'stress', stress, error)
+    call write_attribute(file, point_data//'stress', 'units', 'Pa', error)
+    call write_array(file, point_data//'velocity', velocity, error)
+    call write_attribute(file, point_data//'velocity', 'units', 'm/s', error)
+    call write_integers(file, 'body', body, error)
+    call write_array(file, point_data//'id', id, error)
+    call write_attribute(file, point_data//'id', 'units', '1', error)
+    call write_integers(file, 'material', made_of(body), error)
+  end subroutine write_point_data
+
+  !> Write a field of integers.
+  subroutine write_integers(file, name, a, error)
+    type(h5file_t), intent(in) :: file
+    character(*), intent(in) :: name
+    integer, intent(in), contiguous :: a(:)
+    type(error_t), intent(inout) :: error
+
+    call write_array(file, point_data//name, a, error)
+    call write_attribute(file, point_data//name, 'units', '1', error)
+  end subroutine write_integers
 
   !> Write a scalar field.
   subroutine write_scalar(file, name, units, a, error)
@@ -229,21 +234,6 @@ contains
     call write_array(file, point_data//name, a, error)
     call write_attribute(file, point_data//name, 'units', units, error)
   end subroutine write_scalar
-
-  !> Pack a field of the particles without the unused lanes of the blocks.
-  subroutine pack_scalar(particles, field, a)
-    type(particles_t), intent(in) :: particles
-    integer, intent(in) :: field
-    real(sp), intent(out) :: a(:)
-    integer :: b, m, n
-
-    n = 0
-    do b = 1, particles%nblk
-      m = particles%count(b)
-      a(n + 1:n + m) = real(particles%ps(1:m, field, b), sp)
-      n = n + m
-    end do
-  end subroutine pack_scalar
 
   !> Pack three fields as a vector.
   subroutine pack_vector(particles, field, v)
@@ -261,84 +251,6 @@ contains
       n = n + m
     end do
   end subroutine pack_vector
-
-  !> Pack the grid velocities at the particles, if available, or the particle velocities [m/s].
-  subroutine pack_velocity(particles, v)
-    type(particles_t), intent(in) :: particles
-    real(sp), intent(out) :: v(:, :)
-    integer :: b, m, n
-
-    n = 0
-    do b = 1, particles%nblk
-      m = particles%count(b)
-      v(:, n + 1:n + m) = real(transpose(first_of(m, particles%velocity(b))), sp)
-      n = n + m
-    end do
-  contains
-    pure function first_of(m, v) result(part)
-      integer, intent(in) :: m
-      real(rp), intent(in) :: v(:, :)
-      real(rp) :: part(m, 3)
-
-      part = v(:m, :)
-    end function first_of
-  end subroutine pack_velocity
-
-  !> Write the Cauchy stress xx, yy, zz, xy, yz, xz, the order of symmetric tensors in VTK.
-  subroutine write_stress(file, particles, error)
-    type(h5file_t), intent(in) :: file
-    type(particles_t), intent(in) :: particles
-    type(error_t), intent(inout) :: error
-    real(sp), allocatable :: stress(:, :)
-    integer :: b, i, n
-
-    allocate (stress(6, particles%total()))
-    n = 0
-    do b = 1, particles%nblk
-      do i = 1, particles%count(b)
-        n = n + 1
-        stress(:, n) = real(particles%ps(i, f_tau:f_tau + 5, b)/particles%ps(i, f_jac, b), sp)
-      end do
-    end do
-    call write_array(file, point_data//'stress', stress, error)
-    call write_attribute(file, point_data//'stress', 'units', 'Pa', error)
-  end subroutine write_stress
-
-  !> Pack pressure -tr(tau)/(3 J) and von Mises stress sqrt(3/2) |dev tau|/J of the Cauchy stress.
-  subroutine pack_stress(particles, pressure, von_mises)
-    type(particles_t), intent(in) :: particles
-    real(sp), intent(out) :: pressure(:), von_mises(:)   !! [Pa]
-    real(rp) :: t(6), mean, jac
-    integer :: b, i, n
-
-    n = 0
-    do b = 1, particles%nblk
-      do i = 1, particles%count(b)
-        n = n + 1
-        t = particles%ps(i, f_tau:f_tau + 5, b)
-        jac = particles%ps(i, f_jac, b)
-        mean = sum(t(1:3))/3.0_rp
-        t(1:3) = t(1:3) - mean
-        pressure(n) = real(-mean/jac, sp)
-        von_mises(n) = real(sqrt(1.5_rp*(sum(t(1:3)**2) + 2.0_rp*sum(t(4:6)**2)))/jac, sp)
-      end do
-    end do
-  end subroutine pack_stress
-
-  subroutine pack_numbers(particles, body, id)
-    type(particles_t), intent(in) :: particles
-    integer, intent(out) :: body(:)
-    integer(i8), intent(out) :: id(:)
-    integer :: b, m, n
-
-    n = 0
-    do b = 1, particles%nblk
-      m = particles%count(b)
-      body(n + 1:n + m) = particles%body(b)
-      id(n + 1:n + m) = tag_id(particles%tag(1:m, b))
-      n = n + m
-    end do
-  end subroutine pack_numbers
 
   !> Write directory/name.hdf.series with the existing frames directory/name_000000.hdf, ..., if
   !> any.

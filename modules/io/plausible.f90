@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: MIT
-!> Ranges of the numbers in a checkpoint. Its seal shows that the file is unchanged since it was
-!> sealed, but not that a run has written it: each number is checked before it is used.
+!> Numbers of a checkpoint and their ranges. The seal shows that the file is unchanged since it was
+!> sealed, but not that a run has written it: each number is checked before it is used. The same
+!> procedure passes the numbers in their order for writing and for reading.
 module io_plausible
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use base_errors, only: error_t
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use base_text, only: str
   implicit none (type, external)
   private
@@ -16,15 +17,20 @@ module io_plausible
   real(rp), parameter, public :: speed_of_light = 3.0e8_rp   !! bound of velocities [m/s]
   real(rp), parameter, public :: counts = 2.0_rp**53   !! bound of counts: reals are exact up to it
 
-  !> Numbers of a data set, which are checked one after the other.
+  !> Numbers of a data set, which are written or read and checked one after the other.
   type :: numbers_t
     character(:), allocatable :: place       !! file and data set
     real(rp), allocatable :: value(:)
+    logical :: is_read = .true.              !! else written
     integer :: n = 0                         !! numbers expected so far
     type(error_t) :: error
   contains
     procedure :: expect
-    procedure :: expect_sink
+    procedure :: pass
+    procedure, private :: pass_real, pass_integer, pass_long
+    generic :: pass_one => pass_real, pass_integer, pass_long
+    procedure :: pass_sink
+    procedure :: has_set
     procedure :: finish
   end type numbers_t
 
@@ -52,16 +58,78 @@ contains
     end do
   end subroutine expect
 
-  !> Check the next `n` numbers, the state of a heat sink (contact_heat_sink).
-  subroutine expect_sink(self, n)
+  !> Append `x(1:n)`, or set it to the next `n` numbers if these are from `low` to `high`.
+  subroutine pass(self, n, x, what, low, high)
     class(numbers_t), intent(inout) :: self
     integer, intent(in) :: n
+    real(rp), intent(inout) :: x(n)
+    character(*), intent(in) :: what
+    real(rp), intent(in), optional :: low, high
 
-    if (n == 0) return
-    call self%expect(1, 'the temperature of the face of a tool or backing [K]', least)
-    call self%expect(2, 'the heat of a tool or backing [J]')
-    call self%expect(n - 3, 'the temperature of a tool or backing [K]', least)
-  end subroutine expect_sink
+    if (.not. self%is_read) then
+      self%value = [self%value, x]
+    else
+      call self%expect(n, what, low, high)
+      if (self%has_set()) x = self%value(self%n - n + 1:self%n)
+    end if
+  end subroutine pass
+
+  !> The same for a single number.
+  subroutine pass_real(self, x, what, low, high)
+    class(numbers_t), intent(inout) :: self
+    real(rp), intent(inout) :: x
+    character(*), intent(in) :: what
+    real(rp), intent(in), optional :: low, high
+    real(rp) :: value(1)
+
+    value = x
+    call self%pass(1, value, what, low, high)
+    x = value(1)
+  end subroutine pass_real
+
+  !> The same for an integer.
+  subroutine pass_integer(self, x, what, low, high)
+    class(numbers_t), intent(inout) :: self
+    integer, intent(inout) :: x
+    character(*), intent(in) :: what
+    real(rp), intent(in) :: low, high
+    real(rp) :: value
+
+    value = real(x, rp)
+    call self%pass_real(value, what, low, high)
+    x = nint(value)
+  end subroutine pass_integer
+
+  !> The same for a count.
+  subroutine pass_long(self, x, what, low, high)
+    class(numbers_t), intent(inout) :: self
+    integer(i8), intent(inout) :: x
+    character(*), intent(in) :: what
+    real(rp), intent(in) :: low, high
+    real(rp) :: value
+
+    value = real(x, rp)
+    call self%pass_real(value, what, low, high)
+    x = nint(value, i8)
+  end subroutine pass_long
+
+  !> The same for the state of a heat sink (contact_heat_sink); no numbers if there is none.
+  subroutine pass_sink(self, state)
+    class(numbers_t), intent(inout) :: self
+    real(rp), intent(inout) :: state(:)
+
+    if (size(state) == 0) return
+    call self%pass_real(state(1), 'the temperature of the face of a tool or backing [K]', least)
+    call self%pass(2, state(2:3), 'the heat of a tool or backing [J]')
+    call self%pass(size(state) - 3, state(4:), 'the temperature of a tool or backing [K]', least)
+  end subroutine pass_sink
+
+  !> True if the numbers passed so far were read and are valid.
+  pure logical function has_set(self)
+    class(numbers_t), intent(in) :: self
+
+    has_set = self%is_read .and. .not. self%error%is_set() .and. self%n <= size(self%value)
+  end function has_set
 
   !> Check that there are as many numbers as expected; errors of a range mean nothing otherwise.
   subroutine finish(self)

@@ -7,7 +7,7 @@ module mapping_nodes
   use base_system, only: allocate_aligned, free_aligned
   use grid_geometry, only: box_t, patch_t
   use grid_halo, only: halo_t
-  use state_clock, only: clock_t
+  use state_run, only: clock_t
   use state_scene, only: scene_t, scheme_usl
   implicit none (type, external)
   private

@@ -6,7 +6,7 @@ module mapping_rigid
   use contact_tool, only: rigid_t, tool_t
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_pos, f_vel, particles_t
-  use state_clock, only: clock_t
+  use state_run, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private

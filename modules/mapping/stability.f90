@@ -9,7 +9,7 @@
 !> lambda_k = 1 - (1 - lambda)^k, with lambda the eigenvalue of S+ S; free surfaces lower them.
 module mapping_stability
   use base_kinds, only: rp
-  use state_clock, only: clock_t
+  use state_run, only: clock_t
   use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
   implicit none (type, external)
   private

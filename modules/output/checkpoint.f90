@@ -2,18 +2,20 @@
 !> Checkpoints of a simulation.
 module output_checkpoint
   use base_errors, only: error_t
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use comm_world, only: world_t
+  use contact_tool, only: n_tool_sums
   use io_checkpoint, only: notes_t, write_checkpoint
+  use io_plausible, only: counts, least, numbers_t, speed_of_light
   use mapping_probes, only: share_probes
   use simulation_parts, only: simulation_t
+  use sleep_cubes, only: edge
+  use state_run, only: n_sums
   use state_scene, only: output_t, scene_t
   implicit none (type, external)
   private
 
-  public :: save_checkpoint, checkpoint_path, broken_path, make_notes
-
-  integer, parameter, public :: n_clock = 28   !! numbers in every checkpoint, whatever the scene
+  public :: broken_path, checkpoint_path, make_notes, pass_numbers, pass_sums, save_checkpoint
 
 contains
 
@@ -55,52 +57,172 @@ contains
     type(error_t), intent(inout) :: error
     character(*), intent(in), optional :: path
     type(notes_t) :: notes
+    type(numbers_t) :: of_run, of_rank
     character(:), allocatable :: file
-    real(rp), allocatable :: global(:), local(:)
     real(rp) :: last(2)
-    integer :: k
 
     call share_probes(world, sim%probes)
     last = [sim%step%last%stiffness, sim%step%last%speed2]
     call world%max(last)
-    associate (c => sim%clock)
-      global = [real(c%step, rp), c%time, c%dt, c%displacement, real(c%sorted_at, rp), &
-                c%heat_time, c%max_speed, c%stiffness, sim%history%kinetic0, &
-                sim%history%elastic0, sim%history%audit_scale, sim%history%row_time, &
-                real(sim%probes%n, rp), real(size(sim%history%frame_times), rp), last, &
-                real(c%refused, rp), sim%clock%mass_scaling, c%inertial_peak, c%heat_step, &
-                real(sim%history%rows, rp), real(sim%sleepers%motion%box%lo, rp), &
-                real(sim%sleepers%motion%box%hi, rp), sim%sleepers%motion%time]
-    end associate
-    if (sim%probes%n > 0) global = [global, reshape(sim%probes%x, [3*sim%probes%n]), &
-                                    sim%probes%temperature]
-    global = [global, sim%history%frame_times]
-    global = [global, reshape(sim%history%row_impulse, [size(sim%history%row_impulse)])]
-    global = [global, reshape(sim%history%row_sums, [size(sim%history%row_sums)])]
-    do k = 1, size(sim%tool)
-      if (sim%tool(k)%drive%is_free) global = [global, sim%tool(k)%drive%state()]
-      global = [global, sim%tool(k)%monitor%state(sim%tool(k)%motion, sim%tool(k)%n_phases)]
-      global = [global, sim%tool(k)%heat%state()]
-    end do
-    do k = 1, size(sim%backing)
-      global = [global, sim%backing(k)%state()]
-    end do
-    if (sim%tracers%n > 0) global = [global, real(sim%tracers%rows, rp), sim%tracers%row_time, &
-                                     real(sim%tracers%id, rp)]
-    local = [sim%budget%sums, real(sim%budget%failed_returns, rp), sim%budget%warnings, &
-             reshape(sim%budget%impulse, [size(sim%budget%impulse)])]
-    do k = 1, size(sim%tool)
-      local = [local, sim%tool(k)%sums]
-    end do
-    if (allocated(sim%sleepers%motion%sums)) then
-      local = [local, reshape(sim%sleepers%motion%sums, [size(sim%sleepers%motion%sums)])]
-    end if
+    of_run%is_read = .false.
+    allocate (of_run%value(0))
+    of_rank = of_run
+    call pass_numbers(sim, last, of_run)
+    call pass_sums(sim, of_rank)
     call make_notes(sim%scene%output, sim%clock%time, notes)
     notes%layout = sim%scene%layout%places()
     file = checkpoint_path(sim%scene)
     if (present(path)) file = path
-    call write_checkpoint(world, file, sim%particles, sim%exchange%boxes, global, local, notes, &
-                          error)
+    call write_checkpoint(world, file, sim%particles, sim%exchange%boxes, of_run%value, &
+                          of_rank%value, notes, error)
   end subroutine save_checkpoint
+
+  !> Write or read the numbers of the run; `last` are the maxima of all ranks in the last step.
+  subroutine pass_numbers(sim, last, numbers)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: last(2)
+    type(numbers_t), intent(inout) :: numbers
+    real(rp) :: far, n_cubes, n_probes, scaling
+    integer :: a, frames, probes
+
+    probes = sim%probes%n
+    n_probes = real(probes, rp)
+    frames = 0
+    if (allocated(sim%history%frame_times)) frames = size(sim%history%frame_times)
+    scaling = sim%clock%mass_scaling
+    associate (c => sim%clock, h => sim%history, motion => sim%sleepers%motion, s => numbers)
+      call s%pass_one(c%step, 'the step', 0.0_rp, counts)
+      call s%pass_one(c%time, 'the time [s]', 0.0_rp)
+      call s%pass_one(c%dt, 'the length of the last step [s]', 0.0_rp)
+      call s%pass_one(c%displacement, 'the displacement since the last sort [m]', 0.0_rp)
+      call s%pass_one(c%sorted_at, 'the step of the last sort', -1.0_rp, real(c%step, rp))
+      call s%pass_one(c%heat_time, 'the time of the last conduction step [s]', 0.0_rp, c%time)
+      call s%pass_one(c%max_speed, 'the largest velocity [m/s]', 0.0_rp, speed_of_light)
+      call s%pass_one(c%stiffness, 'the squared wave speed [m2/s2]', least, speed_of_light**2)
+      call s%pass_one(h%kinetic0, 'the kinetic energy at t = 0 [J]', 0.0_rp)
+      call s%pass_one(h%elastic0, 'the elastic energy at t = 0 [J]')
+      call s%pass_one(h%audit_scale, 'the reference energy of the balance [J]', 0.0_rp)
+      call s%pass_one(h%row_time, 'the time of the last row [s]', 0.0_rp, c%time)
+      call s%pass_one(probes, 'the number of probes', n_probes, n_probes)
+      call s%pass_one(frames, 'the number of frames', 0.0_rp, real(size(s%value), rp))
+      call s%pass(2, last, 'a squared speed of the last step [m2/s2]', 0.0_rp, speed_of_light**2)
+      call s%pass_one(c%refused, 'the number of refused steps', 0.0_rp, counts)
+      call s%pass_one(scaling, 'the mass scaling', least)
+      call s%pass_one(c%inertial_peak, 'the largest inertial stress over flow stress', 0.0_rp)
+      call s%pass_one(c%heat_step, 'the next conduction step [s]', 0.0_rp)
+      call s%pass_one(h%rows, 'the number of rows', 0.0_rp, counts)
+      do a = 1, 6
+        n_cubes = real(sim%scene%grid%n(1 + mod(a - 1, 3))/edge + 1, rp)
+        if (a <= 3) then
+          call s%pass_one(motion%box%lo(a), 'a bound of the cubes of nodes', -1.0_rp, n_cubes)
+        else
+          call s%pass_one(motion%box%hi(a - 3), 'a bound of the cubes of nodes', -1.0_rp, n_cubes)
+        end if
+      end do
+      call s%pass_one(motion%time, 'the time since sleep was last decided [s]', 0.0_rp)
+      if (s%is_read) then
+        associate (range => sim%scene%method%scaling_range)
+          if (sim%scene%method%adapts_mass) c%mass_scaling = max(range(1), min(range(2), scaling))
+        end associate
+        if (.not. s%has_set()) frames = 0
+        h%frame_times = spread(0.0_rp, 1, frames)
+      end if
+      far = maxval(abs(sim%scene%grid%lower)) + 1.0e9_rp*minval(sim%scene%grid%h)
+      if (sim%probes%n > 0) then
+        call s%pass(size(sim%probes%x), sim%probes%x, 'the position of a probe [m]', -far, far)
+        call s%pass(sim%probes%n, sim%probes%temperature, 'the temperature of a probe [K]', least)
+      end if
+      call s%pass(frames, h%frame_times, 'the time of a frame [s]', 0.0_rp, c%time)
+      call s%pass(size(h%row_impulse), h%row_impulse, 'a sum at the last row')
+      call s%pass(size(h%row_sums), h%row_sums, 'a sum at the last row')
+    end associate
+    call pass_tools(sim, far, numbers)
+    call pass_tracers(sim, numbers)
+  end subroutine pass_numbers
+
+  !> Write or read the states of tools and backings.
+  subroutine pass_tools(sim, far, numbers)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: far                  !! bound of coordinates [m]
+    type(numbers_t), intent(inout) :: numbers
+    real(rp), allocatable :: x(:)
+    real(rp) :: phases
+    integer :: i, k
+
+    do k = 1, size(sim%tool)
+      associate (tool => sim%tool(k), s => numbers)
+        phases = real(tool%n_phases + 1, rp)
+        if (tool%drive%is_free) then
+          x = tool%drive%state()
+          call s%pass_one(x(1), 'the shift of a tool [m]', -far, far)
+          call s%pass_one(x(2), 'the velocity of a tool [m/s]', -speed_of_light, speed_of_light)
+          call s%pass_one(x(3), 'the neutral position of a tool [m]', -far, far)
+          call s%pass(2, x(4:5), 'the force on a tool [N]')
+          call s%pass_one(x(6), 'the flag of a tool that presses', 0.0_rp, 1.0_rp)
+          call s%pass_one(x(7), 'the phase of a tool', 0.0_rp, phases)
+          call s%pass_one(x(8), 'the force at the beginning of the phase of a tool [N]')
+          if (s%has_set()) call tool%drive%set_state(x, sim%clock%time)
+        end if
+        if (tool%monitor%is_on) then
+          x = tool%monitor%state(tool%motion, tool%n_phases)
+          call s%pass(4, x(1:4), 'the load of a tool')
+          call s%pass_one(x(5), 'the phase of a tool', 1.0_rp, phases)
+          call s%pass_one(x(6), 'the flag of an ended phase of a tool', 0.0_rp, 1.0_rp)
+          call s%pass_one(x(7), 'the time at which a tool was stopped [s]', -1.0_rp, sim%clock%time)
+          call s%pass_one(x(8), 'the spin of a stopped tool [rad/s]')
+          call s%pass(tool%n_phases, x(9:), 'the duration of a phase of a tool [s]', 0.0_rp)
+          if (s%has_set()) call tool%monitor%set_state(x, tool%motion)
+        end if
+        x = tool%heat%state()
+        call s%pass_sink(x)
+        if (s%has_set()) call tool%heat%set_state(x)
+      end associate
+    end do
+    do k = 1, size(sim%backing)
+      do i = 1, size(sim%backing(k)%column)
+        x = sim%backing(k)%column(i)%state()
+        call numbers%pass_sink(x)
+        if (numbers%has_set()) call sim%backing(k)%column(i)%set_state(x)
+      end do
+    end do
+  end subroutine pass_tools
+
+  !> Write or read the state of the tracers.
+  subroutine pass_tracers(sim, numbers)
+    type(simulation_t), intent(inout) :: sim
+    type(numbers_t), intent(inout) :: numbers
+    real(rp) :: id(sim%tracers%n)
+
+    associate (t => sim%tracers)
+      if (t%n == 0) return
+      id = real(t%id, rp)
+      call numbers%pass_one(t%rows, 'the number of rows of the tracers', 0.0_rp, counts)
+      call numbers%pass(size(t%row_time), t%row_time, 'the time of the last row of tracers [s]', &
+                        -1.0_rp, sim%clock%time)
+      call numbers%pass(t%n, id, 'the number of a particle', 0.0_rp, counts)
+      if (numbers%has_set()) call t%set_ids(nint(id, i8))
+    end associate
+  end subroutine pass_tracers
+
+  !> Write or read the sums of this rank.
+  subroutine pass_sums(sim, numbers)
+    type(simulation_t), intent(inout) :: sim
+    type(numbers_t), intent(inout) :: numbers
+    integer :: k
+
+    associate (b => sim%budget)
+      call numbers%pass(n_sums, b%sums, 'an energy of the balance [J]')
+      call numbers%pass_one(b%failed_returns, 'the number of failed returns', 0.0_rp, &
+                            real(huge(1), rp))
+      call numbers%pass(size(b%warnings), b%warnings, 'the number of warnings', 0.0_rp)
+      call numbers%pass(size(b%impulse), b%impulse, 'the impulse of a wall or clamp [N s]')
+      do k = 1, size(sim%tool)
+        call numbers%pass(n_tool_sums, sim%tool(k)%sums, 'a sum of a tool')
+      end do
+    end associate
+    if (.not. allocated(sim%sleepers%motion%sums)) return
+    call numbers%pass(size(sim%sleepers%motion%sums), sim%sleepers%motion%sums, &
+                      'the motion of a cube of nodes')
+  end subroutine pass_sums
 
 end module output_checkpoint

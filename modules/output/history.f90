@@ -13,8 +13,8 @@ module output_history
                                    zero_means
   use output_totals, only: zero_totals, sum_totals, totals_t
   use simulation_parts, only: simulation_t
-  use state_budget, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
-                          e_scaling, e_sleep, e_source, e_wall, e_wall_heat
+  use state_run, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
+                       e_scaling, e_sleep, e_source, e_wall, e_wall_heat
   implicit none (type, external)
   private
 

@@ -9,9 +9,9 @@ module output_totals
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
   use physics_material, only: material_t
   use simulation_parts, only: simulation_t
-  use state_budget, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, &
-                          e_friction, e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, &
-                          e_wall, e_wall_heat, n_sums
+  use state_run, only: d_elastic, d_kinetic, e_body, e_conduction, e_contact, e_film, e_friction, &
+                       e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, e_wall, &
+                       e_wall_heat, n_sums
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -34,7 +34,7 @@ module output_totals
   !> Totals of all ranks.
   type :: totals_t
     type(energies_t) :: now
-    real(rp) :: budget(n_sums) = 0.0_rp       !! accumulated sums, indices of state_budget [J]
+    real(rp) :: budget(n_sums) = 0.0_rp       !! accumulated sums, indices of state_run [J]
     real(rp), allocatable :: tool(:, :)      !! accumulated sums (n_tool_sums, tools)
     real(rp), allocatable :: face(:)         !! maximum temperature of each tool face [K]
     real(rp), allocatable :: impulse(:, :)   !! impulse of walls and clamps (3, n) [N s]

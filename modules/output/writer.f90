@@ -21,7 +21,7 @@ module output_writer
   use output_warnings, only: warnings_t
   use physics_flow_law, only: law_output_t
   use simulation_parts, only: simulation_t
-  use state_clock, only: clock_t
+  use state_run, only: clock_t
   implicit none (type, external)
   private
 

@@ -9,7 +9,7 @@ module run_mass_scaling
   use output_totals, only: inertial_stress_ratio
   use particles_store, only: f_flow, f_mass, f_vel
   use simulation_parts, only: simulation_t
-  use state_budget, only: e_scaling
+  use state_run, only: e_scaling
   use step_motion, only: find_motion
   implicit none (type, external)
   private

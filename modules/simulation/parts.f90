@@ -14,11 +14,8 @@ module simulation_parts
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
   use sleep_sleepers, only: sleepers_t
-  use state_blocks, only: blocks_t
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, step_t
   use state_scene, only: scene_t
-  use state_step, only: step_t
   use tool_contact_lists, only: tool_contact_t
   implicit none (type, external)
   private

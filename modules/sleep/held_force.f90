@@ -14,11 +14,8 @@ module sleep_held_force
   use mapping_nodes, only: clear_nodes, nodes_t, update_nodes
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, particles_t
   use sleep_sleepers, only: sleepers_t
-  use state_blocks, only: blocks_t
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, step_t
   use state_scene, only: scene_t
-  use state_step, only: step_t
   use transfer_scatter, only: p2g_block
   use update_constitutive, only: external_acceleration
   implicit none (type, external)

@@ -16,11 +16,8 @@ module sleep_held_layer
   use mapping_nodes, only: clear_nodes, min_node_inertia, nodes_t
   use particles_store, only: particles_t
   use sleep_sleepers, only: sleepers_t
-  use state_blocks, only: blocks_t
-  use state_budget, only: budget_t, e_sleep
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, e_sleep, step_t
   use state_scene, only: scene_t
-  use state_step, only: step_t
   use update_sweeps, only: force_to_grid
   implicit none (type, external)
   private

@@ -38,7 +38,7 @@ contains
       motion%time = motion%time + dt
       do r = 1, nodes%n_ranges
         if (nodes%range(3, r) /= 1) cycle
-        ijk = place_of(nodes, nodes%range(1, r))
+        ijk = nodes%patch%indices(nodes%range(1, r))
         c = cube_of(motion%box, ijk)
         do q = nodes%range(1, r), nodes%range(2, r)            ! the nodes of a run ascend in z
           if (mod(ijk(3), edge) == 0) c = cube_of(motion%box, ijk)
@@ -52,27 +52,13 @@ contains
       if (.not. allocated(layer%held)) return
       do i = 1, size(layer%held)
         if (.not. layer%is_own(i)) cycle
-        c = cube_of(motion%box, place_of(nodes, layer%held(i)))
+        c = cube_of(motion%box, nodes%patch%indices(layer%held(i)))
         associate (sums => motion%sums(m_impulse:m_impulse + 2, c))
           sums = sums + layer%impulse(:, i)
         end associate
       end do
     end associate
   end subroutine track_motion
-
-  !> Grid indices of node `q`.
-  pure function place_of(nodes, q) result(ijk)
-    type(nodes_t), intent(in) :: nodes
-    integer, intent(in) :: q
-    integer :: ijk(3)
-
-    associate (stride => nodes%patch%stride)
-      ijk(1) = (q - 1)/stride(1)
-      ijk(2) = (q - 1 - ijk(1)*stride(1))/stride(2)
-      ijk(3) = q - 1 - ijk(1)*stride(1) - ijk(2)*stride(2)
-    end associate
-    ijk = ijk + nodes%patch%all%lo
-  end function place_of
 
   !> Index of the cube of `box` that a node is in or next to.
   pure integer function cube_of(box, ijk) result(c)

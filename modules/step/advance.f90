@@ -18,9 +18,8 @@ module step_advance
   use sleep_held_force, only: record_sleeper_impulse
   use sleep_held_layer, only: freeze_layer
   use sleep_motion, only: track_motion
-  use state_budget, only: budget_t
+  use state_run, only: budget_t, outcome_t
   use state_scene, only: scheme_usavg, scheme_usl, transfer_apic
-  use state_step, only: outcome_t
   use step_constraints, only: apply_boundary, resolve_contact
   use step_filter, only: filter_velocity
   use step_schedule, only: accept_step

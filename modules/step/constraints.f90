@@ -10,7 +10,7 @@ module step_constraints
   use exchange_speculation, only: can_speculate
   use simulation_parts, only: simulation_t
   use sleep_held_layer, only: hold_layer
-  use state_step, only: outcome_t
+  use state_run, only: outcome_t
   use step_schedule, only: sum_with_overlap
   use tool_contact_impulses, only: apply_impulses, find_contact, find_impulses
   use tool_contact_lists, only: n_masses

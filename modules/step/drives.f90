@@ -10,7 +10,7 @@ module step_drives
   use mapping_stability, only: wave_speed
   use particles_store, only: f_pos, f_temp
   use simulation_parts, only: simulation_t
-  use state_clock, only: clock_t
+  use state_run, only: clock_t
   implicit none (type, external)
   private
 

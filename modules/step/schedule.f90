@@ -10,7 +10,7 @@ module step_schedule
   use exchange_acceptance, only: finish_acceptance
   use exchange_speculation, only: save_block, roll_back
   use simulation_parts, only: simulation_t
-  use state_step, only: outcome_t
+  use state_run, only: outcome_t
   use update_sweeps, only: blocks_to_particles
   implicit none (type, external)
   private

@@ -37,9 +37,7 @@ module tool_contact_impulses
   use contact_tool, only: rigid_t, tool_t
   use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use particles_store, only: particles_t
-  use state_blocks, only: blocks_t
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t
   use state_scene, only: scene_t, scheme_usl
   use tool_contact_limits, only: molten_limit
   use tool_contact_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &

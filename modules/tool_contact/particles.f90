@@ -27,8 +27,7 @@ module tool_contact_particles
   use mapping_nodes, only: nodes_t
   use mapping_stability, only: wave_speed
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
-  use state_blocks, only: blocks_t
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, clock_t
   use state_scene, only: scene_t, scheme_usl
   use tool_contact_limits, only: cut_at_edges, extent, limit_impulses, covered_fraction_of
   use tool_contact_lists, only: candidates_t, contact_particle_t, tool_contact_t

@@ -14,7 +14,7 @@ module tool_contact_walls
   use boundary_held, only: boundary_t
   use contact_tool, only: rigid_t
   use mapping_nodes, only: nodes_t
-  use state_budget, only: budget_t, e_wall
+  use state_run, only: budget_t, e_wall
   use state_scene, only: scene_t
   use tool_contact_lists, only: m_last_impulse, n_both, n_masses, n_values, tool_contact_t, &
     v_stick, v_normal

@@ -3,7 +3,6 @@
 module tool_shapes_list
   use base_kinds, only: rp
   use input_values, only: input_t
-  use keys_names, only: find
   use keys_table, only: key_table_t
   use tool_shapes_box, only: box_shape_t
   use tool_shapes_cut_keys, only: has_cut_keys
@@ -18,84 +17,45 @@ module tool_shapes_list
 
   public :: add_shape_keys, make_shape, read_shape, shape_names
 
-  integer, parameter :: max_shapes = 32
-
-  !> A shape without its sizes.
-  type :: named_shape_t
-    character(16) :: name = ''
-    class(shape_t), allocatable :: shape
-  end type named_shape_t
-
-  !> List of shapes.
-  type :: shapes_t
-    integer :: n = 0
-    type(named_shape_t) :: entry(max_shapes)
-  contains
-    procedure :: add
-  end type shapes_t
+  !> Names of all shapes, the default first. A new one has its name here and its type in
+  !> `make_shape`.
+  character(8), parameter :: shape_names(5) = [character(8) :: 'shoulder', 'plane', 'sphere', &
+    'box', 'stl']
 
 contains
-
-  !> List all shapes, the default first. A new shape is one line here.
-  subroutine list_shapes(shapes)
-    type(shapes_t), intent(out) :: shapes
-
-    call shapes%add('shoulder', shoulder_t())
-    call shapes%add('plane', plane_t())
-    call shapes%add('sphere', sphere_t())
-    call shapes%add('box', box_shape_t())
-    call shapes%add('stl', stl_shape_t())
-  end subroutine list_shapes
-
-  !> Append a shape.
-  subroutine add(self, name, shape)
-    class(shapes_t), intent(inout) :: self
-    character(*), intent(in) :: name
-    class(shape_t), intent(in) :: shape
-
-    self%n = self%n + 1
-    self%entry(self%n)%name = name
-    allocate (self%entry(self%n)%shape, source=shape)
-  end subroutine add
-
-  !> Names of all shapes.
-  function shape_names() result(names)
-    character(16), allocatable :: names(:)
-    type(shapes_t) :: shapes
-
-    call list_shapes(shapes)
-    names = shapes%entry(:shapes%n)%name
-  end function shape_names
-
-  !> Add KIND and the keys of all shapes to &TOOL.
-  subroutine add_shape_keys(t)
-    type(key_table_t), intent(inout) :: t
-    type(shapes_t) :: shapes
-    character(:), allocatable :: names
-    integer :: k
-
-    call list_shapes(shapes)
-    names = trim(shapes%entry(1)%name)
-    do k = 2, shapes%n
-      names = names//' '//trim(shapes%entry(k)%name)
-    end do
-    call t%key('KIND', 'choice', 1, '', trim(shapes%entry(1)%name), names, 'geometry')
-    do k = 1, shapes%n
-      call shapes%entry(k)%shape%add_keys(t)
-    end do
-  end subroutine add_shape_keys
 
   !> Make the shape of this name, without its sizes; not allocated for an unknown name.
   subroutine make_shape(name, shape)
     character(*), intent(in) :: name
     class(shape_t), allocatable, intent(out) :: shape
-    type(shapes_t) :: shapes
+
+    select case (name)
+    case ('shoulder'); allocate (shoulder_t :: shape)
+    case ('plane'); allocate (plane_t :: shape)
+    case ('sphere'); allocate (sphere_t :: shape)
+    case ('box'); allocate (box_shape_t :: shape)
+    case ('stl'); allocate (stl_shape_t :: shape)
+    case default
+    end select
+  end subroutine make_shape
+
+  !> Add KIND and the keys of all shapes to &TOOL.
+  subroutine add_shape_keys(t)
+    type(key_table_t), intent(inout) :: t
+    class(shape_t), allocatable :: shape
+    character(:), allocatable :: names
     integer :: k
 
-    call list_shapes(shapes)
-    k = find(shapes%entry%name, name)
-    if (k > 0) call move_alloc(shapes%entry(k)%shape, shape)
-  end subroutine make_shape
+    names = trim(shape_names(1))
+    do k = 2, size(shape_names)
+      names = names//' '//trim(shape_names(k))
+    end do
+    call t%key('KIND', 'choice', 1, '', trim(shape_names(1)), names, 'geometry')
+    do k = 1, size(shape_names)
+      call make_shape(trim(shape_names(k)), shape)
+      call shape%add_keys(t)
+    end do
+  end subroutine add_shape_keys
 
   !> Read the shape of the `i`-th &TOOL and the axes of the tool at t = 0; not allocated for an
   !> unknown KIND. A shoulder with cuts is a separate shape.

@@ -18,7 +18,6 @@ module tool_shapes_plane
     procedure :: distances
     procedure :: bounds
     procedure :: sweep
-    procedure :: outline
   end type plane_t
 
 contains
@@ -90,13 +89,5 @@ contains
 
     sweep = 0.0_rp
   end function sweep
-
-  !> No points, as the plane is infinite.
-  subroutine outline(self, x)
-    class(plane_t), intent(in) :: self
-    real(rp), allocatable, intent(out) :: x(:, :)
-
-    allocate (x(3, 0))
-  end subroutine outline
 
 end module tool_shapes_plane

@@ -2,7 +2,7 @@
 !> Interface of the shapes of rigid tools. Geometry is in the tool's own axes with its POSITION as
 !> the origin: signed distances (negative inside, gradient of length 1), bounding box, motion of the
 !> surface in rotation, points of the surface. A shape has its own keys of &TOOL. A new shape is a
-!> type in a file of its own and one line in `tool_shapes_list`.
+!> type in a file of its own and a name in `tool_shapes_list`.
 module tool_shapes_shape
   use base_kinds, only: pi, rp
   use base_text, only: str
@@ -26,7 +26,7 @@ module tool_shapes_shape
     procedure(distances_interface), deferred :: distances
     procedure(bounds_interface), deferred :: bounds
     procedure(sweep_interface), deferred :: sweep
-    procedure(outline_interface), deferred :: outline
+    procedure :: outline
     procedure :: surface
   end type shape_t
 
@@ -87,14 +87,6 @@ module tool_shapes_shape
       class(shape_t), intent(in) :: self
       real(rp), intent(in) :: before(3, 3), after(3, 3)   !! axes before and after
     end function sweep_interface
-
-    !> Points spread over the surface, (3, n), for checks of the motion; none for infinite extent.
-    subroutine outline_interface(self, x)
-      import :: shape_t, rp
-      implicit none (type, external)
-      class(shape_t), intent(in) :: self
-      real(rp), allocatable, intent(out) :: x(:, :)    !! [m]
-    end subroutine outline_interface
   end interface
 
 contains
@@ -109,6 +101,15 @@ contains
     real(rp), intent(in) :: width                 !! horizontal extent of deformable bodies [m]
     logical, intent(in) :: spins                  !! the tool rotates in any phase
   end subroutine check_size
+
+  !> Points spread over the surface, (3, n), for checks of the motion. The default, for infinite
+  !> extent, has none.
+  subroutine outline(self, x)
+    class(shape_t), intent(in) :: self
+    real(rp), allocatable, intent(out) :: x(:, :)    !! [m]
+
+    allocate (x(3, 0))
+  end subroutine outline
 
   !> Surface triangles for visualization: points (3, n), and the indices (3, m) of their corners,
   !> counterclockwise seen from outside. Points on sharp edges are duplicated for each side. The

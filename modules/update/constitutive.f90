@@ -1,22 +1,21 @@
 ! SPDX-License-Identifier: MIT
 !> Constitutive update of one block once its velocity gradient is known: volume averaging, external
-!> work, stress.
+!> work, stress; and static annealing, the change of internal variables with time and temperature.
 module update_constitutive
   use base_kinds, only: nlane, rp
   use mapping_blocks, only: body_work
   use mapping_fbar, only: relax_volume
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, f_temp
-  use physics_flow_law, only: max_warnings
+  use particles_store, only: f_bbar, f_flow, f_jac, f_mass, f_plastic, f_pos, f_rate, f_tau, &
+                             f_temp, particles_t
+  use physics_flow_law, only: flow_law_t, max_warnings
   use physics_stress, only: stress_block, stress_sums_t
-  use state_budget, only: budget_t, e_body, e_plastic, e_stress
-  use state_clock, only: clock_t
+  use state_run, only: budget_t, clock_t, e_body, e_plastic, e_stress, outcome_t, step_t
   use state_scene, only: average_never, scene_t
-  use state_step, only: step_t, outcome_t
   implicit none (type, external)
   private
 
-  public :: average_volume, external_acceleration, external_work, constitutive
+  public :: anneal_particles, average_volume, constitutive, external_acceleration, external_work
 
 contains
 
@@ -122,5 +121,30 @@ contains
       budget%warnings(place) = budget%warnings(place) + sums%warnings(k)
     end do
   end subroutine count_warnings
+
+  !> Apply recovery, coarsening and recrystallisation over `dt` [s] at the particles' temperatures.
+  subroutine anneal_particles(scene, particles, dt)
+    type(scene_t), intent(in) :: scene
+    type(particles_t), intent(inout) :: particles
+    real(rp), intent(in) :: dt
+    integer :: b
+
+    if (.not. any(scene%material%anneals())) return
+    do b = 1, particles%nblk
+      associate (material => scene%material(scene%body(particles%body(b))%material))
+        if (.not. allocated(material%flow)) cycle
+        call anneal_one(material%flow, dt, scene%layout%law, particles%nf, particles%ps(:, :, b))
+      end associate
+    end do
+  end subroutine anneal_particles
+
+  subroutine anneal_one(law, dt, place, nf, ps)
+    class(flow_law_t), intent(in) :: law
+    real(rp), intent(in) :: dt
+    integer, intent(in) :: place, nf
+    real(rp), intent(inout) :: ps(nlane, nf)
+
+    call law%anneal(dt, ps(1, f_temp), ps(1, f_rate), ps(1, place))
+  end subroutine anneal_one
 
 end module update_constitutive

@@ -8,10 +8,8 @@ module update_prescribed
                              particles_t
   use physics_material, only: material_t
   use physics_stress, only: elastic_stress
-  use state_budget, only: budget_t, e_body
-  use state_clock, only: clock_t
+  use state_run, only: budget_t, clock_t, e_body, step_t
   use state_scene, only: scene_t, scheme_musl, scheme_usl
-  use state_step, only: step_t
   implicit none (type, external)
   private
 

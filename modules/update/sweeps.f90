@@ -12,11 +12,8 @@ module update_sweeps
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: move_rigid
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
-  use state_blocks, only: blocks_t
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
+  use state_run, only: blocks_t, budget_t, clock_t, outcome_t, step_t
   use state_scene, only: scene_t, scheme_usavg, scheme_usl
-  use state_step, only: step_t, outcome_t
   use transfer_scatter, only: p2g_block
   use update_constitutive, only: constitutive, external_acceleration, external_work, average_volume
   use update_prescribed, only: add_prescribed_force, prescribed_work

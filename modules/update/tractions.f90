@@ -6,9 +6,8 @@ module update_tractions
   use mapping_faces, only: add_to_nodes, face_area, face_of, face_t, mean_velocity
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_mass, particles_t, tag_faces
-  use state_budget, only: budget_t, e_body
+  use state_run, only: budget_t, e_body, step_t
   use state_scene, only: scene_t
-  use state_step, only: step_t
   implicit none (type, external)
   private
 

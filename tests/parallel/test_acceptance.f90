@@ -13,9 +13,7 @@ program test_acceptance
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_pos, f_vel
   use simulation_parts, only: free_simulation, simulation_t
-  use state_budget, only: budget_t
-  use state_clock, only: clock_t
-  use state_step, only: outcome_t
+  use state_run, only: budget_t, clock_t, outcome_t
   use step_advance, only: take_step
   use step_constraints, only: apply_boundary
   use step_samples, only: add_clamp, add_plane_of_symmetry, add_tool, fill, h, make_flow, &

@@ -13,8 +13,7 @@ program test_body_contact
                           set_velocity, shake_nodes
   use particles_store, only: f_heat
   use simulation_parts, only: free_simulation, simulation_t
-  use state_budget, only: e_contact, e_friction
-  use state_step, only: outcome_t
+  use state_run, only: e_contact, e_friction, outcome_t
   use step_constraints, only: apply_boundary, resolve_contact
   use step_samples, only: add_contact, add_tool, fill, h, particle_tool, settle, shake, start_scene
   implicit none (type, external)

@@ -8,7 +8,7 @@ program test_clamps
   use comm_world, only: start_world, world_t
   use node_samples, only: all_of, gather_nodes, map_particles, shake_nodes
   use simulation_parts, only: free_simulation, simulation_t
-  use state_budget, only: e_wall
+  use state_run, only: e_wall
   use step_samples, only: add_clamp, fill, h, noise, rho, settle, shake, start_scene
   implicit none (type, external)
 

@@ -11,7 +11,7 @@ program test_debris
   use run_debris, only: remove_debris
   use run_regrid, only: regrid
   use simulation_parts, only: free_simulation, simulation_t
-  use state_budget, only: d_elastic, d_heat, d_kinetic, d_mass
+  use state_run, only: d_elastic, d_heat, d_kinetic, d_mass
   use step_samples, only: c_p, fill, h, settle, start_scene
   implicit none (type, external)
 

@@ -9,7 +9,7 @@ program test_heat
   use particles_store, only: f_heat, f_pos, f_temp, tag_id
   use run_regrid, only: regrid
   use simulation_parts, only: free_simulation, simulation_t
-  use state_budget, only: e_conduction, e_film
+  use state_run, only: e_conduction, e_film
   implicit none (type, external)
 
   call start_world(world)

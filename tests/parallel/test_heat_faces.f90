@@ -9,8 +9,8 @@ program test_heat_faces
   use heat_samples, only: build, conduct_for, content, h, spacing, world
   use particles_store, only: f_pos, f_temp, n_fields
   use simulation_parts, only: free_simulation, simulation_t
-  use state_budget, only: e_film, e_tool
   use state_film, only: of_pressure, stefan_boltzmann
+  use state_run, only: e_film, e_tool
   use tool_shapes_plane, only: plane_t
   implicit none (type, external)
 

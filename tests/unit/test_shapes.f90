@@ -100,7 +100,7 @@ contains
     real(rp) :: frame(3, 3)
     integer :: k
 
-    allocate (names, source=[character(16) :: shape_names(), 'thread', 'flats', 'scroll', 'all', &
+    allocate (names, source=[character(16) :: shape_names, 'thread', 'flats', 'scroll', 'all', &
                               'bobbin', 'sleeve'])
     do k = 1, size(names)
       call read_sample(trim(names(k)), shape, frame)

@@ -15,8 +15,7 @@ program test_sleep
   use sleep_sleepers, only: m_impulse, m_mass, m_momentum, sleepers_t
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
     n_particle_sums
-  use state_budget, only: budget_t, e_sleep
-  use state_clock, only: clock_t
+  use state_run, only: budget_t, clock_t, e_sleep
   use state_scene, only: scene_t
   implicit none (type, external)
 
