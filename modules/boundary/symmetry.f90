@@ -18,7 +18,7 @@ module boundary_symmetry
   public :: list_mirrors, split_mirrors, narrow_mirrors, reflect, restore, restore_velocities, &
             add_lost, record_impulse, record_wall_heat
 
-  ! Parts of a reflection (exchange_order): nodes shared between ranks, all others.
+  ! Parts of a reflection (run_order): nodes shared between ranks, all others.
   integer, parameter, public :: shared_part = 1, interior_part = 2
 
   ! Kinds of nodal records, which determine the lanes that are odd at a wall:

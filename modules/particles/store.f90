@@ -56,9 +56,9 @@ module particles_store
   integer, parameter :: face_shift = 48, rest_shift = 54
   ! Bits of the tag in the first lane of a block, set by the last sort.
   integer, parameter, public :: border_bit = 56   !! block may reach nodes shared with other ranks
-                                                  !! (exchange_order)
+                                                  !! (run_order)
   integer, parameter, public :: far_bit = 57      !! no tool reaches the block before the next sort
-                                                  !! (exchange_speculation)
+                                                  !! (step_schedule)
   !> Bit of a tracer particle (particles_tracers).
   integer, parameter, public :: tracer_bit = 58
 

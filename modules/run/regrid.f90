@@ -5,8 +5,6 @@ module run_regrid
   use boundary_clamp_list, only: list_clamps
   use boundary_symmetry, only: list_mirrors, narrow_mirrors
   use comm_world, only: world_t
-  use exchange_order, only: list_to_grid_order, mark_border
-  use exchange_speculation, only: list_to_particles_order
   use grid_geometry, only: box_t, halo, storage_nodes
   use grid_marks, only: dilate
   use mapping_nodes, only: append, clear_nodes
@@ -16,9 +14,11 @@ module run_regrid
   use particles_store, only: awake, f_pos, held
   use run_balance, only: note_balance, reach_of, rebalance, store_nodes
   use run_mass_scaling, only: adapt_mass
+  use run_order, only: list_to_grid_order, mark_border
   use simulation_parts, only: simulation_t
   use sleep_criteria, only: count_awake, update_sleep
   use sleep_held_force, only: find_far_force
+  use step_schedule, only: list_to_particles_order
   implicit none (type, external)
   private
 
@@ -150,11 +150,11 @@ contains
     call find_far_force(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, &
                     sim%nodes, sim%boundary, sim%sleepers, sim%budget, &
                     sleepers_stay .and. .not. patch_is_too_small)
-    call mark_border(sim%scene, sim%particles, sim%blocks, sim%nodes, sim%boundary, is_sorted_anew)
-    call list_to_grid_order(sim%particles, sim%blocks)
+    call mark_border(sim, is_sorted_anew)
+    call list_to_grid_order(sim)
     if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
     call measure_clearances(sim, is_sorted_anew)
-    call list_to_particles_order(sim%scene, sim%particles, sim%blocks, sim%exchange, is_sorted_anew)
+    call list_to_particles_order(sim, is_sorted_anew)
     if (.not. is_sorted_anew) call note_balance(world, sim, 0)
     if (has_sleep) then  ! steps use the nodes of awake particles and of the held layer only
       call clear_nodes(sim%nodes, sim%nodes%g)

@@ -7,14 +7,13 @@ module simulation_parts
   use boundary_held, only: boundary_t
   use contact_backing, only: backing_t
   use contact_tool, only: n_tool_sums, tool_t
-  use exchange_ranks, only: exchange_t
   use heat_sources, only: source_t
   use mapping_nodes, only: nodes_t
   use mapping_probes, only: probes_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
   use sleep_sleepers, only: sleepers_t
-  use state_run, only: blocks_t, budget_t, clock_t, step_t
+  use state_run, only: blocks_t, budget_t, clock_t, exchange_t, step_t
   use state_scene, only: scene_t
   use tool_contact_lists, only: tool_contact_t
   implicit none (type, external)

@@ -1,11 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> State of a run on this rank: clock, current step, roles of the particle blocks, accumulated sums.
+!> State of a run on this rank: clock, current step, roles of the particle blocks, accumulated
+!> sums, data shared with the other ranks.
 module state_run
   use base_kinds, only: i8, rp
+  use comm_world, only: reduction_t
+  use grid_geometry, only: box_t
   implicit none (type, external)
   private
 
-  public :: blocks_t, budget_t, clock_t, outcome_t, step_t
+  public :: blocks_t, budget_t, clock_t, exchange_t, outcome_t, step_t
 
   !> Simulated time and the quantities that determine the next step: equal on all ranks, stored in
   !> checkpoints.
@@ -102,7 +105,7 @@ module state_run
   integer, parameter, public :: n_sums = 18
 
   !> Energies, impulses and counts that a rank accumulates since t = 0; tools keep their own sums.
-  !> One assignment restores them after a refused step (exchange_speculation).
+  !> One assignment restores them after a refused step (step_schedule).
   type :: budget_t
     real(rp) :: sums(n_sums) = 0.0_rp             !! energies by the indices above [J]
     real(rp), allocatable :: impulse(:, :)        !! (3, conditions) impulse of walls and clamps on
@@ -113,5 +116,32 @@ module state_run
     real(rp), allocatable :: warning_place(:, :)  !! (5, warnings) time [s], temperature [K] and
                                                   !! position [m] of the first occurrence
   end type budget_t
+
+  !> Load imbalance of the steps of this run: the most loaded rank over the mean.
+  type :: balance_t
+    real(rp) :: now = 1.0_rp                  !! imbalance until the next sort
+    real(rp) :: worst = 1.0_rp, sum = 0.0_rp  !! largest value over the steps, and sum over the
+                                              !! steps
+    integer :: cuts = 0                       !! partitions of the grid, including the first one
+    real(rp) :: waited = 0.0_rp               !! time that this rank waited for the reductions of
+                                              !! the steps [s]
+  end type balance_t
+
+  !> Blocks updated before all ranks have accepted the step, and the state restored after a refusal
+  !> (step_schedule).
+  type :: speculation_t
+    logical :: is_possible = .false.         !! speculation is possible in this step
+    integer :: n_done = 0                    !! blocks already updated, in the order of blocks%order
+    real(rp), allocatable :: saved(:, :, :)  !! particles of these blocks before the update
+    type(budget_t) :: budget                 !! budget before the step
+  end type speculation_t
+
+  !> Data that the ranks share in a step.
+  type :: exchange_t
+    type(box_t), allocatable :: boxes(:)     !! (0:size-1) nodes of each rank
+    type(balance_t) :: balance
+    type(reduction_t) :: acceptance          !! reduction of the acceptance
+    type(speculation_t) :: speculative
+  end type exchange_t
 
 end module state_run

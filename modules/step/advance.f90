@@ -9,8 +9,6 @@ module step_advance
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: record_impulse, restore_velocities
   use comm_world, only: world_t
-  use exchange_acceptance, only: post_acceptance
-  use exchange_speculation, only: save_state
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes, update_nodes
   use mapping_probes, only: move_probes
@@ -20,9 +18,10 @@ module step_advance
   use sleep_motion, only: track_motion
   use state_run, only: budget_t, outcome_t
   use state_scene, only: scheme_usavg, scheme_usl, transfer_apic
+  use step_acceptance, only: post_acceptance
   use step_constraints, only: apply_boundary, resolve_contact
   use step_filter, only: filter_velocity
-  use step_schedule, only: accept_step
+  use step_schedule, only: accept_step, save_state
   use step_to_grid, only: particles_to_grid, sum_nodes
   use update_sweeps, only: accelerate, grid_to_particles, momentum_to_grid, update_stress
   implicit none (type, external)
@@ -55,12 +54,11 @@ contains
       call freeze_layer(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, &
                         sim%nodes, sim%boundary, sim%sleepers)
     end if
-    call save_state(sim%exchange, sim%budget)
+    call save_state(sim)
     do
       call particles_to_grid(world, sim, g_motion)
       call update_nodes(sim%scene, sim%clock, sim%nodes, dt, g_motion)
-      call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, sim%nodes, &
-                           sim%boundary, sim%exchange, sim%budget, dt, g_motion, locally_accepted)
+      call post_acceptance(world, sim, dt, g_motion, locally_accepted)
       call apply_boundary(world, sim, dt, g_motion, locally_accepted)
       call accept_step(sim, dt, g_motion, outcome, is_refused)
       if (sim%step%is_broken) return

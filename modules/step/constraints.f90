@@ -7,11 +7,10 @@ module step_constraints
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: restore_velocities
   use comm_world, only: world_t
-  use exchange_speculation, only: can_speculate
   use simulation_parts, only: simulation_t
   use sleep_held_layer, only: hold_layer
   use state_run, only: outcome_t
-  use step_schedule, only: sum_with_overlap
+  use step_schedule, only: can_speculate, sum_with_overlap
   use tool_contact_impulses, only: apply_impulses, find_contact, find_impulses
   use tool_contact_lists, only: n_masses
   implicit none (type, external)
@@ -38,8 +37,7 @@ contains
     if (sim%nodes%n_groups > 1) return
     call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
     call sim%tool%move_to(sim%clock%time + dt)
-    sim%exchange%speculative%is_possible = locally_accepted &
-      .and. can_speculate(world, sim%scene, sim%clock, sim%tool, sim%nodes)
+    sim%exchange%speculative%is_possible = locally_accepted .and. can_speculate(world, sim)
   end subroutine apply_boundary
 
   !> Collective. Resolve contact between bodies, then between particles and tools: correct the nodal

@@ -1,23 +1,110 @@
 ! SPDX-License-Identifier: MIT
 !> Overlap of computation and communication: blocks that no tool reaches may be updated from the
-!> grid while an exchange is under way, before all ranks have accepted the step or before contact
-!> sums have arrived. These blocks are the first in any case (exchange_speculation), so that the
-!> order of summation in the budget does not depend on timing.
+!> grid while an exchange is under way, before all ranks have accepted the step (step_acceptance) or
+!> before contact sums have arrived. A sort decides which blocks these are and stores it in the
+!> tags; they are the first to be updated in any case, so that the order of summation in the budget does
+!> not depend on timing. Updates made before the step is accepted can be undone.
 module step_schedule
-  use base_kinds, only: rp
+  use base_kinds, only: nlane, rp
   use base_timers, only: ph_nodes, ph_to_particles
   use comm_world, only: world_t
-  use exchange_acceptance, only: finish_acceptance
-  use exchange_speculation, only: save_block, roll_back
+  use particles_store, only: far_bit, set_bit
   use simulation_parts, only: simulation_t
   use state_run, only: outcome_t
+  use state_scene, only: scheme_usl
+  use step_acceptance, only: finish_acceptance
   use update_sweeps, only: blocks_to_particles
   implicit none (type, external)
   private
 
-  public :: accept_step, sum_with_overlap
+  public :: accept_step, can_speculate, list_to_particles_order, save_block, save_state, &
+            sum_with_overlap
+
+  real(rp), parameter :: max_displacement = 1.5_rp   !! bound of tool and particle displacement
+                                                     !! until a sort [cells]
+  !> Clearance beyond which contact has no influence [cells]: particles are in contact up to half a
+  !> cell and a spacing away, and change nodes that particles three cells off on each axis read.
+  real(rp), parameter :: far_distance = max_displacement + 0.6_rp + 3.0_rp*sqrt(3.0_rp)  !! [cells]
+  integer, parameter :: max_saved = 256                       !! blocks that can be restored
 
 contains
+
+  !> Order in which awake blocks are updated from the grid: those far from all tools first.
+  subroutine list_to_particles_order(sim, is_sorted_anew)
+    type(simulation_t), intent(inout) :: sim
+    logical, intent(in) :: is_sorted_anew
+    logical :: is_far(sim%blocks%n_awake)
+    real(rp) :: least
+    integer :: b
+
+    do b = 1, sim%blocks%n_awake
+      least = far_distance*sim%scene%grid%longest() &
+        + sim%scene%body(sim%particles%body(b))%longest_diagonal()
+      associate (tag => sim%particles%tag(1, b))
+        if (is_sorted_anew) tag = set_bit(tag, far_bit, all(sim%blocks%clearance(:, b) > least))
+        is_far(b) = btest(tag, far_bit)
+      end associate
+    end do
+    sim%blocks%n_far = count(is_far)
+    sim%blocks%order = [pack([(b, b=1, sim%blocks%n_awake)], is_far), &
+                        pack([(b, b=1, sim%blocks%n_awake)], .not. is_far)]
+    sim%exchange%speculative%n_done = 0
+  end subroutine list_to_particles_order
+
+  !> Save the state to restore after a refusal: the budget; particles are saved by `save_block`.
+  subroutine save_state(sim)
+    type(simulation_t), intent(inout) :: sim
+
+    sim%exchange%speculative%n_done = 0
+    sim%exchange%speculative%is_possible = .false.
+    sim%exchange%speculative%budget = sim%budget
+  end subroutine save_state
+
+  !> True if far blocks may be updated before the acceptance, with the tools at their new positions:
+  !> only tools may still change nodal velocities, and not through a periodic side.
+  logical function can_speculate(world, sim) result(may)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(in) :: sim
+    integer :: k
+
+    may = world%size > 1 .and. sim%scene%method%scheme == scheme_usl &
+      .and. sim%nodes%n_groups == 1 .and. .not. sim%scene%method%filters_in(sim%clock%step) &
+      .and. (size(sim%tool) == 0 .or. all(sim%nodes%patch%period == 0)) &
+      .and. .not. sim%scene%has_tractions()
+    do k = 1, size(sim%tool)
+      may = may .and. sim%clock%displacement + sim%tool(k)%displacement() &
+            <= max_displacement*minval(sim%scene%grid%h)
+    end do
+  end function can_speculate
+
+  !> Save the particles of the next block before its update in a step that may be refused; false if
+  !> there is none, or no storage left.
+  logical function save_block(sim) result(is_saved)
+    type(simulation_t), intent(inout) :: sim
+
+    associate (s => sim%exchange%speculative)
+      if (.not. allocated(s%saved)) allocate (s%saved(nlane, sim%particles%nf, max_saved))
+      is_saved = s%n_done < min(sim%blocks%n_far, max_saved)
+      if (is_saved) s%saved(:, :, s%n_done + 1) = sim%particles%ps(:, :, &
+                                                                    sim%blocks%order(s%n_done + 1))
+    end associate
+  end function save_block
+
+  !> Undo what was done since `save_state`.
+  subroutine roll_back(sim, outcome)
+    type(simulation_t), intent(inout) :: sim
+    type(outcome_t), intent(inout) :: outcome
+    integer :: i
+
+    associate (s => sim%exchange%speculative)
+      if (s%n_done > 0) outcome = outcome_t()      ! USL: it was empty before
+      do i = 1, s%n_done
+        sim%particles%ps(:, :, sim%blocks%order(i)) = s%saved(:, :, i)
+      end do
+      s%n_done = 0
+      sim%budget = s%budget
+    end associate
+  end subroutine roll_back
 
   !> Collective. Complete the acceptance of the step. If it is refused, `dt` is reduced and
   !> everything done since `save_state` is undone.
@@ -31,14 +118,14 @@ contains
     if (sim%exchange%speculative%is_possible) then
       call sim%timer%lap(ph_nodes)
       do while (.not. sim%exchange%acceptance%is_done())
-        if (.not. save_block(sim%particles, sim%blocks, sim%exchange)) exit
+        if (.not. save_block(sim)) exit
         call advance_next(sim, dt, g(:, :, 1), outcome)
       end do
       call sim%timer%lap(ph_to_particles)
     end if
-    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, dt, is_refused)
+    call finish_acceptance(sim, dt, is_refused)
     if (is_refused .or. sim%step%is_broken) then
-      call roll_back(sim%particles, sim%blocks, sim%exchange, sim%budget, outcome)
+      call roll_back(sim, outcome)
     end if
   end subroutine accept_step
 

@@ -4,7 +4,6 @@
 module update_sweeps
   use base_kinds, only: nlane, rp
   use contact_tool, only: tool_t
-  use exchange_ranks, only: exchange_t
   use mapping_apic, only: affine_to_grid, gather_gradient
   use mapping_blocks, only: advance_particles, force_records, gather_velocity, momentum_records, &
                             stretch_domains, weights_of
@@ -12,7 +11,7 @@ module update_sweeps
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: move_rigid
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
-  use state_run, only: blocks_t, budget_t, clock_t, outcome_t, step_t
+  use state_run, only: blocks_t, budget_t, clock_t, exchange_t, outcome_t, step_t
   use state_scene, only: scene_t, scheme_usavg, scheme_usl
   use transfer_scatter, only: p2g_block
   use update_constitutive, only: constitutive, external_acceleration, external_work, average_volume

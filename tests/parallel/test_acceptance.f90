@@ -7,17 +7,17 @@ program test_acceptance
   use base_timers, only: wall_time
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
-  use exchange_acceptance, only: finish_acceptance, post_acceptance
-  use exchange_speculation, only: save_block, save_state
   use mapping_nodes, only: update_nodes
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_pos, f_vel
   use simulation_parts, only: free_simulation, simulation_t
   use state_run, only: budget_t, clock_t, outcome_t
+  use step_acceptance, only: finish_acceptance, post_acceptance
   use step_advance, only: take_step
   use step_constraints, only: apply_boundary
   use step_samples, only: add_clamp, add_plane_of_symmetry, add_tool, fill, h, make_flow, &
                           plane_tool, rho, settle, shake, start_scene
+  use step_schedule, only: save_block, save_state
   use step_schedule, only: accept_step
   use step_to_grid, only: particles_to_grid
   use update_sweeps, only: blocks_to_particles
@@ -59,9 +59,8 @@ contains
     logical, intent(out), optional :: stands     !! as far as this rank can see
     logical :: may_stand
 
-    call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, sim%nodes, &
-                         sim%boundary, sim%exchange, sim%budget, taken, sim%nodes%g, may_stand)
-    call finish_acceptance(sim%scene, sim%clock, sim%step, sim%exchange, taken, so)
+    call post_acceptance(world, sim, taken, sim%nodes%g, may_stand)
+    call finish_acceptance(sim, taken, so)
     if (present(stands)) stands = may_stand
   end function is_refused
 
@@ -307,15 +306,14 @@ contains
       sim%step%asked_dt = dt
       taken = dt
       if (k == 3) taken = 1.0e-7_rp
-      call save_state(sim%exchange, sim%budget)
+      call save_state(sim)
       call particles_to_grid(world, sim, sim%nodes%g)
       call update_nodes(sim%scene, sim%clock, sim%nodes, taken, sim%nodes%g)
       if (world%rank == world%size - 1) then
         if (k == 1) sim%step%last%speed2 = (0.7_rp*h/dt)**2
         if (k == 2) sim%step%last%stiffness = 1.0e31_rp
       end if
-      call post_acceptance(world, sim%scene, sim%clock, sim%step, sim%tool, sim%blocks, sim%nodes, &
-                           sim%boundary, sim%exchange, sim%budget, taken, sim%nodes%g, stands)
+      call post_acceptance(world, sim, taken, sim%nodes%g, stands)
       call apply_boundary(world, sim, taken, sim%nodes%g, stands)
       call expect('who sees it does not go on', &
                   sim%exchange%speculative%is_possible .eqv. (world%size > 1 .and. stands))
@@ -351,7 +349,7 @@ contains
     integer :: k
 
     do k = 1, 2
-      call expect('there is another block', save_block(sim%particles, sim%blocks, sim%exchange))
+      call expect('there is another block', save_block(sim))
       sim%exchange%speculative%n_done = k
       call blocks_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
                                sim%blocks, sim%nodes, sim%budget, k, k, taken, sim%nodes%g, &

@@ -1,0 +1,138 @@
+! SPDX-License-Identifier: MIT
+!> Acceptance of a step, before any particle has changed: the single reduction of a step, and a
+!> smaller step where a node would move too far. Ranks may continue working until the result arrives
+!> (step_schedule).
+module step_acceptance
+  use base_kinds, only: rp
+  use base_system, only: stop_signal
+  use base_timers, only: wall_time
+  use comm_world, only: world_t
+  use mapping_nodes, only: full_mass
+  use simulation_parts, only: simulation_t
+  use state_run, only: skin
+  implicit none (type, external)
+  private
+
+  public :: finish_acceptance, post_acceptance
+
+  real(rp), parameter :: max_wave_speed2 = 1.0e30_rp  !! squared wave speed of an invalid state
+                                                      !! [m2/s2]
+  real(rp), parameter :: max_cells = 0.5_rp           !! largest displacement of a node in a step
+                                                      !! [cells]
+  real(rp), parameter :: min_dt_fraction = 1.0e-4_rp  !! smallest fraction of the first step size
+                                                      !! that is still tried
+  !> Mass of a node, over that of a full cell, above which its velocity counts: particles hardly
+  !> depend on the velocity of lighter nodes.
+  real(rp), parameter :: material_fraction = 1.0e-2_rp
+
+contains
+
+  !> Collective. Begin the reduction of what all ranks must know about the last and this step.
+  !> `locally_accepted`: this rank has no reason to refuse it.
+  subroutine post_acceptance(world, sim, dt, g, locally_accepted)
+    type(world_t), intent(in) :: world
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! [s]
+    logical, intent(out) :: locally_accepted
+    real(rp) :: own(2)
+
+    own = [sim%step%last%stiffness, sim%step%last%speed2]
+    own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! some MPIs lose a NaN in a maximum
+    own(2) = max(own(2), fastest_node(sim, g))
+    locally_accepted = is_sound(own) .and. dt*sqrt(own(2)) <= max_node_displacement(sim)
+    call sim%exchange%acceptance%start(world, [own, real(stop_signal(), rp), &
+                                               real(sim%budget%failed_returns, rp), &
+                                               since_checkpoint(sim), merge(1.0_rp, 0.0_rp, &
+                                               sim%step%lost_row), near_tools(sim)])
+  end subroutine post_acceptance
+
+  !> Collective. Refuse the step if a node moves farther than half a cell, or a particle might have
+  !> moved more than a cell since the last sort; it is to be repeated with the smaller `dt`.
+  !> `step%is_broken`: no step is small enough, or the state has NaN.
+  subroutine finish_acceptance(sim, dt, is_refused)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: dt               !! [s]
+    logical, intent(out) :: is_refused
+
+    sim%exchange%balance%waited = sim%exchange%balance%waited - wall_time()
+    call sim%exchange%acceptance%finish()
+    sim%exchange%balance%waited = sim%exchange%balance%waited + wall_time()
+    associate (most => sim%exchange%acceptance%value)
+      sim%clock%stiffness = most(1)
+      sim%clock%max_speed = sqrt(most(2))
+      sim%step%signal = nint(most(3))
+      sim%step%worst_returns = nint(most(4))
+      sim%step%output_is_lost = most(6) > 0.0_rp
+      sim%step%is_near = most(7:) > 0.0_rp
+      sim%step%safety_is_due = most(5) >= sim%scene%output%safety_interval
+      sim%step%is_broken = .not. is_sound(most(1:2))
+    end associate
+    is_refused = .not. sim%step%is_broken .and. dt*sim%clock%max_speed > max_node_displacement(sim)
+    if (.not. is_refused) return
+    dt = 0.5_rp*max_node_displacement(sim)/sim%clock%max_speed
+    sim%step%is_broken = dt < min_dt_fraction*sim%step%asked_dt
+    sim%step%last%speed2 = 0.0_rp  ! `dt` includes the particle speeds already
+  end subroutine finish_acceptance
+
+  !> True if squared wave speed and squared speed are valid; false for NaN.
+  pure logical function is_sound(squares)
+    real(rp), intent(in) :: squares(2)          !! [m2/s2]
+
+    is_sound = all(squares < max_wave_speed2)
+  end function is_sound
+
+  !> Largest allowed displacement of a node in this step [m].
+  pure real(rp) function max_node_displacement(sim)
+    type(simulation_t), intent(in) :: sim
+
+    max_node_displacement = min(max_cells*minval(sim%scene%grid%h), &
+                                minval(sim%scene%grid%h) - sim%clock%displacement)
+  end function max_node_displacement
+
+  !> 1 for each tool that a particle of this rank may touch, else 0.
+  pure function near_tools(sim) result(near)
+    type(simulation_t), intent(in) :: sim
+    real(rp) :: near(size(sim%tool))
+    integer :: k
+
+    near = 0.0_rp
+    do k = 1, size(sim%tool)
+      if (any(sim%blocks%clearance(k, :) <= skin*sim%scene%grid%longest() &
+              + sim%tool(k)%displacement())) then
+        near(k) = 1.0_rp
+      end if
+    end do
+  end function near_tools
+
+  !> Wall-clock time since the last checkpoint [s]; negative if none is wanted.
+  real(rp) function since_checkpoint(sim)
+    type(simulation_t), intent(in) :: sim
+
+    since_checkpoint = -1.0_rp
+    if (sim%scene%output%safety_interval > 0.0_rp) since_checkpoint = wall_time() - sim%step%secured
+  end function since_checkpoint
+
+  !> Largest squared speed of the nodes that carry material [m2/s2]; stores that node.
+  real(rp) function fastest_node(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp) :: least, s
+    integer :: i, k, r
+
+    fastest_node = 0.0_rp
+    least = material_fraction*full_mass(sim%scene, sim%clock)
+    do k = 1, sim%nodes%n_groups
+      do r = 1, sim%nodes%n_ranges
+        do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
+          if (g(8, i, k) < least .or. sim%boundary%is_held(i)) cycle
+          s = g(1, i, k)**2 + g(2, i, k)**2 + g(3, i, k)**2
+          if (s <= fastest_node) cycle           ! continues for NaN
+          fastest_node = merge(s, huge(1.0_rp), s <= huge(1.0_rp))
+          sim%step%fastest_node = i
+          sim%step%fastest_speed = sqrt(fastest_node)
+        end do
+      end do
+    end do
+  end function fastest_node
+
+end module step_acceptance
