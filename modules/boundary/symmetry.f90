@@ -7,7 +7,7 @@
 !> whose mirror they reach.
 module boundary_symmetry
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t
+  use boundary_held, only: boundary_t, mirrors_t
   use conditions_list, only: symmetry_t
   use mapping_nodes, only: nodes_t
   use state_run, only: budget_t, e_wall_heat
@@ -16,7 +16,7 @@ module boundary_symmetry
   private
 
   public :: list_mirrors, split_mirrors, narrow_mirrors, reflect, restore, restore_velocities, &
-            add_lost, record_impulse, record_wall_heat
+            add_lost, record_impulse, record_wall_heat, swap_lists
 
   ! Parts of a reflection (run_order): nodes shared between ranks, all others.
   integer, parameter, public :: shared_part = 1, interior_part = 2
@@ -370,5 +370,27 @@ contains
       budget%sums(e_wall_heat) = budget%sums(e_wall_heat) + heat
     end associate
   end subroutine record_wall_heat
+
+  !> Swap the lists of nodes and mirrors: conduction uses the nodes of all particles, steps those of
+  !> awake particles and of the held layer, with zeros elsewhere.
+  subroutine swap_lists(scene, nodes, boundary)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(inout) :: nodes
+    type(boundary_t), intent(inout) :: boundary
+    type(mirrors_t) :: mirrors
+    integer, allocatable :: list(:, :)
+    integer :: n
+
+    if (.not. scene%method%sleep%is_on) return
+    mirrors = boundary%mirrors
+    boundary%mirrors = boundary%resting_mirrors
+    boundary%resting_mirrors = mirrors
+    n = nodes%n_ranges
+    nodes%n_ranges = nodes%n_resting_ranges
+    nodes%n_resting_ranges = n
+    call move_alloc(nodes%range, list)
+    call move_alloc(nodes%resting_range, nodes%range)
+    call move_alloc(list, nodes%resting_range)
+  end subroutine swap_lists
 
 end module boundary_symmetry

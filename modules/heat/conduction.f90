@@ -4,7 +4,7 @@ module heat_conduction
   use base_kinds, only: i8, nlane, rp
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
-  use boundary_symmetry, only: r_warming, record_wall_heat, restore
+  use boundary_symmetry, only: r_warming, record_wall_heat, restore, swap_lists
   use comm_world, only: world_t
   use contact_backing, only: backing_t
   use contact_tool, only: tool_t
@@ -18,7 +18,6 @@ module heat_conduction
   use mapping_nodes, only: clear_nodes, nodes_t
   use mapping_probes, only: probes_t, update_probe_temperatures
   use particles_store, only: f_heat, f_mass, f_rate, f_temp, n_conduction, particles_t
-  use sleep_criteria, only: swap_lists
   use state_run, only: blocks_t, budget_t, clock_t, e_conduction, e_film, e_tool, e_wall_heat, &
                        step_t
   use state_scene, only: scene_t

@@ -33,8 +33,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     logical :: can_wait, sleepers_changed
 
-    call update_sleep(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
-                      sim%sleepers, sim%budget, sleepers_changed, can_wait)
+    call update_sleep(world, sim, sleepers_changed, can_wait)
     if (can_wait .and. .not. may_leave_cell(sim)) then
       sim%clock%sorted_at = sim%clock%step
       call adapt_mass(world, sim)
@@ -131,7 +130,7 @@ contains
     logical :: patch_is_too_small, has_sleep
 
     has_sleep = sim%scene%method%sleep%is_on
-    call count_awake(sim%particles, sim%blocks, sim%sleepers)
+    call count_awake(sim)
     if (.not. sleepers_stay) call store_sleeper_extent(sim)
     active = boxes_in_use(world, sim)
     patch_is_too_small = any(active(1)%hi > sim%nodes%reach%hi)
@@ -147,9 +146,7 @@ contains
     call list_runs(sim, near .or. sim%sleepers%near_any, has_sleep, .false.)
     call list_mirrors(sim%scene, sim%nodes, sim%boundary)
     call list_clamps(world, sim%scene, sim%nodes, sim%boundary)
-    call find_far_force(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, &
-                    sim%nodes, sim%boundary, sim%sleepers, sim%budget, &
-                    sleepers_stay .and. .not. patch_is_too_small)
+    call find_far_force(world, sim, sleepers_stay .and. .not. patch_is_too_small)
     call mark_border(sim, is_sorted_anew)
     call list_to_grid_order(sim)
     if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)

@@ -17,8 +17,7 @@ module run_restart
   use run_restart_check, only: check_boxes, check_particles
   use simulation_parts, only: simulation_t
   use sleep_motion, only: start_tracking
-  use sleep_sleepers, only: motion_t
-  use state_run, only: outcome_t
+  use state_run, only: motion_t, outcome_t
   implicit none (type, external)
   private
 

@@ -12,8 +12,7 @@ module simulation_parts
   use mapping_probes, only: probes_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
-  use sleep_sleepers, only: sleepers_t
-  use state_run, only: blocks_t, budget_t, clock_t, exchange_t, step_t
+  use state_run, only: blocks_t, budget_t, clock_t, exchange_t, sleepers_t, step_t
   use state_scene, only: scene_t
   use tool_contact_lists, only: tool_contact_t
   implicit none (type, external)

@@ -9,25 +9,21 @@
 !> particles form the held layer (sleep_held_layer).
 module sleep_criteria
   use base_kinds, only: i8, nlane, rp
-  use boundary_held, only: boundary_t, mirrors_t
   use comm_world, only: world_t
-  use contact_tool, only: tool_t
   use grid_geometry, only: box_t, grid_t, nearest_node, nearest_nodes
   use grid_marks, only: dilate
-  use mapping_nodes, only: nodes_t
-  use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, &
-                             particles_t, rests, set_rest, tag_rest
+  use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, rests, &
+                             set_rest, tag_rest
+  use simulation_parts, only: simulation_t
   use sleep_cubes, only: cube_at, cube_middle, cube_size, edge, longest_cube
   use sleep_motion, only: start_tracking
-  use sleep_sleepers, only: motion_t, sleepers_t
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
     n_particle_sums
-  use state_run, only: blocks_t, budget_t, clock_t, e_sleep
-  use state_scene, only: scene_t
+  use state_run, only: e_sleep, motion_t
   implicit none (type, external)
   private
 
-  public :: update_sleep, count_awake, swap_lists
+  public :: update_sleep, count_awake
 
   integer, parameter :: sleep_check_interval = 200        !! steps between checks for material that
                                                           !! falls asleep
@@ -40,16 +36,9 @@ contains
   !> Collective, before a sort: decide which particles sleep until the next one. `has_changed`:
   !> sleepers of this rank have changed. `can_wait`: nothing was changed, since no particle may fall
   !> asleep now and only few would wake.
-  subroutine update_sleep(world, scene, clock, tool, particles, blocks, sleepers, budget, &
-                          has_changed, can_wait)
+  subroutine update_sleep(world, sim, has_changed, can_wait)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(inout) :: particles
-    type(blocks_t), intent(in) :: blocks
-    type(sleepers_t), intent(inout) :: sleepers
-    type(budget_t), intent(inout) :: budget
+    type(simulation_t), intent(inout) :: sim
     logical, intent(out) :: has_changed, can_wait
     logical :: may_sleep
     logical, allocatable :: is_awake(:, :, :), near(:, :, :)
@@ -59,87 +48,81 @@ contains
 
     has_changed = .false.
     can_wait = .false.
-    if (.not. scene%method%sleep%is_on) return
-    may_sleep = clock%step/sleep_check_interval > max(0_i8, clock%sorted_at)/sleep_check_interval
-    box = cubes_in_use(world, scene, particles, blocks, sleepers)
-    call find_awake(world, scene, clock, tool, particles, sleepers%motion, may_sleep, box, is_awake)
-    call start_tracking(sleepers%motion, box)
-    if (blocks%n_awake >= 0 .and. .not. may_sleep) then
-      can_wait = can_defer_waking(world, scene, particles, blocks, box, is_awake)
+    if (.not. sim%scene%method%sleep%is_on) return
+    may_sleep = sim%clock%step/sleep_check_interval &
+                > max(0_i8, sim%clock%sorted_at)/sleep_check_interval
+    box = cubes_in_use(world, sim)
+    call find_awake(world, sim, sim%sleepers%motion, may_sleep, box, is_awake)
+    call start_tracking(sim%sleepers%motion, box)
+    if (sim%blocks%n_awake >= 0 .and. .not. may_sleep) then
+      can_wait = can_defer_waking(world, sim, box, is_awake)
       if (can_wait) return
     end if
     near = is_awake
     call dilate(near, 1)                         ! particles up to two cells apart share nodes
     rest = merge(awake, merge(held, asleep, near), is_awake)
-    last = particles%nblk
-    if (all(box%lo == sleepers%cubes%lo) .and. all(box%hi == sleepers%cubes%hi)) then
-      if (all(rest == sleepers%rest)) last = blocks%n_awake   ! sleepers do not move
+    last = sim%particles%nblk
+    if (all(box%lo == sim%sleepers%cubes%lo) .and. all(box%hi == sim%sleepers%cubes%hi)) then
+      if (all(rest == sim%sleepers%rest)) last = sim%blocks%n_awake  ! sleepers do not move
     end if
     do b = 1, last
-      call update_rest(scene, clock, particles, budget, box, rest, b, has_changed)
+      call update_rest(sim, box, rest, b, has_changed)
     end do
-    call move_alloc(rest, sleepers%rest)
-    sleepers%cubes = box
+    call move_alloc(rest, sim%sleepers%rest)
+    sim%sleepers%cubes = box
   end subroutine update_sleep
 
   !> Collective. Box of the cubes that contain particles of any rank.
-  type(box_t) function cubes_in_use(world, scene, particles, blocks, sleepers) result(box)
+  type(box_t) function cubes_in_use(world, sim) result(box)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
-    type(sleepers_t), intent(in) :: sleepers
+    type(simulation_t), intent(in) :: sim
     real(rp) :: extent(6)
 
-    extent = particles%extent(1, merge(blocks%n_awake, particles%nblk, blocks%n_awake >= 0))
-    extent = max(extent, sleepers%extent_any)
+    extent = sim%particles%extent(1, merge(sim%blocks%n_awake, sim%particles%nblk, &
+                                           sim%blocks%n_awake >= 0))
+    extent = max(extent, sim%sleepers%extent_any)
     call world%max(extent)
-    box%lo = nearest_node(scene%grid, -extent(4:6))/edge
-    box%hi = nearest_node(scene%grid, extent(1:3))/edge
+    box%lo = nearest_node(sim%scene%grid, -extent(4:6))/edge
+    box%hi = nearest_node(sim%scene%grid, extent(1:3))/edge
   end function cubes_in_use
 
   !> True if the sleepers in the cubes marked in `is_awake` are few compared with the awake
   !> particles.
-  logical function can_defer_waking(world, scene, particles, blocks, box, is_awake)
+  logical function can_defer_waking(world, sim, box, is_awake)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
+    type(simulation_t), intent(in) :: sim
     type(box_t), intent(in) :: box
     logical, intent(in) :: is_awake(box%count())     !! by cube
     integer :: b, c(nlane), counts(2)
 
-    counts = [sum(particles%count(:blocks%n_awake)), 0]
-    do b = blocks%n_awake + 1, particles%nblk
-      c = cubes(scene%grid, box, particles%ps(:, f_pos:f_pos + 2, b))
-      counts(2) = counts(2) + count(is_awake(c(:particles%count(b))))
+    counts = [sum(sim%particles%count(:sim%blocks%n_awake)), 0]
+    do b = sim%blocks%n_awake + 1, sim%particles%nblk
+      c = cubes(sim%scene%grid, box, sim%particles%ps(:, f_pos:f_pos + 2, b))
+      counts(2) = counts(2) + count(is_awake(c(:sim%particles%count(b))))
     end do
     call world%sum(counts)
     can_defer_waking = counts(2) <= max_deferred_fraction*counts(1)
   end function can_defer_waking
 
   !> Set the rest state of the particles of block `b`.
-  subroutine update_rest(scene, clock, particles, budget, box, rest, b, has_changed)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(inout) :: particles
-    type(budget_t), intent(inout) :: budget
+  subroutine update_rest(sim, box, rest, b, has_changed)
+    type(simulation_t), intent(inout) :: sim
     type(box_t), intent(in) :: box
     integer, intent(in) :: rest(box%count()), b      !! rest by cube
     logical, intent(inout) :: has_changed
     integer :: c(nlane), p, old_rest(nlane)
 
-    c = cubes(scene%grid, box, particles%ps(:, f_pos:f_pos + 2, b))
-    old_rest = rests(nlane, particles%tag(:, b))
-    associate (ps => particles%ps(:, :, b), tag => particles%tag(:, b))
-      do p = 1, particles%count(b)
+    c = cubes(sim%scene%grid, box, sim%particles%ps(:, f_pos:f_pos + 2, b))
+    old_rest = rests(nlane, sim%particles%tag(:, b))
+    associate (ps => sim%particles%ps(:, :, b), tag => sim%particles%tag(:, b))
+      do p = 1, sim%particles%count(b)
         if (rest(c(p)) == old_rest(p)) cycle
         has_changed = .true.
         if (old_rest(p) == awake) then
-          budget%sums(e_sleep) = budget%sums(e_sleep) &
-            + 0.5_rp*clock%mass_scaling*ps(p, f_mass)*sum(ps(p, f_vel:f_vel + 2)**2)
+          sim%budget%sums(e_sleep) = sim%budget%sums(e_sleep) &
+            + 0.5_rp*sim%clock%mass_scaling*ps(p, f_mass)*sum(ps(p, f_vel:f_vel + 2)**2)
           ps(p, f_vel:f_vel + 2) = 0.0_rp
-          ps(p, scene%layout%rest) = ps(p, f_temp)
+          ps(p, sim%scene%layout%rest) = ps(p, f_temp)
         end if
         tag(p) = set_rest(tag(p), rest(c(p)))
       end do
@@ -148,12 +131,9 @@ contains
 
   !> Find the cubes that are awake, including those that were, unless they may fall asleep now.
   !> `motion` holds the sums of nodal motion since the last check.
-  subroutine find_awake(world, scene, clock, tool, particles, motion, may_sleep, box, is_awake)
+  subroutine find_awake(world, sim, motion, may_sleep, box, is_awake)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(in) :: particles
+    type(simulation_t), intent(in) :: sim
     type(motion_t), intent(in) :: motion
     logical, intent(in) :: may_sleep
     type(box_t), intent(in) :: box
@@ -163,15 +143,15 @@ contains
 
     n = box%hi - box%lo + 1
     allocate (sums(n_cube_sums, n(1), n(2), n(3)), source=0.0_rp)
-    call add_particle_sums(scene, particles, box, sums)
+    call add_particle_sums(sim, box, sums)
     call add_node_sums(motion, box, sums)
     flat = reshape(sums, [size(sums)])
     call world%sum(flat)
     sums = reshape(flat, shape(sums))
     allocate (is_awake(n(1), n(2), n(3)))
-    call find_active_cubes(scene, clock, motion%time, box, n, sums, is_awake)
+    call find_active_cubes(sim%scene, sim%clock, motion%time, box, n, sums, is_awake)
     call add_neighbours(is_awake)
-    call mark_cubes_at_tools(scene, tool, box, is_awake)
+    call mark_cubes_at_tools(sim, box, is_awake)
     if (.not. may_sleep) is_awake = is_awake .or. sums(c_mass, :, :, :) > 0.0_rp
   end subroutine find_awake
 
@@ -196,22 +176,21 @@ contains
   end subroutine add_node_sums
 
   !> Add this rank's sums over particles for each cube.
-  subroutine add_particle_sums(scene, particles, box, sums)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
+  subroutine add_particle_sums(sim, box, sums)
+    type(simulation_t), intent(in) :: sim
     type(box_t), intent(in) :: box
     real(rp), intent(inout) :: sums(n_cube_sums, box%count())
     integer :: b, c(nlane), p
     logical :: wants_wake(nlane), is_awake(nlane)
 
-    associate (limits => scene%method%sleep, rest => scene%layout%rest)
-      do b = 1, particles%nblk
-        associate (ps => particles%ps(:, :, b))
-          is_awake = rests(nlane, particles%tag(:, b)) == awake
+    associate (limits => sim%scene%method%sleep, rest => sim%scene%layout%rest)
+      do b = 1, sim%particles%nblk
+        associate (ps => sim%particles%ps(:, :, b))
+          is_awake = rests(nlane, sim%particles%tag(:, b)) == awake
           wants_wake = .not. is_awake .and. abs(ps(:, f_temp) - ps(:, rest)) > limits%heat
           if (.not. any(wants_wake .or. is_awake)) cycle
-          c = cubes(scene%grid, box, ps(:, f_pos:f_pos + 2))
-          do p = 1, particles%count(b)
+          c = cubes(sim%scene%grid, box, ps(:, f_pos:f_pos + 2))
+          do p = 1, sim%particles%count(b)
             associate (at => sums(:, c(p)))
               if (wants_wake(p)) at(c_wake_requests) = at(c_wake_requests) + 1.0_rp
               if (.not. is_awake(p)) cycle
@@ -229,27 +208,27 @@ contains
   !> node supports contact without moving, contact treats it as free, and the metal gains energy.
   !> Particles in contact are within half a cell of the tool and reach nodes 1.5 cells from its
   !> surface, as sleepers do from their centres.
-  subroutine mark_cubes_at_tools(scene, tool, box, is_active)
-    type(scene_t), intent(in) :: scene
-    type(tool_t), intent(in) :: tool(:)
+  subroutine mark_cubes_at_tools(sim, box, is_active)
+    type(simulation_t), intent(in) :: sim
     type(box_t), intent(in) :: box
     logical, intent(inout) :: is_active(:, :, :)
     real(rp) :: lower(3), reach, upper(3)
     integer :: c(3), first(3), i, j, k, last(3), t
 
-    do t = 1, size(tool)
-      call tool(t)%bounds(lower, upper)
-      reach = reach_of(longest_cube(scene%grid))
-      lower = cube_at(scene%grid, lower - reach) - box%lo
-      upper = cube_at(scene%grid, upper + reach) - box%lo + 2.0_rp
+    do t = 1, size(sim%tool)
+      call sim%tool(t)%bounds(lower, upper)
+      reach = reach_of(longest_cube(sim%scene%grid))
+      lower = cube_at(sim%scene%grid, lower - reach) - box%lo
+      upper = cube_at(sim%scene%grid, upper + reach) - box%lo + 2.0_rp
       first = int(min(max(lower, 1.0_rp), real(shape(is_active), rp)))
       last = int(max(min(upper, real(shape(is_active), rp)), 1.0_rp))
       do k = first(3), last(3)
         do j = first(2), last(2)
           do i = first(1), last(1)
             c = box%lo + [i, j, k] - 1
-            reach = reach_of(maxval(cube_size(scene%grid, c)))
-            if (tool(t)%clearance(cube_middle(scene%grid, c)) < reach) is_active(i, j, k) = .true.
+            reach = reach_of(maxval(cube_size(sim%scene%grid, c)))
+            is_active(i, j, k) = is_active(i, j, k) &
+              .or. sim%tool(t)%clearance(cube_middle(sim%scene%grid, c)) < reach
           end do
         end do
       end do
@@ -262,7 +241,7 @@ contains
       real(rp), parameter :: apart = 3.5_rp                 !! distance beyond which no nodes are
                                                             !! shared [cells]
 
-      reach_of = max(scene%method%sleep%distance, apart*size/edge) + half_diagonal*size
+      reach_of = max(sim%scene%method%sleep%distance, apart*size/edge) + half_diagonal*size
     end function reach_of
   end subroutine mark_cubes_at_tools
 
@@ -295,41 +274,17 @@ contains
   end function cubes
 
   !> Count the awake blocks and those of the held layer after a sort; they come in this order.
-  subroutine count_awake(particles, blocks, sleepers)
-    type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(inout) :: blocks
-    type(sleepers_t), intent(inout) :: sleepers
+  subroutine count_awake(sim)
+    type(simulation_t), intent(inout) :: sim
     integer :: b
 
-    sleepers%layer%is_stale = .true.
-    blocks%n_awake = 0
-    blocks%n_mapped = 0
-    do b = 1, particles%nblk
-      if (tag_rest(particles%tag(1, b)) == awake) blocks%n_awake = b
-      if (tag_rest(particles%tag(1, b)) /= asleep) blocks%n_mapped = b
+    sim%sleepers%layer%is_stale = .true.
+    sim%blocks%n_awake = 0
+    sim%blocks%n_mapped = 0
+    do b = 1, sim%particles%nblk
+      if (tag_rest(sim%particles%tag(1, b)) == awake) sim%blocks%n_awake = b
+      if (tag_rest(sim%particles%tag(1, b)) /= asleep) sim%blocks%n_mapped = b
     end do
   end subroutine count_awake
-
-  !> Swap the lists of nodes and mirrors: conduction uses the nodes of all particles, steps those of
-  !> awake particles and of the held layer, with zeros elsewhere.
-  subroutine swap_lists(scene, nodes, boundary)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(inout) :: boundary
-    type(mirrors_t) :: mirrors
-    integer, allocatable :: list(:, :)
-    integer :: n
-
-    if (.not. scene%method%sleep%is_on) return
-    mirrors = boundary%mirrors
-    boundary%mirrors = boundary%resting_mirrors
-    boundary%resting_mirrors = mirrors
-    n = nodes%n_ranges
-    nodes%n_ranges = nodes%n_resting_ranges
-    nodes%n_resting_ranges = n
-    call move_alloc(nodes%range, list)
-    call move_alloc(nodes%resting_range, nodes%range)
-    call move_alloc(list, nodes%resting_range)
-  end subroutine swap_lists
 
 end module sleep_criteria

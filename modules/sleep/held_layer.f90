@@ -9,14 +9,12 @@
 !> full load. They reflect waves, which the awake material has to dissipate.
 module sleep_held_layer
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t
   use boundary_symmetry, only: reflect, r_momentum
   use comm_world, only: world_t
   use mapping_fbar, only: clear_volume
   use mapping_nodes, only: clear_nodes, min_node_inertia, nodes_t
-  use particles_store, only: particles_t
-  use sleep_sleepers, only: sleepers_t
-  use state_run, only: blocks_t, budget_t, clock_t, e_sleep, step_t
+  use simulation_parts, only: simulation_t
+  use state_run, only: budget_t, clock_t, e_sleep, sleepers_t
   use state_scene, only: scene_t
   use update_sweeps, only: force_to_grid
   implicit none (type, external)
@@ -30,71 +28,62 @@ module sleep_held_layer
 contains
 
   !> Collective. Gather the contributions of the layer, if they may have changed.
-  subroutine freeze_layer(world, scene, clock, step, particles, blocks, nodes, boundary, sleepers)
+  subroutine freeze_layer(world, sim)
     type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
-    type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(inout) :: boundary
-    type(sleepers_t), intent(inout) :: sleepers
+    type(simulation_t), intent(inout) :: sim
     integer :: b
 
-    if (.not. scene%method%sleep%is_on .or. .not. sleepers%layer%is_stale) return
-    sleepers%layer%is_stale = .false.
-    call clear_nodes(nodes, nodes%g)
-    call clear_volume(scene, nodes)
-    do b = blocks%n_awake + 1, blocks%n_mapped
-      call force_to_grid(scene, clock, step, nodes, particles%body(b), particles%count(b), &
-                         particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, 1))
+    if (.not. sim%scene%method%sleep%is_on .or. .not. sim%sleepers%layer%is_stale) return
+    sim%sleepers%layer%is_stale = .false.
+    call clear_nodes(sim%nodes, sim%nodes%g)
+    call clear_volume(sim%scene, sim%nodes)
+    do b = sim%blocks%n_awake + 1, sim%blocks%n_mapped
+      call force_to_grid(sim%scene, sim%clock, sim%step, sim%nodes, sim%particles%body(b), &
+                         sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), &
+                         sim%nodes%rec, sim%nodes%g(:, :, 1))
     end do
-    call store_layer_records(scene, nodes, sleepers, nodes%g(:, :, 1))
-    call reflect(scene, nodes, boundary, r_momentum, nodes%g(:, :, 1), boundary%mirrors%lost, &
-                 boundary%mirrors%mass_behind(:, 1))
-    boundary%mirrors%resting_mass_behind = boundary%mirrors%mass_behind(:, 1)
-    call nodes%halo%sum(world, 8, nodes%patch%nn, nodes%g(:, :, 1))
-    call list_held(nodes, sleepers, nodes%g(:, :, 1))
+    call store_layer_records(sim, sim%nodes%g(:, :, 1))
+    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), &
+                 sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, 1))
+    sim%boundary%mirrors%resting_mass_behind = sim%boundary%mirrors%mass_behind(:, 1)
+    call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
+    call list_held(sim, sim%nodes%g(:, :, 1))
   end subroutine freeze_layer
 
   !> Store the records of this rank's sleepers: the nodes of `g` that have mass.
-  subroutine store_layer_records(scene, nodes, sleepers, g)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(sleepers_t), intent(inout) :: sleepers
-    real(rp), intent(in) :: g(8, nodes%patch%nn)
+  subroutine store_layer_records(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
     integer :: i
 
-    associate (layer => sleepers%layer)
-      layer%node = nodes_with_mass(nodes, g)
+    associate (layer => sim%sleepers%layer)
+      layer%node = nodes_with_mass(sim, g)
       layer%record = g(:, layer%node)
       if (allocated(layer%volume)) deallocate (layer%volume)
-      allocate (layer%volume(2*size(scene%body), size(layer%node)), source=0.0_rp)
-      if (.not. allocated(nodes%volume)) return
+      allocate (layer%volume(2*size(sim%scene%body), size(layer%node)), source=0.0_rp)
+      if (.not. allocated(sim%nodes%volume)) return
       do i = 1, size(layer%node)
-        layer%volume(:, i) = nodes%volume(:, layer%node(i))
+        layer%volume(:, i) = sim%nodes%volume(:, layer%node(i))
       end do
     end associate
   end subroutine store_layer_records
 
   !> List the nodes to hold: those with mass of any rank's sleepers.
-  subroutine list_held(nodes, sleepers, g)
-    type(nodes_t), intent(in) :: nodes
-    type(sleepers_t), intent(inout) :: sleepers
-    real(rp), intent(in) :: g(8, nodes%patch%nn)
+  subroutine list_held(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
     integer :: i, r
 
-    associate (layer => sleepers%layer)
-      layer%held = nodes_with_mass(nodes, g)
+    associate (layer => sim%sleepers%layer)
+      layer%held = nodes_with_mass(sim, g)
       layer%mass = g(1, layer%held)
       layer%is_own = [(.false., i=1, size(layer%held))]
       i = 0
-      do r = 1, nodes%n_ranges
+      do r = 1, sim%nodes%n_ranges
         do while (i < size(layer%held))
-          if (layer%held(i + 1) > nodes%range(2, r)) exit
+          if (layer%held(i + 1) > sim%nodes%range(2, r)) exit
           i = i + 1
-          layer%is_own(i) = nodes%range(3, r) == 1
+          layer%is_own(i) = sim%nodes%range(3, r) == 1
         end do
       end do
       if (allocated(layer%impulse)) deallocate (layer%impulse)
@@ -103,16 +92,16 @@ contains
   end subroutine list_held
 
   !> Nodes in use with mass, in ascending order.
-  pure function nodes_with_mass(nodes, g) result(list)
-    type(nodes_t), intent(in) :: nodes
-    real(rp), intent(in) :: g(8, nodes%patch%nn)
+  pure function nodes_with_mass(sim, g) result(list)
+    type(simulation_t), intent(in) :: sim
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
     integer, allocatable :: list(:)
     integer :: n, pass, q, r
 
     do pass = 1, 2
       n = 0
-      do r = 1, nodes%n_ranges
-        do q = nodes%range(1, r), nodes%range(2, r)
+      do r = 1, sim%nodes%n_ranges
+        do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
           if (.not. g(1, q) > 0.0_rp) cycle
           n = n + 1
           if (pass == 2) list(n) = q
@@ -123,18 +112,17 @@ contains
   end function nodes_with_mass
 
   !> Add the records of the layer to those of its nodes.
-  subroutine add_layer(nodes, sleepers, g)
-    type(nodes_t), intent(inout) :: nodes
-    type(sleepers_t), intent(in) :: sleepers
-    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+  subroutine add_layer(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     integer :: i, q
 
-    if (.not. allocated(sleepers%layer%node)) return
-    do i = 1, size(sleepers%layer%node)
-      q = sleepers%layer%node(i)
-      g(:, q) = g(:, q) + sleepers%layer%record(:, i)
-      if (allocated(nodes%volume)) nodes%volume(:, q) = nodes%volume(:, q) &
-          + sleepers%layer%volume(:, i)
+    if (.not. allocated(sim%sleepers%layer%node)) return
+    do i = 1, size(sim%sleepers%layer%node)
+      q = sim%sleepers%layer%node(i)
+      g(:, q) = g(:, q) + sim%sleepers%layer%record(:, i)
+      if (allocated(sim%nodes%volume)) sim%nodes%volume(:, q) = sim%nodes%volume(:, q) &
+        + sim%sleepers%layer%volume(:, i)
     end do
   end subroutine add_layer
 

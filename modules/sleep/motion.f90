@@ -6,7 +6,7 @@ module sleep_motion
   use grid_geometry, only: box_t, section_across
   use mapping_nodes, only: nodes_t
   use sleep_cubes, only: edge
-  use sleep_sleepers, only: m_impulse, m_mass, m_momentum, motion_t, n_motion, sleepers_t
+  use state_run, only: m_impulse, m_mass, m_momentum, motion_t, n_motion, sleepers_t
   implicit none (type, external)
   private
 

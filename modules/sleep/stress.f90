@@ -6,8 +6,7 @@ module sleep_stress
   use grid_geometry, only: box_t
   use sleep_cubes, only: cube_middle, cube_size, edge
   use sleep_motion, only: mean_traction, mean_velocity
-  use sleep_sleepers, only: m_mass, n_motion
-  use state_run, only: clock_t
+  use state_run, only: clock_t, m_mass, n_motion
   use state_scene, only: scene_t
   implicit none (type, external)
   private

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> State of a run on this rank: clock, current step, roles of the particle blocks, accumulated
-!> sums, data shared with the other ranks.
+!> sums, data shared with the other ranks, material at rest.
 module state_run
   use base_kinds, only: i8, rp
   use comm_world, only: reduction_t
@@ -8,7 +8,7 @@ module state_run
   implicit none (type, external)
   private
 
-  public :: blocks_t, budget_t, clock_t, exchange_t, outcome_t, step_t
+  public :: blocks_t, budget_t, clock_t, exchange_t, motion_t, outcome_t, sleepers_t, step_t
 
   !> Simulated time and the quantities that determine the next step: equal on all ranks, stored in
   !> checkpoints.
@@ -143,5 +143,44 @@ module state_run
     type(reduction_t) :: acceptance          !! reduction of the acceptance
     type(speculation_t) :: speculative
   end type exchange_t
+
+  ! Indices of the sums of a cube over steps (sleep_motion).
+  integer, parameter, public :: m_mass = 1, &      !! mass times time [kg s]
+                                m_momentum = 2, &  !! momentum times time [kg m], 3
+                                m_impulse = 5      !! impulse on held nodes [N s], 3
+  integer, parameter, public :: n_motion = 7
+
+  !> Sleepers that share nodes with awake particles (sleep_held_layer).
+  type :: layer_t
+    logical :: is_stale = .true.            !! contributions must be gathered again
+    integer, allocatable :: node(:)         !! nodes to which this rank's sleepers contribute
+    real(rp), allocatable :: record(:, :)   !! (8, nodes) mass, momentum 0, force, heat
+    real(rp), allocatable :: volume(:, :)   !! (2 bodies, nodes)
+    integer, allocatable :: held(:)         !! nodes to which sleepers of any rank contribute
+    real(rp), allocatable :: mass(:)        !! mass of the sleepers there, of all ranks [kg]
+    logical, allocatable :: is_own(:)       !! held nodes owned by this rank
+    real(rp), allocatable :: impulse(:, :)  !! (3, held) impulse of holding in this step [N s]
+  end type layer_t
+
+  !> Motion of the nodes of each cube since the last sleep check (sleep_motion).
+  type :: motion_t
+    type(box_t) :: box                       !! box of cubes
+    real(rp) :: time = 0.0_rp                !! time since the last check [s]
+    real(rp), allocatable :: sums(:, :)      !! (n_motion, cubes) of this rank
+  end type motion_t
+
+  !> Material at rest: data that are constant while the same particles sleep in the same blocks.
+  type :: sleepers_t
+    type(layer_t) :: layer
+    type(motion_t) :: motion
+    !> Largest coordinates and largest negative ones, of the layer and of all sleepers [m].
+    real(rp), dimension(6) :: extent_layer = -huge(1.0_rp), extent_any = -huge(1.0_rp)
+    !> (z, y, x) nodes in reach of the layer and of all sleepers.
+    logical, allocatable :: near_layer(:, :, :), near_any(:, :, :)
+    type(box_t) :: cubes                      !! box of cubes at the last check, indexed from 0
+    integer, allocatable :: rest(:, :, :)     !! rest state of the particles of each cube
+    real(rp), allocatable :: far_force(:, :)  !! (3, conditions) force on the sleepers beyond the
+                                              !! layer [N]
+  end type sleepers_t
 
 end module state_run

@@ -51,8 +51,7 @@ contains
                                                                    stress_fraction_before, &
                                                                      g_strain, outcome)
     if (sim%scene%method%sleep%is_on) then
-      call freeze_layer(world, sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, &
-                        sim%nodes, sim%boundary, sim%sleepers)
+      call freeze_layer(world, sim)
     end if
     call save_state(sim)
     do
@@ -66,7 +65,7 @@ contains
     end do
     call resolve_contact(world, sim, dt, g_motion, outcome)
     if (sim%scene%method%sleep%is_on) then
-      call record_sleeper_impulse(sim%sleepers, sim%budget, dt)
+      call record_sleeper_impulse(sim, dt)
       call track_motion(sim%nodes, sim%sleepers, dt, g_motion(:, :, 1))
     end if
     call record_impulse(sim%scene, sim%nodes, sim%boundary, sim%budget, dt, g_motion)

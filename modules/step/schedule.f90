@@ -2,8 +2,8 @@
 !> Overlap of computation and communication: blocks that no tool reaches may be updated from the
 !> grid while an exchange is under way, before all ranks have accepted the step (step_acceptance) or
 !> before contact sums have arrived. A sort decides which blocks these are and stores it in the
-!> tags; they are the first to be updated in any case, so that the order of summation in the budget does
-!> not depend on timing. Updates made before the step is accepted can be undone.
+!> tags; they are the first to be updated in any case, so that the order of summation in the budget
+!> does not depend on timing. Updates made before the step is accepted can be undone.
 module step_schedule
   use base_kinds, only: nlane, rp
   use base_timers, only: ph_nodes, ph_to_particles

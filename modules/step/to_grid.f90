@@ -79,7 +79,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
-    if (sim%scene%method%sleep%is_on) call add_layer(sim%nodes, sim%sleepers, g(:, :, 1))
+    if (sim%scene%method%sleep%is_on) call add_layer(sim, g(:, :, 1))
     if (sim%scene%has_tractions()) then
       call tractions_to_grid(sim%scene, sim%step, sim%particles, sim%nodes, g)
     end if

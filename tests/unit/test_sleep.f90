@@ -12,10 +12,9 @@ program test_sleep
   use sleep_held_force, only: record_sleeper_impulse
   use sleep_held_layer, only: hold_layer
   use sleep_motion, only: start_tracking, track_motion
-  use sleep_sleepers, only: m_impulse, m_mass, m_momentum, sleepers_t
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
     n_particle_sums
-  use state_run, only: budget_t, clock_t, e_sleep
+  use state_run, only: budget_t, clock_t, e_sleep, m_impulse, m_mass, m_momentum, sleepers_t
   use state_scene, only: scene_t
   implicit none (type, external)
 
