@@ -123,7 +123,7 @@ contains
     else if (.not. is_stopped(status)) then
       call open_results(input, sim%scene%output, sim%history%frame_times, status)
       if (world%is_root() .and. .not. command%is_quiet) call log_heat_shares(sim%scene, sim%tool)
-      if (status == ended_well) call run(world, sim, command%restart /= '', status, message)
+      if (status == ended_well) call run(sim, command%restart /= '', status, message)
       call report_end(sim, status, message)
     end if
     call free_simulation(sim)

@@ -54,8 +54,7 @@ contains
   end function run_time
 
   !> Collective. Estimate the cost of a run; the simulation cannot be used afterwards.
-  subroutine estimate_run(world, sim, dt, cost)
-    type(world_t), intent(in) :: world
+  subroutine estimate_run(sim, dt, cost)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                     !! first time step [s]
     type(cost_t), intent(out) :: cost
@@ -74,7 +73,7 @@ contains
       if (sim%scene%method%sleep%is_on) n = measured_steps + settling_steps(min(i, 2))
       n = max(measured_steps, min(n, int(cost%steps*max_settling)))
       n = max(1, int(min(real(n, rp), cost%steps)))
-      call measure_steps(world, sim, dt*cost%steps*(i - 0.5_rp)/parts, n, cost%measured, per_step, &
+      call measure_steps(sim, dt*cost%steps*(i - 0.5_rp)/parts, n, cost%measured, per_step, &
                          awake, start, ok)
       if (i == 1) cost%seconds = max(0.0_rp, start)   ! steps before material sleeps
       cost%seconds = cost%seconds + cost%steps*per_step/parts
@@ -84,8 +83,7 @@ contains
   end subroutine estimate_run
 
   !> Collective. Move the tools to their positions at a time and make steps; measure the last ones.
-  subroutine measure_steps(world, sim, time, n, measured, per_step, awake, start, ok)
-    type(world_t), intent(in) :: world
+  subroutine measure_steps(sim, time, n, measured, per_step, awake, start, ok)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: time                   !! [s]
     integer, intent(in) :: n                       !! steps
@@ -106,7 +104,7 @@ contains
         call sim%tool(k)%move_to(sim%clock%time)
         call sim%tool(k)%move_to(sim%clock%time)   ! displacement of a step: zero
       end do
-      call regrid(world, sim)
+      call regrid(sim)
     end if
     message = ''
     status = ended_well
@@ -119,10 +117,10 @@ contains
         begun = cpu_seconds()
         before = sim%blocks%n_awake_particle_steps
       end if
-      call advance(world, sim, status, message)
+      call advance(sim, status, message)
       if (status /= ended_well .or. sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)) exit
       spent(1) = cpu_seconds() - started
-      call world%max(spent(:1))
+      call sim%world%max(spent(:1))
       if (i > first .and. i >= min_steps .and. spent(1) > time_limit) exit
       if (i < first .and. spent(1) > 0.8_rp*time_limit) first = i   ! start to measure
     end do
@@ -131,7 +129,7 @@ contains
     ok = status == ended_well
     spent = [cpu_seconds() - begun, real(sim%blocks%n_awake_particle_steps - before, rp), &
              real(sim%particles%total(), rp), begun - started]
-    call world%sum(spent)
+    call sim%world%sum(spent)
     measured = measured + i
     per_step = spent(1)/max(1, i - first)
     awake = spent(2)/max(1.0_rp, spent(3)*(i - first))

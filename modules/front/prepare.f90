@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Preparation of a simulation from an input file or a checkpoint.
 module front_prepare
-  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use bodies_fields, only: add_noise
@@ -50,6 +49,7 @@ contains
     real(rp), allocatable :: shares(:)
     logical :: is_read
 
+    sim%world = world
     call read_texts(world, command, input, old, notes, is_read)
     if (is_read) then
       if (input%has_required_groups() .and. &
@@ -191,7 +191,7 @@ contains
 
     call sim%prepare_scratch()
     if (command%restart /= '') then
-      call resume(world, sim, command%restart, error)
+      call resume(sim, command%restart, error)
       return
     end if
     call fill_bodies(world, input, sim%scene, sim%particles)
@@ -201,9 +201,9 @@ contains
                              outside)
     if (outside /= '') call error%raise(outside//' (at the start)')
     if (error%is_set()) return
-    call first_partition(world, sim)
-    call regrid(world, sim)
-    call begin(world, sim)
+    call first_partition(sim)
+    call regrid(sim)
+    call begin(sim)
     call sim%tracers%choose(world, sim%scene%grid, sim%particles)
   end subroutine place_particles
 

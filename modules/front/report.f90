@@ -45,7 +45,7 @@ contains
     limited_by = limit(sim)
     memory = real(sim%particles%bytes() + sim%nodes%bytes(), rp)
     call world%sum(memory)
-    if (measures) call estimate_run(world, sim, dt, cost)
+    if (measures) call estimate_run(sim, dt, cost)
     if (.not. world%is_root()) return
     call print_line('scene', sim%scene%output%name//'  '//sim%scene%title)
     associate (grid => sim%scene%grid)

@@ -3,7 +3,6 @@
 module output_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
-  use comm_world, only: world_t
   use contact_tool, only: n_tool_sums
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, least, numbers_t, speed_of_light
@@ -51,8 +50,7 @@ contains
 
   !> Write the state between two steps to `path`, by default checkpoint_path; with an empty path the
   !> file is kept in memory only (h5_file). The run is not changed.
-  subroutine save_checkpoint(world, sim, error, path)
-    type(world_t), intent(in) :: world
+  subroutine save_checkpoint(sim, error, path)
     type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
     character(*), intent(in), optional :: path
@@ -61,9 +59,9 @@ contains
     character(:), allocatable :: file
     real(rp) :: last(2)
 
-    call share_probes(world, sim%probes)
+    call share_probes(sim%world, sim%probes)
     last = [sim%step%last%stiffness, sim%step%last%speed2]
-    call world%max(last)
+    call sim%world%max(last)
     of_run%is_read = .false.
     allocate (of_run%value(0))
     of_rank = of_run
@@ -73,7 +71,7 @@ contains
     notes%layout = sim%scene%layout%places()
     file = checkpoint_path(sim%scene)
     if (present(path)) file = path
-    call write_checkpoint(world, file, sim%particles, sim%exchange%boxes, of_run%value, &
+    call write_checkpoint(sim%world, file, sim%particles, sim%exchange%boxes, of_run%value, &
                           of_rank%value, notes, error)
   end subroutine save_checkpoint
 

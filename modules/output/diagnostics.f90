@@ -3,7 +3,6 @@
 module output_diagnostics
   use base_kinds, only: rp
   use base_text, only: str
-  use comm_world, only: world_t
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_plastic, f_pos, f_rate, &
                              f_tau, f_temp, f_vel, layout_t, n_fields, particles_t, tag_id
   use simulation_parts, only: simulation_t
@@ -15,19 +14,18 @@ module output_diagnostics
 contains
 
   !> Collective. Describe a particle with a non-finite field, or else the one at the fastest node.
-  subroutine describe_failure(world, sim, message, why)
-    type(world_t), intent(in) :: world
+  subroutine describe_failure(sim, message, why)
     type(simulation_t), intent(in) :: sim
     character(:), allocatable, intent(inout) :: message
     character(*), intent(in) :: why                  !! cause; '' if it is the speed
     character(:), allocatable :: local_message
 
     local_message = describe_non_finite(sim)
-    if (world%all_true(local_message == '')) then
-      local_message = near_fastest_node(world, sim)
+    if (sim%world%all_true(local_message == '')) then
+      local_message = near_fastest_node(sim)
       if (local_message /= '' .and. why /= '') local_message = local_message//': '//why
     end if
-    call world%share_message(local_message, message)
+    call sim%world%share_message(local_message, message)
     message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s)'
   end subroutine describe_failure
 
@@ -92,8 +90,7 @@ contains
   end function field_name
 
   !> Description of the particle nearest to the fastest node, on the rank that has it; else ''.
-  function near_fastest_node(world, sim) result(text)
-    type(world_t), intent(in) :: world
+  function near_fastest_node(sim) result(text)
     type(simulation_t), intent(in) :: sim
     character(:), allocatable :: text
     real(rp) :: largest(1), mine, x(3), d, nearest
@@ -103,7 +100,7 @@ contains
     mine = 0.0_rp
     if (sim%step%fastest_node > 0) mine = sim%step%fastest_speed
     largest = mine
-    call world%max(largest)
+    call sim%world%max(largest)
     if (sim%step%fastest_node == 0 .or. mine < largest(1)) return
     x = sim%nodes%patch%position(sim%step%fastest_node)
     nearest = huge(1.0_rp)

@@ -2,7 +2,6 @@
 !> Errors of bodies with known (manufactured) fields: rows of NAME_errors.csv.
 module output_error_norms
   use base_kinds, only: nlane, rp
-  use comm_world, only: world_t
   use fields_field, only: field_t
   use io_row, only: row_t
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
@@ -44,8 +43,7 @@ contains
   end function error_headings
 
   !> Collective. Current errors: mass-weighted rms values and maxima.
-  subroutine error_row(world, sim, row)
-    type(world_t), intent(in) :: world
+  subroutine error_row(sim, row)
     type(simulation_t), intent(in) :: sim
     type(row_t), intent(out) :: row
     real(rp) :: sums(n_sums*size(sim%scene%body)), maxima(n_maxima*size(sim%scene%body))
@@ -61,8 +59,8 @@ contains
                      sim%particles%nf, sim%particles%ps(:, :, b), &
                      sums(n_sums*(i - 1) + 1:n_sums*i), maxima(n_maxima*(i - 1) + 1:n_maxima*i))
     end do
-    call world%sum(sums)
-    call world%max(maxima)
+    call sim%world%sum(sums)
+    call sim%world%max(maxima)
     call add_columns(sim, sums, maxima, row)
   end subroutine error_row
 

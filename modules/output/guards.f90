@@ -6,7 +6,6 @@ module output_guards
   use base_kinds, only: rp
   use base_log, only: say
   use base_text, only: str
-  use comm_world, only: world_t
   use contact_tool, only: s_layer_strength, s_torque, tool_t
   use io_row, only: row_t
   use particles_store, only: f_mass
@@ -40,16 +39,15 @@ contains
 
   !> Collective. Check the row `columns` of the history; on failure set `step%is_broken` and
   !> `step%reason`.
-  subroutine check(self, world, sim, columns, melt_ratio)
+  subroutine check(self, sim, columns, melt_ratio)
     class(guards_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     type(row_t), intent(in) :: columns
     real(rp), intent(in) :: melt_ratio           !! largest temperature over melting temperature
     character(:), allocatable :: reason
 
     if (sim%step%is_broken) return
-    call check_balance(self, world, sim, columns, reason)
+    call check_balance(self, sim, columns, reason)
     if (reason == '') call check_melting(self, columns, melt_ratio, reason)
     if (reason == '') call check_torque(sim, sim%history%row_gained, reason)
     if (reason == '') return
@@ -61,9 +59,8 @@ contains
   !> expansion, which turns heat into elastic energy outside of the mechanical balance. Energy
   !> missing with USAVG only warns: near the stability limit its two half updates count the work of
   !> noise with an error that accumulates, while the energy itself stays bounded.
-  subroutine check_balance(self, world, sim, columns, reason)
+  subroutine check_balance(self, sim, columns, reason)
     type(guards_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     type(row_t), intent(in) :: columns
     character(:), allocatable, intent(out) :: reason
@@ -75,7 +72,7 @@ contains
     if (any(abs(sim%scene%material%expansion) > 0.0_rp)) return
     error = 0.01_rp*columns%value('audit_error')*sim%history%audit_scale
     part = abs(error)/max(sim%history%audit_scale, tiny(1.0_rp))
-    if (part <= warned_error .or. abs(error) <= rounding*stiffness(world, sim)) then
+    if (part <= warned_error .or. abs(error) <= rounding*stiffness(sim)) then
       self%balanced_until = sim%clock%time
       return
     end if
@@ -88,13 +85,12 @@ contains
                "MASS_SCALING, or set SELECTIVE_SCALING = 'off'"
     else if (.not. self%has_warned) then
       self%has_warned = .true.
-      if (world%is_root()) call say('warning: '//began//' (10 % end the run): lower &TIME CFL')
+      if (sim%world%is_root()) call say('warning: '//began//' (10 % end the run): lower &TIME CFL')
     end if
   end subroutine check_balance
 
   !> Collective. Bulk modulus times volume of all bodies [J].
-  real(rp) function stiffness(world, sim)
-    type(world_t), intent(in) :: world
+  real(rp) function stiffness(sim)
     type(simulation_t), intent(in) :: sim
     real(rp) :: sums(1)
     integer :: b
@@ -105,7 +101,7 @@ contains
         sums = sums + m%k/m%rho*sum(sim%particles%ps(1:sim%particles%count(b), f_mass, b))
       end associate
     end do
-    call world%sum(sums)
+    call sim%world%sum(sums)
     stiffness = sums(1)
   end function stiffness
 

@@ -3,7 +3,6 @@
 !> forces of walls and clamps, microstructure. A new column is one line here.
 module output_history
   use base_kinds, only: rp
-  use comm_world, only: world_t
   use contact_backing, only: backing_t
   use contact_tool, only: n_tool_sums, s_metal_slip, s_force, s_friction, s_heat, &
                           s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
@@ -33,15 +32,14 @@ contains
   end function history_headings
 
   !> Collective. One row of the history; means of the next row start at this time.
-  subroutine history_row(world, sim, row)
-    type(world_t), intent(in) :: world
+  subroutine history_row(sim, row)
     type(simulation_t), intent(inout) :: sim
     type(row_t), intent(out) :: row
     type(micro_means_t) :: micro
     type(totals_t) :: totals
 
-    call sum_totals(world, sim, totals)
-    call microstructure_means(world, sim, micro)
+    call sum_totals(sim, totals)
+    call microstructure_means(sim, micro)
     sim%step%is_broken = sim%step%is_broken .or. .not. totals%is_sound
     call add_columns(sim, totals, micro, row)
     sim%history%row_gained = totals%tool - sim%history%row_sums

@@ -36,9 +36,8 @@ module output_melting
 contains
 
   !> Collective. Check the particles of deformable bodies at a row of the history.
-  subroutine check_particles(self, world, sim)
+  subroutine check_particles(self, sim)
     class(melting_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     type(melt_sample_t) :: sample
     real(rp) :: t_melt
@@ -63,7 +62,7 @@ contains
             + sum(ps(:, f_mass), mask=ps(:, f_temp) > t_melt)
       end associate
     end do
-    call self%update(world, sim%scene, sample, sim%clock%time)
+    call self%update(sim%world, sim%scene, sample, sim%clock%time)
   end subroutine check_particles
 
   !> Collective. Update the maxima; the first time any metal is above its melting temperature warn

@@ -4,7 +4,6 @@
 module output_microstructure
   use base_kinds, only: nlane, rp, sp
   use base_text, only: str
-  use comm_world, only: world_t
   use io_row, only: row_t
   use particles_store, only: f_mass, f_plastic
   use physics_flow_law, only: law_output_t
@@ -146,8 +145,7 @@ contains
   end function zero_means
 
   !> Collective. Current means and minima; 0 while nothing is stirred.
-  subroutine microstructure_means(world, sim, means)
-    type(world_t), intent(in) :: world
+  subroutine microstructure_means(sim, means)
     type(simulation_t), intent(in) :: sim
     type(micro_means_t), intent(out) :: means
     type(outputs_t) :: outputs
@@ -176,8 +174,8 @@ contains
         minimum = max(minimum, -minval(values(:n, :), dim=1, mask=values(:n, :) > 0.0_rp))
       end associate
     end do
-    call world%sum(sums)
-    call world%max(minimum)
+    call sim%world%sum(sums)
+    call sim%world%max(minimum)
     means%mass = sums(1)
     mass = sums(2:n_all + 1)
     where (mass > 0.0_rp) means%mean = sums(n_all + 2:)/mass
@@ -186,8 +184,7 @@ contains
 
   !> Collective. Message on warning `k` of the flow laws: how often on all ranks, and one position;
   !> '' if there was none.
-  subroutine warning_message(world, sim, k, message)
-    type(world_t), intent(in) :: world
+  subroutine warning_message(sim, k, message)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k
     character(:), allocatable, intent(inout) :: message
@@ -195,7 +192,7 @@ contains
     real(rp) :: counts(size(sim%budget%warnings))
 
     counts = sim%budget%warnings
-    call world%sum(counts)
+    call sim%world%sum(counts)
     local_message = ''
     associate (place => sim%budget%warning_place(:, k))
       if (sim%budget%warnings(k) > 0.0_rp) local_message = 'warning: until t = '// &
@@ -203,7 +200,7 @@ contains
         trim(sim%scene%warning(k))//'; one of the first at ('//str(place(3))//', '// &
         str(place(4))//', '//str(place(5))//') m, t = '//str(place(1))//' s, '//str(place(2))//' K'
     end associate
-    call world%share_message(local_message, message)
+    call sim%world%share_message(local_message, message)
   end subroutine warning_message
 
 end module output_microstructure

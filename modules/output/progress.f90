@@ -9,7 +9,6 @@ module output_progress
   use base_text, only: str
   use base_timers, only: cpu_seconds, n_phases, now, phase_name, wall_time
   use base_version, only: commit, release
-  use comm_world, only: world_t
   use output_time_left, only: time_left_t
   use simulation_parts, only: simulation_t
   implicit none (type, external)
@@ -36,9 +35,8 @@ module output_progress
 contains
 
   !> Collective. Start the clocks of the run or of its resumed part.
-  subroutine init(self, world, sim)
+  subroutine init(self, sim)
     class(progress_t), intent(out) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
 
     self%started = wall_time()
@@ -47,18 +45,17 @@ contains
     self%first_step = sim%clock%step
     self%first_time = sim%clock%time
     self%particles = sim%particles%total()
-    call world%sum(self%particles)
+    call sim%world%sum(self%particles)
   end subroutine init
 
   !> Show a progress line with percent, remaining time, simulated time and speed, if it is due.
-  subroutine show_line(self, world, sim)
+  subroutine show_line(self, sim)
     class(progress_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     real(rp) :: at, speed, share, done
     integer :: width
 
-    if (.not. world%is_root() .or. sim%scene%output%is_quiet) return
+    if (.not. sim%world%is_root() .or. sim%scene%output%is_quiet) return
     share = (sim%clock%time - self%first_time)/max(sim%scene%end_time - self%first_time, &
                                                     tiny(1.0_rp))
     done = sim%clock%time/max(sim%scene%end_time, tiny(1.0_rp))
@@ -77,9 +74,8 @@ contains
 
   !> Collective. Log the speed, and write NAME_summary.json with speed, memory, the time shares of
   !> the phases and of waiting for other ranks (mean over ranks).
-  subroutine write_summary(self, world, sim, others, error)
+  subroutine write_summary(self, sim, others, error)
     class(progress_t), intent(in) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     character(*), intent(in) :: others            !! further entries of the file
     type(error_t), intent(inout) :: error
@@ -91,22 +87,21 @@ contains
            real(sim%nodes%halo%messages + sim%nodes%resting_halo%messages, rp), &
            real(sim%nodes%halo%bytes + sim%nodes%resting_halo%bytes, rp), &
            sim%exchange%balance%waited + sim%nodes%halo%waited + sim%nodes%resting_halo%waited]
-    call world%sum(all)
-    if (.not. world%is_root()) return
+    call sim%world%sum(all)
+    if (.not. sim%world%is_root()) return
     steps = real(self%particles, rp)*real(sim%clock%step - self%first_step, rp)
     call write_whole(sim%scene%output%directory//'/'//sim%scene%output%name//'_summary.json', &
-                     json(self, world, sim, wall, steps, all, others), error)
+                     json(self, sim, wall, steps, all, others), error)
     if (.not. sim%scene%output%is_quiet) then
       call say(str(sim%clock%step - self%first_step)//' steps of '//str(self%particles)// &
                ' particles in '//span(wall)//': '//str(steps/wall*1.0e-6_rp)// &
-               ' M particle-steps/s on '//str(world%size)//' rank(s)')
+               ' M particle-steps/s on '//str(sim%world%size)//' rank(s)')
     end if
   end subroutine write_summary
 
   !> Text of NAME_summary.json.
-  function json(self, world, sim, wall, steps, all, others) result(text)
+  function json(self, sim, wall, steps, all, others) result(text)
     type(progress_t), intent(in) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: wall                  !! [s]
     real(rp), intent(in) :: steps                 !! particle-steps
@@ -117,25 +112,22 @@ contains
     integer :: k
 
     share = 100.0_rp*all([(k, k=1, n_phases), n_phases + 6])/max(sum(all(1:n_phases)), tiny(1.0_rp))
-    text = '{'//nl//'  "version": "'//release//'",'//nl// &
-      '  "commit": "'//commit()//'",'//nl//'  "finished": "'//now()//'",'//nl// &
-      '  "particles": '//str(self%particles)//','//nl// &
-      '  "steps": '//str(sim%clock%step - self%first_step)//','//nl// &
-      '  "ranks": '//str(world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
+    text = '{'//nl//'  "version": "'//release//'",'//nl//'  "commit": "'//commit()//'",'//nl// &
+      '  "finished": "'//now()//'",'//nl//'  "particles": '//str(self%particles)//','//nl// &
+      '  "steps": '//str(sim%clock%step - self%first_step)//','//nl//'  "ranks": '// &
+      str(sim%world%size)//','//nl//'  "wall_seconds": '//str(wall)//','//nl// &
       '  "cpu_seconds": '//str(all(n_phases + 1))//','//nl// &
       '  "particle_steps_per_wall_second": '//str(steps/wall)//','//nl// &
-      '  "particle_steps_per_cpu_second": '// &
-      str(steps/max(all(n_phases + 1), 1.0e-9_rp))//','//nl//others//nl// &
-      '  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//','//nl// &
-      '  "imbalance_mean": '// &
-      str(sim%exchange%balance%sum/max(1.0_rp, real(sim%clock%step - self%first_step, rp)))// &
-      ','//nl// &
-      '  "imbalance_worst": '//str(sim%exchange%balance%worst)//','//nl// &
-      '  "partitions": '//str(sim%exchange%balance%cuts)//','//nl// &
-      '  "messages": '//str(nint(all(n_phases + 4), i8))//','//nl// &
-      '  "bytes_sent": '//str(nint(all(n_phases + 5), i8))//','//nl// &
-      '  "peak_memory_bytes": '//str(nint(all(n_phases + 2), i8))//','//nl// &
-      '  "waiting_percent": '//str(share(n_phases + 1))//','//nl//'  "phase_percent": {'
+      '  "particle_steps_per_cpu_second": '//str(steps/max(all(n_phases + 1), 1.0e-9_rp))//','// &
+      nl//others//nl//'  "awake_share": '//str(all(n_phases + 3)/max(steps, 1.0_rp))//','//nl// &
+      '  "imbalance_mean": '//str(sim%exchange%balance%sum &
+                                  /max(1.0_rp, real(sim%clock%step - self%first_step, rp)))// &
+      ','//nl//'  "imbalance_worst": '//str(sim%exchange%balance%worst)//','//nl// &
+      '  "partitions": '//str(sim%exchange%balance%cuts)//','//nl//'  "messages": '// &
+      str(nint(all(n_phases + 4), i8))//','//nl//'  "bytes_sent": '// &
+      str(nint(all(n_phases + 5), i8))//','//nl//'  "peak_memory_bytes": '// &
+      str(nint(all(n_phases + 2), i8))//','//nl//'  "waiting_percent": '// &
+      str(share(n_phases + 1))//','//nl//'  "phase_percent": {'
     do k = 1, n_phases
       text = text//nl//'    "'//trim(phase_name(k))//'": '//str(share(k))// &
              trim(merge(' ', ',', k == n_phases))

@@ -3,7 +3,6 @@
 module output_tool_surfaces
   use base_errors, only: error_t
   use base_kinds, only: rp, sp
-  use comm_world, only: world_t
   use io_frames, only: frame_name, write_series
   use io_tool_frames, only: write_tool_frame
   use simulation_parts, only: simulation_t
@@ -17,8 +16,7 @@ module output_tool_surfaces
 contains
 
   !> Collective. Write frame `k` (from 0) of the tools, if any has a surface.
-  subroutine put_tools(world, sim, k, error)
-    type(world_t), intent(in) :: world
+  subroutine put_tools(sim, k, error)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: k
     type(error_t), intent(inout) :: error
@@ -40,19 +38,18 @@ contains
                                       size(x, 2))]], [3, size(number)])
     end do
     if (size(corner) == 0) return
-    call write_tool_frame(world, sim%scene%output%directory//'/'// &
+    call write_tool_frame(sim%world, sim%scene%output%directory//'/'// &
                           frame_name(sim%scene%output%name//ending, k), sim%clock%time, &
                           int(sim%clock%step), sim%tool%name, place, velocity, azimuth, number, &
                           corner, error)
   end subroutine put_tools
 
   !> Collective. Write the index file of these frames, if there are any.
-  subroutine list_tools(world, sim, error)
-    type(world_t), intent(in) :: world
+  subroutine list_tools(sim, error)
     type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error
 
-    call write_series(world, sim%scene%output%directory, sim%scene%output%name//ending, &
+    call write_series(sim%world, sim%scene%output%directory, sim%scene%output%name//ending, &
                       sim%history%frame_times, error)
   end subroutine list_tools
 

@@ -2,7 +2,6 @@
 !> Energies, temperatures and accumulated sums of all ranks, and their balance.
 module output_totals
   use base_kinds, only: nlane, rp
-  use comm_world, only: world_t
   use contact_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
   use mapping_blocks, only: kinetic_energy
   use output_diagnostics, only: is_finite
@@ -106,8 +105,7 @@ contains
   end function zero_totals
 
   !> Collective. Totals of the current state.
-  subroutine sum_totals(world, sim, totals)
-    type(world_t), intent(in) :: world
+  subroutine sum_totals(sim, totals)
     type(simulation_t), intent(inout) :: sim
     type(totals_t), intent(out) :: totals
     real(rp), allocatable :: all(:)
@@ -122,8 +120,8 @@ contains
       all = [sim%budget%sums, now%kinetic, now%elastic, now%heat, &
              (sim%tool(k)%sums, k=1, size(sim%tool)), &
              reshape(sim%budget%impulse, [size(sim%budget%impulse)])]
-      call world%sum(all)
-      call world%max(maxima)
+      call sim%world%sum(all)
+      call sim%world%max(maxima)
       totals%budget = all(1:n_sums)
       now = energies_t(all(n_sums + 1), all(n_sums + 2), all(n_sums + 3), &
                        maxima(1), maxima(2), maxima(3))

@@ -3,7 +3,6 @@
 module output_tracers
   use base_kinds, only: rp
   use base_text, only: str
-  use comm_world, only: world_t
   use io_histories, only: compact
   use particles_tracers, only: n_seen
   use simulation_parts, only: simulation_t
@@ -19,8 +18,7 @@ contains
 
   !> Collective. Text of the rows of the groups that are due, and their number; a tracer whose
   !> particle has left the grid has no row. `id` is that of the particle in the frames.
-  subroutine tracer_rows(world, sim, is_due, text, n)
-    type(world_t), intent(in) :: world
+  subroutine tracer_rows(sim, is_due, text, n)
     type(simulation_t), intent(in) :: sim
     logical, intent(in) :: is_due(:)              !! groups to write
     character(:), allocatable, intent(out) :: text
@@ -33,7 +31,7 @@ contains
     integer :: i, used
 
     allocate (seen(n_seen, sim%tracers%n))
-    call sim%tracers%collect(world, sim%particles, seen)
+    call sim%tracers%collect(sim%world, sim%particles, seen)
     allocate (character(longest*sim%tracers%n) :: text)
     write (now, '(es19.12)') sim%clock%time
     used = 0

@@ -34,9 +34,8 @@ contains
 
   !> Collective. Log new warnings at the row `columns` of the history; set `step%is_broken` if the
   !> run must end.
-  subroutine check(self, world, sim, columns)
+  subroutine check(self, sim, columns)
     class(warnings_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     type(row_t), intent(in) :: columns
     real(rp), parameter :: max_sleep_loss = 1.0e-3_rp   ! energy that sleepers may absorb, over that
@@ -49,40 +48,41 @@ contains
     at = 't = '//str(sim%clock%time)//' s '
     if (sim%clock%refused > self%reported_rejected) then
       self%reported_rejected = sim%clock%refused
-      if (world%is_root()) call say('note: until '//at//str(sim%clock%refused)// &
+      if (sim%world%is_root()) call say('note: until '//at//str(sim%clock%refused)// &
         ' step(s) would have moved a node by more than half a cell and were made shorter; '// &
-        'the last one is '//str(sim%clock%dt)//' s')
+                                        'the last one is '//str(sim%clock%dt)//' s')
     end if
-    call warn_validity(self, world, sim)
-    call self%melting%check_particles(world, sim)
+    call warn_validity(self, sim)
+    call self%melting%check_particles(sim)
     inertia = 0.01_rp*columns%value('inertial_stress_over_flow')
     self%inertial_ratio = max(self%inertial_ratio, inertia)
-    call warn_once(self%has_inertia, world, inertia > sim%scene%method%inertial_fraction &
-                   .and. sim%clock%mass_scaling > 1.0_rp .and. .not. sim%scene%method%adapts_mass, &
-                   at//'the inertial stress of mass scaling, chi rho v^2, is '// &
+    call warn_once(self%has_inertia, sim%world, inertia > sim%scene%method%inertial_fraction &
+                   .and. sim%clock%mass_scaling > 1.0_rp &
+                   .and. .not. sim%scene%method%adapts_mass, at// &
+                   'the inertial stress of mass scaling, chi rho v^2, is '// &
                    str(columns%value('inertial_stress_over_flow'))// &
                    ' % of the flow stress somewhere (KE/IE '// &
                    str(columns%value('kinetic_over_internal'))//' %): try a MASS_SCALING of '// &
                    str(allowed_scaling(self, sim)))
     sleep_loss = abs(columns%value('sleep_loss'))/max(sim%history%audit_scale, tiny(1.0_rp))
-    call warn_once(self%has_sleep, world, sleep_loss > max_sleep_loss, &
-                   at//'sleeping material has taken '//str(100.0_rp*sleep_loss)// &
+    call warn_once(self%has_sleep, sim%world, sleep_loss > max_sleep_loss, at// &
+                   'sleeping material has taken '//str(100.0_rp*sleep_loss)// &
                    ' % of the energy turned over: lower SLEEP_STRESS, or SLEEPING = off')
-    call warn_once(self%has_debris, world, columns%value('debris_mass') > 0.0_rp, &
-                   at//str(1.0e6_rp*columns%value('debris_mass'))// &
+    call warn_once(self%has_debris, sim%world, columns%value('debris_mass') > 0.0_rp, at// &
+                   str(1.0e6_rp*columns%value('debris_mass'))// &
                    ' mg of debris have left the grid; debris_mass of the history counts on '// &
                    '(DEBRIS = 0: it ends the run)')
-    call warn_once(self%has_returns, world, sim%step%worst_returns > 0, &
-                   at//'the return mapping of '//str(sim%step%worst_returns)// &
+    call warn_once(self%has_returns, sim%world, sim%step%worst_returns > 0, at// &
+                   'the return mapping of '//str(sim%step%worst_returns)// &
                    ' particle-steps had not converged')
     if (.not. self%has_fracture) then
-      separation = separation_ratio(world, sim)
-      call warn_once(self%has_fracture, world, separation > max_separation, &
-                     at//'neighbouring particles are stretched to '//str(separation)// &
+      separation = separation_ratio(sim)
+      call warn_once(self%has_fracture, sim%world, separation > max_separation, at// &
+                     'neighbouring particles are stretched to '//str(separation)// &
                      ' of the distance up to which nodes join them: numerical fracture '// &
                      '(try cpgimp, or more particles per cell)')
     end if
-    call self%guards%check(world, sim, columns, self%melting%ratio)
+    call self%guards%check(sim, columns, self%melting%ratio)
   end subroutine check
 
   !> Log a warning when its condition is true for the first time.
@@ -98,9 +98,8 @@ contains
   end subroutine warn_once
 
   !> Warn once for each limit of validity of a flow law that particles exceed, with a position.
-  subroutine warn_validity(self, world, sim)
+  subroutine warn_validity(self, sim)
     type(warnings_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     character(:), allocatable :: message
     integer :: k
@@ -110,9 +109,9 @@ contains
     end if
     do k = 1, size(sim%scene%warning)
       if (self%has_validity(k)) cycle
-      call warning_message(world, sim, k, message)
+      call warning_message(sim, k, message)
       self%has_validity(k) = message /= ''
-      if (world%is_root() .and. message /= '') call say(message)
+      if (sim%world%is_root() .and. message /= '') call say(message)
     end do
   end subroutine warn_validity
 
@@ -129,8 +128,7 @@ contains
 
   !> Collective. Largest ratio of the distance of neighbours to that at which they surely share a
   !> node.
-  real(rp) function separation_ratio(world, sim)
-    type(world_t), intent(in) :: world
+  real(rp) function separation_ratio(sim)
     type(simulation_t), intent(in) :: sim
     real(rp) :: largest(1)
     integer :: b
@@ -142,7 +140,7 @@ contains
                                                        sim%particles%count(b), sim%particles%nf, &
                                                        sim%particles%ps(:, :, b)))
     end do
-    call world%max(largest)
+    call sim%world%max(largest)
     separation_ratio = largest(1)
   end function separation_ratio
 

@@ -4,7 +4,6 @@ module output_writer
   use base_errors, only: error_t
   use base_kinds, only: i8, rp, sp
   use base_timers, only: wall_time
-  use comm_world, only: world_t
   use io_frames, only: write_frame, write_series
   use io_histories, only: table_t
   use io_row, only: row_t
@@ -48,9 +47,8 @@ module output_writer
 contains
 
   !> Open the histories; a resumed run appends to the existing ones.
-  subroutine init(self, world, sim, is_resumed, error)
+  subroutine init(self, sim, is_resumed, error)
     class(writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_resumed
     type(error_t), intent(inout) :: error
@@ -58,30 +56,30 @@ contains
     type(row_t) :: row
     integer(i8) :: rows
 
-    call self%progress%init(world, sim)
+    call self%progress%init(sim)
     sim%step%secured = self%progress%started
     rows = merge(sim%history%rows, -1_i8, is_resumed)
     stem = sim%scene%output%directory//'/'//sim%scene%output%name
-    call self%history%open(world, stem//'_history.csv', sim%scene%title, history_headings(sim), &
-                           rows, sim%history%row_time, error)
+    call self%history%open(sim%world, stem//'_history.csv', sim%scene%title, &
+                           history_headings(sim), rows, sim%history%row_time, error)
     if (sim%probes%n > 0) then
       row = probe_row(sim)
-      call self%probes%open(world, stem//'_probes.csv', sim%scene%title, row%headings(), rows, &
-                            sim%history%row_time, error)
+      call self%probes%open(sim%world, stem//'_probes.csv', sim%scene%title, row%headings(), &
+                            rows, sim%history%row_time, error)
     end if
     if (sim%tracers%n > 0) then
-      call self%tracers%open(world, stem//'_tracers.csv', sim%scene%title, tracer_headings, &
+      call self%tracers%open(sim%world, stem//'_tracers.csv', sim%scene%title, tracer_headings, &
                              merge(sim%tracers%rows, -1_i8, is_resumed), &
                              maxval(sim%tracers%row_time), error, may_follow=.true.)
     end if
     if (has_fields(sim%scene)) then
-      call self%errors%open(world, stem//'_errors.csv', sim%scene%title, error_headings(sim), &
+      call self%errors%open(sim%world, stem//'_errors.csv', sim%scene%title, error_headings(sim), &
                             rows, sim%history%row_time, error)
     end if
     associate (output => sim%scene%output)
       if (is_resumed) then
-        call write_series(world, output%directory, output%name, sim%history%frame_times, error)
-        call list_tools(world, sim, error)
+        call write_series(sim%world, output%directory, output%name, sim%history%frame_times, error)
+        call list_tools(sim, error)
         self%saved_step = sim%clock%step
         sim%clock%next_frame = next_time(output%frame_interval, sim%clock%time)
         sim%clock%next_history = next_time(output%history_interval, sim%clock%time)
@@ -112,9 +110,8 @@ contains
   !> Write the output due at the current time, rows before a checkpoint, which stores their number.
   !> At the end of a run write a checkpoint, then a row and a frame, which a restart drops if they
   !> were not due.
-  subroutine write_due(self, world, sim, last, error)
+  subroutine write_due(self, sim, last, error)
     class(writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: last              !! end of the run
     type(error_t), intent(inout) :: error
@@ -124,12 +121,12 @@ contains
     now = sim%clock%time*(1.0_rp + 1.0e-12_rp)
     associate (output => sim%scene%output)
       if (now >= sim%clock%next_history) then
-        call self%row(world, sim)
+        call self%row(sim)
         sim%clock%next_history = next_time(output%history_interval, sim%clock%time)
       end if
-      call self%write_tracer_rows(world, sim, .false.)
+      call self%write_tracer_rows(sim, .false.)
       if (now >= sim%clock%next_frame) then
-        call self%add_frame(world, sim, error)
+        call self%add_frame(sim, error)
         sim%clock%next_frame = next_time(output%frame_interval, sim%clock%time)
       end if
       is_due = output%checkpoint_interval > 0.0_rp .and. now >= sim%clock%next_checkpoint
@@ -138,24 +135,23 @@ contains
         self%saved_step = sim%clock%step
         sim%clock%next_checkpoint = next_time(output%checkpoint_interval, sim%clock%time)
         call self%sync()
-        if (.not. world%all_true(is_finite(sim%particles))) then
+        if (.not. sim%world%all_true(is_finite(sim%particles))) then
           sim%step%is_broken = .true.
-        else if (world%all_true(.not. sim%step%lost_row)) then
-          call save_checkpoint(world, sim, error)
+        else if (sim%world%all_true(.not. sim%step%lost_row)) then
+          call save_checkpoint(sim, error)
         end if
         sim%step%secured = wall_time()
       end if
     end associate
     if (.not. last) return
-    call self%row(world, sim)
-    call self%write_tracer_rows(world, sim, .true.)
-    call self%add_frame(world, sim, error)
+    call self%row(sim)
+    call self%write_tracer_rows(sim, .true.)
+    call self%add_frame(sim, error)
   end subroutine write_due
 
   !> Write the tracer rows that are due, at the end of a run those of all groups.
-  subroutine write_tracer_rows(self, world, sim, last)
+  subroutine write_tracer_rows(self, sim, last)
     class(writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: last
     character(:), allocatable :: text
@@ -165,7 +161,7 @@ contains
     associate (is_due => (last .or. sim%clock%time*(1.0_rp + 1.0e-12_rp) >= sim%tracers%next) &
                .and. sim%tracers%row_time < sim%clock%time)
       if (.not. any(is_due)) return
-      call tracer_rows(world, sim, is_due, text, n)
+      call tracer_rows(sim, is_due, text, n)
       call self%tracers%lines(text)
       sim%tracers%rows = sim%tracers%rows + n
       where (is_due)
@@ -196,9 +192,8 @@ contains
   end function next_time
 
   !> Collective. Write a frame of the particles and one of the tools, and update the index files.
-  subroutine add_frame(self, world, sim, error)
+  subroutine add_frame(self, sim, error)
     class(writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
     character(6) :: number
@@ -209,18 +204,17 @@ contains
     end if
     write (number, '(i6.6)') size(sim%history%frame_times)
     associate (output => sim%scene%output)
-      call put_frame(world, sim, output%directory//'/'//output%name//'_'//number//'.hdf', error)
-      call put_tools(world, sim, size(sim%history%frame_times), error)
+      call put_frame(sim, output%directory//'/'//output%name//'_'//number//'.hdf', error)
+      call put_tools(sim, size(sim%history%frame_times), error)
       if (error%is_set()) return
       sim%history%frame_times = [sim%history%frame_times, sim%clock%time]
-      call write_series(world, output%directory, output%name, sim%history%frame_times, error)
-      call list_tools(world, sim, error)
+      call write_series(sim%world, output%directory, output%name, sim%history%frame_times, error)
+      call list_tools(sim, error)
     end associate
   end subroutine add_frame
 
   !> Collective. Write a frame to `path`; with an empty path it is kept in memory only (h5_file).
-  subroutine put_frame(world, sim, path, error)
-    type(world_t), intent(in) :: world
+  subroutine put_frame(sim, path, error)
     type(simulation_t), intent(in) :: sim
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
@@ -229,30 +223,29 @@ contains
 
     allocate (list, source=frame_outputs(sim%scene))
     call pack_outputs(sim, outputs)
-    call write_frame(world, path, sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
+    call write_frame(sim%world, path, sim%clock%time, int(sim%clock%step), sim%scene%grid%h, &
                      sim%scene%body%mean_spacing(), sim%scene%body%name, sim%scene%body%material, &
                      sim%scene%material%name, sim%scene%layout%origin, sim%particles, list%name, &
                      list%unit, outputs, sim%scene%output%input_text, error)
   end subroutine put_frame
 
   !> Collective. Write a row of the history, the probes and the errors; check for warnings.
-  subroutine row(self, world, sim)
+  subroutine row(self, sim)
     class(writer_t), intent(inout) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
     type(row_t) :: columns
 
     if (sim%history%row_time >= sim%clock%time .and. sim%history%rows > 0) return  ! written already
-    call history_row(world, sim, columns)
-    call self%warnings%check(world, sim, columns)
+    call history_row(sim, columns)
+    call self%warnings%check(sim, columns)
     call self%history%row(columns%values())
     if (sim%probes%n > 0) then
-      call share_probes(world, sim%probes)
+      call share_probes(sim%world, sim%probes)
       columns = probe_row(sim)
       call self%probes%row(columns%values())
     end if
     if (has_fields(sim%scene)) then
-      call error_row(world, sim, columns)
+      call error_row(sim, columns)
       call self%errors%row(columns%values())
     end if
     sim%history%rows = sim%history%rows + 1
@@ -261,15 +254,13 @@ contains
   end subroutine row
 
   !> Collective. Write NAME_summary.json; log speed, mass scaling and the tool faces.
-  subroutine write_summary(self, world, sim, error)
+  subroutine write_summary(self, sim, error)
     class(writer_t), intent(in) :: self
-    type(world_t), intent(in) :: world
     type(simulation_t), intent(in) :: sim
     type(error_t), intent(inout) :: error
 
-    call self%progress%write_summary(world, sim, self%warnings%melting%json()//faces_json(sim), &
-                                     error)
-    if (world%is_root() .and. .not. sim%scene%output%is_quiet) then
+    call self%progress%write_summary(sim, self%warnings%melting%json()//faces_json(sim), error)
+    if (sim%world%is_root() .and. .not. sim%scene%output%is_quiet) then
       call self%warnings%log_inertial_stress(sim)
       call log_faces(sim)
     end if

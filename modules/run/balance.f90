@@ -3,7 +3,6 @@
 !> overload a rank, and a record of the imbalance.
 module run_balance
   use base_kinds, only: nlane, rp
-  use comm_world, only: world_t
   use grid_geometry, only: box_t, grid_t, halo, make_patch, nearest_node, storage_nodes
   use grid_partition, only: bisect, imbalance, owner_of
   use particles_migrate, only: wrap_positions
@@ -18,25 +17,23 @@ module run_balance
 contains
 
   !> Partition the grid for the first time, by the initial particle positions.
-  subroutine first_partition(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine first_partition(sim)
     type(simulation_t), intent(inout) :: sim
 
-    if (.not. allocated(sim%exchange%boxes)) allocate (sim%exchange%boxes(0:world%size - 1), &
+    if (.not. allocated(sim%exchange%boxes)) allocate (sim%exchange%boxes(0:sim%world%size - 1), &
                                                        source=box_t())
     call wrap_positions(sim%scene%grid, sim%particles)
-    call find_reach(world, sim)
-    call partition(world, sim)
+    call find_reach(sim)
+    call partition(sim)
   end subroutine first_partition
 
   !> Collective. Find the box of nodes that particles of any rank can reach before the next sort.
-  subroutine find_reach(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine find_reach(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: extent(6)
 
     extent = sim%particles%extent(1, sim%particles%nblk)
-    call world%max(extent)
+    call sim%world%max(extent)
     sim%nodes%reach = reach_of(sim%scene%grid, extent)
   end subroutine find_reach
 
@@ -53,64 +50,61 @@ contains
   end function reach_of
 
   !> Allocate the nodes of this rank's box that particles can reach.
-  subroutine store_nodes(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine store_nodes(sim)
     type(simulation_t), intent(inout) :: sim
 
-    sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(world%rank), sim%nodes%reach)
+    sim%nodes%patch = make_patch(sim%scene%grid, sim%exchange%boxes(sim%world%rank), &
+                                 sim%nodes%reach)
     call sim%nodes%allocate_grids(sim%scene)
   end subroutine store_nodes
 
   !> Collective, before migration: partition anew if a rank would be overloaded with the current
   !> boxes; then all blocks may have to move. Record the imbalance of the steps until the next sort.
-  subroutine rebalance(world, sim, n_moving)
-    type(world_t), intent(in) :: world
+  subroutine rebalance(sim, n_moving)
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: n_moving       !! blocks whose particles may change rank
     integer :: cuts
 
-    if (world%size == 1) return
-    call note_balance(world, sim, n_moving)
+    if (sim%world%size == 1) return
+    call note_balance(sim, n_moving)
     if (sim%exchange%balance%now <= sim%scene%method%rebalance) return
     cuts = sim%exchange%balance%cuts
-    call partition(world, sim)
+    call partition(sim)
     if (sim%exchange%balance%cuts == cuts) return     ! no better boxes
     n_moving = sim%particles%nblk
-    call note_balance(world, sim, n_moving)
+    call note_balance(sim, n_moving)
   end subroutine rebalance
 
   !> Collective. Predict the imbalance of the coming steps, after every particle of the first
   !> `n_moving` blocks has gone to its owner.
-  subroutine note_balance(world, sim, n_moving)
-    type(world_t), intent(in) :: world
+  subroutine note_balance(sim, n_moving)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: n_moving
-    real(rp) :: load(0:world%size - 1)
+    real(rp) :: load(0:sim%world%size - 1)
 
-    call sum_costs(world, sim, n_moving, load)
+    call sum_costs(sim, n_moving, load)
     sim%exchange%balance%now = imbalance(load)
   end subroutine note_balance
 
   !> Sum the cost of a step on every rank, in units of an awake elastic particle, after migration.
-  subroutine sum_costs(world, sim, n_moving, load)
-    type(world_t), intent(in) :: world
+  subroutine sum_costs(sim, n_moving, load)
     type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n_moving
-    real(rp), intent(out) :: load(0:world%size - 1)
+    real(rp), intent(out) :: load(0:sim%world%size - 1)
     integer :: b, node(nlane), p, r
     logical :: is_own(nlane)
     real(rp) :: cost(nlane)
 
     load = 0.0_rp
     do b = n_moving + 1, sim%particles%nblk
-      load(world%rank) = load(world%rank) + sum(particle_costs(sim, b))
+      load(sim%world%rank) = load(sim%world%rank) + sum(particle_costs(sim, b))
     end do
     do b = 1, n_moving
       cost = particle_costs(sim, b)
       call storage_nodes(sim%scene%grid, sim%nodes%patch, nlane, &
                          sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
       do p = 1, sim%particles%count(b)
-        r = world%rank
+        r = sim%world%rank
         if (.not. is_own(p)) then
           r = owner_of(sim%exchange%boxes, &
                        nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b)))
@@ -118,14 +112,13 @@ contains
         load(r) = load(r) + cost(p)
       end do
     end do
-    call world%sum(load)
+    call sim%world%sum(load)
   end subroutine sum_costs
 
   !> Bisect the grid by particle cost; keep the boxes if they would not change.
-  subroutine partition(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine partition(sim)
     type(simulation_t), intent(inout) :: sim
-    type(box_t) :: boxes(0:world%size - 1)
+    type(box_t) :: boxes(0:sim%world%size - 1)
     integer, allocatable :: nodes(:, :)
     real(rp), allocatable :: weight(:)
     real(rp) :: cost(nlane)
@@ -142,13 +135,13 @@ contains
         nodes(:, c) = nearest_node(sim%scene%grid, sim%particles%ps(p, f_pos:f_pos + 2, b))
       end do
     end do
-    call bisect(world, sim%scene%grid, nodes, weight, boxes)
+    call bisect(sim%world, sim%scene%grid, nodes, weight, boxes)
     if (all([(all(boxes(r)%lo == sim%exchange%boxes(r)%lo) &
-              .and. all(boxes(r)%hi == sim%exchange%boxes(r)%hi), &
-              r=0, world%size - 1)]) .and. associated(sim%nodes%g)) return   ! no better cut
+              .and. all(boxes(r)%hi == sim%exchange%boxes(r)%hi), r=0, sim%world%size - 1)]) &
+        .and. associated(sim%nodes%g)) return  ! no better cut
     sim%exchange%balance%cuts = sim%exchange%balance%cuts + 1
     sim%exchange%boxes = boxes
-    call store_nodes(world, sim)
+    call store_nodes(sim)
   end subroutine partition
 
 end module run_balance

@@ -5,7 +5,6 @@
 module run_debris
   use base_kinds, only: nlane, rp
   use base_text, only: str
-  use comm_world, only: world_t
   use mapping_blocks, only: kinetic_energy
   use mapping_stability, only: wave_speed
   use particles_migrate, only: is_outside
@@ -22,8 +21,7 @@ contains
 
   !> Collective. Remove the particles outside the grid and record them. False if they do not qualify
   !> as debris: then they stay, and `reason` says why. After a removal all particles must be sorted.
-  logical function remove_debris(world, sim, reason) result(is_removed)
-    type(world_t), intent(in) :: world
+  logical function remove_debris(sim, reason) result(is_removed)
     type(simulation_t), intent(inout) :: sim
     character(:), allocatable, intent(out) :: reason
     real(rp) :: share, sums(4)
@@ -39,10 +37,10 @@ contains
       sums = sums + energies_of(sim%scene, sim%clock%mass_scaling, sim%particles, b, outside)
       is_removed = is_removed .and. are_slower_than_waves(sim, b, outside)
     end do
-    is_removed = world%all_true(is_removed)
+    is_removed = sim%world%all_true(is_removed)
     if (.not. is_removed) return
     reason = ''
-    share = share_of_mass(world, sim, sums)
+    share = share_of_mass(sim, sums)
     is_removed = share <= sim%scene%method%debris
     if (.not. is_removed) reason = advice(share, sim%scene%method%debris)
     if (.not. is_removed) return
@@ -69,8 +67,7 @@ contains
   end function advice
 
   !> Collective. Fraction of the total mass removed so far, with `sums` of this rank included.
-  real(rp) function share_of_mass(world, sim, sums) result(share)
-    type(world_t), intent(in) :: world
+  real(rp) function share_of_mass(sim, sums) result(share)
     type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: sums(4)
     real(rp) :: mass(2)
@@ -80,7 +77,7 @@ contains
     do b = 1, sim%particles%nblk
       mass(2) = mass(2) + sum(sim%particles%ps(:sim%particles%count(b), f_mass, b))
     end do
-    call world%sum(mass)
+    call sim%world%sum(mass)
     share = mass(1)/mass(2)
   end function share_of_mass
 

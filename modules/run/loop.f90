@@ -6,7 +6,6 @@ module run_loop
   use base_system, only: note_step
   use base_text, only: str
   use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting, wall_time
-  use comm_world, only: world_t
   use heat_conduction, only: conduct, conduction_is_due, conduction_step
   use mapping_rigid, only: start_rigid
   use mapping_stability, only: stable_step
@@ -34,8 +33,7 @@ module run_loop
 contains
 
   !> Initialise budget and clock of a fresh run, whose particles exist and are sorted.
-  subroutine begin(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine begin(sim)
     type(simulation_t), intent(inout) :: sim
     type(energies_t) :: now
     real(rp) :: energy(2), most(2)
@@ -54,7 +52,7 @@ contains
     do b = 1, size(sim%scene%body)
       most(1) = max(most(1), sim%scene%body(b)%start%wave2)
     end do
-    call world%max(most)
+    call sim%world%max(most)
     sim%clock%stiffness = most(1)
     sim%clock%max_speed = sqrt(most(2))
     sim%step%last%stiffness = most(1)
@@ -62,7 +60,7 @@ contains
     call stagger_velocities(sim%scene, sim%clock, sim%particles, stable_step(sim%scene, sim%clock))
     now = energies(sim)
     energy = [now%kinetic, now%elastic]
-    call world%sum(energy)
+    call sim%world%sum(energy)
     sim%history%kinetic0 = energy(1)
     sim%history%elastic0 = energy(2)
     do k = 1, size(sim%tool)
@@ -71,8 +69,7 @@ contains
   end subroutine begin
 
   !> Run to the end time, or until a signal or an instability stops the run.
-  subroutine run(world, sim, is_resumed, status, message)
-    type(world_t), intent(in) :: world
+  subroutine run(sim, is_resumed, status, message)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_resumed
     integer, intent(out) :: status
@@ -82,30 +79,30 @@ contains
 
     status = ended_well
     message = ''
-    call writer%init(world, sim, is_resumed, error)
-    if (.not. is_resumed) call writer%write_due(world, sim, .false., error)
+    call writer%init(sim, is_resumed, error)
+    if (.not. is_resumed) call writer%write_due(sim, .false., error)
     call sim%timer%start()
     do while (.not. is_finished(sim) .and. .not. error%is_set())
       call note_step(sim%clock%step)
-      call advance(world, sim, status, message)
+      call advance(sim, status, message)
       if (status == ended_broken) exit
       if (sim%step%output_is_lost) exit
-      call write_due(world, sim, writer, is_finished(sim), status, message, error)
+      call write_due(sim, writer, is_finished(sim), status, message, error)
       if (status == ended_broken) exit
-      call check_state(world, sim, status, message)
-      call writer%progress%show_line(world, sim)
+      call check_state(sim, status, message)
+      call writer%progress%show_line(sim)
       call sim%timer%lap(ph_output)
       if (status /= ended_well) exit
     end do
     if (status == ended_well .and. .not. (sim%step%output_is_lost .or. error%is_set())) then
-      call write_due(world, sim, writer, .true., status, message, error)
-      call check_state(world, sim, status, message)
+      call write_due(sim, writer, .true., status, message, error)
+      call check_state(sim, status, message)
     end if
     if (status /= ended_well .and. .not. sim%step%output_is_lost) then
       call writer%sync()
-      call save_last_state(world, sim, status == ended_by_signal, error, message)
+      call save_last_state(sim, status == ended_by_signal, error, message)
     end if
-    call writer%write_summary(world, sim, error)
+    call writer%write_summary(sim, error)
     call writer%close(error)
     call note_step(-1_i8)
     if (error%is_set()) then
@@ -116,8 +113,7 @@ contains
 
   !> Stop the run if the last history row shows an unphysical energy gain or a state with NaN; a
   !> checkpoint refused for that reason has the same effect.
-  subroutine check_state(world, sim, status, message)
-    type(world_t), intent(in) :: world
+  subroutine check_state(sim, status, message)
     type(simulation_t), intent(in) :: sim
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
@@ -129,13 +125,12 @@ contains
                 str(sim%clock%time)//' s)'
       return
     end if
-    call describe_failure(world, sim, message, 'more kinetic energy than was ever given')
+    call describe_failure(sim, message, 'more kinetic energy than was ever given')
   end subroutine check_state
 
   !> Save the state at a stop: a checkpoint to resume from. After an instability an earlier
   !> checkpoint is kept, and a state with NaN or without a solution goes to another file.
-  subroutine save_last_state(world, sim, is_sound, error, message)
-    type(world_t), intent(in) :: world
+  subroutine save_last_state(sim, is_sound, error, message)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sound
     type(error_t), intent(inout) :: error
@@ -143,14 +138,14 @@ contains
     logical :: is_there, is_good
 
     inquire (file=checkpoint_path(sim%scene), exist=is_there)
-    is_there = .not. world%all_true(.not. is_there)
-    is_good = world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
+    is_there = .not. sim%world%all_true(.not. is_there)
+    is_good = sim%world%all_true(is_finite(sim%particles)) .and. .not. sim%step%is_unsolved
     if (is_good .and. (is_sound .or. .not. is_there)) then
-      call save_checkpoint(world, sim, error)
+      call save_checkpoint(sim, error)
       message = message//'; checkpoint '//checkpoint_path(sim%scene)
       return
     end if
-    call save_checkpoint(world, sim, error, broken_path(sim%scene))
+    call save_checkpoint(sim, error, broken_path(sim%scene))
     message = message//'; this state is in '//broken_path(sim%scene)
     if (is_there) message = message//', the last good checkpoint is '//checkpoint_path(sim%scene)
   end subroutine save_last_state
@@ -166,24 +161,23 @@ contains
   end function is_finished
 
   !> Collective. One pass of the loop: sort if due, take a step, conduct heat if due.
-  subroutine advance(world, sim, status, message)
-    type(world_t), intent(in) :: world
+  subroutine advance(sim, status, message)
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
     real(rp) :: dt
 
-    call sort_if_due(world, sim, status, message)
+    call sort_if_due(sim, status, message)
     if (status /= ended_well) return
     dt = next_step(sim)
     call store_impulses(sim)
-    call take_step(world, sim, dt)
+    call take_step(sim, dt)
     if (sim%step%is_broken) then
       status = ended_broken
-      call describe_failure(world, sim, message, '')
+      call describe_failure(sim, message, '')
       return
     end if
-    call drive_tools(world, sim, dt)
+    call drive_tools(sim, dt)
     sim%clock%dt = dt
     sim%clock%time = sim%clock%time + dt
     sim%clock%step = sim%clock%step + 1
@@ -193,10 +187,9 @@ contains
     sim%exchange%balance%worst = max(sim%exchange%balance%worst, sim%exchange%balance%now)
     if (sim%scene%method%conducts) then
       if (conduction_is_due(sim%scene, sim%clock, dt)) then
-        call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, &
-                     sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%pairs, &
-                     sim%budget, &
-                     sim%clock%time - sim%clock%heat_time)
+        call conduct(sim%world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
+                     sim%source, sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, &
+                     sim%pairs, sim%budget, sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then
           status = ended_broken
           message = 'conduction: a step of '//str(sim%clock%time - sim%clock%heat_time)// &
@@ -238,8 +231,7 @@ contains
 
   !> Collective, between two steps. Write the output that is due, or at the end of the run the
   !> `last`.
-  subroutine write_due(world, sim, writer, last, status, message, error)
-    type(world_t), intent(in) :: world
+  subroutine write_due(sim, writer, last, status, message, error)
     type(simulation_t), intent(inout) :: sim
     type(writer_t), intent(inout) :: writer
     logical, intent(in) :: last
@@ -248,26 +240,25 @@ contains
     type(error_t), intent(inout) :: error
 
     if (sim%scene%method%shows_motion .and. writer%row_or_frame_is_due(sim%clock, last)) then
-      call sort_if_due(world, sim, status, message)
+      call sort_if_due(sim, status, message)
       if (status == ended_broken) return
-      call find_motion(world, sim)
+      call find_motion(sim)
     end if
-    call writer%write_due(world, sim, last, error)
+    call writer%write_due(sim, last, error)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
   end subroutine write_due
 
   !> Collective, between two steps. Sort if due, after which the nodes in use are those the
   !> particles reach.
-  subroutine sort_if_due(world, sim, status, message)
-    type(world_t), intent(in) :: world
+  subroutine sort_if_due(sim, status, message)
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
 
     if (.not. sort_is_due(sim)) return
-    call check_inside(world, sim, status, message)
+    call check_inside(sim, status, message)
     if (status == ended_broken) return
-    call regrid(world, sim)
+    call regrid(sim)
     call sim%timer%lap(ph_sorting)
   end subroutine sort_if_due
 
@@ -282,8 +273,7 @@ contains
 
   !> Stop the run on all ranks if a particle is outside the grid and not debris. Ranks that are
   !> ahead wait here; that time is not counted as sorting.
-  subroutine check_inside(world, sim, status, message)
-    type(world_t), intent(in) :: world
+  subroutine check_inside(sim, status, message)
     type(simulation_t), intent(inout) :: sim
     integer, intent(inout) :: status
     character(:), allocatable, intent(inout) :: message
@@ -295,13 +285,13 @@ contains
                                                     sim%particles)
     call sim%timer%lap(ph_sorting)
     sim%exchange%balance%waited = sim%exchange%balance%waited - wall_time()
-    all_inside = world%all_true(local_message == '')
+    all_inside = sim%world%all_true(local_message == '')
     sim%exchange%balance%waited = sim%exchange%balance%waited + wall_time()
     call sim%timer%lap(ph_exchange)
     if (all_inside) return
-    if (remove_debris(world, sim, reason)) return
+    if (remove_debris(sim, reason)) return
     status = ended_broken
-    call world%share_message(local_message, message)
+    call sim%world%share_message(local_message, message)
     message = message//' (step '//str(sim%clock%step)//', t = '//str(sim%clock%time)//' s); '// &
               reason
   end subroutine check_inside

@@ -4,7 +4,6 @@
 !> recorded.
 module run_mass_scaling
   use base_kinds, only: nlane, rp
-  use comm_world, only: world_t
   use mapping_blocks, only: kinetic_energy
   use output_totals, only: inertial_stress_ratio
   use particles_store, only: f_flow, f_mass, f_vel
@@ -27,16 +26,15 @@ module run_mass_scaling
 contains
 
   !> Collective, at a sort, after the nodes in use have been listed: adapt the factor.
-  subroutine adapt_mass(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine adapt_mass(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: now(1), wanted
 
     if (.not. sim%scene%method%adapts_mass .or. sim%clock%step == 0) return
-    call find_motion(world, sim)
+    call find_motion(sim)
     now(1) = largest_ratio(sim)
     if (allocated(sim%particles%motion)) deallocate (sim%particles%motion)
-    call world%max(now)
+    call sim%world%max(now)
     associate (m => sim%scene%method, peak => sim%clock%inertial_peak)
       peak = max(now(1), peak_decay*peak)
       if (peak <= 0.0_rp) return               ! nothing has moved so far

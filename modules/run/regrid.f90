@@ -4,7 +4,6 @@ module run_regrid
   use base_kinds, only: i8, nlane, rp
   use boundary_clamp_list, only: list_clamps
   use boundary_symmetry, only: list_mirrors, narrow_mirrors
-  use comm_world, only: world_t
   use grid_geometry, only: box_t, halo, storage_nodes
   use grid_marks, only: dilate
   use mapping_nodes, only: append, clear_nodes
@@ -28,27 +27,25 @@ contains
 
   !> Balance if needed, migrate, sort where that is due, and list the nodes in use. Do nothing if
   !> the only reason is to wake sleepers, and these can wait.
-  subroutine regrid(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine regrid(sim)
     type(simulation_t), intent(inout) :: sim
     logical :: can_wait, sleepers_changed
 
-    call update_sleep(world, sim, sleepers_changed, can_wait)
+    call update_sleep(sim, sleepers_changed, can_wait)
     if (can_wait .and. .not. may_leave_cell(sim)) then
       sim%clock%sorted_at = sim%clock%step
-      call adapt_mass(world, sim)
+      call adapt_mass(sim)
       return
     end if
-    call sort_particles(world, sim, sleepers_changed)
+    call sort_particles(sim, sleepers_changed)
     sim%clock%displacement = 0.0_rp
     sim%clock%sorted_at = sim%clock%step
-    call adapt_mass(world, sim)
+    call adapt_mass(sim)
   end subroutine regrid
 
   !> Collective. Balance if needed, migrate and sort the particles, and list the nodes in use. This
   !> changes neither the physics nor the schedule of later sorts, so that a restart may call it.
-  subroutine sort_particles(world, sim, sleepers_changed)
-    type(world_t), intent(in) :: world
+  subroutine sort_particles(sim, sleepers_changed)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: sleepers_changed      !! sleepers differ from those at the last sort
     integer :: n_moving                      ! blocks whose particles may change rank
@@ -56,18 +53,18 @@ contains
     logical :: is_new, sleepers_stay
 
     is_new = sim%blocks%n_awake < 0
-    call share_probes(world, sim%probes)
+    call share_probes(sim%world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
     n_moving = merge(sim%particles%nblk, sim%blocks%n_awake, is_new)
     cuts = sim%exchange%balance%cuts
-    call rebalance(world, sim, n_moving)
+    call rebalance(sim, n_moving)
     keep = kept_rest(sim)
     if (is_new) keep = keep_none
-    call redistribute(world, sim%scene%grid, sim%nodes%patch, sim%exchange%boxes, &
-                      size(sim%scene%body), &
-                      n_moving, keep, sleepers_changed, sim%particles, sleepers_stay)
+    call redistribute(sim%world, sim%scene%grid, sim%nodes%patch, sim%exchange%boxes, &
+                      size(sim%scene%body), n_moving, keep, sleepers_changed, sim%particles, &
+                      sleepers_stay)
     if (is_new .or. sim%exchange%balance%cuts > cuts) call sim%particles%fit()
-    call relist(world, sim, .true., sleepers_stay)
+    call relist(sim, .true., sleepers_stay)
   end subroutine sort_particles
 
   !> True if a particle may be a cell away from its place at the last sort, after two more steps
@@ -120,8 +117,7 @@ contains
 
   !> List everything that depends on the particle positions: shared nodes, nodes in use, wall nodes,
   !> block bounds, tool clearances.
-  subroutine relist(world, sim, is_sorted_anew, sleepers_stay)
-    type(world_t), intent(in) :: world
+  subroutine relist(sim, is_sorted_anew, sleepers_stay)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew    !! not resumed
     logical, intent(in) :: sleepers_stay     !! the same sleepers in the same blocks as before
@@ -132,27 +128,27 @@ contains
     has_sleep = sim%scene%method%sleep%is_on
     call count_awake(sim)
     if (.not. sleepers_stay) call store_sleeper_extent(sim)
-    active = boxes_in_use(world, sim)
+    active = boxes_in_use(sim)
     patch_is_too_small = any(active(1)%hi > sim%nodes%reach%hi)
     if (patch_is_too_small) then
       sim%nodes%reach%hi = max(sim%nodes%reach%hi, active(1)%hi)
-      call store_nodes(world, sim)
+      call store_nodes(sim)
       call store_sleeper_extent(sim)
     end if
-    call sim%nodes%halo%init(world, sim%nodes%patch, sim%exchange%boxes, active(2))
-    if (has_sleep) call sim%nodes%resting_halo%init(world, sim%nodes%patch, sim%exchange%boxes, &
-                                                    active(1))
+    call sim%nodes%halo%init(sim%world, sim%nodes%patch, sim%exchange%boxes, active(2))
+    if (has_sleep) call sim%nodes%resting_halo%init(sim%world, sim%nodes%patch, &
+                                                    sim%exchange%boxes, active(1))
     call mark_reach(sim, 1, sim%blocks%n_awake, near)
     call list_runs(sim, near .or. sim%sleepers%near_any, has_sleep, .false.)
     call list_mirrors(sim%scene, sim%nodes, sim%boundary)
-    call list_clamps(world, sim%scene, sim%nodes, sim%boundary)
-    call find_far_force(world, sim, sleepers_stay .and. .not. patch_is_too_small)
+    call list_clamps(sim%world, sim%scene, sim%nodes, sim%boundary)
+    call find_far_force(sim, sleepers_stay .and. .not. patch_is_too_small)
     call mark_border(sim, is_sorted_anew)
     call list_to_grid_order(sim)
     if (sim%nodes%n_groups > 1 .or. size(sim%source) > 0) call enclose_blocks(sim)
     call measure_clearances(sim, is_sorted_anew)
     call list_to_particles_order(sim, is_sorted_anew)
-    if (.not. is_sorted_anew) call note_balance(world, sim, 0)
+    if (.not. is_sorted_anew) call note_balance(sim, 0)
     if (has_sleep) then  ! steps use the nodes of awake particles and of the held layer only
       call clear_nodes(sim%nodes, sim%nodes%g)
       if (allocated(sim%nodes%resting_range)) deallocate (sim%nodes%resting_range)
@@ -212,8 +208,7 @@ contains
 
   !> Boxes of the nodes that particles of any rank can reach before the next sort: (1) all
   !> particles, (2) those that take part in steps.
-  function boxes_in_use(world, sim) result(boxes)
-    type(world_t), intent(in) :: world
+  function boxes_in_use(sim) result(boxes)
     type(simulation_t), intent(in) :: sim
     type(box_t) :: boxes(2)
     real(rp) :: extent(6, 2), flat(12)
@@ -223,7 +218,7 @@ contains
     extent(:, 1) = max(extent(:, 1), sim%sleepers%extent_any)
     extent(:, 2) = max(extent(:, 2), sim%sleepers%extent_layer)
     flat = reshape(extent, [12])
-    call world%max(flat)
+    call sim%world%max(flat)
     extent = reshape(flat, [6, 2])
     do i = 1, 2
       boxes(i) = reach_of(sim%scene%grid, extent(:, i))

@@ -26,8 +26,7 @@ module run_restart
 contains
 
   !> Fill a simulation, whose scene is set up, with the state of a checkpoint.
-  subroutine resume(world, sim, path, error)
-    type(world_t), intent(in) :: world
+  subroutine resume(sim, path, error)
     type(simulation_t), intent(inout) :: sim
     character(*), intent(in) :: path
     type(error_t), intent(inout) :: error
@@ -39,7 +38,7 @@ contains
     logical :: same_ranks
     integer :: plain
 
-    call read_checkpoint(world, path, sim%particles, boxes, of_run%value, of_rank%value, &
+    call read_checkpoint(sim%world, path, sim%particles, boxes, of_run%value, of_rank%value, &
                          same_ranks, error)
     if (error%is_set()) return
     associate (layout => sim%scene%layout)   ! sleeping may change, and with it the last field
@@ -69,42 +68,41 @@ contains
     else if (.not. same_ranks) then
       wrong = check_particles(sim, box_t([0, 0, 0], sim%scene%grid%n - 1))
     else if (check_boxes(sim%scene%grid, boxes)) then
-      wrong = check_particles(sim, boxes(world%rank))
+      wrong = check_particles(sim, boxes(sim%world%rank))
     else
       wrong = '/ranks/boxes: they do not divide the grid'
     end if
-    call world%share_message(wrong, message)
+    call sim%world%share_message(wrong, message)
     if (message /= '') call error%raise(path//': '//message)
     if (error%is_set()) return
-    call check_outside(world, sim, path, same_ranks, error)
+    call check_outside(sim, path, same_ranks, error)
     if (error%is_set()) return
     call sim%tool%move_to(sim%clock%time)
-    if (.not. sim%scene%method%sleep%is_on) call wake_all(world, sim%particles, same_ranks)
+    if (.not. sim%scene%method%sleep%is_on) call wake_all(sim%world, sim%particles, same_ranks)
     if (same_ranks) then
       call move_alloc(boxes, sim%exchange%boxes)
-      call find_reach(world, sim)
-      call store_nodes(world, sim)
-      call relist(world, sim, .false., .false.)
+      call find_reach(sim)
+      call store_nodes(sim)
+      call relist(sim, .false., .false.)
     else
-      call first_partition(world, sim)
-      call sort_particles(world, sim, .true.)
+      call first_partition(sim)
+      call sort_particles(sim, .true.)
     end if
   end subroutine resume
 
   !> Collective. Raise an error if particles are outside the grid, unless they are debris: debris is
   !> removed at the next sort, or here if the number of ranks has changed.
-  subroutine check_outside(world, sim, path, same_ranks, error)
-    type(world_t), intent(in) :: world
+  subroutine check_outside(sim, path, same_ranks, error)
     type(simulation_t), intent(inout) :: sim
     character(*), intent(in) :: path
     logical, intent(in) :: same_ranks
     type(error_t), intent(inout) :: error
     character(:), allocatable :: outside, reason
 
-    call world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, sim%particles), &
-                             outside)
+    call sim%world%share_message(find_outside(sim%scene%grid, sim%particles%nblk, sim%particles), &
+                                 outside)
     if (outside == '' .or. (same_ranks .and. sim%scene%method%debris > 0.0_rp)) return
-    if (remove_debris(world, sim, reason)) return
+    if (remove_debris(sim, reason)) return
     call error%raise(path//': '//outside//'; '//reason)
   end subroutine check_outside
 

@@ -5,6 +5,7 @@ module simulation_parts
   use base_timers, only: phase_timer_t
   use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
+  use comm_world, only: world_t
   use contact_backing, only: backing_t
   use contact_tool, only: n_tool_sums, tool_t
   use heat_sources, only: source_t
@@ -35,6 +36,7 @@ module simulation_parts
   !> Each part is owned by the library of its type; procedures of lower libraries
   !> take the parts they use.
   type :: simulation_t
+    type(world_t) :: world                   !! ranks of the run
     type(scene_t) :: scene                   !! constant during a run
     type(clock_t) :: clock
     type(step_t) :: step

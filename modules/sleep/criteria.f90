@@ -9,7 +9,6 @@
 !> particles form the held layer (sleep_held_layer).
 module sleep_criteria
   use base_kinds, only: i8, nlane, rp
-  use comm_world, only: world_t
   use grid_geometry, only: box_t, grid_t, nearest_node, nearest_nodes
   use grid_marks, only: dilate
   use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, rests, &
@@ -36,8 +35,7 @@ contains
   !> Collective, before a sort: decide which particles sleep until the next one. `has_changed`:
   !> sleepers of this rank have changed. `can_wait`: nothing was changed, since no particle may fall
   !> asleep now and only few would wake.
-  subroutine update_sleep(world, sim, has_changed, can_wait)
-    type(world_t), intent(in) :: world
+  subroutine update_sleep(sim, has_changed, can_wait)
     type(simulation_t), intent(inout) :: sim
     logical, intent(out) :: has_changed, can_wait
     logical :: may_sleep
@@ -51,11 +49,11 @@ contains
     if (.not. sim%scene%method%sleep%is_on) return
     may_sleep = sim%clock%step/sleep_check_interval &
                 > max(0_i8, sim%clock%sorted_at)/sleep_check_interval
-    box = cubes_in_use(world, sim)
-    call find_awake(world, sim, sim%sleepers%motion, may_sleep, box, is_awake)
+    box = cubes_in_use(sim)
+    call find_awake(sim, sim%sleepers%motion, may_sleep, box, is_awake)
     call start_tracking(sim%sleepers%motion, box)
     if (sim%blocks%n_awake >= 0 .and. .not. may_sleep) then
-      can_wait = can_defer_waking(world, sim, box, is_awake)
+      can_wait = can_defer_waking(sim, box, is_awake)
       if (can_wait) return
     end if
     near = is_awake
@@ -73,23 +71,21 @@ contains
   end subroutine update_sleep
 
   !> Collective. Box of the cubes that contain particles of any rank.
-  type(box_t) function cubes_in_use(world, sim) result(box)
-    type(world_t), intent(in) :: world
+  type(box_t) function cubes_in_use(sim) result(box)
     type(simulation_t), intent(in) :: sim
     real(rp) :: extent(6)
 
     extent = sim%particles%extent(1, merge(sim%blocks%n_awake, sim%particles%nblk, &
                                            sim%blocks%n_awake >= 0))
     extent = max(extent, sim%sleepers%extent_any)
-    call world%max(extent)
+    call sim%world%max(extent)
     box%lo = nearest_node(sim%scene%grid, -extent(4:6))/edge
     box%hi = nearest_node(sim%scene%grid, extent(1:3))/edge
   end function cubes_in_use
 
   !> True if the sleepers in the cubes marked in `is_awake` are few compared with the awake
   !> particles.
-  logical function can_defer_waking(world, sim, box, is_awake)
-    type(world_t), intent(in) :: world
+  logical function can_defer_waking(sim, box, is_awake)
     type(simulation_t), intent(in) :: sim
     type(box_t), intent(in) :: box
     logical, intent(in) :: is_awake(box%count())     !! by cube
@@ -100,7 +96,7 @@ contains
       c = cubes(sim%scene%grid, box, sim%particles%ps(:, f_pos:f_pos + 2, b))
       counts(2) = counts(2) + count(is_awake(c(:sim%particles%count(b))))
     end do
-    call world%sum(counts)
+    call sim%world%sum(counts)
     can_defer_waking = counts(2) <= max_deferred_fraction*counts(1)
   end function can_defer_waking
 
@@ -131,8 +127,7 @@ contains
 
   !> Find the cubes that are awake, including those that were, unless they may fall asleep now.
   !> `motion` holds the sums of nodal motion since the last check.
-  subroutine find_awake(world, sim, motion, may_sleep, box, is_awake)
-    type(world_t), intent(in) :: world
+  subroutine find_awake(sim, motion, may_sleep, box, is_awake)
     type(simulation_t), intent(in) :: sim
     type(motion_t), intent(in) :: motion
     logical, intent(in) :: may_sleep
@@ -146,7 +141,7 @@ contains
     call add_particle_sums(sim, box, sums)
     call add_node_sums(motion, box, sums)
     flat = reshape(sums, [size(sums)])
-    call world%sum(flat)
+    call sim%world%sum(flat)
     sums = reshape(flat, shape(sums))
     allocate (is_awake(n(1), n(2), n(3)))
     call find_active_cubes(sim%scene, sim%clock, motion%time, box, n, sums, is_awake)

@@ -6,7 +6,6 @@ module sleep_held_force
   use base_kinds, only: nlane, rp
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: add_lost, reflect, r_momentum
-  use comm_world, only: world_t
   use grid_geometry, only: halo, storage_nodes
   use grid_marks, only: dilate
   use mapping_blocks, only: force_records, weights_of
@@ -26,8 +25,7 @@ contains
   !> Collective, while the nodes, mirrors and clamps of all particles are listed, the mirrors in the
   !> order of the nodes: the sum must not depend on which particles are awake, or a resumed run
   !> would differ by rounding.
-  subroutine find_far_force(world, sim, sleepers_stay)
-    type(world_t), intent(in) :: world
+  subroutine find_far_force(sim, sleepers_stay)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: sleepers_stay         !! the sleepers of this rank have not changed
     real(rp) :: of_layer(3, size(sim%scene%condition))
@@ -43,10 +41,10 @@ contains
       if (.not. is_known) sim%sleepers%far_force = 0.0_rp
       is_known = .true.
     end if
-    if (world%all_true(is_known)) return
+    if (sim%world%all_true(is_known)) return
     call mark_held(sim, near)
-    call force_on_walls(world, sim, sim%blocks%n_mapped, near, of_layer)
-    call force_on_walls(world, sim, sim%particles%nblk, near, sim%sleepers%far_force)
+    call force_on_walls(sim, sim%blocks%n_mapped, near, of_layer)
+    call force_on_walls(sim, sim%particles%nblk, near, sim%sleepers%far_force)
     sim%sleepers%far_force = sim%sleepers%far_force - of_layer
   end subroutine find_far_force
 
@@ -82,8 +80,7 @@ contains
   end subroutine mark_held
 
   !> Force of each wall and clamp on the sleepers up to block `last`, at this rank's nodes [N].
-  subroutine force_on_walls(world, sim, last, near, force)
-    type(world_t), intent(in) :: world
+  subroutine force_on_walls(sim, last, near, force)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: last
     logical, intent(in) :: near(sim%nodes%patch%nn)
@@ -100,11 +97,11 @@ contains
     end do
     lost = 0.0_rp
     call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), lost)
-    call sim%nodes%resting_halo%sum(world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
+    call sim%nodes%resting_halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
     sim%budget%impulse = 0.0_rp
     call update_nodes(sim%scene, sim%clock, sim%nodes, 1.0_rp, sim%nodes%g)  ! impulses in a second
     ! Resting material needs no impulse to stay at rest.
-    call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 0.0_rp, &
+    call hold_walls(sim%world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 0.0_rp, &
                     sim%nodes%g)
     force = sim%budget%impulse
     call add_lost(sim%scene, 1.0_rp, lost, force)

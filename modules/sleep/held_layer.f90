@@ -10,7 +10,6 @@
 module sleep_held_layer
   use base_kinds, only: rp
   use boundary_symmetry, only: reflect, r_momentum
-  use comm_world, only: world_t
   use mapping_fbar, only: clear_volume
   use mapping_nodes, only: clear_nodes, min_node_inertia, nodes_t
   use simulation_parts, only: simulation_t
@@ -28,8 +27,7 @@ module sleep_held_layer
 contains
 
   !> Collective. Gather the contributions of the layer, if they may have changed.
-  subroutine freeze_layer(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine freeze_layer(sim)
     type(simulation_t), intent(inout) :: sim
     integer :: b
 
@@ -46,7 +44,7 @@ contains
     call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), &
                  sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, 1))
     sim%boundary%mirrors%resting_mass_behind = sim%boundary%mirrors%mass_behind(:, 1)
-    call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
+    call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
     call list_held(sim, sim%nodes%g(:, :, 1))
   end subroutine freeze_layer
 

@@ -6,7 +6,6 @@ module step_acceptance
   use base_kinds, only: rp
   use base_system, only: stop_signal
   use base_timers, only: wall_time
-  use comm_world, only: world_t
   use mapping_nodes, only: full_mass
   use simulation_parts, only: simulation_t
   use state_run, only: skin
@@ -29,8 +28,7 @@ contains
 
   !> Collective. Begin the reduction of what all ranks must know about the last and this step.
   !> `locally_accepted`: this rank has no reason to refuse it.
-  subroutine post_acceptance(world, sim, dt, g, locally_accepted)
-    type(world_t), intent(in) :: world
+  subroutine post_acceptance(sim, dt, g, locally_accepted)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! [s]
     logical, intent(out) :: locally_accepted
@@ -40,10 +38,11 @@ contains
     own = merge(own, huge(1.0_rp), own <= huge(1.0_rp))   ! some MPIs lose a NaN in a maximum
     own(2) = max(own(2), fastest_node(sim, g))
     locally_accepted = is_sound(own) .and. dt*sqrt(own(2)) <= max_node_displacement(sim)
-    call sim%exchange%acceptance%start(world, [own, real(stop_signal(), rp), &
-                                               real(sim%budget%failed_returns, rp), &
-                                               since_checkpoint(sim), merge(1.0_rp, 0.0_rp, &
-                                               sim%step%lost_row), near_tools(sim)])
+    call sim%exchange%acceptance%start(sim%world, &
+                                       [own, real(stop_signal(), rp), &
+                                        real(sim%budget%failed_returns, rp), &
+                                        since_checkpoint(sim), merge(1.0_rp, 0.0_rp, &
+                                        sim%step%lost_row), near_tools(sim)])
   end subroutine post_acceptance
 
   !> Collective. Refuse the step if a node moves farther than half a cell, or a particle might have

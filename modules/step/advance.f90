@@ -8,7 +8,6 @@ module step_advance
   use body_contact_pairs, only: join_bodies
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: record_impulse, restore_velocities
-  use comm_world, only: world_t
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes, update_nodes
   use mapping_probes, only: move_probes
@@ -34,8 +33,7 @@ contains
   !> Advance all particles by `dt`, or by less if a node would move too far. If `sim%step%is_broken`
   !> is true on return, nothing was advanced. `g_motion` holds the nodal velocities that move the
   !> particles, `g_strain` those whose gradient strains the material.
-  subroutine take_step(world, sim, dt)
-    type(world_t), intent(in) :: world
+  subroutine take_step(sim, dt)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: dt               !! time step [s]
     real(rp), pointer, contiguous :: g_motion(:, :, :), g_strain(:, :, :)
@@ -47,23 +45,22 @@ contains
     g_strain => sim%nodes%g
     g_motion => sim%nodes%g
     if (sim%scene%method%scheme /= scheme_usl) g_motion => sim%nodes%g2
-    if (stress_fraction_before > 0.0_rp) call update_stress_before(world, sim, dt, &
-                                                                   stress_fraction_before, &
-                                                                     g_strain, outcome)
+    if (stress_fraction_before > 0.0_rp) call update_stress_before(sim, dt, &
+      stress_fraction_before, g_strain, outcome)
     if (sim%scene%method%sleep%is_on) then
-      call freeze_layer(world, sim)
+      call freeze_layer(sim)
     end if
     call save_state(sim)
     do
-      call particles_to_grid(world, sim, g_motion)
+      call particles_to_grid(sim, g_motion)
       call update_nodes(sim%scene, sim%clock, sim%nodes, dt, g_motion)
-      call post_acceptance(world, sim, dt, g_motion, locally_accepted)
-      call apply_boundary(world, sim, dt, g_motion, locally_accepted)
+      call post_acceptance(sim, dt, g_motion, locally_accepted)
+      call apply_boundary(sim, dt, g_motion, locally_accepted)
       call accept_step(sim, dt, g_motion, outcome, is_refused)
       if (sim%step%is_broken) return
       if (.not. is_refused) exit
     end do
-    call resolve_contact(world, sim, dt, g_motion, outcome)
+    call resolve_contact(sim, dt, g_motion, outcome)
     if (sim%scene%method%sleep%is_on) then
       call record_sleeper_impulse(sim, dt)
       call track_motion(sim%nodes, sim%sleepers, dt, g_motion(:, :, 1))
@@ -71,9 +68,9 @@ contains
     call record_impulse(sim%scene, sim%nodes, sim%boundary, sim%budget, dt, g_motion)
     if (sim%scene%method%scheme /= scheme_usl) then
       call accelerate(sim%scene, sim%step, sim%particles, sim%nodes, g_motion)
-      call remap_velocities(world, sim, dt, g_strain)
+      call remap_velocities(sim, dt, g_strain)
     else if (sim%scene%method%filters_in(sim%clock%step)) then
-      call filter_velocity(world, sim, g_motion, sim%nodes%g2, sim%nodes%increment)
+      call filter_velocity(sim, g_motion, sim%nodes%g2, sim%nodes%increment)
     end if
     call sim%timer%lap(ph_nodes)
     call grid_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, sim%blocks, &
@@ -105,14 +102,13 @@ contains
 
   !> Update the stress by `stress_fraction_before` of the step with the velocities before the
   !> momentum update (USAVG).
-  subroutine update_stress_before(world, sim, dt, stress_fraction_before, g, outcome)
-    type(world_t), intent(in) :: world
+  subroutine update_stress_before(sim, dt, stress_fraction_before, g, outcome)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, stress_fraction_before
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     type(outcome_t), intent(inout) :: outcome
 
-    call remap_velocities(world, sim, dt, g)
+    call remap_velocities(sim, dt, g)
     call update_stress(sim%scene, sim%clock, sim%particles, sim%nodes, sim%budget, &
                        stress_fraction_before*dt, g, outcome)
   end subroutine update_stress_before
@@ -120,8 +116,7 @@ contains
   !> Map the momentum of the particles alone to nodal velocities, with walls held. Bodies in contact
   !> keep their own velocities: the strain then belongs to the velocities with which the internal
   !> forces do their work.
-  subroutine remap_velocities(world, sim, dt, g)
-    type(world_t), intent(in) :: world
+  subroutine remap_velocities(sim, dt, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                  !! time step of these velocities [s]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
@@ -130,13 +125,13 @@ contains
     call clear_nodes(sim%nodes, g)
     call clear_volume(sim%scene, sim%nodes)
     call momentum_to_grid(sim%scene, sim%clock, sim%particles, sim%nodes, g)
-    call sum_nodes(world, sim, g)
-    call sum_volume(world, sim%scene, sim%nodes)
+    call sum_nodes(sim, g)
+    call sum_volume(sim%world, sim%scene, sim%nodes)
     before = sim%budget                     ! interpolation does no work and exerts no impulse
     call update_nodes(sim%scene, sim%clock, sim%nodes, 0.0_rp, g)
-    call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 1.0_rp, g)
+    call hold_walls(sim%world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 1.0_rp, g)
     if (sim%nodes%n_groups > 1) then
-      call join_bodies(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
+      call join_bodies(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
                        sim%nodes, sim%boundary, sim%pairs, dt, g)
     end if
     call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)

@@ -6,7 +6,6 @@ module step_constraints
   use body_contact_pairs, only: resolve_body_contact
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: restore_velocities
-  use comm_world, only: world_t
   use simulation_parts, only: simulation_t
   use sleep_held_layer, only: hold_layer
   use state_run, only: outcome_t
@@ -23,28 +22,26 @@ contains
   !> Collective. Apply walls, clamps and the held layer to the nodal velocities. With several groups
   !> of bodies, symmetry planes and tools follow after the contact between the bodies.
   !> `locally_accepted`: this rank has no reason to refuse the step.
-  subroutine apply_boundary(world, sim, dt, g, locally_accepted)
-    type(world_t), intent(in) :: world
+  subroutine apply_boundary(sim, dt, g, locally_accepted)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                  !! time step [s]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     logical, intent(in) :: locally_accepted
 
-    call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 1.0_rp, g)
+    call hold_walls(sim%world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 1.0_rp, g)
     if (sim%scene%method%sleep%is_on) then
       call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%budget, g(:, :, 1))
     end if
     if (sim%nodes%n_groups > 1) return
     call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
     call sim%tool%move_to(sim%clock%time + dt)
-    sim%exchange%speculative%is_possible = locally_accepted .and. can_speculate(world, sim)
+    sim%exchange%speculative%is_possible = locally_accepted .and. can_speculate(sim)
   end subroutine apply_boundary
 
   !> Collective. Resolve contact between bodies, then between particles and tools: correct the nodal
   !> velocities `g`, add to the sums of the tools and give the friction heat to the particles.
   !> Meanwhile, blocks far from all tools may be updated from the grid.
-  subroutine resolve_contact(world, sim, dt, g, outcome)
-    type(world_t), intent(in) :: world
+  subroutine resolve_contact(sim, dt, g, outcome)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                                !! time step [s]
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)  !! velocity records
@@ -52,8 +49,8 @@ contains
     integer :: group, k
 
     if (sim%nodes%n_groups > 1) then
-      call resolve_body_contact(world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
-                                sim%nodes, sim%boundary, sim%pairs, sim%budget, dt, g)
+      call resolve_body_contact(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
+                                sim%blocks, sim%nodes, sim%boundary, sim%pairs, sim%budget, dt, g)
       call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
       call sim%tool%move_to(sim%clock%time + dt)
     end if
@@ -62,14 +59,13 @@ contains
       if (.not. sim%step%is_near(k)) cycle
       do group = 1, sim%nodes%n_groups
         if (sim%scene%is_rigid_group(group)) cycle
-        call resolve_tool_contact(world, sim, k, group, dt, g(:, :, group), outcome)
+        call resolve_tool_contact(sim, k, group, dt, g(:, :, group), outcome)
       end do
     end do
   end subroutine resolve_contact
 
   !> Resolve contact between one group of bodies and one tool.
-  subroutine resolve_tool_contact(world, sim, k, group, dt, g, outcome)
-    type(world_t), intent(in) :: world
+  subroutine resolve_tool_contact(sim, k, group, dt, g, outcome)
     type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: k, group
     real(rp), intent(in) :: dt
@@ -78,10 +74,10 @@ contains
 
     call find_contact(sim%scene, sim%clock, sim%particles, sim%blocks, sim%nodes, sim%boundary, &
                       sim%contact, sim%tool(k), k, group, dt, g)
-    call sum_with_overlap(world, sim, dt, g, outcome, n_masses, sim%contact%mass)
+    call sum_with_overlap(sim, dt, g, outcome, n_masses, sim%contact%mass)
     call find_impulses(sim%scene, sim%clock, sim%nodes, sim%boundary, sim%contact, &
                            sim%tool(k)%friction_law, dt, g)
-    call sum_with_overlap(world, sim, dt, g, outcome, sim%contact%width, sim%contact%values)
+    call sum_with_overlap(sim, dt, g, outcome, sim%contact%width, sim%contact%values)
     call apply_impulses(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
                         sim%contact, sim%budget, sim%tool(k), dt, g)
   end subroutine resolve_tool_contact

@@ -38,8 +38,7 @@ contains
   !> Collective, at the end of a step of `dt`, before the clock advances. Integrate the motion of
   !> the tools along their axes under the reaction of the bodies, and end phases whose condition is
   !> met.
-  subroutine drive_tools(world, sim, dt)
-    type(world_t), intent(in) :: world
+  subroutine drive_tools(sim, dt)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                   !! time step [s]
     real(rp) :: impulse(2, size(sim%tool)), force, mean(2*size(sim%tool))
@@ -56,14 +55,14 @@ contains
       end associate
     end do
     mean = reshape(impulse, [size(impulse)])
-    call world%sum(mean)
+    call sim%world%sum(mean)
     impulse = reshape(mean, shape(impulse))
-    call monitor_tools(world, sim, dt, impulse)
+    call monitor_tools(sim, dt, impulse)
     do k = 1, size(sim%tool)
       associate (tool => sim%tool(k), drive => sim%tool(k)%drive)
         phase = tool%motion%phase_at(sim%clock%time + dt)
         if (drive%is_force_controlled .and. (phase > drive%phase .or. is_last)) then
-          call warn_if_pin_alone(world, sim, tool, drive%phase)
+          call warn_if_pin_alone(sim, tool, drive%phase)
         end if
         call drive%enter_phase(phase)
         if (phase <= size(tool%motion%phase)) drive%feed = tool%motion%phase(phase)%feed
@@ -77,8 +76,7 @@ contains
 
   !> Collective. End the phases whose load or temperature is reached, and stop tools beyond their
   !> limits.
-  subroutine monitor_tools(world, sim, dt, impulse)
-    type(world_t), intent(in) :: world
+  subroutine monitor_tools(sim, dt, impulse)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, impulse(2, size(sim%tool))  !! [s]; force along the axis [N s],
                                                             !! torque [N m s]
@@ -97,32 +95,30 @@ contains
         monitor%phase = tool%motion%phase_at(t)
         if (monitor%phase > phase_before) then
           if (tool%motion%phase(phase_before)%ends_early() .and. .not. monitor%ended_early) then
-            call report_phase_end(world, t, tool, phase_before, &
-                                  'its DURATION is over; '//load_text(tool))
+            call report_phase_end(sim%world, t, tool, phase_before, 'its DURATION is over; '// &
+                                  load_text(tool))
           end if
           monitor%ended_early = .false.
         end if
         if (monitor%phase > size(tool%motion%phase)) cycle
         if (.not. monitor%ended_early) then
-          reason = phase_end_reason(world, sim, tool)
+          reason = phase_end_reason(sim, tool)
           if (reason /= '') then
             monitor%ended_early = .true.
             call tool%motion%end_phase(monitor%phase, t)
-            call report_phase_end(world, t, tool, monitor%phase, reason)
-            if (index(reason, 'UNTIL_FORCE') == 1) call warn_if_pin_alone(world, sim, tool, &
-                                                                          monitor%phase)
+            call report_phase_end(sim%world, t, tool, monitor%phase, reason)
+            if (index(reason, 'UNTIL_FORCE') == 1) call warn_if_pin_alone(sim, tool, monitor%phase)
           end if
         end if
         if (any(abs(monitor%load()) > [monitor%max_force, monitor%max_torque])) then
-          call stop_tool(world, t, tool, sim%clock)
+          call stop_tool(sim%world, t, tool, sim%clock)
         end if
       end associate
     end do
   end subroutine monitor_tools
 
   !> Collective. Reason for which the current phase of a tool ends; '' if it goes on.
-  function phase_end_reason(world, sim, tool) result(reason)
-    type(world_t), intent(in) :: world
+  function phase_end_reason(sim, tool) result(reason)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     character(:), allocatable :: reason
@@ -146,7 +142,7 @@ contains
           t_max = max(t_max, maxval(sim%particles%ps(:sim%particles%count(b), f_temp, b)))
         end do
       end if
-      call world%max(t_max)
+      call sim%world%max(t_max)
       if (t_max(1) >= phase%until_temperature) reason = &
           'UNTIL_TEMPERATURE; '//str(t_max(1))//' K, '//load_text(tool)
     end associate
@@ -154,8 +150,7 @@ contains
 
   !> Collective, at the end of a force-controlled phase or of the run in one: warn if the pin alone
   !> carries the force.
-  subroutine warn_if_pin_alone(world, sim, tool, phase)
-    type(world_t), intent(in) :: world
+  subroutine warn_if_pin_alone(sim, tool, phase)
     type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: phase
@@ -175,8 +170,8 @@ contains
         if (norm2(x - along*tool%axes(:, 3)) > 1.01_rp*tool%shape%pin_radius) touches = 1.0_rp
       end do
     end do
-    call world%max(touches)
-    if (touches(1) > 0.0_rp .or. .not. world%is_root()) return
+    call sim%world%max(touches)
+    if (touches(1) > 0.0_rp .or. .not. sim%world%is_root()) return
     call say('warning: phase '//str(phase)//" of tool '"//trim(tool%name)//"' ends with the "// &
              'pin alone in the metal: the shoulder does not touch. Give the plunge a VELOCITY, '// &
              'more force or time, or hotter metal')

@@ -8,7 +8,6 @@ module step_filter
   use body_contact_pairs, only: join_increments
   use boundary_clamps, only: release_held
   use boundary_symmetry, only: reflect, r_filter, restore
-  use comm_world, only: world_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes
   use particles_store, only: f_mass
@@ -24,8 +23,7 @@ module step_filter
 contains
 
   !> Replace the nodal velocities by v(k). Walls keep theirs, since every increment is zero there.
-  subroutine filter_velocity(world, sim, g, mapped, increment)
-    type(world_t), intent(in) :: world
+  subroutine filter_velocity(sim, g, mapped, increment)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g
     real(rp), intent(inout), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: mapped, &
@@ -41,10 +39,10 @@ contains
       call map_and_return(sim, increment, mapped)
       do k = 1, sim%nodes%n_groups
         call reflect(sim%scene, sim%nodes, sim%boundary, r_filter, mapped(:, :, k), lost)
-        call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, mapped(:, :, k))
+        call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, mapped(:, :, k))
       end do
       call next_increment(sim, g, mapped, increment)
-      call release_held(world, sim%scene, sim%nodes, sim%boundary, g, increment)
+      call release_held(sim%world, sim%scene, sim%nodes, sim%boundary, g, increment)
       if (sim%nodes%n_groups > 1) then
         call join_increments(sim%scene, sim%nodes, sim%pairs, g, increment)
       end if

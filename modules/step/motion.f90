@@ -5,7 +5,6 @@
 module step_motion
   use base_kinds, only: nlane, rp
   use boundary_symmetry, only: r_filter, r_momentum, reflect, restore
-  use comm_world, only: world_t
   use mapping_blocks, only: gather_lanes, weights_of
   use mapping_nodes, only: clear_nodes, min_node_mass
   use particles_store, only: f_mass, f_vel
@@ -21,8 +20,7 @@ contains
   !> Collective, between two steps. Fill `sim%particles%motion` with the grid velocities for awake
   !> particles of bodies that can flow, and with the particles' own velocities for all others. Do
   !> nothing in scenes that do not output them.
-  subroutine find_motion(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine find_motion(sim)
     type(simulation_t), intent(inout) :: sim
     logical :: flows(sim%nodes%n_groups)
     integer :: b, i, k
@@ -41,7 +39,7 @@ contains
                                       sim%particles%nf, sim%particles%ps(:, :, b), &
                                       sim%nodes%rec, sim%nodes%g2(:, :, k))
     end do
-    call find_velocities(world, sim)
+    call find_velocities(sim)
     do i = 1, sim%blocks%n_awake
       b = sim%blocks%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
@@ -69,8 +67,7 @@ contains
   end subroutine add_momentum
 
   !> Collective. Sum the nodal momenta over the ranks and divide by mass: velocities in lanes 5:7.
-  subroutine find_velocities(world, sim)
-    type(world_t), intent(in) :: world
+  subroutine find_velocities(sim)
     type(simulation_t), intent(inout) :: sim
     real(rp) :: lost(8, size(sim%scene%symmetry))
     integer :: i, k, r
@@ -79,7 +76,7 @@ contains
       lost = 0.0_rp                            ! not used
       do k = 1, sim%nodes%n_groups
         call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), lost)
-        call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, g(:, :, k))
+        call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g(:, :, k))
         do r = 1, sim%nodes%n_ranges
           do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
             if (g(1, i, k) > min_node_mass) g(5:7, i, k) = g(2:4, i, k)/g(1, i, k)

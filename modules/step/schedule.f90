@@ -7,7 +7,6 @@
 module step_schedule
   use base_kinds, only: nlane, rp
   use base_timers, only: ph_nodes, ph_to_particles
-  use comm_world, only: world_t
   use particles_store, only: far_bit, set_bit
   use simulation_parts, only: simulation_t
   use state_run, only: outcome_t
@@ -62,12 +61,11 @@ contains
 
   !> True if far blocks may be updated before the acceptance, with the tools at their new positions:
   !> only tools may still change nodal velocities, and not through a periodic side.
-  logical function can_speculate(world, sim) result(may)
-    type(world_t), intent(in) :: world
+  logical function can_speculate(sim) result(may)
     type(simulation_t), intent(in) :: sim
     integer :: k
 
-    may = world%size > 1 .and. sim%scene%method%scheme == scheme_usl &
+    may = sim%world%size > 1 .and. sim%scene%method%scheme == scheme_usl &
       .and. sim%nodes%n_groups == 1 .and. .not. sim%scene%method%filters_in(sim%clock%step) &
       .and. (size(sim%tool) == 0 .or. all(sim%nodes%patch%period == 0)) &
       .and. .not. sim%scene%has_tractions()
@@ -130,8 +128,7 @@ contains
   end subroutine accept_step
 
   !> Collective. Sum `values` of the nodes in contact with a tool over the ranks.
-  subroutine sum_with_overlap(world, sim, dt, g, outcome, width, values)
-    type(world_t), intent(in) :: world
+  subroutine sum_with_overlap(sim, dt, g, outcome, width, values)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(outcome_t), intent(inout) :: outcome
@@ -139,7 +136,7 @@ contains
     real(rp), intent(inout) :: values(width, sim%contact%n_nodes)
 
     associate (contact => sim%contact)
-      call sim%nodes%halo%post_entries(world, .false., sim%nodes%patch%nn, contact%entry_of, &
+      call sim%nodes%halo%post_entries(sim%world, .false., sim%nodes%patch%nn, contact%entry_of, &
                                        contact%n_nodes, contact%node, width, values)
     end associate
     if (sim%exchange%speculative%is_possible) then
@@ -150,7 +147,7 @@ contains
       end do
       call sim%timer%lap(ph_to_particles)
     end if
-    call sim%nodes%halo%finish_entries(world, .false., sim%contact%n_nodes, width, values)
+    call sim%nodes%halo%finish_entries(sim%world, .false., sim%contact%n_nodes, width, values)
   end subroutine sum_with_overlap
 
   !> Update the next block from the grid, in a scene with one group of bodies and USL.

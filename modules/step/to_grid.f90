@@ -6,7 +6,6 @@ module step_to_grid
   use base_kinds, only: rp
   use base_timers, only: ph_exchange, ph_to_grid
   use boundary_symmetry, only: shared_part, reflect, interior_part, r_momentum
-  use comm_world, only: world_t
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes
   use simulation_parts, only: simulation_t
@@ -24,29 +23,27 @@ module step_to_grid
 contains
 
   !> Collective. Compute mass, momentum, force and temperature of all nodes in use.
-  subroutine particles_to_grid(world, sim, g)
-    type(world_t), intent(in) :: world
+  subroutine particles_to_grid(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
     call clear_nodes(sim%nodes, g)
     call clear_volume(sim%scene, sim%nodes)
     if (sim%nodes%n_groups == 1 .and. sim%scene%method%scheme == scheme_usl) then
-      call map_and_sum(world, sim, g)
+      call map_and_sum(sim, g)
       return
     end if
     call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, 1, &
                         sim%blocks%n_awake, g)
     call layer_and_tractions_to_grid(sim, g)
     call sim%timer%lap(ph_to_grid)
-    call sum_nodes(world, sim, g)
-    if (sim%scene%method%scheme == scheme_usl) call sum_volume(world, sim%scene, sim%nodes)
+    call sum_nodes(sim, g)
+    if (sim%scene%method%scheme == scheme_usl) call sum_volume(sim%world, sim%scene, sim%nodes)
     call sim%timer%lap(ph_exchange)
   end subroutine particles_to_grid
 
   !> Do the same in a scene with one velocity field, overlapping computation and communication.
-  subroutine map_and_sum(world, sim, g)
-    type(world_t), intent(in) :: world
+  subroutine map_and_sum(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: b
@@ -59,7 +56,7 @@ contains
       call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
                    shared_part)
       call sim%timer%lap(ph_to_grid)
-      call sim%nodes%halo%post(world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
+      call sim%nodes%halo%post(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
       do b = sim%blocks%n_border + 1, sim%blocks%n_awake, blocks_per_test
         call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
@@ -69,7 +66,7 @@ contains
       call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
                    interior_part)
       call sim%timer%lap(ph_to_grid)
-      call sim%nodes%halo%finish(world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
+      call sim%nodes%halo%finish(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
     end associate
   end subroutine map_and_sum
@@ -86,8 +83,7 @@ contains
   end subroutine layer_and_tractions_to_grid
 
   !> Collective. Reflect the records at symmetry planes, sum those of shared nodes over the ranks.
-  subroutine sum_nodes(world, sim, g)
-    type(world_t), intent(in) :: world
+  subroutine sum_nodes(sim, g)
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: k
@@ -96,7 +92,7 @@ contains
     do k = 1, sim%nodes%n_groups
       call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), &
                    sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, k))
-      call sim%nodes%halo%sum(world, 8, sim%nodes%patch%nn, g(:, :, k))
+      call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g(:, :, k))
     end do
   end subroutine sum_nodes
 

@@ -79,8 +79,9 @@ contains
     end do
     sim%particles%nblk = b
     call sim%prepare_scratch()
-    call first_partition(world, sim)
-    call regrid(world, sim)
+    sim%world = world
+    call first_partition(sim)
+    call regrid(sim)
   end subroutine build
 
   subroutine conduct_for(sim, dt)

@@ -41,7 +41,7 @@ contains
     real(rp), intent(in) :: dt
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
 
-    call particles_to_grid(world, sim, g)
+    call particles_to_grid(sim, g)
     call update_nodes(sim%scene, sim%clock, sim%nodes, dt, g)
   end subroutine map_particles
 
@@ -53,7 +53,7 @@ contains
     real(rp) :: taken
 
     taken = dt
-    call take_step(world, sim, taken)
+    call take_step(sim, taken)
     sim%clock%dt = taken
     sim%clock%time = sim%clock%time + taken
     sim%clock%step = sim%clock%step + 1

@@ -283,9 +283,10 @@ contains
     type(world_t), intent(in) :: world
     type(simulation_t), intent(inout) :: sim
 
+    sim%world = world
     call sim%prepare_scratch()
-    call first_partition(world, sim)
-    call regrid(world, sim)
+    call first_partition(sim)
+    call regrid(sim)
   end subroutine settle
 
   !> Number of a particle in its body, from 1: the same on any number of ranks.

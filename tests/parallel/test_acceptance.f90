@@ -59,7 +59,7 @@ contains
     logical, intent(out), optional :: stands     !! as far as this rank can see
     logical :: may_stand
 
-    call post_acceptance(world, sim, taken, sim%nodes%g, may_stand)
+    call post_acceptance(sim, taken, sim%nodes%g, may_stand)
     call finish_acceptance(sim, taken, so)
     if (present(stands)) stands = may_stand
   end function is_refused
@@ -243,18 +243,18 @@ contains
       call prepare_plate(other, 20.0_rp)
       do step = 1, 2                         ! budget is not empty then
         taken = 1.0e-7_rp
-        call take_step(world, sim, taken)
+        call take_step(sim, taken)
         taken = 1.0e-7_rp
-        call take_step(world, other, taken)
+        call take_step(other, taken)
         sim%clock%dt = taken
         other%clock%dt = taken
       end do
       taken = merge(3.0e-5_rp, 1.0e-4_rp, i == 2)
-      call take_step(world, sim, taken)
+      call take_step(sim, taken)
       call expect('a step that is too long gets shorter', taken < 3.0e-5_rp .and. taken > 1.0e-7_rp)
       call expect('and is taken', .not. sim%step%is_broken)
       short = taken
-      call take_step(world, other, short)
+      call take_step(other, short)
       call expect('the other one is taken as it is', same(short, taken))
       call expect_same(sim, other%particles%ps, other%budget)
       call free_simulation(sim)
@@ -298,7 +298,7 @@ contains
     do k = 1, 3                              ! refused, broken, stands
       call prepare_plate(sim, 20.0_rp)
       taken = 1.0e-7_rp
-      call take_step(world, sim, taken)
+      call take_step(sim, taken)
       call expect('budget is not empty', sum(all_of(world, abs(sim%budget%sums))) > 0.0_rp)
       ps = sim%particles%ps
       budget = sim%budget
@@ -307,14 +307,14 @@ contains
       taken = dt
       if (k == 3) taken = 1.0e-7_rp
       call save_state(sim)
-      call particles_to_grid(world, sim, sim%nodes%g)
+      call particles_to_grid(sim, sim%nodes%g)
       call update_nodes(sim%scene, sim%clock, sim%nodes, taken, sim%nodes%g)
       if (world%rank == world%size - 1) then
         if (k == 1) sim%step%last%speed2 = (0.7_rp*h/dt)**2
         if (k == 2) sim%step%last%stiffness = 1.0e31_rp
       end if
-      call post_acceptance(world, sim, taken, sim%nodes%g, stands)
-      call apply_boundary(world, sim, taken, sim%nodes%g, stands)
+      call post_acceptance(sim, taken, sim%nodes%g, stands)
+      call apply_boundary(sim, taken, sim%nodes%g, stands)
       call expect('who sees it does not go on', &
                   sim%exchange%speculative%is_possible .eqv. (world%size > 1 .and. stands))
       call expect('who sees it', stands .eqv. (k == 3 .or. world%rank < world%size - 1))

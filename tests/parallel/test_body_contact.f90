@@ -87,8 +87,8 @@ contains
       call set_velocity(sim%nodes, v(:, 2), at_rest, sim%nodes%g(:, :, 2))
       if (i == 3 .and. world%rank == 0) sim%budget%sums(e_contact) = 1.0_rp   ! can be given back
       before = sim%nodes%g
-      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
-      call resolve_contact(world, sim, dt, sim%nodes%g, outcome)
+      call apply_boundary(sim, dt, sim%nodes%g, .false.)
+      call resolve_contact(sim, dt, sim%nodes%g, outcome)
       call expect('normals out of the first body', &
                   maxval(norm2(sim%pairs%normal - spread(n, 2, sim%pairs%n), 1)) < 1.0e-10_rp)
       ! an overlap is not believed where a node sees little of a body
@@ -179,7 +179,7 @@ contains
     do k = 1, 2
       call shake_nodes(sim%nodes, 40.0_rp, 3.0_rp, k, sim%nodes%g(:, :, k))
     end do
-    call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+    call apply_boundary(sim, dt, sim%nodes%g, .false.)
   end subroutine prepare_blocks
 
   !> Momentum, angular momentum, energy and heat; friction at most its coefficient times what
@@ -201,7 +201,7 @@ contains
       do k = 1, 2
         one(k) = balance_of(world, sim, h*[1.0_rp, 3.0_rp, 2.0_rp], sim%nodes%g(:, :, k))
       end do
-      call resolve_contact(world, sim, dt, sim%nodes%g, outcome)
+      call resolve_contact(sim, dt, sim%nodes%g, outcome)
       do k = 1, 2
         two(k) = balance_of(world, sim, h*[1.0_rp, 3.0_rp, 2.0_rp], sim%nodes%g(:, :, k))
       end do
@@ -277,7 +277,7 @@ contains
       before = sim%nodes%g
       axis = sim%tool(1)%position
       one = balance_of(world, sim, axis, sim%nodes%g(:, :, 1))
-      call resolve_contact(world, sim, dt, sim%nodes%g, outcome)
+      call resolve_contact(sim, dt, sim%nodes%g, outcome)
       two = balance_of(world, sim, axis, sim%nodes%g(:, :, 1))
       sums = all_of(world, sim%tool(1)%sums)
       call expect('it presses', sums(s_normal_impulse) > 0.0_rp)

@@ -54,7 +54,7 @@ contains
     type(simulation_t) :: sim
 
     call prepare(sim, allowed, place, speed)
-    goes = remove_debris(world, sim, reason)
+    goes = remove_debris(sim, reason)
     call expect('what stays is all there', particles_of(sim) == merge(n_all - 1, n_all, goes))
     call free_simulation(sim)
   end function goes
@@ -93,7 +93,7 @@ contains
     call prepare(sim, 2.0_rp/n_all, -1.0e6_rp*h, 0.1_rp)
     mass = sim%particles%ps(1, f_mass, 1)
     temperature = sim%particles%ps(1, f_temp, 1)
-    is_removed = remove_debris(world, sim, reason)
+    is_removed = remove_debris(sim, reason)
     call expect('debris goes', is_removed)
     gone = sim%budget%sums([d_mass, d_kinetic, d_elastic, d_heat])
     call world%sum(gone)
@@ -102,7 +102,7 @@ contains
                       0.5_rp*100.0_rp*mass*(0.1_rp*wave_speed(sim%clock))**2, rtol=1.0e-12_rp)
     call expect_close('no elastic energy', gone(3), 0.0_rp, atol=1.0e-12_rp*gone(2))
     call expect_close('its heat', gone(4), mass*c_p*temperature, rtol=1.0e-12_rp)
-    call regrid(world, sim)
+    call regrid(sim)
     call expect('the others stay', particles_of(sim) == n_all - 1)
     call expect('on the grid', &
                 all(abs(sim%particles%ps(:nlane, f_pos, :sim%particles%nblk)) < 1.0_rp))

@@ -61,7 +61,7 @@ contains
       call random_number(v)
       l = (l - 0.5_rp)/h
       call set_velocity(sim%nodes, v, l, sim%nodes%g(:, :, 1))
-      call filter_velocity(world, sim, sim%nodes%g, sim%nodes%g2, sim%nodes%increment)
+      call filter_velocity(sim, sim%nodes%g, sim%nodes%g2, sim%nodes%increment)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g)
       off = 0.0_rp
       do k = margin + 2*order - 1, margin + 12 - 2*order
@@ -92,7 +92,7 @@ contains
         call shake_nodes(sim%nodes, 10.0_rp, 3.0_rp, 1, sim%nodes%g(:, :, 1))
         call gather_particles(world, sim, 1, f_pos, n, ps)
         call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g1)
-        call filter_velocity(world, sim, sim%nodes%g, sim%nodes%g2, sim%nodes%increment)
+        call filter_velocity(sim, sim%nodes%g, sim%nodes%g2, sim%nodes%increment)
         call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g2)
         d = g1(1:3, :, :, :)
         if (k == transfer_xpic) d = d - g1(5:7, :, :, :)
@@ -167,8 +167,8 @@ contains
       call shake(sim, 10.0_rp, 0.2_rp)
       call settle(world, sim)
       call map_particles(world, sim, 0.0_rp, sim%nodes%g)
-      call apply_boundary(world, sim, 1.0e-6_rp, sim%nodes%g, .false.)
-      call filter_velocity(world, sim, sim%nodes%g, sim%nodes%g2, sim%nodes%increment)
+      call apply_boundary(sim, 1.0e-6_rp, sim%nodes%g, .false.)
+      call filter_velocity(sim, sim%nodes%g, sim%nodes%g2, sim%nodes%increment)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g)
       associate (held => g(:, 3:4, 3:5, 3:5))    ! x from 0 to 1
         call expect('held nodes', all(abs(held(1, :, :, :) - v(1)) + abs(held(3, :, :, :) - v(3)) &

@@ -36,7 +36,7 @@ program test_not_a_number
     end if
     call expect('found by its rank alone', &
                 is_finite(sim%particles) .neqv. world%rank == world%size - 1)
-    call describe_failure(world, sim, message, '')
+    call describe_failure(sim, message, '')
     call expect('named: '//field_name(sim%scene%layout, f), index(message, ' has a '// &
       field_name(sim%scene%layout, f)//' that is not a finite number: at (') > 0)
     sim%particles%ps(1, f, b) = kept

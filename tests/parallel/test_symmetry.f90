@@ -167,7 +167,7 @@ contains
     integer :: a, i, j, k, ijk(3), n_behind
 
     call map_particles(world, sim, dt, sim%nodes%g)
-    call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+    call apply_boundary(sim, dt, sim%nodes%g, .false.)
     call map_particles(world, whole, dt, whole%nodes%g)
     call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g1)
     call gather_nodes(world, whole, whole%nodes%g(:, :, 1), g2)

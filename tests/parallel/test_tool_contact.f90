@@ -187,7 +187,7 @@ contains
       call prepare(m, sim)
       e = closing_of(m, sim)
       before = balance_of(world, sim, zero, sim%nodes%g)
-      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call apply_boundary(sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, norm2(m%v))
       after = balance_of(world, sim, zero, sim%nodes%g)
       call expect('even load: the outermost layer touches', count_contacts(sim) == 36)
@@ -234,7 +234,7 @@ contains
       do k = 1, 100
         call set_wave(sim, m, 8.0_rp)
         sim%particles%ps(:, sim%scene%layout%surface_offset, :) = 1.0_rp
-        call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+        call apply_boundary(sim, dt, sim%nodes%g, .false.)
         call touch(world, sim, norm2(m%v) + 8.0_rp)
         off = off_surface(sim, m%w)
         call world%max(off)
@@ -279,7 +279,7 @@ contains
       n = normal_of(m)
       call prepare(m, sim)
       v = m%w + dot_product(m%v - m%w, n)*n + closing_of(m, sim)*n
-      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call apply_boundary(sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, norm2(m%v))
       call expect_close('what sticks has the velocity of the tool', off_surface(sim, v), 0.0_rp, &
                         atol=1.0e-10_rp*norm2(m%v))
@@ -301,7 +301,7 @@ contains
       m%friction = 0.01_rp*i
       n = normal_of(m)
       call prepare(m, sim)
-      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call apply_boundary(sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, norm2(m%v))
       sums = sums_of(sim)
       force = sums(s_force:s_force + 2)
@@ -331,7 +331,7 @@ contains
       m%limits_shear = i < 4
       n = normal_of(m)
       call prepare(m, sim)
-      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call apply_boundary(sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, norm2(m%v))
       sums = sums_of(sim)
       along = sums(s_force:s_force + 2) - dot_product(sums(s_force:s_force + 2), n)*n
@@ -364,7 +364,7 @@ contains
       m%w = dot_product(m%w, n)*n
       m%v = m%v - slip
       call prepare(m, sim)
-      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call apply_boundary(sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, norm2(m%v))
       sums = sums_of(sim)
       kept = sum_of_grip(sim)

@@ -226,7 +226,7 @@ contains
       do k = 1, 3
         sim%tool(k)%monitor%load_ema = 0.0_rp
       end do
-      call drive_tools(world, sim, step)
+      call drive_tools(sim, step)
       call expect_close('loads of the tools', &
                         maxval(abs([(sim%tool(k)%monitor%load_ema, k=1, 3)]/loads - 1.0_rp)), &
                         0.0_rp, atol=1.0e-9_rp)

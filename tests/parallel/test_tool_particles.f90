@@ -83,7 +83,7 @@ contains
       call set_velocity(sim%nodes, v, l, sim%nodes%g(:, :, 1))
       fastest = maxval(norm2(sim%nodes%g(1:3, :, 1), 1))
       call world%max(fastest)
-      call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+      call apply_boundary(sim, dt, sim%nodes%g, .false.)
       call touch(world, sim, fastest(1))
       n = 0
       call compare(sim, v, l, n)
@@ -334,7 +334,7 @@ contains
     call fill(world, sim, 1, [0.1_rp, 0.2_rp, 0.0_rp], [4.1_rp, 4.2_rp, 2.0_rp], 2)
     call settle(world, sim)
     call map_particles(world, sim, 0.0_rp, sim%nodes%g)
-    call apply_boundary(world, sim, dt, sim%nodes%g, .false.)
+    call apply_boundary(sim, dt, sim%nodes%g, .false.)
     call touch(world, sim, 40.0_rp)
     most = 0.0_rp
     do c = 1, sim%contact%n                      ! some are beyond the edges, with slanted normals

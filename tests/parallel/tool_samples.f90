@@ -56,7 +56,7 @@ contains
     call settle(world, sim)
     call map_particles(world, sim, 0.0_rp, sim%nodes%g)
     call shake_nodes(sim%nodes, 10.0_rp, 3.0_rp, 1, sim%nodes%g(:, :, 1))
-    call apply_boundary(world, sim, touch_dt, sim%nodes%g, .false.)
+    call apply_boundary(sim, touch_dt, sim%nodes%g, .false.)
     sim%budget%impulse = 0.0_rp
     sim%budget%sums = 0.0_rp
   end subroutine settle_plate
@@ -72,7 +72,7 @@ contains
     sim%clock%dt = touch_dt
     sim%clock%max_speed = speed
     sim%step%is_near = .true.
-    call resolve_contact(world, sim, touch_dt, sim%nodes%g, outcome)
+    call resolve_contact(sim, touch_dt, sim%nodes%g, outcome)
   end subroutine touch
 
 end module tool_samples
