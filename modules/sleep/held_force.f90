@@ -12,7 +12,7 @@ module sleep_held_force
   use mapping_nodes, only: clear_nodes, update_nodes
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use simulation_parts, only: simulation_t
-  use state_run, only: budget_t
+  use state_run, only: budget_t, sleepers_t
   use transfer_scatter, only: p2g_block
   use update_constitutive, only: external_acceleration
   implicit none (type, external)
@@ -49,12 +49,12 @@ contains
   end subroutine find_far_force
 
   !> Record the impulse of walls and clamps in a step on the sleepers beyond the held layer.
-  subroutine record_sleeper_impulse(sim, dt)
-    type(simulation_t), intent(inout) :: sim
+  subroutine record_sleeper_impulse(sleepers, budget, dt)
+    type(sleepers_t), intent(in) :: sleepers
+    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt                   !! [s]
 
-    if (allocated(sim%sleepers%far_force)) sim%budget%impulse = sim%budget%impulse &
-      + dt*sim%sleepers%far_force
+    if (allocated(sleepers%far_force)) budget%impulse = budget%impulse + dt*sleepers%far_force
   end subroutine record_sleeper_impulse
 
   !> Mark the nodes, as (z, y, x), near which a particle reaches nodes held by walls or clamps.

@@ -62,7 +62,7 @@ contains
     end do
     call resolve_contact(sim, dt, g_motion, outcome)
     if (sim%scene%method%sleep%is_on) then
-      call record_sleeper_impulse(sim, dt)
+      call record_sleeper_impulse(sim%sleepers, sim%budget, dt)
       call track_motion(sim%nodes, sim%sleepers, dt, g_motion(:, :, 1))
     end if
     call record_impulse(sim%scene, sim%nodes, sim%boundary, sim%budget, dt, g_motion)
