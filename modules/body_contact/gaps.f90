@@ -14,7 +14,7 @@ module body_contact_gaps
   use contact_pair, only: moves_as_one, normal_regression
   use mapping_nodes, only: append, min_node_mass, nodes_t
   use particles_store, only: f_mass, particles_t
-  use state_run, only: blocks_t, clock_t
+  use state_run, only: clock_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -24,13 +24,11 @@ module body_contact_gaps
 contains
 
   !> Collective. List the nodes with mass of two groups, and find their normals and gaps.
-  subroutine find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, &
-                             g)
+  subroutine find_node_pairs(world, scene, clock, particles, nodes, boundary, pairs, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
@@ -42,7 +40,7 @@ contains
     end if
     call list_nodes(scene, clock, nodes, pairs, g)
     call mark_walls(scene, boundary, pairs)
-    call list_near(scene, particles, blocks, nodes, pairs)
+    call list_near(scene, particles, nodes, pairs)
     call choose_normals(world, scene, nodes, pairs)
     call average_normals(scene, nodes, pairs, g)
     call sum_entries(world, nodes, pairs, .false., 3, pairs%mean)

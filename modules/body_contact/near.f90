@@ -9,7 +9,7 @@ module body_contact_near
   use mapping_blocks, only: corners_of, weights_of
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
-  use state_run, only: blocks_t, skin
+  use state_run, only: skin
   use state_scene, only: scene_t
   use transfer_kernels, only: run_length
   implicit none (type, external)
@@ -22,10 +22,9 @@ module body_contact_near
 contains
 
   !> List the particles with weight at entries, unless the bodies just move as one.
-  subroutine list_near(scene, particles, blocks, nodes, pairs)
+  subroutine list_near(scene, particles, nodes, pairs)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(in) :: nodes
     type(node_pairs_t), intent(inout) :: pairs
     logical :: may_touch(nodes%n_groups), is_needed(size(scene%contact))
@@ -44,9 +43,9 @@ contains
     if (pairs%near%n_corners == 0) return
     do b = 1, particles%nblk
       if (.not. may_touch(scene%body(particles%body(b))%group)) cycle
-      reach = blocks%ball(4, b) + (1.0_rp + skin)*scene%grid%longest()
-      if (any(blocks%ball(1:3, b) + reach < low)) cycle
-      if (any(blocks%ball(1:3, b) - reach > high)) cycle
+      reach = particles%ball(4, b) + (1.0_rp + skin)*scene%grid%longest()
+      if (any(particles%ball(1:3, b) + reach < low)) cycle
+      if (any(particles%ball(1:3, b) - reach > high)) cycle
       call list_block(scene, nodes, pairs%near, b, particles%body(b), particles%count(b), &
                       particles%nf, particles%ps(:, :, b))
     end do

@@ -14,7 +14,7 @@ module body_contact_pairs
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: set_rigid_velocities
   use particles_store, only: particles_t
-  use state_run, only: blocks_t, budget_t, clock_t, e_contact, e_friction, e_normal_loss
+  use state_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
   use state_scene, only: scene_t, scheme_usavg
   implicit none (type, external)
   private
@@ -31,14 +31,13 @@ contains
 
   !> Collective. Correct the nodal velocities for contact, record the losses and give the friction
   !> heat to the particles.
-  subroutine resolve_body_contact(world, scene, clock, tool, particles, blocks, nodes, boundary, &
+  subroutine resolve_body_contact(world, scene, clock, tool, particles, nodes, boundary, &
                                   pairs, budget, dt, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(inout) :: tool(:)
     type(particles_t), intent(inout) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
@@ -50,7 +49,7 @@ contains
 
     call set_rigid_velocities(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
-      call find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, g)
+      call find_node_pairs(world, scene, clock, particles, nodes, boundary, pairs, g)
     end if
     surplus = find_surplus(world, scene, nodes, pairs, budget, dt, g)
     pairs%heat = 0.0_rp
@@ -121,14 +120,12 @@ contains
 
   !> Collective. Correct interpolated nodal velocities: rigid bodies have their own, and groups
   !> without a &CONTACT a common one where they meet; `dt` is the step of the velocities [s].
-  subroutine join_bodies(world, scene, clock, tool, particles, blocks, nodes, boundary, pairs, &
-                         dt, g)
+  subroutine join_bodies(world, scene, clock, tool, particles, nodes, boundary, pairs, dt, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(node_pairs_t), intent(inout) :: pairs
@@ -139,7 +136,7 @@ contains
 
     call set_rigid_velocities(scene, clock, tool, nodes, dt, g)
     if (.not. pairs%is_known) then
-      call find_node_pairs(world, scene, clock, particles, blocks, nodes, boundary, pairs, g)
+      call find_node_pairs(world, scene, clock, particles, nodes, boundary, pairs, g)
     end if
     do e = 1, pairs%n
       associate (contact => scene%contact(pairs%pair(e)), q => pairs%node(e))

@@ -111,11 +111,11 @@ contains
     first = max(0, n - measured_steps)
     started = cpu_seconds()
     begun = started
-    before = sim%blocks%n_awake_particle_steps
+    before = sim%particles%n_awake_particle_steps
     do i = 1, n
       if (i == first + 1) then
         begun = cpu_seconds()
-        before = sim%blocks%n_awake_particle_steps
+        before = sim%particles%n_awake_particle_steps
       end if
       call advance(sim, status, message)
       if (status /= ended_well .or. sim%clock%time >= sim%scene%end_time*(1.0_rp - 1.0e-12_rp)) exit
@@ -127,7 +127,7 @@ contains
     i = min(i, n)
     if (i <= first) first = 0                      ! the run ended before
     ok = status == ended_well
-    spent = [cpu_seconds() - begun, real(sim%blocks%n_awake_particle_steps - before, rp), &
+    spent = [cpu_seconds() - begun, real(sim%particles%n_awake_particle_steps - before, rp), &
              real(sim%particles%total(), rp), begun - started]
     call sim%world%sum(spent)
     measured = measured + i

@@ -18,8 +18,7 @@ module heat_conduction
   use mapping_nodes, only: clear_nodes, nodes_t
   use mapping_probes, only: probes_t, update_probe_temperatures
   use particles_store, only: f_heat, f_mass, f_rate, f_temp, n_conduction, particles_t
-  use state_run, only: blocks_t, budget_t, clock_t, e_conduction, e_film, e_tool, e_wall_heat, &
-                       step_t
+  use state_run, only: budget_t, clock_t, e_conduction, e_film, e_tool, e_wall_heat, step_t
   use state_scene, only: scene_t
   use transfer_conduction, only: heat_particles, min_capacity, temperature_increment
   use update_constitutive, only: anneal_particles
@@ -64,8 +63,8 @@ contains
 
   !> Collective. Conduct heat over the time since the last conduction step: one step, or several
   !> explicit ones if heat transfer to tools or through films requires it.
-  subroutine conduct(world, scene, clock, step, tool, backing, source, probes, particles, &
-                     blocks, nodes, boundary, pairs, budget, elapsed)
+  subroutine conduct(world, scene, clock, step, tool, backing, source, probes, particles, nodes, &
+                     boundary, pairs, budget, elapsed)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(inout) :: clock
@@ -75,7 +74,6 @@ contains
     type(source_t), intent(inout) :: source(:)
     type(probes_t), intent(inout) :: probes
     type(particles_t), intent(inout) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(inout) :: boundary
     type(node_pairs_t), intent(in) :: pairs
@@ -84,7 +82,7 @@ contains
     real(rp) :: remaining                       ! time not yet covered [s]
 
     call swap_lists(scene, nodes, boundary)
-    call add_source_heat(world, scene, clock, source, particles, blocks, budget, elapsed)
+    call add_source_heat(world, scene, clock, source, particles, budget, elapsed)
     remaining = elapsed
     do
       call take_conduction_step(world, scene, clock, step, tool, backing, probes, particles, &

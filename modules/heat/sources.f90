@@ -8,7 +8,7 @@ module heat_sources
   use base_text, only: str
   use comm_world, only: world_t
   use particles_store, only: f_heat, f_mass, f_pos, particles_t, tag_faces
-  use state_run, only: blocks_t, budget_t, clock_t, e_source, skin
+  use state_run, only: budget_t, clock_t, e_source, skin
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -35,13 +35,12 @@ contains
 
   !> Collective. Add the heat of the sources since the last conduction step to the pending heat of
   !> the particles and to the energy sums.
-  subroutine add_source_heat(world, scene, clock, source, particles, blocks, budget, dt)
+  subroutine add_source_heat(world, scene, clock, source, particles, budget, dt)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(source_t), intent(inout) :: source(:)
     type(particles_t), intent(inout) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt                       !! time since the last conduction step [s]
     real(rp) :: begin, end, heat, all(size(source))
@@ -54,7 +53,7 @@ contains
         end = max(begin, min(s%end, clock%heat_time + dt))
         s%duration = end - begin
         s%centre = s%position + 0.5_rp*(begin + end)*s%velocity
-        all(i) = covered_sum(scene, particles, blocks, s)
+        all(i) = covered_sum(scene, particles, s)
       end associate
     end do
     call world%sum(all)
@@ -63,7 +62,7 @@ contains
       if (all(i) > 0.0_rp) then
         source(i)%share = heat/all(i)
         if (world%is_root()) budget%sums(e_source) = budget%sums(e_source) + heat
-        call heat_particles(scene, particles, blocks, source(i))
+        call heat_particles(scene, particles, source(i))
       else if (abs(heat) > 0.0_rp .and. .not. source(i)%has_warned) then
         source(i)%has_warned = .true.
         if (world%is_root()) call say('warning: at t = '//str(clock%heat_time + dt)// &
@@ -74,17 +73,16 @@ contains
   end subroutine add_source_heat
 
   !> Sum of `covered` over the particles of this rank.
-  real(rp) function covered_sum(scene, particles, blocks, source)
+  real(rp) function covered_sum(scene, particles, source)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(source_t), intent(in) :: source
     integer :: b, p
 
     covered_sum = 0.0_rp
     if (source%duration <= 0.0_rp) return
     do b = 1, particles%nblk
-      if (is_far(scene, blocks, source, b)) cycle
+      if (is_far(scene, particles, source, b)) cycle
       do p = 1, particles%count(b)
         covered_sum = covered_sum + covered(scene, particles, source, b, p)
       end do
@@ -92,15 +90,14 @@ contains
   end function covered_sum
 
   !> Add the heat of a source to the pending heat of the particles.
-  subroutine heat_particles(scene, particles, blocks, source)
+  subroutine heat_particles(scene, particles, source)
     type(scene_t), intent(in) :: scene
     type(particles_t), intent(inout) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(source_t), intent(in) :: source
     integer :: b, p
 
     do b = 1, particles%nblk
-      if (is_far(scene, blocks, source, b)) cycle
+      if (is_far(scene, particles, source, b)) cycle
       do p = 1, particles%count(b)
         particles%ps(p, f_heat, b) = particles%ps(p, f_heat, b) &
           + source%share*covered(scene, particles, source, b, p)
@@ -109,14 +106,14 @@ contains
   end subroutine heat_particles
 
   !> True if no particle of block `b` can be covered.
-  pure logical function is_far(scene, blocks, source, b)
+  pure logical function is_far(scene, particles, source, b)
     type(scene_t), intent(in) :: scene
-    type(blocks_t), intent(in) :: blocks
+    type(particles_t), intent(in) :: particles
     type(source_t), intent(in) :: source
     integer, intent(in) :: b
 
-    is_far = norm2(scene%grid%nearest_image(blocks%ball(1:3, b) - source%centre)) &
-             > blocks%ball(4, b) + source%radius + (2.0_rp + skin)*scene%grid%longest()
+    is_far = norm2(scene%grid%nearest_image(particles%ball(1:3, b) - source%centre)) &
+             > particles%ball(4, b) + source%radius + (2.0_rp + skin)*scene%grid%longest()
   end function is_far
 
   !> Area (disc) or mass (ball) of a particle that a source covers [m2 or kg].

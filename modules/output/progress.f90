@@ -83,7 +83,7 @@ contains
 
     wall = max(wall_time() - self%started, 1.0e-9_rp)
     all = [sim%timer%seconds, cpu_seconds() - self%cpu_started, peak_memory(), &
-           real(sim%blocks%n_awake_particle_steps, rp), &
+           real(sim%particles%n_awake_particle_steps, rp), &
            real(sim%nodes%halo%messages + sim%nodes%resting_halo%messages, rp), &
            real(sim%nodes%halo%bytes + sim%nodes%resting_halo%bytes, rp), &
            sim%exchange%balance%waited + sim%nodes%halo%waited + sim%nodes%resting_halo%waited]

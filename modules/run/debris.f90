@@ -52,7 +52,7 @@ contains
       outside = is_outside(sim%scene%grid, sim%particles, b)
       if (any(outside)) call sim%particles%remove(b, outside)
     end do
-    sim%blocks%n_awake = -1
+    sim%particles%n_awake = -1
   end function remove_debris
 
   !> Advice for the user where a `share` of the total mass would be removed and `allowed` is

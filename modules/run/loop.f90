@@ -181,14 +181,14 @@ contains
     sim%clock%dt = dt
     sim%clock%time = sim%clock%time + dt
     sim%clock%step = sim%clock%step + 1
-    sim%blocks%n_awake_particle_steps = sim%blocks%n_awake_particle_steps &
-      + sum(sim%particles%count(:sim%blocks%n_awake))
+    sim%particles%n_awake_particle_steps = sim%particles%n_awake_particle_steps &
+      + sum(sim%particles%count(:sim%particles%n_awake))
     sim%exchange%balance%sum = sim%exchange%balance%sum + sim%exchange%balance%now
     sim%exchange%balance%worst = max(sim%exchange%balance%worst, sim%exchange%balance%now)
     if (sim%scene%method%conducts) then
       if (conduction_is_due(sim%scene, sim%clock, dt)) then
         call conduct(sim%world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
-                     sim%source, sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, &
+                     sim%source, sim%probes, sim%particles, sim%nodes, sim%boundary, &
                      sim%pairs, sim%budget, sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then
           status = ended_broken
@@ -280,9 +280,9 @@ contains
     character(:), allocatable :: local_message, reason
     logical :: all_inside
 
-    local_message = find_outside(sim%scene%grid, sim%blocks%n_awake, sim%particles)
-    if (sim%blocks%n_awake < 0) local_message = find_outside(sim%scene%grid, sim%particles%nblk, &
-                                                    sim%particles)
+    local_message = find_outside(sim%scene%grid, sim%particles%n_awake, sim%particles)
+    if (sim%particles%n_awake < 0) local_message = find_outside(sim%scene%grid, &
+                                                                sim%particles%nblk, sim%particles)
     call sim%timer%lap(ph_sorting)
     sim%exchange%balance%waited = sim%exchange%balance%waited - wall_time()
     all_inside = sim%world%all_true(local_message == '')

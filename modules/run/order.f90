@@ -27,7 +27,7 @@ contains
     call mark_nodes(sim, near)
     if (.not. is_sorted_anew) return
     call dilate(near, halo)
-    do b = 1, sim%blocks%n_awake
+    do b = 1, sim%particles%n_awake
       associate (tag => sim%particles%tag(1, b))
         tag = set_bit(tag, border_bit, is_near(sim, sim%particles%count(b), &
                                                sim%particles%ps(:, f_pos:f_pos + 2, b), &
@@ -76,13 +76,13 @@ contains
   !> Order of the awake blocks in the transfer to the grid: the border first.
   subroutine list_to_grid_order(sim)
     type(simulation_t), intent(inout) :: sim
-    logical :: is_border(sim%blocks%n_awake)
+    logical :: is_border(sim%particles%n_awake)
     integer :: b
 
-    is_border = btest(sim%particles%tag(1, :sim%blocks%n_awake), border_bit)
-    sim%blocks%n_border = count(is_border)
-    sim%blocks%turn = [pack([(b, b=1, sim%blocks%n_awake)], is_border), &
-                       pack([(b, b=1, sim%blocks%n_awake)], .not. is_border)]
+    is_border = btest(sim%particles%tag(1, :sim%particles%n_awake), border_bit)
+    sim%particles%n_border = count(is_border)
+    sim%particles%turn = [pack([(b, b=1, sim%particles%n_awake)], is_border), &
+                       pack([(b, b=1, sim%particles%n_awake)], .not. is_border)]
   end subroutine list_to_grid_order
 
 end module run_order

@@ -58,9 +58,9 @@ contains
     real(rp), intent(in) :: reach
 
     is_far = .false.
-    if (.not. allocated(sim%blocks%clearance)) return
-    if (b > size(sim%blocks%clearance, 2)) return
-    is_far = sim%blocks%clearance(k, b) > reach + sim%clock%displacement &
+    if (.not. allocated(sim%particles%clearance)) return
+    if (b > size(sim%particles%clearance, 2)) return
+    is_far = sim%particles%clearance(k, b) > reach + sim%clock%displacement &
       + sim%tool(k)%displacement()
   end function is_far
 

@@ -52,10 +52,10 @@ contains
     integer :: cuts, keep
     logical :: is_new, sleepers_stay
 
-    is_new = sim%blocks%n_awake < 0
+    is_new = sim%particles%n_awake < 0
     call share_probes(sim%world, sim%probes)
     call wrap_positions(sim%scene%grid, sim%particles)
-    n_moving = merge(sim%particles%nblk, sim%blocks%n_awake, is_new)
+    n_moving = merge(sim%particles%nblk, sim%particles%n_awake, is_new)
     cuts = sim%exchange%balance%cuts
     call rebalance(sim, n_moving)
     keep = kept_rest(sim)
@@ -102,7 +102,7 @@ contains
     is_there = .false.
     last = 0
     runs = 0
-    do b = 1, sim%blocks%n_awake
+    do b = 1, sim%particles%n_awake
       call storage_nodes(sim%scene%grid, sim%nodes%patch, nlane, &
                          sim%particles%ps(:, f_pos:f_pos + 2, b), node, is_own)
       do p = 1, sim%particles%count(b)
@@ -138,7 +138,7 @@ contains
     call sim%nodes%halo%init(sim%world, sim%nodes%patch, sim%exchange%boxes, active(2))
     if (has_sleep) call sim%nodes%resting_halo%init(sim%world, sim%nodes%patch, &
                                                     sim%exchange%boxes, active(1))
-    call mark_reach(sim, 1, sim%blocks%n_awake, near)
+    call mark_reach(sim, 1, sim%particles%n_awake, near)
     call list_runs(sim, near .or. sim%sleepers%near_any, has_sleep, .false.)
     call list_mirrors(sim%scene, sim%nodes, sim%boundary)
     call list_clamps(sim%world, sim%scene, sim%nodes, sim%boundary)
@@ -155,7 +155,7 @@ contains
       call move_alloc(sim%nodes%range, sim%nodes%resting_range)
       sim%nodes%n_resting_ranges = sim%nodes%n_ranges
       call list_runs(sim, near .or. sim%sleepers%near_layer, .false., &
-                     sim%blocks%n_mapped < sim%particles%nblk)
+                     sim%particles%n_mapped < sim%particles%nblk)
       call narrow_mirrors(sim%nodes, sim%boundary)
     end if
     call assign_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
@@ -167,11 +167,12 @@ contains
     integer :: last
 
     last = sim%particles%nblk
-    call mark_reach(sim, sim%blocks%n_awake + 1, sim%blocks%n_mapped, sim%sleepers%near_layer)
-    call mark_reach(sim, sim%blocks%n_mapped + 1, last, sim%sleepers%near_any)
+    call mark_reach(sim, sim%particles%n_awake + 1, sim%particles%n_mapped, sim%sleepers%near_layer)
+    call mark_reach(sim, sim%particles%n_mapped + 1, last, sim%sleepers%near_any)
     sim%sleepers%near_any = sim%sleepers%near_any .or. sim%sleepers%near_layer
-    sim%sleepers%extent_layer = sim%particles%extent(sim%blocks%n_awake + 1, sim%blocks%n_mapped)
-    sim%sleepers%extent_any = sim%particles%extent(sim%blocks%n_awake + 1, last)
+    sim%sleepers%extent_layer = sim%particles%extent(sim%particles%n_awake + 1, &
+                                                     sim%particles%n_mapped)
+    sim%sleepers%extent_any = sim%particles%extent(sim%particles%n_awake + 1, last)
   end subroutine store_sleeper_extent
 
   !> Mark the nodes, as (z, y, x), that particles of blocks `low` to `high` can reach before the
@@ -214,7 +215,7 @@ contains
     real(rp) :: extent(6, 2), flat(12)
     integer :: i
 
-    extent = spread(sim%particles%extent(1, sim%blocks%n_awake), 2, 2)
+    extent = spread(sim%particles%extent(1, sim%particles%n_awake), 2, 2)
     extent(:, 1) = max(extent(:, 1), sim%sleepers%extent_any)
     extent(:, 2) = max(extent(:, 2), sim%sleepers%extent_layer)
     flat = reshape(extent, [12])
@@ -301,16 +302,16 @@ contains
     real(rp) :: low(3), high(3)
     integer :: a, b, n
 
-    if (allocated(sim%blocks%ball)) deallocate (sim%blocks%ball)
-    allocate (sim%blocks%ball(4, sim%particles%nblk))
+    if (allocated(sim%particles%ball)) deallocate (sim%particles%ball)
+    allocate (sim%particles%ball(4, sim%particles%nblk))
     do b = 1, sim%particles%nblk
       n = sim%particles%count(b)
       do a = 1, 3
         low(a) = minval(sim%particles%ps(1:n, f_pos + a - 1, b))
         high(a) = maxval(sim%particles%ps(1:n, f_pos + a - 1, b))
       end do
-      sim%blocks%ball(1:3, b) = 0.5_rp*(low + high)
-      sim%blocks%ball(4, b) = 0.5_rp*norm2(high - low)
+      sim%particles%ball(1:3, b) = 0.5_rp*(low + high)
+      sim%particles%ball(4, b) = 0.5_rp*norm2(high - low)
     end do
   end subroutine enclose_blocks
 
@@ -322,20 +323,20 @@ contains
     real(rp) :: d(nlane), least(nlane)
     integer :: b, k
 
-    if (allocated(sim%blocks%clearance)) deallocate (sim%blocks%clearance)
-    allocate (sim%blocks%clearance(size(sim%tool), sim%blocks%n_awake))
+    if (allocated(sim%particles%clearance)) deallocate (sim%particles%clearance)
+    allocate (sim%particles%clearance(size(sim%tool), sim%particles%n_awake))
     do k = 1, size(sim%tool)
       call sim%tool(k)%store_reference_pose()
     end do
     if (size(sim%tool) == 0) return
-    do b = 1, sim%blocks%n_awake
+    do b = 1, sim%particles%n_awake
       associate (n => sim%particles%count(b), ps => sim%particles%ps(:, :, b), &
                  body => sim%scene%body(sim%particles%body(b)))
         least = huge(1.0_rp)
         do k = 1, size(sim%tool)
           call sim%tool(k)%clearances(n, ps(:, f_pos:f_pos + 2), huge(1.0_rp), d)
           least(:n) = min(least(:n), d(:n))
-          sim%blocks%clearance(k, b) = minval(d(:n))
+          sim%particles%clearance(k, b) = minval(d(:n))
         end do
         if (.not. (is_sorted_anew .and. sim%scene%layout%coulomb_reserve > 0)) cycle
         where (least(:n) > body%longest_diagonal())

@@ -13,7 +13,7 @@ module simulation_parts
   use mapping_probes, only: probes_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
-  use state_run, only: blocks_t, budget_t, clock_t, exchange_t, sleepers_t, step_t
+  use state_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
   use state_scene, only: scene_t
   use tool_contact_lists, only: tool_contact_t
   implicit none (type, external)
@@ -46,7 +46,6 @@ module simulation_parts
     type(probes_t) :: probes
     type(tracers_t) :: tracers
     type(particles_t) :: particles
-    type(blocks_t) :: blocks                 !! roles and order of the particle blocks
     type(nodes_t) :: nodes
     type(boundary_t) :: boundary
     type(sleepers_t) :: sleepers

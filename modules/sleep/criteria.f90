@@ -52,7 +52,7 @@ contains
     box = cubes_in_use(sim)
     call find_awake(sim, sim%sleepers%motion, may_sleep, box, is_awake)
     call start_tracking(sim%sleepers%motion, box)
-    if (sim%blocks%n_awake >= 0 .and. .not. may_sleep) then
+    if (sim%particles%n_awake >= 0 .and. .not. may_sleep) then
       can_wait = can_defer_waking(sim, box, is_awake)
       if (can_wait) return
     end if
@@ -61,7 +61,7 @@ contains
     rest = merge(awake, merge(held, asleep, near), is_awake)
     last = sim%particles%nblk
     if (all(box%lo == sim%sleepers%cubes%lo) .and. all(box%hi == sim%sleepers%cubes%hi)) then
-      if (all(rest == sim%sleepers%rest)) last = sim%blocks%n_awake  ! sleepers do not move
+      if (all(rest == sim%sleepers%rest)) last = sim%particles%n_awake  ! sleepers do not move
     end if
     do b = 1, last
       call update_rest(sim, box, rest, b, has_changed)
@@ -75,8 +75,8 @@ contains
     type(simulation_t), intent(in) :: sim
     real(rp) :: extent(6)
 
-    extent = sim%particles%extent(1, merge(sim%blocks%n_awake, sim%particles%nblk, &
-                                           sim%blocks%n_awake >= 0))
+    extent = sim%particles%extent(1, merge(sim%particles%n_awake, sim%particles%nblk, &
+                                           sim%particles%n_awake >= 0))
     extent = max(extent, sim%sleepers%extent_any)
     call sim%world%max(extent)
     box%lo = nearest_node(sim%scene%grid, -extent(4:6))/edge
@@ -91,8 +91,8 @@ contains
     logical, intent(in) :: is_awake(box%count())     !! by cube
     integer :: b, c(nlane), counts(2)
 
-    counts = [sum(sim%particles%count(:sim%blocks%n_awake)), 0]
-    do b = sim%blocks%n_awake + 1, sim%particles%nblk
+    counts = [sum(sim%particles%count(:sim%particles%n_awake)), 0]
+    do b = sim%particles%n_awake + 1, sim%particles%nblk
       c = cubes(sim%scene%grid, box, sim%particles%ps(:, f_pos:f_pos + 2, b))
       counts(2) = counts(2) + count(is_awake(c(:sim%particles%count(b))))
     end do
@@ -274,11 +274,11 @@ contains
     integer :: b
 
     sim%sleepers%layer%is_stale = .true.
-    sim%blocks%n_awake = 0
-    sim%blocks%n_mapped = 0
+    sim%particles%n_awake = 0
+    sim%particles%n_mapped = 0
     do b = 1, sim%particles%nblk
-      if (tag_rest(sim%particles%tag(1, b)) == awake) sim%blocks%n_awake = b
-      if (tag_rest(sim%particles%tag(1, b)) /= asleep) sim%blocks%n_mapped = b
+      if (tag_rest(sim%particles%tag(1, b)) == awake) sim%particles%n_awake = b
+      if (tag_rest(sim%particles%tag(1, b)) /= asleep) sim%particles%n_mapped = b
     end do
   end subroutine count_awake
 

@@ -37,13 +37,13 @@ contains
       allocate (sim%sleepers%far_force(3, size(of_layer, 2)), source=0.0_rp)
     end if
     is_known = sleepers_stay
-    if (sim%blocks%n_mapped == sim%particles%nblk) then
+    if (sim%particles%n_mapped == sim%particles%nblk) then
       if (.not. is_known) sim%sleepers%far_force = 0.0_rp
       is_known = .true.
     end if
     if (sim%world%all_true(is_known)) return
     call mark_held(sim, near)
-    call force_on_walls(sim, sim%blocks%n_mapped, near, of_layer)
+    call force_on_walls(sim, sim%particles%n_mapped, near, of_layer)
     call force_on_walls(sim, sim%particles%nblk, near, sim%sleepers%far_force)
     sim%sleepers%far_force = sim%sleepers%far_force - of_layer
   end subroutine find_far_force
@@ -91,7 +91,7 @@ contains
 
     before = sim%budget
     call clear_nodes(sim%nodes, sim%nodes%g)
-    do b = sim%blocks%n_awake + 1, last
+    do b = sim%particles%n_awake + 1, last
       call add_force(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, near, &
                      sim%particles%ps(:, :, b), sim%nodes%g(:, :, 1))
     end do

@@ -35,7 +35,7 @@ contains
     sim%sleepers%layer%is_stale = .false.
     call clear_nodes(sim%nodes, sim%nodes%g)
     call clear_volume(sim%scene, sim%nodes)
-    do b = sim%blocks%n_awake + 1, sim%blocks%n_mapped
+    do b = sim%particles%n_awake + 1, sim%particles%n_mapped
       call force_to_grid(sim%scene, sim%clock, sim%step, sim%nodes, sim%particles%body(b), &
                          sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), &
                          sim%nodes%rec, sim%nodes%g(:, :, 1))

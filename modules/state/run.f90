@@ -8,7 +8,7 @@ module state_run
   implicit none (type, external)
   private
 
-  public :: blocks_t, budget_t, clock_t, exchange_t, motion_t, outcome_t, sleepers_t, step_t
+  public :: budget_t, clock_t, exchange_t, motion_t, outcome_t, sleepers_t, step_t
 
   !> Simulated time and the quantities that determine the next step: equal on all ranks, stored in
   !> checkpoints.
@@ -62,25 +62,6 @@ module state_run
   !> support.
   real(rp), parameter, public :: skin = 1.5_rp   !! [cells]
 
-  !> Roles, order and bounds of the particle blocks.
-  type :: blocks_t
-    integer :: n_awake = -1                    !! the first blocks are awake; -1: not sorted yet
-    integer :: n_mapped = 0                    !! the first blocks contribute mass and force: awake
-                                               !! and held layer
-    integer :: n_border = 0                    !! awake blocks that may reach shared nodes
-    integer, allocatable :: turn(:)            !! (n_awake) order of the transfer to the grid:
-                                               !! border blocks first
-    integer :: n_far = 0                       !! blocks that no tool reaches before the next sort
-    integer, allocatable :: order(:)           !! (n_awake) order of the transfer to the particles:
-                                               !! far blocks first
-    real(rp), allocatable :: clearance(:, :)   !! (tools, n_awake) distance of the nearest particle
-                                               !! of a block from each tool, at the last sort [m]
-    real(rp), allocatable :: ball(:, :)        !! (4, nblk) centre and radius of the bounding ball
-                                               !! at the last sort [m]; for body contact and heat
-                                               !! sources
-    integer(i8) :: n_awake_particle_steps = 0  !! awake particles summed over the steps of this run
-  end type blocks_t
-
   ! Indices of energies [J].
   integer, parameter, public :: &
     e_plastic = 1, &       !! plastic work
@@ -131,7 +112,8 @@ module state_run
   !> (step_schedule).
   type :: speculation_t
     logical :: is_possible = .false.         !! speculation is possible in this step
-    integer :: n_done = 0                    !! blocks already updated, in the order of blocks%order
+    integer :: n_done = 0                    !! blocks already updated, in the order of
+                                             !! particles%order
     real(rp), allocatable :: saved(:, :, :)  !! particles of these blocks before the update
     type(budget_t) :: budget                 !! budget before the step
   end type speculation_t

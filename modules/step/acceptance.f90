@@ -96,7 +96,7 @@ contains
 
     near = 0.0_rp
     do k = 1, size(sim%tool)
-      if (any(sim%blocks%clearance(k, :) <= skin*sim%scene%grid%longest() &
+      if (any(sim%particles%clearance(k, :) <= skin*sim%scene%grid%longest() &
               + sim%tool(k)%displacement())) then
         near(k) = 1.0_rp
       end if

@@ -73,7 +73,7 @@ contains
       call filter_velocity(sim, g_motion, sim%nodes%g2, sim%nodes%increment)
     end if
     call sim%timer%lap(ph_nodes)
-    call grid_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, sim%blocks, &
+    call grid_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
                            sim%nodes, sim%exchange, sim%budget, dt, g_motion, g_strain, &
                            (1.0_rp - stress_fraction_before)*dt, outcome)
     call sim%timer%lap(ph_to_particles)
@@ -131,7 +131,7 @@ contains
     call update_nodes(sim%scene, sim%clock, sim%nodes, 0.0_rp, g)
     call hold_walls(sim%world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 1.0_rp, g)
     if (sim%nodes%n_groups > 1) then
-      call join_bodies(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, sim%blocks, &
+      call join_bodies(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
                        sim%nodes, sim%boundary, sim%pairs, dt, g)
     end if
     call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)

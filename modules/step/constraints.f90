@@ -50,7 +50,7 @@ contains
 
     if (sim%nodes%n_groups > 1) then
       call resolve_body_contact(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
-                                sim%blocks, sim%nodes, sim%boundary, sim%pairs, sim%budget, dt, g)
+                                sim%nodes, sim%boundary, sim%pairs, sim%budget, dt, g)
       call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
       call sim%tool%move_to(sim%clock%time + dt)
     end if
@@ -72,7 +72,7 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     type(outcome_t), intent(inout) :: outcome
 
-    call find_contact(sim%scene, sim%clock, sim%particles, sim%blocks, sim%nodes, sim%boundary, &
+    call find_contact(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
                       sim%contact, sim%tool(k), k, group, dt, g)
     call sum_with_overlap(sim, dt, g, outcome, n_masses, sim%contact%mass)
     call find_impulses(sim%scene, sim%clock, sim%nodes, sim%boundary, sim%contact, &

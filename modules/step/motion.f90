@@ -31,17 +31,17 @@ contains
     allocate (sim%particles%motion, source=sim%particles%ps(:, f_vel:f_vel + 2, &
                                                             :sim%particles%nblk))
     call clear_nodes(sim%nodes, sim%nodes%g2)
-    do i = 1, sim%blocks%n_mapped  ! including sleepers that share nodes with awake particles
+    do i = 1, sim%particles%n_mapped  ! including sleepers that share nodes with awake particles
       b = i
-      if (i <= sim%blocks%n_awake) b = sim%blocks%turn(i)
+      if (i <= sim%particles%n_awake) b = sim%particles%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
       if (flows(k)) call add_momentum(sim, sim%particles%body(b), sim%particles%count(b), &
                                       sim%particles%nf, sim%particles%ps(:, :, b), &
                                       sim%nodes%rec, sim%nodes%g2(:, :, k))
     end do
     call find_velocities(sim)
-    do i = 1, sim%blocks%n_awake
-      b = sim%blocks%turn(i)
+    do i = 1, sim%particles%n_awake
+      b = sim%particles%turn(i)
       k = sim%scene%body(sim%particles%body(b))%group
       if (flows(k)) call interpolate_velocity(sim, sim%particles%body(b), sim%particles%count(b), &
                                        sim%particles%nf, sim%particles%ps(:, :, b), &

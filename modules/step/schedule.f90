@@ -32,21 +32,21 @@ contains
   subroutine list_to_particles_order(sim, is_sorted_anew)
     type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: is_sorted_anew
-    logical :: is_far(sim%blocks%n_awake)
+    logical :: is_far(sim%particles%n_awake)
     real(rp) :: least
     integer :: b
 
-    do b = 1, sim%blocks%n_awake
+    do b = 1, sim%particles%n_awake
       least = far_distance*sim%scene%grid%longest() &
         + sim%scene%body(sim%particles%body(b))%longest_diagonal()
       associate (tag => sim%particles%tag(1, b))
-        if (is_sorted_anew) tag = set_bit(tag, far_bit, all(sim%blocks%clearance(:, b) > least))
+        if (is_sorted_anew) tag = set_bit(tag, far_bit, all(sim%particles%clearance(:, b) > least))
         is_far(b) = btest(tag, far_bit)
       end associate
     end do
-    sim%blocks%n_far = count(is_far)
-    sim%blocks%order = [pack([(b, b=1, sim%blocks%n_awake)], is_far), &
-                        pack([(b, b=1, sim%blocks%n_awake)], .not. is_far)]
+    sim%particles%n_far = count(is_far)
+    sim%particles%order = [pack([(b, b=1, sim%particles%n_awake)], is_far), &
+                        pack([(b, b=1, sim%particles%n_awake)], .not. is_far)]
     sim%exchange%speculative%n_done = 0
   end subroutine list_to_particles_order
 
@@ -82,9 +82,9 @@ contains
 
     associate (s => sim%exchange%speculative)
       if (.not. allocated(s%saved)) allocate (s%saved(nlane, sim%particles%nf, max_saved))
-      is_saved = s%n_done < min(sim%blocks%n_far, max_saved)
+      is_saved = s%n_done < min(sim%particles%n_far, max_saved)
       if (is_saved) s%saved(:, :, s%n_done + 1) = sim%particles%ps(:, :, &
-                                                                    sim%blocks%order(s%n_done + 1))
+        sim%particles%order(s%n_done + 1))
     end associate
   end function save_block
 
@@ -97,7 +97,7 @@ contains
     associate (s => sim%exchange%speculative)
       if (s%n_done > 0) outcome = outcome_t()      ! USL: it was empty before
       do i = 1, s%n_done
-        sim%particles%ps(:, :, sim%blocks%order(i)) = s%saved(:, :, i)
+        sim%particles%ps(:, :, sim%particles%order(i)) = s%saved(:, :, i)
       end do
       s%n_done = 0
       sim%budget = s%budget
@@ -141,7 +141,7 @@ contains
     end associate
     if (sim%exchange%speculative%is_possible) then
       call sim%timer%lap(ph_nodes)
-      do while (sim%exchange%speculative%n_done < sim%blocks%n_far)
+      do while (sim%exchange%speculative%n_done < sim%particles%n_far)
         if (sim%nodes%halo%entries_have_arrived()) exit
         call advance_next(sim, dt, g, outcome)
       end do
@@ -159,7 +159,7 @@ contains
     associate (next => sim%exchange%speculative%n_done)
       next = next + 1
       call blocks_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
-                               sim%blocks, sim%nodes, sim%budget, next, next, dt, g, g, dt, outcome)
+                               sim%nodes, sim%budget, next, next, dt, g, g, dt, outcome)
     end associate
   end subroutine advance_next
 

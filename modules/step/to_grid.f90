@@ -33,8 +33,8 @@ contains
       call map_and_sum(sim, g)
       return
     end if
-    call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, 1, &
-                        sim%blocks%n_awake, g)
+    call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, 1, &
+                        sim%particles%n_awake, g)
     call layer_and_tractions_to_grid(sim, g)
     call sim%timer%lap(ph_to_grid)
     call sum_nodes(sim, g)
@@ -50,17 +50,17 @@ contains
 
     associate (lost => sim%boundary%mirrors%lost, own => sim%boundary%mirrors%mass_behind(:, 1))
       lost = 0.0_rp
-      call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, 1, &
-                          sim%blocks%n_border, g)
+      call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, 1, &
+                          sim%particles%n_border, g)
       call layer_and_tractions_to_grid(sim, g)
       call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
                    shared_part)
       call sim%timer%lap(ph_to_grid)
       call sim%nodes%halo%post(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
-      do b = sim%blocks%n_border + 1, sim%blocks%n_awake, blocks_per_test
-        call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%blocks, sim%nodes, &
-                            b, min(b + blocks_per_test - 1, sim%blocks%n_awake), g)
+      do b = sim%particles%n_border + 1, sim%particles%n_awake, blocks_per_test
+        call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
+                            b, min(b + blocks_per_test - 1, sim%particles%n_awake), g)
         call sim%nodes%halo%progress_messages()
       end do
       call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &

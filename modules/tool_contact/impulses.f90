@@ -37,7 +37,7 @@ module tool_contact_impulses
   use contact_tool, only: rigid_t, tool_t
   use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t
   use particles_store, only: particles_t
-  use state_run, only: blocks_t, budget_t, clock_t
+  use state_run, only: budget_t, clock_t
   use state_scene, only: scene_t, scheme_usl
   use tool_contact_limits, only: molten_limit
   use tool_contact_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
@@ -65,12 +65,10 @@ contains
 
   !> Find the particles of `group` that touch tool `k` in this step, and their masses at the nodes
   !> of this rank, to be summed over the ranks.
-  subroutine find_contact(scene, clock, particles, blocks, nodes, boundary, contact, tool, k, &
-                          group, dt, g)
+  subroutine find_contact(scene, clock, particles, nodes, boundary, contact, tool, k, group, dt, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(in) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
@@ -82,8 +80,7 @@ contains
     call find_separate_sides(scene, tool%mean_motion(clock%time, dt), contact)
     call list_nodes(scene, nodes, contact, tool, g)
     call mark_held(scene, boundary, contact)
-    call find_contact_particles(scene, clock, particles, blocks, nodes, contact, tool, k, group, &
-                                dt, g)
+    call find_contact_particles(scene, clock, particles, nodes, contact, tool, k, group, dt, g)
     call add_masses(nodes, contact, scene%method%scheme /= scheme_usl)
     call reflect_masses(scene, boundary, contact)
   end subroutine find_contact

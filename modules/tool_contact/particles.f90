@@ -27,7 +27,7 @@ module tool_contact_particles
   use mapping_nodes, only: nodes_t
   use mapping_stability, only: wave_speed
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
-  use state_run, only: blocks_t, clock_t
+  use state_run, only: clock_t
   use state_scene, only: scene_t, scheme_usl
   use tool_contact_limits, only: cut_at_edges, extent, limit_impulses, covered_fraction_of
   use tool_contact_lists, only: candidates_t, contact_particle_t, tool_contact_t
@@ -46,12 +46,10 @@ module tool_contact_particles
 contains
 
   !> Find the particles of a group whose surface would be inside the tool at the end of the step.
-  subroutine find_contact_particles(scene, clock, particles, blocks, nodes, contact, tool, k, &
-                                    group, dt, g)
+  subroutine find_contact_particles(scene, clock, particles, nodes, contact, tool, k, group, dt, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(in) :: nodes
     type(tool_contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
@@ -70,10 +68,10 @@ contains
               size(reach))]
     moved = clock%displacement + tool%displacement()
     call near%init(scene%layout, tool%friction_table%of /= of_nothing)
-    do b = 1, blocks%n_awake
+    do b = 1, particles%n_awake
       associate (body => particles%body(b))
         if (scene%body(body)%group /= group) cycle
-        if (blocks%clearance(k, b) > reach(body) + moved) cycle
+        if (particles%clearance(k, b) > reach(body) + moved) cycle
         if (near%n > 0 .and. near%body /= body) then
           call list_contact_particles(scene, clock, nodes, contact, tool, rigid, dt, g, near)
         end if

@@ -11,7 +11,7 @@ module update_sweeps
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: move_rigid
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
-  use state_run, only: blocks_t, budget_t, clock_t, exchange_t, outcome_t, step_t
+  use state_run, only: budget_t, clock_t, exchange_t, outcome_t, step_t
   use state_scene, only: scene_t, scheme_usavg, scheme_usl
   use transfer_scatter, only: p2g_block
   use update_constitutive, only: constitutive, external_acceleration, external_work, average_volume
@@ -26,13 +26,12 @@ module update_sweeps
 contains
 
   !> Map mass, momentum, force and temperature of the awake blocks `first` to `last` of
-  !> `blocks%turn` to the grid.
-  subroutine blocks_to_grid(scene, clock, step, particles, blocks, nodes, first, last, g)
+  !> `particles%turn` to the grid.
+  subroutine blocks_to_grid(scene, clock, step, particles, nodes, first, last, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
     type(particles_t), intent(in) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     integer, intent(in) :: first, last
     real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
@@ -41,7 +40,7 @@ contains
     n_fields_read = n_to_grid
     if (max(scene%layout%half, scene%layout%affine) > 0) n_fields_read = particles%nf
     do i = first, last
-      b = blocks%turn(i)
+      b = particles%turn(i)
       call particles%fetch(b + 1, n_fields_read)   ! usually the next block
       call force_to_grid(scene, clock, step, nodes, particles%body(b), particles%count(b), &
                          particles%nf, particles%ps(:, :, b), nodes%rec, &
@@ -132,14 +131,13 @@ contains
 
   !> Update the particles from the grid: move them with `g_motion`, then update the stress over
   !> `dt_stress` with the gradient of `g_strain` (the same grid in USL).
-  subroutine grid_to_particles(scene, clock, step, tool, particles, blocks, nodes, exchange, &
+  subroutine grid_to_particles(scene, clock, step, tool, particles, nodes, exchange, &
                                budget, dt, g_motion, g_strain, dt_stress, outcome)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(inout) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     type(exchange_t), intent(in) :: exchange
     type(budget_t), intent(inout) :: budget
@@ -150,20 +148,19 @@ contains
     if (scene%has_tractions()) then
       call record_traction_work(scene, step, particles, nodes, budget, dt, g_motion)
     end if
-    call blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, budget, &
-                             exchange%speculative%n_done + 1, blocks%n_awake, dt, g_motion, &
+    call blocks_to_particles(scene, clock, step, tool, particles, nodes, budget, &
+                             exchange%speculative%n_done + 1, particles%n_awake, dt, g_motion, &
                              g_strain, dt_stress, outcome)
   end subroutine grid_to_particles
 
-  !> Update the blocks `first` to `last` of `blocks%order`.
-  subroutine blocks_to_particles(scene, clock, step, tool, particles, blocks, nodes, budget, &
+  !> Update the blocks `first` to `last` of `particles%order`.
+  subroutine blocks_to_particles(scene, clock, step, tool, particles, nodes, budget, &
                                  first, last, dt, g_motion, g_strain, dt_stress, outcome)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(step_t), intent(in) :: step
     type(tool_t), intent(in) :: tool(:)
     type(particles_t), intent(inout) :: particles
-    type(blocks_t), intent(in) :: blocks
     type(nodes_t), intent(inout) :: nodes
     type(budget_t), intent(inout) :: budget
     integer, intent(in) :: first, last
@@ -173,8 +170,8 @@ contains
     integer :: b, i, k
 
     do i = first, last
-      b = blocks%order(i)
-      call particles%fetch(blocks%order(min(i + 1, blocks%n_awake)), particles%nf)
+      b = particles%order(i)
+      call particles%fetch(particles%order(min(i + 1, particles%n_awake)), particles%nf)
       k = group_of(scene, particles, b)
       call advance_block(scene, clock, step, tool, particles, nodes, budget, b, &
                          particles%count(b), dt, g_motion(:, :, k), g_strain(:, :, k), dt_stress, &

@@ -89,8 +89,7 @@ contains
     real(rp), intent(in) :: dt
 
     call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, &
-                 sim%probes, sim%particles, sim%blocks, sim%nodes, sim%boundary, sim%pairs, &
-                 sim%budget, dt)
+                 sim%probes, sim%particles, sim%nodes, sim%boundary, sim%pairs, sim%budget, dt)
   end subroutine conduct_for
 
   !> Sum over the particles of all ranks of mass c_p (T - 300 K) shape, shape 1 or cos(pi x/length).
