@@ -5,8 +5,8 @@ module h5_notes
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use base_text, only: str
-  use h5_attributes, only: attribute_shape, get_attribute, make_attribute
-  use h5_calls, only: close_dataset, make_dataset, move_columns, open_dataset, text_length
+  use h5_calls, only: attribute_shape, close_dataset, get_attribute, make_attribute, make_dataset, &
+                      move_columns, open_dataset, text_length
   use h5_file, only: h5file_t
   use h5_types, only: handle_t, kind_f64, kind_i32, kind_text
   use mpi_f08, only: mpi_bcast, mpi_integer8

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: MIT
 !> Types of HDF5: kinds of data, handles of files and datasets, data types and dataspaces.
 !>
-!> Only this module, h5_calls and h5_attributes call HDF5. Procedures set `worst` below zero on
-!> failure. Types in memory and in the file are equal, as a conversion in HDF5 would break
-!> collective transfers.
+!> Only this module and h5_calls call HDF5. Procedures set `worst` below zero on failure. Types in
+!> memory and in the file are equal, as a conversion in HDF5 would break collective transfers.
 module h5_types
   use, intrinsic :: iso_fortran_env, only: int64
   use base_kinds, only: i8
