@@ -292,8 +292,8 @@ contains
     end do
   end subroutine test_rigid_body
 
-  !> Normals between bodies that are apart count fully; where they overlap by 0.02 cells they count a
-  !> quarter, by more still less, and below one cell no less.
+  !> Normals between bodies that are apart count fully; where they overlap by 0.02 cells they count
+  !> a quarter, by more still less, and below one cell no less.
   subroutine test_overlap_weight()
     real(rp) :: overlap(2), w(2)
     integer :: k
