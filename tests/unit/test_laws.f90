@@ -18,7 +18,7 @@ program test_laws
 
   call begin_tests()
   call random_init(.true., .false.)
-  names = [character(24) :: law_names]
+  allocate (names, source=[character(24) :: law_names])
   do k = 1, size(names)
     call make_law(trim(names(k)), law)
     call read_sample(trim(names(k)), law)
