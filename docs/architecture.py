@@ -30,7 +30,7 @@ NOT_ENTERED = {
     "update_sweeps.accelerate": "MUSL, USAVG",
     "step_filter": "XPIC, FMPM",
     "mapping_apic": "APIC",
-    "body_contact_pairs": "contact of bodies",
+    "contact_body_pairs": "contact of bodies",
     "mapping_rigid": "bodies that follow a tool",
     "sleep_held_force": "sleepers",
     "sleep_held_layer": "sleepers",

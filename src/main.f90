@@ -19,12 +19,12 @@ program stirpoint
   use front_report, only: report_heat_scene, report_scene, warn_of_overlap
   use heat_alone_loop, only: begin_heat, run_heat
   use heat_alone_state, only: heat_run_t
-  use heat_setup_scene, only: build_heat_scene
   use heat_solvers_petsc, only: end_petsc
   use input_resolved, only: resolved_text
   use input_values, only: input_t
   use io_folder, only: clear_folder, take_folder
   use run_loop, only: ended_by_signal, ended_io, ended_well, run
+  use setup_heat_scene, only: build_heat_scene
   use setup_sinks, only: log_heat_shares
   use simulation_parts, only: free_simulation, simulation_t
   use state_scene, only: output_t

@@ -3,8 +3,8 @@
 !> subtracted.
 module bodies_solids
   use base_kinds, only: rp
+  use input_key_names, only: find
   use input_values, only: input_t
-  use keys_names, only: find
   implicit none (type, external)
   private
 
@@ -56,7 +56,7 @@ contains
     integer, allocatable :: shapes(:)
     integer :: k
 
-    shapes = shapes_of(input, body)
+    allocate (shapes, source=shapes_of(input, body))
     allocate (solids(size(shapes)))
     do k = 1, size(shapes)
       call read_solid(input, shapes(k), solids(k))

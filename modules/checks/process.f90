@@ -4,10 +4,10 @@
 module checks_process
   use base_kinds, only: rp
   use bodies_solids, only: body_at, extent_of, is_inside, solid_t, solids_t
-  use contact_tool, only: tool_t
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

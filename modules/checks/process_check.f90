@@ -6,11 +6,11 @@ module checks_process_check
   use base_text, only: str
   use bodies_solids, only: all_solids, solids_t
   use checks_process, only: survey_tool, tool_survey_t, undefined
-  use contact_tool, only: tool_t
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t
   use tool_shapes_shape, only: length_text
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

@@ -4,14 +4,14 @@
 module checks_same_scene
   use base_kinds, only: rp
   use base_text, only: lower, str
-  use contact_motion, only: motion_t
   use input_diagnostics, only: excerpt
+  use input_key_names, only: find
+  use input_key_table, only: key_row_t
   use input_resolved, only: sums_of_files
+  use input_syntax, only: items_t, split_values, to_logical, to_real, to_text
   use input_values, only: input_t
-  use keys_names, only: find
-  use keys_table, only: key_row_t
-  use keys_written, only: items_t, split_values, to_logical, to_real, to_text
   use setup_motions, only: read_motion
+  use tools_motion, only: motion_t
   implicit none (type, external)
   private
 

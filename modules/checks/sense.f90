@@ -5,11 +5,11 @@ module checks_sense
   use base_text, only: str
   use bodies_solids, only: all_solids, extent_of, is_in_body, is_inside, solids_t
   use conditions_clamp, only: clamp_t
-  use contact_tool, only: tool_t
+  use input_syntax, only: to_real
   use input_values, only: input_t
-  use keys_written, only: to_real
   use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

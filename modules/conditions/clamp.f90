@@ -4,8 +4,8 @@
 !> its own (keys, their reading, the velocity), and one line in `conditions_list`.
 module conditions_clamp
   use base_kinds, only: rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   implicit none (type, external)
   private
 

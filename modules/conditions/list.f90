@@ -4,7 +4,7 @@
 module conditions_list
   use base_kinds, only: rp
   use conditions_clamp, only: clamp_t
-  use keys_table, only: key_table_t
+  use input_key_table, only: key_table_t
   implicit none (type, external)
   private
 

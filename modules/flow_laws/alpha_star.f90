@@ -4,9 +4,9 @@
 module flow_laws_alpha_star
   use base_kinds, only: nlane, rp
   use base_text, only: str
+  use input_key_table, only: key_table_t
   use input_tables, only: check_rising
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use physics_flow_law, only: max_points
   implicit none (type, external)
   private

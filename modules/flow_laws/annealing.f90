@@ -9,8 +9,8 @@
 !> grains are deformed in their turn, and a steady state comes about (dynamic recrystallisation).
 module flow_laws_annealing
   use base_kinds, only: nlane, rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   implicit none (type, external)
   private
 

@@ -9,7 +9,7 @@ module flow_laws_list
   use flow_laws_two_phase, only: two_phase_t
   use flow_laws_voce, only: voce_t
   use flow_laws_zerilli_armstrong, only: zerilli_armstrong_t
-  use keys_table, only: key_table_t
+  use input_key_table, only: key_table_t
   use physics_flow_law, only: flow_law_t
   implicit none (type, external)
   private

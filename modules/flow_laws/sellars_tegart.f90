@@ -3,8 +3,8 @@
 !> Z = rate exp(Q/(R T)) (Zener & Hollomon 1944).
 module flow_laws_sellars_tegart
   use base_kinds, only: nlane, rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, n_work
   implicit none (type, external)
   private

@@ -4,9 +4,9 @@
 module flow_laws_table
   use base_kinds, only: nlane, rp
   use base_text, only: str
+  use input_key_table, only: key_table_t
   use input_tables, only: check_rising
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, max_points, n_work
   implicit none (type, external)
   private

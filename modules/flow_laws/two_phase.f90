@@ -11,8 +11,8 @@ module flow_laws_two_phase
   use flow_laws_annealing, only: anneal_block, annealing_t, deformed_density, n_annealing
   use flow_laws_two_phase_block, only: evaluate, min_density, integrate, n_own, prepare_block, &
                                        s_cell, s_fraction, s_wall, w_melting
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use physics_flow_law, only: flow_law_t, law_output_t, max_warnings, n_work
   implicit none (type, external)
   private

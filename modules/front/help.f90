@@ -8,13 +8,13 @@ module front_help
   use base_text, only: upper
   use groups_table, only: key_table
   use input_diagnostics, only: diagnostics_t
+  use input_key_table, only: key_table_t
   use input_keys, only: print_keys, print_keys_markdown
   use input_library, only: read_library, source_lines
   use input_scan, only: read_file
+  use input_syntax, only: split_words
   use input_values, only: input_t
   use input_wording, only: unknown_group
-  use keys_table, only: key_table_t
-  use keys_written, only: split_words
   implicit none (type, external)
   private
 

@@ -2,7 +2,7 @@
 !> Keys of &MATERIAL, &BODY, &SHAPE and &FIELD.
 module groups_body
   use flow_laws_list, only: add_law_keys
-  use keys_table, only: key_table_t
+  use input_key_table, only: key_table_t
   implicit none (type, external)
   private
 

@@ -3,7 +3,7 @@
 !> conditions_list.
 module groups_boundary
   use conditions_list, only: add_clamp_keys
-  use keys_table, only: key_table_t
+  use input_key_table, only: key_table_t
   implicit none (type, external)
   private
 

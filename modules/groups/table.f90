@@ -7,7 +7,7 @@ module groups_table
   use groups_body, only: add_body, add_fields, add_material
   use groups_boundary, only: add_boundary, add_heat
   use groups_tool, only: add_tool
-  use keys_table, only: key_table_t
+  use input_key_table, only: key_table_t
   implicit none (type, external)
   private
 

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Keys of &TOOL and &MOTION; those of the shapes are in tool_shapes_list.
 module groups_tool
-  use contact_law, only: friction_laws
-  use keys_table, only: key_table_t
+  use input_key_table, only: key_table_t
   use tool_shapes_list, only: add_shape_keys
+  use tools_law, only: friction_laws
   implicit none (type, external)
   private
 

@@ -2,12 +2,10 @@
 !> Conduction with a time step of its own, which spans as many mechanical steps as stability allows.
 module heat_conduction
   use base_kinds, only: i8, nlane, rp
-  use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_warming, record_wall_heat, restore, swap_lists
   use comm_world, only: world_t
-  use contact_backing, only: backing_t
-  use contact_tool, only: tool_t
+  use contact_node_pairs, only: node_pairs_t
   use heat_gaps, only: find_gaps, gaps_t
   use heat_implicit, only: solve_implicit
   use heat_nodes, only: centre_increment, gather_flux, gather_temperature, smoothed_fraction, &
@@ -20,6 +18,8 @@ module heat_conduction
   use particles_store, only: f_heat, f_mass, f_rate, f_temp, n_conduction, particles_t
   use state_run, only: budget_t, clock_t, e_conduction, e_film, e_tool, e_wall_heat, step_t
   use state_scene, only: scene_t
+  use tools_backing, only: backing_t
+  use tools_tool, only: tool_t
   use transfer_conduction, only: heat_particles, min_capacity, temperature_increment
   use update_constitutive, only: anneal_particles
   implicit none (type, external)

@@ -5,11 +5,11 @@
 !> itself the nodal capacities may be so small that the stable step would vanish.
 module heat_gaps
   use base_kinds, only: nlane, rp
-  use body_contact_node_pairs, only: node_pairs_t
-  use body_contact_pairs, only: slack
   use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_flux, reflect
   use comm_world, only: world_t
+  use contact_body_pairs, only: slack
+  use contact_node_pairs, only: node_pairs_t
   use grid_geometry, only: length_along
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t

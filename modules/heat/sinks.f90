@@ -7,18 +7,18 @@
 !> surface temperature T_s, which includes the temperature drop of the friction heat across the half
 !> spacing. A particle face in front of a backing loses heat with the coefficient of its film and
 !> the nodal temperature at the face. The sink temperature T_f is that at the end of the step
-!> (contact_heat_sink).
+!> (tools_heat_sink).
 module heat_sinks
   use base_kinds, only: nlane, rp
   use comm_world, only: world_t
-  use contact_backing, only: backing_t, find_backing
-  use contact_tool, only: tool_t
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_mass, f_pos, f_temp, particles_t, tag_faces
   use state_film, only: film_t, of_pressure, stefan_boltzmann
   use state_run, only: budget_t, e_film, e_tool
   use state_scene, only: scene_t
+  use tools_backing, only: backing_t, find_backing
+  use tools_tool, only: tool_t
   use transfer_conduction, only: film_to_grid, min_capacity
   use transfer_weights, only: point_nodes
   implicit none (type, external)

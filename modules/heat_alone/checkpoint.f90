@@ -5,8 +5,8 @@ module heat_alone_checkpoint
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
   use heat_alone_state, only: heat_run_t
-  use heat_mesh_rates, only: n_books
   use heat_solvers_integrator, only: n_kept
+  use heat_solvers_rates, only: n_books
   use io_checkpoint, only: notes_t
   use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
   use io_plausible, only: counts, is_between, least, most, numbers_t

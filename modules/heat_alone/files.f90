@@ -11,8 +11,8 @@ module heat_alone_files
   use comm_world, only: world_t
   use heat_alone_checkpoint, only: save_heat
   use heat_alone_state, only: heat_run_t, read_probes, sample_cells
-  use heat_mesh_rates, only: b_film, b_source, n_books
   use heat_solvers_method, only: by_cg, euler, method_names, rkl2, solver_names
+  use heat_solvers_rates, only: b_film, b_source, n_books
   use io_frames, only: frame_name, write_heat_frame, write_series
   use io_histories, only: table_t
   use io_row, only: row_t

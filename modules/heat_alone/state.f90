@@ -6,9 +6,9 @@
 module heat_alone_state
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
-  use heat_mesh_mesh, only: heat_mesh_t
-  use heat_mesh_rates, only: heat_t, n_books
   use heat_solvers_integrator, only: integrator_t
+  use heat_solvers_mesh, only: heat_mesh_t
+  use heat_solvers_rates, only: heat_t, n_books
   use output_melting, only: melt_sample_t
   use state_scene, only: scene_t
   implicit none (type, external)

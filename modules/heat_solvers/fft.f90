@@ -6,8 +6,8 @@
 !> solids the solution of their bounding box is a preconditioner.
 module heat_solvers_fft
   use base_kinds, only: rp, pi
-  use heat_mesh_rates, only: heat_t
   use heat_solvers_cosine, only: cosine_t
+  use heat_solvers_rates, only: heat_t
   use heat_solvers_redistribution, only: redistribution_t
   use heat_solvers_surface, only: surface_t
   use heat_solvers_tridiagonal, only: tridiagonal_t

@@ -3,7 +3,7 @@
 module heat_solvers_fft
   use base_errors, only: fatal
   use base_kinds, only: rp
-  use heat_mesh_rates, only: heat_t
+  use heat_solvers_rates, only: heat_t
   implicit none (type, external)
   private
 

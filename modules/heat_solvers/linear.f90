@@ -5,10 +5,10 @@
 !> preconditioner, or by PETSc (heat_solvers_petsc).
 module heat_solvers_linear
   use base_kinds, only: rp
-  use heat_mesh_rates, only: heat_t
   use heat_solvers_fft, only: fft_t
   use heat_solvers_method, only: by_cg, by_fft, by_petsc, max_iterations
   use heat_solvers_petsc, only: petsc_t
+  use heat_solvers_rates, only: heat_t
   implicit none (type, external)
   private
 

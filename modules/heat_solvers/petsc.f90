@@ -10,7 +10,7 @@ module heat_solvers_petsc
   use base_text, only: str
   use base_version, only: petsc_library
   use comm_world, only: world_t
-  use heat_mesh_rates, only: heat_t
+  use heat_solvers_rates, only: heat_t
   implicit none (type, external)
   private
 

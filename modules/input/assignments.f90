@@ -2,8 +2,8 @@
 !> Groups of an input and their assignments, as written (input_scan) and overridden, with look-ups.
 module input_assignments
   use base_text, only: str
-  use keys_table, only: key_table_t
-  use keys_written, only: items_t, name_len, split_values
+  use input_key_table, only: key_table_t
+  use input_syntax, only: items_t, name_len, split_values
   implicit none (type, external)
   private
 

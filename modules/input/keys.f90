@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Printing of the table of all groups and keys of the input file.
 module input_keys
+  use input_key_table, only: group_row_t, key_row_t, key_table_t
+  use input_syntax, only: quoted, split_words
   use input_wording, only: describe_allowed
-  use keys_table, only: group_row_t, key_row_t, key_table_t
-  use keys_written, only: quoted, split_words
   implicit none (type, external)
   private
 

@@ -6,11 +6,11 @@ module input_library
   use base_text, only: lower
   use input_assignments, only: assignment_t
   use input_diagnostics, only: diagnostics_t, excerpt
+  use input_key_table, only: key_row_t, key_table_t
   use input_scan, only: read_file, scan_text
+  use input_syntax, only: split_words
   use input_values, only: input_t, taken_t
   use input_wording, only: check_value
-  use keys_table, only: key_row_t, key_table_t
-  use keys_written, only: split_words
   implicit none (type, external)
   private
 

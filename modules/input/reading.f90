@@ -5,13 +5,13 @@ module input_reading
   use base_text, only: str
   use input_assignments, only: assignment_t
   use input_diagnostics, only: excerpt
+  use input_key_names, only: find, known
+  use input_key_table, only: key_row_t, key_table_t
   use input_library, only: take_from_library
   use input_scan, only: read_file, scan_text
+  use input_syntax, only: quoted, split_override, split_words
   use input_values, only: input_t
   use input_wording, only: can_name_results, check_value, unknown_group, unknown_key
-  use keys_names, only: find, known
-  use keys_table, only: key_row_t, key_table_t
-  use keys_written, only: quoted, split_override, split_words
   implicit none (type, external)
   private
 

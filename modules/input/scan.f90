@@ -5,7 +5,7 @@ module input_scan
   use base_text, only: str, upper
   use input_assignments, only: assignment_t, group_t, scan_t
   use input_diagnostics, only: diagnostics_t, excerpt
-  use keys_written, only: is_name, letters, take_key
+  use input_syntax, only: is_name, letters, take_key
   implicit none (type, external)
   private
 

@@ -5,8 +5,8 @@ module input_tables
   use base_kinds, only: rp
   use base_text, only: str
   use input_diagnostics, only: diagnostics_t, excerpt
+  use input_syntax, only: to_real
   use input_values, only: input_t
-  use keys_written, only: to_real
   implicit none (type, external)
   private
 

@@ -6,9 +6,9 @@ module input_values
   use base_text, only: lower, str
   use input_assignments, only: scan_t
   use input_diagnostics, only: diagnostics_t, excerpt
+  use input_key_table, only: key_table_t
   use input_keys, only: default_item
-  use keys_table, only: key_table_t
-  use keys_written, only: split_words, to_integer, to_logical, to_real, to_text
+  use input_syntax, only: split_words, to_integer, to_logical, to_real, to_text
   implicit none (type, external)
   private
 

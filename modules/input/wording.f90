@@ -4,8 +4,8 @@ module input_wording
   use base_kinds, only: i8, rp
   use base_text, only: edit_distance, lower, str
   use input_diagnostics, only: has_controls
-  use keys_table, only: key_row_t, key_table_t
-  use keys_written, only: is_within, items_t, letters, split_values, split_words, to_integer, &
+  use input_key_table, only: key_row_t, key_table_t
+  use input_syntax, only: is_within, items_t, letters, split_values, split_words, to_integer, &
                           to_logical, to_real, to_text
   implicit none (type, external)
   private

@@ -3,7 +3,7 @@
 !>
 !> With the same number of ranks every rank reads its own blocks, padding included; with another
 !> number the blocks are distributed evenly and the caller must redistribute the particles. The file
-!> has a seal, a checksum of its content (h5_seal).
+!> has a seal, a checksum of its content (io_h5_seal).
 module io_checkpoint
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
   use base_errors, only: error_t
@@ -12,10 +12,10 @@ module io_checkpoint
   use comm_agree, only: agree
   use comm_world, only: world_t
   use grid_geometry, only: box_t
-  use h5_arrays, only: read_array, write_array
-  use h5_file, only: h5file_t
-  use h5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
-  use h5_seal, only: check_seal, previous_of
+  use io_h5_arrays, only: read_array, write_array
+  use io_h5_file, only: h5file_t
+  use io_h5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
+  use io_h5_seal, only: check_seal, previous_of
   use io_plausible, only: is_between, most
   use particles_store, only: particles_t
   implicit none (type, external)

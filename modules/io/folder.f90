@@ -15,7 +15,7 @@ module io_folder
   use base_timers, only: now
   use comm_agree, only: agree
   use comm_world, only: world_t
-  use h5_seal, only: previous_of, seal_bytes
+  use io_h5_seal, only: previous_of, seal_bytes
   implicit none (type, external)
   private
 

@@ -4,9 +4,9 @@ module io_heat_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
   use comm_world, only: world_t
-  use h5_arrays, only: read_array, write_array
-  use h5_file, only: h5file_t
   use io_checkpoint, only: notes_t, open_checkpoint, write_notes
+  use io_h5_arrays, only: read_array, write_array
+  use io_h5_file, only: h5file_t
   implicit none (type, external)
   private
 

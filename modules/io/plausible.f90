@@ -113,7 +113,7 @@ contains
     x = nint(value, i8)
   end subroutine pass_long
 
-  !> The same for the state of a heat sink (contact_heat_sink); no numbers if there is none.
+  !> The same for the state of a heat sink (tools_heat_sink); no numbers if there is none.
   subroutine pass_sink(self, state)
     class(numbers_t), intent(inout) :: self
     real(rp), intent(inout) :: state(:)

@@ -3,11 +3,11 @@
 !> they are.
 module mapping_rigid
   use base_kinds, only: nlane, rp
-  use contact_tool, only: rigid_t, tool_t
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_pos, f_vel, particles_t
   use state_run, only: clock_t
   use state_scene, only: scene_t
+  use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
   private
 

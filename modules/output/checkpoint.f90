@@ -3,7 +3,6 @@
 module output_checkpoint
   use base_errors, only: error_t
   use base_kinds, only: i8, rp
-  use contact_tool, only: n_tool_sums
   use io_checkpoint, only: notes_t, write_checkpoint
   use io_plausible, only: counts, least, numbers_t, speed_of_light
   use mapping_probes, only: share_probes
@@ -11,6 +10,7 @@ module output_checkpoint
   use sleep_cubes, only: edge
   use state_run, only: n_sums
   use state_scene, only: output_t, scene_t
+  use tools_tool, only: n_tool_sums
   implicit none (type, external)
   private
 
@@ -49,7 +49,7 @@ contains
   end subroutine make_notes
 
   !> Write the state between two steps to `path`, by default checkpoint_path; with an empty path the
-  !> file is kept in memory only (h5_file). The run is not changed.
+  !> file is kept in memory only (io_h5_file). The run is not changed.
   subroutine save_checkpoint(sim, error, path)
     type(simulation_t), intent(inout) :: sim
     type(error_t), intent(inout) :: error
@@ -80,7 +80,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(inout) :: last(2)
     type(numbers_t), intent(inout) :: numbers
-    real(rp) :: far, n_cubes, n_probes, scaling
+    real(rp) :: far, n_cubes(3), n_probes, scaling
     integer :: a, frames, probes
 
     probes = sim%probes%n
@@ -109,13 +109,12 @@ contains
       call s%pass_one(c%inertial_peak, 'the largest inertial stress over flow stress', 0.0_rp)
       call s%pass_one(c%heat_step, 'the next conduction step [s]', 0.0_rp)
       call s%pass_one(h%rows, 'the number of rows', 0.0_rp, counts)
-      do a = 1, 6
-        n_cubes = real(sim%scene%grid%n(1 + mod(a - 1, 3))/edge + 1, rp)
-        if (a <= 3) then
-          call s%pass_one(motion%box%lo(a), 'a bound of the cubes of nodes', -1.0_rp, n_cubes)
-        else
-          call s%pass_one(motion%box%hi(a - 3), 'a bound of the cubes of nodes', -1.0_rp, n_cubes)
-        end if
+      n_cubes = real(sim%scene%grid%n/edge + 1, rp)
+      do a = 1, 3
+        call s%pass_one(motion%box%lo(a), 'a bound of the cubes of nodes', -1.0_rp, n_cubes(a))
+      end do
+      do a = 1, 3
+        call s%pass_one(motion%box%hi(a), 'a bound of the cubes of nodes', -1.0_rp, n_cubes(a))
       end do
       call s%pass_one(motion%time, 'the time since sleep was last decided [s]', 0.0_rp)
       if (s%is_read) then

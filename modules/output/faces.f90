@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: MIT
 !> Output on the contact face of each tool: area, temperature and the shear layer under it
-!> (tool_contact_limits). Columns of the history, and means over the whole run for its summary.
+!> (contact_tool_limits). Columns of the history, and means over the whole run for its summary.
 module output_faces
   use base_kinds, only: rp
   use base_log, only: say
   use base_text, only: str
-  use contact_tool, only: n_tool_sums, s_area, s_face_temperature, s_excess_speed, s_friction, &
-                          s_layer_slip, s_layer_work, s_surface_speed, s_surface_slip, &
-                            s_layer_strength, s_layer_thickness, tool_t
   use io_row, only: row_t
   use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
+  use tools_tool, only: n_tool_sums, s_area, s_face_temperature, s_excess_speed, s_friction, &
+                          s_layer_slip, s_layer_work, s_surface_speed, s_surface_slip, &
+                            s_layer_strength, s_layer_thickness, tool_t
   implicit none (type, external)
   private
 

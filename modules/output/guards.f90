@@ -6,12 +6,12 @@ module output_guards
   use base_kinds, only: rp
   use base_log, only: say
   use base_text, only: str
-  use contact_tool, only: s_layer_strength, s_torque, tool_t
   use io_row, only: row_t
   use particles_store, only: f_mass
   use simulation_parts, only: simulation_t
   use state_scene, only: scheme_usavg
   use tool_shapes_revolved, only: revolved_t
+  use tools_tool, only: s_layer_strength, s_torque, tool_t
   implicit none (type, external)
   private
 

@@ -3,9 +3,6 @@
 !> forces of walls and clamps, microstructure. A new column is one line here.
 module output_history
   use base_kinds, only: rp
-  use contact_backing, only: backing_t
-  use contact_tool, only: n_tool_sums, s_metal_slip, s_force, s_friction, s_heat, &
-                          s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
   use io_row, only: row_t
   use output_faces, only: add_face, has_face
   use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means, &
@@ -14,6 +11,9 @@ module output_history
   use simulation_parts, only: simulation_t
   use state_run, only: d_elastic, d_heat, d_kinetic, d_mass, e_body, e_film, e_plastic, &
                        e_scaling, e_sleep, e_source, e_wall, e_wall_heat
+  use tools_backing, only: backing_t
+  use tools_tool, only: n_tool_sums, s_metal_slip, s_force, s_friction, s_heat, &
+                          s_normal_impulse, s_tool_slip, s_torque, s_work, tool_t
   implicit none (type, external)
   private
 

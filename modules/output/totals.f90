@@ -2,7 +2,6 @@
 !> Energies, temperatures and accumulated sums of all ranks, and their balance.
 module output_totals
   use base_kinds, only: nlane, rp
-  use contact_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
   use mapping_blocks, only: kinetic_energy
   use output_diagnostics, only: is_finite
   use particles_store, only: f_bbar, f_flow, f_heat, f_jac, f_mass, f_rate, f_temp, f_vel
@@ -12,6 +11,7 @@ module output_totals
                        e_plastic, e_scaling, e_sleep, e_source, e_stress, e_tool, e_wall, &
                        e_wall_heat, n_sums
   use state_scene, only: scene_t
+  use tools_tool, only: n_tool_sums, s_friction, s_heat, s_normal_loss, s_to_plate, s_work
   implicit none (type, external)
   private
 

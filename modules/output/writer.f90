@@ -213,7 +213,7 @@ contains
     end associate
   end subroutine add_frame
 
-  !> Collective. Write a frame to `path`; with an empty path it is kept in memory only (h5_file).
+  !> Collective. Write a frame to `path`; with an empty path it is kept in memory only (io_h5_file).
   subroutine put_frame(sim, path, error)
     type(simulation_t), intent(in) :: sim
     character(*), intent(in) :: path

@@ -40,8 +40,8 @@ module particles_store
     integer :: n_law = 0
     integer :: rest = 0             !! temperature at falling asleep [K] (sleeping)
     integer :: coulomb_reserve = 0  !! unused Coulomb friction impulse [N s], or mean Coulomb force
-                                    !! [N] (tool_contact_impulses)
-    integer :: normal_force = 0     !! sustained normal force of tools [N] (tool_contact_impulses)
+                                    !! [N] (contact_tool_impulses)
+    integer :: normal_force = 0     !! sustained normal force of tools [N] (contact_tool_impulses)
     integer :: surface_offset = 0   !! distance from centre to surface, in half spacings (tools)
     integer :: tool_heat = 0        !! contact area times time [m2 s] and heat of the face [J] since
                                     !! the last conduction step, for each tool that absorbs heat

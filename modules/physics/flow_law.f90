@@ -6,8 +6,8 @@
 !> itself.
 module physics_flow_law
   use base_kinds, only: nlane, rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   implicit none (type, external)
   private
 

@@ -10,8 +10,8 @@ module setup_boundary
   use conditions_list, only: append_clamp, clamp_groups, make_clamp, symmetry_t
   use grid_geometry, only: grid_t
   use heat_sources, only: source_ball, source_disc, source_t
+  use input_key_names, only: find
   use input_values, only: input_t
-  use keys_names, only: find
   use state_scene, only: scene_t, traction_t
   implicit none (type, external)
   private

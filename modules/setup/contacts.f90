@@ -3,13 +3,13 @@
 !> transfer by contact conductances with separate nodal temperatures.
 module setup_contacts
   use base_kinds, only: rp
-  use contact_pair, only: contact_t, law_coulomb, law_frictionless, law_stick, moves_as_one, &
-                          normal_gradient, normal_regression, pair_law_t
+  use input_key_names, only: find
   use input_tables, only: check_rising
   use input_values, only: input_t
-  use keys_names, only: find
   use state_film, only: film_t, of_pressure
   use state_scene, only: scene_t
+  use tools_pair, only: contact_t, law_coulomb, law_frictionless, law_stick, moves_as_one, &
+                          normal_gradient, normal_regression, pair_law_t
   implicit none (type, external)
   private
 

@@ -3,13 +3,13 @@
 module setup_motions
   use base_kinds, only: pi, rp
   use base_text, only: str
-  use contact_motion, only: max_forces, motion_t, phase_t
-  use contact_paths, only: new_path
-  use contact_tool, only: tool_t
   use input_resolved, only: file_path
   use input_tables, only: check_rising, read_columns
   use input_values, only: input_t
   use state_scene, only: scene_t
+  use tools_motion, only: max_forces, motion_t, phase_t
+  use tools_paths, only: new_path
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

@@ -6,23 +6,21 @@ module setup_scene
   use base_kinds, only: i8, rp
   use base_text, only: str
   use bodies_fields, only: read_fields
-  use contact_backing, only: backing_t
-  use contact_tool, only: tool_t
   use grid_geometry, only: grade, grid_t, make_grid
   use grid_grading, only: grading_t, make_grading
-  use heat_setup_scene, only: check_heat_scene
-  use heat_setup_sources, only: check_heat_sense
   use heat_solvers_method, only: by_cg, by_petsc
   use heat_sources, only: source_t
+  use input_key_names, only: find
   use input_values, only: input_t
-  use keys_names, only: find
   use mapping_probes, only: probes_t
   use mapping_stability, only: default_cfl
-  use materials_properties, only: check_properties, read_materials
   use particles_tracers, only: tracers_t
   use setup_bodies, only: check_shapes, read_bodies, read_surfaces
   use setup_boundary, only: read_conditions, read_sources, read_tractions, tractions_have_boxes
   use setup_contacts, only: read_contacts, read_gaps
+  use setup_heat_scene, only: check_heat_scene
+  use setup_heat_sources, only: check_heat_sense
+  use setup_materials, only: check_properties, read_materials
   use setup_method, only: is_sparse, lay_out_laws, read_elastic_scaling, read_flow, &
                           read_selective_scaling, read_sleeping
   use setup_motions, only: check_paths
@@ -30,6 +28,8 @@ module setup_scene
   use setup_tools, only: read_tools
   use setup_tracers, only: read_tracers
   use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
+  use tools_backing, only: backing_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

@@ -2,16 +2,16 @@
 !> Read the tools and their motion schedules.
 module setup_tools
   use base_kinds, only: pi, rp
-  use contact_law, only: friction_law_t, friction_laws, friction_table_t, law_coulomb, &
-                         law_schmidt_hattel, of_nothing
-  use contact_tool, only: tool_t
+  use input_key_names, only: find, known
   use input_tables, only: check_rising
   use input_values, only: input_t
-  use keys_names, only: find, known
   use physics_material, only: material_t
   use setup_motions, only: read_motion
   use state_scene, only: body_t
   use tool_shapes_list, only: read_shape
+  use tools_law, only: friction_law_t, friction_laws, friction_table_t, law_coulomb, &
+                         law_schmidt_hattel, of_nothing
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

@@ -3,11 +3,10 @@
 module simulation_parts
   use base_kinds, only: i8, rp
   use base_timers, only: phase_timer_t
-  use body_contact_node_pairs, only: node_pairs_t
   use boundary_held, only: boundary_t
   use comm_world, only: world_t
-  use contact_backing, only: backing_t
-  use contact_tool, only: n_tool_sums, tool_t
+  use contact_node_pairs, only: node_pairs_t
+  use contact_tool_lists, only: tool_contact_t
   use heat_sources, only: source_t
   use mapping_nodes, only: nodes_t
   use mapping_probes, only: probes_t
@@ -15,7 +14,8 @@ module simulation_parts
   use particles_tracers, only: tracers_t
   use state_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
   use state_scene, only: scene_t
-  use tool_contact_lists, only: tool_contact_t
+  use tools_backing, only: backing_t
+  use tools_tool, only: n_tool_sums, tool_t
   implicit none (type, external)
   private
 

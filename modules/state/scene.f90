@@ -3,12 +3,12 @@
 module state_scene
   use base_kinds, only: i8, rp
   use conditions_list, only: held_t, symmetry_t
-  use contact_pair, only: contact_t
   use fields_field, only: field_t
   use grid_geometry, only: grid_t, mean_edge
   use particles_store, only: layout_t
   use physics_material, only: material_t
   use state_film, only: film_t
+  use tools_pair, only: contact_t
   implicit none (type, external)
   private
 

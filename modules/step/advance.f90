@@ -5,9 +5,9 @@
 module step_advance
   use base_kinds, only: rp
   use base_timers, only: ph_nodes, ph_to_particles
-  use body_contact_pairs, only: join_bodies
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: record_impulse, restore_velocities
+  use contact_body_pairs, only: join_bodies
   use mapping_fbar, only: clear_volume, sum_volume
   use mapping_nodes, only: clear_nodes, update_nodes
   use mapping_probes, only: move_probes

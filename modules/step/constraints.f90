@@ -3,15 +3,15 @@
 !> symmetry planes, tools and contact between bodies.
 module step_constraints
   use base_kinds, only: rp
-  use body_contact_pairs, only: resolve_body_contact
   use boundary_clamps, only: hold_walls
   use boundary_symmetry, only: restore_velocities
+  use contact_body_pairs, only: resolve_body_contact
+  use contact_tool_impulses, only: apply_impulses, find_contact, find_impulses
+  use contact_tool_lists, only: n_masses
   use simulation_parts, only: simulation_t
   use sleep_held_layer, only: hold_layer
   use state_run, only: outcome_t
   use step_schedule, only: can_speculate, sum_with_overlap
-  use tool_contact_impulses, only: apply_impulses, find_contact, find_impulses
-  use tool_contact_lists, only: n_masses
   implicit none (type, external)
   private
 

@@ -5,9 +5,9 @@
 !> CMAME 318:724).
 module step_filter
   use base_kinds, only: nlane, rp
-  use body_contact_pairs, only: join_increments
   use boundary_clamps, only: release_held
   use boundary_symmetry, only: reflect, r_filter, restore
+  use contact_body_pairs, only: join_increments
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes
   use particles_store, only: f_mass

@@ -2,8 +2,8 @@
 !> Tool shape: a box centred at the tool's position.
 module tool_shapes_box
   use base_kinds, only: rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use tool_shapes_shape, only: add_tilt, far_larger, shape_t, tilted_frame
   implicit none (type, external)
   private

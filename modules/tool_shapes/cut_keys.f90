@@ -3,10 +3,10 @@
 module tool_shapes_cut_keys
   use base_kinds, only: rp
   use base_text, only: str
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
-  use tool_meshes_cuts, only: cut_pin_shape_t
-  use tool_meshes_grooves, only: profile_names
+  use tool_shapes_cuts, only: cut_pin_shape_t
+  use tool_shapes_grooves, only: profile_names
   use tool_shapes_shape, only: length_text
   implicit none (type, external)
   private

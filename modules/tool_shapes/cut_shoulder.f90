@@ -2,10 +2,10 @@
 !> Tool shape: a shoulder with a thread or flats on its pin, or a scroll in its face, as a mesh.
 module tool_shapes_cut_shoulder
   use base_kinds, only: pi, rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
-  use tool_meshes_cuts, only: cut_pin_shape_t, mesh_of
   use tool_shapes_cut_keys, only: add_cut_keys, check_cuts, read_cuts
+  use tool_shapes_cuts, only: cut_pin_shape_t, mesh_of
   use tool_shapes_meshed, only: meshed_t
   use tool_shapes_shoulder, only: shoulder_t
   implicit none (type, external)

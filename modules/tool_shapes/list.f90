@@ -2,8 +2,8 @@
 !> List of the tool shapes, by KIND of a &TOOL.
 module tool_shapes_list
   use base_kinds, only: rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use tool_shapes_box, only: box_shape_t
   use tool_shapes_cut_keys, only: has_cut_keys
   use tool_shapes_cut_shoulder, only: cut_shoulder_t

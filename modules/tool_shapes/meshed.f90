@@ -2,8 +2,8 @@
 !> Tool shapes with a surface mesh. An extension reads its keys and makes the mesh.
 module tool_shapes_meshed
   use base_kinds, only: rp
-  use tool_meshes_drawing, only: outline_of, surface_of
-  use tool_meshes_mesh, only: surface_mesh_t
+  use tool_shapes_drawing, only: outline_of, surface_of
+  use tool_shapes_mesh, only: surface_mesh_t
   use tool_shapes_shape, only: shape_t
   implicit none (type, external)
   private

@@ -2,8 +2,8 @@
 !> Tool shape: a rigid half space, with its normal along the last axis.
 module tool_shapes_plane
   use base_kinds, only: rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use tool_shapes_shape, only: no_edge, shape_t
   implicit none (type, external)
   private

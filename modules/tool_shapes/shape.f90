@@ -6,9 +6,9 @@
 module tool_shapes_shape
   use base_kinds, only: pi, rp
   use base_text, only: str
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
-  use tool_meshes_ridges, only: no_edge
+  use tool_shapes_ridges, only: no_edge
   implicit none (type, external)
   private
 

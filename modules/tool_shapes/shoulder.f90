@@ -2,8 +2,8 @@
 !> Tool shape: a shoulder with a flat or concave conical face and an optional pin.
 module tool_shapes_shoulder
   use base_kinds, only: pi, rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use tool_shapes_cut_keys, only: add_cut_keys, has_cut_keys
   use tool_shapes_revolved, only: profile_t, revolved_t
   use tool_shapes_shape, only: add_radius, add_tilt, far_larger, length_text, tilted_frame

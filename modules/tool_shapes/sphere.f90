@@ -2,8 +2,8 @@
 !> Tool shape: a sphere.
 module tool_shapes_sphere
   use base_kinds, only: pi, rp
+  use input_key_table, only: key_table_t
   use input_values, only: input_t
-  use keys_table, only: key_table_t
   use tool_shapes_shape, only: add_radius, add_tilt, far_larger, no_edge, shape_t, tilted_frame
   implicit none (type, external)
   private

@@ -2,14 +2,14 @@
 !> Tool shape: the surface of an STL file, in any unit, orientation and position.
 module tool_shapes_stl
   use base_kinds, only: pi, rp
+  use input_key_table, only: key_table_t
   use input_resolved, only: file_path
   use input_values, only: input_t
-  use keys_table, only: key_table_t
-  use tool_meshes_facets, only: cross, facets_t
-  use tool_meshes_mesh, only: new_mesh
-  use tool_meshes_stl_file, only: read_stl
+  use tool_shapes_facets, only: cross, facets_t
+  use tool_shapes_mesh, only: new_mesh
   use tool_shapes_meshed, only: meshed_t
   use tool_shapes_shape, only: add_tilt, far_larger, tilted_frame
+  use tool_shapes_stl_file, only: read_stl
   implicit none (type, external)
   private
 

@@ -3,7 +3,6 @@
 !> explicit-shape array, to a procedure of its own.
 module update_sweeps
   use base_kinds, only: nlane, rp
-  use contact_tool, only: tool_t
   use mapping_apic, only: affine_to_grid, gather_gradient
   use mapping_blocks, only: advance_particles, force_records, gather_velocity, momentum_records, &
                             stretch_domains, weights_of
@@ -13,6 +12,7 @@ module update_sweeps
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
   use state_run, only: budget_t, clock_t, exchange_t, outcome_t, step_t
   use state_scene, only: scene_t, scheme_usavg, scheme_usl
+  use tools_tool, only: tool_t
   use transfer_scatter, only: p2g_block
   use update_constitutive, only: constitutive, external_acceleration, external_work, average_volume
   use update_prescribed, only: add_prescribed_force, prescribed_work

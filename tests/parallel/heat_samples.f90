@@ -3,13 +3,13 @@
 module heat_samples
   use base_kinds, only: i8, nlane, pi, rp
   use comm_world, only: world_t
-  use contact_tool, only: tool_t
   use grid_geometry, only: make_grid
   use heat_conduction, only: conduct
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, make_tag, n_fields
   use run_balance, only: first_partition
   use run_regrid, only: regrid
   use simulation_parts, only: simulation_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

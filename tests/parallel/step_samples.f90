@@ -6,9 +6,6 @@ module step_samples
   use comm_world, only: world_t
   use conditions_clamp, only: clamp_t
   use conditions_list, only: append_clamp, symmetry_t
-  use contact_motion, only: phase_t
-  use contact_pair, only: contact_t, pair_law_t
-  use contact_tool, only: tool_t
   use grid_geometry, only: make_grid
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos, f_temp, f_vel, make_tag, tag_id
   use physics_flow_law, only: flow_law_t, n_work
@@ -19,6 +16,9 @@ module step_samples
   use tool_shapes_plane, only: plane_t
   use tool_shapes_shoulder, only: new_shoulder
   use tool_shapes_sphere, only: sphere_t
+  use tools_motion, only: phase_t
+  use tools_pair, only: contact_t, pair_law_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
   private
 

@@ -7,8 +7,8 @@ program test_checkpoint
   use check, only: begin_tests, end_tests, expect
   use comm_world, only: start_world, world_t
   use grid_geometry, only: box_t
-  use h5_file, only: h5file_t
   use io_checkpoint, only: notes_t, read_checkpoint, read_checkpoint_notes, write_checkpoint
+  use io_h5_file, only: h5file_t
   use io_samples, only: contents, discard, expect_error, expect_no_error, landmark, &
                         make_particles, put, sample_input
   use mpi_f08, only: mpi_comm_free, mpi_comm_rank, mpi_comm_size, mpi_comm_split

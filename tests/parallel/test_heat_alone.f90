@@ -8,17 +8,17 @@ program test_heat_alone
   use comm_world, only: start_world, world_t
   use groups_table, only: key_table
   use heat_alone_state, only: heat_run_t, place_probes, read_probes
-  use heat_mesh_curve, only: curve_t, make_property
-  use heat_mesh_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
-  use heat_mesh_mesh, only: heat_mesh_t
-  use heat_mesh_rates, only: heat_t
-  use heat_mesh_sources, only: heat_source_t, kind_disc, kind_stir
-  use heat_setup_cut_cells, only: cut_cells, mesh_of
-  use heat_setup_sources, only: read_heat_sources
+  use heat_solvers_curve, only: curve_t, make_property
+  use heat_solvers_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
   use heat_solvers_integrator, only: integrator_t
+  use heat_solvers_mesh, only: heat_mesh_t
   use heat_solvers_method, only: backward_euler, by_cg, euler, rkl2, tr_bdf2
+  use heat_solvers_rates, only: heat_t
+  use heat_solvers_sources, only: heat_source_t, kind_disc, kind_stir
   use input_reading, only: read_input_text
   use input_values, only: input_t
+  use setup_cut_cells, only: cut_cells, mesh_of
+  use setup_heat_sources, only: read_heat_sources
   implicit none (type, external)
 
   character(*), parameter :: nl = new_line('a')
@@ -261,9 +261,11 @@ contains
         t = 27.25_rp*k
         stick = 0.0_rp
         if (j == 1) then
-          stick = table_y(1) + (table_y(2) - table_y(1))*max(0.0_rp, min(1.0_rp, (t - 300.0_rp) &
-                  /200.0_rp)) + (table_y(3) - table_y(2))*max(0.0_rp, min(1.0_rp, (t - 500.0_rp) &
-                  /400.0_rp))
+          stick = table_y(1)
+          do p = 1, 2
+            stick = stick + (table_y(p + 1) - table_y(p)) &
+                    *max(0.0_rp, min(1.0_rp, (t - table_t(p))/(table_t(p + 1) - table_t(p))))
+          end do
           stick = stick*max(0.0_rp, min(1.0_rp, (melting - t)/(0.05_rp*melting)))
         else
           do p = 2, 1, -1

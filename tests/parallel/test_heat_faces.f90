@@ -4,7 +4,6 @@ program test_heat_faces
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world
-  use contact_tool, only: tool_t
   use heat_conduction, only: conduction_step
   use heat_samples, only: build, conduct_for, content, h, spacing, world
   use particles_store, only: f_pos, f_temp, n_fields
@@ -12,6 +11,7 @@ program test_heat_faces
   use state_film, only: of_pressure, stefan_boltzmann
   use state_run, only: e_film, e_tool
   use tool_shapes_plane, only: plane_t
+  use tools_tool, only: tool_t
   implicit none (type, external)
 
   real(rp), parameter :: insulated(6) = 0.0_rp

@@ -8,10 +8,10 @@ program test_io
   use base_text, only: str
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
-  use h5_arrays, only: read_array, write_array
-  use h5_file, only: h5file_t
-  use h5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
   use io_frames, only: frame_name, write_frame, write_series
+  use io_h5_arrays, only: read_array, write_array
+  use io_h5_file, only: h5file_t
+  use io_h5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
   use io_histories, only: table_t
   use io_samples, only: contents, discard, expect_error, expect_no_error, make_particles, put, &
                         sample_input

@@ -4,15 +4,15 @@ program test_tool_contact
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
-  use contact_tool, only: s_metal_slip, s_force, s_normal_impulse, s_tool_slip, tool_t
+  use contact_tool_particles, only: velocity_at
   use node_samples, only: balance_of, balance_t, map_particles, set_velocity
   use particles_store, only: f_mass, f_pos
   use simulation_parts, only: free_simulation, simulation_t
   use step_constraints, only: apply_boundary
   use step_samples, only: add_plane_of_symmetry, add_tool, fill, h, make_flow, noise, plane_tool, &
                           settle, start_scene
-  use tool_contact_particles, only: velocity_at
   use tool_samples, only: touch, touch_dt
+  use tools_tool, only: s_metal_slip, s_force, s_normal_impulse, s_tool_slip, tool_t
   implicit none (type, external)
 
   real(rp), parameter :: dt = touch_dt, zero(3) = 0.0_rp, at_rest(3, 3) = 0.0_rp

@@ -5,8 +5,7 @@ program test_tool_particles
   use base_kinds, only: nlane, pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
-  use contact_law, only: normal_velocity, of_pressure, of_slip, of_temperature
-  use contact_tool, only: rigid_t, s_force
+  use contact_tool_particles, only: update_surface_offset
   use node_samples, only: all_of, map_particles, set_velocity
   use particles_store, only: f_bbar, f_jac, f_pos, f_tau, f_temp
   use simulation_parts, only: free_simulation, simulation_t
@@ -14,8 +13,9 @@ program test_tool_particles
   use step_constraints, only: apply_boundary
   use step_samples, only: add_tool, box_tool, fill, h, make_flow, noise, number_of, plane_tool, &
                           room_temperature, settle, shake, shoulder_tool, sphere_tool, start_scene
-  use tool_contact_particles, only: update_surface_offset
   use tool_samples, only: middle, settle_plate, start_plate, touch, touch_dt
+  use tools_law, only: normal_velocity, of_pressure, of_slip, of_temperature
+  use tools_tool, only: rigid_t, s_force
   implicit none (type, external)
 
   real(rp), parameter :: dt = touch_dt, up(3) = [0.0_rp, 0.0_rp, 1.0_rp]

@@ -317,7 +317,7 @@ def rewrite_checkpoint(path, **fields):
 
 
 def seal(path):
-    """Renew the seal of a checkpoint (modules/h5/seal.f90, modules/base/disk.c)."""
+    """Renew the seal of a checkpoint (modules/io/h5_seal.f90, modules/base/disk.c)."""
     data = pathlib.Path(path).read_bytes()
     piece = 4 << 20
     firsts = range(512, len(data), piece)

@@ -3,8 +3,8 @@
 program test_drive
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_motion, only: drive_t, motion_t, n_drive, phase_t
-  use contact_tool, only: rigid_t, tool_t
+  use tools_motion, only: drive_t, motion_t, n_drive, phase_t
+  use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
 
   call begin_tests()

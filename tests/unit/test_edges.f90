@@ -4,9 +4,9 @@
 program test_edges
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use tool_meshes_cuts, only: cut_pin_shape_t, mesh_of
-  use tool_meshes_drawing, only: surface_of
-  use tool_meshes_mesh, only: surface_mesh_t
+  use tool_shapes_cuts, only: cut_pin_shape_t, mesh_of
+  use tool_shapes_drawing, only: surface_of
+  use tool_shapes_mesh, only: surface_mesh_t
   use tool_shapes_shape, only: no_edge
   use tool_shapes_shoulder, only: new_shoulder, shoulder_t
   implicit none (type, external)

@@ -3,7 +3,7 @@
 program test_friction
   use base_kinds, only: nlane, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_law, only: friction_table_t, of_pressure, of_slip, of_temperature
+  use tools_law, only: friction_table_t, of_pressure, of_slip, of_temperature
   implicit none (type, external)
 
   type(friction_table_t) :: table

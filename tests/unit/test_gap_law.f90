@@ -3,7 +3,7 @@
 program test_gap_law
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect_close
-  use contact_law, only: friction_law_t, law_coulomb, law_schmidt_hattel, law_shear_factor, &
+  use tools_law, only: friction_law_t, law_coulomb, law_schmidt_hattel, law_shear_factor, &
                          law_wanheim_bay, normal_velocity
   implicit none (type, external)
 

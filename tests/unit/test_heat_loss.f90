@@ -4,10 +4,10 @@
 program test_heat_loss
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_heat_sink, only: heat_sink_t
-  use heat_mesh_mesh, only: boundary_face_t
-  use heat_mesh_sources, only: wall_films_t
+  use heat_solvers_mesh, only: boundary_face_t
+  use heat_solvers_sources, only: wall_films_t
   use state_film, only: film_t, of_pressure
+  use tools_heat_sink, only: heat_sink_t
   implicit none (type, external)
 
   call begin_tests()

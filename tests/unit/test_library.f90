@@ -9,11 +9,11 @@ program test_library
   use groups_table, only: key_table
   use input_library, only: library_table
   use input_reading, only: read_input, read_input_text
+  use input_syntax, only: split_words
   use input_values, only: input_t
-  use keys_written, only: split_words
-  use materials_properties, only: check_properties, read_materials
   use physics_material, only: material_t
   use physics_point, only: point_t
+  use setup_materials, only: check_properties, read_materials
   implicit none (type, external)
 
   character(*), parameter :: group = 'MATERIAL'

@@ -3,10 +3,10 @@
 program test_motion
   use base_kinds, only: pi, rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_monitor, only: monitor_t
-  use contact_motion, only: motion_t, path_t, phase_t
-  use contact_paths, only: new_path
-  use contact_tool, only: rigid_t, tool_t
+  use tools_monitor, only: monitor_t
+  use tools_motion, only: motion_t, path_t, phase_t
+  use tools_paths, only: new_path
+  use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
 
   call begin_tests()

@@ -3,7 +3,7 @@
 program test_pair
   use base_kinds, only: rp
   use check, only: begin_tests, end_tests, expect, expect_close
-  use contact_pair, only: is_apart, is_sliding, is_stuck, law_coulomb, law_frictionless, &
+  use tools_pair, only: is_apart, is_sliding, is_stuck, law_coulomb, law_frictionless, &
                           law_stick, pair_impulse, pair_law_t, pair_loss
   implicit none (type, external)
 

@@ -30,9 +30,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 TOOL, BODIES, SLEEP, GRADED, DRIVE = "tool", "bodies", "sleep", "graded", "drive"
 
 # Constant: which rows, file, text, what takes its place for half and twice.
-PARTICLES, LIMITS, IMPULSES = (f"modules/tool_contact/{name}.f90" for name in ("particles", "limits", "impulses"))
+PARTICLES, LIMITS, IMPULSES = (f"modules/contact/tool_{name}.f90" for name in ("particles", "limits", "impulses"))
 NORMALS, PAIRS, SURFACES, NODE_PAIRS = (
-    f"modules/body_contact/{name}.f90" for name in ("normals", "pairs", "surfaces", "node_pairs"))
+    f"modules/contact/{name}.f90" for name in ("body_normals", "body_pairs", "body_surfaces", "node_pairs"))
 CRITERIA, KEYS = "modules/sleep/criteria.f90", "modules/groups/table.f90"
 
 
@@ -54,7 +54,7 @@ CONSTANTS = {
     "min_softening": (TOOL, LIMITS, *number("min_softening", "1.0e-4", "0.5e-4", "2.0e-4")),
     "min_sensitivity": (TOOL, LIMITS, *number("min_sensitivity", "1.0e-3", "0.5e-3", "2.0e-3")),
     "min_slope": (TOOL, LIMITS, *number("min_slope", "1.0e-3", "0.5e-3", "2.0e-3")),
-    "mu_saturated": (TOOL, "modules/contact/law.f90", *number("mu_saturated", "1.0e3", "0.5e3", "2.0e3")),
+    "mu_saturated": (TOOL, "modules/tools/law.f90", *number("mu_saturated", "1.0e3", "0.5e3", "2.0e3")),
     "ridge": (BODIES, NORMALS, *(f":: ridge = {part}sqrt(epsilon" for part in ("", "0.5_rp*", "2.0_rp*"))),
     "overlap": (BODIES, NORMALS, *number("overlap", "0.02", "0.01", "0.04")),
     "min_gap_gain": (BODIES, SURFACES, *number("min_gap_gain", "1.0e-3", "0.5e-3", "2.0e-3")),

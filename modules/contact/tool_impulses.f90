@@ -1,0 +1,368 @@
+! SPDX-License-Identifier: MIT
+!> Contact of particles with rigid analytic tools in a step.
+!>
+!> Particles in contact (contact_tool_particles) are to lose the closing velocity e along the tool
+!> normal. Velocities are those of the particle surface, and impulses act there, with the weights of
+!> a face (mapping_faces): a uniform pressure and the corresponding stress cancel at every node, and
+!> sticking material has the tool velocity at the point of contact instead of half a spacing away.
+!>
+!> Impulses are distributed to the nodes by these weights w; s = sum w c_i/m_i, with c_i the mass of
+!> the touching particles at node i, is the fraction of a uniform load that returns to the particle.
+!> A step starts from the force of the last one (`layout%normal_force`, a particle field); the
+!> remainder e' of e takes m e'/s more, without tension. Uniform loads are carried exactly in one
+!> step and non-uniform sustained ones after some steps, without penetration: this is Jacobi's
+!> method for the contact equations, with one iteration per step. It is stable, since with f/m as
+!> unknowns their matrix has no negative entry or eigenvalue, and rows that sum to 1. The impulse
+!> that removes penetration acts once and is not kept: integrating both position and force over the
+!> steps would add energy. In the zone where gaps close slowly, non-uniform parts of the force decay
+!> as fast as the gaps, which damps them.
+!>
+!> Friction is limited at the nodes, where the pressure of neighbouring particles is averaged: by
+!> Coulomb's law and by the shear strength of the material.
+!>
+!> With MUSL and USAVG, whose strains follow velocities mapped again from the particle centres,
+!> contact of elastic material acts at the centres: an impulse on the light outer nodes would not
+!> affect the strain, and a bar that hits a tool would ring for long. There a step applies a
+!> fraction of m e/s and does not start from the force of the last one.
+!>
+!> Coulomb's law is one of sustained forces, but the surface of metal chatters: a particle resting
+!> on the tool touches it in only a few of many steps. Unused Coulomb friction is kept for the
+!> relaxation time of contact (`layout%coulomb_reserve`, a particle field). Where metal slides, none
+!> is left.
+module contact_tool_impulses
+  use base_kinds, only: rp
+  use boundary_held, only: boundary_t
+  use boundary_symmetry, only: r_velocity, restore
+  use contact_tool_limits, only: molten_limit
+  use contact_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
+                                n_masses, n_values, load_return, tool_contact_t, v_transition, &
+                                v_coulomb, v_stick, v_normal, v_max_friction
+  use contact_tool_loads, only: record_tool_load, give_heat, strain_surface
+  use contact_tool_particles, only: find_contact_particles, relaxation_time, update_surface_offset
+  use contact_tool_walls, only: record_wall_impulse, mark_held, reflect_masses, reflect_values, &
+                                restore_masses, restore_fractions, find_separate_sides
+  use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t
+  use particles_store, only: particles_t
+  use state_run, only: budget_t, clock_t
+  use state_scene, only: scene_t, scheme_usl
+  use tools_law, only: friction_law_t
+  use tools_tool, only: rigid_t, tool_t
+  implicit none (type, external)
+  private
+
+  public :: find_contact, find_impulses, apply_impulses
+
+  real(rp), parameter :: impulse_fraction_remapped = 0.7_rp  !! fraction of the impulse applied
+                                                             !! where strains follow velocities
+                                                             !! mapped again: the full impulse
+                                                             !! causes ringing
+  real(rp), parameter :: band = 3.51_rp  !! reach of particles in contact [cells]: no integer, so
+                                         !! that all ranks list the same nodes
+  real(rp), parameter :: min_load_return = 1.0e-3_rp         !! lower bound of the load-return
+                                                             !! factor (avoids division by zero)
+
+contains
+
+  !> Find the particles of `group` that touch tool `k` in this step, and their masses at the nodes
+  !> of this rank, to be summed over the ranks.
+  subroutine find_contact(scene, clock, particles, nodes, boundary, contact, tool, k, group, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(in) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: k, group
+    real(rp), intent(in) :: dt                    !! [s]
+    real(rp), intent(in) :: g(8, nodes%patch%nn)  !! velocity records of the group
+
+    call find_separate_sides(scene, tool%mean_motion(clock%time, dt), contact)
+    call list_nodes(scene, nodes, contact, tool, g)
+    call mark_held(scene, boundary, contact)
+    call find_contact_particles(scene, clock, particles, nodes, contact, tool, k, group, dt, g)
+    call add_masses(nodes, contact, scene%method%scheme /= scheme_usl)
+    call reflect_masses(scene, boundary, contact)
+  end subroutine find_contact
+
+  !> Compute the impulses at the nodes of this rank, to be summed over the ranks.
+  subroutine find_impulses(scene, clock, nodes, boundary, contact, law, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(inout) :: contact
+    type(friction_law_t), intent(in) :: law
+    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+
+    call restore_masses(scene, boundary, contact)
+    call add_impulses(scene, clock, nodes, contact, law, dt, g)
+    contact%local_values = contact%values(:n_values, :)
+    call reflect_values(scene, boundary, contact)
+  end subroutine find_impulses
+
+  !> Apply the impulses: nodal velocities, sums of the tool, and friction heat to the particles.
+  subroutine apply_impulses(scene, clock, particles, nodes, boundary, contact, budget, tool, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(inout) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(inout) :: contact
+    type(budget_t), intent(inout) :: budget
+    type(tool_t), intent(inout) :: tool
+    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    type(rigid_t) :: rigid
+
+    call push_nodes(scene, clock, tool%friction_law, nodes, boundary, contact, budget, g)
+    call restore(scene, nodes, boundary, r_velocity, g)
+    call update_surface_offset(scene, particles, nodes, contact, dt, g)
+    call store_contact_history(scene, clock, particles, nodes, contact, tool%friction_law, dt)
+    call strain_surface(scene, particles, contact, dt)
+    rigid = tool%mean_motion(clock%time, dt)
+    call record_tool_load(nodes, contact, rigid, tool, g)
+    call give_heat(scene, particles, contact, rigid, dt, tool)
+  end subroutine apply_impulses
+
+  !> List the nodes with mass near the tool, or in the bounding box of a finite one: the same on all
+  !> ranks that store them.
+  subroutine list_nodes(scene, nodes, contact, tool, g)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    real(rp) :: lower(3), upper(3), margin(3), x(3)
+    integer :: first, i, last, r
+    logical :: is_bounded, z_is_graded
+
+    margin = band*nodes%patch%h
+    z_is_graded = scene%grid%grading%axis == 3
+    if (scene%grid%grading%axis > 0) margin(scene%grid%grading%axis) = band*scene%grid%longest()
+    call tool%bounds(lower, upper)
+    where (scene%grid%period > 0) lower = -huge(1.0_rp)
+    where (scene%grid%period > 0) upper = huge(1.0_rp)
+    is_bounded = all(abs([lower, upper]) < huge(1.0_rp))
+    call contact%reset(nodes%patch%nn)
+    do r = 1, nodes%n_ranges
+      x = nodes%patch%position(nodes%range(1, r))
+      if (any(x(1:2) < lower(1:2) - margin(1:2)) .or. any(x(1:2) > upper(1:2) + margin(1:2))) cycle
+      first = nodes%range(1, r)
+      last = nodes%range(2, r)
+      if (is_bounded .and. z_is_graded) then
+        last = first + floor(min(real(last - first, rp), nodes_up_to(x(3), upper(3) + margin(3))))
+        first = first + ceiling(max(0.0_rp, nodes_up_to(x(3), lower(3) - margin(3))))
+      else if (is_bounded) then                  ! the nodes of a run ascend in z
+        last = first + floor(min(real(last - first, rp), (upper(3) + margin(3) - x(3)) &
+                                   /nodes%patch%h(3)))
+        first = first + ceiling(max(0.0_rp, (lower(3) - margin(3) - x(3)) &
+                                            /nodes%patch%h(3)))
+      end if
+      do i = first, last
+        if (g(8, i) <= min_node_mass) cycle
+        if (.not. is_bounded) then
+          if (image_distance(nodes, tool, nodes%patch%position(i)) >= maxval(margin)) cycle
+        end if
+        call contact%add_node(i)
+      end do
+    end do
+    call contact%prepare()
+  contains
+    !> Number of nodes from the one at `z` up to `limit`.
+    pure real(rp) function nodes_up_to(z, limit)
+      real(rp), intent(in) :: z, limit       !! [m]
+
+      associate (grading => scene%grid%grading)
+        nodes_up_to = grading%place(limit) - grading%place(z)
+      end associate
+    end function nodes_up_to
+  end subroutine list_nodes
+
+  !> Distance of the tool from the nearest periodic image of `x` [m].
+  pure real(rp) function image_distance(nodes, tool, x)
+    type(nodes_t), intent(in) :: nodes
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: x(3)
+    real(rp) :: d, length(3), n(3), margin
+    integer :: i, j, k, turns(3)
+
+    length = nodes%patch%h*real(nodes%patch%period, rp)
+    turns = merge(2, 0, nodes%patch%period > 0)
+    image_distance = huge(1.0_rp)
+    do i = -turns(1), turns(1)
+      do j = -turns(2), turns(2)
+        do k = -turns(3), turns(3)
+          call tool%distance(x + length*real([i, j, k], rp), d, n, margin)
+          image_distance = min(image_distance, d)
+        end do
+      end do
+    end do
+  end function image_distance
+
+  !> Sum the masses of the particles in contact, of the pushed ones, and the impulses at the forces
+  !> of the last step at the nodes.
+  subroutine add_masses(nodes, contact, remaps_velocities)
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    logical, intent(in) :: remaps_velocities          !! strains follow velocities mapped again
+    real(rp) :: mass(n_masses)
+    integer :: i, p
+
+    associate (contact => contact)
+      do p = 1, contact%n
+        associate (t => contact%particle(p))
+          call contact%find_nodes(nodes%patch%stride, t)
+          if (t%closing_velocity <= 0.0_rp .or. remaps_velocities) t%normal_impulse = 0.0_rp
+          mass = 0.0_rp
+          mass(m_touching) = t%mass
+          if (max(t%closing_velocity, t%edge_closing_velocity) > 0.0_rp) mass(m_pushed) = t%mass
+          mass(m_last_impulse:m_last_impulse + 2) = t%normal_impulse*t%normal
+          do i = 1, 27
+            if (t%entry(i) == 0) cycle
+            contact%mass(:, t%entry(i)) = contact%mass(:, t%entry(i)) + t%weight(i)*mass
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine add_masses
+
+  !> Sum the impulses of the particles in contact at the nodes.
+  subroutine add_impulses(scene, clock, nodes, contact, law, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(inout) :: contact
+    type(friction_law_t), intent(in) :: law
+    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    real(rp) :: kept, least, part, push, s(3), values(n_values)
+    integer :: e, p
+
+    part = merge(1.0_rp, impulse_fraction_remapped, scene%method%scheme == scheme_usl)
+    least = min_node_inertia(scene, clock)
+    associate (contact => contact)
+      do e = 1, contact%n_nodes
+        contact%mass(:, e) = contact%mass(:, e)/max(least, g(8, contact%node(e)))
+      end do
+      do p = 1, contact%n
+        associate (t => contact%particle(p))
+          s = load_return(t%entry, t%weight, t%normal, contact%n_nodes, contact%free_direction, &
+                          contact%mass)
+          s(:2) = max(min_load_return, s(:2))
+          t%stick_impulse = 0.0_rp                            ! no friction on molten metal
+          if (t%max_friction > molten_limit) t%stick_impulse = -t%mass/s(1)*t%slip
+          push = part*t%mass/s(2)
+          t%lasting_impulse = 0.0_rp
+          if (t%closing_velocity > 0.0_rp) then
+            kept = 1.0_rp
+            if (t%closing_velocity <= t%approach_velocity) kept = exp(-dt/relaxation_time(clock, t))
+            t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, kept*(t%normal_impulse &
+                                                                            - push*s(3)) + push &
+                                                                              *t%approach_velocity))
+            t%normal_impulse = max(0.0_rp, t%normal_impulse + push*(t%closing_velocity - s(3)))
+          end if
+          t%normal_impulse = max(min(t%normal_impulse, t%max_normal_impulse), push &
+                                 *t%edge_closing_velocity)
+          values(v_normal:v_normal + 2) = t%normal_impulse*t%normal
+          values(v_stick:v_stick + 2) = t%stick_impulse
+          if (law%uses_mean_pressure()) then
+            kept = exp(-dt/relaxation_time(clock, t))
+            t%coulomb_impulse = kept*dt*t%coulomb_impulse &
+                        + (1.0_rp - kept)*t%mu*t%normal_impulse
+          else
+            t%coulomb_impulse = t%coulomb_impulse + t%mu*t%normal_impulse
+          end if
+          values(v_coulomb) = t%coulomb_impulse
+          values(v_max_friction) = t%max_friction
+          values(v_transition) = t%transition
+          call add_values(t%entry, t%weight, values, contact%width, contact%n_nodes, contact%values)
+        end associate
+      end do
+    end associate
+  end subroutine add_impulses
+
+  !> Apply the impulses to the listed nodes, as far as walls allow, and record the impulses taken by
+  !> walls.
+  subroutine push_nodes(scene, clock, law, nodes, boundary, contact, budget, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(friction_law_t), intent(in) :: law
+    type(nodes_t), intent(in) :: nodes
+    type(boundary_t), intent(in) :: boundary
+    type(tool_contact_t), intent(inout) :: contact
+    type(budget_t), intent(inout) :: budget
+    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp) :: impulse(3), jump(3), least
+    integer :: e
+
+    least = min_node_inertia(scene, clock)
+    associate (t => contact)
+      do e = 1, t%n_nodes
+        t%friction_fraction(e) = friction_fraction_of(law, t%values(:n_values, e))
+        impulse = t%values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
+          *t%values(v_stick:v_stick + 2, e)
+        if (t%width > n_values) then
+          associate (behind => t%values(n_values + 1:n_both, e))
+            t%friction_fraction_behind(e) = friction_fraction_of(law, behind)
+            impulse = impulse + behind(v_normal:v_normal + 2) &
+                      + t%friction_fraction_behind(e)*behind(v_stick:v_stick + 2)
+          end associate
+        end if
+        associate (record => g(:, t%node(e)))
+          jump = t%free_direction(:, e)/max(least, record(8))*impulse
+          record(1:3) = record(1:3) + jump
+          record(5:7) = record(5:7) + jump
+        end associate
+      end do
+    end associate
+    call restore_fractions(scene, boundary, contact)
+    do e = 1, contact%n_nodes
+      contact%coulomb_unused(e) = 0.0_rp
+      associate (values => contact%values(:, e))
+        if (values(v_coulomb) > 0.0_rp) contact%coulomb_unused(e) = max(0.0_rp, 1.0_rp &
+            - contact%friction_fraction(e)*norm2(values(v_stick:v_stick + 2))/values(v_coulomb))
+      end associate
+    end do
+    call record_wall_impulse(scene, nodes, boundary, contact, budget, g)
+  end subroutine push_nodes
+
+  !> Fraction of the stick impulse of a node that friction provides.
+  pure real(rp) function friction_fraction_of(law, values)
+    type(friction_law_t), intent(in) :: law
+    real(rp), intent(in) :: values(n_values)
+
+    friction_fraction_of = law%friction(values(v_stick:v_stick + 2), values(v_coulomb), &
+                                 values(v_max_friction), values(v_transition))
+  end function friction_fraction_of
+
+  !> Store the contact history of the particles: the unused Coulomb friction, which decays with the
+  !> relaxation time, or, for a law that uses the mean pressure, the mean Coulomb force; and the
+  !> sustained normal force.
+  subroutine store_contact_history(scene, clock, particles, nodes, contact, law, dt)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(particles_t), intent(inout) :: particles
+    type(nodes_t), intent(in) :: nodes
+    type(tool_contact_t), intent(in) :: contact
+    type(friction_law_t), intent(in) :: law
+    real(rp), intent(in) :: dt                 !! [s]
+    real(rp) :: unused
+    integer :: i, p
+
+    do p = 1, contact%n
+      associate (t => contact%particle(p))
+        unused = 0.0_rp
+        do i = 1, 27
+          if (t%entry(i) > 0) unused = unused + t%weight(i)*contact%coulomb_unused(t%entry(i))
+        end do
+        associate (reserve => particles%ps(t%lane, scene%layout%coulomb_reserve, t%block))
+          reserve = t%coulomb_impulse*unused*exp(-dt/relaxation_time(clock, t))
+          if (law%uses_mean_pressure()) reserve = t%coulomb_impulse/dt
+        end associate
+        particles%ps(t%lane, scene%layout%normal_force, t%block) = t%lasting_impulse/dt
+      end associate
+    end do
+  end subroutine store_contact_history
+
+end module contact_tool_impulses

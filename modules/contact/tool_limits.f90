@@ -1,0 +1,399 @@
+! SPDX-License-Identifier: MIT
+!> Limits of the impulses of particles that touch a tool: edges of the tool, strength of the
+!> material, and the friction law of the tool.
+!>
+!> Shear layer of metal under the face of a tool, as far as the cells do not resolve it.
+!>
+!> Between a face that moves at V relative to the metal at depth z1, the centre of the particles
+!> there, the shear stress tau is uniform over the depth and heat flows inwards. With a law of
+!> sensitivity S = d tau/d ln(rate) and softening a = -(d tau/d T)/S, steady conduction k T" = -q
+!> tau rate, q the fraction of plastic work that becomes heat, has the solution (insulated face,
+!> depth z)
+!>
+!>   rate = rate_s sech2(z/l),  T = T_s - (2/a) ln cosh(z/l),  l2 = 2 k/(a q tau rate_s)
+!>
+!> so that V = rate_s l tanh(z1/l): with x = z1/l, x tanh x = a q tau V z1/(2 k). Conduction and
+!> softening determine the thickness of the layer (l = 2 k/(a q tau V) if it is thinner than z1),
+!> not the particle size. V is the slip against the surface velocity plus the shear of the metal
+!> itself down to z1; with cell refinement x and all unresolved parts tend to 0.
+module contact_tool_limits
+  use base_kinds, only: nlane, pi, rp
+  use contact_tool_lists, only: candidates_t, contact_particle_t
+  use grid_geometry, only: length_along
+  use mapping_faces, only: place_on_axis
+  use mapping_nodes, only: nodes_t
+  use particles_store, only: f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp
+  use physics_material, only: material_t
+  use physics_stress, only: flow_strength
+  use state_scene, only: scene_t
+  use tools_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
+  use tools_tool, only: tool_t
+  use transfer_weights, only: domain_weights
+  implicit none (type, external)
+  private
+
+  public :: cut_at_edges, extent, covered_fraction_of
+  public :: find_shear_layer, limit_impulses, shear_layer_t, reduce_layer_rate
+
+  !> Shear layers of the particles of a block.
+  type :: shear_layer_t
+    real(rp) :: stress(nlane) = 0.0_rp       !! stress at which the layer accommodates all of V [Pa]
+    real(rp) :: sensitivity(nlane) = 0.0_rp  !! its derivative by the logarithm of the rate [Pa]
+    real(rp) :: log_rate(nlane) = 0.0_rp     !! plastic strain rate at the particle centre [ln 1/s]
+    real(rp) :: rise(nlane) = 0.0_rp         !! face temperature less that of the centre [K]
+    real(rp) :: thickness(nlane) = 0.0_rp    !! V over the shear rate at the face [m]
+    real(rp) :: softening(nlane) = 0.0_rp    !! x tanh x; 0: uniform layer
+  end type shear_layer_t
+
+  real(rp), parameter :: root3 = sqrt(3.0_rp)
+  real(rp), parameter :: min_rise = 1.0_rp                  !! smallest increment of the temperature
+                                                            !! derivative [K]
+  real(rp), parameter :: min_softening = 1.0e-4_rp          !! x tanh x of a non-uniform layer
+  real(rp), parameter :: no_limit = 1.0e30_rp               !! impulse bound of elastic material
+                                                            !! [N s]
+  real(rp), parameter, public :: molten_limit = 1.0e-30_rp  !! impulse bound of molten metal [N s]
+  real(rp), parameter :: min_sensitivity = 1.0e-3_rp        !! bound of d ln(stress)/d ln(rate)
+  real(rp), parameter :: edge_pressure = 2.0_rp + pi        !! bearing pressure of an edge over
+                                                            !! shear strength
+
+contains
+
+  !> Extent of a particle along the normal of a tool [m]. A surface touches the ellipsoid of the
+  !> particle at its outermost point along the normal, an edge (`edge_distance` is not positive)
+  !> where the normal intersects it.
+  pure real(rp) function extent(spacing, normal, edge_distance)
+    real(rp), intent(in) :: spacing(3)                !! axes of the ellipsoid [m]
+    real(rp), intent(in) :: normal(3), edge_distance  !! unit vector, distance to the edge [m]
+
+    extent = norm2(normal*spacing)
+    if (edge_distance > 0.0_rp .or. all(abs(spacing - spacing(1)) <= 0.0_rp)) return
+    extent = 1.0_rp/norm2(normal/spacing)
+  end function extent
+
+  !> Fraction of the weight function of a particle at `x` that the tool covers, at `edge_distance`
+  !> from the next edge: lengths count in cells, in the direction of the edge.
+  real(rp) function covered_fraction_of(tool, is_bspline, x, edge_distance, particle) result(part)
+    type(tool_t), intent(in) :: tool
+    logical, intent(in) :: is_bspline            !! domains are cells
+    real(rp), intent(in) :: x(3), edge_distance  !! [m]
+    type(contact_particle_t), intent(in) :: particle
+    real(rp) :: slope(3), width
+
+    associate (h => particle%cell_edges, spacing => particle%spacing)
+      width = 1.0_rp
+      if (.not. is_bspline) width = maxval(spacing/h)
+      part = fraction_inside(width, edge_distance/maxval(h))
+      if (all(abs(h - h(1)) <= 0.0_rp) .and. &
+          (is_bspline .or. all(abs(spacing - spacing(1)) <= 0.0_rp))) return
+      if (abs(edge_distance) >= 2.0_rp*maxval(h)) return
+      slope = edge_gradient(tool, x, particle%normal, minval(h))
+      if (.not. norm2(slope) > 0.0_rp) return
+      if (.not. is_bspline) width = norm2(slope*spacing)/length_along(h, slope)
+      part = fraction_inside(width, edge_distance/length_along(h, slope))
+    end associate
+  end function covered_fraction_of
+
+  !> Fraction of a particle's weight function inside an edge at `edge_distance` (negative: the
+  !> particle is beyond it). The function is a hat of a cell averaged over the domain: one half on
+  !> the edge, 1 a cell and half a domain inside.
+  elemental real(rp) function fraction_inside(width, edge_distance) result(part)
+    real(rp), intent(in) :: width          !! width of the domain: a cell for B-splines [cells]
+    real(rp), intent(in) :: edge_distance  !! [cells]
+
+    real(rp) :: x
+
+    x = max(-2.0_rp, min(2.0_rp, edge_distance))         ! no domain is wider than a cell
+    part = (hat_integral2(x + 0.5_rp*width) - hat_integral2(x - 0.5_rp*width))/width
+    part = max(0.0_rp, min(1.0_rp, part))
+  contains
+    !> Second integral of the hat function, from -infinity.
+    elemental real(rp) function hat_integral2(x)
+      real(rp), intent(in) :: x
+      real(rp) :: r
+
+      r = max(-1.0_rp, min(1.0_rp, x))
+      hat_integral2 = max(0.0_rp, x - 1.0_rp) + 1.0_rp/6.0_rp + 0.5_rp*(r + r*r) - abs(r)**3/6.0_rp
+    end function hat_integral2
+  end function fraction_inside
+
+  !> Replace the weights `w` of candidates at an edge by those of the covered part of their domains:
+  !> a pressure on the whole domain would act beyond the edge, as if the tool were wider by a fifth
+  !> of a cell. A graded axis keeps the whole domain.
+  subroutine cut_at_edges(scene, nodes, tool, near, first, w)
+    type(scene_t), intent(in) :: scene
+    type(nodes_t), intent(in) :: nodes
+    type(tool_t), intent(in) :: tool
+    type(candidates_t), intent(in) :: near
+    integer, intent(in) :: first(nlane)
+    real(rp), intent(inout) :: w(nlane, 18)
+    real(rp) :: cut(3), gap, h(3), half(3), edge_distance, slope(3), unused(3), x(3)
+    integer :: a, p
+
+    do p = 1, near%n
+      x = near%ps(p, f_pos:f_pos + 2)
+      h = nodes%patch%edges_at(x)
+      half = scene%domain(near%body)
+      if (scene%layout%half > 0) half = near%ps(p, &
+                                                            scene%layout%half:scene%layout%half + 2)
+      call tool%distance(x, gap, unused, edge_distance)
+      if (edge_distance >= norm2(half*h)) cycle
+      slope = edge_gradient(tool, x, near%normal(:, p), minval(h))
+      cut = min(half, max(0.0_rp, norm2(slope*half*h) - max(0.0_rp, edge_distance))*abs(slope)/h)
+      do a = 1, 3
+        if (a == nodes%patch%grading%axis .or. cut(a) <= 0.0_rp) cycle
+        w(p, 3*a - 2:3*a) = domain_weights(place_on_axis(nodes, a, x, first(p)) &
+                                           + sign(0.5_rp*cut(a), slope(a)), &
+                                           half(a) - 0.5_rp*cut(a))
+      end do
+    end do
+  end subroutine cut_at_edges
+
+  !> Unit vector along the surface with `normal` in which the distance to the next edge grows
+  !> fastest at `x`; 0 if it is constant.
+  function edge_gradient(tool, x, normal, h) result(slope)
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: x(3), normal(3)
+    real(rp), intent(in) :: h                    !! shortest edge of the cell [m]
+    real(rp) :: slope(3)
+    real(rp), parameter :: small = 1.0e-3_rp     !! step of the finite difference [cells]
+    real(rp) :: gap, edge_distances(2), step(3), unused(3)
+    integer :: a, side
+
+    do a = 1, 3
+      do side = 1, 2
+        step = 0.0_rp
+        step(a) = small*h*(2*side - 3)
+        step = step - dot_product(step, normal)*normal
+        call tool%distance(x + step, gap, unused, edge_distances(side))
+      end do
+      slope(a) = edge_distances(2) - edge_distances(1)
+    end do
+    if (norm2(slope) > 0.0_rp) slope = slope/norm2(slope)
+  end function edge_gradient
+
+  !> Limit the impulses of the touching particles, at the positions `place` of the candidates: along
+  !> the surface by the friction law with the strength of the shear layer and a coefficient that may
+  !> depend on the state; normal to it at an edge, for the covered fraction, by the pressure under
+  !> the edge of a punch (Prandtl 1920, plane; Shield 1955, round).
+  subroutine limit_impulses(scene, tool, dt, near, n, place, particle)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool
+    real(rp), intent(in) :: dt
+    type(candidates_t), intent(in) :: near
+    integer, intent(in) :: n, place(n)
+    type(contact_particle_t), intent(inout) :: particle(n)
+    real(rp) :: coefficient(n)
+
+    if (n == 0) return
+    coefficient = tool%friction_law%coefficient
+    if (tool%friction_table%of /= of_nothing) then
+      coefficient = look_up_friction(tool%friction_table, near%n, scene%layout%n, near%ps, n, &
+                                     place, particle)
+      if (tool%friction_law%kind == law_coulomb) particle%mu = coefficient
+    end if
+    particle%max_friction = no_limit
+    particle%transition = no_limit
+    particle%max_normal_impulse = no_limit
+    if (particle(1)%can_flow) call limit_by_strength(scene, tool%friction_law, coefficient, dt, &
+                                                     near, n, place, particle)
+  end subroutine limit_impulses
+
+  !> Limit the impulses of each touching particle by the strength of the material: along the surface
+  !> by the friction law (zero when molten), and normal to it at edges.
+  subroutine limit_by_strength(scene, law, coefficient, dt, near, n, place, particle)
+    type(scene_t), intent(in) :: scene
+    type(friction_law_t), intent(in) :: law
+    integer, intent(in) :: n, place(n)
+    real(rp), intent(in) :: coefficient(n), dt
+    type(candidates_t), intent(in) :: near
+    type(contact_particle_t), intent(inout) :: particle(n)
+    real(rp) :: depth(nlane), face, shear, v(nlane)
+    type(shear_layer_t) :: layer
+    integer :: i
+
+    associate (body => scene%body(near%body), layout => scene%layout)
+      v = 0.0_rp
+      depth = 1.0_rp
+      do i = 1, n
+        depth(place(i)) = particle(i)%surface_distance
+        v(place(i)) = norm2(particle(i)%slip) &
+                      + root3*near%ps(place(i), f_rate)*particle(i)%surface_distance
+      end do
+      call find_shear_layer(scene%material(body%material), near%n, near%ps(:, f_plastic), &
+                            near%ps(:, f_temp), layout%n_law, &
+                            near%ps(:, layout%law:layout%law + layout%n_law - 1), depth, v, layer)
+      do i = 1, n
+        associate (t => particle(i), strength => layer%stress(place(i)))
+          face = product(t%spacing)/norm2(t%normal*t%spacing)
+          shear = dt*face*max(0.0_rp, strength)
+          if (t%covered_fraction < 1.0_rp) t%max_normal_impulse = t%covered_fraction &
+            *edge_pressure*shear
+          shear = t%covered_fraction*shear
+          call law%limits(coefficient(i), max(molten_limit, shear), t%mu, t%max_friction, &
+                          t%transition)
+          t%max_friction = max(molten_limit, t%max_friction)  ! in contact without friction
+          if (law%has_no_shear_limit() .and. shear > 0.0_rp) t%max_friction = no_limit
+          if (t%max_friction >= no_limit .or. shear <= 0.0_rp) cycle
+          t%layer_depth = depth(place(i))
+          t%face_area = t%covered_fraction*face
+          t%softening = layer%softening(place(i))
+          t%temperature_rise = layer%rise(place(i))
+          t%log_rate = layer%log_rate(place(i))
+          t%layer_strength = shear
+          t%rate_sensitivity = max(min_sensitivity, layer%sensitivity(place(i))/strength)
+          t%resolved_rate = near%ps(place(i), f_rate)
+        end associate
+      end do
+    end associate
+  end subroutine limit_by_strength
+
+  !> Friction coefficients of the touching ones of `n` candidates, from their temperature, the
+  !> contact pressure in the body, or the sliding speed.
+  pure function look_up_friction(table, n, nf, ps, n_particles, place, particle) result(found)
+    type(friction_table_t), intent(in) :: table
+    integer, intent(in) :: n, nf, n_particles, place(n_particles)
+    real(rp), intent(in) :: ps(nlane, nf)
+    type(contact_particle_t), intent(in) :: particle(n_particles)
+    real(rp) :: found(n_particles)
+    real(rp), dimension(nlane) :: mu, pressure, slip
+    integer :: i, p
+
+    pressure = 0.0_rp
+    slip = 0.0_rp
+    do i = 1, n_particles
+      p = place(i)
+      associate (a => particle(i)%normal, tau => ps(p, f_tau:f_tau + 5))
+        pressure(p) = max(0.0_rp, -(sum(a**2*tau(1:3)) + 2.0_rp*(a(1)*a(2)*tau(4) &
+                          + a(2)*a(3)*tau(5) + a(1)*a(3)*tau(6)))/ps(p, f_jac))
+        slip(p) = norm2(particle(i)%slip)
+      end associate
+    end do
+    call table%coefficients(n, ps(1, f_temp), pressure, slip, mu)
+    found = mu(place)
+  end function look_up_friction
+
+  !> Compute the shear layers of `n` particles with plastic strain `alpha`, temperature and state,
+  !> depth `z` of their centres below the face [m], and velocity `v` of the face relative to them
+  !> [m/s]. The law is linearised in temperature and logarithm of the rate, over the temperature
+  !> rise of a uniform rate. Without conduction the thickness of the layer is `z`.
+  subroutine find_shear_layer(material, n, alpha, temp, n_state, state, z, v, layer)
+    type(material_t), intent(in) :: material
+    integer, intent(in) :: n, n_state
+    real(rp), intent(in) :: alpha(nlane), temp(nlane), z(nlane), v(nlane)
+    real(rp), intent(in) :: state(nlane, n_state)
+    type(shear_layer_t), intent(out) :: layer
+    real(rp), dimension(nlane) :: base, conductivity, hot_slope, rate, rise, sigma, slope
+
+    rate = max(v/(root3*z), material%flow%min_rate)
+    call flow_strength(material, alpha, temp, rate, n_state, state, base, slope)
+    layer%stress = base/root3
+    layer%sensitivity = slope/root3
+    layer%log_rate = log(rate)
+    layer%thickness = z
+    if (.not. material%conducts()) return
+    conductivity = material%conductivity_at(temp)
+    layer%rise = material%plastic_heat*v*z/(2.0_rp*conductivity)*layer%stress
+    rise = max(min_rise, layer%rise)
+    call flow_strength(material, alpha, temp + rise, rate, n_state, state, sigma, hot_slope)
+    call solve_layer(material%plastic_heat, conductivity, n, z, v, base, &
+                 max(0.0_rp, (base - sigma)/rise), 0.5_rp*(slope + hot_slope), layer)
+  end subroutine find_shear_layer
+
+  !> Solve for the layer under the linear law sigma = base + slope ln(rate/uniform rate) -
+  !> softening_rate rise, by Newton's method in the stress, on which the temperature rise depends
+  !> almost linearly.
+  pure subroutine solve_layer(plastic_heat, conductivity, n, z, v, base, softening_rate, slope, &
+                              layer)
+    real(rp), intent(in) :: plastic_heat, conductivity(nlane)   !! [-], [W/(m K)]
+    integer, intent(in) :: n
+    real(rp), dimension(nlane), intent(in) :: z, v, base, softening_rate, slope
+    type(shear_layer_t), intent(inout) :: layer      !! on entry, the layer of uniform rate
+    integer, parameter :: n_newton = 3
+    real(rp), parameter :: min_slope = 1.0e-3_rp   !! lower bound of the slope over the stress: a
+                                                   !! law without sensitivity shears in a plane
+    real(rp) :: a, log_cosh, m, rise_per_stress, rise, sigma, t, x
+    integer :: p, iteration
+
+    do p = 1, n
+      if (base(p) <= 0.0_rp) cycle
+      a = softening_rate(p)/max(slope(p), min_slope*base(p))
+      rise_per_stress = plastic_heat*v(p)*z(p)/(2.0_rp*root3*conductivity(p))
+      if (a*rise_per_stress*base(p) < min_softening) cycle
+      sigma = base(p)
+      do iteration = 1, n_newton
+        m = a*rise_per_stress*sigma
+        x = depth_ratio(m)
+        log_cosh = log_cosh_of(x)
+        rise = 2.0_rp/a*log_cosh
+        t = tanh(x)
+        sigma = sigma + (base(p) + slope(p)*log(x/t) - softening_rate(p)*rise - sigma) &
+                /(1.0_rp + softening_rate(p)*rise/sigma)
+        sigma = max(sigma, 1.0e-6_rp*base(p))
+      end do
+      layer%stress(p) = sigma/root3
+      layer%sensitivity(p) = slope(p)/root3
+      layer%log_rate(p) = layer%log_rate(p) + log(x/t) - 2.0_rp*log_cosh
+      layer%rise(p) = rise
+      layer%thickness(p) = z(p)*t/x
+      layer%softening(p) = x*t
+    end do
+  end subroutine solve_layer
+
+  !> Solve x tanh x = m for x = z1/l, to a thousandth: one step of Newton's method.
+  elemental real(rp) function depth_ratio(m) result(x)
+    real(rp), intent(in) :: m
+    real(rp) :: t
+
+    x = sqrt(m + m*m)
+    t = tanh(x)
+    x = x - (x*t - m)/(t + x*(1.0_rp - t*t))
+  end function depth_ratio
+
+  !> ln cosh x without overflow.
+  elemental real(rp) function log_cosh_of(x)
+    real(rp), intent(in) :: x
+
+    log_cosh_of = x + log(0.5_rp*(1.0_rp + exp(-2.0_rp*x)))
+  end function log_cosh_of
+
+  !> Reduce the rate of the layer of a particle where friction uses only the fraction `used` of its
+  !> strength: the logarithm of the rate is lower by `log_rate_reduction`; the remaining slip is
+  !> sliding.
+  !>
+  !> The metal of the layer moves faster than the particle centre, by V (1 - ln cosh x/(x tanh x))
+  !> in the mean from the centre to the face, of which the grid resolves half of the particle's own
+  !> shear. It is averaged over the particle, `spacing` wide, whose part below the centre moves with
+  !> the grid.
+  elemental subroutine reduce_layer_rate(used, spacing, t, log_rate_reduction)
+    real(rp), intent(in) :: used, spacing     !! [-], width along the normal [m]
+    type(contact_particle_t), intent(inout) :: t
+    real(rp), intent(out) :: log_rate_reduction
+    real(rp) :: m, mean, resolved, slip, speed, x
+
+    t%strength_used = used
+    log_rate_reduction = (used - 1.0_rp)/t%rate_sensitivity
+    slip = norm2(t%slip)
+    resolved = root3*t%resolved_rate*t%layer_depth
+    speed = exp(log_rate_reduction)*(slip + resolved)
+    t%plastic_fraction = 0.0_rp
+    if (slip > 0.0_rp) t%plastic_fraction = max(0.0_rp, (speed - resolved)/slip)
+    m = t%softening*used*exp(log_rate_reduction)
+    if (m < min_softening) then              ! uniform shear
+      mean = 0.5_rp
+      t%layer_thickness = t%layer_depth
+      if (t%softening < min_softening) then
+        t%temperature_rise = t%temperature_rise*used*exp(log_rate_reduction)
+      else
+        t%temperature_rise = t%temperature_rise*0.5_rp*m/log_cosh_of(depth_ratio(t%softening))
+      end if
+    else
+      x = depth_ratio(m)
+      mean = 1.0_rp - log_cosh_of(x)/m
+      t%layer_thickness = t%layer_depth*tanh(x)/x
+      t%temperature_rise = t%temperature_rise*log_cosh_of(x)/log_cosh_of(depth_ratio(t%softening))
+    end if
+    t%excess_velocity = max(0.0_rp, mean*speed - 0.5_rp*resolved)*t%layer_depth/(t%layer_depth &
+                                                                                 + 0.5_rp*spacing)
+  end subroutine reduce_layer_rate
+
+end module contact_tool_limits

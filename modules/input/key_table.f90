@@ -1,0 +1,165 @@
+! SPDX-License-Identifier: MIT
+!> Table of input keys: groups and rows, with additions and look-ups.
+module input_key_table
+  use base_errors, only: fatal
+  use input_syntax, only: split_words
+  implicit none (type, external)
+  private
+
+  public :: group_row_t, key_row_t, key_table_t
+
+  !> One group of the input.
+  type :: group_row_t
+    character(16) :: name = ''
+    logical :: repeats = .false.
+    logical :: is_required = .false.
+    integer :: first = 1, last = 0      !! range of its rows in the list of keys
+    character(240) :: about = ''
+  end type group_row_t
+
+  !> One key of a group.
+  type :: key_row_t
+    character(24) :: name = ''
+    character(8) :: kind = ''           !! real, integer, logical, text or choice
+    integer :: n = 1                    !! number of values; -n: up to n
+    character(12) :: unit = ''
+    character(256) :: default = ''      !! as text
+    logical :: is_required = .false.    !! if the condition holds
+    character(96) :: condition = ''     !! 'KEY = a or b' under which it applies; '': always
+    character(96) :: allowed = ''       !! interval, names of a choice, characters of a text,
+                                        !! 'name', 'file name'
+    character(240) :: about = ''
+    logical :: may_change = .false.     !! may change in a restart
+  end type key_row_t
+
+  !> The table; the keys of a group are contiguous.
+  type :: key_table_t
+    type(group_row_t), allocatable :: groups(:)
+    type(key_row_t), allocatable :: keys(:)
+  contains
+    procedure :: group => add_group
+    procedure :: key => add_key
+    procedure :: may_change => let_change
+    procedure :: find_group
+    procedure :: find_key
+  end type key_table_t
+
+contains
+
+  !> Open a group; the keys added next belong to it.
+  subroutine add_group(self, name, occurs, about)
+    class(key_table_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    character(*), intent(in) :: occurs   !! 'once' or 'repeat', optionally 'required'
+    character(*), intent(in) :: about
+    type(group_row_t) :: row
+
+    if (.not. allocated(self%groups)) allocate (self%groups(0), self%keys(0))
+    row%name = name
+    row%repeats = index(occurs, 'repeat') > 0
+    row%is_required = index(occurs, 'required') > 0
+    row%first = size(self%keys) + 1
+    row%last = size(self%keys)
+    row%about = about
+    if (len(about) > len(row%about)) call fatal('table of keys: &'//name//' does not fit')
+    self%groups = [self%groups, row]
+  end subroutine add_group
+
+  !> Add a key to the group opened last; an existing row with another condition is extended by the
+  !> new one.
+  subroutine add_key(self, name, kind, n, unit, default, allowed, about)
+    class(key_table_t), intent(inout) :: self
+    character(*), intent(in) :: name, kind
+    integer, intent(in) :: n
+    character(*), intent(in) :: unit
+    character(*), intent(in) :: default          !! default or 'required', optionally followed by
+                                                 !! 'if KEY = a or b'
+    character(*), intent(in) :: allowed, about
+    type(key_row_t) :: row
+    character(:), allocatable :: condition
+    integer :: cut, k
+
+    cut = index(' '//default, ' if ')
+    if (cut == 0) cut = len(default) + 1
+    condition = default(min(cut + 3, len(default) + 1):)
+    row = key_row_t(name, kind, n, unit, default(:cut - 1), .false., condition, allowed, about)
+    row%is_required = row%default == 'required'
+    if (row%is_required) row%default = ''
+    if (row%name /= name .or. row%kind /= kind .or. row%unit /= unit &
+        .or. row%allowed /= allowed .or. row%about /= about &
+        .or. cut - 1 > len(row%default) .or. row%condition /= condition) then
+      call fatal('table of keys: the row of '//name//' does not fit')
+    end if
+    k = self%find_key(size(self%groups), name)
+    if (k > 0) then
+      call share_key(self%keys(k), row)
+      return
+    end if
+    self%keys = [self%keys, row]
+    self%groups(size(self%groups))%last = size(self%keys)
+  end subroutine add_key
+
+  !> Extend the condition of `row` by that of `other`, an otherwise equal row.
+  subroutine share_key(row, other)
+    type(key_row_t), intent(inout) :: row
+    type(key_row_t), intent(in) :: other
+    character(:), allocatable :: both
+    integer :: equals
+
+    equals = index(row%condition, '=')
+    both = trim(row%condition)//' or'//trim(other%condition(equals + 1:))
+    if (equals == 0 .or. row%condition(:equals) /= other%condition(:equals) .or. &
+        len(both) > len(row%condition) .or. row%kind /= other%kind .or. row%n /= other%n .or. &
+        row%unit /= other%unit .or. row%default /= other%default .or. &
+        (row%is_required .neqv. other%is_required) .or. row%allowed /= other%allowed .or. &
+        row%about /= other%about) then
+      call fatal('table of keys: '//trim(row%name)//' has two rows that differ, if '// &
+                 trim(row%condition)//' and if '//trim(other%condition))
+    end if
+    row%condition = both
+  end subroutine share_key
+
+  !> Allow a restart to change keys of a group: those in `names`, or all with '*'.
+  subroutine let_change(self, group, names)
+    class(key_table_t), intent(inout) :: self
+    character(*), intent(in) :: group
+    character(*), intent(in) :: names   !! separated by blanks
+    character(48), allocatable :: list(:)
+    integer :: g, k, row
+
+    g = self%find_group(group)
+    if (g == 0) call fatal('table of keys: there is no &'//group)
+    if (names == '*') self%keys(self%groups(g)%first:self%groups(g)%last)%may_change = .true.
+    if (names == '*') return
+    call split_words(names, list)
+    do k = 1, size(list)
+      row = self%find_key(g, trim(list(k)))
+      if (row == 0) call fatal('table of keys: &'//group//' has no '//trim(list(k)))
+      self%keys(row)%may_change = .true.
+    end do
+  end subroutine let_change
+
+  !> Index of a group; 0 if there is none of this name.
+  pure integer function find_group(self, name)
+    class(key_table_t), intent(in) :: self
+    character(*), intent(in) :: name
+
+    do find_group = size(self%groups), 1, -1
+      if (self%groups(find_group)%name == name) exit
+    end do
+  end function find_group
+
+  !> Row of a key of group `group`; 0 if there is none of this name.
+  pure integer function find_key(self, group, name)
+    class(key_table_t), intent(in) :: self
+    integer, intent(in) :: group
+    character(*), intent(in) :: name
+    integer :: k
+
+    find_key = 0
+    do k = self%groups(group)%first, self%groups(group)%last
+      if (self%keys(k)%name == name) find_key = k
+    end do
+  end function find_key
+
+end module input_key_table

@@ -1,0 +1,178 @@
+! SPDX-License-Identifier: MIT
+!> Heat sinks of bodies, a tool or a column of a backing plate: a rod behind the face in which heat
+!> is conducted along one axis, or a body of uniform temperature. Time integration is backward
+!> Euler; the face temperature is linear in the heat flow, so that the temperatures of metal and
+!> sink at the end of a step are solved for together.
+module tools_heat_sink
+  use base_kinds, only: rp
+  implicit none (type, external)
+  private
+
+  public :: heat_sink_t
+
+  real(rp), parameter :: semi_infinite_length = 10.0_rp  !! length of a rod whose end has no
+                                                         !! influence [m]
+  real(rp), parameter :: growth = 1.1_rp                 !! growth ratio of the cells behind the
+                                                         !! face
+
+  type :: heat_sink_t
+    logical :: is_on = .false.                    !! the sink has a temperature that follows the
+                                                  !! absorbed heat
+    integer :: place = 0                          !! first of its two particle fields: contact area
+                                                  !! times time [m2 s], heat of the face [J]
+    real(rp) :: conductance = huge(1.0_rp)        !! conductance of the gap at the face [W/(m2 K)]
+    real(rp) :: cooling = 0.0_rp                  !! cooling at the far end, or of a uniform body
+                                                  !! [W/K]
+    real(rp) :: coolant = 298.0_rp                !! temperature of the coolant [K]
+    real(rp), allocatable :: capacity(:)          !! heat capacity of each cell, from the face on
+                                                  !! [J/K]
+    real(rp), allocatable :: link_conductance(:)  !! conductance from each cell to the next one, or
+                                                  !! to the coolant [W/K]
+    real(rp) :: face_conductance = huge(1.0_rp)   !! conductance from the first cell centre to the
+                                                  !! face [W/K]
+    ! State, equal on all ranks:
+    real(rp), allocatable :: temperature(:)       !! cell temperatures [K]
+    real(rp) :: face = 298.0_rp                   !! face temperature [K]
+    real(rp) :: gained = 0.0_rp, lost = 0.0_rp    !! heat taken from the bodies, heat lost to the
+                                                  !! coolant [J]
+  contains
+    procedure :: make_rod
+    procedure :: make_lumped
+    procedure :: face_response
+    procedure :: absorb
+    procedure :: content
+    procedure :: state
+    procedure :: set_state
+  end type heat_sink_t
+
+contains
+
+  !> Make a rod of this cross-section and length (0: semi-infinite) at temperature `start`, whose
+  !> cells grow from `first_width` at the face.
+  pure subroutine make_rod(self, area, length, first_width, conductivity, capacity, start)
+    class(heat_sink_t), intent(inout) :: self
+    real(rp), intent(in) :: area, length, first_width  !! [m2], [m], [m]
+    real(rp), intent(in) :: conductivity               !! [W/(m K)]
+    real(rp), intent(in) :: capacity                   !! density times specific heat [J/(m3 K)]
+    real(rp), intent(in) :: start                      !! [K]
+    real(rp), allocatable :: width(:)
+    real(rp) :: total_length
+    integer :: i, n
+
+    total_length = length
+    if (length <= 0.0_rp) total_length = semi_infinite_length
+    n = max(3, ceiling(log(1.0_rp + (growth - 1.0_rp)*total_length/first_width)/log(growth)))
+    allocate (width(n), source=[(growth**i, i=0, n - 1)])
+    width = total_length*width/sum(width)
+    self%is_on = .true.
+    self%capacity = capacity*area*width
+    allocate (self%link_conductance(n))
+    self%link_conductance(:n - 1) = 2.0_rp*conductivity*area/(width(:n - 1) + width(2:))
+    self%link_conductance(n) = 0.0_rp
+    if (self%cooling > 0.0_rp) then
+      self%link_conductance(n) = 1.0_rp/(1.0_rp/self%cooling + 0.5_rp*width(n)/(conductivity*area))
+    end if
+    self%face_conductance = 2.0_rp*conductivity*area/width(1)
+    allocate (self%temperature(n), source=start)
+    self%face = start
+  end subroutine make_rod
+
+  !> Make a body of uniform temperature.
+  pure subroutine make_lumped(self, capacity, start)
+    class(heat_sink_t), intent(inout) :: self
+    real(rp), intent(in) :: capacity              !! [J/K]
+    real(rp), intent(in) :: start                 !! [K]
+
+    self%is_on = .true.
+    self%capacity = [capacity]
+    self%link_conductance = [self%cooling]
+    self%temperature = [start]
+    self%face = start
+  end subroutine make_lumped
+
+  !> Face temperature at the end of a step as a linear function of the heat flow from the bodies:
+  !> `t_face0` [K] without it, and the derivative `dtface_dp` [K/W].
+  pure subroutine face_response(self, dt, t_face0, dtface_dp)
+    class(heat_sink_t), intent(in) :: self
+    real(rp), intent(in) :: dt                    !! [s]
+    real(rp), intent(out) :: t_face0, dtface_dp
+    real(rp), dimension(size(self%temperature)) :: without_power, unit
+
+    call solve(self, dt, 0.0_rp, without_power)
+    call solve(self, dt, 1.0_rp, unit)
+    t_face0 = without_power(1)
+    dtface_dp = unit(1) - without_power(1) + 1.0_rp/self%face_conductance
+  end subroutine face_response
+
+  !> Take a step with the heat flow `power` from the bodies.
+  pure subroutine absorb(self, dt, power)
+    class(heat_sink_t), intent(inout) :: self
+    real(rp), intent(in) :: dt, power             !! [s], [W]
+    real(rp), dimension(size(self%temperature)) :: t
+    integer :: n
+
+    n = size(t)
+    call solve(self, dt, power, t)
+    self%temperature = t
+    self%face = t(1) + power/self%face_conductance
+    self%gained = self%gained + dt*power
+    self%lost = self%lost + dt*self%link_conductance(n)*(t(n) - self%coolant)
+  end subroutine absorb
+
+  !> Temperatures after a step of backward Euler with `power` into the first cell: elimination from
+  !> the far end.
+  pure subroutine solve(self, dt, power, t)
+    class(heat_sink_t), intent(in) :: self
+    real(rp), intent(in) :: dt, power
+    real(rp), intent(out) :: t(size(self%temperature))
+    real(rp), dimension(size(self%temperature)) :: diagonal, right
+    integer :: i, n
+
+    n = size(t)
+    diagonal = self%capacity/dt + self%link_conductance
+    right = self%capacity/dt*self%temperature
+    right(1) = right(1) + power
+    right(n) = right(n) + self%link_conductance(n)*self%coolant
+    do i = n - 1, 1, -1
+      associate (g => self%link_conductance(i))
+        diagonal(i + 1) = diagonal(i + 1) + g
+        diagonal(i) = diagonal(i) - g*g/diagonal(i + 1)
+        right(i) = right(i) + g*right(i + 1)/diagonal(i + 1)
+      end associate
+    end do
+    t(1) = right(1)/diagonal(1)
+    do i = 1, n - 1
+      t(i + 1) = (right(i + 1) + self%link_conductance(i)*t(i))/diagonal(i + 1)
+    end do
+  end subroutine solve
+
+  !> Heat above 0 K [J].
+  pure real(rp) function content(self)
+    class(heat_sink_t), intent(in) :: self
+
+    content = 0.0_rp
+    if (self%is_on) content = sum(self%capacity*self%temperature)
+  end function content
+
+  !> State for a checkpoint.
+  pure function state(self) result(values)
+    class(heat_sink_t), intent(in) :: self
+    real(rp), allocatable :: values(:)
+
+    allocate (values(0))
+    if (self%is_on) values = [self%face, self%gained, self%lost, self%temperature]
+  end function state
+
+  !> Set the state from a checkpoint.
+  pure subroutine set_state(self, values)
+    class(heat_sink_t), intent(inout) :: self
+    real(rp), intent(in) :: values(:)
+
+    if (.not. self%is_on) return
+    self%face = values(1)
+    self%gained = values(2)
+    self%lost = values(3)
+    self%temperature = values(4:)
+  end subroutine set_state
+
+end module tools_heat_sink

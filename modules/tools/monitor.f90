@@ -1,0 +1,103 @@
+! SPDX-License-Identifier: MIT
+!> Load of a tool, which may end phases early or stop the tool.
+module tools_monitor
+  use base_kinds, only: rp
+  use tools_motion, only: motion_t
+  implicit none (type, external)
+  private
+
+  public :: monitor_t
+
+  integer, parameter :: n_monitor = 8             !! reals of its state without the phase durations
+
+  type :: monitor_t
+    logical :: is_on = .false.
+    real(rp) :: max_force = huge(1.0_rp), max_torque = huge(1.0_rp)  !! limits [N], [N m]
+    integer :: at_limit = 1  !! action at a limit: 1 the run ends, 2 the feed stops, 3 feed and spin
+                             !! stop
+    ! State:
+    real(rp) :: load_ema(2) = 0.0_rp           !! exponential moving averages (Brown 1963) of force
+                                               !! [N] and torque [N m]
+    real(rp) :: load_ema2(2) = 0.0_rp          !! exponential moving averages of load_ema
+    real(rp) :: last_angular_impulse = 0.0_rp  !! angular impulse before this step [N m s]
+    integer :: phase = 1                       !! current phase of the schedule
+    logical :: ended_early = .false.           !! the current phase ended before its duration
+    real(rp) :: halt_time = -1.0_rp            !! time at which the tool was stopped [s]; -1: not
+                                               !! stopped
+    real(rp) :: spin = 0.0_rp                  !! spin after the stop [rad/s]
+  contains
+    procedure :: update_load
+    procedure :: load
+    procedure :: state => monitor_state
+    procedure :: set_state => set_monitor
+    procedure :: size_of_state
+  end type monitor_t
+
+contains
+
+  !> Add the current load, force [N] and torque [N m], to the moving averages with the weight
+  !> `part`, the step over the averaging time.
+  pure subroutine update_load(self, now, part)
+    class(monitor_t), intent(inout) :: self
+    real(rp), intent(in) :: now(2), part
+
+    self%load_ema = self%load_ema + part*(now - self%load_ema)
+    self%load_ema2 = self%load_ema2 + part*(self%load_ema - self%load_ema2)
+  end subroutine update_load
+
+  !> Estimate of the current force [N] and torque [N m]: a moving average lags behind a growing
+  !> load, and the average of it lags twice, so that their difference removes the lag (double
+  !> exponential smoothing, R. G. Brown 1963).
+  pure function load(self)
+    class(monitor_t), intent(in) :: self
+    real(rp) :: load(2)
+
+    load = 2.0_rp*self%load_ema - self%load_ema2
+  end function load
+
+  !> Number of reals of the state, with a schedule of `n` phases in the input.
+  elemental integer function size_of_state(self, n)
+    class(monitor_t), intent(in) :: self
+    integer, intent(in) :: n
+
+    size_of_state = merge(n_monitor + n, 0, self%is_on)
+  end function size_of_state
+
+  !> State for a checkpoint, with the durations of the phases. A stopped tool has one phase more or
+  !> fewer than the input has, `n`.
+  pure function monitor_state(self, motion, n) result(state)
+    class(monitor_t), intent(in) :: self
+    type(motion_t), intent(in) :: motion
+    integer, intent(in) :: n
+    real(rp) :: state(self%size_of_state(n))
+    integer :: last
+
+    if (.not. self%is_on) return
+    last = min(n, size(motion%phase))
+    state = 0.0_rp
+    state(:n_monitor) = [self%load_ema, self%load_ema2, real(self%phase, rp), &
+                       merge(1.0_rp, 0.0_rp, self%ended_early), self%halt_time, self%spin]
+    state(n_monitor + 1:n_monitor + last) = motion%phase(:last)%duration
+  end function monitor_state
+
+  !> Set the state from a checkpoint, and the durations of the phases that have begun in the
+  !> schedule of the input.
+  pure subroutine set_monitor(self, state, motion)
+    class(monitor_t), intent(inout) :: self
+    real(rp), intent(in) :: state(:)
+    type(motion_t), intent(inout) :: motion
+    integer :: last
+
+    self%load_ema = state(1:2)
+    self%load_ema2 = state(3:4)
+    self%phase = nint(state(5))
+    self%ended_early = state(6) > 0.0_rp
+    self%halt_time = state(7)
+    self%spin = state(8)
+    last = min(self%phase, size(motion%phase))
+    if (.not. self%ended_early) last = min(last, self%phase - 1)
+    motion%phase(:last)%duration = state(n_monitor + 1:n_monitor + last)
+    if (self%halt_time >= 0.0_rp) call motion%halt(self%halt_time, self%spin)
+  end subroutine set_monitor
+
+end module tools_monitor
