@@ -63,7 +63,7 @@ contains
     type(input_t), intent(in) :: input
     integer, intent(in) :: i
     class(shape_t), allocatable, intent(out) :: shape
-    real(rp), intent(inout) :: frame(3, 3)         !! columns: axes of the tool
+    real(rp), intent(inout) :: frame(3, 3)         !! its columns: axes of the tool
 
     call make_shape(input%text('TOOL', i, 'KIND'), shape)
     if (.not. allocated(shape)) return

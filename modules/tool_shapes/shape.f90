@@ -46,7 +46,7 @@ module tool_shapes_shape
       class(shape_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
-      real(rp), intent(out) :: frame(3, 3)   !! columns: axes; the last is that of rotation
+      real(rp), intent(out) :: frame(3, 3)   !! its columns: axes; the last is that of rotation
     end subroutine read_interface
 
     !> Signed distance of a point, its gradient, and the distance along the surface to the nearest
