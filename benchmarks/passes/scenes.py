@@ -53,6 +53,7 @@ def text_of(name, kind="floor"):
 # What is changed to learn what a number depends on: keys beside those of the pass on the floor of the valley.
 EXPERIMENTS = {
     "free": ("sides and ends free", {}),
+    "cooled": ("film of hot copper", {"SURFACE.COEFFICIENT": "45000"}),
     "fast": ("mass scaling 1e6", {"TIME.MASS_SCALING": "1e6"}),
     "adaptive": ("mass scaling 1e3 to 1e5", {"TIME.MASS_SCALING": "1e5", "TIME.MASS_SCALING_RANGE": "1e3,1e5", "TIME.INERTIAL_FRACTION": "0.03"}),
     "deep06": ("tool 0.6 mm deeper", {"MOTION(1).DURATION": "0.8", "METHOD.DEBRIS": "0.05"}),

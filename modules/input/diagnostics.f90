@@ -95,7 +95,7 @@ contains
     character(:), allocatable :: more
 
     more = ''
-    if (count(is) > 1) more = ', and at '//str(count(is) - 1)//' more'
+    if (count(is) > 1) more = ', as in '//str(count(is) - 1)//' more rows'
     if (any(is)) call self%add(file, lines(findloc(is, .true., dim=1)), message//more)
   end subroutine add_first
 

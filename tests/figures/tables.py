@@ -319,7 +319,7 @@ def weld_changes(_):
         cells = MEANT.get(variant, "")
         rows.append([name, f"`{value}`" + (f" ({cells})" if cells else "") if value else cells,
                      *(f"{100.0 * (weld[key] / own[key] - 1.0):+.1f} %" for key, _, _ in SHOWN),
-                     *(f"{weld[key] - own[key]:+.0f} K" for key in ("face", "hottest"))])
+                     *(f"{round(weld[key] - own[key]):+d} K" for key in ("face", "hottest"))])
     return table(["weld", "changed", "torque", "axial force", "power", "face", "hottest"], rows)
 
 

@@ -117,7 +117,7 @@ BAD = {
         ":3: error: 'nan' is no number for y[m]", ":4: error: has 3 values, the table 2 columns", ":5: error: 'x' is no number for y[m]",
         ":7: error: repeats the point before"]),
     "times": ("time[s],x[m],y[m],z[m]\n0,0,0,0\n1,0,1e-3,0\n0.5,0,2e-3,0\n0.5,0,3e-3,0\n", {}, [
-        ":4: error: time does not rise, and at 1 more", "SPEED = 0.5: has no effect"]),
+        ":4: error: time does not rise, as in 1 more rows", "SPEED = 0.5: has no effect"]),
     "too far, too fast": ("x [m], y [m]\n0,0\n0,1e-3\n0.1,0.2\n", {"MOTION(2).SPEED": 50}, [
         ":4: error: the path leaves the grid", ":3: error: the segment to this point is faster than"]),
     "no columns": ("0,0\n0,1\n", {}, [": error: needs columns x[m] and y[m]"]),
