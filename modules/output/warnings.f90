@@ -121,9 +121,8 @@ contains
     type(warnings_t), intent(in) :: self
     type(simulation_t), intent(in) :: sim
 
-    allowed_scaling = max(1.0_rp, sim%clock%mass_scaling &
-                          *sim%scene%method%inertial_fraction /max(self%inertial_ratio, &
-                          tiny(1.0_rp)))
+    allowed_scaling = max(1.0_rp, sim%clock%mass_scaling*sim%scene%method%inertial_fraction &
+                          /max(self%inertial_ratio, epsilon(1.0_rp)))
   end function allowed_scaling
 
   !> Collective. Largest ratio of the distance of neighbours to that at which they surely share a
