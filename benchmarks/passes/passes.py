@@ -6,7 +6,7 @@ usage: benchmarks/passes/run.sh [NAME[:KIND] ...] [--particles MM] [--mass-scali
        benchmarks/passes/run.sh --tables           results/tables.json from results/1mm and 2mm; then figures.py --pages
 
 NAME is a plate and a flow law: cavity1_hot, cavity1_jc, cavity1_tp, ... plain_hot, aa5005_tp (default: all). KIND is 'floor', the
-pass with the friction and film of the floor of the valley (default), or an experiment of scenes.EXPERIMENTS: free, fast, adaptive,
+pass with the friction and film of the floor of the valley (default), or an experiment of scenes.EXPERIMENTS: free, cooled, fast, adaptive,
 deep06, soft50, soft20, annealing, annealing_water. Each pass has a folder in DIR (default build/passes); what is done is not
 repeated, what was stopped goes on from its checkpoint. Its numbers go into results/1mm/NAME_KIND.json, or what --particles is, with the machine.
 """
