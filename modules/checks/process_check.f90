@@ -80,7 +80,7 @@ contains
     type(tool_t), intent(in) :: tool(:)
     integer, intent(in) :: k
     type(tool_survey_t), intent(in) :: survey
-    real(rp) :: edges(3)                           ! of the plate [m]
+    real(rp) :: edges(3)                           ! edge lengths of the plate [m]
     integer :: i, phase
 
     edges = survey%plate(:, 2) - survey%plate(:, 1)

@@ -90,7 +90,7 @@ contains
   subroutine add_first(self, file, lines, is, message)
     class(diagnostics_t), intent(inout) :: self
     character(*), intent(in) :: file, message
-    integer, intent(in) :: lines(:)       !! of the points
+    integer, intent(in) :: lines(:)       !! line number of each point
     logical, intent(in) :: is(:)
     character(:), allocatable :: more
 
