@@ -129,7 +129,7 @@ contains
         call add_particle(particles, body, scene%body(body)%start, x, &
                           velocity + matmul(gradient, x - centre), temperature, &
                           mass*lattice%share(i, j, k), make_tag(id, faces))
-        call add_extras(scene, body, gradient, particles)
+        call add_extras(scene, body, gradient, lattice%edges(i, j, k), particles)
       end do
     end do
   end subroutine fill_plane
@@ -166,7 +166,7 @@ contains
       do side = 0, 1
         y = x
         y(axis) = x(axis) + lattice%spacing(axis)*(2*side - 1)
-        if (axis == lattice%grading%axis) then
+        if (lattice%grading(axis)%is_graded) then
           next = ijk
           next(axis) = ijk(axis) + 2*side - 1
           y = lattice%point(next(1), next(2), next(3))
@@ -212,10 +212,11 @@ contains
   end subroutine add_particle
 
   !> Set the fields that only some methods need, for the particle added last.
-  subroutine add_extras(scene, body, gradient, particles)
+  subroutine add_extras(scene, body, gradient, edges, particles)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body
     real(rp), intent(in) :: gradient(3, 3)   !! gradient of the velocity [1/s]
+    real(rp), intent(in) :: edges(3)         !! edges of the particle [m]
     type(particles_t), intent(inout) :: particles
     real(rp), allocatable :: state(:)
 
@@ -225,6 +226,7 @@ contains
                law => scene%layout%law, &
                material => scene%material(scene%body(body)%material))
       if (half > 0) ps(half:half + 2) = scene%domain(body)
+      if (scene%layout%edges > 0) ps(scene%layout%edges:scene%layout%edges + 2) = edges
       if (affine > 0) ps(affine:affine + 8) = reshape(transpose(gradient), [9])
       if (cover > 0) ps(cover) = 1.0_rp
       if (origin > 0) ps(origin:origin + 2) = ps(f_pos:f_pos + 2)

@@ -22,9 +22,9 @@ module bodies_lattice
     integer :: n(3) = 0
     integer :: axis = 3
     real(rp) :: centre(3) = 0.0_rp, radius = 0.0_rp
-    type(grading_t) :: grading   !! along its axis rows are equidistant in grid coordinates, `layer`
-                                 !! apart from `bottom` [cells]
-    real(rp) :: layer = 0.0_rp, bottom = 0.0_rp
+    type(grading_t) :: grading(3)   !! along graded axes rows are equidistant in grid coordinates,
+                                    !! `layer` apart from `bottom` [cells]
+    real(rp) :: layer(3) = 0.0_rp, bottom(3) = 0.0_rp
   contains
     procedure :: edges
     procedure :: is_straight
@@ -44,7 +44,7 @@ contains
     type(body_t), intent(in) :: body
     type(solid_t), intent(in) :: solids(:)
     real(rp) :: low(3), high(3), corner(3)
-    integer :: first(3)
+    integer :: a, first(3)
 
     call extent_of(solids, low, high)
     lattice%spacing = body%spacing
@@ -53,7 +53,9 @@ contains
     first = floor((low - corner)/lattice%spacing + 1.0e-6_rp)
     lattice%origin = corner + lattice%spacing*(real(first, rp) + 0.5_rp)
     lattice%n = ceiling((high - lattice%origin)/lattice%spacing) + 1
-    if (scene%grid%grading%axis > 0) call grade_rows(scene, body, corner, low, high, lattice)
+    do a = 1, 3
+      if (scene%grid%grading(a)%is_graded) call grade_rows(scene, body, a, corner(a), low(a), high(a), lattice)
+    end do
     if (.not. body%is_round) return
     associate (solid => solids(findloc(solids%adds, .true., 1)))
       lattice%kind = merge(shells, rings, solid%kind == solid_sphere)
@@ -66,32 +68,30 @@ contains
     end associate
   end function lattice_of
 
-  !> Set the rows along the graded axis of the grid. With a lattice of its own a body has the number
+  !> Set the rows along the graded axis `a` of the grid. With a lattice of its own a body has the number
   !> of rows from its lower to its upper end that is nearest to PARTICLES_PER_CELL.
-  pure subroutine grade_rows(scene, body, corner, low, high, lattice)
+  pure subroutine grade_rows(scene, body, a, corner, low, high, lattice)
     type(scene_t), intent(in) :: scene
     type(body_t), intent(in) :: body
-    real(rp), intent(in) :: corner(3), low(3), high(3)
+    integer, intent(in) :: a
+    real(rp), intent(in) :: corner, low, high     !! [m]
     type(lattice_t), intent(inout) :: lattice
-
     real(rp) :: layers
-    integer :: rows
 
-    associate (grading => scene%grid%grading, a => scene%grid%grading%axis)
-      lattice%grading = grading
-      lattice%layer = body%spacing(a)/scene%grid%h(a)
+    lattice%grading(a) = scene%grid%grading(a)
+    associate (grading => lattice%grading(a), layer => lattice%layer(a), &
+               bottom => lattice%bottom(a), rows => lattice%n(a))
+      layer = body%spacing(a)/scene%grid%h(a)
       if (body%own_lattice) then
-        layers = (grading%place(high(a)) - grading%place(low(a)))/lattice%layer
+        layers = (grading%place(high) - grading%place(low))/layer
         rows = max(1, nint(layers))
-        lattice%layer = lattice%layer*layers/rows
-        lattice%bottom = grading%place(low(a)) + 0.5_rp*lattice%layer
-        lattice%n(a) = rows
+        layer = layer*layers/rows
+        bottom = grading%place(low) + 0.5_rp*layer
         return
       end if
-      lattice%bottom = grading%place(corner(a))
-      lattice%bottom = lattice%bottom + lattice%layer*(0.5_rp + &
-        floor((grading%place(low(a)) - lattice%bottom)/lattice%layer + 1.0e-6_rp))
-      lattice%n(a) = ceiling((grading%place(high(a)) - lattice%bottom)/lattice%layer) + 1
+      bottom = grading%place(corner)
+      bottom = bottom + layer*(0.5_rp + floor((grading%place(low) - bottom)/layer + 1.0e-6_rp))
+      rows = ceiling((grading%place(high) - bottom)/layer) + 1
     end associate
   end subroutine grade_rows
 
@@ -100,15 +100,15 @@ contains
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i, j, k
     real(rp) :: h(3), ends(2)
-    integer :: ijk(3)
+    integer :: a, ijk(3)
 
     h = self%spacing
-    associate (a => self%grading%axis)
-      if (a == 0) return
-      ijk = [i, j, k]
-      ends = self%bottom + self%layer*(ijk(a) + [-0.5_rp, 0.5_rp])
-      h(a) = self%grading%position(ends(2)) - self%grading%position(ends(1))
-    end associate
+    ijk = [i, j, k]
+    do a = 1, 3
+      if (.not. self%grading(a)%is_graded) cycle
+      ends = self%bottom(a) + self%layer(a)*(ijk(a) + [-0.5_rp, 0.5_rp])
+      h(a) = self%grading(a)%position(ends(2)) - self%grading(a)%position(ends(1))
+    end do
   end function edges
 
   !> Anchor of a body's lattice: a corner between points [m].
@@ -207,14 +207,14 @@ contains
     class(lattice_t), intent(in) :: self
     integer, intent(in) :: i, j, k
     real(rp) :: x(3), phi, r, theta
-    integer :: a, at, b, band
+    integer :: a, at, b, band, ijk(3)
 
-    x = self%origin + self%spacing*[i, j, k]
-    if (self%grading%axis > 0) then
-      a = self%grading%axis
-      at = int(dot_product([i, j, k], merge(1, 0, [1, 2, 3] == a)))
-      x(a) = self%grading%position(self%bottom + self%layer*at)
-    end if
+    ijk = [i, j, k]
+    x = self%origin + self%spacing*ijk
+    do a = 1, 3
+      if (self%grading(a)%is_graded) x(a) = self%grading(a)%position(self%bottom(a) &
+                                                                     + self%layer(a)*ijk(a))
+    end do
     if (self%kind == straight) return
     a = mod(self%axis, 3) + 1
     b = mod(a, 3) + 1
@@ -242,7 +242,7 @@ contains
     integer :: at, band
 
     share = 1.0_rp
-    if (self%grading%axis > 0) share = product(self%edges(i, j, k))/product(self%spacing)
+    if (any(self%grading%is_graded)) share = product(self%edges(i, j, k))/product(self%spacing)
     if (self%kind == straight) return
     s = self%pitch()
     r = ring_radius(self, i)

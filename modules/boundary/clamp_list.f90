@@ -125,9 +125,9 @@ contains
       column%axis = a
       column%weight = weights_at(scene, t)
       parts = 0.5_rp
-      if (a == patch%grading%axis) then
-        column%weight = patch%grading%weights(ijk(a), t)
-        parts([1, 3]) = patch%grading%span(3:4, ijk(a))
+      if (patch%grading(a)%is_graded) then
+        column%weight = patch%grading(a)%weights(ijk(a), t)
+        parts([1, 3]) = patch%grading(a)%span(3:4, ijk(a))
       end if
       column%tail = tails(scene, parts, column%weight)
       do k = 1, 3
@@ -135,7 +135,7 @@ contains
         if (column%weight(k) <= 0.0_rp) cycle
         other = x
         other(a) = x(a) + patch%h(a)*step
-        if (a == patch%grading%axis) other(a) = patch%grading%middle(ijk(a) + step)
+        if (patch%grading(a)%is_graded) other(a) = patch%grading(a)%middle(ijk(a) + step)
         call wrap(scene%grid, other)
         if (is_fixed(scene, nodes, other)) return
         if (step*side > 0 .and. inside_any(scene, nodes, other, c)) return
@@ -227,11 +227,13 @@ contains
     integer, intent(in) :: a
     real(rp), intent(in) :: node, face      !! [m]
 
-    if (a == nodes%patch%grading%axis) then
-      cells = nodes%patch%grading%place(face) - anint(nodes%patch%grading%place(node))
-    else
-      cells = (face - node)/nodes%patch%h(a)
-    end if
+    associate (grading => nodes%patch%grading(a))
+      if (grading%is_graded) then
+        cells = grading%place(face) - anint(grading%place(node))
+      else
+        cells = (face - node)/nodes%patch%h(a)
+      end if
+    end associate
   end function cells_between
 
   !> Image of `x` along axis `a` that is nearest to `face` [m].

@@ -94,12 +94,14 @@ contains
     type(scene_t), intent(in) :: scene
     real(rp), intent(in) :: lower(3), upper(3)   !! [m]
     real(rp) :: cells(3)
+    integer :: a
 
     cells = (upper - lower)/scene%grid%h
-    associate (grading => scene%grid%grading)
-      if (grading%axis > 0) cells(grading%axis) = grading%place(upper(grading%axis)) &
-                                                  - grading%place(lower(grading%axis))
-    end associate
+    do a = 1, 3
+      associate (grading => scene%grid%grading(a))
+        if (grading%is_graded) cells(a) = grading%place(upper(a)) - grading%place(lower(a))
+      end associate
+    end do
   end function cells_in
 
   !> Share of a box that is inside the solids, estimated from samples.

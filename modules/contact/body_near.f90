@@ -154,9 +154,9 @@ contains
       if (scene%layout%half > 0) half(:n, a) = half(:n, a)/domain(a) &
                                                *ps(:n, scene%layout%half + a - 1)
     end do
-    if (scene%grid%grading%axis == 0) return
+    if (.not. scene%grid%is_graded()) return
     do p = 1, n
-      half(p, :) = 0.5_rp*scene%spacing_of(body, ps(p, f_mass))
+      half(p, :) = 0.5_rp*scene%spacing_of(body, ps(p, :))
     end do
   end function half_lengths
 

@@ -268,15 +268,15 @@ contains
     real(rp), parameter :: steps(3) = [-1.0_rp, 0.0_rp, 1.0_rp]
     integer :: ijk(3)
 
-    if (a /= patch%grading%axis) then
+    if (.not. patch%grading(a)%is_graded) then
       low = (steps - 0.5_rp)*patch%h(a)
       high = (steps + 0.5_rp)*patch%h(a)
       return
     end if
     ijk = patch%indices(q)
-    associate (i => ijk(a), edge => patch%grading%edge)
-      low = edge(i - 1:i + 1) - patch%grading%middle(i)
-      high = edge(i:i + 2) - patch%grading%middle(i)
+    associate (i => ijk(a), edge => patch%grading(a)%edge)
+      low = edge(i - 1:i + 1) - patch%grading(a)%middle(i)
+      high = edge(i:i + 2) - patch%grading(a)%middle(i)
     end associate
   end subroutine cells_around
 

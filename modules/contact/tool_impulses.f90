@@ -136,11 +136,9 @@ contains
     real(rp), intent(in) :: g(8, nodes%patch%nn)
     real(rp) :: lower(3), upper(3), margin(3), x(3)
     integer :: first, i, last, r
-    logical :: is_bounded, z_is_graded
+    logical :: is_bounded
 
-    margin = band*nodes%patch%h
-    z_is_graded = scene%grid%grading%axis == 3
-    if (scene%grid%grading%axis > 0) margin(scene%grid%grading%axis) = band*scene%grid%longest()
+    margin = band*scene%grid%longest_edges()
     call tool%bounds(lower, upper)
     where (scene%grid%period > 0) lower = -huge(1.0_rp)
     where (scene%grid%period > 0) upper = huge(1.0_rp)
@@ -151,7 +149,7 @@ contains
       if (any(x(1:2) < lower(1:2) - margin(1:2)) .or. any(x(1:2) > upper(1:2) + margin(1:2))) cycle
       first = nodes%range(1, r)
       last = nodes%range(2, r)
-      if (is_bounded .and. z_is_graded) then
+      if (is_bounded .and. scene%grid%grading(3)%is_graded) then
         last = first + floor(min(real(last - first, rp), nodes_up_to(x(3), upper(3) + margin(3))))
         first = first + ceiling(max(0.0_rp, nodes_up_to(x(3), lower(3) - margin(3))))
       else if (is_bounded) then                  ! the nodes of a run ascend in z
@@ -174,7 +172,7 @@ contains
     pure real(rp) function nodes_up_to(z, limit)
       real(rp), intent(in) :: z, limit       !! [m]
 
-      associate (grading => scene%grid%grading)
+      associate (grading => scene%grid%grading(3))
         nodes_up_to = grading%place(limit) - grading%place(z)
       end associate
     end function nodes_up_to

@@ -20,7 +20,7 @@ module contact_tool_limits
   use base_kinds, only: nlane, pi, rp
   use contact_tool_lists, only: candidates_t, contact_particle_t
   use grid_geometry, only: length_along
-  use mapping_faces, only: place_on_axis
+  use mapping_faces, only: place_on_axis, scale_by_spans
   use mapping_nodes, only: nodes_t
   use particles_store, only: f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp
   use physics_material, only: material_t
@@ -118,7 +118,7 @@ contains
 
   !> Replace the weights `w` of candidates at an edge by those of the covered part of their domains:
   !> a pressure on the whole domain would act beyond the edge, as if the tool were wider by a fifth
-  !> of a cell. A graded axis keeps the whole domain.
+  !> of a cell.
   subroutine cut_at_edges(scene, nodes, tool, near, first, w)
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(in) :: nodes
@@ -140,10 +140,12 @@ contains
       slope = edge_gradient(tool, x, near%normal(:, p), minval(h))
       cut = min(half, max(0.0_rp, norm2(slope*half*h) - max(0.0_rp, edge_distance))*abs(slope)/h)
       do a = 1, 3
-        if (a == nodes%patch%grading%axis .or. cut(a) <= 0.0_rp) cycle
-        w(p, 3*a - 2:3*a) = domain_weights(place_on_axis(nodes, a, x, first(p)) &
-                                           + sign(0.5_rp*cut(a), slope(a)), &
-                                           half(a) - 0.5_rp*cut(a))
+        if (cut(a) <= 0.0_rp) cycle
+        associate (row => w(p, 3*a - 2:3*a))
+          row = domain_weights(place_on_axis(nodes, a, x, first(p)) &
+                               + sign(0.5_rp*cut(a), slope(a)), half(a) - 0.5_rp*cut(a))
+          call scale_by_spans(nodes%patch, a, first(p), row)
+        end associate
       end do
     end do
   end subroutine cut_at_edges

@@ -141,8 +141,8 @@ contains
                   layout%coulomb_reserve, layout%normal_force, (layout%law + i, i=0, &
                                                                 layout%n_law - 1)]
     if (with_stress) self%field = [self%field, (f_tau + i, i=0, 5)]
-    if (layout%half > 0) self%field = [self%field, (layout%half + i, &
-                                                                i=0, 2)]
+    if (layout%half > 0) self%field = [self%field, (layout%half + i, i=0, 2)]
+    if (layout%edges > 0) self%field = [self%field, (layout%edges + i, i=0, 2)]
     allocate (self%ps(nlane, layout%n), source=0.0_rp)
   end subroutine init
 

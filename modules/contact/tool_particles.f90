@@ -107,7 +107,7 @@ contains
       do p = 1, n
         if (d(p) > reach) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, edge_distance)
-        spacing = scene%spacing_of(particles%body(b), ps(p, f_mass))
+        spacing = scene%spacing_of(particles%body(b), ps(p, :))
         half = 0.5_rp*ps(p, scene%layout%surface_offset)*extent(spacing, normal, edge_distance)
         if (gap - half > displacement + friction_distance*norm2(normal*spacing)) cycle
         call near%add(particles, b, p, normal, half)
@@ -156,7 +156,7 @@ contains
       particle%mass = clock%mass_scaling*near%ps(p, f_mass)
       particle%coulomb_impulse = near%ps(p, scene%layout%coulomb_reserve)
       particle%normal_impulse = dt*near%ps(p, scene%layout%normal_force)
-      particle%spacing = scene%spacing_of(near%body, near%ps(p, f_mass))
+      particle%spacing = scene%spacing_of(near%body, near%ps(p, :))
       particle%cell_edges = nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))
       size = norm2(particle%normal*particle%spacing)
       edge = length_along(particle%cell_edges, particle%normal)

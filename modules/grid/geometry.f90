@@ -40,11 +40,13 @@ module grid_geometry
     real(rp) :: lower(3) = 0.0_rp   !! position of node (0,0,0) [m]
     integer :: n(3) = 0             !! nodes along each axis
     integer :: period(3) = 0        !! nodes to the next image; 0: not periodic
-    type(grading_t) :: grading      !! grading of one axis, or of none
+    type(grading_t) :: grading(3)   !! grading of each axis
   contains
     procedure :: cells
     procedure :: edges_at => grid_edges_at
+    procedure :: is_graded => grid_is_graded
     procedure :: longest
+    procedure :: longest_edges
     procedure :: nearest_image
     procedure :: edges
     procedure :: is_cubic
@@ -59,9 +61,10 @@ module grid_geometry
     real(rp) :: origin(3) = 0.0_rp  !! position of the first stored node [m]
     real(rp) :: h(3) = 1.0_rp       !! edges of a cell [m]
     integer :: period(3) = 0        !! as in the grid
-    type(grading_t) :: grading      !! as in the grid
+    type(grading_t) :: grading(3)   !! as in the grid
   contains
     procedure :: edges_at => patch_edges_at
+    procedure :: is_graded => patch_is_graded
     procedure :: indices
     procedure :: linear_place
     procedure :: node
@@ -177,26 +180,57 @@ contains
     real(rp), intent(in) :: x(3)    !! [m]
     real(rp) :: h(3)
 
-    h = self%grading%edges_at(self%h, x)
+    h = cell_edges(self%grading, self%h, x)
   end function grid_edges_at
+
+  !> Edges of the cell at `x`, which are `h` on uniform axes [m].
+  pure function cell_edges(grading, h, x) result(edges)
+    type(grading_t), intent(in) :: grading(3)
+    real(rp), intent(in) :: h(3), x(3)      !! [m]
+    real(rp) :: edges(3)
+    integer :: a
+
+    edges = h
+    do a = 1, 3
+      if (grading(a)%is_graded) edges(a) = grading(a)%span(5, grading(a)%span_of(x(a)))
+    end do
+  end function cell_edges
+
+  !> True if any axis is graded.
+  pure logical function grid_is_graded(self)
+    class(grid_t), intent(in) :: self
+
+    grid_is_graded = any(self%grading%is_graded)
+  end function grid_is_graded
 
   !> Longest edge of any cell [m].
   pure real(rp) function longest(self)
     class(grid_t), intent(in) :: self
 
-    longest = maxval(self%h)
-    if (self%grading%axis > 0) longest = max(longest, self%grading%longest())
+    longest = maxval(self%longest_edges())
   end function longest
 
-  !> Replace a non-periodic axis by the spans of `grading`, with `n` nodes.
-  pure subroutine grade(grid, grading, n)
+  !> Longest edges of the cells along the axes [m].
+  pure function longest_edges(self) result(h)
+    class(grid_t), intent(in) :: self
+    real(rp) :: h(3)
+    integer :: a
+
+    h = self%h
+    do a = 1, 3
+      if (self%grading(a)%is_graded) h(a) = self%grading(a)%longest()
+    end do
+  end function longest_edges
+
+  !> Replace the non-periodic axis `a` by the spans of `grading`, with `n` nodes.
+  pure subroutine grade(grid, a, grading, n)
     type(grid_t), intent(inout) :: grid
     type(grading_t), intent(in) :: grading
-    integer, intent(in) :: n
+    integer, intent(in) :: a, n
 
-    grid%grading = grading
-    grid%n(grading%axis) = n
-    grid%h(grading%axis) = minval(grading%span(5, :))
+    grid%grading(a) = grading
+    grid%n(a) = n
+    grid%h(a) = minval(grading%span(5, :))
   end subroutine grade
 
   !> Difference of positions to the nearest image: less whole periods of the grid [m].
@@ -229,23 +263,27 @@ contains
   pure function edges(self) result(text)
     class(grid_t), intent(in) :: self
     character(:), allocatable :: text
+    integer :: a
 
     text = str(1.0e3_rp*self%h(1))
     if (.not. self%is_cubic()) text = text//' x '//str(1.0e3_rp*self%h(2))//' x ' &
         //str(1.0e3_rp*self%h(3))
-    if (self%grading%axis > 0) text = text//' to '//str(1.0e3_rp*self%grading%longest()) &
-        //' along '//'xyz'(self%grading%axis:self%grading%axis)
+    do a = 1, 3
+      if (self%grading(a)%is_graded) text = text//' to '//str(1.0e3_rp*self%grading(a)%longest()) &
+        //' along '//'xyz'(a:a)
+    end do
   end function edges
 
   !> Upper corner of the box [m].
   pure function upper(self)
     class(grid_t), intent(in) :: self
     real(rp) :: upper(3)
+    integer :: a
 
     upper = self%lower + self%h*real(self%cells(), rp)
-    associate (a => self%grading%axis)
-      if (a > 0) upper(a) = self%grading%middle(self%n(a) - 1)
-    end associate
+    do a = 1, 3
+      if (self%grading(a)%is_graded) upper(a) = self%grading(a)%middle(self%n(a) - 1)
+    end do
   end function upper
 
   !> Make the patch of the owned box `own`. Above `reach`, which has all nodes that particles can
@@ -287,13 +325,13 @@ contains
     class(patch_t), intent(in) :: self
     integer, intent(in) :: q
     real(rp) :: x(3)
-    integer :: ijk(3)
+    integer :: a, ijk(3)
 
     ijk = indices(self, q)
     x = self%origin + self%h*real(ijk - self%all%lo, rp)
-    associate (a => self%grading%axis)
-      if (a > 0) x(a) = self%grading%middle(ijk(a))
-    end associate
+    do a = 1, 3
+      if (self%grading(a)%is_graded) x(a) = self%grading(a)%middle(ijk(a))
+    end do
   end function position
 
   !> Indices of the node with storage index `q`.
@@ -314,31 +352,39 @@ contains
     real(rp), intent(in) :: x(3)    !! [m]
     real(rp) :: h(3)
 
-    h = self%grading%edges_at(self%h, x)
+    h = cell_edges(self%grading, self%h, x)
   end function patch_edges_at
+
+  !> True if any axis is graded.
+  pure logical function patch_is_graded(self)
+    class(patch_t), intent(in) :: self
+
+    patch_is_graded = any(self%grading%is_graded)
+  end function patch_is_graded
 
   !> Position of `x` from the first stored node in cells, linear between nodes.
   pure function linear_place(self, x) result(s)
     class(patch_t), intent(in) :: self
     real(rp), intent(in) :: x(3)    !! [m]
     real(rp) :: s(3)
+    integer :: a
 
     s = (x - self%origin)/self%h
-    associate (a => self%grading%axis)
-      if (a > 0) s(a) = self%grading%linear_place(x(a)) - self%all%lo(a)
-    end associate
+    do a = 1, 3
+      if (self%grading(a)%is_graded) s(a) = self%grading(a)%linear_place(x(a)) - self%all%lo(a)
+    end do
   end function linear_place
 
   !> Grid node nearest to `x`, by the same rounding as the kernels use.
   pure function nearest_node(grid, x) result(ijk)
     type(grid_t), intent(in) :: grid
     real(rp), intent(in) :: x(3)
-    integer :: ijk(3)
+    integer :: a, ijk(3)
 
     ijk = floor((x - grid%lower)/grid%h + 0.5_rp)
-    associate (a => grid%grading%axis)
-      if (a > 0) ijk(a) = grid%grading%span_of(x(a))
-    end associate
+    do a = 1, 3
+      if (grid%grading(a)%is_graded) ijk(a) = grid%grading(a)%span_of(x(a))
+    end do
   end function nearest_node
 
   !> Nodes nearest to `n` positions, without a call for each.
@@ -350,8 +396,8 @@ contains
     integer :: a, p
 
     do a = 1, 3
-      if (a == grid%grading%axis) then
-        ijk(:, a) = [(grid%grading%span_of(x(p, a)), p=1, n)]
+      if (grid%grading(a)%is_graded) then
+        ijk(:, a) = [(grid%grading(a)%span_of(x(p, a)), p=1, n)]
         cycle
       end if
       ijk(:, a) = floor((x(:, a) - grid%lower(a))/grid%h(a) + 0.5_rp)

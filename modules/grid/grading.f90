@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Cells graded along one axis. Shape functions are the quadratic B-splines on a row of spans of any
+!> Cells of one axis, graded or not. Shape functions are the quadratic B-splines on a row of spans of any
 !> width: node i has span i and is located at its middle, which is the mean of the two inner knots
 !> (Greville abscissa), so that linear fields are reproduced exactly. With equal widths they are the
 !> cells of a uniform grid.
@@ -16,9 +16,9 @@ module grid_grading
 
   integer, parameter :: pad = 3            !! mirrored spans beyond each end
 
-  !> Spans of an axis; `axis` is 0 without grading.
+  !> Spans of a graded axis; without grading it has no arrays.
   type :: grading_t
-    integer :: axis = 0
+    logical :: is_graded = .false.
     integer :: first = 0                 !! index of the first stored span, below 0
     real(rp), allocatable :: edge(:)     !! lower edges of the spans, and the upper one of the last
                                          !! [m]
@@ -27,7 +27,6 @@ module grid_grading
     integer, allocatable :: bin(:)       !! span in which each bin of equal length begins
     real(rp) :: inv_bin = 0.0_rp         !! 1/length of a bin [1/m]
   contains
-    procedure :: edges_at
     procedure :: longest
     procedure :: middle
     procedure :: centre
@@ -46,8 +45,7 @@ contains
   !> Make spans from `lower` to `upper`, with nodes at both: of width `cell` in the zone, whose ends
   !> are nodes, and growing from there to both sides by at most the factor `growth` per span, up to
   !> `largest`. `message` explains what does not fit, or is empty.
-  pure subroutine make_grading(axis, lower, upper, zone, cell, growth, largest, grading, n, message)
-    integer, intent(in) :: axis
+  pure subroutine make_grading(lower, upper, zone, cell, growth, largest, grading, n, message)
     real(rp), intent(in) :: lower, upper, zone(2), cell, growth, largest   !! [m], [m], [m], [m],
                                                                            !! [-], [m]
     type(grading_t), intent(out) :: grading
@@ -64,7 +62,7 @@ contains
     if (len(message) > 0) return
     n = size(below) + fine + 1 + size(above)
     w = [below(size(below):1:-1), [(cell, i=0, fine)], above]
-    grading%axis = axis
+    grading%is_graded = .true.
     grading%first = -pad
     allocate (grading%edge(-pad:n + pad))
     m = size(below)
@@ -169,16 +167,6 @@ contains
       end do
     end associate
   end subroutine tabulate
-
-  !> Edges of the cell at `x`, where those of a uniform grid would be `h` [m].
-  pure function edges_at(self, h, x) result(edges)
-    class(grading_t), intent(in) :: self
-    real(rp), intent(in) :: h(3), x(3)      !! [m]
-    real(rp) :: edges(3)
-
-    edges = h
-    if (self%axis > 0) edges(self%axis) = self%span(5, self%span_of(x(self%axis)))
-  end function edges_at
 
   !> Width of the widest span [m].
   pure real(rp) function longest(self)

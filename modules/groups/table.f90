@@ -18,6 +18,7 @@ contains
   !> Add &RUN, &GRID and &TIME to the table.
   subroutine add_run(t)
     type(key_table_t), intent(inout) :: t
+    character(*), parameter :: graded = ' if GRADED = x or y or z or xy or xz or yz or xyz'
 
     call t%group('RUN', 'once', 'Names of the run.')
     call t%key('TITLE', 'text', 1, '', '', '', 'one line about the run, kept in every output')
@@ -31,15 +32,16 @@ contains
     call t%key('UPPER', 'real', 3, 'm', 'required', '', 'upper corner of the box')
     call t%key('PERIODIC', 'text', 1, '', '', 'xyz', &
       'axes along which the box repeats itself; its length there must be whole cells')
-    call t%key('GRADED', 'choice', 1, '', 'none', 'none x y z', &
-      'axis along which only the cells between the places FINE have the edge of CELL; they '// &
+    call t%key('GRADED', 'choice', 1, '', 'none', 'none x y z xy xz yz xyz', &
+      'axes along which only the cells between the places FINE have the edges of CELL; they '// &
       'grow from there to both sides')
-    call t%key('FINE', 'real', 2, 'm', 'required if GRADED = x or y or z', '', &
-      'ends of the part with equal cells along the graded axis; its length must be whole cells')
-    call t%key('GROWTH', 'real', 1, '', '1.2 if GRADED = x or y or z', '[1,2]', &
+    call t%key('FINE', 'real', -6, 'm', 'required'//graded, '', &
+      'ends of the part with equal cells along each graded axis, in the order of the axes; their '// &
+      'distance must be whole cells')
+    call t%key('GROWTH', 'real', 1, '', '1.2'//graded, '[1,2]', &
       'most that a cell is longer than its neighbour')
-    call t%key('LARGEST_CELL', 'real', 1, 'm', '0 if GRADED = x or y or z', '[0,inf)', &
-      'edge along the graded axis at which cells stop growing; 0: the longest edge in CELL')
+    call t%key('LARGEST_CELL', 'real', 1, 'm', '0'//graded, '[0,inf)', &
+      'edge along a graded axis at which cells stop growing; 0: the longest edge in CELL')
 
     call t%group('TIME', 'once required', 'Time span, time step and loads on everything.')
     call t%key('END', 'real', 1, 's', 'required', '[0,inf)', 'end of the run (it starts at 0)')

@@ -116,7 +116,7 @@ contains
     real(rp) :: dt, smoothed, gained, out       ! heat of smoothing, particles and boundaries [J]
     type(sinks_t) :: sinks
     type(gaps_t) :: gaps
-    integer :: b, k, r
+    integer :: a, b, k, r
 
     lost = 0.0_rp
     gained = 0.0_rp
@@ -132,8 +132,10 @@ contains
                                    nodes%g2(:, nodes%range(1, r):nodes%range(2, r), k), &
                                    nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
       end do
-      if (scene%grid%grading%axis > 0) call centre_increment(world, scene, nodes, boundary, &
-                                                             budget, nodes%g(:, :, k))
+      do a = 1, 3
+        if (scene%grid%grading(a)%is_graded) call centre_increment(world, scene, nodes, boundary, &
+                                                                   budget, a, nodes%g(:, :, k))
+      end do
     end do
     ! mechanical steps set the temperature of probes, but not where the material sleeps
     if (scene%method%sleep%is_on) call update_probe_temperatures(nodes%patch, nodes%g(:, :, 1), &
@@ -238,9 +240,8 @@ contains
       before = ps(:, f_temp)
       c_p = material%specific_heat_at(before)
       call heat_particles(n, w, first, nodes%patch%stride, nodes%patch%nn, g, c_p, &
-                          ps(1, f_mass), smoothed_fraction(scene, body, dt, ps(:, f_mass), before, &
-                                                           ps(:, f_rate)), rec, ps(1, f_temp), &
-                          ps(1, f_heat), gained, smoothed)
+                          ps(1, f_mass), smoothed_fraction(scene, body, dt, nf, ps), rec, &
+                          ps(1, f_temp), ps(1, f_heat), gained, smoothed)
       call material%apply_heat(c_p, before, ps(1, f_temp))
     end associate
   end subroutine heat_block

@@ -49,7 +49,7 @@ contains
     type(boundary_t), intent(inout) :: boundary
     real(rp), intent(inout) :: lost(8, size(scene%symmetry))   !! change of the sums by walls
     logical :: with_pressure
-    integer :: b, k, r
+    integer :: a, b, k, r
 
     with_pressure = films_need_pressure(scene)
     call clear_nodes(nodes, nodes%g)
@@ -70,20 +70,23 @@ contains
           nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
       end do
       call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
-      if (scene%grid%grading%axis == 0) cycle
-      call centre_temperature(world, scene, nodes, nodes%g(:, :, k))
-      call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
+      do a = 1, 3
+        if (.not. scene%grid%grading(a)%is_graded) cycle
+        call centre_temperature(world, scene, nodes, a, nodes%g(:, :, k))
+        call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
+      end do
     end do
   end subroutine gather_temperature
 
-  !> Extrapolate nodal temperatures along the graded axis. The mean at a node belongs to the centre
+  !> Extrapolate nodal temperatures along the graded axis `a`. The mean at a node belongs to the centre
   !> of its shape function, which differs from the node where cells grow; the gradient between the
   !> centres of the neighbours takes it to the node, exactly for linear fields. Owners compute their
   !> nodes.
-  subroutine centre_temperature(world, scene, nodes, g)
+  subroutine centre_temperature(world, scene, nodes, a, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
+    integer, intent(in) :: a
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp) :: temp(1, nodes%patch%nn)
     logical :: has_any(nodes%patch%nn)
@@ -91,7 +94,7 @@ contains
 
     temp = 0.0_rp
     has_any = .false.
-    associate (patch => nodes%patch, a => scene%grid%grading%axis)
+    associate (patch => nodes%patch)
       do r = 1, nodes%n_ranges
         do q = nodes%range(1, r), nodes%range(2, r)
           has_any(q) = g(1, q) > min_capacity
@@ -118,7 +121,7 @@ contains
       real(rp), intent(in) :: mean(3)        !! [K]
       real(rp) :: distance(2), rise(2)
 
-      associate (grading => scene%grid%grading)
+      associate (grading => scene%grid%grading(a))
         distance = [grading%centre(i) - grading%centre(i - 1), &
                     grading%centre(i + 1) - grading%centre(i)]
         rise = mean(2:3) - mean(1:2)
@@ -129,18 +132,19 @@ contains
     end function at_node
   end subroutine centre_temperature
 
-  !> Shift the nodal increments (lane 5) along the graded axis from the centres of the shape
+  !> Shift the nodal increments (lane 5) along the graded axis `a` from the centres of the shape
   !> functions to the nodes, conserving heat: the heat exchanged by two neighbours is proportional
   !> to the difference of their increments times (w1^2 + w1 w2 + w2^2 - 3 w^2)/12 over the distance
   !> of the centres, with the widths w1, w2 of their supports and the smallest width w. This is
   !> exact for linear increments and vanishes between the finest cells. Heat exchanged with a wall
   !> of given temperature is added to the wall heat.
-  subroutine centre_increment(world, scene, nodes, boundary, budget, g)
+  subroutine centre_increment(world, scene, nodes, boundary, budget, a, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene
     type(nodes_t), intent(inout) :: nodes
     type(boundary_t), intent(in) :: boundary
     type(budget_t), intent(inout) :: budget
+    integer, intent(in) :: a
     real(rp), intent(inout) :: g(8, nodes%patch%nn)
     real(rp), allocatable :: capacity(:), new(:, :)  ! capacities [J/K], doubled on walls
     logical, allocatable :: is_given(:)              ! node on a wall of given temperature
@@ -152,7 +156,7 @@ contains
     allocate (capacity(nodes%patch%nn), new(2, nodes%patch%nn), source=0.0_rp)
     allocate (is_given(nodes%patch%nn), is_image(nodes%patch%nn), source=.false.)
     is_image(boundary%mirrors%pair(1, :boundary%mirrors%n_pairs)) = .true.
-    associate (patch => nodes%patch, a => scene%grid%grading%axis, planes => scene%symmetry)
+    associate (patch => nodes%patch, planes => scene%symmetry)
       do r = 1, nodes%n_ranges
         capacity(nodes%range(1, r):nodes%range(2, r)) = g(1, nodes%range(1, r):nodes%range(2, r))
       end do
@@ -193,12 +197,12 @@ contains
       integer, intent(in) :: i, low, high
       real(rp) :: density
 
-      associate (grading => scene%grid%grading)
+      associate (grading => scene%grid%grading(a))
         density = min(capacity(low)/sum(grading%span(5, i - 1:i + 1)), &
                       capacity(high)/sum(grading%span(5, i:i + 2)))
         associate (w1 => grading%span(5, i), w2 => grading%span(5, i + 1))
           exchanged = 0.25_rp*density*(g(5, high) - g(5, low)) &
-                   *(w1**2 + w1*w2 + w2**2 - 3.0_rp*scene%grid%h(grading%axis)**2) &
+                   *(w1**2 + w1*w2 + w2**2 - 3.0_rp*scene%grid%h(a)**2) &
                    /(grading%centre(i + 1) - grading%centre(i))
         end associate
       end associate
@@ -242,29 +246,27 @@ contains
   !> unevenly, it is the physical decay of an alternating temperature, 1 - exp(-kappa (pi/spacing)^2
   !> dt). Elsewhere a small fraction, scaled by the ratio of the shortest to the longest cell edge,
   !> preserves gradients at films.
-  pure function smoothed_fraction(scene, body, dt, mass, temp, rate) result(part)
+  pure function smoothed_fraction(scene, body, dt, nf, ps) result(part)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: body
+    integer, intent(in) :: body, nf
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp), intent(in) :: mass(nlane)         !! [kg]
-    real(rp), intent(in) :: temp(nlane)         !! [K]
-    real(rp), intent(in) :: rate(nlane)         !! plastic strain rate [1/s]
+    real(rp), intent(in) :: ps(nlane, nf)
     real(rp), dimension(nlane) :: capacity, k, part, physical
     real(rp) :: least
     integer :: p
 
     associate (mat => scene%material(scene%body(body)%material))
-      k = mat%conductivity_at(temp)
-      capacity = mat%rho*mat%specific_heat_at(temp)
+      k = mat%conductivity_at(ps(:, f_temp))
+      capacity = mat%rho*mat%specific_heat_at(ps(:, f_temp))
     end associate
     physical = 1.0_rp - exp(-dt*k/capacity*(pi/scene%body(body)%mean_spacing())**2)
     least = min_smoothed*minval(scene%grid%h)/scene%grid%longest()
-    part = merge(max(least, physical), least, rate > 0.0_rp)
-    if (scene%grid%grading%axis == 0) return
+    part = merge(max(least, physical), least, ps(:, f_rate) > 0.0_rp)
+    if (.not. scene%grid%is_graded()) return
     do p = 1, nlane
-      if (rate(p) <= 0.0_rp) cycle
+      if (ps(p, f_rate) <= 0.0_rp) cycle
       part(p) = max(least, 1.0_rp - exp(-dt*k(p)/capacity(p) &
-                                        *(pi/mean_edge(scene%spacing_of(body, mass(p))))**2))
+                                        *(pi/mean_edge(scene%spacing_of(body, ps(p, :))))**2))
     end do
   end function smoothed_fraction
 
@@ -319,9 +321,7 @@ contains
       call flux_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, dt, &
                         mat%conductivity_at(ps(:, f_temp)), 1.0_rp/mat%rho, &
                         mat%specific_heat_at(ps(:, f_temp)), ps(1, f_jac), ps(1, f_mass), &
-                        ps(1, f_temp), smoothed_fraction(scene, body, dt, ps(:, f_mass), &
-                                                         ps(:, f_temp), ps(:, f_rate)), g, rec, &
-                                                           flux)
+                        ps(1, f_temp), smoothed_fraction(scene, body, dt, nf, ps), g, rec, flux)
     end associate
     if (any(scene%body(body)%film%acts())) then
       call add_film_losses(scene, particles, nodes, budget, b, body, n, dt, nf, ps, g, flux)

@@ -76,7 +76,7 @@ contains
       do p = 1, n
         faces = tag_faces(particles%tag(p, b))
         if (faces == 0) cycle
-        spacing = scene%spacing_of(body, ps(p, f_mass))
+        spacing = scene%spacing_of(body, ps(p, :))
         do face = 1, 6
           if (.not. btest(faces, face - 1) .or. .not. body_now%film(face)%acts()) cycle
           if (body_now%film(face)%has_backing) cycle     ! heat_sinks
@@ -234,7 +234,7 @@ contains
           do face = 1, 6
             if (.not. body%film(face)%has_backing) cycle
             if (.not. btest(tag_faces(particles%tag(p, b)), face - 1)) cycle
-            call face_of(scene%spacing_of(particles%body(b), particles%ps(p, f_mass, b)), face, &
+            call face_of(scene%spacing_of(particles%body(b), particles%ps(p, :, b)), face, &
                          particles%ps(p, f_pos:f_pos + 2, b), axis, x, area)
             k = find_backing(backing, particles%body(b), face)
             t%n = t%n + 1
@@ -286,7 +286,7 @@ contains
           end do
         end do
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, margin)
-        half_spacing_resistance = 0.5_rp*norm2(normal*scene%spacing_of(body, ps(p, f_mass))) &
+        half_spacing_resistance = 0.5_rp*norm2(normal*scene%spacing_of(body, ps(p, :))) &
                 /mat%conductivity_at(ps(p, f_temp))
         area = ps(p, tool%heat%place)/elapsed
         t%sink(t%n) = k

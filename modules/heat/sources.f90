@@ -122,15 +122,14 @@ contains
     type(particles_t), intent(in) :: particles
     type(source_t), intent(in) :: source
     integer, intent(in) :: b, p
-    real(rp) :: d(3), h, spacing(3), width
+    real(rp) :: d(3), longest(3), spacing(3), width
 
     d = scene%grid%nearest_image(particles%ps(p, f_pos:f_pos + 2, b) - source%centre)
-    spacing = scene%spacing_of(particles%body(b), particles%ps(p, f_mass, b))
+    spacing = scene%spacing_of(particles%body(b), particles%ps(p, :, b))
     if (source%kind == source_disc) then
-      h = scene%grid%h(3)
-      if (scene%grid%grading%axis == 3) h = scene%grid%longest()
+      longest = scene%grid%longest_edges()
       covered = 0.0_rp
-      if (lies_at_height(particles%tag(p, b), d(3), spacing(3), h)) covered = spacing(1)*spacing(2)
+      if (lies_at_height(particles%tag(p, b), d(3), spacing(3), longest(3))) covered = spacing(1)*spacing(2)
       d(3) = 0.0_rp
       width = sqrt(spacing(1)*spacing(2))
     else

@@ -9,7 +9,8 @@ module mapping_blocks
   use particles_store, only: f_pos
   use state_scene, only: scene_t
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_weights, only: block_corners, block_weights, graded_weights, own_weights
+  use transfer_weights, only: block_corners, block_weights, graded_axis, own_weights, &
+    uniform_axis
   implicit none (type, external)
   private
 
@@ -31,16 +32,24 @@ contains
     real(rp), intent(in) :: ps(nlane, nf)
     real(rp), intent(out) :: w(nlane, 18)
     integer, intent(out) :: first(nlane)
-    integer :: at(nlane)
+    integer :: a, at(nlane)
 
-    if (nodes%patch%grading%axis > 0) then
-      associate (patch => nodes%patch, a => nodes%patch%grading%axis)
-        call patch%grading%spans_of(patch%all%lo(a) + 1, patch%all%hi(a) - 1, &
-                                    ps(:, f_pos + a - 1), at)
-        at = at - patch%all%lo(a)
-        call graded_weights(a, patch%all%hi(a) - patch%all%lo(a) + 1, &
-                            patch%grading%span(1, patch%all%lo(a)), at, patch%origin, &
-                            1.0_rp/patch%h, patch%stride, ps(1, f_pos), w, first)
+    if (nodes%patch%is_graded()) then
+      first = 1
+      associate (patch => nodes%patch)
+        do a = 1, 3
+          associate (w_axis => w(:, 3*a - 2:3*a), slope => w(:, 3*a + 7:3*a + 9), &
+                     x => ps(:, f_pos + a - 1), low => patch%all%lo(a), high => patch%all%hi(a))
+            if (patch%grading(a)%is_graded) then
+              call patch%grading(a)%spans_of(low + 1, high - 1, x, at)
+              at = at - low
+              call graded_axis(high - low + 1, patch%grading(a)%span(1, low), at, x, w_axis, slope)
+            else
+              call uniform_axis(patch%origin(a), 1.0_rp/patch%h(a), x, at, w_axis, slope)
+            end if
+          end associate
+          first = first + (at - 1)*patch%stride(a)
+        end do
       end associate
     else if (scene%layout%half > 0) then
       call own_weights(nodes%patch%origin, 1.0_rp/nodes%patch%h, ps(1, scene%layout%half), &
@@ -61,7 +70,7 @@ contains
     logical :: is_own(nlane)
 
     associate (patch => nodes%patch)
-      if (patch%grading%axis > 0) then
+      if (patch%is_graded()) then
         call storage_nodes(scene%grid, patch, nlane, ps(:, f_pos:f_pos + 2), first, is_own)
         first = first - sum(patch%stride)
       else

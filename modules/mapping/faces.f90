@@ -7,13 +7,14 @@ module mapping_faces
   use base_kinds, only: nlane, rp
   use grid_geometry, only: patch_t
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_mass, f_pos
+  use particles_store, only: f_pos
   use state_scene, only: scene_t
   use transfer_weights, only: face_weights
   implicit none (type, external)
   private
 
-  public :: face_t, face_of, face_area, place_on_axis, surface_weights, add_to_nodes, mean_velocity
+  public :: face_t, face_of, face_area, place_on_axis, scale_by_spans, surface_weights, &
+            add_to_nodes, mean_velocity
 
   !> Nodes and weights of a face.
   type :: face_t
@@ -63,13 +64,21 @@ contains
       reach = half(a)
     end if
     w = face_weights(d, side, half(a), reach, layers, spacing)
-    associate (patch => nodes%patch)
-      if (a /= patch%grading%axis) return
-      w([1, 3]) = 2.0_rp*w([1, 3])*patch%grading%span(3:4, patch%all%lo(a) &
-                                                      + middle(patch, a, first))
-      w(2) = 1.0_rp - w(1) - w(3)
-    end associate
+    call scale_by_spans(nodes%patch, a, first, w)
   end function weights_across
+
+  !> Scale weights of three nodes on axis `a`, calculated for equal cells, by the widths of the spans
+  !> of a graded axis, as those of its B-splines are.
+  pure subroutine scale_by_spans(patch, a, first, w)
+    type(patch_t), intent(in) :: patch
+    integer, intent(in) :: a, first              !! first of 27 nodes
+    real(rp), intent(inout) :: w(3)
+
+    if (.not. patch%grading(a)%is_graded) return
+    w([1, 3]) = 2.0_rp*w([1, 3])*patch%grading(a)%span(3:4, patch%all%lo(a) &
+                                                       + middle(patch, a, first))
+    w(2) = 1.0_rp - w(1) - w(3)
+  end subroutine scale_by_spans
 
   !> Offset of `x` on axis `a` from the middle one of three nodes [cells].
   pure real(rp) function place_on_axis(nodes, a, x, first) result(d)
@@ -79,8 +88,8 @@ contains
 
     associate (patch => nodes%patch)
       d = (x(a) - patch%origin(a))/patch%h(a) - middle(patch, a, first)
-      if (a == patch%grading%axis) d = patch%grading%place(x(a)) - patch%all%lo(a) &
-                                       - middle(patch, a, first)
+      if (patch%grading(a)%is_graded) d = patch%grading(a)%place(x(a)) - patch%all%lo(a) &
+                                          - middle(patch, a, first)
     end associate
   end function place_on_axis
 
@@ -109,7 +118,7 @@ contains
     real(rp) :: at(3, 3), part
     integer :: a, side
 
-    associate (spacing => scene%spacing_of(body, ps(p, f_mass)))
+    associate (spacing => scene%spacing_of(body, ps(p, :)))
       do a = 1, 3
         at(:, a) = w(p, 3*a - 2:3*a)
         part = surface_offset*min(1.0_rp, norm2(normal*spacing)*abs(normal(a))/spacing(a))
@@ -122,13 +131,13 @@ contains
   end function surface_weights
 
   !> Initial area of face `k` of a particle of `body` [m2].
-  pure real(rp) function face_area(scene, body, mass, k)
+  pure real(rp) function face_area(scene, body, state, k)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: body, k
-    real(rp), intent(in) :: mass               !! [kg]
+    real(rp), intent(in) :: state(:)           !! fields of the particle
     real(rp) :: spacing(3)
 
-    spacing = scene%spacing_of(body, mass)
+    spacing = scene%spacing_of(body, state)
     face_area = product(spacing)/spacing((k + 1)/2)
   end function face_area
 

@@ -47,7 +47,7 @@ contains
         call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
         if (sum(weight) <= 0.0_rp) cycle           ! empty nodes have no temperature
         record = matmul(nodes(:, q), weight)
-        if (patch%grading%axis > 0) then
+        if (patch%is_graded()) then
           call to_mean_place(patch, probes%x(:, n), s)
           call point_nodes(s, patch%stride, 8, 0.0_rp, patch%nn, nodes, q, weight)
           record(4) = sum(nodes(4, q)*weight)
@@ -71,22 +71,23 @@ contains
     do n = 1, probes%n
       if (.not. probes%is_mine(n)) cycle
       s = patch%linear_place(probes%x(:, n))
-      if (patch%grading%axis > 0) call to_mean_place(patch, probes%x(:, n), s)
+      if (patch%is_graded()) call to_mean_place(patch, probes%x(:, n), s)
       call point_nodes(s, patch%stride, 1, 0.0_rp, patch%nn, g, q, weight)
       if (sum(weight) > 0.0_rp) probes%temperature(n) = sum(weight*g(6, q))
     end do
   end subroutine update_probe_temperatures
 
-  !> Convert the place `s` on a graded axis to that among the centres of the nodal functions, to
+  !> Convert the place `s` on graded axes to that among the centres of the nodal functions, to
   !> which nodal temperatures belong.
   pure subroutine to_mean_place(patch, x, s)
     type(patch_t), intent(in) :: patch
     real(rp), intent(in) :: x(3)                !! [m]
     real(rp), intent(inout) :: s(3)             !! [cells]
+    integer :: a
 
-    associate (a => patch%grading%axis)
-      s(a) = patch%grading%mean_place(x(a)) - patch%all%lo(a)
-    end associate
+    do a = 1, 3
+      if (patch%grading(a)%is_graded) s(a) = patch%grading(a)%mean_place(x(a)) - patch%all%lo(a)
+    end do
   end subroutine to_mean_place
 
   !> Share the places and temperatures of all probes among the ranks.

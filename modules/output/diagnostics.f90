@@ -74,16 +74,17 @@ contains
       'strain rate', 'flow stress']
     integer, parameter :: first(11) = [f_pos, f_mass, f_temp, f_heat, f_jac, f_vel, f_tau, f_bbar, &
                                        f_plastic, f_rate, f_flow]
-    integer :: place(9)
-    character(30), parameter :: more(9) = [character(30) :: 'half length of its domain', &
+    integer :: place(10)
+    character(30), parameter :: more(10) = [character(30) :: 'half length of its domain', &
       'velocity gradient', 'position at the start', 'state of its flow law', &
       'temperature at falling asleep', 'distance to the surface', 'kept impulse of friction', &
-      'force of tools', 'contact and heat at a tool']
+      'force of tools', 'contact and heat at a tool', 'edge']
 
     name = trim(common(count(first <= f)))
     if (f <= n_fields) return
     place = [layout%half, layout%affine, layout%origin, layout%law, layout%rest, &
-             layout%surface_offset, layout%coulomb_reserve, layout%normal_force, layout%tool_heat]
+             layout%surface_offset, layout%coulomb_reserve, layout%normal_force, layout%tool_heat, &
+             layout%edges]
     if (layout%n_law == 0) place(4) = 0
     place = merge(place, 0, place <= f)
     name = trim(more(maxloc(place, dim=1)))

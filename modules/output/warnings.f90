@@ -160,7 +160,7 @@ contains
     do p = 1, n
       if (sim%scene%layout%half > 0) half = ps(p, sim%scene%layout%half:sim%scene%layout%half + 2)
       edges = sim%scene%grid%edges_at(ps(p, f_pos:f_pos + 2))
-      distance = sim%scene%spacing_of(body, ps(p, f_mass))*sqrt(ps(p, f_bbar:f_bbar + 2)) &
+      distance = sim%scene%spacing_of(body, ps(p, :))*sqrt(ps(p, f_bbar:f_bbar + 2)) &
         *ps(p, f_jac)**(1.0_rp/3.0_rp)/start
       separation_in_block = max(separation_in_block, &
                                 maxval(distance/(edges*(1.0_rp + 2.0_rp*half))))

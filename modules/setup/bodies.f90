@@ -30,10 +30,7 @@ contains
         per_cell = input%integers('BODY', i, 'PARTICLES_PER_CELL', 3)
         where (per_cell == 0) per_cell = max(1, per_cell(1))
         b%spacing = scene%grid%h/per_cell
-        b%widest = b%spacing
-        associate (a => scene%grid%grading%axis)
-          if (a > 0) b%widest(a) = scene%grid%longest()/per_cell(a)
-        end associate
+        b%widest = scene%grid%longest_edges()/per_cell
         b%own_lattice = input%text('BODY', i, 'LATTICE') /= 'grid'
         b%is_round = input%text('BODY', i, 'LATTICE') == 'round'
         if (b%is_round) then

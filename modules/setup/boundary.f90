@@ -89,9 +89,9 @@ contains
     wall%position = grid%lower(wall%axis)
     if (.not. wall%faces_up) then
       wall%position = wall%position + grid%h(wall%axis)*(grid%n(wall%axis) - 1)
-      if (wall%axis == grid%grading%axis) then
-        wall%position = grid%grading%middle(grid%n(wall%axis) - 1)
-      end if
+      associate (grading => grid%grading(wall%axis))
+        if (grading%is_graded) wall%position = grading%middle(grid%n(wall%axis) - 1)
+      end associate
     end if
     if (input%given('WALL', i, 'POSITION')) wall%position = input%real('WALL', i, 'POSITION')
     wall%held = input%text('WALL', i, 'KIND') == 'fixed'
@@ -137,8 +137,8 @@ contains
     type(grid_t), intent(in) :: grid
     type(wall_t), intent(in) :: wall
 
-    if (wall%axis == grid%grading%axis) then
-      fractional_row_of = grid%grading%place(wall%position)
+    if (grid%grading(wall%axis)%is_graded) then
+      fractional_row_of = grid%grading(wall%axis)%place(wall%position)
     else
       fractional_row_of = (wall%position - grid%lower(wall%axis))/grid%h(wall%axis)
     end if
@@ -164,8 +164,8 @@ contains
 
     row = fractional_row_of(grid, wall)
     is_symmetric = row_of(grid, wall) >= 0 .and. abs(row - row_of(grid, wall)) <= 1.0e-6_rp
-    if (is_symmetric .and. wall%axis == grid%grading%axis) then
-      is_symmetric = grid%grading%is_mirrored(row_of(grid, wall))
+    if (is_symmetric .and. grid%grading(wall%axis)%is_graded) then
+      is_symmetric = grid%grading(wall%axis)%is_mirrored(row_of(grid, wall))
     end if
     if (is_symmetric) is_symmetric = has_nothing_behind(input, wall, 1.0e-6_rp*grid%h(wall%axis))
   end function is_symmetric

@@ -232,7 +232,7 @@ contains
       text = 'a SHAPE other than bspline'
     else if (is_sparse(scene, 1)) then
       text = 'one particle in a cell along an axis: PARTICLES_PER_CELL must be 2 or more'
-    else if (scene%grid%grading%axis > 0 .or. any(scene%grid%h > cubic*minval(scene%grid%h))) then
+    else if (scene%grid%is_graded() .or. any(scene%grid%h > cubic*minval(scene%grid%h))) then
       text = 'cells that are no cubes'
     end if
   end function obstacle_to_scaling

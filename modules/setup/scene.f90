@@ -37,23 +37,45 @@ module setup_scene
 
 contains
 
-  !> Grade the axis of `grid` that GRADED names. After an error the grid has no nodes.
+  !> Grade the axes of `grid` that GRADED names. After an error the grid has no nodes.
   subroutine read_grading(input, upper, grid)
     type(input_t), intent(in) :: input
     real(rp), intent(in) :: upper(3)         !! upper corner of the grid [m]
     type(grid_t), intent(inout) :: grid
-    real(rp) :: cells, ends(2), fine(2), growth, h, largest
-    type(grading_t) :: grading
-    character(:), allocatable :: key, message
-    integer :: a, n
+    real(rp), allocatable :: fine(:)
+    real(rp) :: growth, largest
+    character(:), allocatable :: axes
+    integer :: i
 
-    a = find(['none', 'x   ', 'y   ', 'z   '], input%text('GRID', 1, 'GRADED')) - 1
-    if (a <= 0 .or. .not. input%given('GRID', 1, 'FINE')) return   ! the latter is reported already
-    fine = input%reals('GRID', 1, 'FINE', 2)
+    allocate (axes, source=trim(input%text('GRID', 1, 'GRADED')))
+    if (axes == 'none' .or. .not. input%given('GRID', 1, 'FINE')) return   ! is reported already
+    allocate (fine, source=input%list('GRID', 1, 'FINE'))
     growth = input%real('GRID', 1, 'GROWTH')
     largest = input%real('GRID', 1, 'LARGEST_CELL')
     if (largest <= 0.0_rp) largest = maxval(grid%h)
     if (growth < 1.0_rp) return              ! is reported already
+    if (size(fine) /= 2*len(axes)) then
+      call input%report('GRID', 1, 'FINE', 'must be two places along each of the axes '//axes)
+      grid%n = 0
+      return
+    end if
+    do i = 1, len(axes)
+      call grade_axis(input, index('xyz', axes(i:i)), upper, fine(2*i - 1:2*i), growth, largest, &
+                      grid)
+    end do
+  end subroutine read_grading
+
+  !> Grade axis `a` of `grid`, with equal cells between the places `fine`.
+  subroutine grade_axis(input, a, upper, fine, growth, largest, grid)
+    type(input_t), intent(in) :: input
+    integer, intent(in) :: a
+    real(rp), intent(in) :: upper(3), fine(2), growth, largest   !! [m], [m], [-], [m]
+    type(grid_t), intent(inout) :: grid
+    real(rp) :: cells, ends(2), h
+    type(grading_t) :: grading
+    character(:), allocatable :: key, message
+    integer :: n
+
     ends = [grid%lower(a), upper(a)]
     h = grid%h(a)
     cells = (fine(2) - fine(1))/h
@@ -68,22 +90,22 @@ contains
       message = 'must be two places along '//'xyz'(a:a)//', the lower one first, between LOWER '// &
                 'and UPPER'
     else if (abs(cells - anint(cells)) > 1.0e-6_rp) then
-      message = 'its length must be a whole number of cells; it is '//str(cells)//' of '// &
-                str(1.0e3_rp*h)//' mm'
+      message = 'its length along '//'xyz'(a:a)//' must be a whole number of cells; it is '// &
+                str(cells)//' of '//str(1.0e3_rp*h)//' mm'
     else if (largest < h*(1.0_rp + 1.0e-9_rp)) then
       key = 'LARGEST_CELL'
       message = 'must be more than the edge '//str(1.0e3_rp*h)//' mm that CELL gives along '// &
                 'xyz'(a:a)
     else
-      call make_grading(a, ends(1), ends(2), fine, h, growth, largest, grading, n, message)
+      call make_grading(ends(1), ends(2), fine, h, growth, largest, grading, n, message)
     end if
     if (len(message) > 0) then
       call input%report('GRID', 1, key, message)
       grid%n = 0
     else
-      call grade(grid, grading, n)
+      call grade(grid, a, grading, n)
     end if
-  end subroutine read_grading
+  end subroutine grade_axis
 
   !> Report methods that cannot be combined with a graded grid.
   subroutine check_grading(input, scene)
@@ -91,7 +113,7 @@ contains
     type(scene_t), intent(in) :: scene
     integer :: b
 
-    if (scene%grid%grading%axis == 0) return
+    if (.not. scene%grid%is_graded()) return
     if (.not. scene%method%is_bspline) call input%report('METHOD', 1, 'SHAPE', &
       'must be bspline on a graded grid: domains of particles are of cells with one length')
     if (scene%method%transfer == transfer_apic) call input%report('METHOD', 1, 'TRANSFER', &
@@ -257,6 +279,7 @@ contains
 
     associate (m => scene%method, layout => scene%layout)
       if (input%text('METHOD', 1, 'SHAPE') == 'cpgimp') call layout%add(3, layout%half)
+      if (count(scene%grid%grading%is_graded) > 1) call layout%add(3, layout%edges)
       if (m%transfer == transfer_apic) call layout%add(9, layout%affine)
       if (tractions_have_boxes(input)) call layout%add(3, layout%origin)
       if (input%logical('OUTPUT', 1, 'INITIAL_POSITION')) call layout%add(3, layout%origin)

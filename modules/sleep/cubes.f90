@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: MIT
-!> Cubes of a few cells, the units of sleeping: their size and position. On a graded axis they have
+!> Cubes of a few cells, the units of sleeping: their size and position. On graded axes they have
 !> as many spans as cells elsewhere.
 module sleep_cubes
   use base_kinds, only: rp
@@ -18,11 +18,13 @@ contains
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: c(3)
     real(rp) :: length(3)
+    integer :: a
 
     length = edge*grid%h
-    associate (a => grid%grading%axis)
-      if (a > 0) length(a) = upper_end(grid, c(a)) - upper_end(grid, c(a) - 1)
-    end associate
+    do a = 1, 3
+      if (grid%grading(a)%is_graded) length(a) = upper_end(grid, a, c(a)) &
+                                                 - upper_end(grid, a, c(a) - 1)
+    end do
   end function cube_size
 
   !> Centre of cube `c` [m].
@@ -30,11 +32,13 @@ contains
     type(grid_t), intent(in) :: grid
     integer, intent(in) :: c(3)
     real(rp) :: x(3)
+    integer :: a
 
     x = grid%lower + grid%h*(edge*(c + 0.5_rp) - 0.5_rp)
-    associate (a => grid%grading%axis)
-      if (a > 0) x(a) = 0.5_rp*(upper_end(grid, c(a) - 1) + upper_end(grid, c(a)))
-    end associate
+    do a = 1, 3
+      if (grid%grading(a)%is_graded) x(a) = 0.5_rp*(upper_end(grid, a, c(a) - 1) &
+                                                    + upper_end(grid, a, c(a)))
+    end do
   end function cube_middle
 
   !> Longest edge of any cube [m].
@@ -49,19 +53,20 @@ contains
     type(grid_t), intent(in) :: grid
     real(rp), intent(in) :: x(3)            !! [m]
     real(rp) :: place(3)
+    integer :: a
 
     place = (x - grid%lower)/(edge*grid%h)
-    associate (a => grid%grading%axis)
-      if (a > 0) place(a) = grid%grading%place(x(a))/edge
-    end associate
+    do a = 1, 3
+      if (grid%grading(a)%is_graded) place(a) = grid%grading(a)%place(x(a))/edge
+    end do
   end function cube_at
 
-  !> Upper end of cube `c` on the graded axis [m].
-  pure real(rp) function upper_end(grid, c)
+  !> Upper end of cube `c` on the graded axis `a` [m].
+  pure real(rp) function upper_end(grid, a, c)
     type(grid_t), intent(in) :: grid
-    integer, intent(in) :: c
+    integer, intent(in) :: a, c
 
-    upper_end = grid%grading%position(edge*(c + 1) - 0.5_rp)
+    upper_end = grid%grading(a)%position(edge*(c + 1) - 0.5_rp)
   end function upper_end
 
 end module sleep_cubes

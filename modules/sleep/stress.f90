@@ -115,7 +115,7 @@ contains
       slope = (v(:, high(1), high(2), high(3)) - v(:, low(1), low(2), low(3))) &
               /max(1, high(a) - low(a))
       apart = edge*scene%grid%h
-      if (a == scene%grid%grading%axis .and. high(a) > low(a)) then
+      if (scene%grid%grading(a)%is_graded .and. high(a) > low(a)) then
         apart = (cube_middle(scene%grid, box%lo + high - 1) &
                  - cube_middle(scene%grid, box%lo + low - 1))/(high(a) - low(a))
       end if

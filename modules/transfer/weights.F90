@@ -7,8 +7,8 @@ module transfer_weights
   implicit none (type, external)
   private
 
-  public :: block_corners, block_weights, domain_weights, face_weights, graded_weights
-  public :: moment_weights, own_weights, point_nodes
+  public :: block_corners, block_weights, domain_weights, face_weights, graded_axis
+  public :: moment_weights, own_weights, point_nodes, uniform_axis
 
 ! Weights and slopes on axis N with half length L of the domain, I4 = 1/(4L), I2 = 1/(2L h).
 #define AXIS(N, I, O, L, I4, I2) \
@@ -47,21 +47,17 @@ contains
     end do
   end subroutine block_weights
 
-  !> B-spline weights and slopes on a grid that is graded along `axis` (grid_grading). On that axis
-  !> the particles are in the spans `at` of the patch, whose centres, inverse widths and neighbour
-  !> coefficients are in `span`.
-  subroutine graded_weights(axis, n_span, span, at, origin, inv_h, stride, x, w, first)
-    integer, intent(in) :: axis, n_span                       !! graded axis, number of spans of the
-                                                              !! patch
-    real(rp), intent(in) :: span(5, 0:n_span - 1)             !! as in grading_t
-    integer, intent(in) :: at(nlane)                          !! span of each particle, from 0
-    real(rp), intent(in) :: origin(3), inv_h(3), x(nlane, 3)  !! [m], [1/m], [m]
-    integer, intent(in) :: stride(3)
-    real(rp), intent(out) :: w(nlane, 18)
-    integer, intent(out) :: first(nlane)
-    real(rp) :: d, g1, g3, s, w1, w3
+  !> B-spline weights and slopes of a graded axis (grid_grading). The particles are in the spans `at`
+  !> of the patch, whose centres, inverse widths and neighbour coefficients are in `span`.
+  subroutine graded_axis(n_span, span, at, x, w, slope)
+    integer, intent(in) :: n_span                    !! number of spans of the patch
+    real(rp), intent(in) :: span(5, 0:n_span - 1)    !! as in grading_t
+    integer, intent(in) :: at(nlane)                 !! span of each particle, from 0
+    real(rp), intent(in) :: x(nlane)                 !! [m]
+    real(rp), intent(out) :: w(nlane, 3), slope(nlane, 3)   !! [-], [1/m]
+    real(rp) :: d, g1, g3
     real(rp), dimension(nlane) :: below, above, inv, off
-    integer :: a, i, o, p
+    integer :: p
 
     do p = 1, nlane
       off(p) = span(1, at(p))
@@ -69,36 +65,38 @@ contains
       below(p) = span(3, at(p))
       above(p) = span(4, at(p))
     end do
-    first = 1
-    do a = 1, 3
-      o = 3*(a - 1)
-      if (a == axis) then
-        !$omp simd private(d, g1, g3, w1, w3)
-        do p = 1, nlane
-          d = (x(p, a) - off(p))*inv(p)
-          g1 = below(p)*(0.5_rp - d); g3 = above(p)*(0.5_rp + d)
-          w1 = g1*(0.5_rp - d); w3 = g3*(0.5_rp + d)
-          g1 = -2.0_rp*inv(p)*g1; g3 = 2.0_rp*inv(p)*g3
-          w(p, o + 1) = w1; w(p, o + 2) = 1.0_rp - w1 - w3; w(p, o + 3) = w3
-          w(p, o + 10) = g1; w(p, o + 11) = -(g1 + g3); w(p, o + 12) = g3
-          first(p) = first(p) + (at(p) - 1)*stride(a)
-        end do
-      else
-        !$omp simd private(d, g1, g3, i, s, w1, w3)
-        do p = 1, nlane
-          s = (x(p, a) - origin(a))*inv_h(a)
-          i = int(s + 0.5_rp)
-          d = s - i
-          g1 = 0.5_rp - d; g3 = 0.5_rp + d
-          w1 = 0.5_rp*g1*g1; w3 = 0.5_rp*g3*g3
-          g1 = -g1*inv_h(a); g3 = g3*inv_h(a)
-          w(p, o + 1) = w1; w(p, o + 2) = 1.0_rp - w1 - w3; w(p, o + 3) = w3
-          w(p, o + 10) = g1; w(p, o + 11) = -(g1 + g3); w(p, o + 12) = g3
-          first(p) = first(p) + (i - 1)*stride(a)
-        end do
-      end if
+    !$omp simd private(d, g1, g3)
+    do p = 1, nlane
+      d = (x(p) - off(p))*inv(p)
+      g1 = below(p)*(0.5_rp - d); g3 = above(p)*(0.5_rp + d)
+      w(p, 1) = g1*(0.5_rp - d); w(p, 3) = g3*(0.5_rp + d)
+      w(p, 2) = 1.0_rp - w(p, 1) - w(p, 3)
+      slope(p, 1) = -2.0_rp*inv(p)*g1; slope(p, 3) = 2.0_rp*inv(p)*g3
+      slope(p, 2) = -(slope(p, 1) + slope(p, 3))
     end do
-  end subroutine graded_weights
+  end subroutine graded_axis
+
+  !> Do the same on a uniform axis, and find the spans `at`.
+  subroutine uniform_axis(origin, inv_h, x, at, w, slope)
+    real(rp), intent(in) :: origin                   !! position of the patch's first node [m]
+    real(rp), intent(in) :: inv_h, x(nlane)          !! [1/m], [m]
+    integer, intent(out) :: at(nlane)
+    real(rp), intent(out) :: w(nlane, 3), slope(nlane, 3)   !! [-], [1/m]
+    real(rp) :: d, g1, g3, s
+    integer :: p
+
+    !$omp simd private(d, g1, g3, s)
+    do p = 1, nlane
+      s = (x(p) - origin)*inv_h
+      at(p) = int(s + 0.5_rp)
+      d = s - at(p)
+      g1 = 0.5_rp - d; g3 = 0.5_rp + d
+      w(p, 1) = 0.5_rp*g1*g1; w(p, 3) = 0.5_rp*g3*g3
+      w(p, 2) = 1.0_rp - w(p, 1) - w(p, 3)
+      slope(p, 1) = -g1*inv_h; slope(p, 3) = g3*inv_h
+      slope(p, 2) = -(slope(p, 1) + slope(p, 3))
+    end do
+  end subroutine uniform_axis
 
   !> First of the 27 nodes of each particle.
   pure subroutine block_corners(origin, inv_h, stride, x, first)

@@ -89,7 +89,7 @@ contains
         if (all(abs(stress) <= 0.0_rp)) cycle
         n = n + 1
         face(n) = face_of(scene, nodes, body, k, p, nf, ps, w, first)
-        force(:, n) = face_area(scene, body, ps(p, f_mass), k)*stress
+        force(:, n) = face_area(scene, body, ps(p, :), k)*stress
       end do
     end do
   end subroutine loaded_faces

@@ -14,6 +14,7 @@ SLABS = {
     "surfaces where cells grow": graded("z", FLAT, (2.5e-3, 5e-3), 1.3, 5e-3),
     "into finer cells and out": graded("x", (2.5e-3, 5e-3, 5e-3), (20e-3, 30e-3), 1.2, 5e-3),
     "across": graded("y", (5e-3, 2.5e-3, 5e-3), (0, 10e-3), 1.2, 5e-3),
+    "along and across": graded("xyz", (2.5e-3, 2.5e-3, 1.25e-3), (20e-3, 30e-3, 0, 10e-3, -2.5e-3, 5e-3), 1.2, 5e-3),
 }
 
 

@@ -5,8 +5,10 @@ program test_grading
   use check, only: begin_tests, end_tests, expect, expect_close
   use grid_geometry, only: box_t, grade, grid_t, make_grid, make_patch, nearest_node, patch_t
   use grid_grading, only: grading_t, make_grading
+  use mapping_blocks, only: weights_of
+  use mapping_nodes, only: nodes_t
+  use particles_store, only: f_mass, f_pos
   use state_scene, only: scene_t
-  use transfer_weights, only: graded_weights
   implicit none (type, external)
 
   integer :: axis, i
@@ -25,35 +27,39 @@ program test_grading
 
 contains
 
-  !> A grid of about 12 cells each way with a random zone, growth and largest cell along an axis.
+  !> A grid of about 12 cells each way with a random zone, growth and largest cell along axis `axis`
+  !> and along some of the others.
   subroutine random_grid(axis, grid, zone, cell, growth, largest)
     integer, intent(in) :: axis
     type(grid_t), intent(out) :: grid
-    real(rp), intent(out) :: zone(2), cell, growth, largest
+    real(rp), intent(out) :: zone(2), cell, growth, largest   !! of axis `axis`
     type(grading_t) :: grading
     character(:), allocatable :: message
-    real(rp) :: lower(3), r(6), upper(3), y(3)
-    integer :: n
+    real(rp) :: ends(2), h, lower(3), r(6), upper(3), y(3)
+    integer :: a, k, n
 
-    call random_number(r)
-    cell = 0.1_rp + 0.3_rp*r(1)
-    growth = 1.1_rp + 0.5_rp*r(2)
-    largest = cell*(1.5_rp + 5.0_rp*r(3))
     lower = [-1.0_rp, 2.0_rp, 0.3_rp]
-    upper = lower + 5.0_rp
-    zone(1) = lower(axis) + cell*(8.0_rp + 2.0_rp*r(4))
-    zone(2) = zone(1) + cell*floor(4.0_rp*r(5))
-    upper(axis) = zone(2) + cell*(9.0_rp + 4.0_rp*r(6))
-    grid = make_grid([0.5_rp, 0.4_rp, 0.6_rp], lower, upper)
-    grid%h(axis) = cell
-    call make_grading(axis, lower(axis), upper(axis), zone, cell, growth, largest, grading, n, &
-                      message)
-    call expect('cells of a random grading fit', len(message) == 0)
-    call grade(grid, grading, n)
-    call expect_close('first node', grading%middle(0), lower(axis), atol=1.0e-12_rp)
-    call expect_close('last node', grading%middle(n - 1), upper(axis), atol=1.0e-12_rp)
-    y = grid%upper()
-    call expect_close('upper corner', y(axis), upper(axis), atol=1.0e-12_rp)
+    grid = make_grid([0.5_rp, 0.4_rp, 0.6_rp], lower, lower + 5.0_rp)
+    do k = 1, 3
+      a = modulo(axis + k - 1, 3) + 1          ! axis `axis` last
+      call random_number(r)
+      if (a /= axis .and. r(6) > 0.5_rp) cycle
+      h = 0.1_rp + 0.3_rp*r(1)
+      growth = 1.1_rp + 0.5_rp*r(2)
+      largest = h*(1.5_rp + 5.0_rp*r(3))
+      ends = lower(a) + h*(8.0_rp + 2.0_rp*r(4))
+      ends(2) = ends(2) + h*floor(4.0_rp*r(5))
+      upper(a) = ends(2) + h*(9.0_rp + 4.0_rp*r(6))
+      call make_grading(lower(a), upper(a), ends, h, growth, largest, grading, n, message)
+      call expect('cells of a random grading fit', len(message) == 0)
+      call grade(grid, a, grading, n)
+      call expect_close('first node', grading%middle(0), lower(a), atol=1.0e-12_rp)
+      call expect_close('last node', grading%middle(n - 1), upper(a), atol=1.0e-12_rp)
+      y = grid%upper()
+      call expect_close('upper corner', y(a), upper(a), atol=1.0e-12_rp)
+      zone = ends
+      cell = h
+    end do
   end subroutine random_grid
 
   !> Widths are what was asked for; weights are a partition of one, exact for linear fields,
@@ -70,7 +76,7 @@ contains
     integer :: a, first(nlane), i, ijk(3), j, k, next(nlane), p
 
     call random_grid(axis, grid, zone, cell, growth, largest)
-    associate (g => grid%grading, n => grid%n(axis))
+    associate (g => grid%grading(axis), n => grid%n(axis))
       do i = 0, n - 2
         call expect('cells grow as much as they may', &
                     max(g%span(5, i)/g%span(5, i + 1), g%span(5, i + 1)/g%span(5, i)) &
@@ -88,18 +94,19 @@ contains
     patch = make_patch(grid, own)
     off = 0.0_rp
     call random_number(x)
+    y = grid%upper()
     do a = 1, 3
-      x(:, a) = grid%lower(a) + (0.2_rp + 0.6_rp*x(:, a))*5.0_rp
+      x(:, a) = grid%lower(a) + (0.2_rp + 0.6_rp*x(:, a))*(y(a) - grid%lower(a))
     end do
-    x(:, axis) = grid%lower(axis) + (x(:, axis) - grid%lower(axis))/5.0_rp &
-                 *(grid%grading%middle(grid%n(axis) - 1) - grid%lower(axis))
     call weigh(grid, patch, x, w, first)
     call weigh(grid, patch, x + step, later, next)
     do p = 1, nlane
       ijk = nearest_node(grid, x(p, :))
       call expect('the stencil is that of the nearest node', &
                   patch%node(ijk) == first(p) + sum(patch%stride))
-      off(1) = max(off(1), abs(grid%grading%position(grid%grading%place(x(p, axis))) - x(p, axis)))
+      associate (g => grid%grading(axis))
+        off(1) = max(off(1), abs(g%position(g%place(x(p, axis))) - x(p, axis)))
+      end associate
       field = 0.0_rp
       gradient = 0.0_rp
       do i = 1, 3
@@ -126,7 +133,7 @@ contains
     call expect_close('slope of a linear field', off(3), 0.0_rp, atol=1.0e-11_rp)
     call expect_close('slopes are derivatives', off(4), 0.0_rp, atol=1.0e-7_rp)
     call test_edges(grid, patch, axis)
-    call test_forces(grid%grading, grid%n(axis))
+    call test_forces(grid%grading(axis), grid%n(axis))
   end subroutine test_spans
 
   subroutine weigh(grid, patch, x, w, first)
@@ -135,13 +142,14 @@ contains
     real(rp), intent(in) :: x(nlane, 3)
     real(rp), intent(out) :: w(nlane, 18)
     integer, intent(out) :: first(nlane)
-    integer :: at(nlane), p
+    type(scene_t) :: scene
+    type(nodes_t) :: nodes
+    real(rp) :: ps(nlane, f_pos + 2)
 
-    associate (a => grid%grading%axis, g => patch%grading)
-      at = [(g%span_of(x(p, a)) - patch%all%lo(a), p=1, nlane)]
-      call graded_weights(a, patch%all%hi(a) - patch%all%lo(a) + 1, g%span(1, patch%all%lo(a)), &
-                          at, patch%origin, 1.0_rp/patch%h, patch%stride, x, w, first)
-    end associate
+    scene%grid = grid
+    nodes%patch = patch
+    ps(:, f_pos:) = x
+    call weights_of(scene, nodes, 1, size(ps, 2), ps, w, first)
   end subroutine weigh
 
   !> Weights and slopes of a node are the same from both sides of an edge.
@@ -154,8 +162,8 @@ contains
     integer :: first(nlane), o
 
     x = spread(grid%lower + 2.6_rp, 1, nlane)
-    x(:, axis) = grid%grading%edge(5) + by
-    x(1, axis) = grid%grading%edge(5) - by
+    x(:, axis) = grid%grading(axis)%edge(5) + by
+    x(1, axis) = grid%grading(axis)%edge(5) - by
     call weigh(grid, patch, x, w, first)
     o = 3*(axis - 1)
     call expect('an edge is between two stencils', first(2) - first(1) == patch%stride(axis))
@@ -197,7 +205,7 @@ contains
     character(:), allocatable :: message
     integer :: n
 
-    call make_grading(1, 1.0_rp, 3.0_rp, [1.4_rp, 2.2_rp], 0.2_rp, 1.0_rp, 0.5_rp, g, n, message)
+    call make_grading(1.0_rp, 3.0_rp, [1.4_rp, 2.2_rp], 0.2_rp, 1.0_rp, 0.5_rp, g, n, message)
     call expect('equal spans fit', len(message) == 0 .and. n == 11)
     call expect_close('longest of equal spans', g%longest(), 0.2_rp)
     call expect_close('weights on equal spans', norm2(g%weights(4, 0.2_rp) &
@@ -212,18 +220,18 @@ contains
     character(:), allocatable :: message
     integer :: n
 
-    call make_grading(1, 0.0_rp, 3.0_rp, [0.3_rp, 1.0_rp], 0.2_rp, 1.1_rp, 0.5_rp, g, n, message)
+    call make_grading(0.0_rp, 3.0_rp, [0.3_rp, 1.0_rp], 0.2_rp, 1.1_rp, 0.5_rp, g, n, message)
     call expect('what does not fit is said', index(message, 'below') > 0 .and. n == 0)
-    call make_grading(1, 0.0_rp, 1.3_rp, [0.0_rp, 1.0_rp], 0.2_rp, 1.1_rp, 0.5_rp, g, n, message)
+    call make_grading(0.0_rp, 1.3_rp, [0.0_rp, 1.0_rp], 0.2_rp, 1.1_rp, 0.5_rp, g, n, message)
     call expect('what does not fit above is said', index(message, 'above') > 0 .and. n == 0)
   end subroutine test_what_does_not_fit
 
-  !> The edge of a particle along the graded axis follows from its mass, whatever its initial
-  !> compression; the others are those of its body.
+  !> The edge of a particle along one graded axis follows from its mass, whatever its initial
+  !> compression; the others are those of its body. On several graded axes it is stored.
   subroutine test_spacing()
     type(scene_t) :: scene
     real(rp), parameter :: jac = 0.9_rp, rho = 2700.0_rp
-    real(rp) :: edge(3), found(3), want(3)
+    real(rp) :: edge(3), found(3), state(f_mass + 3), want(3)
     integer :: axis, k
 
     edge = [0.5e-3_rp, 0.4e-3_rp, 0.3e-3_rp]
@@ -231,10 +239,13 @@ contains
     scene%material(1)%rho = rho
     scene%body(1)%spacing = edge
     scene%body(1)%start%jac = jac
-    do axis = 0, 3
-      scene%grid%grading%axis = axis
+    do axis = 0, 4
       want = merge(3.0_rp*edge, edge, [1, 2, 3] == axis)
-      found = scene%spacing_of(1, rho*product(want)/jac)
+      if (axis == 4) want = [1.0_rp, 2.0_rp, 3.0_rp]*edge
+      if (axis == 4) scene%layout%edges = f_mass + 1
+      state(f_mass:) = [rho*product(want)/jac, want]
+      scene%grid%grading%is_graded = [1, 2, 3] == axis .or. axis == 4
+      found = scene%spacing_of(1, state)
       do k = 1, 3
         call expect_close('edge of a particle', found(k), want(k))
       end do

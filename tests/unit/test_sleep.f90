@@ -64,9 +64,9 @@ contains
     character(:), allocatable :: message
 
     scene%grid = make_grid([h, h, h], [0.0_rp, 0.0_rp, 0.0_rp], spread(9*h, 1, 3))
-    call make_grading(axis, 0.0_rp, 9*h, [0.0_rp, h], h, 1.2_rp, 3*h, grading, nodes, message)
+    call make_grading(0.0_rp, 9*h, [0.0_rp, h], h, 1.2_rp, 3*h, grading, nodes, message)
     call expect('graded', len(message) == 0)
-    call grade(scene%grid, grading, nodes)
+    call grade(scene%grid, axis, grading, nodes)
     associate (first => cube_size(scene%grid, [0, 0, 0]), last => cube_size(scene%grid, [2, 2, 2]))
       call expect('cubes grow', last(axis) > 1.4_rp*first(axis))
     end associate
