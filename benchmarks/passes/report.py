@@ -68,7 +68,7 @@ AA5005 = (
 STUDIED = ("T1 peak, K", "T2 peak, K", "T3 peak, K", "cavity filled, %", "cavity covered, %", "flash, retreating side, mm", "flash, advancing side, mm",
            "groove, mm3", "beyond sides and ends, mm3", "stir zone at 65 mm, depth, mm", "interface velocity, % of the tool's",
            "strain under the tool at 15 s, mean", "share of friction, %", "largest way of a tracer, tool diameters",
-           "grain size, stir zone, nm", "force at 12.5 s, kN", "torque at 12.5 s, N m", "power at 12.5 s, kW", "power at 50 s, kW",
+           "grain size, stir zone, nm", "grain size, surface, nm", "grain size, edge of the zone, nm", "force at 12.5 s, kN", "torque at 12.5 s, N m", "power at 12.5 s, kW", "power at 50 s, kW",
            "hottest metal, K", "inertial over flow stress, median, %", "inertial over flow stress, largest, %", "rows with more than 5 % of it, %")
 
 
@@ -134,12 +134,15 @@ def aa5005(all_of):
     return rows
 
 
-def experiments(all_of, law):
+def experiments(law, *results):
+    """What the kinds of the pass of cavity 1 give, of some sets of results, each with words for the head."""
     name = f"cavity1_{law}"
-    kinds = [kind for kind in scenes.KINDS if (name, kind) in all_of]
-    rows = [["quantity", *(scenes.EXPERIMENTS[kind][0] if kind != "floor" else "floor of the valley" for kind in kinds)]]
+    columns = [(words, all_of, kind) for words, all_of in results for kind in scenes.KINDS if (name, kind) in all_of]
+    rows = [["quantity", *((scenes.EXPERIMENTS[kind][0] if kind != "floor" else "floor of the valley") + words for words, _, kind in columns)]]
     for measure in STUDIED:
-        rows.append([measure, *(shown(all_of, name, kind, measure, ".3g") for kind in kinds)])
+        cells = [shown(all_of, name, kind, measure, ".3g") for _, all_of, kind in columns]
+        if any(cells):
+            rows.append([measure, *cells])
     return rows
 
 
@@ -246,7 +249,8 @@ def tables_of(folder):
     """All tables, by their titles, from the results in a folder."""
     fine, coarse = (load(folder / f"{apart}mm") for apart in (1, 2))
     return {"cavity 1": cavity1(fine, coarse), "cavities": cavities(coarse), "AA5005": aa5005(coarse),
-            "experiments": experiments(coarse, "hot"), "grains": experiments(coarse, "tp"), "mass scaling": experiments(fine, "hot"),
+            "experiments": experiments("hot", ("", coarse)), "grains": experiments("tp", (", 1 mm", fine), (", 2 mm", coarse)),
+            "mass scaling": experiments("hot", ("", fine)),
             "valley": valley(coarse), "valley, laws": valley_laws(coarse), "runs": runs(fine) + runs(coarse)[1:]}
 
 
