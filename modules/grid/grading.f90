@@ -27,6 +27,7 @@ module grid_grading
     integer, allocatable :: bin(:)       !! span in which each bin of equal length begins
     real(rp) :: inv_bin = 0.0_rp         !! 1/length of a bin [1/m]
   contains
+    procedure :: growth
     procedure :: longest
     procedure :: middle
     procedure :: centre
@@ -167,6 +168,17 @@ contains
       end do
     end associate
   end subroutine tabulate
+
+  !> Largest ratio of the widths of two neighbouring spans.
+  pure real(rp) function growth(self)
+    class(grading_t), intent(in) :: self
+    integer :: i
+
+    growth = 1.0_rp
+    do i = self%first, ubound(self%span, 2) - 1
+      growth = max(growth, self%span(5, i)/self%span(5, i + 1), self%span(5, i + 1)/self%span(5, i))
+    end do
+  end function growth
 
   !> Width of the widest span [m].
   pure real(rp) function longest(self)

@@ -26,6 +26,7 @@ module setup_method
   !> cause.
   real(rp), parameter :: small_strain = 0.02_rp, large_strain = 0.05_rp
   real(rp), parameter :: cubic = 1.0_rp + 1.0e-6_rp   !! largest edge ratio of a cube
+  real(rp), parameter :: max_growth = 1.5_rp + 1.0e-6_rp   !! of graded cells with selective scaling
 
 contains
 
@@ -214,12 +215,14 @@ contains
   end function is_sparse
 
   !> Reason why selective mass scaling is not possible in this scene; '' if it is. With one particle
-  !> per cell along an axis, or cells that are not cubes, a free elastic block gains energy at time
-  !> steps that are stable without the scaling: light nodes withhold part of the internal forces
-  !> from the particles, which makes the operator from forces to velocities non-symmetric.
+  !> per cell along an axis, smallest cells that are not cubes, or cells that grow by more than a
+  !> half from one to the next, a free elastic block gains energy at time steps that are stable
+  !> without the scaling: light nodes withhold part of the internal forces from the particles, which
+  !> makes the operator from forces to velocities non-symmetric.
   pure function obstacle_to_scaling(scene) result(text)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: text
+    integer :: a
 
     text = ''
     if (size(scene%tool_of) > 1) then
@@ -232,8 +235,13 @@ contains
       text = 'a SHAPE other than bspline'
     else if (is_sparse(scene, 1)) then
       text = 'one particle in a cell along an axis: PARTICLES_PER_CELL must be 2 or more'
-    else if (scene%grid%is_graded() .or. any(scene%grid%h > cubic*minval(scene%grid%h))) then
+    else if (any(scene%grid%h > cubic*minval(scene%grid%h))) then
       text = 'cells that are no cubes'
+    else
+      do a = 1, 3
+        if (.not. scene%grid%grading(a)%is_graded) cycle
+        if (scene%grid%grading(a)%growth() > max_growth) text = 'cells that grow by more than a half'
+      end do
     end if
   end function obstacle_to_scaling
 
