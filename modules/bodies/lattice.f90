@@ -54,7 +54,8 @@ contains
     lattice%origin = corner + lattice%spacing*(real(first, rp) + 0.5_rp)
     lattice%n = ceiling((high - lattice%origin)/lattice%spacing) + 1
     do a = 1, 3
-      if (scene%grid%grading(a)%is_graded) call grade_rows(scene, body, a, corner(a), low(a), high(a), lattice)
+      if (.not. scene%grid%grading(a)%is_graded) cycle
+      call grade_rows(scene, body, a, corner(a), low(a), high(a), lattice)
     end do
     if (.not. body%is_round) return
     associate (solid => solids(findloc(solids%adds, .true., 1)))
@@ -68,7 +69,7 @@ contains
     end associate
   end function lattice_of
 
-  !> Set the rows along the graded axis `a` of the grid. With a lattice of its own a body has the number
+  !> Set the rows along the graded axis `a`. With a lattice of its own a body has the number
   !> of rows from its lower to its upper end that is nearest to PARTICLES_PER_CELL.
   pure subroutine grade_rows(scene, body, a, corner, low, high, lattice)
     type(scene_t), intent(in) :: scene

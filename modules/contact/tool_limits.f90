@@ -133,8 +133,7 @@ contains
       x = near%ps(p, f_pos:f_pos + 2)
       h = nodes%patch%edges_at(x)
       half = scene%domain(near%body)
-      if (scene%layout%half > 0) half = near%ps(p, &
-                                                            scene%layout%half:scene%layout%half + 2)
+      if (scene%layout%half > 0) half = near%ps(p, scene%layout%half:scene%layout%half + 2)
       call tool%distance(x, gap, unused, edge_distance)
       if (edge_distance >= norm2(half*h)) cycle
       slope = edge_gradient(tool, x, near%normal(:, p), minval(h))

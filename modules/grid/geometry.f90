@@ -13,6 +13,7 @@
 module grid_geometry
   use base_kinds, only: i8, rp
   use base_text, only: str
+  use grid_box, only: box_t
   use grid_grading, only: grading_t
   implicit none (type, external)
   private
@@ -21,18 +22,6 @@ module grid_geometry
     storage_nodes, wrap, box_t, length_along, mean_edge, section_across
 
   integer, parameter, public :: halo = 2
-
-  !> An inclusive box of nodes; empty if any hi < lo.
-  type :: box_t
-    integer :: lo(3) = 0
-    integer :: hi(3) = -1
-  contains
-    procedure :: is_empty
-    procedure :: grown
-    procedure :: meet
-    procedure :: count => box_count
-    procedure :: has
-  end type box_t
 
   !> The whole grid.
   type :: grid_t
@@ -106,49 +95,6 @@ contains
     section = h(1)**2
     if (any(abs(h - h(1)) > 0.0_rp)) section = product(h)/norm2(h*direction)
   end function section_across
-
-  !> True if the box has no nodes.
-  pure logical function is_empty(self)
-    class(box_t), intent(in) :: self
-
-    is_empty = any(self%hi < self%lo)
-  end function is_empty
-
-  !> The box with `layers` more nodes on every side; an empty box stays empty.
-  pure type(box_t) function grown(self, layers)
-    class(box_t), intent(in) :: self
-    integer, intent(in) :: layers
-
-    grown = box_t()
-    if (self%is_empty()) return
-    grown%lo = self%lo - layers
-    grown%hi = self%hi + layers
-  end function grown
-
-  !> Nodes that lie in both boxes.
-  pure type(box_t) function meet(self, other)
-    class(box_t), intent(in) :: self
-    type(box_t), intent(in) :: other
-
-    meet%lo = max(self%lo, other%lo)
-    meet%hi = min(self%hi, other%hi)
-  end function meet
-
-  !> Number of nodes in a box.
-  pure integer function box_count(self)
-    class(box_t), intent(in) :: self
-
-    box_count = 0
-    if (.not. self%is_empty()) box_count = product(self%hi - self%lo + 1)
-  end function box_count
-
-  !> True if node `ijk` is in the box.
-  pure logical function has(self, ijk)
-    class(box_t), intent(in) :: self
-    integer, intent(in) :: ijk(3)
-
-    has = all(ijk >= self%lo) .and. all(ijk <= self%hi)
-  end function has
 
   !> Grid of cells with the edges `h` that covers the box from `lower` to `upper`; along periodic
   !> axes the box must be whole cells.

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: MIT
-!> Cells of one axis, graded or not. Shape functions are the quadratic B-splines on a row of spans of any
-!> width: node i has span i and is located at its middle, which is the mean of the two inner knots
-!> (Greville abscissa), so that linear fields are reproduced exactly. With equal widths they are the
-!> cells of a uniform grid.
+!> Cells of one axis, graded or not. Shape functions are the quadratic B-splines on a row of spans
+!> of any width: node i has span i and is located at its middle, which is the mean of the two inner
+!> knots (Greville abscissa), so that linear fields are reproduced exactly. With equal widths they
+!> are the cells of a uniform grid.
 !>
 !> The place of a point is measured in spans: i + (x - middle of i)/width of i. It corresponds to
 !> the node number on a uniform axis.

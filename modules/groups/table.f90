@@ -36,8 +36,8 @@ contains
       'axes along which only the cells between the places FINE have the edges of CELL; they '// &
       'grow from there to both sides')
     call t%key('FINE', 'real', -6, 'm', 'required'//graded, '', &
-      'ends of the part with equal cells along each graded axis, in the order of the axes; their '// &
-      'distance must be whole cells')
+      'ends of the part with equal cells along each graded axis, in the order of the axes; '// &
+      'their distance must be whole cells')
     call t%key('GROWTH', 'real', 1, '', '1.2'//graded, '[1,2]', &
       'most that a cell is longer than its neighbour')
     call t%key('LARGEST_CELL', 'real', 1, 'm', '0'//graded, '[0,inf)', &

@@ -78,10 +78,10 @@ contains
     end do
   end subroutine gather_temperature
 
-  !> Extrapolate nodal temperatures along the graded axis `a`. The mean at a node belongs to the centre
-  !> of its shape function, which differs from the node where cells grow; the gradient between the
-  !> centres of the neighbours takes it to the node, exactly for linear fields. Owners compute their
-  !> nodes.
+  !> Extrapolate nodal temperatures along the graded axis `a`. The mean at a node belongs to the
+  !> centre of its shape function, which differs from the node where cells grow; the gradient
+  !> between the centres of the neighbours takes it to the node, exactly for linear fields. Owners
+  !> compute their nodes.
   subroutine centre_temperature(world, scene, nodes, a, g)
     type(world_t), intent(in) :: world
     type(scene_t), intent(in) :: scene

@@ -129,7 +129,9 @@ contains
     if (source%kind == source_disc) then
       longest = scene%grid%longest_edges()
       covered = 0.0_rp
-      if (lies_at_height(particles%tag(p, b), d(3), spacing(3), longest(3))) covered = spacing(1)*spacing(2)
+      if (lies_at_height(particles%tag(p, b), d(3), spacing(3), longest(3))) then
+        covered = spacing(1)*spacing(2)
+      end if
       d(3) = 0.0_rp
       width = sqrt(spacing(1)*spacing(2))
     else

@@ -67,8 +67,8 @@ contains
     call scale_by_spans(nodes%patch, a, first, w)
   end function weights_across
 
-  !> Scale weights of three nodes on axis `a`, calculated for equal cells, by the widths of the spans
-  !> of a graded axis, as those of its B-splines are.
+  !> Scale weights of three nodes on axis `a`, calculated for equal cells, by the widths of the
+  !> spans of a graded axis, as those of its B-splines are.
   pure subroutine scale_by_spans(patch, a, first, w)
     type(patch_t), intent(in) :: patch
     integer, intent(in) :: a, first              !! first of 27 nodes

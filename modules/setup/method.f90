@@ -240,7 +240,8 @@ contains
     else
       do a = 1, 3
         if (.not. scene%grid%grading(a)%is_graded) cycle
-        if (scene%grid%grading(a)%growth() > max_growth) text = 'cells that grow by more than a half'
+        if (scene%grid%grading(a)%growth() <= max_growth) cycle
+        text = 'cells that grow by more than a half'
       end do
     end if
   end function obstacle_to_scaling

@@ -47,8 +47,8 @@ contains
     end do
   end subroutine block_weights
 
-  !> B-spline weights and slopes of a graded axis (grid_grading). The particles are in the spans `at`
-  !> of the patch, whose centres, inverse widths and neighbour coefficients are in `span`.
+  !> B-spline weights and slopes of a graded axis (grid_grading). The particles are in the spans
+  !> `at` of the patch, whose centres, inverse widths and neighbour coefficients are in `span`.
   subroutine graded_axis(n_span, span, at, x, w, slope)
     integer, intent(in) :: n_span                    !! number of spans of the patch
     real(rp), intent(in) :: span(5, 0:n_span - 1)    !! as in grading_t
