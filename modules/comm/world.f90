@@ -5,7 +5,7 @@ module comm_world
   use base_kinds, only: i8, rp
   use base_system, only: set_default_variable
   use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
-                     mpi_comm_free, mpi_comm_self, mpi_comm_split_type, &
+                     mpi_comm_free, mpi_comm_split_type, &
                      mpi_comm_type_shared, mpi_info_null, &
                      mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
                      mpi_finalize, mpi_get_library_version, mpi_iallreduce, mpi_in_place, &
@@ -24,7 +24,6 @@ module comm_world
     integer :: size = 1
   contains
     procedure :: is_root
-    procedure, nopass :: alone
     procedure :: ranks_here
     procedure :: barrier
     procedure, private :: sum_reals, sum_longs, sum_integers, sum_long
@@ -48,11 +47,6 @@ module comm_world
   end type reduction_t
 
 contains
-
-  !> Communicator of this rank alone.
-  type(world_t) function alone()
-    alone%comm = mpi_comm_self
-  end function alone
 
   !> Collective. Number of ranks on this computer.
   integer function ranks_here(self)

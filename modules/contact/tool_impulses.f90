@@ -82,24 +82,23 @@ contains
     call mark_held(scene, boundary, contact)
     call find_contact_particles(scene, clock, particles, nodes, contact, tool, k, group, dt, g)
     call add_masses(nodes, contact, scene%method%scheme /= scheme_usl)
-    call reflect_masses(scene, boundary, contact)
+    call reflect_masses(scene, contact)
   end subroutine find_contact
 
   !> Compute the impulses at the nodes of this rank, to be summed over the ranks.
-  subroutine find_impulses(scene, clock, nodes, boundary, contact, law, dt, g)
+  subroutine find_impulses(scene, clock, nodes, contact, law, dt, g)
     type(scene_t), intent(in) :: scene
     type(clock_t), intent(in) :: clock
     type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt                 !! [s]
     real(rp), intent(in) :: g(8, nodes%patch%nn)
 
-    call restore_masses(scene, boundary, contact)
+    call restore_masses(scene, contact)
     call add_impulses(scene, clock, nodes, contact, law, dt, g)
     contact%local_values = contact%values(:n_values, :)
-    call reflect_values(scene, boundary, contact)
+    call reflect_values(scene, contact)
   end subroutine find_impulses
 
   !> Apply the impulses: nodal velocities, sums of the tool, and friction heat to the particles.
@@ -314,7 +313,7 @@ contains
         end associate
       end do
     end associate
-    call restore_fractions(scene, boundary, contact)
+    call restore_fractions(scene, contact)
     do e = 1, contact%n_nodes
       contact%coulomb_unused(e) = 0.0_rp
       associate (values => contact%values(:, e))

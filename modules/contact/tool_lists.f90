@@ -97,7 +97,9 @@ module contact_tool_lists
     integer :: n = 0                           !! number of particles
     type(contact_particle_t), allocatable :: particle(:)
     integer :: n_nodes = 0
-    logical :: reaches_mirrors = .false.           !! listed nodes on or behind a wall exist
+    integer, allocatable :: pair(:, :)             !! (3, pairs) entry behind a symmetry plane, that
+                                                   !! in front (0: not listed), plane
+    integer, allocatable :: plane(:, :)            !! (2, entries on planes) entry, plane
     logical, allocatable :: has_separate_sides(:)  !! symmetry planes on whose sides friction is
                                                    !! limited separately (contact_tool_walls)
     integer, allocatable :: entry_of(:)            !! (nn) entry of a node; 0: not listed

@@ -13,7 +13,7 @@ module contact_tool_walls
   use base_kinds, only: rp
   use boundary_held, only: boundary_t
   use contact_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, tool_contact_t, &
-    v_stick, v_normal
+                                v_normal, v_stick
   use mapping_nodes, only: nodes_t
   use state_run, only: budget_t, e_wall
   use state_scene, only: scene_t
@@ -52,39 +52,42 @@ contains
   end subroutine find_separate_sides
 
   !> Mark directions in which a wall or clamp holds the listed nodes, or in which reflection changes
-  !> the sign.
+  !> the sign, and list the entries at planes of symmetry.
   subroutine mark_held(scene, boundary, contact)
     type(scene_t), intent(in) :: scene
     type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
-    integer :: e, i, k
+    integer :: c, e, i, k
 
-    associate (contact => contact, m => boundary%mirrors)
-      contact%reaches_mirrors = any(contact%entry_of(m%pair(1, :m%n_pairs)) > 0) &
-                               .or. any(contact%entry_of(m%plane(1, :m%n_planes)) > 0)
-      do i = 1, boundary%n_fixed
-        e = contact%entry_of(boundary%fixed(1, i))
-        if (e == 0) cycle
-        where (scene%clamp(boundary%fixed(2, i))%clamp%held) contact%free_direction(:, e) = 0.0_rp
+    do i = 1, boundary%n_fixed
+      e = contact%entry_of(boundary%fixed(1, i))
+      if (e == 0) cycle
+      where (scene%clamp(boundary%fixed(2, i))%clamp%held) contact%free_direction(:, e) = 0.0_rp
+    end do
+    associate (m => boundary%mirrors, at => contact%entry_of)
+      contact%pair = m%pair(:, pack([(i, i=1, m%n_pairs)], at(m%pair(1, :m%n_pairs)) > 0 .or. &
+                                                         at(m%pair(2, :m%n_pairs)) > 0))
+      contact%plane = m%plane(:, pack([(i, i=1, m%n_planes)], at(m%plane(1, :m%n_planes)) > 0))
+      do i = 1, size(contact%pair, 2)
+        contact%pair(1:2, i) = at(contact%pair(1:2, i))
       end do
-      if (.not. contact%reaches_mirrors) return
-      do i = 1, m%n_planes
-        e = contact%entry_of(m%plane(1, i))
-        if (e == 0) cycle
-        where (scene%symmetry(m%plane(2, i))%odd) contact%free_direction(:, e) = 0.0_rp
-        if (.not. contact%has_separate_sides(m%plane(2, i))) then
-          where (scene%symmetry(m%plane(2, i))%odd) contact%is_folded(:, e) = .true.
-        end if
-      end do
-      do i = 1, m%n_pairs
-        if (contact%has_separate_sides(m%pair(3, i))) cycle
-        do k = 1, 2
-          e = contact%entry_of(m%pair(k, i))
-          if (e == 0) cycle
-          where (scene%symmetry(m%pair(3, i))%odd) contact%is_folded(:, e) = .true.
-        end do
-      end do
+      contact%plane(1, :) = at(contact%plane(1, :))
     end associate
+    do i = 1, size(contact%plane, 2)
+      e = contact%plane(1, i)
+      c = contact%plane(2, i)
+      where (scene%symmetry(c)%odd) contact%free_direction(:, e) = 0.0_rp
+      if (contact%has_separate_sides(c)) cycle
+      where (scene%symmetry(c)%odd) contact%is_folded(:, e) = .true.
+    end do
+    do i = 1, size(contact%pair, 2)
+      c = contact%pair(3, i)
+      do k = 1, 2
+        e = contact%pair(k, i)
+        if (e == 0 .or. contact%has_separate_sides(c)) cycle
+        where (scene%symmetry(c)%odd) contact%is_folded(:, e) = .true.
+      end do
+    end do
   end subroutine mark_held
 
   !> Signs of the values of an entry at plane `c`: -1 for odd components, 1 for others.
@@ -92,119 +95,100 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: c, width
     real(rp) :: sign(width), v(3)
+    integer :: i
 
     sign = 1.0_rp
     v = merge(-1.0_rp, 1.0_rp, scene%symmetry(c)%odd)
     if (width == n_masses) sign(m_last_impulse:m_last_impulse + 2) = v
-    if (width < n_values) return
-    sign(v_normal:v_normal + 2) = v
-    sign(v_stick:v_stick + 2) = v
+    do i = 0, width - n_values, n_values         ! of one side or of both
+      sign(i + v_normal:i + v_normal + 2) = v
+      sign(i + v_stick:i + v_stick + 2) = v
+    end do
   end function wall_signs
 
   !> Reflect the masses of nodes behind walls to those in front, as `reflect` does with records.
-  subroutine reflect_masses(scene, boundary, contact)
+  subroutine reflect_masses(scene, contact)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
-    integer :: a, b, i
+    integer :: i
 
-    if (.not. contact%reaches_mirrors) return
-    associate (m => boundary%mirrors, place => contact%entry_of, masses => contact%mass)
-      do i = 1, m%n_pairs
-        b = place(m%pair(1, i))
-        a = place(m%pair(2, i))
-        if (a == 0 .or. b == 0) cycle
-        masses(:, a) = masses(:, a) + wall_signs(scene, m%pair(3, i), n_masses)*masses(:, b)
-        masses(:, b) = 0.0_rp
-      end do
-      do i = 1, m%n_planes
-        a = place(m%plane(1, i))
-        if (a == 0) cycle
-        masses(:, a) = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), n_masses))*masses(:, a)
-      end do
-    end associate
+    do i = 1, size(contact%pair, 2)
+      if (any(contact%pair(1:2, i) == 0)) cycle
+      associate (behind => contact%mass(:, contact%pair(1, i)), &
+                 front => contact%mass(:, contact%pair(2, i)))
+        front = front + wall_signs(scene, contact%pair(3, i), n_masses)*behind
+        behind = 0.0_rp
+      end associate
+    end do
+    do i = 1, size(contact%plane, 2)
+      associate (on => contact%mass(:, contact%plane(1, i)))
+        on = 0.5_rp*(1.0_rp + wall_signs(scene, contact%plane(2, i), n_masses))*on
+      end associate
+    end do
   end subroutine reflect_masses
 
   !> Set the masses of nodes behind walls to those in front.
-  subroutine restore_masses(scene, boundary, contact)
+  subroutine restore_masses(scene, contact)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
-    integer :: a, b, i
+    integer :: i
 
-    if (.not. contact%reaches_mirrors) return
-    associate (m => boundary%mirrors, place => contact%entry_of)
-      do i = m%n_pairs, 1, -1
-        b = place(m%pair(1, i))
-        a = place(m%pair(2, i))
-        if (a == 0 .or. b == 0) cycle
-        contact%mass(:, b) = wall_signs(scene, m%pair(3, i), n_masses)*contact%mass(:, a)
-      end do
-    end associate
+    do i = size(contact%pair, 2), 1, -1
+      if (any(contact%pair(1:2, i) == 0)) cycle
+      contact%mass(:, contact%pair(1, i)) = wall_signs(scene, contact%pair(3, i), n_masses) &
+                                            *contact%mass(:, contact%pair(2, i))
+    end do
   end subroutine restore_masses
 
   !> Reflect the values of nodes behind walls to those in front, or add them to the second part
   !> where the sides are limited separately.
-  subroutine reflect_values(scene, boundary, contact)
+  subroutine reflect_values(scene, contact)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
-    real(rp) :: sign(n_values)
-    integer :: a, b, i
+    real(rp) :: sign(contact%width)
+    integer :: i
 
-    if (.not. contact%reaches_mirrors) return
-    associate (m => boundary%mirrors, place => contact%entry_of, values => contact%values)
-      do i = 1, m%n_pairs
-        b = place(m%pair(1, i))
-        a = place(m%pair(2, i))
-        if (a == 0 .or. b == 0) cycle
-        sign = wall_signs(scene, m%pair(3, i), n_values)
-        if (contact%has_separate_sides(m%pair(3, i))) then
-          values(n_values + 1:n_both, a) = values(n_values + 1:n_both, a) &
-            + sign*(values(:n_values, b) + values(n_values + 1:n_both, b))
+    do i = 1, size(contact%pair, 2)
+      if (any(contact%pair(1:2, i) == 0)) cycle
+      sign = wall_signs(scene, contact%pair(3, i), contact%width)
+      associate (behind => contact%values(:, contact%pair(1, i)), &
+                 front => contact%values(:, contact%pair(2, i)))
+        if (contact%has_separate_sides(contact%pair(3, i))) then
+          front(n_values + 1:) = front(n_values + 1:) &
+            + sign(:n_values)*(behind(:n_values) + behind(n_values + 1:))
         else
-          values(:n_values, a) = values(:n_values, a) + sign*values(:n_values, b)
-          values(:n_values, b) = 0.0_rp
-          if (contact%width > n_values) then
-            values(n_values + 1:, a) = values(n_values + 1:, a) + sign*values(n_values + 1:, b)
-            values(n_values + 1:, b) = 0.0_rp
-          end if
+          front = front + sign*behind
+          behind = 0.0_rp
         end if
-      end do
-      do i = 1, m%n_planes
-        a = place(m%plane(1, i))
-        if (a == 0 .or. contact%has_separate_sides(m%plane(2, i))) cycle
-        sign = 0.5_rp*(1.0_rp + wall_signs(scene, m%plane(2, i), n_values))
-        values(:n_values, a) = sign*values(:n_values, a)
-        if (contact%width > n_values) values(n_values + 1:, a) = sign*values(n_values + 1:, a)
-      end do
-    end associate
+      end associate
+    end do
+    do i = 1, size(contact%plane, 2)
+      if (contact%has_separate_sides(contact%plane(2, i))) cycle
+      associate (on => contact%values(:, contact%plane(1, i)))
+        on = 0.5_rp*(1.0_rp + wall_signs(scene, contact%plane(2, i), contact%width))*on
+      end associate
+    end do
   end subroutine reflect_values
 
   !> Set the friction fractions of nodes behind walls, and the values of those behind mirrors, from
   !> the nodes in front.
-  subroutine restore_fractions(scene, boundary, contact)
+  subroutine restore_fractions(scene, contact)
     type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
     type(tool_contact_t), intent(inout) :: contact
-    integer :: a, b, i
+    integer :: i
 
-    if (.not. contact%reaches_mirrors) return
-    associate (m => boundary%mirrors, place => contact%entry_of)
-      do i = m%n_pairs, 1, -1
-        b = place(m%pair(1, i))
-        a = place(m%pair(2, i))
-        if (a == 0 .or. b == 0) cycle
+    do i = size(contact%pair, 2), 1, -1
+      if (any(contact%pair(1:2, i) == 0)) cycle
+      associate (b => contact%pair(1, i), a => contact%pair(2, i), c => contact%pair(3, i))
         contact%friction_fraction_behind(b) = contact%friction_fraction_behind(a)
-        if (contact%has_separate_sides(m%pair(3, i))) then
+        if (contact%has_separate_sides(c)) then
           contact%friction_fraction(b) = contact%friction_fraction_behind(a)
         else
           contact%friction_fraction(b) = contact%friction_fraction(a)
-          contact%values(:n_values, b) = wall_signs(scene, m%pair(3, i), n_values) &
-                                         *contact%values(:n_values, a)
+          contact%values(:n_values, b) = wall_signs(scene, c, n_values)*contact%values(:n_values, a)
         end if
-      end do
-    end associate
+      end associate
+    end do
   end subroutine restore_fractions
 
   !> Record the impulse that held nodes and mirrors take from the tool.
@@ -215,10 +199,10 @@ contains
     type(tool_contact_t), intent(in) :: contact
     type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: g(8, nodes%patch%nn)
-    real(rp) :: impulse(3), sign(n_values)
+    real(rp) :: impulse(3)
     integer :: a, c, e, i, place
 
-    associate (t => contact, m => boundary%mirrors)
+    associate (t => contact)
       do i = 1, boundary%n_fixed
         e = t%entry_of(boundary%fixed(1, i))
         if (e == 0 .or. boundary%fixed(3, i) == 0) cycle
@@ -235,28 +219,21 @@ contains
           end associate
         end do
       end do
-      if (.not. t%reaches_mirrors) return
-      do i = 1, m%n_pairs
-        e = t%entry_of(m%pair(1, i))
-        if (e == 0) cycle
-        sign = wall_signs(scene, m%pair(3, i), n_values) - 1.0_rp
-        call add_local(m%pair(3, i), e, sign)
+      do i = 1, size(t%pair, 2)
+        if (t%pair(1, i) > 0) call add_local(t%pair(3, i), t%pair(1, i), 1.0_rp)
       end do
-      do i = 1, m%n_planes
-        e = t%entry_of(m%plane(1, i))
-        if (e == 0) cycle
-        sign = 0.5_rp*(wall_signs(scene, m%plane(2, i), n_values) - 1.0_rp)
-        call add_local(m%plane(2, i), e, sign)
+      do i = 1, size(t%plane, 2)
+        call add_local(t%plane(2, i), t%plane(1, i), 0.5_rp)
       end do
     end associate
   contains
-    !> Add the impulse of this rank's particles at an entry, times `sign`.
-    subroutine add_local(plane, e, sign)
+    !> Add the change of the impulse of this rank's particles at an entry, times `share`.
+    subroutine add_local(plane, e, share)
       integer, intent(in) :: plane, e
-      real(rp), intent(in) :: sign(n_values)
+      real(rp), intent(in) :: share
 
       associate (t => contact, impulse => budget%impulse(:, scene%symmetry(plane)%place))
-        impulse = impulse + sign(v_normal:v_normal + 2) &
+        impulse = impulse - merge(2.0_rp*share, 0.0_rp, scene%symmetry(plane)%odd) &
           *(t%local_values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
             *t%local_values(v_stick:v_stick + 2, e))
       end associate

@@ -12,7 +12,7 @@ module io_h5_calls
                   h5fd_mpio_collective_f, h5fflush_f, h5fopen_f, h5gclose_f, h5gcreate_f, &
                   h5open_f, h5p_dataset_create_f, h5p_dataset_xfer_f, h5p_default_f, &
                   h5p_file_access_f, h5p_file_create_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, &
-                  h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_core_f, h5pset_fapl_mpio_f, &
+                  h5pset_deflate_f, h5pset_dxpl_mpio_f, h5pset_fapl_mpio_f, &
                   h5pset_fclose_degree_f, h5pset_fill_time_f, h5pset_shuffle_f, &
                   h5pset_userblock_f, h5s_select_set_f, h5sclose_f, &
                   h5sget_simple_extent_npoints_f, h5sselect_hyperslab_f, h5sselect_none_f, &
@@ -28,24 +28,20 @@ module io_h5_calls
 
   integer(i8), parameter :: chunk_values = 131072_i8   !! values per compressed chunk
   integer, parameter :: deflate_level = 1              !! higher levels are slow with little gain
-  integer(size_t), parameter :: memory_step = 8388608_size_t   !! growth of a file in memory [bytes]
 
 contains
 
   !> Create (is_new) or open a file on all ranks of `comm`, without error messages of HDF5. A new
-  !> file leaves `free` bytes at its beginning, 0 or a power of two from 512. A file `in_memory` of
-  !> a single rank is never written.
-  subroutine open_parallel(comm, path, is_new, file, worst, free, in_memory)
+  !> file leaves `free` bytes at its beginning, 0 or a power of two from 512.
+  subroutine open_parallel(comm, path, is_new, file, worst, free)
     type(mpi_comm), intent(in) :: comm
     character(*), intent(in) :: path
     logical, intent(in) :: is_new
     type(handle_t), intent(out) :: file
     integer, intent(inout) :: worst
     integer, intent(in), optional :: free
-    logical, intent(in), optional :: in_memory
     integer(hid_t) :: access, layout
     integer :: ierr, status(8)
-    logical :: is_kept
 
     file%is_new = is_new
     call h5open_f(ierr)
@@ -55,13 +51,7 @@ contains
     call h5pcreate_f(h5p_dataset_xfer_f, file%extra, status(2))
     call h5pset_dxpl_mpio_f(file%extra, h5fd_mpio_collective_f, status(3))
     call h5pcreate_f(h5p_file_access_f, access, status(4))
-    is_kept = .true.
-    if (present(in_memory)) is_kept = .not. in_memory
-    if (is_kept) then
-      call h5pset_fapl_mpio_f(access, comm%mpi_val, mpi_info_null%mpi_val, status(5))
-    else
-      call h5pset_fapl_core_f(access, memory_step, .false., status(5))
-    end if
+    call h5pset_fapl_mpio_f(access, comm%mpi_val, mpi_info_null%mpi_val, status(5))
     call h5pset_fclose_degree_f(access, h5f_close_strong_f, status(6))
     call h5pcreate_f(h5p_file_create_f, layout, status(7))
     status(8) = 0

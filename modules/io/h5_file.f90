@@ -34,7 +34,6 @@ module io_h5_file
     type(handle_t) :: handle
     logical, private :: packed = .false.   !! compress larger arrays
     logical, private :: sealed = .false.   !! seal it, and keep the previous file
-    logical, private :: in_memory = .false.   !! the file is one of this rank only, never written
     integer(i8), private :: bytes = 0      !! size of an existing file
     character(:), allocatable, private :: path
   contains
@@ -65,8 +64,7 @@ module io_h5_file
 contains
 
   !> Create a file, `packed` with compressed large arrays. A `sealed` file gets a checksum, is
-  !> flushed to disk before it gets its name, and the previous file is kept (io_h5_seal). Without a
-  !> path every rank keeps its part in memory, to measure the cost of writing.
+  !> flushed to disk before it gets its name, and the previous file is kept (io_h5_seal).
   subroutine create(self, world, path, packed, error, sealed)
     class(h5file_t), intent(out) :: self
     type(world_t), intent(in) :: world
@@ -77,18 +75,16 @@ contains
     integer :: worst
 
     self%world = world
-    self%in_memory = path == ''
-    if (self%in_memory) self%world = world%alone()
     self%packed = packed
     if (present(sealed)) self%sealed = sealed
     if (error%is_set()) return
     self%path = trim(path)
     worst = 0
-    if (world%is_root() .and. .not. self%in_memory) call remove_file(self%path//'.tmp')   ! a link?
-    call self%world%barrier()
+    if (world%is_root()) call remove_file(self%path//'.tmp')   ! a link?
+    call world%barrier()
     call begin_writes()
-    call open_parallel(self%world%comm, self%path//'.tmp', .true., self%handle, worst, &
-                       merge(seal_bytes, 0, self%sealed), self%in_memory)
+    call open_parallel(world%comm, self%path//'.tmp', .true., self%handle, worst, &
+                       merge(seal_bytes, 0, self%sealed))
     call self%verify(worst, 'cannot be created', error)
   end subroutine create
 
@@ -136,7 +132,7 @@ contains
     logical :: is_new
 
     if (.not. allocated(self%path)) return
-    is_new = self%handle%is_new .and. .not. self%in_memory
+    is_new = self%handle%is_new
     worst = 0
     call close_parallel(self%handle, worst)
     call self%verify(worst, 'cannot be closed', error)

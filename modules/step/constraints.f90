@@ -75,8 +75,8 @@ contains
     call find_contact(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
                       sim%contact, sim%tool(k), k, group, dt, g)
     call sum_with_overlap(sim, dt, g, outcome, n_masses, sim%contact%mass)
-    call find_impulses(sim%scene, sim%clock, sim%nodes, sim%boundary, sim%contact, &
-                           sim%tool(k)%friction_law, dt, g)
+    call find_impulses(sim%scene, sim%clock, sim%nodes, sim%contact, sim%tool(k)%friction_law, &
+                       dt, g)
     call sum_with_overlap(sim, dt, g, outcome, sim%contact%width, sim%contact%values)
     call apply_impulses(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
                         sim%contact, sim%budget, sim%tool(k), dt, g)
