@@ -3,11 +3,11 @@
 !> faces that lie between nodes (boundary_clamps).
 module boundary_clamp_list
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t, column_t
-  use comm_world, only: world_t
   use conditions_clamp, only: clamp_t
   use grid_geometry, only: wrap
   use mapping_nodes, only: append, nodes_t
+  use simulation_held, only: column_t
+  use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private
@@ -19,50 +19,46 @@ module boundary_clamp_list
 contains
 
   !> Collective. List the held nodes in use, without those behind a mirror.
-  subroutine list_clamps(world, scene, nodes, boundary)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+  subroutine list_clamps(sim)
+    type(simulation_t), intent(inout) :: sim
     integer :: a, c, q, r
 
-    if (allocated(boundary%is_held)) deallocate (boundary%is_held)
-    allocate (boundary%is_held(nodes%patch%nn), source=.false.)
-    boundary%is_held(boundary%mirrors%pair(1, :)) = .true.
-    if (.not. allocated(boundary%fixed)) allocate (boundary%fixed(3, 64), boundary%column(64))
-    boundary%n_fixed = 0
-    boundary%n_columns = 0
-    do r = 1, nodes%n_ranges
-      do q = nodes%range(1, r), nodes%range(2, r)
-        if (boundary%is_held(q)) cycle                 ! behind a mirror
-        do c = 1, size(scene%clamp)
-          call list_node(scene, nodes, boundary, c, q)
+    if (allocated(sim%boundary%is_held)) deallocate (sim%boundary%is_held)
+    allocate (sim%boundary%is_held(sim%nodes%patch%nn), source=.false.)
+    sim%boundary%is_held(sim%boundary%mirrors%pair(1, :)) = .true.
+    if (.not. allocated(sim%boundary%fixed)) allocate (sim%boundary%fixed(3, 64), &
+                                                       sim%boundary%column(64))
+    sim%boundary%n_fixed = 0
+    sim%boundary%n_columns = 0
+    do r = 1, sim%nodes%n_ranges
+      do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
+        if (sim%boundary%is_held(q)) cycle   ! behind a mirror
+        do c = 1, size(sim%scene%clamp)
+          call list_node(sim, c, q)
         end do
       end do
     end do
-    boundary%is_held(boundary%fixed(1, 1:boundary%n_fixed)) = .true.
+    sim%boundary%is_held(sim%boundary%fixed(1, 1:sim%boundary%n_fixed)) = .true.
     do a = 1, 3
-      boundary%along(a)%is_cut = .false.
-      if (world%all_true(all(boundary%column(1:boundary%n_columns)%axis /= a))) cycle
-      call list_column_nodes(world, nodes, boundary, a)
+      sim%boundary%along(a)%is_cut = .false.
+      if (sim%world%all_true(all(sim%boundary%column(1:sim%boundary%n_columns)%axis /= a))) cycle
+      call list_column_nodes(sim, a)
     end do
   end subroutine list_clamps
 
   !> Collective. List the nodes of the columns along `axis`, including columns that only other ranks
   !> list. Columns along one axis share no nodes, so that a rank that stores a whole column knows
   !> the result at its nodes; columns along different axes share nodes at the edges of clamps.
-  subroutine list_column_nodes(world, nodes, boundary, axis)
-    type(world_t), intent(in) :: world
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+  subroutine list_column_nodes(sim, axis)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: axis
     real(rp), allocatable :: columns(:, :)   ! lane 1: column stored whole here, lane 2: in part
     logical, allocatable :: is_known(:)
     integer :: i, k, lane
 
-    allocate (columns(8, nodes%patch%nn), source=0.0_rp)
-    do i = 1, boundary%n_columns
-      associate (column => boundary%column(i))
+    allocate (columns(8, sim%nodes%patch%nn), source=0.0_rp)
+    do i = 1, sim%boundary%n_columns
+      associate (column => sim%boundary%column(i))
         if (column%axis /= axis) cycle
         lane = merge(1, 2, column%is_whole)
         do k = 1, 3
@@ -71,84 +67,80 @@ contains
       end associate
     end do
     is_known = columns(1, :) > 0.0_rp .and. columns(2, :) <= 0.0_rp
-    call nodes%halo%sum(world, 8, nodes%patch%nn, columns)
-    associate (along => boundary%along(axis))
-      along%node = pack([(i, i=1, nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
+    call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, columns)
+    associate (along => sim%boundary%along(axis))
+      along%node = pack([(i, i=1, sim%nodes%patch%nn)], maxval(columns(1:2, :), 1) > 0.0_rp)
       along%is_known = is_known(along%node)
-      along%is_cut = .not. world%all_true(all(along%is_known))
+      along%is_cut = .not. sim%world%all_true(all(along%is_known))
     end associate
   end subroutine list_column_nodes
 
   !> List node `q` and columns through it for clamp `c`.
-  subroutine list_node(scene, nodes, boundary, c, q)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+  subroutine list_node(sim, c, q)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: c, q
     real(rp) :: x(3)
     integer :: a, side
 
-    x = nodes%patch%position(q)
-    call wrap(scene%grid, x)
-    if (is_fixed(scene, nodes, x) .and. holds(nodes, scene%clamp(c)%clamp, x)) then
-      call append(boundary%fixed, boundary%n_fixed, [q, c, merge(1, 0, is_owned(scene, nodes, q))])
+    x = sim%nodes%patch%position(q)
+    call wrap(sim%scene%grid, x)
+    if (is_fixed(sim, x) .and. holds(sim%nodes, sim%scene%clamp(c)%clamp, x)) then
+      call append(sim%boundary%fixed, sim%boundary%n_fixed, [q, c, merge(1, 0, is_owned(sim, q))])
     end if
     do a = 1, 3
       do side = -1, 1, 2
-        call list_column(scene, nodes, boundary, c, q, x, a, side)
+        call list_column(sim, c, q, x, a, side)
       end do
     end do
   end subroutine list_node
 
   !> List the column across a face if `q` at `x` is the node nearest to the face.
-  subroutine list_column(scene, nodes, boundary, c, q, x, a, side)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(inout) :: boundary
+  subroutine list_column(sim, c, q, x, a, side)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: c, q, a, side
     real(rp), intent(in) :: x(3)
     type(column_t) :: column
     real(rp) :: face, other(3), parts(3), t, y(3)
     integer :: ijk(3), k, step
 
-    associate (clamp => scene%clamp(c)%clamp, patch => nodes%patch)
+    associate (clamp => sim%scene%clamp(c)%clamp, patch => sim%nodes%patch)
       face = merge(clamp%upper(a), clamp%lower(a), side > 0)
       if (abs(face) >= 0.5_rp*huge(1.0_rp)) return
-      y = image(nodes, x, a, face)
-      ijk = nodes%patch%indices(q)
-      t = cells_between(nodes, a, y(a), face)
+      y = image(sim%nodes, x, a, face)
+      ijk = sim%nodes%patch%indices(q)
+      t = cells_between(sim%nodes, a, y(a), face)
       if (t <= -0.5_rp .or. t > 0.5_rp) return
-      if (abs(t) <= slack .and. .not. scene%method%is_bspline) return   ! face on a row of nodes
+      if (abs(t) <= slack .and. .not. sim%scene%method%is_bspline) return   ! face on a row of nodes
       y(a) = face
-      if (.not. holds(nodes, clamp, y)) return
+      if (.not. holds(sim%nodes, clamp, y)) return
       column%clamp = c
       column%axis = a
-      column%weight = weights_at(scene, t)
+      column%weight = weights_at(sim%scene, t)
       parts = 0.5_rp
       if (patch%grading(a)%is_graded) then
         column%weight = patch%grading(a)%weights(ijk(a), t)
         parts([1, 3]) = patch%grading(a)%span(3:4, ijk(a))
       end if
-      column%tail = tails(scene, parts, column%weight)
+      column%tail = tails(sim%scene, parts, column%weight)
       do k = 1, 3
         step = k - 2
         if (column%weight(k) <= 0.0_rp) cycle
         other = x
         other(a) = x(a) + patch%h(a)*step
         if (patch%grading(a)%is_graded) other(a) = patch%grading(a)%middle(ijk(a) + step)
-        call wrap(scene%grid, other)
-        if (is_fixed(scene, nodes, other)) return
-        if (step*side > 0 .and. inside_any(scene, nodes, other, c)) return
+        call wrap(sim%scene%grid, other)
+        if (is_fixed(sim, other)) return
+        if (step*side > 0 .and. inside_any(sim, other, c)) return
         if (ijk(a) + step < patch%all%lo(a) .or. ijk(a) + step > patch%all%hi(a)) cycle
         column%node(k) = q + step*patch%stride(a)
-        column%is_owned(k) = is_owned(scene, nodes, column%node(k))
+        column%is_owned(k) = is_owned(sim, column%node(k))
       end do
     end associate
     column%is_whole = all(column%node > 0 .or. column%weight <= 0.0_rp)
-    associate (list => boundary%column, n => boundary%n_columns)
-      if (n == size(list)) boundary%column = [list, list]
+    associate (list => sim%boundary%column, n => sim%boundary%n_columns)
+      if (n == size(list)) sim%boundary%column = [list, list]
       n = n + 1
-      boundary%column(n) = column
+      sim%boundary%column(n) = column
     end associate
   end subroutine list_column
 
@@ -180,29 +172,27 @@ contains
   end function tails
 
   !> True if a node is held itself: it is in a box and not just part of columns across one face.
-  pure logical function is_fixed(scene, nodes, x)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  pure logical function is_fixed(sim, x)
+    type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: x(3)             !! [m]
     integer :: c, n_boxes, n_faces
 
     n_boxes = 0
     n_faces = 0
-    do c = 1, size(scene%clamp)
-      associate (clamp => scene%clamp(c)%clamp)
-        if (.not. holds(nodes, clamp, x)) cycle
+    do c = 1, size(sim%scene%clamp)
+      associate (clamp => sim%scene%clamp(c)%clamp)
+        if (.not. holds(sim%nodes, clamp, x)) cycle
         n_boxes = n_boxes + 1
-        n_faces = n_faces + count(near_face(scene, nodes, clamp%upper, x)) &
-                  + count(near_face(scene, nodes, clamp%lower, x))
+        n_faces = n_faces + count(near_face(sim, clamp%upper, x)) &
+          + count(near_face(sim, clamp%lower, x))
       end associate
     end do
     is_fixed = n_boxes > 0 .and. .not. (n_boxes == 1 .and. n_faces == 1)
   end function is_fixed
 
   !> For each axis, true if a node in the box is part of the columns across the face there.
-  pure function near_face(scene, nodes, face, x) result(is_near)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  pure function near_face(sim, face, x) result(is_near)
+    type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: face(3), x(3)    !! [m]
     logical :: is_near(3)
     real(rp) :: depth, y(3)
@@ -211,9 +201,9 @@ contains
     do a = 1, 3
       is_near(a) = .false.
       if (abs(face(a)) >= 0.5_rp*huge(1.0_rp)) cycle
-      y = image(nodes, x, a, face(a))
-      depth = abs(cells_between(nodes, a, y(a), face(a)))
-      if (scene%method%is_bspline) then
+      y = image(sim%nodes, x, a, face(a))
+      depth = abs(cells_between(sim%nodes, a, y(a), face(a)))
+      if (sim%scene%method%is_bspline) then
         is_near(a) = depth < 1.5_rp - slack
       else
         is_near(a) = depth > slack .and. depth < 1.0_rp - slack
@@ -249,17 +239,16 @@ contains
   end function image
 
   !> True if `x` is inside the box of any clamp except clamp `but`.
-  pure logical function inside_any(scene, nodes, x, but)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  pure logical function inside_any(sim, x, but)
+    type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: x(3)
     integer, intent(in) :: but
     integer :: c
 
     inside_any = .false.
-    do c = 1, size(scene%clamp)
+    do c = 1, size(sim%scene%clamp)
       if (c == but) cycle
-      inside_any = inside_any .or. holds(nodes, scene%clamp(c)%clamp, x)
+      inside_any = inside_any .or. holds(sim%nodes, sim%scene%clamp(c)%clamp, x)
     end do
   end function inside_any
 
@@ -283,15 +272,14 @@ contains
 
   !> True if this rank records a node; nodes outside the grid belong to the owner of the nearest
   !> inside.
-  pure logical function is_owned(scene, nodes, q)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  pure logical function is_owned(sim, q)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: q
     integer :: ijk(3)
 
-    ijk = nodes%patch%indices(q)
-    where (scene%grid%period == 0) ijk = max(0, min(scene%grid%n - 1, ijk))
-    is_owned = nodes%patch%own%has(ijk)
+    ijk = sim%nodes%patch%indices(q)
+    where (sim%scene%grid%period == 0) ijk = max(0, min(sim%scene%grid%n - 1, ijk))
+    is_owned = sim%nodes%patch%own%has(ijk)
   end function is_owned
 
 end module boundary_clamp_list

@@ -7,11 +7,10 @@
 !> with its mass.
 module boundary_clamps
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t, column_nodes_t, column_t
-  use comm_world, only: world_t
-  use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t
-  use state_run, only: budget_t, clock_t, e_wall
-  use state_scene, only: scene_t
+  use mapping_nodes, only: min_node_inertia, min_node_mass
+  use simulation_held, only: column_nodes_t, column_t
+  use simulation_parts, only: simulation_t
+  use state_run, only: e_wall
   implicit none (type, external)
   private
 
@@ -24,55 +23,47 @@ contains
 
   !> Collective. Set the held nodes of walls and clamps to their velocity, times `fraction`; record
   !> impulse and work.
-  subroutine hold_walls(world, scene, clock, nodes, boundary, budget, fraction, g)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(budget_t), intent(inout) :: budget
+  subroutine hold_walls(sim, fraction, g)
+    type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: fraction                 !! 1, or 0 for clamps at rest
-    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: axis, k
 
-    do k = 1, nodes%n_groups
-      if (scene%is_rigid_group(k)) cycle
+    do k = 1, sim%nodes%n_groups
+      if (sim%scene%is_rigid_group(k)) cycle
       do axis = 1, 3
-        call hold_columns(scene, clock, nodes, boundary, axis, budget, fraction, g(:, :, k))
-        if (boundary%along(axis)%is_cut) then
-          call copy_columns(world, nodes, boundary%along(axis), [1, 2, 3, 5, 6, 7], g(:, :, k))
+        call hold_columns(sim, axis, fraction, g(:, :, k))
+        if (sim%boundary%along(axis)%is_cut) then
+          call copy_columns(sim, sim%boundary%along(axis), [1, 2, 3, 5, 6, 7], g(:, :, k))
         end if
       end do
-      call hold_nodes(scene, clock, nodes, boundary, budget, fraction, g(:, :, k))
+      call hold_nodes(sim, fraction, g(:, :, k))
     end do
   end subroutine hold_walls
 
   !> Hold the nodes inside the boxes.
-  subroutine hold_nodes(scene, clock, nodes, boundary, budget, fraction, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(budget_t), intent(inout) :: budget
+  subroutine hold_nodes(sim, fraction, g)
+    type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: fraction
-    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     real(rp) :: value, before, impulse, least, v(3)
     integer :: a, i, q
 
-    least = min_node_inertia(scene, clock)
-    do i = 1, boundary%n_fixed
-      q = boundary%fixed(1, i)
-      associate (clamp => scene%clamp(boundary%fixed(2, i))%clamp)
+    least = min_node_inertia(sim%scene, sim%clock)
+    do i = 1, sim%boundary%n_fixed
+      q = sim%boundary%fixed(1, i)
+      associate (clamp => sim%scene%clamp(sim%boundary%fixed(2, i))%clamp)
         v = clamp%velocity
-        if (.not. clamp%is_uniform) v = clamp%velocity_at(nodes%patch%position(q), clock%time)
+        if (.not. clamp%is_uniform) v = clamp%velocity_at(sim%nodes%patch%position(q), &
+                                                          sim%clock%time)
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
           value = fraction*v(a)
           before = g(a, q) - g(4 + a, q)
-          if (boundary%fixed(3, i) == 1 .and. g(8, q) > min_node_mass) then
+          if (sim%boundary%fixed(3, i) == 1 .and. g(8, q) > min_node_mass) then
             impulse = max(g(8, q), least)*(value - g(a, q))
-            budget%impulse(a, clamp%place) = budget%impulse(a, clamp%place) + impulse
-            budget%sums(e_wall) = budget%sums(e_wall) + impulse*0.5_rp*(before + value)
+            sim%budget%impulse(a, clamp%place) = sim%budget%impulse(a, clamp%place) + impulse
+            sim%budget%sums(e_wall) = sim%budget%sums(e_wall) + impulse*0.5_rp*(before + value)
           end if
           g(a, q) = value
           g(4 + a, q) = value - before
@@ -82,30 +73,26 @@ contains
   end subroutine hold_nodes
 
   !> Hold the velocities at the faces of the columns along one axis.
-  subroutine hold_columns(scene, clock, nodes, boundary, axis, budget, fraction, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
+  subroutine hold_columns(sim, axis, fraction, g)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: axis
-    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: fraction
-    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     real(rp) :: impulse, jump(3), least, v(3)
     integer :: a, i, k, q
 
-    least = min_node_inertia(scene, clock)
-    do i = 1, boundary%n_columns
-      associate (column => boundary%column(i), &
-                 clamp => scene%clamp(boundary%column(i)%clamp)%clamp)
+    least = min_node_inertia(sim%scene, sim%clock)
+    do i = 1, sim%boundary%n_columns
+      associate (column => sim%boundary%column(i), &
+                 clamp => sim%scene%clamp(sim%boundary%column(i)%clamp)%clamp)
         if (column%axis /= axis .or. .not. column%is_whole) cycle
         v = clamp%velocity
         if (.not. clamp%is_uniform) then
-          v = clamp%velocity_at(nodes%patch%position(column%node(2)), clock%time)
+          v = clamp%velocity_at(sim%nodes%patch%position(column%node(2)), sim%clock%time)
         end if
         do a = 1, 3
           if (.not. clamp%held(a)) cycle
-          jump = jumps(column, fraction*v(a), a, least, nodes%patch%nn, g, g)
+          jump = jumps(column, fraction*v(a), a, least, sim%nodes%patch%nn, g, g)
           do k = 1, 3
             if (column%node(k) == 0) cycle
             q = column%node(k)
@@ -113,8 +100,9 @@ contains
             g(4 + a, q) = g(4 + a, q) + jump(k)
             if (.not. column%is_owned(k)) cycle
             impulse = max(g(8, q), least)*jump(k)
-            budget%impulse(a, clamp%place) = budget%impulse(a, clamp%place) + impulse
-            budget%sums(e_wall) = budget%sums(e_wall) + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
+            sim%budget%impulse(a, clamp%place) = sim%budget%impulse(a, clamp%place) + impulse
+            sim%budget%sums(e_wall) = sim%budget%sums(e_wall) &
+              + impulse*(g(a, q) - 0.5_rp*g(4 + a, q))
           end do
         end do
       end associate
@@ -151,24 +139,23 @@ contains
 
   !> Collective. Copy the lanes `lanes` of the nodes of columns along one axis from the ranks that
   !> store these columns whole.
-  subroutine copy_columns(world, nodes, along, lanes, g)
-    type(world_t), intent(in) :: world
-    type(nodes_t), intent(inout) :: nodes
+  subroutine copy_columns(sim, along, lanes, g)
+    type(simulation_t), intent(inout) :: sim
     type(column_nodes_t), intent(in) :: along
     integer, intent(in) :: lanes(:)
-    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     real(rp) :: values(size(lanes), size(along%node))
     integer, allocatable :: place(:)
     integer :: e, n
 
     n = size(along%node)
-    allocate (place(nodes%patch%nn), source=0)
+    allocate (place(sim%nodes%patch%nn), source=0)
     place(along%node) = [(e, e=1, n)]
     do e = 1, n
       values(:, e) = merge(g(lanes, along%node(e)), -huge(1.0_rp), along%is_known(e))
     end do
-    call nodes%halo%combine(world, .true., nodes%patch%nn, place, n, along%node, size(lanes), &
-                            values)
+    call sim%nodes%halo%combine(sim%world, .true., sim%nodes%patch%nn, place, n, along%node, &
+                                size(lanes), values)
     do e = 1, n
       if (any(values(:, e) <= -huge(1.0_rp))) cycle
       g(lanes, along%node(e)) = values(:, e)
@@ -177,25 +164,22 @@ contains
 
   !> Collective. Set the held components of the velocities in lanes 5:7 of `increment` to zero; `g`
   !> holds the masses.
-  subroutine release_held(world, scene, nodes, boundary, g, increment)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
-    real(rp), intent(inout) :: increment(8, nodes%patch%nn, nodes%n_groups)
+  subroutine release_held(sim, g, increment)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
+    real(rp), intent(inout) :: increment(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     real(rp) :: jump(3)
     integer :: a, axis, i, j, k, q
 
-    do k = 1, nodes%n_groups
+    do k = 1, sim%nodes%n_groups
       do axis = 1, 3
-        do i = 1, boundary%n_columns
-          associate (column => boundary%column(i), &
-                     clamp => scene%clamp(boundary%column(i)%clamp)%clamp)
+        do i = 1, sim%boundary%n_columns
+          associate (column => sim%boundary%column(i), &
+                     clamp => sim%scene%clamp(sim%boundary%column(i)%clamp)%clamp)
             if (column%axis /= axis .or. .not. column%is_whole) cycle
             do a = 1, 3
               if (.not. clamp%held(a)) cycle
-              jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, nodes%patch%nn, g(:, :, k), &
+              jump = jumps(column, 0.0_rp, 4 + a, 0.0_rp, sim%nodes%patch%nn, g(:, :, k), &
                            increment(:, :, k))
               do j = 1, 3
                 q = column%node(j)
@@ -204,13 +188,13 @@ contains
             end do
           end associate
         end do
-        if (boundary%along(axis)%is_cut) then
-          call copy_columns(world, nodes, boundary%along(axis), [5, 6, 7], increment(:, :, k))
+        if (sim%boundary%along(axis)%is_cut) then
+          call copy_columns(sim, sim%boundary%along(axis), [5, 6, 7], increment(:, :, k))
         end if
       end do
-      do i = 1, boundary%n_fixed
-        associate (v => increment(5:7, boundary%fixed(1, i), k))
-          where (scene%clamp(boundary%fixed(2, i))%clamp%held) v = 0.0_rp
+      do i = 1, sim%boundary%n_fixed
+        associate (v => increment(5:7, sim%boundary%fixed(1, i), k))
+          where (sim%scene%clamp(sim%boundary%fixed(2, i))%clamp%held) v = 0.0_rp
         end associate
       end do
     end do

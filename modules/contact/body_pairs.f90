@@ -2,20 +2,20 @@
 !> Contact between bodies with velocity fields of their own, at the nodes with mass of both.
 module contact_body_pairs
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t
   use comm_world, only: world_t
   use contact_body_gaps, only: find_node_pairs
   use contact_body_heat, only: give_heat, heat_shares
-  use contact_node_pairs, only: node_pairs_t
   use grid_geometry, only: length_along
   use mapping_nodes, only: nodes_t
   use mapping_rigid, only: set_rigid_velocities
   use particles_store, only: particles_t
+  use simulation_held, only: boundary_t
+  use simulation_node_pairs, only: node_pairs_t
   use state_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
   use state_scene, only: scene_t, scheme_usavg
   use tools_pair, only: is_apart, is_stuck, pair_impulse, pair_loss, moves_as_one
   use tools_tool, only: s_metal_slip, s_force, s_friction, s_normal_loss, s_normal_impulse, &
-                          s_tool_slip, s_to_plate, s_torque, s_work, tool_t
+                        s_tool_slip, s_to_plate, s_torque, s_work, tool_t
   implicit none (type, external)
   private
 

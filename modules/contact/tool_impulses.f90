@@ -31,20 +31,18 @@
 !> is left.
 module contact_tool_impulses
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_velocity, restore
   use contact_tool_limits, only: molten_limit
-  use contact_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
-                                n_masses, n_values, load_return, tool_contact_t, v_transition, &
-                                v_coulomb, v_stick, v_normal, v_max_friction
   use contact_tool_loads, only: record_tool_load, give_heat, strain_surface
   use contact_tool_particles, only: find_contact_particles, relaxation_time, update_surface_offset
   use contact_tool_walls, only: record_wall_impulse, mark_held, reflect_masses, reflect_values, &
                                 restore_masses, restore_fractions, find_separate_sides
   use mapping_nodes, only: min_node_inertia, min_node_mass, nodes_t
-  use particles_store, only: particles_t
-  use state_run, only: budget_t, clock_t
-  use state_scene, only: scene_t, scheme_usl
+  use simulation_parts, only: simulation_t
+  use simulation_tool_lists, only: add_values, m_touching, m_last_impulse, m_pushed, n_both, &
+                                   n_masses, n_values, load_return, v_transition, v_coulomb, &
+                                   v_stick, v_normal, v_max_friction
+  use state_scene, only: scheme_usl
   use tools_law, only: friction_law_t
   use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
@@ -65,113 +63,96 @@ contains
 
   !> Find the particles of `group` that touch tool `k` in this step, and their masses at the nodes
   !> of this rank, to be summed over the ranks.
-  subroutine find_contact(scene, clock, particles, nodes, boundary, contact, tool, k, group, dt, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine find_contact(sim, tool, k, group, dt, g)
+    type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: k, group
     real(rp), intent(in) :: dt                    !! [s]
-    real(rp), intent(in) :: g(8, nodes%patch%nn)  !! velocity records of the group
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)   !! velocity records of the group
 
-    call find_separate_sides(scene, tool%mean_motion(clock%time, dt), contact)
-    call list_nodes(scene, nodes, contact, tool, g)
-    call mark_held(scene, boundary, contact)
-    call find_contact_particles(scene, clock, particles, nodes, contact, tool, k, group, dt, g)
-    call add_masses(nodes, contact, scene%method%scheme /= scheme_usl)
-    call reflect_masses(scene, contact)
+    call find_separate_sides(sim, tool%mean_motion(sim%clock%time, dt))
+    call list_nodes(sim, tool, g)
+    call mark_held(sim)
+    call find_contact_particles(sim, tool, k, group, dt, g)
+    call add_masses(sim, sim%scene%method%scheme /= scheme_usl)
+    call reflect_masses(sim)
   end subroutine find_contact
 
   !> Compute the impulses at the nodes of this rank, to be summed over the ranks.
-  subroutine find_impulses(scene, clock, nodes, contact, law, dt, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine find_impulses(sim, law, dt, g)
+    type(simulation_t), intent(inout) :: sim
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt                 !! [s]
-    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
 
-    call restore_masses(scene, contact)
-    call add_impulses(scene, clock, nodes, contact, law, dt, g)
-    contact%local_values = contact%values(:n_values, :)
-    call reflect_values(scene, contact)
+    call restore_masses(sim)
+    call add_impulses(sim, law, dt, g)
+    sim%contact%local_values = sim%contact%values(:n_values, :)
+    call reflect_values(sim)
   end subroutine find_impulses
 
   !> Apply the impulses: nodal velocities, sums of the tool, and friction heat to the particles.
-  subroutine apply_impulses(scene, clock, particles, nodes, boundary, contact, budget, tool, dt, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(tool_contact_t), intent(inout) :: contact
-    type(budget_t), intent(inout) :: budget
+  subroutine apply_impulses(sim, tool, dt, g)
+    type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(inout) :: tool
     real(rp), intent(in) :: dt                 !! [s]
-    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     type(rigid_t) :: rigid
 
-    call push_nodes(scene, clock, tool%friction_law, nodes, boundary, contact, budget, g)
-    call restore(scene, nodes, boundary, r_velocity, g)
-    call update_surface_offset(scene, particles, nodes, contact, dt, g)
-    call store_contact_history(scene, clock, particles, nodes, contact, tool%friction_law, dt)
-    call strain_surface(scene, particles, contact, dt)
-    rigid = tool%mean_motion(clock%time, dt)
-    call record_tool_load(nodes, contact, rigid, tool, g)
-    call give_heat(scene, particles, contact, rigid, dt, tool)
+    call push_nodes(sim, tool%friction_law, g)
+    call restore(sim, r_velocity, g)
+    call update_surface_offset(sim, dt, g)
+    call store_contact_history(sim, tool%friction_law, dt)
+    call strain_surface(sim, dt)
+    rigid = tool%mean_motion(sim%clock%time, dt)
+    call record_tool_load(sim%nodes, sim%contact, rigid, tool, g)
+    call give_heat(sim%scene, sim%particles, sim%contact, rigid, dt, tool)
   end subroutine apply_impulses
 
   !> List the nodes with mass near the tool, or in the bounding box of a finite one: the same on all
   !> ranks that store them.
-  subroutine list_nodes(scene, nodes, contact, tool, g)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine list_nodes(sim, tool, g)
+    type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
-    real(rp), intent(in) :: g(8, nodes%patch%nn)
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
     real(rp) :: lower(3), upper(3), margin(3), x(3)
     integer :: first, i, last, r
     logical :: is_bounded
 
-    margin = band*scene%grid%longest_edges()
+    margin = band*sim%scene%grid%longest_edges()
     call tool%bounds(lower, upper)
-    where (scene%grid%period > 0) lower = -huge(1.0_rp)
-    where (scene%grid%period > 0) upper = huge(1.0_rp)
+    where (sim%scene%grid%period > 0) lower = -huge(1.0_rp)
+    where (sim%scene%grid%period > 0) upper = huge(1.0_rp)
     is_bounded = all(abs([lower, upper]) < huge(1.0_rp))
-    call contact%reset(nodes%patch%nn)
-    do r = 1, nodes%n_ranges
-      x = nodes%patch%position(nodes%range(1, r))
+    call sim%contact%reset(sim%nodes%patch%nn)
+    do r = 1, sim%nodes%n_ranges
+      x = sim%nodes%patch%position(sim%nodes%range(1, r))
       if (any(x(1:2) < lower(1:2) - margin(1:2)) .or. any(x(1:2) > upper(1:2) + margin(1:2))) cycle
-      first = nodes%range(1, r)
-      last = nodes%range(2, r)
-      if (is_bounded .and. scene%grid%grading(3)%is_graded) then
+      first = sim%nodes%range(1, r)
+      last = sim%nodes%range(2, r)
+      if (is_bounded .and. sim%scene%grid%grading(3)%is_graded) then
         last = first + floor(min(real(last - first, rp), nodes_up_to(x(3), upper(3) + margin(3))))
         first = first + ceiling(max(0.0_rp, nodes_up_to(x(3), lower(3) - margin(3))))
       else if (is_bounded) then                  ! the nodes of a run ascend in z
-        last = first + floor(min(real(last - first, rp), (upper(3) + margin(3) - x(3)) &
-                                   /nodes%patch%h(3)))
-        first = first + ceiling(max(0.0_rp, (lower(3) - margin(3) - x(3)) &
-                                            /nodes%patch%h(3)))
+        last = first &
+          + floor(min(real(last - first, rp), (upper(3) + margin(3) - x(3))/sim%nodes%patch%h(3)))
+        first = first + ceiling(max(0.0_rp, (lower(3) - margin(3) - x(3))/sim%nodes%patch%h(3)))
       end if
       do i = first, last
         if (g(8, i) <= min_node_mass) cycle
         if (.not. is_bounded) then
-          if (image_distance(nodes, tool, nodes%patch%position(i)) >= maxval(margin)) cycle
+          if (image_distance(sim%nodes, tool, sim%nodes%patch%position(i)) >= maxval(margin)) cycle
         end if
-        call contact%add_node(i)
+        call sim%contact%add_node(i)
       end do
     end do
-    call contact%prepare()
+    call sim%contact%prepare()
   contains
     !> Number of nodes from the one at `z` up to `limit`.
     pure real(rp) function nodes_up_to(z, limit)
       real(rp), intent(in) :: z, limit       !! [m]
 
-      associate (grading => scene%grid%grading(3))
+      associate (grading => sim%scene%grid%grading(3))
         nodes_up_to = grading%place(limit) - grading%place(z)
       end associate
     end function nodes_up_to
@@ -200,17 +181,16 @@ contains
 
   !> Sum the masses of the particles in contact, of the pushed ones, and the impulses at the forces
   !> of the last step at the nodes.
-  subroutine add_masses(nodes, contact, remaps_velocities)
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine add_masses(sim, remaps_velocities)
+    type(simulation_t), intent(inout) :: sim
     logical, intent(in) :: remaps_velocities          !! strains follow velocities mapped again
     real(rp) :: mass(n_masses)
     integer :: i, p
 
-    associate (contact => contact)
+    associate (contact => sim%contact)
       do p = 1, contact%n
         associate (t => contact%particle(p))
-          call contact%find_nodes(nodes%patch%stride, t)
+          call contact%find_nodes(sim%nodes%patch%stride, t)
           if (t%closing_velocity <= 0.0_rp .or. remaps_velocities) t%normal_impulse = 0.0_rp
           mass = 0.0_rp
           mass(m_touching) = t%mass
@@ -226,19 +206,16 @@ contains
   end subroutine add_masses
 
   !> Sum the impulses of the particles in contact at the nodes.
-  subroutine add_impulses(scene, clock, nodes, contact, law, dt, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine add_impulses(sim, law, dt, g)
+    type(simulation_t), intent(inout) :: sim
     type(friction_law_t), intent(in) :: law
-    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     real(rp) :: kept, least, part, push, s(3), values(n_values)
     integer :: e, p
 
-    part = merge(1.0_rp, impulse_fraction_remapped, scene%method%scheme == scheme_usl)
-    least = min_node_inertia(scene, clock)
-    associate (contact => contact)
+    part = merge(1.0_rp, impulse_fraction_remapped, sim%scene%method%scheme == scheme_usl)
+    least = min_node_inertia(sim%scene, sim%clock)
+    associate (contact => sim%contact)
       do e = 1, contact%n_nodes
         contact%mass(:, e) = contact%mass(:, e)/max(least, g(8, contact%node(e)))
       end do
@@ -253,7 +230,8 @@ contains
           t%lasting_impulse = 0.0_rp
           if (t%closing_velocity > 0.0_rp) then
             kept = 1.0_rp
-            if (t%closing_velocity <= t%approach_velocity) kept = exp(-dt/relaxation_time(clock, t))
+            if (t%closing_velocity <= t%approach_velocity) kept = exp(-dt &
+              /relaxation_time(sim%clock, t))
             t%lasting_impulse = min(t%max_normal_impulse, max(0.0_rp, kept*(t%normal_impulse &
                                                                             - push*s(3)) + push &
                                                                               *t%approach_velocity))
@@ -264,7 +242,7 @@ contains
           values(v_normal:v_normal + 2) = t%normal_impulse*t%normal
           values(v_stick:v_stick + 2) = t%stick_impulse
           if (law%uses_mean_pressure()) then
-            kept = exp(-dt/relaxation_time(clock, t))
+            kept = exp(-dt/relaxation_time(sim%clock, t))
             t%coulomb_impulse = kept*dt*t%coulomb_impulse &
                         + (1.0_rp - kept)*t%mu*t%normal_impulse
           else
@@ -281,20 +259,15 @@ contains
 
   !> Apply the impulses to the listed nodes, as far as walls allow, and record the impulses taken by
   !> walls.
-  subroutine push_nodes(scene, clock, law, nodes, boundary, contact, budget, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
+  subroutine push_nodes(sim, law, g)
+    type(simulation_t), intent(inout) :: sim
     type(friction_law_t), intent(in) :: law
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(tool_contact_t), intent(inout) :: contact
-    type(budget_t), intent(inout) :: budget
-    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     real(rp) :: impulse(3), jump(3), least
     integer :: e
 
-    least = min_node_inertia(scene, clock)
-    associate (t => contact)
+    least = min_node_inertia(sim%scene, sim%clock)
+    associate (t => sim%contact)
       do e = 1, t%n_nodes
         t%friction_fraction(e) = friction_fraction_of(law, t%values(:n_values, e))
         impulse = t%values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
@@ -313,15 +286,15 @@ contains
         end associate
       end do
     end associate
-    call restore_fractions(scene, contact)
-    do e = 1, contact%n_nodes
-      contact%coulomb_unused(e) = 0.0_rp
-      associate (values => contact%values(:, e))
-        if (values(v_coulomb) > 0.0_rp) contact%coulomb_unused(e) = max(0.0_rp, 1.0_rp &
-            - contact%friction_fraction(e)*norm2(values(v_stick:v_stick + 2))/values(v_coulomb))
+    call restore_fractions(sim)
+    do e = 1, sim%contact%n_nodes
+      sim%contact%coulomb_unused(e) = 0.0_rp
+      associate (values => sim%contact%values(:, e))
+        if (values(v_coulomb) > 0.0_rp) sim%contact%coulomb_unused(e) = max(0.0_rp, 1.0_rp &
+          - sim%contact%friction_fraction(e)*norm2(values(v_stick:v_stick + 2))/values(v_coulomb))
       end associate
     end do
-    call record_wall_impulse(scene, nodes, boundary, contact, budget, g)
+    call record_wall_impulse(sim, g)
   end subroutine push_nodes
 
   !> Fraction of the stick impulse of a node that friction provides.
@@ -336,28 +309,24 @@ contains
   !> Store the contact history of the particles: the unused Coulomb friction, which decays with the
   !> relaxation time, or, for a law that uses the mean pressure, the mean Coulomb force; and the
   !> sustained normal force.
-  subroutine store_contact_history(scene, clock, particles, nodes, contact, law, dt)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(in) :: contact
+  subroutine store_contact_history(sim, law, dt)
+    type(simulation_t), intent(inout) :: sim
     type(friction_law_t), intent(in) :: law
     real(rp), intent(in) :: dt                 !! [s]
     real(rp) :: unused
     integer :: i, p
 
-    do p = 1, contact%n
-      associate (t => contact%particle(p))
+    do p = 1, sim%contact%n
+      associate (t => sim%contact%particle(p))
         unused = 0.0_rp
         do i = 1, 27
-          if (t%entry(i) > 0) unused = unused + t%weight(i)*contact%coulomb_unused(t%entry(i))
+          if (t%entry(i) > 0) unused = unused + t%weight(i)*sim%contact%coulomb_unused(t%entry(i))
         end do
-        associate (reserve => particles%ps(t%lane, scene%layout%coulomb_reserve, t%block))
-          reserve = t%coulomb_impulse*unused*exp(-dt/relaxation_time(clock, t))
+        associate (reserve => sim%particles%ps(t%lane, sim%scene%layout%coulomb_reserve, t%block))
+          reserve = t%coulomb_impulse*unused*exp(-dt/relaxation_time(sim%clock, t))
           if (law%uses_mean_pressure()) reserve = t%coulomb_impulse/dt
         end associate
-        particles%ps(t%lane, scene%layout%normal_force, t%block) = t%lasting_impulse/dt
+        sim%particles%ps(t%lane, sim%scene%layout%normal_force, t%block) = t%lasting_impulse/dt
       end associate
     end do
   end subroutine store_contact_history

@@ -18,13 +18,13 @@
 !> itself down to z1; with cell refinement x and all unresolved parts tend to 0.
 module contact_tool_limits
   use base_kinds, only: nlane, pi, rp
-  use contact_tool_lists, only: candidates_t, contact_particle_t
   use grid_geometry, only: length_along
   use mapping_faces, only: place_on_axis, scale_by_spans
-  use mapping_nodes, only: nodes_t
   use particles_store, only: f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp
   use physics_material, only: material_t
   use physics_stress, only: flow_strength
+  use simulation_parts, only: simulation_t
+  use simulation_tool_lists, only: candidates_t, contact_particle_t
   use state_scene, only: scene_t
   use tools_law, only: friction_law_t, friction_table_t, law_coulomb, of_nothing
   use tools_tool, only: tool_t
@@ -119,9 +119,8 @@ contains
   !> Replace the weights `w` of candidates at an edge by those of the covered part of their domains:
   !> a pressure on the whole domain would act beyond the edge, as if the tool were wider by a fifth
   !> of a cell.
-  subroutine cut_at_edges(scene, nodes, tool, near, first, w)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  subroutine cut_at_edges(sim, tool, near, first, w)
+    type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     type(candidates_t), intent(in) :: near
     integer, intent(in) :: first(nlane)
@@ -131,9 +130,10 @@ contains
 
     do p = 1, near%n
       x = near%ps(p, f_pos:f_pos + 2)
-      h = nodes%patch%edges_at(x)
-      half = scene%domain(near%body)
-      if (scene%layout%half > 0) half = near%ps(p, scene%layout%half:scene%layout%half + 2)
+      h = sim%nodes%patch%edges_at(x)
+      half = sim%scene%domain(near%body)
+      if (sim%scene%layout%half > 0) half = near%ps(p, &
+                                                    sim%scene%layout%half:sim%scene%layout%half + 2)
       call tool%distance(x, gap, unused, edge_distance)
       if (edge_distance >= norm2(half*h)) cycle
       slope = edge_gradient(tool, x, near%normal(:, p), minval(h))
@@ -141,9 +141,9 @@ contains
       do a = 1, 3
         if (cut(a) <= 0.0_rp) cycle
         associate (row => w(p, 3*a - 2:3*a))
-          row = domain_weights(place_on_axis(nodes, a, x, first(p)) &
+          row = domain_weights(place_on_axis(sim%nodes, a, x, first(p)) &
                                + sign(0.5_rp*cut(a), slope(a)), half(a) - 0.5_rp*cut(a))
-          call scale_by_spans(nodes%patch, a, first(p), row)
+          call scale_by_spans(sim%nodes%patch, a, first(p), row)
         end associate
       end do
     end do

@@ -20,15 +20,16 @@
 module contact_tool_particles
   use base_kinds, only: nlane, rp
   use contact_tool_limits, only: cut_at_edges, extent, limit_impulses, covered_fraction_of
-  use contact_tool_lists, only: candidates_t, contact_particle_t, tool_contact_t
   use grid_geometry, only: length_along
   use mapping_blocks, only: weights_of
   use mapping_faces, only: surface_weights
   use mapping_nodes, only: nodes_t
   use mapping_stability, only: wave_speed
-  use particles_store, only: f_bbar, f_jac, f_mass, f_pos, particles_t
+  use particles_store, only: f_bbar, f_jac, f_mass, f_pos
+  use simulation_parts, only: simulation_t
+  use simulation_tool_lists, only: candidates_t, contact_particle_t
   use state_run, only: clock_t
-  use state_scene, only: scene_t, scheme_usl
+  use state_scene, only: scheme_usl
   use tools_law, only: normal_velocity, of_nothing
   use tools_tool, only: rigid_t, tool_t
   implicit none (type, external)
@@ -46,100 +47,86 @@ module contact_tool_particles
 contains
 
   !> Find the particles of a group whose surface would be inside the tool at the end of the step.
-  subroutine find_contact_particles(scene, clock, particles, nodes, contact, tool, k, group, dt, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine find_contact_particles(sim, tool, k, group, dt, g)
+    type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: k, group
-    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t) :: near
     type(rigid_t) :: rigid
     integer :: b
-    real(rp) :: moved, reach(size(scene%body)), displacement
+    real(rp) :: moved, reach(size(sim%scene%body)), displacement
 
-    rigid = tool%mean_motion(clock%time, dt)
+    rigid = tool%mean_motion(sim%clock%time, dt)
     ! Bound of the displacement: no particle is faster than the nodes, and a distance changes by no
     ! more than the displacement.
-    displacement = dt*clock%max_speed + (0.01_rp + slop)*scene%grid%longest()
-    reach = [(displacement + (0.5_rp + friction_distance)*scene%body(b)%longest_diagonal(), b=1, &
-              size(reach))]
-    moved = clock%displacement + tool%displacement()
-    call near%init(scene%layout, tool%friction_table%of /= of_nothing)
-    do b = 1, particles%n_awake
-      associate (body => particles%body(b))
-        if (scene%body(body)%group /= group) cycle
-        if (particles%clearance(k, b) > reach(body) + moved) cycle
+    displacement = dt*sim%clock%max_speed + (0.01_rp + slop)*sim%scene%grid%longest()
+    reach = [(displacement + (0.5_rp + friction_distance)*sim%scene%body(b)%longest_diagonal(), &
+              b=1, size(reach))]
+    moved = sim%clock%displacement + tool%displacement()
+    call near%init(sim%scene%layout, tool%friction_table%of /= of_nothing)
+    do b = 1, sim%particles%n_awake
+      associate (body => sim%particles%body(b))
+        if (sim%scene%body(body)%group /= group) cycle
+        if (sim%particles%clearance(k, b) > reach(body) + moved) cycle
         if (near%n > 0 .and. near%body /= body) then
-          call list_contact_particles(scene, clock, nodes, contact, tool, rigid, dt, g, near)
+          call list_contact_particles(sim, tool, rigid, dt, g, near)
         end if
-        call gather_near(scene, clock, particles, nodes, contact, tool, rigid, b, &
-                         particles%count(b), reach(body), displacement, dt, g, near)
+        call gather_near(sim, tool, rigid, b, sim%particles%count(b), reach(body), displacement, &
+                         dt, g, near)
       end associate
     end do
-    if (near%n > 0) call list_contact_particles(scene, clock, nodes, contact, tool, rigid, dt, g, &
-                                                near)
+    if (near%n > 0) call list_contact_particles(sim, tool, rigid, dt, g, near)
   end subroutine find_contact_particles
 
   !> Gather the candidates of block `b`; a full list is processed at once.
-  subroutine gather_near(scene, clock, particles, nodes, contact, tool, rigid, b, n, reach, &
-                         displacement, dt, g, near)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine gather_near(sim, tool, rigid, b, n, reach, displacement, dt, g, near)
+    type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
     integer, intent(in) :: b, n
     real(rp), intent(in) :: reach         !! largest distance of touching particle centres from the
                                           !! tool [m]
     real(rp), intent(in) :: displacement  !! largest closing of a gap in the step [m]
-    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
     real(rp) :: d(n), gap, half, normal(3), edge_distance, spacing(3)
     integer :: p
 
-    associate (ps => particles%ps(:, :, b))
+    associate (ps => sim%particles%ps(:, :, b))
       call tool%clearances(n, ps(:, f_pos:f_pos + 2), reach, d)
       do p = 1, n
         if (d(p) > reach) cycle
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, edge_distance)
-        spacing = scene%spacing_of(particles%body(b), ps(p, :))
-        half = 0.5_rp*ps(p, scene%layout%surface_offset)*extent(spacing, normal, edge_distance)
+        spacing = sim%scene%spacing_of(sim%particles%body(b), ps(p, :))
+        half = 0.5_rp*ps(p, sim%scene%layout%surface_offset)*extent(spacing, normal, edge_distance)
         if (gap - half > displacement + friction_distance*norm2(normal*spacing)) cycle
-        call near%add(particles, b, p, normal, half)
-        if (near%n == nlane) call list_contact_particles(scene, clock, nodes, contact, tool, &
-                                                         rigid, dt, g, near)
+        call near%add(sim%particles, b, p, normal, half)
+        if (near%n == nlane) call list_contact_particles(sim, tool, rigid, dt, g, near)
       end do
     end associate
   end subroutine gather_near
 
   !> List the candidates that take part in contact, and empty the list of candidates.
-  subroutine list_contact_particles(scene, clock, nodes, contact, tool, rigid, dt, g, near)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine list_contact_particles(sim, tool, rigid, dt, g, near)
+    type(simulation_t), intent(inout) :: sim
     type(tool_t), intent(in) :: tool
     type(rigid_t), intent(in) :: rigid
-    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
     real(rp) :: edge, friction_zone, size, w(nlane, 18), zone
     integer :: before, first(nlane), n, p, place(nlane)   ! place: position among the candidates
     type(contact_particle_t) :: particle
     logical :: at_surface
 
-    before = contact%n
-    particle%can_flow = allocated(scene%material(scene%body(near%body)%material)%flow)
-    at_surface = scene%method%scheme == scheme_usl .or. particle%can_flow
+    before = sim%contact%n
+    particle%can_flow = allocated(sim%scene%material(sim%scene%body(near%body)%material)%flow)
+    at_surface = sim%scene%method%scheme == scheme_usl .or. particle%can_flow
     friction_zone = merge(friction_distance, 0.0_rp, at_surface .and. (tool%has_friction() &
                                                             .or. tool%heat%is_on))
     call near%pad_lanes()
-    call weights_of(scene, nodes, near%body, scene%layout%n, near%ps, w, first)
-    if (.not. particle%can_flow) call cut_at_edges(scene, nodes, tool, near, first, w)
+    call weights_of(sim%scene, sim%nodes, near%body, sim%scene%layout%n, near%ps, w, first)
+    if (.not. particle%can_flow) call cut_at_edges(sim, tool, near, first, w)
     do p = 1, near%n
       particle%block = near%block(p)
       particle%lane = near%lane(p)
@@ -150,25 +137,27 @@ contains
       particle%w_centre(:, 2) = w(p, 4:6)
       particle%w_centre(:, 3) = w(p, 7:9)
       particle%w = particle%w_centre
-      if (at_surface) particle%w = surface_weights(scene, nodes, near%body, particle%normal, &
-                                                   near%ps(p, &
-          scene%layout%surface_offset), p, scene%layout%n, near%ps, w, first)
-      particle%mass = clock%mass_scaling*near%ps(p, f_mass)
-      particle%coulomb_impulse = near%ps(p, scene%layout%coulomb_reserve)
-      particle%normal_impulse = dt*near%ps(p, scene%layout%normal_force)
-      particle%spacing = scene%spacing_of(near%body, near%ps(p, :))
-      particle%cell_edges = nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))
+      if (at_surface) particle%w = surface_weights(sim%scene, sim%nodes, near%body, &
+                                                   particle%normal, &
+                                                   near%ps(p, sim%scene%layout%surface_offset), p, &
+                                                   sim%scene%layout%n, near%ps, w, first)
+      particle%mass = sim%clock%mass_scaling*near%ps(p, f_mass)
+      particle%coulomb_impulse = near%ps(p, sim%scene%layout%coulomb_reserve)
+      particle%normal_impulse = dt*near%ps(p, sim%scene%layout%normal_force)
+      particle%spacing = sim%scene%spacing_of(near%body, near%ps(p, :))
+      particle%cell_edges = sim%nodes%patch%edges_at(near%ps(p, f_pos:f_pos + 2))
       size = norm2(particle%normal*particle%spacing)
       edge = length_along(particle%cell_edges, particle%normal)
       zone = merge(slop*edge, 0.0_rp, at_surface)
-      if (.not. takes_part(clock, tool, rigid, dt, zone, friction_zone*size, &
-                           scene%method%is_bspline, near%ps(p, f_pos:f_pos + 2), &
-                           velocity_at(nodes, particle%first, particle%w, g), particle)) cycle
-      call contact%add_particle_in_contact(particle)
-      place(contact%n - before) = p
+      if (.not. takes_part(sim%clock, tool, rigid, dt, zone, friction_zone*size, &
+                           sim%scene%method%is_bspline, near%ps(p, f_pos:f_pos + 2), &
+                           velocity_at(sim%nodes, particle%first, particle%w, g), particle)) cycle
+      call sim%contact%add_particle_in_contact(particle)
+      place(sim%contact%n - before) = p
     end do
-    n = contact%n - before
-    call limit_impulses(scene, tool, dt, near, n, place, contact%particle(before + 1:before + n))
+    n = sim%contact%n - before
+    call limit_impulses(sim%scene, tool, dt, near, n, place, &
+                        sim%contact%particle(before + 1:before + n))
     near%n = 0
   end subroutine list_contact_particles
 
@@ -242,24 +231,21 @@ contains
   !> Update the surface offset of touching particles after contact. Where metal flows, the layer
   !> between centre and surface follows the nodal velocities; in elastic material its thickness
   !> follows from the strain of the particle, so that no drift accumulates over many contacts.
-  subroutine update_surface_offset(scene, particles, nodes, contact, dt, g)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(tool_contact_t), intent(in) :: contact
-    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+  subroutine update_surface_offset(sim, dt, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     real(rp) :: bbar(6), jac
     integer :: p
 
-    do p = 1, contact%n
-      associate (t => contact%particle(p))
+    do p = 1, sim%contact%n
+      associate (t => sim%contact%particle(p))
         if (.not. t%touches) cycle
-        bbar = particles%ps(t%lane, f_bbar:f_bbar + 5, t%block)   ! no associate name: gfortran
-        jac = particles%ps(t%lane, f_jac, t%block)                ! passes its section wrongly
-        associate (offset => particles%ps(t%lane, scene%layout%surface_offset, t%block))
+        bbar = sim%particles%ps(t%lane, f_bbar:f_bbar + 5, t%block)   ! no associate name: gfortran
+        jac = sim%particles%ps(t%lane, f_jac, t%block)   ! passes its section wrongly
+        associate (offset => sim%particles%ps(t%lane, sim%scene%layout%surface_offset, t%block))
           if (t%can_flow) then
-            offset = min(1.0_rp, offset*exp(dt*normal_strain_rate(nodes, t, g)))
-          else if (scene%method%scheme == scheme_usl) then
+            offset = min(1.0_rp, offset*exp(dt*normal_strain_rate(sim%nodes, t, g)))
+          else if (sim%scene%method%scheme == scheme_usl) then
             offset = min(1.0_rp, thickness(bbar, jac, t%normal))
           end if
         end associate

@@ -11,11 +11,9 @@
 !> part of the values of the node in front, which a rank may store without the one behind.
 module contact_tool_walls
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t
-  use contact_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, tool_contact_t, &
-                                v_normal, v_stick
-  use mapping_nodes, only: nodes_t
-  use state_run, only: budget_t, e_wall
+  use simulation_parts, only: simulation_t
+  use simulation_tool_lists, only: m_last_impulse, n_both, n_masses, n_values, v_normal, v_stick
+  use state_run, only: e_wall
   use state_scene, only: scene_t
   use tools_tool, only: rigid_t
   implicit none (type, external)
@@ -29,63 +27,61 @@ module contact_tool_walls
 contains
 
   !> Find the planes on whose sides friction is limited separately, for a tool with this motion.
-  pure subroutine find_separate_sides(scene, rigid, contact)
-    type(scene_t), intent(in) :: scene
+  pure subroutine find_separate_sides(sim, rigid)
+    type(simulation_t), intent(inout) :: sim
     type(rigid_t), intent(in) :: rigid
-    type(tool_contact_t), intent(inout) :: contact
     real(rp) :: across(3), along(3)
     integer :: c
 
-    if (.not. allocated(contact%has_separate_sides)) then
-      allocate (contact%has_separate_sides(size(scene%symmetry)))
+    if (.not. allocated(sim%contact%has_separate_sides)) then
+      allocate (sim%contact%has_separate_sides(size(sim%scene%symmetry)))
     end if
-    do c = 1, size(scene%symmetry)
-      associate (plane => scene%symmetry(c))
+    do c = 1, size(sim%scene%symmetry)
+      associate (plane => sim%scene%symmetry(c))
         along = merge(1.0_rp, 0.0_rp, [1, 2, 3] == plane%axis)
         across = 1.0_rp - along
-        contact%has_separate_sides(c) = all(plane%odd) &
+        sim%contact%has_separate_sides(c) = all(plane%odd) &
           .or. norm2(along*rigid%velocity) > slack*norm2(rigid%velocity) &
           .or. norm2(across*rigid%omega) > slack*norm2(rigid%omega)
       end associate
     end do
-    contact%width = merge(n_both, n_values, any(contact%has_separate_sides))
+    sim%contact%width = merge(n_both, n_values, any(sim%contact%has_separate_sides))
   end subroutine find_separate_sides
 
   !> Mark directions in which a wall or clamp holds the listed nodes, or in which reflection changes
   !> the sign, and list the entries at planes of symmetry.
-  subroutine mark_held(scene, boundary, contact)
-    type(scene_t), intent(in) :: scene
-    type(boundary_t), intent(in) :: boundary
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine mark_held(sim)
+    type(simulation_t), intent(inout) :: sim
     integer :: c, e, i, k
 
-    do i = 1, boundary%n_fixed
-      e = contact%entry_of(boundary%fixed(1, i))
+    do i = 1, sim%boundary%n_fixed
+      e = sim%contact%entry_of(sim%boundary%fixed(1, i))
       if (e == 0) cycle
-      where (scene%clamp(boundary%fixed(2, i))%clamp%held) contact%free_direction(:, e) = 0.0_rp
+      where (sim%scene%clamp(sim%boundary%fixed(2, i))%clamp%held) &
+        sim%contact%free_direction(:, e) = 0.0_rp
     end do
-    associate (m => boundary%mirrors, at => contact%entry_of)
-      contact%pair = m%pair(:, pack([(i, i=1, m%n_pairs)], at(m%pair(1, :m%n_pairs)) > 0 .or. &
-                                                         at(m%pair(2, :m%n_pairs)) > 0))
-      contact%plane = m%plane(:, pack([(i, i=1, m%n_planes)], at(m%plane(1, :m%n_planes)) > 0))
-      do i = 1, size(contact%pair, 2)
-        contact%pair(1:2, i) = at(contact%pair(1:2, i))
+    associate (m => sim%boundary%mirrors, at => sim%contact%entry_of)
+      sim%contact%pair = m%pair(:, pack([(i, i=1, m%n_pairs)], at(m%pair(1, :m%n_pairs)) > 0 &
+                                        .or. at(m%pair(2, :m%n_pairs)) > 0))
+      sim%contact%plane = m%plane(:, pack([(i, i=1, m%n_planes)], at(m%plane(1, :m%n_planes)) > 0))
+      do i = 1, size(sim%contact%pair, 2)
+        sim%contact%pair(1:2, i) = at(sim%contact%pair(1:2, i))
       end do
-      contact%plane(1, :) = at(contact%plane(1, :))
+      sim%contact%plane(1, :) = at(sim%contact%plane(1, :))
     end associate
-    do i = 1, size(contact%plane, 2)
-      e = contact%plane(1, i)
-      c = contact%plane(2, i)
-      where (scene%symmetry(c)%odd) contact%free_direction(:, e) = 0.0_rp
-      if (contact%has_separate_sides(c)) cycle
-      where (scene%symmetry(c)%odd) contact%is_folded(:, e) = .true.
+    do i = 1, size(sim%contact%plane, 2)
+      e = sim%contact%plane(1, i)
+      c = sim%contact%plane(2, i)
+      where (sim%scene%symmetry(c)%odd) sim%contact%free_direction(:, e) = 0.0_rp
+      if (sim%contact%has_separate_sides(c)) cycle
+      where (sim%scene%symmetry(c)%odd) sim%contact%is_folded(:, e) = .true.
     end do
-    do i = 1, size(contact%pair, 2)
-      c = contact%pair(3, i)
+    do i = 1, size(sim%contact%pair, 2)
+      c = sim%contact%pair(3, i)
       do k = 1, 2
-        e = contact%pair(k, i)
-        if (e == 0 .or. contact%has_separate_sides(c)) cycle
-        where (scene%symmetry(c)%odd) contact%is_folded(:, e) = .true.
+        e = sim%contact%pair(k, i)
+        if (e == 0 .or. sim%contact%has_separate_sides(c)) cycle
+        where (sim%scene%symmetry(c)%odd) sim%contact%is_folded(:, e) = .true.
       end do
     end do
   end subroutine mark_held
@@ -107,53 +103,50 @@ contains
   end function wall_signs
 
   !> Reflect the masses of nodes behind walls to those in front, as `reflect` does with records.
-  subroutine reflect_masses(scene, contact)
-    type(scene_t), intent(in) :: scene
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine reflect_masses(sim)
+    type(simulation_t), intent(inout) :: sim
     integer :: i
 
-    do i = 1, size(contact%pair, 2)
-      if (any(contact%pair(1:2, i) == 0)) cycle
-      associate (behind => contact%mass(:, contact%pair(1, i)), &
-                 front => contact%mass(:, contact%pair(2, i)))
-        front = front + wall_signs(scene, contact%pair(3, i), n_masses)*behind
+    do i = 1, size(sim%contact%pair, 2)
+      if (any(sim%contact%pair(1:2, i) == 0)) cycle
+      associate (behind => sim%contact%mass(:, sim%contact%pair(1, i)), &
+                 front => sim%contact%mass(:, sim%contact%pair(2, i)))
+        front = front + wall_signs(sim%scene, sim%contact%pair(3, i), n_masses)*behind
         behind = 0.0_rp
       end associate
     end do
-    do i = 1, size(contact%plane, 2)
-      associate (on => contact%mass(:, contact%plane(1, i)))
-        on = 0.5_rp*(1.0_rp + wall_signs(scene, contact%plane(2, i), n_masses))*on
+    do i = 1, size(sim%contact%plane, 2)
+      associate (on => sim%contact%mass(:, sim%contact%plane(1, i)))
+        on = 0.5_rp*(1.0_rp + wall_signs(sim%scene, sim%contact%plane(2, i), n_masses))*on
       end associate
     end do
   end subroutine reflect_masses
 
   !> Set the masses of nodes behind walls to those in front.
-  subroutine restore_masses(scene, contact)
-    type(scene_t), intent(in) :: scene
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine restore_masses(sim)
+    type(simulation_t), intent(inout) :: sim
     integer :: i
 
-    do i = size(contact%pair, 2), 1, -1
-      if (any(contact%pair(1:2, i) == 0)) cycle
-      contact%mass(:, contact%pair(1, i)) = wall_signs(scene, contact%pair(3, i), n_masses) &
-                                            *contact%mass(:, contact%pair(2, i))
+    do i = size(sim%contact%pair, 2), 1, -1
+      if (any(sim%contact%pair(1:2, i) == 0)) cycle
+      sim%contact%mass(:, sim%contact%pair(1, i)) = wall_signs(sim%scene, sim%contact%pair(3, i), &
+        n_masses)*sim%contact%mass(:, sim%contact%pair(2, i))
     end do
   end subroutine restore_masses
 
   !> Reflect the values of nodes behind walls to those in front, or add them to the second part
   !> where the sides are limited separately.
-  subroutine reflect_values(scene, contact)
-    type(scene_t), intent(in) :: scene
-    type(tool_contact_t), intent(inout) :: contact
-    real(rp) :: sign(contact%width)
+  subroutine reflect_values(sim)
+    type(simulation_t), intent(inout) :: sim
+    real(rp) :: sign(sim%contact%width)
     integer :: i
 
-    do i = 1, size(contact%pair, 2)
-      if (any(contact%pair(1:2, i) == 0)) cycle
-      sign = wall_signs(scene, contact%pair(3, i), contact%width)
-      associate (behind => contact%values(:, contact%pair(1, i)), &
-                 front => contact%values(:, contact%pair(2, i)))
-        if (contact%has_separate_sides(contact%pair(3, i))) then
+    do i = 1, size(sim%contact%pair, 2)
+      if (any(sim%contact%pair(1:2, i) == 0)) cycle
+      sign = wall_signs(sim%scene, sim%contact%pair(3, i), sim%contact%width)
+      associate (behind => sim%contact%values(:, sim%contact%pair(1, i)), &
+                 front => sim%contact%values(:, sim%contact%pair(2, i)))
+        if (sim%contact%has_separate_sides(sim%contact%pair(3, i))) then
           front(n_values + 1:) = front(n_values + 1:) &
             + sign(:n_values)*(behind(:n_values) + behind(n_values + 1:))
         else
@@ -162,60 +155,57 @@ contains
         end if
       end associate
     end do
-    do i = 1, size(contact%plane, 2)
-      if (contact%has_separate_sides(contact%plane(2, i))) cycle
-      associate (on => contact%values(:, contact%plane(1, i)))
-        on = 0.5_rp*(1.0_rp + wall_signs(scene, contact%plane(2, i), contact%width))*on
+    do i = 1, size(sim%contact%plane, 2)
+      if (sim%contact%has_separate_sides(sim%contact%plane(2, i))) cycle
+      associate (on => sim%contact%values(:, sim%contact%plane(1, i)))
+        on = 0.5_rp*(1.0_rp + wall_signs(sim%scene, sim%contact%plane(2, i), sim%contact%width))*on
       end associate
     end do
   end subroutine reflect_values
 
   !> Set the friction fractions of nodes behind walls, and the values of those behind mirrors, from
   !> the nodes in front.
-  subroutine restore_fractions(scene, contact)
-    type(scene_t), intent(in) :: scene
-    type(tool_contact_t), intent(inout) :: contact
+  subroutine restore_fractions(sim)
+    type(simulation_t), intent(inout) :: sim
     integer :: i
 
-    do i = size(contact%pair, 2), 1, -1
-      if (any(contact%pair(1:2, i) == 0)) cycle
-      associate (b => contact%pair(1, i), a => contact%pair(2, i), c => contact%pair(3, i))
-        contact%friction_fraction_behind(b) = contact%friction_fraction_behind(a)
-        if (contact%has_separate_sides(c)) then
-          contact%friction_fraction(b) = contact%friction_fraction_behind(a)
+    do i = size(sim%contact%pair, 2), 1, -1
+      if (any(sim%contact%pair(1:2, i) == 0)) cycle
+      associate (b => sim%contact%pair(1, i), a => sim%contact%pair(2, i), &
+                 c => sim%contact%pair(3, i))
+        sim%contact%friction_fraction_behind(b) = sim%contact%friction_fraction_behind(a)
+        if (sim%contact%has_separate_sides(c)) then
+          sim%contact%friction_fraction(b) = sim%contact%friction_fraction_behind(a)
         else
-          contact%friction_fraction(b) = contact%friction_fraction(a)
-          contact%values(:n_values, b) = wall_signs(scene, c, n_values)*contact%values(:n_values, a)
+          sim%contact%friction_fraction(b) = sim%contact%friction_fraction(a)
+          sim%contact%values(:n_values, b) = wall_signs(sim%scene, c, n_values) &
+            *sim%contact%values(:n_values, a)
         end if
       end associate
     end do
   end subroutine restore_fractions
 
   !> Record the impulse that held nodes and mirrors take from the tool.
-  subroutine record_wall_impulse(scene, nodes, boundary, contact, budget, g)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(tool_contact_t), intent(in) :: contact
-    type(budget_t), intent(inout) :: budget
-    real(rp), intent(in) :: g(8, nodes%patch%nn)
+  subroutine record_wall_impulse(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn)
     real(rp) :: impulse(3)
     integer :: a, c, e, i, place
 
-    associate (t => contact)
-      do i = 1, boundary%n_fixed
-        e = t%entry_of(boundary%fixed(1, i))
-        if (e == 0 .or. boundary%fixed(3, i) == 0) cycle
-        c = boundary%fixed(2, i)
-        place = scene%clamp(c)%clamp%place
+    associate (t => sim%contact)
+      do i = 1, sim%boundary%n_fixed
+        e = t%entry_of(sim%boundary%fixed(1, i))
+        if (e == 0 .or. sim%boundary%fixed(3, i) == 0) cycle
+        c = sim%boundary%fixed(2, i)
+        place = sim%scene%clamp(c)%clamp%place
         impulse = t%values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
           *t%values(v_stick:v_stick + 2, e)
         do a = 1, 3
-          if (.not. scene%clamp(c)%clamp%held(a)) cycle
-          budget%impulse(a, place) = budget%impulse(a, place) - impulse(a)
+          if (.not. sim%scene%clamp(c)%clamp%held(a)) cycle
+          sim%budget%impulse(a, place) = sim%budget%impulse(a, place) - impulse(a)
           associate (record => g(:, t%node(e)))
-            budget%sums(e_wall) = budget%sums(e_wall) - impulse(a)*(record(a) - 0.5_rp &
-                                                                    *record(4 + a))
+            sim%budget%sums(e_wall) = sim%budget%sums(e_wall) - impulse(a) &
+              *(record(a) - 0.5_rp*record(4 + a))
           end associate
         end do
       end do
@@ -232,8 +222,9 @@ contains
       integer, intent(in) :: plane, e
       real(rp), intent(in) :: share
 
-      associate (t => contact, impulse => budget%impulse(:, scene%symmetry(plane)%place))
-        impulse = impulse - merge(2.0_rp*share, 0.0_rp, scene%symmetry(plane)%odd) &
+      associate (t => sim%contact, &
+                 impulse => sim%budget%impulse(:, sim%scene%symmetry(plane)%place))
+        impulse = impulse - merge(2.0_rp*share, 0.0_rp, sim%scene%symmetry(plane)%odd) &
           *(t%local_values(v_normal:v_normal + 2, e) + t%friction_fraction(e) &
             *t%local_values(v_stick:v_stick + 2, e))
       end associate

@@ -218,7 +218,7 @@ contains
       if (sim%scene%method%heat_every > 0) then
         text = text//'; conduction every '//str(sim%scene%method%heat_every)//' step(s)'
       else
-        text = text//'; conduction steps of '//str(conduction_step(sim%scene, sim%clock))//' s'
+        text = text//'; conduction steps of '//str(conduction_step(sim))//' s'
       end if
       if (sim%scene%method%implicit_heat) text = text//' (backward Euler, '// &
         trim(solver_names(sim%scene%method%heat_solver))//')'

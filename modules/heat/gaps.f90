@@ -5,15 +5,13 @@
 !> itself the nodal capacities may be so small that the stable step would vanish.
 module heat_gaps
   use base_kinds, only: nlane, rp
-  use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_flux, reflect
-  use comm_world, only: world_t
   use contact_body_pairs, only: slack
-  use contact_node_pairs, only: node_pairs_t
   use grid_geometry, only: length_along
   use mapping_blocks, only: weights_of
   use mapping_nodes, only: clear_nodes, nodes_t
-  use particles_store, only: f_jac, f_mass, f_tau, n_conduction, particles_t
+  use particles_store, only: f_jac, f_mass, f_tau, n_conduction
+  use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
   use transfer_conduction, only: min_capacity, surface_to_grid
   use transfer_weights, only: point_nodes
@@ -35,69 +33,65 @@ contains
 
   !> Collective. List the gaps where bodies were in contact in the last mechanical step. The second
   !> grid is overwritten.
-  subroutine find_gaps(world, scene, particles, nodes, boundary, pairs, gaps)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(node_pairs_t), intent(in) :: pairs
+  subroutine find_gaps(sim, gaps)
+    type(simulation_t), intent(inout) :: sim
     type(gaps_t), intent(inout) :: gaps
-    real(rp) :: lost(8, size(scene%symmetry))
+    real(rp) :: lost(8, size(sim%scene%symmetry))
     integer :: b, e, groups(2), k
 
     gaps%n = 0
-    if (.not. allocated(scene%gap)) return
-    call clear_nodes(nodes, nodes%g2)
-    do b = 1, particles%nblk
-      call particles%fetch(b + 1, n_conduction)
-      k = scene%body(particles%body(b))%heat_group
-      call add_block(scene, nodes, particles%body(b), particles%count(b), particles%nf, &
-                     particles%ps(:, :, b), nodes%rec, nodes%g2(:, :, k))
+    if (.not. allocated(sim%scene%gap)) return
+    call clear_nodes(sim%nodes, sim%nodes%g2)
+    do b = 1, sim%particles%nblk
+      call sim%particles%fetch(b + 1, n_conduction)
+      k = sim%scene%body(sim%particles%body(b))%heat_group
+      call add_block(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                     sim%particles%ps(:, :, b), sim%nodes%rec, sim%nodes%g2(:, :, k))
     end do
     lost = 0.0_rp
-    do k = 1, scene%n_heat_groups
-      call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, k), lost)
-      call nodes%halo%sum(world, 8, nodes%patch%nn, nodes%g2(:, :, k))
+    do k = 1, sim%scene%n_heat_groups
+      call reflect(sim, r_flux, sim%nodes%g2(:, :, k), lost)
+      call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g2(:, :, k))
     end do
     if (allocated(gaps%node)) deallocate (gaps%node, gaps%weight, gaps%group, gaps%conductance)
-    allocate (gaps%node(8, 2, pairs%n), gaps%weight(8, 2, pairs%n), gaps%group(2, pairs%n), &
-              gaps%conductance(pairs%n))
-    do e = 1, pairs%n
-      groups = heat_groups(scene, scene%contact(pairs%pair(e))%group)
-      if (groups(1) == groups(2) .or. .not. pairs%is_owned(e)) cycle
-      if (pairs%gap(e) > slack*length_along(nodes%patch%edges_at(pairs%x(:, e)), &
-                                            pairs%normal(:, e))) cycle
-      call add_gap(scene, nodes, pairs, e, groups, gaps)
+    allocate (gaps%node(8, 2, sim%pairs%n), gaps%weight(8, 2, sim%pairs%n), &
+              gaps%group(2, sim%pairs%n), gaps%conductance(sim%pairs%n))
+    do e = 1, sim%pairs%n
+      groups = heat_groups(sim%scene, sim%scene%contact(sim%pairs%pair(e))%group)
+      if (groups(1) == groups(2) .or. .not. sim%pairs%is_owned(e)) cycle
+      if (sim%pairs%gap(e) > slack*length_along(sim%nodes%patch%edges_at(sim%pairs%x(:, e)), &
+                                                sim%pairs%normal(:, e))) cycle
+      call add_gap(sim, e, groups, gaps)
     end do
   end subroutine find_gaps
 
   !> Add the contact point near the node of entry `e`, if both bodies have mass there.
-  subroutine add_gap(scene, nodes, pairs, e, groups, gaps)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
-    type(node_pairs_t), intent(in) :: pairs
+  subroutine add_gap(sim, e, groups, gaps)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: e, groups(2)
     type(gaps_t), intent(inout) :: gaps
     real(rp) :: area, at(3), coefficient, depth, resistance, temp, weight(0:7, 2), x(3)
     integer :: k, node(0:7, 2)
 
-    call evaluate_contact(scene, pairs%pair(e), pairs%normal(:, e), nodes%g2(:6, pairs%node(e), &
-                          groups), area, coefficient)
+    call evaluate_contact(sim%scene, sim%pairs%pair(e), sim%pairs%normal(:, e), &
+                          sim%nodes%g2(:6, sim%pairs%node(e), groups), area, coefficient)
     if (area <= 0.0_rp .or. coefficient <= 0.0_rp) return
     ! on the contact surface, midway between the surfaces of both bodies
-    x = pairs%x(:, e) + 0.5_rp*(pairs%ends(1, e) - pairs%ends(2, e))*pairs%normal(:, e)
+    x = sim%pairs%x(:, e) + 0.5_rp*(sim%pairs%ends(1, e) - sim%pairs%ends(2, e)) &
+      *sim%pairs%normal(:, e)
     resistance = 1.0_rp/coefficient
     do k = 1, 2
-      associate (body => scene%body(findloc(scene%body%group, &
-                                            scene%contact(pairs%pair(e))%group(k), dim=1)))
-        depth = 0.5_rp*norm2(pairs%normal(:, e)*body%spacing*nodes%patch%edges_at(x)/scene%grid%h)
-        at = nodes%patch%linear_place(x + (2*k - 3)*depth*pairs%normal(:, e))
-        call point_nodes(at, nodes%patch%stride, 1, min_capacity, nodes%patch%nn, &
-                         nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
+      associate (body => sim%scene%body(findloc(sim%scene%body%group, &
+                                                sim%scene%contact(sim%pairs%pair(e))%group(k), &
+                                                dim=1)))
+        depth = 0.5_rp*norm2(sim%pairs%normal(:, e)*body%spacing*sim%nodes%patch%edges_at(x) &
+                             /sim%scene%grid%h)
+        at = sim%nodes%patch%linear_place(x + (2*k - 3)*depth*sim%pairs%normal(:, e))
+        call point_nodes(at, sim%nodes%patch%stride, 1, min_capacity, sim%nodes%patch%nn, &
+                         sim%nodes%g(:, :, groups(k)), node(:, k), weight(:, k))
         if (sum(weight(:, k)) <= 0.0_rp) return
-        temp = sum(weight(:, k)*nodes%g(4, node(:, k), groups(k)))
-        resistance = resistance + depth/scene%material(body%material)%conductivity_at(temp)
+        temp = sum(weight(:, k)*sim%nodes%g(4, node(:, k), groups(k)))
+        resistance = resistance + depth/sim%scene%material(body%material)%conductivity_at(temp)
       end associate
     end do
     gaps%n = gaps%n + 1
@@ -146,19 +140,18 @@ contains
   end subroutine evaluate_contact
 
   !> Add surface areas and forces of a block of particles to the nodes.
-  subroutine add_block(scene, nodes, body, n, nf, ps, rec, g)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  subroutine add_block(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    call surface_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, &
-                         1.0_rp/scene%material(scene%body(body)%material)%rho, ps(1, f_jac), &
-                         ps(1, f_mass), ps(1, f_tau), rec, g)
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call surface_to_grid(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, &
+                         1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
+                         ps(1, f_jac), ps(1, f_mass), ps(1, f_tau), rec, g)
   end subroutine add_block
 
   !> Add the heat flow through the gaps of this rank in `dt` at the temperatures in lane 4 to lane 5

@@ -3,18 +3,14 @@
 !> step by matrix-free conjugate gradients, built-in or of PETSc.
 module heat_implicit
   use base_kinds, only: rp
-  use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_temperature, r_warming, restore
-  use comm_world, only: world_t
   use heat_gaps, only: gaps_t
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use heat_sinks, only: sinks_t
   use heat_solvers_method, only: by_petsc, max_iterations
   use heat_solvers_petsc, only: operator_t, solve_by_petsc
-  use mapping_nodes, only: nodes_t
-  use particles_store, only: particles_t
-  use state_run, only: budget_t, clock_t, e_film, step_t
-  use state_scene, only: scene_t
+  use simulation_parts, only: simulation_t
+  use state_run, only: e_film
   use transfer_conduction, only: min_capacity
   implicit none (type, external)
   private
@@ -24,14 +20,9 @@ module heat_implicit
   !> Linear operator C x - (F(x) - F(0)) on the free nodes, with nodal capacities C and the heat F
   !> of `gather_flux`.
   type, extends(operator_t) :: nodal_system_t
-    type(world_t), pointer :: world => null()
-    type(scene_t), pointer :: scene => null()
-    type(particles_t), pointer :: particles => null()
-    type(nodes_t), pointer :: nodes => null()
-    type(boundary_t), pointer :: boundary => null()
+    type(simulation_t), pointer :: sim => null()
     type(sinks_t), pointer :: sinks => null()
     type(gaps_t), pointer :: gaps => null()
-    type(budget_t), pointer :: budget => null()
     logical :: is_unsolved = .false.
     real(rp) :: dt = 0.0_rp                     !! conduction step [s]
     integer :: n = 1                            !! heat groups, each with all nodes
@@ -52,99 +43,83 @@ contains
   !> chosen from the error dt^2/2 d2T/dt2, filtered by a second solve, and from the temperature rise
   !> by pending heat of friction and plastic work, as the flow stress follows only after a
   !> conduction step. A failed solve sets `step%is_unsolved` on all ranks.
-  subroutine solve_implicit(world, scene, clock, step, particles, nodes, boundary, sinks, &
-                            gaps, budget, dt)
-    type(world_t), intent(in), target :: world
-    type(scene_t), intent(in), target :: scene
-    type(clock_t), intent(inout), target :: clock
-    type(step_t), intent(inout), target :: step
-    type(particles_t), intent(in), target :: particles
-    type(nodes_t), intent(inout), target :: nodes
-    type(boundary_t), intent(in), target :: boundary
+  subroutine solve_implicit(sim, sinks, gaps, dt)
+    type(simulation_t), intent(inout), target :: sim
     type(sinks_t), intent(inout), target :: sinks
     type(gaps_t), intent(in), target :: gaps
-    type(budget_t), intent(inout), target :: budget
     real(rp), intent(in) :: dt                  !! conduction step [s]
     real(rp), parameter :: fine = 1.0e-8_rp, rough = 0.1_rp   ! relative residuals of the two solves
-    real(rp), dimension(nodes%patch%nn, scene%n_heat_groups) :: before, b, error, x
-    real(rp) :: lost(8, size(scene%symmetry)), film
+    real(rp), dimension(sim%nodes%patch%nn, sim%scene%n_heat_groups) :: before, b, error, x
+    real(rp) :: lost(8, size(sim%scene%symmetry)), film
     real(rp) :: worst(2)                        ! largest error and temperature rise [K]
     type(nodal_system_t) :: system
     integer :: k, n
 
     lost = 0.0_rp
-    film = budget%sums(e_film)                     ! restored below: fluxes here are trial values
-    n = scene%n_heat_groups
-    before = nodes%g(4, :, :n)
-    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, budget, dt, lost)
-    b = nodes%g2(5, :, :n) + nodes%g(3, :, :n)
-    call init_system(system, world, scene, particles, nodes, boundary, sinks, gaps, budget, dt)
+    film = sim%budget%sums(e_film)   ! restored below: fluxes here are trial values
+    n = sim%scene%n_heat_groups
+    before = sim%nodes%g(4, :, :n)
+    call gather_flux(sim, sinks, gaps, dt, lost)
+    b = sim%nodes%g2(5, :, :n) + sim%nodes%g(3, :, :n)
+    call init_system(sim, system, sinks, gaps, dt)
     where (.not. system%is_free) b = 0.0_rp
     call solve(system, fine, b, x)
-    associate (method => scene%method)
+    associate (method => sim%scene%method)
       if (method%heat_every == 0 .and. method%heat_step <= 0.0_rp) then
-        b = merge(0.5_rp*(nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
+        b = merge(0.5_rp*(sim%nodes%g(1, :, :n)*x - b), 0.0_rp, system%is_free)
         call solve(system, rough, b, error)
         worst(1) = maxval(abs(error), mask=system%is_own)
-        worst(2) = maxval(abs(nodes%g(3, :, :n))/max(nodes%g(1, :, :n), min_capacity), &
+        worst(2) = maxval(abs(sim%nodes%g(3, :, :n))/max(sim%nodes%g(1, :, :n), min_capacity), &
                           mask=system%is_own)
         worst = max(worst, tiny(1.0_rp))
-        call world%max(worst)
-        clock%heat_step = max(stable_conduction(scene), dt*max(0.2_rp, min(1.5_rp, &
-                              0.8_rp*sqrt(method%heat_tolerance/worst(1)), &
-                              method%heat_tolerance/worst(2))))
+        call sim%world%max(worst)
+        sim%clock%heat_step = max(stable_conduction(sim%scene), &
+                                  dt &
+                                  *max(0.2_rp, &
+                                       min(1.5_rp, 0.8_rp*sqrt(method%heat_tolerance/worst(1)), &
+                                           method%heat_tolerance/worst(2))))
       end if
     end associate
-    nodes%g(4, :, :n) = before + x
-    if (system%is_unsolved) step%is_unsolved = .true.
+    sim%nodes%g(4, :, :n) = before + x
+    if (system%is_unsolved) sim%step%is_unsolved = .true.
     do k = 1, n
-      call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
+      call restore(sim, r_temperature, sim%nodes%g(:, :, k))
     end do
-    budget%sums(e_film) = film
+    sim%budget%sums(e_film) = film
   end subroutine solve_implicit
 
   !> Set up the system of a step. Free nodes are those in use with a capacity, not behind a wall.
-  subroutine init_system(system, world, scene, particles, nodes, boundary, sinks, gaps, budget, dt)
+  subroutine init_system(sim, system, sinks, gaps, dt)
     type(nodal_system_t), intent(out) :: system
-    type(world_t), intent(in), target :: world
-    type(scene_t), intent(in), target :: scene
-    type(particles_t), intent(in), target :: particles
-    type(nodes_t), intent(inout), target :: nodes
-    type(boundary_t), intent(in), target :: boundary
+    type(simulation_t), intent(inout), target :: sim
     type(sinks_t), intent(inout), target :: sinks
     type(gaps_t), intent(in), target :: gaps
-    type(budget_t), intent(inout), target :: budget
     real(rp), intent(in) :: dt                  !! [s]
     real(rp), parameter :: min_change = 1.0e-9_rp     ! rms temperature change at rounding level [K]
-    real(rp) :: lost(8, size(scene%symmetry)), all(1)
+    real(rp) :: lost(8, size(sim%scene%symmetry)), all(1)
     integer :: r
 
-    system%world => world
-    system%scene => scene
-    system%particles => particles
-    system%nodes => nodes
-    system%boundary => boundary
+    system%sim => sim
     system%sinks => sinks
     system%gaps => gaps
-    system%budget => budget
     system%dt = dt
-    system%n = scene%n_heat_groups
-    allocate (system%is_free(nodes%patch%nn, system%n), system%is_own(nodes%patch%nn, system%n), &
-              source=.false.)
-    do r = 1, nodes%n_ranges
-      associate (first => nodes%range(1, r), last => nodes%range(2, r))
-        system%is_free(first:last, :) = nodes%g(1, first:last, :system%n) > min_capacity
-        system%is_own(first:last, :) = nodes%range(3, r) == 1
+    system%n = sim%scene%n_heat_groups
+    allocate (system%is_free(sim%nodes%patch%nn, system%n), system%is_own(sim%nodes%patch%nn, &
+      system%n), source=.false.)
+    do r = 1, sim%nodes%n_ranges
+      associate (first => sim%nodes%range(1, r), last => sim%nodes%range(2, r))
+        system%is_free(first:last, :) = sim%nodes%g(1, first:last, :system%n) > min_capacity
+        system%is_own(first:last, :) = sim%nodes%range(3, r) == 1
       end associate
     end do
-    system%is_free(boundary%mirrors%pair(1, :boundary%mirrors%n_pairs), :) = .false.
+    system%is_free(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs), :) = .false.
     system%is_own = system%is_own .and. system%is_free
     lost = 0.0_rp
-    nodes%g(4, :, :system%n) = 0.0_rp
-    call gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, budget, dt, lost)
-    system%at_zero = nodes%g2(5, :, :system%n)
-    all = sum(nodes%g(1, :, :system%n), mask=system%is_own)
-    call world%sum(all)
+    sim%nodes%g(4, :, :system%n) = 0.0_rp
+    call gather_flux(sim, sinks, gaps, dt, lost)
+    system%at_zero = sim%nodes%g2(5, :, :system%n)
+    all = sum(sim%nodes%g(1, :, :system%n), mask=system%is_own)
+    call sim%world%sum(all)
     system%min_residual = min_change*sqrt(all(1))
   end subroutine init_system
 
@@ -158,12 +133,12 @@ contains
     real(rp), allocatable :: rows(:)
     integer :: iterations
 
-    if (system%scene%method%heat_solver /= by_petsc) then
+    if (system%sim%scene%method%heat_solver /= by_petsc) then
       call conjugate_gradients(system, relative, b, x)
       return
     end if
     allocate (rows(count(system%is_own)))
-    call solve_by_petsc(system%world, system, pack(system%nodes%g(1, :, :system%n), &
+    call solve_by_petsc(system%sim%world, system, pack(system%sim%nodes%g(1, :, :system%n), &
                                                             system%is_own), &
                         pack(b, system%is_own), relative, system%min_residual, rows, iterations)
     call scatter_rows(system, rows, x)
@@ -185,16 +160,16 @@ contains
     last = 1.0_rp
     do i = 1, max_iterations
       q = 0.0_rp
-      where (system%is_free) q = r/system%nodes%g(1, :, :system%n)
+      where (system%is_free) q = r/system%sim%nodes%g(1, :, :system%n)
       rho = sum(r*q, mask=system%is_own)
-      call system%world%sum(rho)
+      call system%sim%world%sum(rho)
       if (first < 0.0_rp) first = rho(1)
       if (rho(1) <= max(relative**2*first, system%min_residual**2)) return
       p = q + (rho(1)/last)*p
       last = rho(1)
       call system%apply(p, q)
       curvature = sum(p*q, mask=system%is_own)
-      call system%world%sum(curvature)
+      call system%sim%world%sum(curvature)
       if (.not. curvature(1) > 0.0_rp) exit
       x = x + (rho(1)/curvature(1))*p
       r = r - (rho(1)/curvature(1))*q
@@ -207,18 +182,17 @@ contains
     class(nodal_system_t), intent(inout) :: self
     real(rp), intent(in) :: p(:, :)             !! [K]
     real(rp), intent(out) :: q(:, :)            !! [J]
-    real(rp) :: lost(8, size(self%scene%symmetry))
+    real(rp) :: lost(8, size(self%sim%scene%symmetry))
     integer :: k
 
     lost = 0.0_rp
-    associate (g => self%nodes%g, n => self%n)
+    associate (g => self%sim%nodes%g, n => self%n)
       g(4, :, :n) = p
       do k = 1, n
-        call restore(self%scene, self%nodes, self%boundary, r_warming, g(:, :, k))
+        call restore(self%sim, r_warming, g(:, :, k))
       end do
-      call gather_flux(self%world, self%scene, self%particles, self%nodes, self%boundary, &
-                       self%sinks, self%gaps, self%budget, self%dt, lost)
-      q = merge(g(1, :, :n)*p - (self%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
+      call gather_flux(self%sim, self%sinks, self%gaps, self%dt, lost)
+      q = merge(g(1, :, :n)*p - (self%sim%nodes%g2(5, :, :n) - self%at_zero), 0.0_rp, self%is_free)
     end associate
   end subroutine apply
 
@@ -243,7 +217,7 @@ contains
 
     all = unpack(rows, system%is_own, 0.0_rp)
     do k = 1, system%n
-      call sum_all_nodes(system%world, system%scene, system%nodes, 1, all(:, k))
+      call sum_all_nodes(system%sim, 1, all(:, k))
     end do
   end subroutine scatter_rows
 

@@ -2,16 +2,15 @@
 !> Conduction between particles and nodes: nodal temperatures and heat fluxes.
 module heat_nodes
   use base_kinds, only: nlane, pi, rp
-  use boundary_held, only: boundary_t
   use boundary_symmetry, only: r_flux, r_heat, r_temperature, r_warming, reflect, restore
-  use comm_world, only: world_t
   use grid_geometry, only: mean_edge
   use heat_gaps, only: add_gap_fluxes, gaps_t
   use heat_sinks, only: add_film_losses, add_sink_fluxes, films_need_pressure, sinks_t
   use mapping_blocks, only: weights_of
-  use mapping_nodes, only: clear_nodes, nodes_t
-  use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction, particles_t
-  use state_run, only: budget_t, e_wall_heat
+  use mapping_nodes, only: clear_nodes
+  use particles_store, only: f_heat, f_jac, f_mass, f_rate, f_tau, f_temp, n_conduction
+  use simulation_parts, only: simulation_t
+  use state_run, only: e_wall_heat
   use state_scene, only: scene_t
   use transfer_conduction, only: capacity_to_grid, flux_to_grid, min_capacity, nodal_pressure, &
                                  nodal_temperature, pressure_to_grid
@@ -41,39 +40,36 @@ contains
 
   !> Collective. Nodal capacities, temperatures and pending heat, and normal pressures along the
   !> axes if films need them (lanes 6:8).
-  subroutine gather_temperature(world, scene, particles, nodes, boundary, lost)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(inout) :: boundary
-    real(rp), intent(inout) :: lost(8, size(scene%symmetry))   !! change of the sums by walls
+  subroutine gather_temperature(sim, lost)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: lost(8, size(sim%scene%symmetry))   !! change of the sums by walls
     logical :: with_pressure
     integer :: a, b, k, r
 
-    with_pressure = films_need_pressure(scene)
-    call clear_nodes(nodes, nodes%g)
-    do b = 1, particles%nblk
-      call particles%fetch(b + 1, n_conduction)
-      k = scene%body(particles%body(b))%heat_group
-      call gather_block(scene, nodes, particles%body(b), particles%count(b), with_pressure, &
-                        particles%nf, particles%ps(:, :, b), nodes%rec, nodes%g(:, :, k))
+    with_pressure = films_need_pressure(sim%scene)
+    call clear_nodes(sim%nodes, sim%nodes%g)
+    do b = 1, sim%particles%nblk
+      call sim%particles%fetch(b + 1, n_conduction)
+      k = sim%scene%body(sim%particles%body(b))%heat_group
+      call gather_block(sim, sim%particles%body(b), sim%particles%count(b), with_pressure, &
+                        sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, &
+                        sim%nodes%g(:, :, k))
     end do
-    do k = 1, scene%n_heat_groups
-      call reflect(scene, nodes, boundary, r_heat, nodes%g(:, :, k), lost, &
-                   boundary%mirrors%mass_behind(:, k))
-      call sum_all_nodes(world, scene, nodes, 8, nodes%g(:, :, k))
-      do r = 1, nodes%n_ranges
-        call nodal_temperature(nodes%range(2, r) - nodes%range(1, r) + 1, &
-                               nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
-        if (with_pressure) call nodal_pressure(nodes%range(2, r) - nodes%range(1, r) + 1, &
-          nodes%g(:, nodes%range(1, r):nodes%range(2, r), k))
+    do k = 1, sim%scene%n_heat_groups
+      call reflect(sim, r_heat, sim%nodes%g(:, :, k), lost, sim%boundary%mirrors%mass_behind(:, k))
+      call sum_all_nodes(sim, 8, sim%nodes%g(:, :, k))
+      do r = 1, sim%nodes%n_ranges
+        call nodal_temperature(sim%nodes%range(2, r) - sim%nodes%range(1, r) + 1, &
+                               sim%nodes%g(:, sim%nodes%range(1, r):sim%nodes%range(2, r), k))
+        if (with_pressure) call nodal_pressure(sim%nodes%range(2, r) - sim%nodes%range(1, r) + 1, &
+                                               sim%nodes%g(:, sim%nodes%range(1, &
+          r):sim%nodes%range(2, r), k))
       end do
-      call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
+      call restore(sim, r_temperature, sim%nodes%g(:, :, k))
       do a = 1, 3
-        if (.not. scene%grid%grading(a)%is_graded) cycle
-        call centre_temperature(world, scene, nodes, a, nodes%g(:, :, k))
-        call restore(scene, nodes, boundary, r_temperature, nodes%g(:, :, k))
+        if (.not. sim%scene%grid%grading(a)%is_graded) cycle
+        call centre_temperature(sim, a, sim%nodes%g(:, :, k))
+        call restore(sim, r_temperature, sim%nodes%g(:, :, k))
       end do
     end do
   end subroutine gather_temperature
@@ -82,21 +78,19 @@ contains
   !> centre of its shape function, which differs from the node where cells grow; the gradient
   !> between the centres of the neighbours takes it to the node, exactly for linear fields. Owners
   !> compute their nodes.
-  subroutine centre_temperature(world, scene, nodes, a, g)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(inout) :: nodes
+  subroutine centre_temperature(sim, a, g)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: a
-    real(rp), intent(inout) :: g(8, nodes%patch%nn)
-    real(rp) :: temp(1, nodes%patch%nn)
-    logical :: has_any(nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
+    real(rp) :: temp(1, sim%nodes%patch%nn)
+    logical :: has_any(sim%nodes%patch%nn)
     integer :: ijk(3), q, r
 
     temp = 0.0_rp
     has_any = .false.
-    associate (patch => nodes%patch)
-      do r = 1, nodes%n_ranges
-        do q = nodes%range(1, r), nodes%range(2, r)
+    associate (patch => sim%nodes%patch)
+      do r = 1, sim%nodes%n_ranges
+        do q = sim%nodes%range(1, r), sim%nodes%range(2, r)
           has_any(q) = g(1, q) > min_capacity
         end do
       end do
@@ -108,7 +102,7 @@ contains
           temp(1, q) = at_node(ijk(a), [has_any(below), has_any(above)], g(4, [below, q, above]))
         end associate
       end do
-      call sum_all_nodes(world, scene, nodes, 1, temp)
+      call sum_all_nodes(sim, 1, temp)
       do q = 1, patch%nn                  ! nodes beyond the ends have no owner
         if (has_any(q) .and. temp(1, q) > 0.0_rp) g(4:5, q) = temp(1, q)
       end do
@@ -121,7 +115,7 @@ contains
       real(rp), intent(in) :: mean(3)        !! [K]
       real(rp) :: distance(2), rise(2)
 
-      associate (grading => scene%grid%grading(a))
+      associate (grading => sim%scene%grid%grading(a))
         distance = [grading%centre(i) - grading%centre(i - 1), &
                     grading%centre(i + 1) - grading%centre(i)]
         rise = mean(2:3) - mean(1:2)
@@ -138,30 +132,28 @@ contains
   !> of the centres, with the widths w1, w2 of their supports and the smallest width w. This is
   !> exact for linear increments and vanishes between the finest cells. Heat exchanged with a wall
   !> of given temperature is added to the wall heat.
-  subroutine centre_increment(world, scene, nodes, boundary, budget, a, g)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
-    type(budget_t), intent(inout) :: budget
+  subroutine centre_increment(sim, a, g)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: a
-    real(rp), intent(inout) :: g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     real(rp), allocatable :: capacity(:), new(:, :)  ! capacities [J/K], doubled on walls
     logical, allocatable :: is_given(:)              ! node on a wall of given temperature
     logical, allocatable :: is_image(:)              ! node behind a wall
     real(rp) :: from_above, from_below
     integer :: i, ijk(3), q, r
 
-    call restore(scene, nodes, boundary, r_warming, g)
-    allocate (capacity(nodes%patch%nn), new(2, nodes%patch%nn), source=0.0_rp)
-    allocate (is_given(nodes%patch%nn), is_image(nodes%patch%nn), source=.false.)
-    is_image(boundary%mirrors%pair(1, :boundary%mirrors%n_pairs)) = .true.
-    associate (patch => nodes%patch, planes => scene%symmetry)
-      do r = 1, nodes%n_ranges
-        capacity(nodes%range(1, r):nodes%range(2, r)) = g(1, nodes%range(1, r):nodes%range(2, r))
+    call restore(sim, r_warming, g)
+    allocate (capacity(sim%nodes%patch%nn), new(2, sim%nodes%patch%nn), source=0.0_rp)
+    allocate (is_given(sim%nodes%patch%nn), is_image(sim%nodes%patch%nn), source=.false.)
+    is_image(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs)) = .true.
+    associate (patch => sim%nodes%patch, planes => sim%scene%symmetry)
+      do r = 1, sim%nodes%n_ranges
+        capacity(sim%nodes%range(1, r):sim%nodes%range(2, r)) = g(1, &
+          sim%nodes%range(1, r):sim%nodes%range(2, r))
       end do
-      do i = 1, boundary%mirrors%n_planes
-        associate (node => boundary%mirrors%plane(1, i), plane => boundary%mirrors%plane(2, i))
+      do i = 1, sim%boundary%mirrors%n_planes
+        associate (node => sim%boundary%mirrors%plane(1, i), &
+                   plane => sim%boundary%mirrors%plane(2, i))
           if (planes(plane)%axis /= a) cycle
           capacity(node) = 2.0_rp*capacity(node)
           is_given(node) = planes(plane)%temperature > 0.0_rp
@@ -169,8 +161,8 @@ contains
       end do
       do q = 1, patch%nn                  ! no exchange beyond open ends
         ijk = patch%indices(q)
-        if (.not. is_image(q) .and. (ijk(a) < 0 &
-                                     .or. ijk(a) >= scene%grid%n(a))) capacity(q) = 0.0_rp
+        if (.not. is_image(q) .and. (ijk(a) < 0 .or. ijk(a) >= sim%scene%grid%n(a))) capacity(q) = &
+          0.0_rp
       end do
       do q = 1, patch%nn
         if (capacity(q) <= min_capacity) cycle
@@ -182,11 +174,13 @@ contains
           from_below = exchanged(ijk(a) - 1, below, q)
           from_above = -exchanged(ijk(a), q, above)
           new(1, q) = g(5, q) + (from_below + from_above)/capacity(q)
-          if (is_given(below)) budget%sums(e_wall_heat) = budget%sums(e_wall_heat) + from_below
-          if (is_given(above)) budget%sums(e_wall_heat) = budget%sums(e_wall_heat) + from_above
+          if (is_given(below)) sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) &
+            + from_below
+          if (is_given(above)) sim%budget%sums(e_wall_heat) = sim%budget%sums(e_wall_heat) &
+            + from_above
         end associate
       end do
-      call sum_all_nodes(world, scene, nodes, 2, new)
+      call sum_all_nodes(sim, 2, new)
       do q = 1, patch%nn                  ! nodes beyond the ends have no owner
         if (new(2, q) > 0.5_rp) g(5:6, q) = [new(1, q), g(8, q) + new(1, q)]
       end do
@@ -197,13 +191,12 @@ contains
       integer, intent(in) :: i, low, high
       real(rp) :: density
 
-      associate (grading => scene%grid%grading(a))
+      associate (grading => sim%scene%grid%grading(a))
         density = min(capacity(low)/sum(grading%span(5, i - 1:i + 1)), &
                       capacity(high)/sum(grading%span(5, i:i + 2)))
         associate (w1 => grading%span(5, i), w2 => grading%span(5, i + 1))
-          exchanged = 0.25_rp*density*(g(5, high) - g(5, low)) &
-                   *(w1**2 + w1*w2 + w2**2 - 3.0_rp*scene%grid%h(a)**2) &
-                   /(grading%centre(i + 1) - grading%centre(i))
+          exchanged = 0.25_rp*density*(g(5, high) - g(5, low))*(w1**2 + w1*w2 + w2**2 &
+            - 3.0_rp*sim%scene%grid%h(a)**2)/(grading%centre(i + 1) - grading%centre(i))
         end associate
       end associate
     end function exchanged
@@ -212,32 +205,27 @@ contains
   !> Collective. Heat to the nodes in `dt` by conduction, films, tools and gaps at the temperatures
   !> in lane 4, to lane 5 of the second grid. Lane 8: capacity times the smoothed differences of
   !> particles from the nodal field. Lane 6: conductance of tools, gaps and varying films [W/K].
-  subroutine gather_flux(world, scene, particles, nodes, boundary, sinks, gaps, budget, dt, lost)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    type(boundary_t), intent(in) :: boundary
+  subroutine gather_flux(sim, sinks, gaps, dt, lost)
+    type(simulation_t), intent(inout) :: sim
     type(sinks_t), intent(inout) :: sinks
     type(gaps_t), intent(in) :: gaps
-    type(budget_t), intent(inout) :: budget
     real(rp), intent(in) :: dt                  !! [s]
-    real(rp), intent(inout) :: lost(8, size(scene%symmetry))   !! change of the sums by walls
+    real(rp), intent(inout) :: lost(8, size(sim%scene%symmetry))   !! change of the sums by walls
     integer :: b, k
 
-    call clear_nodes(nodes, nodes%g2)
-    do b = 1, particles%nblk
-      call particles%fetch(b + 1, n_conduction)
-      k = scene%body(particles%body(b))%heat_group
-      call diffuse_block(scene, particles, nodes, budget, b, particles%body(b), &
-                         particles%count(b), dt, particles%nf, particles%ps(:, :, b), nodes%rec, &
-                         nodes%g(:, :, k), nodes%g2(:, :, k))
+    call clear_nodes(sim%nodes, sim%nodes%g2)
+    do b = 1, sim%particles%nblk
+      call sim%particles%fetch(b + 1, n_conduction)
+      k = sim%scene%body(sim%particles%body(b))%heat_group
+      call diffuse_block(sim, b, sim%particles%body(b), sim%particles%count(b), dt, &
+                         sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, &
+                         sim%nodes%g(:, :, k), sim%nodes%g2(:, :, k))
     end do
-    call add_sink_fluxes(world, nodes, dt, sinks)
-    call add_gap_fluxes(nodes, gaps, dt)
-    do k = 1, scene%n_heat_groups
-      call reflect(scene, nodes, boundary, r_flux, nodes%g2(:, :, k), lost)
-      call sum_all_nodes(world, scene, nodes, 8, nodes%g2(:, :, k))
+    call add_sink_fluxes(sim, dt, sinks)
+    call add_gap_fluxes(sim%nodes, gaps, dt)
+    do k = 1, sim%scene%n_heat_groups
+      call reflect(sim, r_flux, sim%nodes%g2(:, :, k), lost)
+      call sum_all_nodes(sim, 8, sim%nodes%g2(:, :, k))
     end do
   end subroutine gather_flux
 
@@ -271,60 +259,55 @@ contains
   end function smoothed_fraction
 
   !> Collective. Sum nodal values over the ranks, including nodes of sleeping material.
-  subroutine sum_all_nodes(world, scene, nodes, width, values)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(inout) :: nodes
+  subroutine sum_all_nodes(sim, width, values)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: width
-    real(rp), intent(inout) :: values(width, nodes%patch%nn)
+    real(rp), intent(inout) :: values(width, sim%nodes%patch%nn)
 
-    if (scene%method%sleep%is_on) then
-      call nodes%resting_halo%sum(world, width, nodes%patch%nn, values)
+    if (sim%scene%method%sleep%is_on) then
+      call sim%nodes%resting_halo%sum(sim%world, width, sim%nodes%patch%nn, values)
     else
-      call nodes%halo%sum(world, width, nodes%patch%nn, values)
+      call sim%nodes%halo%sum(sim%world, width, sim%nodes%patch%nn, values)
     end if
   end subroutine sum_all_nodes
 
   !> Add capacity, heat and pressure of a block of particles to the nodes.
-  subroutine gather_block(scene, nodes, body, n, with_pressure, nf, ps, rec, g)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  subroutine gather_block(sim, body, n, with_pressure, nf, ps, rec, g)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
     logical, intent(in) :: with_pressure
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: c_p(nlane), w(nlane, 18)
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    c_p = scene%material(scene%body(body)%material)%specific_heat_at(ps(:, f_temp))
-    call capacity_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, c_p, ps(1, f_mass), &
-                          ps(1, f_temp), ps(1, f_heat), rec, g)
-    if (with_pressure) call pressure_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, &
-      c_p, ps(1, f_jac), ps(1, f_mass), ps(1, f_tau), rec, g)
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    c_p = sim%scene%material(sim%scene%body(body)%material)%specific_heat_at(ps(:, f_temp))
+    call capacity_to_grid(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, c_p, &
+                          ps(1, f_mass), ps(1, f_temp), ps(1, f_heat), rec, g)
+    if (with_pressure) call pressure_to_grid(n, w, first, sim%nodes%patch%stride, &
+                                             sim%nodes%patch%nn, c_p, ps(1, f_jac), ps(1, f_mass), &
+                                             ps(1, f_tau), rec, g)
   end subroutine gather_block
 
   !> Add the conductive fluxes and film losses of a block of particles to the nodes.
-  subroutine diffuse_block(scene, particles, nodes, budget, b, body, n, dt, nf, ps, rec, g, flux)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(budget_t), intent(inout) :: budget
+  subroutine diffuse_block(sim, b, body, n, dt, nf, ps, rec, g, flux)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b, body, n, nf
-    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, nodes%patch%nn)
+    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), flux(8, sim%nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    associate (mat => scene%material(scene%body(body)%material))
-      call flux_to_grid(n, w, first, nodes%patch%stride, nodes%patch%nn, dt, &
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    associate (mat => sim%scene%material(sim%scene%body(body)%material))
+      call flux_to_grid(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, dt, &
                         mat%conductivity_at(ps(:, f_temp)), 1.0_rp/mat%rho, &
                         mat%specific_heat_at(ps(:, f_temp)), ps(1, f_jac), ps(1, f_mass), &
-                        ps(1, f_temp), smoothed_fraction(scene, body, dt, nf, ps), g, rec, flux)
+                        ps(1, f_temp), smoothed_fraction(sim%scene, body, dt, nf, ps), g, rec, flux)
     end associate
-    if (any(scene%body(body)%film%acts())) then
-      call add_film_losses(scene, particles, nodes, budget, b, body, n, dt, nf, ps, g, flux)
+    if (any(sim%scene%body(body)%film%acts())) then
+      call add_film_losses(sim, b, body, n, dt, nf, ps, g, flux)
     end if
   end subroutine diffuse_block
 

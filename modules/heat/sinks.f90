@@ -10,14 +10,13 @@
 !> (tools_heat_sink).
 module heat_sinks
   use base_kinds, only: nlane, rp
-  use comm_world, only: world_t
   use mapping_blocks, only: weights_of
-  use mapping_nodes, only: nodes_t
-  use particles_store, only: f_mass, f_pos, f_temp, particles_t, tag_faces
+  use particles_store, only: f_pos, f_temp, tag_faces
+  use simulation_parts, only: simulation_t
   use state_film, only: film_t, of_pressure, stefan_boltzmann
-  use state_run, only: budget_t, e_film, e_tool
+  use state_run, only: e_film, e_tool
   use state_scene, only: scene_t
-  use tools_backing, only: backing_t, find_backing
+  use tools_backing, only: find_backing
   use tools_tool, only: tool_t
   use transfer_conduction, only: film_to_grid, min_capacity
   use transfer_weights, only: point_nodes
@@ -61,34 +60,32 @@ contains
   end function films_vary
 
   !> Add the film losses of a block of particles to the nodal fluxes.
-  subroutine add_film_losses(scene, particles, nodes, budget, b, body, n, dt, nf, ps, g, flux)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(budget_t), intent(inout) :: budget
+  subroutine add_film_losses(sim, b, body, n, dt, nf, ps, g, flux)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b, body, n, nf
-    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, nodes%patch%nn)
-    real(rp), intent(inout) :: flux(8, nodes%patch%nn)
+    real(rp), intent(in) :: dt, ps(nlane, nf), g(8, sim%nodes%patch%nn)
+    real(rp), intent(inout) :: flux(8, sim%nodes%patch%nn)
     real(rp) :: x(3), area, spacing(3)
     integer :: axis, face, faces, p
 
-    associate (body_now => scene%body(body))
+    associate (body_now => sim%scene%body(body))
       do p = 1, n
-        faces = tag_faces(particles%tag(p, b))
+        faces = tag_faces(sim%particles%tag(p, b))
         if (faces == 0) cycle
-        spacing = scene%spacing_of(body, ps(p, :))
+        spacing = sim%scene%spacing_of(body, ps(p, :))
         do face = 1, 6
           if (.not. btest(faces, face - 1) .or. .not. body_now%film(face)%acts()) cycle
           if (body_now%film(face)%has_backing) cycle     ! heat_sinks
           call face_of(spacing, face, ps(p, f_pos:f_pos + 2), axis, x, area)
-          x = nodes%patch%linear_place(x)
+          x = sim%nodes%patch%linear_place(x)
           associate (film => body_now%film(face))
             if (film%varies()) then
-              call add_varying_loss(dt, film, axis, area, x, nodes%patch%stride, nodes%patch%nn, &
-                                    g, flux, budget%sums(e_film))
+              call add_varying_loss(dt, film, axis, area, x, sim%nodes%patch%stride, &
+                                    sim%nodes%patch%nn, g, flux, sim%budget%sums(e_film))
             else
               call film_to_grid(dt, film%coefficient, area, film%ambient, x, &
-                                nodes%patch%stride, nodes%patch%nn, g, flux, budget%sums(e_film))
+                                sim%nodes%patch%stride, sim%nodes%patch%nn, g, flux, &
+                                sim%budget%sums(e_film))
             end if
           end associate
         end do
@@ -145,70 +142,65 @@ contains
 
   !> Collective. List the contacts with heat sinks from means over the time since the last
   !> conduction step.
-  subroutine find_sinks(world, scene, particles, nodes, tool, backing, elapsed, dt, sinks)
-    type(world_t), intent(in) :: world
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(tool_t), intent(in) :: tool(:)
-    type(backing_t), intent(in) :: backing(:)
+  subroutine find_sinks(sim, elapsed, dt, sinks)
+    type(simulation_t), intent(in) :: sim
     real(rp), intent(in) :: elapsed                    !! time since the last conduction step [s]
     real(rp), intent(in) :: dt                         !! conduction step [s]
     type(sinks_t), intent(inout) :: sinks
     integer :: b, i, k, n, n_sinks
 
     sinks%n = 0
-    if (.not. any(tool%heat%is_on) .and. size(backing) == 0) return
-    n = count_faces(scene, particles)
-    do k = 1, size(tool)
-      if (.not. tool(k)%heat%is_on) cycle
-      do b = 1, particles%nblk
-        n = n + count(particles%ps(:particles%count(b), tool(k)%heat%place, b) > 0.0_rp)
+    if (.not. any(sim%tool%heat%is_on) .and. size(sim%backing) == 0) return
+    n = count_faces(sim)
+    do k = 1, size(sim%tool)
+      if (.not. sim%tool(k)%heat%is_on) cycle
+      do b = 1, sim%particles%nblk
+        n = n + count(sim%particles%ps(:sim%particles%count(b), sim%tool(k)%heat%place, b) > 0.0_rp)
       end do
     end do
     sinks = sinks_t()
     allocate (sinks%sink(n), sinks%group(n), sinks%node(27, n), sinks%weight(27, n), &
               sinks%conductance(n), sinks%surface_excess(n))
-    n_sinks = size(tool) + sum([(size(backing(k)%column), k=1, size(backing))])
+    n_sinks = size(sim%tool) + sum([(size(sim%backing(k)%column), k=1, size(sim%backing))])
     allocate (sinks%total_conductance(n_sinks), sinks%t_face0(n_sinks), sinks%dt_face_dp(n_sinks), &
               sinks%power(n_sinks), source=0.0_rp)
-    do k = 1, size(tool)
-      if (.not. tool(k)%heat%is_on) cycle
-      call tool(k)%heat%face_response(dt, sinks%t_face0(k), sinks%dt_face_dp(k))
-      do b = 1, particles%nblk
-        if (.not. any(particles%ps(:particles%count(b), tool(k)%heat%place, b) > 0.0_rp)) cycle
-        call list_block(scene, nodes, tool(k), k, particles%body(b), particles%count(b), &
-                        particles%nf, particles%ps(:, :, b), elapsed, sinks)
+    do k = 1, size(sim%tool)
+      if (.not. sim%tool(k)%heat%is_on) cycle
+      call sim%tool(k)%heat%face_response(dt, sinks%t_face0(k), sinks%dt_face_dp(k))
+      do b = 1, sim%particles%nblk
+        if (.not. any(sim%particles%ps(:sim%particles%count(b), sim%tool(k)%heat%place, &
+                                       b) > 0.0_rp)) cycle
+        call list_block(sim, sim%tool(k), k, sim%particles%body(b), sim%particles%count(b), &
+                        sim%particles%nf, sim%particles%ps(:, :, b), elapsed, sinks)
       end do
     end do
-    if (size(backing) > 0) then
-      call list_faces(scene, particles, nodes, size(tool), backing, sinks)
-      n_sinks = size(tool)
-      do k = 1, size(backing)
-        do i = 1, size(backing(k)%column)
+    if (size(sim%backing) > 0) then
+      call list_faces(sim, size(sim%tool), sinks)
+      n_sinks = size(sim%tool)
+      do k = 1, size(sim%backing)
+        do i = 1, size(sim%backing(k)%column)
           n_sinks = n_sinks + 1
-          call backing(k)%column(i)%face_response(dt, sinks%t_face0(n_sinks), &
-                                                  sinks%dt_face_dp(n_sinks))
+          call sim%backing(k)%column(i)%face_response(dt, sinks%t_face0(n_sinks), &
+                                                      sinks%dt_face_dp(n_sinks))
         end do
       end do
     end if
-    call world%sum(sinks%total_conductance)
+    call sim%world%sum(sinks%total_conductance)
   end subroutine find_sinks
 
   !> Number of particle faces of this rank in front of a backing.
-  pure integer function count_faces(scene, particles) result(n)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
+  pure integer function count_faces(sim) result(n)
+    type(simulation_t), intent(in) :: sim
     integer :: b, face, p
 
     n = 0
-    do b = 1, particles%nblk
-      associate (film => scene%body(particles%body(b))%film)
+    do b = 1, sim%particles%nblk
+      associate (film => sim%scene%body(sim%particles%body(b))%film)
         if (.not. any(film%has_backing)) cycle
-        do p = 1, particles%count(b)
+        do p = 1, sim%particles%count(b)
           do face = 1, 6
             if (.not. film(face)%has_backing) cycle
-            if (btest(tag_faces(particles%tag(p, b)), face - 1)) n = n + 1
+            if (btest(tag_faces(sim%particles%tag(p, b)), face - 1)) n = n + 1
           end do
         end do
       end associate
@@ -217,39 +209,37 @@ contains
 
   !> Add the particle faces in front of backings, with linear weights of the surrounding nodes and
   !> the film coefficient at the local pressure.
-  subroutine list_faces(scene, particles, nodes, n_tools, backing, sinks)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
+  subroutine list_faces(sim, n_tools, sinks)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n_tools
-    type(backing_t), intent(in) :: backing(:)
     type(sinks_t), intent(inout) :: sinks
     real(rp) :: area, weight(0:7), x(3)
     integer :: axis, b, face, i, k, p, q(0:7)
 
-    do b = 1, particles%nblk
-      associate (body => scene%body(particles%body(b)), t => sinks, patch => nodes%patch)
+    do b = 1, sim%particles%nblk
+      associate (body => sim%scene%body(sim%particles%body(b)), t => sinks, &
+                 patch => sim%nodes%patch)
         if (.not. any(body%film%has_backing)) cycle
-        do p = 1, particles%count(b)
+        do p = 1, sim%particles%count(b)
           do face = 1, 6
             if (.not. body%film(face)%has_backing) cycle
-            if (.not. btest(tag_faces(particles%tag(p, b)), face - 1)) cycle
-            call face_of(scene%spacing_of(particles%body(b), particles%ps(p, :, b)), face, &
-                         particles%ps(p, f_pos:f_pos + 2, b), axis, x, area)
-            k = find_backing(backing, particles%body(b), face)
+            if (.not. btest(tag_faces(sim%particles%tag(p, b)), face - 1)) cycle
+            call face_of(sim%scene%spacing_of(sim%particles%body(b), sim%particles%ps(p, :, b)), &
+                         face, sim%particles%ps(p, f_pos:f_pos + 2, b), axis, x, area)
+            k = find_backing(sim%backing, sim%particles%body(b), face)
             t%n = t%n + 1
-            t%sink(t%n) = n_tools + backing(k)%column_at(x) &
-                          + sum([(size(backing(i)%column), i=1, k - 1)])
+            t%sink(t%n) = n_tools + sim%backing(k)%column_at(x) &
+              + sum([(size(sim%backing(i)%column), i=1, k - 1)])
             t%group(t%n) = body%heat_group
             call point_nodes(patch%linear_place(x), patch%stride, 1, min_capacity, patch%nn, &
-                             nodes%g(:, :, body%heat_group), q, weight)
+                             sim%nodes%g(:, :, body%heat_group), q, weight)
             t%node(:, t%n) = q(0)
             t%node(:8, t%n) = q
             t%weight(:, t%n) = 0.0_rp
             t%weight(:8, t%n) = weight
             t%surface_excess(t%n) = 0.0_rp
-            t%conductance(t%n) = area*sum(weight)*body%film(face)%coefficient_at( &
-              sum(weight*nodes%g(5 + axis, q, body%heat_group)))
+            t%conductance(t%n) = area*sum(weight) &
+              *body%film(face)%coefficient_at(sum(weight*sim%nodes%g(5 + axis, q, body%heat_group)))
             t%total_conductance(t%sink(t%n)) = t%total_conductance(t%sink(t%n)) + t%conductance(t%n)
           end do
         end do
@@ -258,9 +248,8 @@ contains
   end subroutine list_faces
 
   !> Add the particles of a block in contact with tool `k`.
-  subroutine list_block(scene, nodes, tool, k, body, n, nf, ps, elapsed, sinks)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  subroutine list_block(sim, tool, k, body, n, nf, ps, elapsed, sinks)
+    type(simulation_t), intent(in) :: sim
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: k, body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
@@ -269,8 +258,8 @@ contains
     integer :: c, first(nlane), i, j, l, p
     real(rp) :: area, gap, half_spacing_resistance, normal(3), margin, w(nlane, 18)
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    associate (mat => scene%material(scene%body(body)%material), t => sinks)
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    associate (mat => sim%scene%material(sim%scene%body(body)%material), t => sinks)
       do p = 1, n
         if (ps(p, tool%heat%place) <= 0.0_rp) cycle
         t%n = t%n + 1
@@ -279,32 +268,31 @@ contains
           do j = 1, 3
             do l = 1, 3
               c = c + 1
-              t%node(c, t%n) = first(p) + (i - 1)*nodes%patch%stride(1) &
-                               + (j - 1)*nodes%patch%stride(2) + l - 1
+              t%node(c, t%n) = first(p) + (i - 1)*sim%nodes%patch%stride(1) &
+                + (j - 1)*sim%nodes%patch%stride(2) + l - 1
               t%weight(c, t%n) = w(p, i)*w(p, 3 + j)*w(p, 6 + l)
             end do
           end do
         end do
         call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, margin)
-        half_spacing_resistance = 0.5_rp*norm2(normal*scene%spacing_of(body, ps(p, :))) &
-                /mat%conductivity_at(ps(p, f_temp))
+        half_spacing_resistance = 0.5_rp*norm2(normal*sim%scene%spacing_of(body, ps(p, :))) &
+          /mat%conductivity_at(ps(p, f_temp))
         area = ps(p, tool%heat%place)/elapsed
         t%sink(t%n) = k
-        t%group(t%n) = scene%body(body)%heat_group
+        t%group(t%n) = sim%scene%body(body)%heat_group
         t%conductance(t%n) = area/(half_spacing_resistance + 1.0_rp/tool%heat%conductance)
         t%total_conductance(k) = t%total_conductance(k) + t%conductance(t%n)
-        t%surface_excess(t%n) = ps(p, f_temp) - sum(t%weight(:, t%n)*nodes%g(5, t%node(:, t%n), &
-        t%group(t%n))) &
-                        + half_spacing_resistance*ps(p, tool%heat%place + 1)/(elapsed*area)
+        t%surface_excess(t%n) = ps(p, f_temp) &
+          - sum(t%weight(:, t%n)*sim%nodes%g(5, t%node(:, t%n), t%group(t%n))) &
+          + half_spacing_resistance*ps(p, tool%heat%place + 1)/(elapsed*area)
       end do
     end associate
   end subroutine list_block
 
   !> Collective. Subtract the heat flow into the sinks in `dt` at the temperatures in lane 4 from
   !> lane 5 of the second grid; add the conductances to lane 6.
-  subroutine add_sink_fluxes(world, nodes, dt, sinks)
-    type(world_t), intent(in) :: world
-    type(nodes_t), intent(inout) :: nodes
+  subroutine add_sink_fluxes(sim, dt, sinks)
+    type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                         !! [s]
     type(sinks_t), intent(inout) :: sinks
     real(rp) :: heat, surface(sinks%n)
@@ -314,17 +302,18 @@ contains
     associate (t => sinks)
       t%power = 0.0_rp
       do i = 1, t%n
-        surface(i) = t%surface_excess(i) + sum(t%weight(:, i)*nodes%g(4, t%node(:, i), t%group(i)))
+        surface(i) = t%surface_excess(i) &
+          + sum(t%weight(:, i)*sim%nodes%g(4, t%node(:, i), t%group(i)))
         t%power(t%sink(i)) = t%power(t%sink(i)) + t%conductance(i)*surface(i)
       end do
-      call world%sum(t%power)
+      call sim%world%sum(t%power)
       t%power = (t%power - t%total_conductance*t%t_face0)/(1.0_rp &
                                                            + t%total_conductance*t%dt_face_dp)
       do i = 1, t%n
         associate (k => t%sink(i))
           heat = dt*t%conductance(i)*(surface(i) - t%t_face0(k) - t%dt_face_dp(k)*t%power(k))
         end associate
-        associate (flux => nodes%g2(:, :, t%group(i)))
+        associate (flux => sim%nodes%g2(:, :, t%group(i)))
           do c = 1, 27
             flux(5, t%node(c, i)) = flux(5, t%node(c, i)) - t%weight(c, i)*heat
             flux(6, t%node(c, i)) = flux(6, t%node(c, i)) + t%weight(c, i)*t%conductance(i)
@@ -335,39 +324,37 @@ contains
   end subroutine add_sink_fluxes
 
   !> Advance the sinks by a conduction step and add their heat to the energy sums, on one rank.
-  subroutine advance_sinks(world, dt, sinks, tool, backing, budget)
-    type(world_t), intent(in) :: world
+  subroutine advance_sinks(sim, dt, sinks)
+    type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt                         !! [s]
     type(sinks_t), intent(in) :: sinks
-    type(tool_t), intent(inout) :: tool(:)
-    type(backing_t), intent(inout) :: backing(:)
-    type(budget_t), intent(inout) :: budget
     integer :: i, k, sink
 
-    do k = 1, size(tool)
-      if (.not. tool(k)%heat%is_on) cycle
-      call tool(k)%heat%absorb(dt, sinks%power(k))
-      if (world%is_root()) budget%sums(e_tool) = budget%sums(e_tool) + dt*sinks%power(k)
+    do k = 1, size(sim%tool)
+      if (.not. sim%tool(k)%heat%is_on) cycle
+      call sim%tool(k)%heat%absorb(dt, sinks%power(k))
+      if (sim%world%is_root()) sim%budget%sums(e_tool) = sim%budget%sums(e_tool) + dt*sinks%power(k)
     end do
-    sink = size(tool)
-    do k = 1, size(backing)
-      do i = 1, size(backing(k)%column)
+    sink = size(sim%tool)
+    do k = 1, size(sim%backing)
+      do i = 1, size(sim%backing(k)%column)
         sink = sink + 1
-        call backing(k)%column(i)%absorb(dt, sinks%power(sink))
-        if (world%is_root()) budget%sums(e_film) = budget%sums(e_film) + dt*sinks%power(sink)
+        call sim%backing(k)%column(i)%absorb(dt, sinks%power(sink))
+        if (sim%world%is_root()) sim%budget%sums(e_film) = sim%budget%sums(e_film) &
+          + dt*sinks%power(sink)
       end do
     end do
   end subroutine advance_sinks
 
   !> Reset contact area and heat of the particles at the end of a conduction step.
-  pure subroutine reset_contact_sums(tool, particles)
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(inout) :: particles
+  pure subroutine reset_contact_sums(sim)
+    type(simulation_t), intent(inout) :: sim
     integer :: k
 
-    do k = 1, size(tool)
-      if (.not. tool(k)%heat%is_on) cycle
-      particles%ps(:, tool(k)%heat%place:tool(k)%heat%place + 1, :particles%nblk) = 0.0_rp
+    do k = 1, size(sim%tool)
+      if (.not. sim%tool(k)%heat%is_on) cycle
+      sim%particles%ps(:, sim%tool(k)%heat%place:sim%tool(k)%heat%place + 1, &
+                       :sim%particles%nblk) = 0.0_rp
     end do
   end subroutine reset_contact_sums
 

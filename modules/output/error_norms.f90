@@ -130,7 +130,7 @@ contains
     real(rp) :: f(nlane, 9), bbar(nlane, 6), jac(nlane), exact_tau(nlane, 6), d(3)
     integer :: p
 
-    call field%motion(velocity_time(sim%scene, sim%clock), x0, unused, exact_v, f)
+    call field%motion(velocity_time(sim), x0, unused, exact_v, f)
     call field%motion(sim%clock%time, x0, exact_x, unused, f)
     call elastic_state(material, n, f, temp, bbar, jac, exact_tau)
     do p = 1, n

@@ -57,7 +57,7 @@ contains
     sim%clock%max_speed = sqrt(most(2))
     sim%step%last%stiffness = most(1)
     sim%step%last%speed2 = most(2)
-    call stagger_velocities(sim%scene, sim%clock, sim%particles, stable_step(sim%scene, sim%clock))
+    call stagger_velocities(sim, stable_step(sim%scene, sim%clock))
     now = energies(sim)
     energy = [now%kinetic, now%elastic]
     call sim%world%sum(energy)
@@ -186,10 +186,8 @@ contains
     sim%exchange%balance%sum = sim%exchange%balance%sum + sim%exchange%balance%now
     sim%exchange%balance%worst = max(sim%exchange%balance%worst, sim%exchange%balance%now)
     if (sim%scene%method%conducts) then
-      if (conduction_is_due(sim%scene, sim%clock, dt)) then
-        call conduct(sim%world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, &
-                     sim%source, sim%probes, sim%particles, sim%nodes, sim%boundary, &
-                     sim%pairs, sim%budget, sim%clock%time - sim%clock%heat_time)
+      if (conduction_is_due(sim, dt)) then
+        call conduct(sim, sim%clock%time - sim%clock%heat_time)
         if (sim%step%is_unsolved) then
           status = ended_broken
           message = 'conduction: a step of '//str(sim%clock%time - sim%clock%heat_time)// &
@@ -220,7 +218,7 @@ contains
     real(rp), parameter :: rounding = 1.0e-9_rp
 
     dt = stable_step(sim%scene, sim%clock)
-    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim%scene, sim%clock))
+    if (sim%scene%method%conducts) dt = min(dt, conduction_step(sim))
     associate (left => sim%scene%end_time - sim%clock%time)
       if (left < n_final_steps*dt .and. sim%scene%method%fixed_dt <= 0.0_rp) then
         dt = left/max(1.0_rp, real(ceiling(left/dt*(1.0_rp - rounding)), rp))

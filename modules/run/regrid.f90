@@ -140,8 +140,8 @@ contains
                                                     sim%exchange%boxes, active(1))
     call mark_reach(sim, 1, sim%particles%n_awake, near)
     call list_runs(sim, near .or. sim%sleepers%near_any, has_sleep, .false.)
-    call list_mirrors(sim%scene, sim%nodes, sim%boundary)
-    call list_clamps(sim%world, sim%scene, sim%nodes, sim%boundary)
+    call list_mirrors(sim)
+    call list_clamps(sim)
     call find_far_force(sim, sleepers_stay .and. .not. patch_is_too_small)
     call mark_border(sim, is_sorted_anew)
     call list_to_grid_order(sim)
@@ -156,7 +156,7 @@ contains
       sim%nodes%n_resting_ranges = sim%nodes%n_ranges
       call list_runs(sim, near .or. sim%sleepers%near_layer, .false., &
                      sim%particles%n_mapped < sim%particles%nblk)
-      call narrow_mirrors(sim%nodes, sim%boundary)
+      call narrow_mirrors(sim)
     end if
     call assign_probes(sim%scene%grid, sim%nodes%patch, sim%probes)
   end subroutine relist

@@ -9,7 +9,6 @@ module setup_scene
   use grid_geometry, only: grade, grid_t, make_grid
   use grid_grading, only: grading_t, make_grading
   use heat_solvers_method, only: by_cg, by_petsc
-  use heat_sources, only: source_t
   use input_key_names, only: find
   use input_values, only: input_t
   use mapping_probes, only: probes_t
@@ -27,6 +26,7 @@ module setup_scene
   use setup_sinks, only: read_backings, read_tool_heat
   use setup_tools, only: read_tools
   use setup_tracers, only: read_tracers
+  use simulation_parts, only: source_t
   use state_scene, only: method_t, scene_t, scheme_usl, transfer_apic, transfer_fmpm, transfer_xpic
   use tools_backing, only: backing_t
   use tools_tool, only: tool_t

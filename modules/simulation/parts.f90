@@ -3,15 +3,14 @@
 module simulation_parts
   use base_kinds, only: i8, rp
   use base_timers, only: phase_timer_t
-  use boundary_held, only: boundary_t
   use comm_world, only: world_t
-  use contact_node_pairs, only: node_pairs_t
-  use contact_tool_lists, only: tool_contact_t
-  use heat_sources, only: source_t
   use mapping_nodes, only: nodes_t
   use mapping_probes, only: probes_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
+  use simulation_held, only: boundary_t
+  use simulation_node_pairs, only: node_pairs_t
+  use simulation_tool_lists, only: tool_contact_t
   use state_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
   use state_scene, only: scene_t
   use tools_backing, only: backing_t
@@ -19,7 +18,23 @@ module simulation_parts
   implicit none (type, external)
   private
 
-  public :: history_t, simulation_t, free_simulation
+  public :: free_simulation, history_t, simulation_t, source_t
+
+  integer, parameter, public :: source_disc = 1, source_ball = 2   !! kinds of sources
+
+  !> A moving heat source, and its state in the current conduction step.
+  type :: source_t
+    integer :: kind = source_disc
+    real(rp) :: power = 0.0_rp               !! [W]
+    real(rp) :: position(3) = 0.0_rp         !! centre at t = 0 [m]
+    real(rp) :: velocity(3) = 0.0_rp         !! [m/s]
+    real(rp) :: radius = 0.0_rp              !! [m]
+    real(rp) :: begin = 0.0_rp, end = huge(1.0_rp)   !! times of its action [s]
+    real(rp) :: duration = 0.0_rp            !! time of action in this step [s]
+    real(rp) :: centre(3) = 0.0_rp           !! centre at the middle of that time [m]
+    real(rp) :: share = 0.0_rp               !! heat per covered area or mass [J/m2 or J/kg]
+    logical :: has_warned = .false.          !! a warning of no covered particle was given
+  end type source_t
 
   !> State from which rows of the history are computed as differences and means.
   type :: history_t

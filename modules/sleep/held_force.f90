@@ -96,13 +96,12 @@ contains
                      sim%particles%ps(:, :, b), sim%nodes%g(:, :, 1))
     end do
     lost = 0.0_rp
-    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), lost)
+    call reflect(sim, r_momentum, sim%nodes%g(:, :, 1), lost)
     call sim%nodes%resting_halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
     sim%budget%impulse = 0.0_rp
     call update_nodes(sim%scene, sim%clock, sim%nodes, 1.0_rp, sim%nodes%g)  ! impulses in a second
     ! Resting material needs no impulse to stay at rest.
-    call hold_walls(sim%world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 0.0_rp, &
-                    sim%nodes%g)
+    call hold_walls(sim, 0.0_rp, sim%nodes%g)
     force = sim%budget%impulse
     call add_lost(sim%scene, 1.0_rp, lost, force)
     sim%budget = before
@@ -125,8 +124,8 @@ contains
     call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
     call force_records(sim%clock%mass_scaling, &
                        1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
-                       external_acceleration(sim%scene, sim%step, body), ps(1, f_mass), &
-                       ps(1, f_vel), ps(1, f_tau), ps(1, f_temp), sim%nodes%rec)
+                       external_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), &
+                       ps(1, f_tau), ps(1, f_temp), sim%nodes%rec)
     call p2g_block(n, w, first, sim%nodes%rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
   end subroutine add_force
 

@@ -36,13 +36,12 @@ contains
     call clear_nodes(sim%nodes, sim%nodes%g)
     call clear_volume(sim%scene, sim%nodes)
     do b = sim%particles%n_awake + 1, sim%particles%n_mapped
-      call force_to_grid(sim%scene, sim%clock, sim%step, sim%nodes, sim%particles%body(b), &
-                         sim%particles%count(b), sim%particles%nf, sim%particles%ps(:, :, b), &
-                         sim%nodes%rec, sim%nodes%g(:, :, 1))
+      call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                         sim%particles%ps(:, :, b), sim%nodes%rec, sim%nodes%g(:, :, 1))
     end do
     call store_layer_records(sim, sim%nodes%g(:, :, 1))
-    call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, sim%nodes%g(:, :, 1), &
-                 sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, 1))
+    call reflect(sim, r_momentum, sim%nodes%g(:, :, 1), sim%boundary%mirrors%lost, &
+                 sim%boundary%mirrors%mass_behind(:, 1))
     sim%boundary%mirrors%resting_mass_behind = sim%boundary%mirrors%mass_behind(:, 1)
     call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, sim%nodes%g(:, :, 1))
     call list_held(sim, sim%nodes%g(:, :, 1))

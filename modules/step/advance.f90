@@ -65,17 +65,16 @@ contains
       call record_sleeper_impulse(sim%sleepers, sim%budget, dt)
       call track_motion(sim%nodes, sim%sleepers, dt, g_motion(:, :, 1))
     end if
-    call record_impulse(sim%scene, sim%nodes, sim%boundary, sim%budget, dt, g_motion)
+    call record_impulse(sim, dt, g_motion)
     if (sim%scene%method%scheme /= scheme_usl) then
-      call accelerate(sim%scene, sim%step, sim%particles, sim%nodes, g_motion)
+      call accelerate(sim, g_motion)
       call remap_velocities(sim, dt, g_strain)
     else if (sim%scene%method%filters_in(sim%clock%step)) then
       call filter_velocity(sim, g_motion, sim%nodes%g2, sim%nodes%increment)
     end if
     call sim%timer%lap(ph_nodes)
-    call grid_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
-                           sim%nodes, sim%exchange, sim%budget, dt, g_motion, g_strain, &
-                           (1.0_rp - stress_fraction_before)*dt, outcome)
+    call grid_to_particles(sim, dt, g_motion, g_strain, (1.0_rp - stress_fraction_before)*dt, &
+                           outcome)
     call sim%timer%lap(ph_to_particles)
     sim%step%last = outcome
     if (sim%probes%n > 0) then
@@ -109,8 +108,7 @@ contains
     type(outcome_t), intent(inout) :: outcome
 
     call remap_velocities(sim, dt, g)
-    call update_stress(sim%scene, sim%clock, sim%particles, sim%nodes, sim%budget, &
-                       stress_fraction_before*dt, g, outcome)
+    call update_stress(sim, stress_fraction_before*dt, g, outcome)
   end subroutine update_stress_before
 
   !> Map the momentum of the particles alone to nodal velocities, with walls held. Bodies in contact
@@ -124,17 +122,17 @@ contains
 
     call clear_nodes(sim%nodes, g)
     call clear_volume(sim%scene, sim%nodes)
-    call momentum_to_grid(sim%scene, sim%clock, sim%particles, sim%nodes, g)
+    call momentum_to_grid(sim, g)
     call sum_nodes(sim, g)
     call sum_volume(sim%world, sim%scene, sim%nodes)
     before = sim%budget                     ! interpolation does no work and exerts no impulse
     call update_nodes(sim%scene, sim%clock, sim%nodes, 0.0_rp, g)
-    call hold_walls(sim%world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 1.0_rp, g)
+    call hold_walls(sim, 1.0_rp, g)
     if (sim%nodes%n_groups > 1) then
       call join_bodies(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
                        sim%nodes, sim%boundary, sim%pairs, dt, g)
     end if
-    call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
+    call restore_velocities(sim, g)
     sim%budget = before
   end subroutine remap_velocities
 

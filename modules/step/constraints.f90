@@ -7,8 +7,8 @@ module step_constraints
   use boundary_symmetry, only: restore_velocities
   use contact_body_pairs, only: resolve_body_contact
   use contact_tool_impulses, only: apply_impulses, find_contact, find_impulses
-  use contact_tool_lists, only: n_masses
   use simulation_parts, only: simulation_t
+  use simulation_tool_lists, only: n_masses
   use sleep_held_layer, only: hold_layer
   use state_run, only: outcome_t
   use step_schedule, only: can_speculate, sum_with_overlap
@@ -28,12 +28,12 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     logical, intent(in) :: locally_accepted
 
-    call hold_walls(sim%world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, 1.0_rp, g)
+    call hold_walls(sim, 1.0_rp, g)
     if (sim%scene%method%sleep%is_on) then
       call hold_layer(sim%scene, sim%clock, sim%nodes, sim%sleepers, sim%budget, g(:, :, 1))
     end if
     if (sim%nodes%n_groups > 1) return
-    call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
+    call restore_velocities(sim, g)
     call sim%tool%move_to(sim%clock%time + dt)
     sim%exchange%speculative%is_possible = locally_accepted .and. can_speculate(sim)
   end subroutine apply_boundary
@@ -51,7 +51,7 @@ contains
     if (sim%nodes%n_groups > 1) then
       call resolve_body_contact(sim%world, sim%scene, sim%clock, sim%tool, sim%particles, &
                                 sim%nodes, sim%boundary, sim%pairs, sim%budget, dt, g)
-      call restore_velocities(sim%scene, sim%nodes, sim%boundary, g)
+      call restore_velocities(sim, g)
       call sim%tool%move_to(sim%clock%time + dt)
     end if
     sim%tool%max_face_temperature = 0.0_rp
@@ -72,14 +72,11 @@ contains
     real(rp), intent(inout) :: g(8, sim%nodes%patch%nn)
     type(outcome_t), intent(inout) :: outcome
 
-    call find_contact(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
-                      sim%contact, sim%tool(k), k, group, dt, g)
+    call find_contact(sim, sim%tool(k), k, group, dt, g)
     call sum_with_overlap(sim, dt, g, outcome, n_masses, sim%contact%mass)
-    call find_impulses(sim%scene, sim%clock, sim%nodes, sim%contact, sim%tool(k)%friction_law, &
-                       dt, g)
+    call find_impulses(sim, sim%tool(k)%friction_law, dt, g)
     call sum_with_overlap(sim, dt, g, outcome, sim%contact%width, sim%contact%values)
-    call apply_impulses(sim%scene, sim%clock, sim%particles, sim%nodes, sim%boundary, &
-                        sim%contact, sim%budget, sim%tool(k), dt, g)
+    call apply_impulses(sim, sim%tool(k), dt, g)
   end subroutine resolve_tool_contact
 
 end module step_constraints

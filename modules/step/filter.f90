@@ -38,16 +38,16 @@ contains
       call clear_nodes(sim%nodes, mapped)
       call map_and_return(sim, increment, mapped)
       do k = 1, sim%nodes%n_groups
-        call reflect(sim%scene, sim%nodes, sim%boundary, r_filter, mapped(:, :, k), lost)
+        call reflect(sim, r_filter, mapped(:, :, k), lost)
         call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, mapped(:, :, k))
       end do
       call next_increment(sim, g, mapped, increment)
-      call release_held(sim%world, sim%scene, sim%nodes, sim%boundary, g, increment)
+      call release_held(sim, g, increment)
       if (sim%nodes%n_groups > 1) then
         call join_increments(sim%scene, sim%nodes, sim%pairs, g, increment)
       end if
       do k = 1, sim%nodes%n_groups
-        call restore(sim%scene, sim%nodes, sim%boundary, r_filter, increment(:, :, k))
+        call restore(sim, r_filter, increment(:, :, k))
       end do
       call add_increment(sim, increment, g)
     end do

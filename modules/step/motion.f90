@@ -75,14 +75,14 @@ contains
     associate (g => sim%nodes%g2)
       lost = 0.0_rp                            ! not used
       do k = 1, sim%nodes%n_groups
-        call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), lost)
+        call reflect(sim, r_momentum, g(:, :, k), lost)
         call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g(:, :, k))
         do r = 1, sim%nodes%n_ranges
           do i = sim%nodes%range(1, r), sim%nodes%range(2, r)
             if (g(1, i, k) > min_node_mass) g(5:7, i, k) = g(2:4, i, k)/g(1, i, k)
           end do
         end do
-        call restore(sim%scene, sim%nodes, sim%boundary, r_filter, g(:, :, k))
+        call restore(sim, r_filter, g(:, :, k))
       end do
     end associate
   end subroutine find_velocities

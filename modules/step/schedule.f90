@@ -158,8 +158,7 @@ contains
 
     associate (next => sim%exchange%speculative%n_done)
       next = next + 1
-      call blocks_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
-                               sim%nodes, sim%budget, next, next, dt, g, g, dt, outcome)
+      call blocks_to_particles(sim, next, next, dt, g, g, dt, outcome)
     end associate
   end subroutine advance_next
 

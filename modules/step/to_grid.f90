@@ -33,8 +33,7 @@ contains
       call map_and_sum(sim, g)
       return
     end if
-    call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, 1, &
-                        sim%particles%n_awake, g)
+    call blocks_to_grid(sim, 1, sim%particles%n_awake, g)
     call layer_and_tractions_to_grid(sim, g)
     call sim%timer%lap(ph_to_grid)
     call sum_nodes(sim, g)
@@ -50,21 +49,17 @@ contains
 
     associate (lost => sim%boundary%mirrors%lost, own => sim%boundary%mirrors%mass_behind(:, 1))
       lost = 0.0_rp
-      call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, 1, &
-                          sim%particles%n_border, g)
+      call blocks_to_grid(sim, 1, sim%particles%n_border, g)
       call layer_and_tractions_to_grid(sim, g)
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
-                   shared_part)
+      call reflect(sim, r_momentum, g(:, :, 1), lost, own, shared_part)
       call sim%timer%lap(ph_to_grid)
       call sim%nodes%halo%post(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
       do b = sim%particles%n_border + 1, sim%particles%n_awake, blocks_per_test
-        call blocks_to_grid(sim%scene, sim%clock, sim%step, sim%particles, sim%nodes, &
-                            b, min(b + blocks_per_test - 1, sim%particles%n_awake), g)
+        call blocks_to_grid(sim, b, min(b + blocks_per_test - 1, sim%particles%n_awake), g)
         call sim%nodes%halo%progress_messages()
       end do
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, 1), lost, own, &
-                   interior_part)
+      call reflect(sim, r_momentum, g(:, :, 1), lost, own, interior_part)
       call sim%timer%lap(ph_to_grid)
       call sim%nodes%halo%finish(sim%world, 8, sim%nodes%patch%nn, g(:, :, 1), sim%nodes%volume)
       call sim%timer%lap(ph_exchange)
@@ -78,7 +73,7 @@ contains
 
     if (sim%scene%method%sleep%is_on) call add_layer(sim, g(:, :, 1))
     if (sim%scene%has_tractions()) then
-      call tractions_to_grid(sim%scene, sim%step, sim%particles, sim%nodes, g)
+      call tractions_to_grid(sim, g)
     end if
   end subroutine layer_and_tractions_to_grid
 
@@ -90,8 +85,8 @@ contains
 
     sim%boundary%mirrors%lost = 0.0_rp
     do k = 1, sim%nodes%n_groups
-      call reflect(sim%scene, sim%nodes, sim%boundary, r_momentum, g(:, :, k), &
-                   sim%boundary%mirrors%lost, sim%boundary%mirrors%mass_behind(:, k))
+      call reflect(sim, r_momentum, g(:, :, k), sim%boundary%mirrors%lost, &
+                   sim%boundary%mirrors%mass_behind(:, k))
       call sim%nodes%halo%sum(sim%world, 8, sim%nodes%patch%nn, g(:, :, k))
     end do
   end subroutine sum_nodes

@@ -7,12 +7,11 @@ module update_sweeps
   use mapping_blocks, only: advance_particles, force_records, gather_velocity, momentum_records, &
                             stretch_domains, weights_of
   use mapping_fbar, only: add_volume
-  use mapping_nodes, only: nodes_t
   use mapping_rigid, only: move_rigid
-  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid, particles_t
-  use state_run, only: budget_t, clock_t, exchange_t, outcome_t, step_t
-  use state_scene, only: scene_t, scheme_usavg, scheme_usl
-  use tools_tool, only: tool_t
+  use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid
+  use simulation_parts, only: simulation_t
+  use state_run, only: outcome_t
+  use state_scene, only: scheme_usavg, scheme_usl
   use transfer_scatter, only: p2g_block
   use update_constitutive, only: constitutive, external_acceleration, external_work, average_volume
   use update_prescribed, only: add_prescribed_force, prescribed_work
@@ -27,295 +26,249 @@ contains
 
   !> Map mass, momentum, force and temperature of the awake blocks `first` to `last` of
   !> `particles%turn` to the grid.
-  subroutine blocks_to_grid(scene, clock, step, particles, nodes, first, last, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(inout) :: nodes
+  subroutine blocks_to_grid(sim, first, last, g)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: first, last
-    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: b, n_fields_read, i
 
     n_fields_read = n_to_grid
-    if (max(scene%layout%half, scene%layout%affine) > 0) n_fields_read = particles%nf
+    if (max(sim%scene%layout%half, sim%scene%layout%affine) > 0) n_fields_read = sim%particles%nf
     do i = first, last
-      b = particles%turn(i)
-      call particles%fetch(b + 1, n_fields_read)   ! usually the next block
-      call force_to_grid(scene, clock, step, nodes, particles%body(b), particles%count(b), &
-                         particles%nf, particles%ps(:, :, b), nodes%rec, &
-                         g(:, :, group_of(scene, particles, b)))
+      b = sim%particles%turn(i)
+      call sim%particles%fetch(b + 1, n_fields_read)   ! usually the next block
+      call force_to_grid(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                         sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
     end do
   end subroutine blocks_to_grid
 
   !> Map one block of particles.
-  subroutine force_to_grid(scene, clock, step, nodes, body, n, nf, ps, rec, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
-    type(nodes_t), intent(inout) :: nodes
+  subroutine force_to_grid(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    call force_records(clock%mass_scaling, 1.0_rp/scene%material(scene%body(body)%material)%rho, &
-                       external_acceleration(scene, step, body), ps(1, f_mass), ps(1, f_vel), &
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call force_records(sim%clock%mass_scaling, &
+                       1.0_rp/sim%scene%material(sim%scene%body(body)%material)%rho, &
+                       external_acceleration(sim, body), ps(1, f_mass), ps(1, f_vel), &
                        ps(1, f_tau), ps(1, f_temp), rec)
-    if (scene%body(body)%is_forced()) call add_prescribed_force(scene, step, body, nf, ps, rec)
-    call map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
-    call add_records(scene, nodes, n, nf, ps, w, first, rec, g)
+    if (sim%scene%body(body)%is_forced()) call add_prescribed_force(sim, body, nf, ps, rec)
+    call map_volume(sim, body, n, w, first, nf, ps)
+    call add_records(sim, n, nf, ps, w, first, rec, g)
   end subroutine force_to_grid
 
   !> Map mass, momentum and temperature to the grid.
-  subroutine momentum_to_grid(scene, clock, particles, nodes, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+  subroutine momentum_to_grid(sim, g)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(inout) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: b
 
-    do b = 1, particles%nblk
-      call map_momentum(scene, clock, nodes, particles%body(b), particles%count(b), particles%nf, &
-                        particles%ps(:, :, b), nodes%rec, g(:, :, group_of(scene, particles, b)))
+    do b = 1, sim%particles%nblk
+      call map_momentum(sim, sim%particles%body(b), sim%particles%count(b), sim%particles%nf, &
+                        sim%particles%ps(:, :, b), sim%nodes%rec, g(:, :, group_of(sim, b)))
     end do
   end subroutine momentum_to_grid
 
-  subroutine map_momentum(scene, clock, nodes, body, n, nf, ps, rec, g)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(inout) :: nodes
+  subroutine map_momentum(sim, body, n, nf, ps, rec, g)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
     real(rp), intent(in) :: ps(nlane, nf)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18)
 
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    call momentum_records(clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), ps(1, f_temp), rec)
-    call map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
-    call add_records(scene, nodes, n, nf, ps, w, first, rec, g)
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call momentum_records(sim%clock%mass_scaling, ps(1, f_mass), ps(1, f_vel), ps(1, f_temp), rec)
+    call map_volume(sim, body, n, w, first, nf, ps)
+    call add_records(sim, n, nf, ps, w, first, rec, g)
   end subroutine map_momentum
 
   !> Add the sums for F-bar averaging.
-  subroutine map_volume(scene, clock, nodes, body, n, w, first, nf, ps)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(inout) :: nodes
+  subroutine map_volume(sim, body, n, w, first, nf, ps)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, first(nlane), nf
     real(rp), intent(in) :: w(nlane, 18), ps(nlane, nf)
 
-    if (.not. scene%method%fbar) return
-    call add_volume(scene%body(body)%averaging, scene%material(scene%body(body)%material)%k, &
-                    clock%dt, body, n, w, first, nodes%patch%stride, nf, ps, &
-                    size(nodes%volume, 1), nodes%patch%nn, nodes%volume)
+    if (.not. sim%scene%method%fbar) return
+    call add_volume(sim%scene%body(body)%averaging, &
+                    sim%scene%material(sim%scene%body(body)%material)%k, sim%clock%dt, body, n, w, &
+                    first, sim%nodes%patch%stride, nf, ps, size(sim%nodes%volume, 1), &
+                    sim%nodes%patch%nn, sim%nodes%volume)
   end subroutine map_volume
 
   !> Add the records of a block to the nodes, with the velocity gradients of APIC particles.
-  subroutine add_records(scene, nodes, n, nf, ps, w, first, rec, g)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  subroutine add_records(sim, n, nf, ps, w, first, rec, g)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n, nf, first(nlane)
     real(rp), intent(in) :: ps(nlane, nf), w(nlane, 18)
-    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, sim%nodes%patch%nn)
 
-    if (scene%layout%affine > 0) then
-      call affine_to_grid(nodes, n, ps(1, f_pos), ps(1, scene%layout%affine), w, first, rec, g)
+    if (sim%scene%layout%affine > 0) then
+      call affine_to_grid(sim%nodes, n, ps(1, f_pos), ps(1, sim%scene%layout%affine), w, first, &
+                          rec, g)
     else
-      call p2g_block(n, w, first, rec, nodes%patch%stride, nodes%patch%nn, g)
+      call p2g_block(n, w, first, rec, sim%nodes%patch%stride, sim%nodes%patch%nn, g)
     end if
   end subroutine add_records
 
   !> Update the particles from the grid: move them with `g_motion`, then update the stress over
   !> `dt_stress` with the gradient of `g_strain` (the same grid in USL).
-  subroutine grid_to_particles(scene, clock, step, tool, particles, nodes, exchange, &
-                               budget, dt, g_motion, g_strain, dt_stress, outcome)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    type(exchange_t), intent(in) :: exchange
-    type(budget_t), intent(inout) :: budget
+  subroutine grid_to_particles(sim, dt, g_motion, g_strain, dt_stress, outcome)
+    type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt, dt_stress
-    real(rp), intent(in), dimension(8, nodes%patch%nn, nodes%n_groups) :: g_motion, g_strain
+    real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g_motion, g_strain
     type(outcome_t), intent(inout) :: outcome
 
-    if (scene%has_tractions()) then
-      call record_traction_work(scene, step, particles, nodes, budget, dt, g_motion)
+    if (sim%scene%has_tractions()) then
+      call record_traction_work(sim, dt, g_motion)
     end if
-    call blocks_to_particles(scene, clock, step, tool, particles, nodes, budget, &
-                             exchange%speculative%n_done + 1, particles%n_awake, dt, g_motion, &
-                             g_strain, dt_stress, outcome)
+    call blocks_to_particles(sim, sim%exchange%speculative%n_done + 1, sim%particles%n_awake, dt, &
+                             g_motion, g_strain, dt_stress, outcome)
   end subroutine grid_to_particles
 
   !> Update the blocks `first` to `last` of `particles%order`.
-  subroutine blocks_to_particles(scene, clock, step, tool, particles, nodes, budget, &
-                                 first, last, dt, g_motion, g_strain, dt_stress, outcome)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    type(budget_t), intent(inout) :: budget
+  subroutine blocks_to_particles(sim, first, last, dt, g_motion, g_strain, dt_stress, outcome)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: first, last
     real(rp), intent(in) :: dt, dt_stress
-    real(rp), intent(in), dimension(8, nodes%patch%nn, nodes%n_groups) :: g_motion, g_strain
+    real(rp), intent(in), dimension(8, sim%nodes%patch%nn, sim%nodes%n_groups) :: g_motion, g_strain
     type(outcome_t), intent(inout) :: outcome
     integer :: b, i, k
 
     do i = first, last
-      b = particles%order(i)
-      call particles%fetch(particles%order(min(i + 1, particles%n_awake)), particles%nf)
-      k = group_of(scene, particles, b)
-      call advance_block(scene, clock, step, tool, particles, nodes, budget, b, &
-                         particles%count(b), dt, g_motion(:, :, k), g_strain(:, :, k), dt_stress, &
-                         particles%nf, particles%ps(:, :, b), nodes%rec, outcome)
+      b = sim%particles%order(i)
+      call sim%particles%fetch(sim%particles%order(min(i + 1, sim%particles%n_awake)), &
+                               sim%particles%nf)
+      k = group_of(sim, b)
+      call advance_block(sim, b, sim%particles%count(b), dt, g_motion(:, :, k), g_strain(:, :, k), &
+                         dt_stress, sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, &
+                         outcome)
     end do
   end subroutine blocks_to_particles
 
-  subroutine advance_block(scene, clock, step, tool, particles, nodes, budget, b, n, dt, g_motion, &
-                           g_strain, dt_stress, nf, ps, rec, outcome)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(step_t), intent(in) :: step
-    type(tool_t), intent(in) :: tool(:)
-    type(particles_t), intent(in) :: particles
-    type(nodes_t), intent(in) :: nodes
-    type(budget_t), intent(inout) :: budget
+  subroutine advance_block(sim, b, n, dt, g_motion, g_strain, dt_stress, nf, ps, rec, outcome)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: b, n, nf
     real(rp), intent(in) :: dt, dt_stress
-    real(rp), intent(in) :: g_motion(8, nodes%patch%nn), g_strain(8, nodes%patch%nn)
+    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn), g_strain(8, sim%nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     type(outcome_t), intent(inout) :: outcome
     integer :: first(nlane)
     real(rp), dimension(nlane, 3) :: v, dv, v2, dv2
     real(rp) :: w(nlane, 18), l(nlane, 9)
 
-    if (scene%body(particles%body(b))%is_rigid()) then
-      call move_rigid(tool, scene%body(particles%body(b))%tool, n, ps(1, f_pos), ps(1, f_vel), &
-                      outcome%speed2)
+    if (sim%scene%body(sim%particles%body(b))%is_rigid()) then
+      call move_rigid(sim%tool, sim%scene%body(sim%particles%body(b))%tool, n, ps(1, f_pos), &
+                      ps(1, f_vel), outcome%speed2)
       return
     end if
-    call weights_of(scene, nodes, particles%body(b), nf, ps, w, first)
-    call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g_motion, rec, v, dv, l)
-    if (scene%method%scheme /= scheme_usl) then   ! velocities are new already: only move
+    call weights_of(sim%scene, sim%nodes, sim%particles%body(b), nf, ps, w, first)
+    call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, rec, &
+                         v, dv, l)
+    if (sim%scene%method%scheme /= scheme_usl) then   ! velocities are new already: only move
       v2 = v
-      if (scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
+      if (sim%scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
       dv2 = 0.0_rp
       call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
-      call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g_strain, rec, v2, &
-                           dv2, l)
+      call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_strain, rec, &
+                           v2, dv2, l)
     else
-      call store_affine(scene, nodes, n, nf, ps, w, first, g_motion, rec)
-      call advance_particles(n, dt, step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
+      call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
+      call advance_particles(n, dt, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
     end if
-    if (scene%layout%half > 0) call stretch_domains(dt_stress, l, ps(1, scene%layout%half))
-    call average_volume(scene, clock, nodes, budget, particles%body(b), n, w, first, nf, ps)
-    call external_work(scene, step, budget, particles%body(b), n, dt, v, dv, ps(1, f_mass))
-    if (scene%body(particles%body(b))%is_forced()) then
-      call prescribed_work(scene, step, budget, particles%body(b), n, dt, v, dv, nf, ps)
+    if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, ps(1, sim%scene%layout%half))
+    call average_volume(sim, sim%particles%body(b), n, w, first, nf, ps)
+    call external_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
+    if (sim%scene%body(sim%particles%body(b))%is_forced()) then
+      call prescribed_work(sim, sim%particles%body(b), n, dt, v, dv, nf, ps)
     end if
-    call constitutive(scene, clock, budget, particles%body(b), n, dt_stress, l, nf, ps, outcome)
+    call constitutive(sim, sim%particles%body(b), n, dt_stress, l, nf, ps, outcome)
   end subroutine advance_block
 
   !> Store the velocity gradient that APIC particles carry to the next step.
-  subroutine store_affine(scene, nodes, n, nf, ps, w, first, g, rec)
-    type(scene_t), intent(in) :: scene
-    type(nodes_t), intent(in) :: nodes
+  subroutine store_affine(sim, n, nf, ps, w, first, g, rec)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: n, nf, first(nlane)
-    real(rp), intent(in) :: w(nlane, 18), g(8, nodes%patch%nn)
+    real(rp), intent(in) :: w(nlane, 18), g(8, sim%nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
 
-    if (scene%layout%affine == 0) return
-    call gather_gradient(nodes, n, ps(1, f_pos), w, first, g, rec, ps(1, scene%layout%affine))
+    if (sim%scene%layout%affine == 0) return
+    call gather_gradient(sim%nodes, n, ps(1, f_pos), w, first, g, rec, &
+                         ps(1, sim%scene%layout%affine))
   end subroutine store_affine
 
   !> Update the stress over `dt` with the velocity field `g`, at unchanged positions.
-  subroutine update_stress(scene, clock, particles, nodes, budget, dt, g, outcome)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    type(budget_t), intent(inout) :: budget
+  subroutine update_stress(sim, dt, g, outcome)
+    type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
-    real(rp), intent(in) :: g(8, nodes%patch%nn, nodes%n_groups)
+    real(rp), intent(in) :: g(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     type(outcome_t), intent(inout) :: outcome
     integer :: b
 
-    do b = 1, particles%nblk
-      call strain_block(scene, clock, nodes, budget, particles%body(b), particles%count(b), dt, &
-                        g(:, :, group_of(scene, particles, b)), particles%nf, &
-                        particles%ps(:, :, b), nodes%rec, outcome)
+    do b = 1, sim%particles%nblk
+      call strain_block(sim, sim%particles%body(b), sim%particles%count(b), dt, &
+                        g(:, :, group_of(sim, b)), sim%particles%nf, sim%particles%ps(:, :, b), &
+                        sim%nodes%rec, outcome)
     end do
   end subroutine update_stress
 
-  subroutine strain_block(scene, clock, nodes, budget, body, n, dt, g, nf, ps, rec, outcome)
-    type(scene_t), intent(in) :: scene
-    type(clock_t), intent(in) :: clock
-    type(nodes_t), intent(in) :: nodes
-    type(budget_t), intent(inout) :: budget
+  subroutine strain_block(sim, body, n, dt, g, nf, ps, rec, outcome)
+    type(simulation_t), intent(inout) :: sim
     integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: dt, g(8, nodes%patch%nn)
+    real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     type(outcome_t), intent(inout) :: outcome
     integer :: first(nlane)
     real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9)
 
-    if (scene%body(body)%is_rigid()) return
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g, rec, v, dv, l)
-    if (scene%layout%half > 0) call stretch_domains(dt, l, ps(1, scene%layout%half))
-    call average_volume(scene, clock, nodes, budget, body, n, w, first, nf, ps)
-    call constitutive(scene, clock, budget, body, n, dt, l, nf, ps, outcome)
+    if (sim%scene%body(body)%is_rigid()) return
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g, rec, v, dv, l)
+    if (sim%scene%layout%half > 0) call stretch_domains(dt, l, ps(1, sim%scene%layout%half))
+    call average_volume(sim, body, n, w, first, nf, ps)
+    call constitutive(sim, body, n, dt, l, nf, ps, outcome)
   end subroutine strain_block
 
   !> MUSL, USAVG: update the particle velocities from `g_motion` at unchanged positions.
-  subroutine accelerate(scene, step, particles, nodes, g_motion)
-    type(scene_t), intent(in) :: scene
-    type(step_t), intent(in) :: step
-    type(particles_t), intent(inout) :: particles
-    type(nodes_t), intent(inout) :: nodes
-    real(rp), intent(in) :: g_motion(8, nodes%patch%nn, nodes%n_groups)
+  subroutine accelerate(sim, g_motion)
+    type(simulation_t), intent(inout) :: sim
+    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn, sim%nodes%n_groups)
     integer :: b
 
-    do b = 1, particles%nblk
-      call accelerate_block(scene, step, nodes, particles%body(b), particles%count(b), &
-                            g_motion(:, :, group_of(scene, particles, b)), particles%nf, &
-                            particles%ps(:, :, b), nodes%rec)
+    do b = 1, sim%particles%nblk
+      call accelerate_block(sim, sim%particles%body(b), sim%particles%count(b), &
+                            g_motion(:, :, group_of(sim, b)), sim%particles%nf, &
+                            sim%particles%ps(:, :, b), sim%nodes%rec)
     end do
   end subroutine accelerate
 
-  subroutine accelerate_block(scene, step, nodes, body, n, g_motion, nf, ps, rec)
-    type(scene_t), intent(in) :: scene
-    type(step_t), intent(in) :: step
-    type(nodes_t), intent(in) :: nodes
+  subroutine accelerate_block(sim, body, n, g_motion, nf, ps, rec)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: body, n, nf
-    real(rp), intent(in) :: g_motion(8, nodes%patch%nn)
+    real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn)
     real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
     integer :: first(nlane)
     real(rp) :: w(nlane, 18), v(nlane, 3), dv(nlane, 3), l(nlane, 9), max_speed2
 
-    if (scene%body(body)%is_rigid()) return
+    if (sim%scene%body(body)%is_rigid()) return
     max_speed2 = 0.0_rp
-    call weights_of(scene, nodes, body, nf, ps, w, first)
-    call gather_velocity(n, w, first, nodes%patch%stride, nodes%patch%nn, g_motion, rec, v, dv, l)
-    call store_affine(scene, nodes, n, nf, ps, w, first, g_motion, rec)
-    call advance_particles(n, 0.0_rp, step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), max_speed2)
+    call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+    call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, rec, &
+                         v, dv, l)
+    call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
+    call advance_particles(n, 0.0_rp, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), max_speed2)
   end subroutine accelerate_block
 
   !> Velocity-field group of block `b`.
-  pure integer function group_of(scene, particles, b)
-    type(scene_t), intent(in) :: scene
-    type(particles_t), intent(in) :: particles
+  pure integer function group_of(sim, b)
+    type(simulation_t), intent(in) :: sim
     integer, intent(in) :: b
 
-    group_of = scene%body(particles%body(b))%group
+    group_of = sim%scene%body(sim%particles%body(b))%group
   end function group_of
 
 end module update_sweeps

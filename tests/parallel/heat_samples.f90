@@ -88,8 +88,7 @@ contains
     type(simulation_t), intent(inout) :: sim
     real(rp), intent(in) :: dt
 
-    call conduct(world, sim%scene, sim%clock, sim%step, sim%tool, sim%backing, sim%source, &
-                 sim%probes, sim%particles, sim%nodes, sim%boundary, sim%pairs, sim%budget, dt)
+    call conduct(sim, dt)
   end subroutine conduct_for
 
   !> Sum over the particles of all ranks of mass c_p (T - 300 K) shape, shape 1 or cos(pi x/length).

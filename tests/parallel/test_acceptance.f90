@@ -351,9 +351,7 @@ contains
     do k = 1, 2
       call expect('there is another block', save_block(sim))
       sim%exchange%speculative%n_done = k
-      call blocks_to_particles(sim%scene, sim%clock, sim%step, sim%tool, sim%particles, &
-                               sim%nodes, sim%budget, k, k, taken, sim%nodes%g, sim%nodes%g, &
-                               taken, outcome)
+      call blocks_to_particles(sim, k, k, taken, sim%nodes%g, sim%nodes%g, taken, outcome)
     end do
     sim%budget%sums = sim%budget%sums + 1.0_rp
     sim%budget%impulse = sim%budget%impulse + 1.0_rp

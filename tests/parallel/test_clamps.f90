@@ -151,8 +151,7 @@ contains
       c = draw(i)
       call prepare(c, sim)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g1)
-      call hold_walls(world, sim%scene, sim%clock, sim%nodes, sim%boundary, sim%budget, &
-                      c%fraction, sim%nodes%g)
+      call hold_walls(sim, c%fraction, sim%nodes%g)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g2)
       one = lines_of(c, g1)
       two = lines_of(c, g2)
@@ -291,7 +290,7 @@ contains
       c%fraction = 0.0_rp
       call prepare(c, sim)
       increment = sim%nodes%g
-      call release_held(world, sim%scene, sim%nodes, sim%boundary, sim%nodes%g, increment)
+      call release_held(sim, sim%nodes%g, increment)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g1)
       sim%nodes%g(5:7, :, 1) = increment(5:7, :, 1)
       call gather_nodes(world, sim, sim%nodes%g(:, :, 1), g2)

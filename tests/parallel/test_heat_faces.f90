@@ -109,7 +109,7 @@ contains
       sim%particles%ps(:, f_temp, b) = 400.0_rp
     end do
     before = content(sim)
-    dt = conduction_step(sim%scene, sim%clock)
+    dt = conduction_step(sim)
     t = 0.0_rp
     do step = 1, 400
       call touch(sim, dt, 0.0_rp)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Constraints on the nodes of this rank: clamps, walls, symmetry planes.
-module boundary_held
+module simulation_held
   use base_kinds, only: rp
   implicit none (type, external)
   private
@@ -56,4 +56,4 @@ module boundary_held
     type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep
   end type boundary_t
 
-end module boundary_held
+end module simulation_held

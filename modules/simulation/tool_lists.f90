@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: MIT
 !> Particles that touch a tool in a step, and the nodes near it; the lists are rebuilt in each step.
-module contact_tool_lists
+module simulation_tool_lists
   use base_kinds, only: nlane, rp
   use particles_store, only: f_plastic, f_rate, f_tau, layout_t, n_conduction, particles_t
   implicit none (type, external)
@@ -303,4 +303,4 @@ contains
     end do
   end subroutine add_values
 
-end module contact_tool_lists
+end module simulation_tool_lists

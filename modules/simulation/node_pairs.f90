@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: MIT
 !> Node pairs: nodes with mass of two bodies with velocity fields of their own, listed in each step.
 !> A node has an entry for every pair of bodies with mass on it; its entries are contiguous.
-module contact_node_pairs
+module simulation_node_pairs
   use base_kinds, only: i8, nlane, rp
   use base_system, only: allocate_aligned, free_aligned, resize_aligned
   implicit none (type, external)
@@ -277,4 +277,4 @@ contains
     end if
   end function place
 
-end module contact_node_pairs
+end module simulation_node_pairs
