@@ -15,10 +15,12 @@ NAME = re.compile(r"[a-z_]\w*")
 
 @dataclasses.dataclass
 class Procedure:
-    """A procedure of a module, with its statements and the types of its variables ('' for plain ones)."""
+    """A procedure of a module, with its number of arguments, its statements and the types of its variables ('' for
+    plain ones)."""
 
     module: str
     name: str
+    arguments: int = 0
     statements: list = dataclasses.field(default_factory=list)
     variables: dict = dataclasses.field(default_factory=dict)
 
@@ -123,7 +125,7 @@ def read_module(path):
         elif inside is not None:
             read_component(s, inside)
         elif match := PROCEDURE.match(s):
-            stack.append(Procedure(module.name, match.group(1)))
+            stack.append(Procedure(module.name, match.group(1), len(split_names(s[match.end():].partition(")")[0]))))
             module.procedures[stack[-1].name] = stack[-1]
             declare(s[:match.start(1)].replace("function", "::"), {})
         elif re.match(r"end\s*(subroutine|function)\b", s):

@@ -94,10 +94,10 @@ contains
     call find_fluxes(sim, sinks, gaps, elapsed, remaining, lost, dt)
     do k = 1, sim%scene%n_heat_groups
       do r = 1, sim%nodes%n_ranges
-        call temperature_increment(sim%nodes%range(2, r) - sim%nodes%range(1, r) + 1, &
-                                   sim%nodes%g2(:, sim%nodes%range(1, r):sim%nodes%range(2, r), &
-                                                k), &
-                                   sim%nodes%g(:, sim%nodes%range(1, r):sim%nodes%range(2, r), k))
+        associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
+          call temperature_increment(high - low + 1, sim%nodes%g2(:, low:high, k), &
+                                     sim%nodes%g(:, low:high, k))
+        end associate
       end do
       do a = 1, 3
         if (sim%scene%grid%grading(a)%is_graded) call centre_increment(sim, a, sim%nodes%g(:, :, k))

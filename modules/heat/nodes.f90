@@ -59,11 +59,10 @@ contains
       call reflect(sim, r_heat, sim%nodes%g(:, :, k), lost, sim%boundary%mirrors%mass_behind(:, k))
       call sum_all_nodes(sim, 8, sim%nodes%g(:, :, k))
       do r = 1, sim%nodes%n_ranges
-        call nodal_temperature(sim%nodes%range(2, r) - sim%nodes%range(1, r) + 1, &
-                               sim%nodes%g(:, sim%nodes%range(1, r):sim%nodes%range(2, r), k))
-        if (with_pressure) call nodal_pressure(sim%nodes%range(2, r) - sim%nodes%range(1, r) + 1, &
-                                               sim%nodes%g(:, sim%nodes%range(1, &
-          r):sim%nodes%range(2, r), k))
+        associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
+          call nodal_temperature(high - low + 1, sim%nodes%g(:, low:high, k))
+          if (with_pressure) call nodal_pressure(high - low + 1, sim%nodes%g(:, low:high, k))
+        end associate
       end do
       call restore(sim, r_temperature, sim%nodes%g(:, :, k))
       do a = 1, 3
@@ -148,8 +147,9 @@ contains
     is_image(sim%boundary%mirrors%pair(1, :sim%boundary%mirrors%n_pairs)) = .true.
     associate (patch => sim%nodes%patch, planes => sim%scene%symmetry)
       do r = 1, sim%nodes%n_ranges
-        capacity(sim%nodes%range(1, r):sim%nodes%range(2, r)) = g(1, &
-          sim%nodes%range(1, r):sim%nodes%range(2, r))
+        associate (low => sim%nodes%range(1, r), high => sim%nodes%range(2, r))
+          capacity(low:high) = g(1, low:high)
+        end associate
       end do
       do i = 1, sim%boundary%mirrors%n_planes
         associate (node => sim%boundary%mirrors%plane(1, i), &

@@ -145,48 +145,51 @@ contains
                                sim%particles%nf)
       k = group_of(sim, b)
       call advance_block(sim, b, sim%particles%count(b), dt, g_motion(:, :, k), g_strain(:, :, k), &
-                         dt_stress, sim%particles%nf, sim%particles%ps(:, :, b), sim%nodes%rec, &
-                         outcome)
+                         dt_stress, sim%particles%ps(:, :, b), outcome)
     end do
   end subroutine blocks_to_particles
 
-  subroutine advance_block(sim, b, n, dt, g_motion, g_strain, dt_stress, nf, ps, rec, outcome)
+  subroutine advance_block(sim, b, n, dt, g_motion, g_strain, dt_stress, ps, outcome)
     type(simulation_t), intent(inout) :: sim
-    integer, intent(in) :: b, n, nf
+    integer, intent(in) :: b, n
     real(rp), intent(in) :: dt, dt_stress
     real(rp), intent(in) :: g_motion(8, sim%nodes%patch%nn), g_strain(8, sim%nodes%patch%nn)
-    real(rp), intent(inout) :: ps(nlane, nf), rec(8, 4, nlane)
+    real(rp), intent(inout) :: ps(nlane, sim%particles%nf)
     type(outcome_t), intent(inout) :: outcome
     integer :: first(nlane)
     real(rp), dimension(nlane, 3) :: v, dv, v2, dv2
     real(rp) :: w(nlane, 18), l(nlane, 9)
 
-    if (sim%scene%body(sim%particles%body(b))%is_rigid()) then
-      call move_rigid(sim%tool, sim%scene%body(sim%particles%body(b))%tool, n, ps(1, f_pos), &
-                      ps(1, f_vel), outcome%speed2)
-      return
-    end if
-    call weights_of(sim%scene, sim%nodes, sim%particles%body(b), nf, ps, w, first)
-    call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, rec, &
-                         v, dv, l)
-    if (sim%scene%method%scheme /= scheme_usl) then   ! velocities are new already: only move
-      v2 = v
-      if (sim%scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
-      dv2 = 0.0_rp
-      call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
-      call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_strain, rec, &
-                           v2, dv2, l)
-    else
-      call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
-      call advance_particles(n, dt, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
-    end if
-    if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, ps(1, sim%scene%layout%half))
-    call average_volume(sim, sim%particles%body(b), n, w, first, nf, ps)
-    call external_work(sim, sim%particles%body(b), n, dt, v, dv, ps(1, f_mass))
-    if (sim%scene%body(sim%particles%body(b))%is_forced()) then
-      call prescribed_work(sim, sim%particles%body(b), n, dt, v, dv, nf, ps)
-    end if
-    call constitutive(sim, sim%particles%body(b), n, dt_stress, l, nf, ps, outcome)
+    associate (body => sim%particles%body(b), nf => sim%particles%nf, rec => sim%nodes%rec)
+      if (sim%scene%body(body)%is_rigid()) then
+        call move_rigid(sim%tool, sim%scene%body(body)%tool, n, ps(1, f_pos), ps(1, f_vel), &
+                        outcome%speed2)
+        return
+      end if
+      call weights_of(sim%scene, sim%nodes, body, nf, ps, w, first)
+      call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_motion, rec, &
+                           v, dv, l)
+      if (sim%scene%method%scheme /= scheme_usl) then   ! velocities are new already: only move
+        v2 = v
+        if (sim%scene%method%scheme == scheme_usavg) v2 = v - 0.5_rp*dv
+        dv2 = 0.0_rp
+        call advance_particles(n, dt, 0.0_rp, v2, dv2, ps(1, f_pos), ps(1, f_vel), outcome%speed2)
+        call gather_velocity(n, w, first, sim%nodes%patch%stride, sim%nodes%patch%nn, g_strain, &
+                             rec, v2, dv2, l)
+      else
+        call store_affine(sim, n, nf, ps, w, first, g_motion, rec)
+        call advance_particles(n, dt, sim%step%pic, v, dv, ps(1, f_pos), ps(1, f_vel), &
+                               outcome%speed2)
+      end if
+      if (sim%scene%layout%half > 0) call stretch_domains(dt_stress, l, &
+                                                          ps(1, sim%scene%layout%half))
+      call average_volume(sim, body, n, w, first, nf, ps)
+      call external_work(sim, body, n, dt, v, dv, ps(1, f_mass))
+      if (sim%scene%body(body)%is_forced()) then
+        call prescribed_work(sim, body, n, dt, v, dv, nf, ps)
+      end if
+      call constitutive(sim, body, n, dt_stress, l, nf, ps, outcome)
+    end associate
   end subroutine advance_block
 
   !> Store the velocity gradient that APIC particles carry to the next step.

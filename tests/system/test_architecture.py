@@ -54,6 +54,11 @@ def whole_simulation(tree):
          "    type(probes_t), intent(inout) :: probes\n    type(simulation_t), intent(inout) :: sim\n")
 
 
+def many_arguments(tree):
+    more = ", ".join(f"more{k}" for k in range(architecture.MOST_ARGUMENTS))
+    edit(tree, "modules/step/schedule.f90", "subroutine save_state(sim)", f"subroutine save_state(sim, {more})")
+
+
 def deeper(tree):
     """One more procedure between the sweep over the blocks and the kernel."""
     path = "modules/update/sweeps.f90"
@@ -101,6 +106,7 @@ def layer_without_content(tree):
     (use_upwards, "mapping has no USES io"),
     (cycle, "a cycle of layers: grid, particles"),
     (whole_simulation, "takes the whole simulation"),
+    (many_arguments, f"save_state has {1 + architecture.MOST_ARGUMENTS} arguments"),
     (deeper, f"calls to a kernel, more than {architecture.MOST_CALLS}"),
     (more_files, f"files, more than {architecture.MOST_PASSED}"),
     (kernel_renamed, "names what is not there: transfer_scatter.p2g_block"),
