@@ -22,11 +22,19 @@ def find(named: str | None = None) -> str:
     return found
 
 
+class Failed(RuntimeError):
+    """It has not ended well."""
+
+    def __init__(self, text: str, status: int):
+        super().__init__(text)
+        self.status = status
+
+
 def compute(words: list, named: str | None = None, ranks: int = 1, what: str = "") -> None:
-    """Start it and wait; RuntimeError, of `what` if that is given, with its own words where it does not end well."""
+    """Start it and wait; Failed, of `what` if that is given, with its own words where it does not end well."""
     done = run(words, named, ranks)
     if done.returncode != 0:
-        raise RuntimeError(f"{what}{': ' * bool(what)}{done.stderr.strip() or f'stirpoint ended with status {done.returncode}'}")
+        raise Failed(f"{what}{': ' * bool(what)}{done.stderr.strip() or f'stirpoint ended with status {done.returncode}'}", done.returncode)
 
 
 def run(words: list, named: str | None = None, ranks: int = 1) -> subprocess.CompletedProcess:

@@ -18,8 +18,16 @@ from .run import Run
 from .table import Table
 
 
+ASSUMED = 0.05  # of the range of a curve: its standard uncertainty, where none is given
+BREAKS = (2, 3)  # exit statuses of the program that follow from the values
+
+
 class Spent(Exception):
     """All runs that were allowed are done."""
+
+
+class Broken(Exception):
+    """These values are none that the program can compute: it refused them, or the run broke down."""
 
 
 @dataclass
@@ -43,7 +51,9 @@ class Trials:
         keys = self.sets | {key: f"{value:.12g}" for key, value in values.items()}
         recipe = json.dumps({"program": self.made_by, "keys": keys, "input": text_of(self.path)}, indent=1)
         place = self.folder / hashlib.sha256(recipe.encode()).hexdigest()[:12]
-        results = place / f"{self.path.stem}.out"
+        results, broken = place / f"{self.path.stem}.out", place / "broken.txt"
+        if broken.exists():
+            raise Broken(text_of(broken))
         if any(results.glob("*_summary.json")):
             return Run(results)
         if self.done >= self.most:
@@ -57,7 +67,13 @@ class Trials:
             for key, value in keys.items():
                 words += ["--set", f"{key}={value}"]
         told = ", ".join(f"{key} = {value}" for key, value in keys.items())
-        program.compute([*words, "--quiet", "--output", results], self.named, self.ranks, f"the run with {told} failed")
+        try:
+            program.compute([*words, "--quiet", "--output", results], self.named, self.ranks, f"the run with {told} failed")
+        except program.Failed as problem:
+            if problem.status not in BREAKS:
+                raise
+            write(broken, str(problem))
+            raise Broken(str(problem)) from None
         for checkpoint in results.glob("*_checkpoint*.h5"):
             checkpoint.unlink()
         return Run(results)
@@ -83,7 +99,12 @@ class Curve:
     unit: str
     time: np.ndarray
     values: np.ndarray
-    scale: float
+    scale: float  # standard uncertainty of a reading
+    known: bool  # whether it was given
+
+    @property
+    def label(self) -> str:
+        return self.name
 
     def apart(self, run: Run) -> np.ndarray:
         """Model less reading, in the curve's unit. A reading stands for the time half way to its neighbours, over which
@@ -118,7 +139,7 @@ def table_of(run: Run, name: str) -> Table:
 
 
 def measured(paths: list[Path], unit: str | None, known: Run, start: float | None, end: float | None,
-             scales: dict[str, float]) -> list[Curve]:
+             errors: dict[str, float]) -> list[Curve]:
     """The curves of some files, whose names are columns of the run; all that is wrong is one complaint."""
     columns = {}
     for table in (known.history, known.probes):
@@ -136,11 +157,12 @@ def measured(paths: list[Path], unit: str | None, known: Run, start: float | Non
             elif there.sum() < 3:
                 wrong.append(f"{path}: {name} has {there.sum()} readings in the time that counts; three are needed")
             else:
-                scale = scales.pop(name, float(np.ptp(values[there])))
-                if not scale > 0.0:
-                    wrong.append(f"{path}: {name} does not change: give --scale {name}=VALUE")
-                found.append(Curve(name, own, record.time[there], values[there], scale))
-    wrong += [f"--scale {name}: no curve of this name" for name in scales]
+                given = name in errors
+                error = errors.pop(name, ASSUMED * float(np.ptp(values[there])))
+                if not error > 0.0:
+                    wrong.append(f"{path}: {name} does not change: give --uncertainty {name}=VALUE")
+                found.append(Curve(name, own, record.time[there], values[there], error, given))
+    wrong += [f"--uncertainty {name}: no curve of this name" for name in errors]
     if wrong:
         raise ValueError("\n".join(wrong))
     return found

@@ -14,7 +14,7 @@ NAMES = ("README.md", "docs/accuracy.md", "docs/choosing.md", "docs/heat.md", "d
 NOT_READ = {"docs/input.md": "the program writes it",
             "docs/index.md": "it has no figures",
             "docs/gallery.md": "it has no figures but how long a run takes, which --check measures",
-            "docs/postprocessing.md": "it has no figures but limits of stirpost/alarms.py, which a test compares",
+            "docs/postprocessing.md": "it has no figures but limits of stirpost, which tests compare",
             "docs/python.md": "it has no figures but those of its recipes",
             "docs/troubleshooting.md": "it has no figures; limits are in the pages that it links to",
             "docs/theory.md": "it has equations, and no figures",

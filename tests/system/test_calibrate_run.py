@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""stirpost calibrate run: values that made a record are found again, within the errors it states."""
+"""stirpost calibrate run: values that made a record are found again, within the errors it states.
+
+Most tests have a stand-in for the program, which writes histories from formulas whose valley and minima are known."""
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -54,7 +57,10 @@ def test_values_are_found_again_and_the_search_goes_on(scene):
     first = calibrate(directory, "--runs", "4", "-o", "one")
     assert "no more were allowed" in first.stdout and len(list((directory / "one/runs").iterdir())) == 4
     began = {path: os.stat(path).st_mtime_ns for path in (directory / "one/runs").glob("*/*.out/*_history.csv")}
-    calibrate(directory, "--runs", "16", "-o", "one")
+    flow = subprocess.run([sys.executable, "-m", "stirpost", "flow", "truth.out", "--json"], cwd=directory, env=driver.POSTPROC,
+                          capture_output=True, text=True, check=True)
+    groove = json.loads(flow.stdout)["volumes"]["groove[m3]"]
+    calibrate(directory, "--runs", "16", "-o", "one", "--profile", "1", "--target", f"groove[mm3]={1e9 * groove},{0.1e9 * groove}")
     assert all(os.stat(path).st_mtime_ns == then for path, then in began.items())
     result = json.loads((directory / "one/calibration.json").read_text())
     for name, value in truth.items():
@@ -62,6 +68,7 @@ def test_values_are_found_again_and_the_search_goes_on(scene):
         assert abs(found["value"] - value) < 3 * found["standard_error"], (name, value, found)
         assert found["standard_error"] < 0.06 * value, (name, found)
     assert result["curves"]["near"]["rms"] < 0.4 and result["curves"]["tool_torque"]["rms"] < 0.03 * 20
+    assert abs(result["targets"]["groove"]["mean"]) < 0.03 * groove
     assert (directory / "one/calibration.png").stat().st_size > 10000
     table = pd.read_csv(directory / "one/trials.csv")
     assert len(table) == len(list((directory / "one/runs").iterdir())) == result["runs"]["coarse"]
@@ -98,3 +105,150 @@ def test_complaints(scene):
     for words, told in ((["--vary", "TOOL.FRICTION=1,2,3"], "LOW < START < HIGH"), (["--vary", "TOOL.FRICTOIN=2,1,3"], "FRICTOIN"),
                         (["--until", "1e-9", "--scale", "T9=1"], "three are needed")):
         assert told in calibrate(directory, *words, "-o", "three", expect=2).stderr
+
+
+# Temperature depends on SHEAR_FACTOR over the fifth root of COEFFICIENT alone, the torque on the first, the force up and down
+# on it. The run breaks down beyond BREAKS; the program is stopped once the file `stop` is there.
+STAND_IN = """#!{python}
+import math, pathlib, re, sys
+words = sys.argv[1:]
+if "--version" in words:
+    sys.exit(print("stand-in 1"))
+text = pathlib.Path(words[0]).read_text()
+sets = dict(words[k + 1].split("=") for k, word in enumerate(words) if word == "--set")
+value = lambda key: float(sets.get(key) or re.search(key.split(".")[1] + r" *= *([-+.e0-9]+)", text)[1])
+m, film = value("TOOL.SHEAR_FACTOR"), value("SURFACE.COEFFICIENT")
+if "TIME.MAX_STEPS" not in sets:
+    if pathlib.Path("stop").exists() and len(list(pathlib.Path(words[words.index("--output") + 1]).parent.parent.glob("*/*.out"))) > 2:
+        sys.exit(75)
+    if m > value("RUN.BREAKS"):
+        sys.exit(3)
+place = pathlib.Path(words[words.index("--output") + 1])
+place.mkdir(parents=True)
+hot, torque, force = 1500 * m / (film / 1e4)**0.2, 100 * m, 1e3 * (2 + math.cos(9 * m) + m)
+rows = ["time[s],tool_torque[Nm],tool_force_z[N],tool_power[W],tool_x[m],tool_y[m],tool_z[m],tool_angle[rad]"]
+probes = ["time[s],T1[K]"]
+for k in range(41):
+    t = 0.25 * k
+    rows.append(f"{{t}},{{torque}},{{force}},{{100 * torque}},{{1e-3 * t}},0.02,0.01,{{-100 * t}}")
+    probes.append(f"{{t}},{{300 + hot * math.sin(0.1 * math.pi * t)**2}}")
+for name, lines in (("history", rows), ("probes", probes), ("summary", ['{{"steps": 1}}'])):
+    (place / f"model_{{name}}.{{'json' if name == 'summary' else 'csv'}}").write_text("\\n".join(lines) + "\\n")
+"""
+TRUE = {"TOOL.SHEAR_FACTOR": 0.65, "SURFACE.COEFFICIENT": 2e4}
+BOTH = ["--vary", "TOOL.SHEAR_FACTOR", "--vary", "SURFACE.COEFFICIENT"]
+
+
+@pytest.fixture
+def model(tmp_path):
+    """A folder with an input, its stand-in and the record of a thermocouple, with noise, that TRUE made; a call."""
+    (tmp_path / "model.nml").write_text("&RUN BREAKS = 9 /\n&TOOL NAME = 'tool', SHEAR_FACTOR = 0.3 /\n&SURFACE COEFFICIENT = 300 /\n")
+    program = tmp_path / "stand_in"
+    program.write_text(STAND_IN.format(python=sys.executable))
+    program.chmod(0o755)
+    random = np.random.default_rng(5)
+    hot = 1500 * TRUE["TOOL.SHEAR_FACTOR"] / (TRUE["SURFACE.COEFFICIENT"] / 1e4)**0.2
+    rows = [f"{t:g},{300 + hot * np.sin(0.1 * np.pi * t)**2 + 2 * random.normal():.4f}" for t in np.linspace(0, 10, 41)]
+    (tmp_path / "record.csv").write_text("time[s],T1[K]\n" + "\n".join(rows) + "\n")
+
+    def call(*words, record="record.csv", expect=0):
+        done = subprocess.run([sys.executable, "-m", "stirpost", "calibrate", "run", "model.nml", *[record] * bool(record), *words,
+                               "--program", "./stand_in", "-o", "out"], cwd=tmp_path, env=driver.POSTPROC, capture_output=True, text=True,
+                              check=False)
+        assert done.returncode == expect, done.stdout + done.stderr
+        result = tmp_path / "out/calibration.json"
+        return done, json.loads(result.read_text()) if expect == 0 else None
+
+    call.folder = tmp_path
+    return call
+
+
+def trials(model):
+    return pd.read_csv(model.folder / "out/trials.csv")
+
+
+def test_what_is_not_determined(model):
+    """A thermocouple alone leaves a combination of friction and film open: the report follows the known valley up to the
+    bounds of both. With a torque both are found within three standard errors, and the report says so."""
+    done, result = model(*BOTH, "--runs", "60")
+    found = result["least_determined"]
+    assert "NOT DETERMINED: TOOL.SHEAR_FACTOR = " in done.stdout and "up to a bound on both sides" in done.stdout
+    assert not found["determined"]
+    kept = TRUE["TOOL.SHEAR_FACTOR"] / TRUE["SURFACE.COEFFICIENT"]**0.2
+    ends = sorted((found[end]["TOOL.SHEAR_FACTOR"], found[end]["SURFACE.COEFFICIENT"]) for end in ("from", "to"))
+    assert ends[0][1] < 30 and ends[1][0] > 0.95
+    for m, film in ends:
+        assert m / film**0.2 == pytest.approx(kept, rel=0.05)
+    table = pd.read_csv(model.folder / "out/valley.csv")
+    assert table["way"].is_monotonic_increasing and len(table) >= 5
+    assert table["within"].all() and table["sum of squares"].max() < 4
+    assert (model.folder / "out/valley.png").stat().st_size > 10000
+    done, result = model(*BOTH, "--runs", "60", "--target", "torque[kNm]=0.066,0.002", "--uncertainty", "T1=20")
+    found = result["least_determined"]
+    assert found["determined"] and "least determined: TOOL.SHEAR_FACTOR" in done.stdout
+    for name, value in TRUE.items():
+        key = result["keys"][name]
+        assert abs(key["value"] - value) < 3 * key["standard_error"], (name, key)
+        assert found["from"][name] < key["value"] < found["to"][name]
+        assert abs(found["to"][name] / key["value"] - 1) == pytest.approx(2 * key["standard_error"] / key["value"], rel=0.5)
+    assert result["keys"]["TOOL.SHEAR_FACTOR"]["standard_error"] == pytest.approx(0.02, rel=0.05)
+
+
+def test_bounds_hold(model):
+    """A torque that asks for more than the shear strength ends at the bound of physics, and no run is beyond it. Other
+    bounds are those that are given, and told."""
+    done, result = model("--vary", "TOOL.SHEAR_FACTOR", "--target", "torque=130,2", record=None)
+    key = result["keys"]["TOOL.SHEAR_FACTOR"]
+    assert key["at_a_bound"] and key["value"] == pytest.approx(1.0, abs=1e-3)
+    assert trials(model)["TOOL.SHEAR_FACTOR"].between(0, 1).all()
+    assert "between 0 and 1: the metal transmits no more than its shear strength" in done.stdout
+    done, result = model("--vary", "TOOL.SHEAR_FACTOR=0.5,0.1,2", "--target", "torque=130,2", record=None)
+    assert result["keys"]["TOOL.SHEAR_FACTOR"]["value"] == pytest.approx(1.3, abs=0.01)
+    assert "wider than 0 to 1" in done.stdout
+
+
+def test_several_starts_find_the_lowest_of_two_valleys(model):
+    """Force and torque agree at 0.9; a search from 0.15 alone ends in the valley of the force beside it."""
+    words = ["--vary", "TOOL.SHEAR_FACTOR=0.15", "--target", "axial_force=2655.6,20", "--target", "torque=90,60", "--profile", "0"]
+    alone = model(*words, "--design", "0", record=None)[1]
+    assert alone["keys"]["TOOL.SHEAR_FACTOR"]["value"] < 0.2
+    done, several = model(*words, "--design", "6", "--starts", "3", "--runs", "60", record=None)
+    assert several["keys"]["TOOL.SHEAR_FACTOR"]["value"] == pytest.approx(0.9, abs=0.01)
+    assert len(several["searches"]) == 3 and "from several starts" in done.stdout
+    first = trials(model)["TOOL.SHEAR_FACTOR"]
+    model(*words, "--design", "6", "--starts", "3", "--runs", "60", record=None)
+    assert trials(model)["TOOL.SHEAR_FACTOR"].equals(first)
+
+
+def test_a_search_that_was_stopped_goes_on(model):
+    """A run that a signal ends stops the calibration; called again it repeats none of the runs that had ended. Runs
+    that break down are left aside, and not repeated either."""
+    (model.folder / "model.nml").write_text((model.folder / "model.nml").read_text().replace("BREAKS = 9", "BREAKS = 0.8"))
+    words = [*BOTH, "--runs", "60", "--target", "torque=65,2", "--profile", "0"]
+    (model.folder / "stop").touch()
+    model(*words, expect=2)
+    began = {path: path.stat().st_mtime_ns for path in (model.folder / "out/runs").rglob("*") if path.is_file()}
+    assert len([path for path in began if path.name == "model_summary.json"]) == 3
+    (model.folder / "stop").unlink()
+    done, result = model(*words)
+    again = {path: path.stat().st_mtime_ns for path in began if path.name != "recipe.json"}
+    assert all(began[path] == then for path, then in again.items())
+    assert result["keys"]["TOOL.SHEAR_FACTOR"]["value"] == pytest.approx(0.65, abs=0.01)
+    table = trials(model)
+    assert table["sum of squares"].isna().sum() > 0 and (table["TOOL.SHEAR_FACTOR"][table["sum of squares"].isna()] > 0.8).all()
+    assert "broke down" in done.stdout and len(table) == len(list((model.folder / "out/runs").iterdir()))
+
+
+def test_limits_are_those_of_keys():
+    """--limits names keys that the program has, and limits that it accepts."""
+    words = [sys.executable, "-m", "stirpost", "calibrate", "run", "--limits"]
+    table = subprocess.run(words, env=driver.POSTPROC, capture_output=True, text=True, check=True).stdout
+    groups = {}
+    for line in table.splitlines():
+        (group, key), low, high = line.split()[0].split("."), *map(float, line.split()[1:3])
+        if group not in groups:
+            groups[group] = subprocess.run([driver.EXECUTABLE, f"--keys={group}"], env=driver.environment_of(None), capture_output=True,
+                                           text=True, check=True).stdout
+        told = re.search(rf"^  {key} .*", groups[group], re.M)[0]
+        assert not re.search(r"and <= 1\)", told) or high <= 1.0, told
+        assert not re.search(r"\(> 0\)", told) or low > 0.0, told
