@@ -18,6 +18,7 @@ NOT_READ = {"docs/input.md": "the program writes it",
             "docs/python.md": "it has no figures but those of its recipes",
             "docs/troubleshooting.md": "it has no figures; limits are in the pages that it links to",
             "docs/theory.md": "it has equations, and no figures",
+            "docs/symbols.md": "it has symbols and units, and no figures",
             "docs/install.md": "it has no figures but versions, which cmake asks for",
             "docs/materials.md": "figures of the literature, with their sources in the library",
             "docs/architecture.md": "it has no figures; docs/architecture.py checks what it draws"}

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 
+import lunr
 import pytest
 
 import driver
@@ -200,3 +201,55 @@ def test_command(document, command, tmp_path):
     else:
         assert os.access(driver.ROOT / words[0], os.X_OK), f"{words[0]} is not executable"
         check_script(words[0], words[1:])
+
+
+QUESTIONS = {
+    "why is my run slow": "troubleshooting.html#why-is-my-run-slow",
+    "axial force too high": "troubleshooting.html#my-force-is-too-high",
+    "metal melts": "troubleshooting.html#metal-melts",
+    "temperatures too low": "troubleshooting.html#temperatures-are-too-high-or-too-low",
+    "tool climbs out of the plate": "troubleshooting.html#the-tool-climbs-out-or-sinks",
+    "no stir zone": "troubleshooting.html#no-stir-zone",
+    "which friction coefficient": "choosing.html#friction",
+    "cell size": "choosing.html#cells",
+    "calibrate friction": "postprocessing.html#calibration",
+    "compare with a log of the machine": "postprocessing.html#a-machines-log",
+    "meaning of symbols": "symbols.html#symbols",
+    "read results in Python": "python.html",
+    "read frames in MATLAB": "troubleshooting.html#files-for-other-programs",
+    "open results in ParaView": "tutorial.html#10-results",
+    "install on a cluster": "install.html",
+    "how to restart a run": "restart.html",
+    "how do I get help": "troubleshooting.html#help",
+    "how to cite": "troubleshooting.html#help",
+    "report a bug": "troubleshooting.html#help",
+    "how do I contribute": "troubleshooting.html#help",
+}
+
+
+def test_questions(tmp_path):
+    """What visitors type into the search of the site, which is lunr's, is answered in the first place that it finds."""
+    subprocess.run([sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", tmp_path], cwd=driver.ROOT, check=True)
+    pages = json.loads((tmp_path / "search/search_index.json").read_text(encoding="utf-8"))["docs"]
+    index = lunr.lunr(ref="location", fields=("title", "text"), documents=pages)
+    assert {question: index.search(question)[0]["ref"] for question in QUESTIONS} == QUESTIONS
+
+
+SYMBOL = re.compile(r"(?:\\(?:mathbf|boldsymbol|bar|dot|tilde)\s*\{?\s*)*(?:\\[a-zA-Z]+|[a-zA-Z])\}?(?:_(?:\{[^}]*\}|\\?\w))?(?:\^\*)?")
+SIGNS = {"\\" + name for name in ("cdot cos cosh det exp frac ge le left leftarrow ll ln max min nabla otimes partial pi qquad right sqrt sum "
+                                "sum_i sum_p tanh").split()}
+
+
+def symbols_of(name):
+    """The symbols in the equations of a page, without functions and signs."""
+    text = re.sub(r"^```.*?^```|`[^`]*`", "", (driver.ROOT / "docs" / name).read_text(encoding="utf-8"), flags=re.M | re.S)
+    equations = " ".join(a or b for a, b in re.findall(r"\$\$(.*?)\$\$|\$([^$]+)\$", text, re.S))
+    equations = re.sub(r"\\operatorname\{\w+\}|\b(?:dev|tr|sech)\b", " ", equations)
+    return {re.sub(r"[\s{}]", "", found) for found in SYMBOL.findall(equations)} - SIGNS
+
+
+@pytest.mark.parametrize("name", ["theory.md", "method.md", "microstructure.md"])
+def test_symbols(name):
+    """docs/symbols.md has each symbol of the equations."""
+    used = symbols_of(name)
+    assert len(used) > 20 and not used - symbols_of("symbols.md")
