@@ -23,6 +23,10 @@ summary   the key figures and the phases
 machine   the log of a machine beside a run
 alarms    whether the figures may be trusted
 trials    runs of one input with other values, each kept and computed once
+limits    between which values a key is searched
+targets   measured numbers that runs are to meet
+fitting   the search of keys with which they do
+valley    what the measurements do not determine
 solid     what the view that turns draws, by three.js
 page      one self-contained HTML page
 

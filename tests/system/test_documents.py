@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import lunr
+import numpy as np
 import pytest
 
 import driver
@@ -102,6 +103,25 @@ def test_python(tmp_path):
                           capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     assert "degrees Celsius" in done.stdout and (tmp_path / "particles.vtp").exists()
+
+
+def test_notebook(tmp_path):
+    """The cells of docs/weld.ipynb run one after the other beside a run and a log of its torque and of a probe."""
+    book = json.loads((driver.ROOT / "docs/weld.ipynb").read_text(encoding="utf-8"))
+    assert book["nbformat"] == 4 and not any(cell.get("outputs") for cell in book["cells"])
+    driver.run("stir", "--quiet", "--output", "weld.out", directory=tmp_path)
+    made = driver.Results(tmp_path / "weld.out", "stir")
+    history, probes = made.history(), made.probes()
+    time = history["time[s]"][10::10]
+    rows = zip(time, 1.1 * history["tool_torque[Nm]"][10::10], np.interp(time, probes["time[s]"], probes["T1[K]"]) - 273.15)
+    (tmp_path / "log.csv").write_text("time [s];spindle torque [N m];T1 [C]\n" + "".join(f"{t};{a};{b}\n" for t, a, b in rows), encoding="utf-8")
+    cells = ["".join(cell["source"]) for cell in book["cells"] if cell["cell_type"] == "code"]
+    (tmp_path / "cells.py").write_text("\n".join(cells), encoding="utf-8")
+    done = subprocess.run([sys.executable, "cells.py"], cwd=tmp_path, env=driver.POSTPROC | {"MPLBACKEND": "agg"}, capture_output=True,
+                          text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert "tool torque, " in done.stdout and "T1, " in done.stdout and "energy audit" in done.stdout
+    assert (tmp_path / "machine.png").stat().st_size > 10000
 
 
 def check_program(words, directory):
