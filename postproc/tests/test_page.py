@@ -21,12 +21,11 @@ FLAGS = ("--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--di
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    directory = synthetic.make_run(tmp_path_factory.mktemp("runs") / "plate.out", spacing=0.002, frames=4,
-                                   input_text="&RUN TITLE = 'A plate''s pass' /\n" + synthetic.INPUT)
+    directory = synthetic.make_run(tmp_path_factory.mktemp("runs") / "plate.out", spacing=0.002, frames=4)
     synthetic.write_tools(directory)
     synthetic.write_summary(directory, version="0.1.0", commit="abc", finished="2030-01-02 03:04", ranks=2, wall_seconds=90.0,
                             hottest_over_melting_K=12.0, melted_share_max=0.001)
-    (directory / "plate_input.nml").write_text("&TIME\n  END = 12 ! <s>\n  ! default: STEPS_SAFETY = 0.5\n/\n")
+    (directory / "plate_input.nml").write_text("&RUN TITLE = 'A plate''s pass' /\n&TIME\n  END = 12 ! <s>\n  ! default: STEPS_SAFETY = 0.5\n/\n")
     assert cli.main(["report", str(directory)]) == 0
     return directory
 
