@@ -90,15 +90,19 @@ contains
     real(rp), intent(in) :: displacement  !! largest closing of a gap in the step [m]
     real(rp), intent(in) :: dt, g(8, sim%nodes%patch%nn)
     type(candidates_t), intent(inout) :: near
-    real(rp) :: d(n), gap, half, normal(3), edge_distance, spacing(3)
+    real(rp), parameter :: rounding = 1.0_rp + 1.0e-9_rp
+    real(rp) :: cutoff, d(n), gap, half, normal(3), edge_distance, spacing(3)
     integer :: p
 
     associate (ps => sim%particles%ps(:, :, b))
-      call tool%clearances(n, ps(:, f_pos:f_pos + 2), reach, d)
+      call tool%clearances(n, ps(:, f_pos:f_pos + 2), reach, d, is_bound=.true.)
       do p = 1, n
-        if (d(p) > reach) cycle
-        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, edge_distance)
         spacing = sim%scene%spacing_of(sim%particles%body(b), ps(p, :))
+        cutoff = displacement + rounding*(0.5_rp*ps(p, sim%scene%layout%surface_offset) &
+                                          + friction_distance)*maxval(spacing)
+        if (d(p) > cutoff) cycle
+        call tool%distance(ps(p, f_pos:f_pos + 2), gap, normal, edge_distance, cutoff)
+        if (gap > cutoff) cycle
         half = 0.5_rp*ps(p, sim%scene%layout%surface_offset)*extent(spacing, normal, edge_distance)
         if (gap - half > displacement + friction_distance*norm2(normal*spacing)) cycle
         call near%add(sim%particles, b, p, normal, half)

@@ -30,7 +30,7 @@ contains
     associate (x => facets%x, c => facets%corner)
       call build_boxes(min(x(:, c(1, :)), x(:, c(2, :)), x(:, c(3, :))), &
                        max(x(:, c(1, :)), x(:, c(2, :)), x(:, c(3, :))), tree, order)
-      min_distance = rounding*maxval(tree%upper(:, 1) - tree%lower(:, 1))
+      min_distance = rounding*maxval(tree%box(1)%upper - tree%box(1)%lower)
       do i = 1, size(crossed)
         do k = 1, 3
           if (facets%across(k, i) < 3*(i - 1) + k) cycle    ! tested with the other facet

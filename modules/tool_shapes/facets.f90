@@ -7,7 +7,7 @@ module tool_shapes_facets
   implicit none (type, external)
   private
 
-  public :: cross, facets_t, defect_t, join_corners, list_defects, match_edges
+  public :: cross, facets_t, defect_t, join_corners, list_defects, match_edges, max_approach
 
   ! Defects of an edge: no neighbour, neighbour of opposite orientation, several neighbours.
   integer, parameter, public :: is_open = 1, is_flipped = 2, is_shared = 3
@@ -147,5 +147,37 @@ contains
     end do
     defect = defect(:n_defects)
   end subroutine list_defects
+
+  !> Upper bound of the approach of the surface to any point per angle of rotation about the last
+  !> axis [m/rad], the velocity of the nearest point towards it. On a facet this is linear.
+  !> Directions from edges and corners are combinations of the adjacent facet normals n; a
+  !> combination of length 1 approaches at most as fast as the largest value of a facet over the
+  !> least n . m, with the mean normal m.
+  pure real(rp) function max_approach(facets, normal, point_normal) result(bound)
+    type(facets_t), intent(in) :: facets
+    real(rp), intent(in) :: normal(:, :), point_normal(:, :)   !! of the facets and of their corners
+    real(rp) :: max_speed(size(facets%x, 2)), lower_bound(size(facets%x, 2)), v(3)
+    integer :: i, k, p
+
+    max_speed = 0.0_rp
+    lower_bound = 1.0_rp
+    do i = 1, size(facets%corner, 2)
+      do k = 1, 3
+        p = facets%corner(k, i)
+        v = [-facets%x(2, p), facets%x(1, p), 0.0_rp]
+        max_speed(p) = max(max_speed(p), abs(dot_product(v, normal(:, i))))
+        lower_bound(p) = min(lower_bound(p), dot_product(point_normal(:, p), normal(:, i)))
+      end do
+    end do
+    bound = 0.0_rp
+    do p = 1, size(max_speed)
+      v = [facets%x(:2, p), 0.0_rp]
+      if (lower_bound(p)*norm2(v) > max_speed(p)) then
+        bound = max(bound, max_speed(p)/lower_bound(p))
+      else
+        bound = max(bound, norm2(v))
+      end if
+    end do
+  end function max_approach
 
 end module tool_shapes_facets

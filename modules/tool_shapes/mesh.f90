@@ -4,7 +4,7 @@
 !> both facet normals, for a corner the angle-weighted mean (Baerentzen & Aanaes 2005).
 module tool_shapes_mesh
   use base_kinds, only: pi, rp
-  use tool_shapes_facets, only: cross, facets_t, match_edges
+  use tool_shapes_facets, only: cross, facets_t, match_edges, max_approach
   use tool_shapes_mesh_boxes, only: boxes_t, build_boxes, descent_t
   use tool_shapes_ridges, only: find_ridges, no_edge, ridges_t
   implicit none (type, external)
@@ -34,10 +34,14 @@ module tool_shapes_mesh
   contains
     procedure :: distance
     procedure :: distances
+    procedure :: lower_bounds
+    procedure :: near_distance
     procedure :: bounds
     procedure :: sweep
     procedure, private :: bracket
     procedure, private :: nearest
+    procedure, private :: nearest_within
+    procedure, private :: gradient_at
     procedure, private :: side_of
   end type surface_mesh_t
 
@@ -72,7 +76,7 @@ contains
       mesh%radius = sqrt(maxval(x(1, :)**2 + x(2, :)**2))
     end associate
     call find_normals(mesh)
-    mesh%approach = max_approach(mesh)
+    mesh%approach = max_approach(mesh%facets, mesh%geometry(:, 4, :), mesh%normal)
     call find_ridges(mesh%facets, mesh%geometry(:, 4, :), mesh%ridges)
     call fill_grid(mesh)
   end subroutine new_mesh
@@ -123,62 +127,18 @@ contains
     end do
   end subroutine find_normals
 
-  !> Upper bound of the approach of the surface to any point per angle of rotation about the last
-  !> axis [m/rad], the velocity of the nearest point towards it. On a facet this is linear.
-  !> Directions from edges and corners are combinations of the adjacent facet normals n; a
-  !> combination of length 1 approaches at most as fast as the largest value of a facet over the
-  !> least n . m, with the mean normal m.
-  pure real(rp) function max_approach(mesh) result(bound)
-    type(surface_mesh_t), intent(in) :: mesh
-    real(rp) :: max_speed(size(mesh%facets%x, 2)), lower_bound(size(mesh%facets%x, 2)), v(3)
-    integer :: i, k, p
-
-    max_speed = 0.0_rp
-    lower_bound = 1.0_rp
-    do i = 1, size(mesh%facets%corner, 2)
-      do k = 1, 3
-        p = mesh%facets%corner(k, i)
-        v = [-mesh%facets%x(2, p), mesh%facets%x(1, p), 0.0_rp]
-        max_speed(p) = max(max_speed(p), abs(dot_product(v, mesh%geometry(:, 4, i))))
-        lower_bound(p) = min(lower_bound(p), dot_product(mesh%normal(:, p), mesh%geometry(:, 4, i)))
-      end do
-    end do
-    bound = 0.0_rp
-    do p = 1, size(max_speed)
-      v = [mesh%facets%x(:2, p), 0.0_rp]
-      if (lower_bound(p)*norm2(v) > max_speed(p)) then
-        bound = max(bound, max_speed(p)/lower_bound(p))
-      else
-        bound = max(bound, norm2(v))
-      end if
-    end do
-  end function max_approach
-
   !> Signed distance of `x`, its gradient, and the distance along the surface to the nearest sharp
   !> edge, negative beyond it.
   pure subroutine distance(self, x, d, normal, edge_distance)
     class(surface_mesh_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     real(rp), intent(out) :: d, normal(3), edge_distance
-    real(rp) :: at(3), lower_bound, limit, offset(3)
-    integer :: corner, facet, region
+    real(rp) :: at(3), lower_bound, limit
+    integer :: facet, region
 
     call self%bracket(x, lower_bound, limit)
     call self%nearest(x, limit**2, facet, region, at)
-    call self%side_of(x, facet, region, at, d, normal)
-    offset = x - at
-    if (region == on_face) then
-      normal = self%geometry(:, 4, facet)
-    else if (abs(d) > 1.0e-12_rp*self%radius) then   ! otherwise the direction is rounding
-      normal = offset/d
-    end if
-    corner = 0
-    if (region > 3) corner = self%facets%corner(region - 3, facet)
-    if (d > 0.0_rp .and. region /= on_face) then
-      edge_distance = -self%ridges%overhang(region, facet, corner, offset)
-      if (edge_distance > -no_edge .and. edge_distance < no_edge) return
-    end if
-    edge_distance = self%ridges%edge_distance(facet, at)
+    call self%gradient_at(x, facet, region, at, no_edge, d, normal, edge_distance)
   end subroutine distance
 
   !> Signed distances of `n` points; beyond `bound` any value above it may be returned.
@@ -187,17 +147,83 @@ contains
     integer, intent(in) :: n
     real(rp), intent(in) :: x(n, 3), bound
     real(rp), intent(out) :: d(n)
-    real(rp) :: at(3), lower_bound, limit, normal(3)
+    real(rp) :: at(3), normal(3)
     integer :: facet, p, region
 
     do p = 1, n
-      call self%bracket(x(p, :), lower_bound, limit)
-      d(p) = lower_bound
-      if (lower_bound > bound) cycle
-      call self%nearest(x(p, :), limit**2, facet, region, at)
-      call self%side_of(x(p, :), facet, region, at, d(p), normal)
+      call self%nearest_within(x(p, :), bound, facet, region, at, d(p))
+      if (facet > 0) call self%side_of(x(p, :), facet, region, at, d(p), normal)
     end do
   end subroutine distances
+
+  !> Lower bounds of the signed distances of `n` points.
+  pure subroutine lower_bounds(self, n, x, d)
+    class(surface_mesh_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3)
+    real(rp), intent(out) :: d(n)
+    real(rp) :: limit
+    integer :: p
+
+    do p = 1, n
+      call self%bracket(x(p, :), d(p), limit)
+    end do
+  end subroutine lower_bounds
+
+  !> As `distance`, but beyond `bound` any value above it may be returned, and of the distance to
+  !> the edge only the sign is certain.
+  pure subroutine near_distance(self, x, bound, d, normal, edge_distance)
+    class(surface_mesh_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), bound
+    real(rp), intent(out) :: d, normal(3), edge_distance
+    real(rp) :: at(3)
+    integer :: facet, region
+
+    normal = 0.0_rp
+    edge_distance = no_edge
+    call self%nearest_within(x, bound, facet, region, at, d)
+    if (facet > 0) call self%gradient_at(x, facet, region, at, 1.0e-12_rp*self%radius, d, normal, &
+                                         edge_distance)
+  end subroutine near_distance
+
+  !> Nearest facet within the distance `bound`, which inside may be exceeded; 0 and a distance above
+  !> it if there is none.
+  pure subroutine nearest_within(self, x, bound, facet, region, at, d)
+    class(surface_mesh_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), bound
+    integer, intent(out) :: facet, region
+    real(rp), intent(out) :: at(3), d
+    real(rp) :: limit
+
+    facet = 0
+    call self%bracket(x, d, limit)
+    if (d > bound) return
+    if (d > -bound) limit = slack*min(limit, bound)   ! farther points are outside
+    call self%nearest(x, limit**2, facet, region, at)
+    if (facet == 0) d = huge(1.0_rp)
+  end subroutine nearest_within
+
+  !> Signed distance of `x` from its nearest surface point `at`, its gradient, and the distance to
+  !> the nearest sharp edge, at most `edge_bound`.
+  pure subroutine gradient_at(self, x, facet, region, at, edge_bound, d, normal, edge_distance)
+    class(surface_mesh_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), at(3), edge_bound
+    integer, intent(in) :: facet, region
+    real(rp), intent(out) :: d, normal(3), edge_distance
+    real(rp) :: offset(3)
+    integer :: corner
+
+    call self%side_of(x, facet, region, at, d, normal)
+    offset = x - at
+    ! Nearer to the surface, the direction is rounding.
+    if (region /= on_face .and. abs(d) > 1.0e-12_rp*self%radius) normal = offset/d
+    corner = self%facets%corner(max(1, region - 3), facet)
+    if (d > 0.0_rp .and. region /= on_face) then
+      edge_distance = -self%ridges%overhang(region, facet, corner, offset)
+      if (edge_distance > -no_edge .and. edge_distance < no_edge) return
+    end if
+    edge_distance = self%ridges%edge_distance(facet, at, edge_bound)
+  end subroutine gradient_at
 
   !> Lower bound of the signed distance and upper bound of its magnitude, from the grid.
   pure subroutine bracket(self, x, lower_bound, limit)
@@ -217,7 +243,7 @@ contains
     if (any(abs(x - inside) > 0.0_rp)) lower_bound = max(lower_bound, norm2(x - inside))
   end subroutine bracket
 
-  !> Signed distances of `n` points in a sequence of close neighbours.
+  !> Signed distances of `n` points, each close to the one before.
   pure subroutine exact_distances(self, n, x, d)
     type(surface_mesh_t), intent(in) :: self
     integer, intent(in) :: n
@@ -255,7 +281,7 @@ contains
     d = sign(norm2(x - at), dot_product(x - at, normal))
   end subroutine side_of
 
-  !> Facet nearest to `x` within the squared distance `bound` [m2], which must exist, its nearest
+  !> Facet nearest to `x` within the squared distance `bound` [m2], 0 if there is none, its nearest
   !> point and the region of this point.
   pure subroutine nearest(self, x, bound, facet, region, at)
     class(surface_mesh_t), intent(in) :: self
@@ -267,7 +293,7 @@ contains
     integer :: first, i, k, last
 
     best = bound
-    facet = 1
+    facet = 0
     region = on_face
     at = x
     call descent%begin()

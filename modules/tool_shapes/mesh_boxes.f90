@@ -10,12 +10,17 @@ module tool_shapes_mesh_boxes
 
   integer, parameter :: max_levels = 64    !! depth of a balanced tree
 
-  !> Tree of boxes with root 1. A leaf has the objects first, ..., first + count - 1 of the sorted
-  !> list; an inner node has count 0 and the children `first` and first + 1.
+  !> A leaf has the objects first, ..., first + count - 1 of the sorted list; an inner node has
+  !> count 0 and the children `first` and first + 1.
+  type :: box_t
+    integer :: first = 0, count = 0
+    real(rp) :: lower(3) = 0.0_rp, upper(3) = 0.0_rp    !! corners [m]
+  end type box_t
+
+  !> Tree of boxes with root 1.
   type :: boxes_t
     integer :: n = 0
-    integer, allocatable :: first(:), count(:)
-    real(rp), allocatable :: lower(:, :), upper(:, :)   !! (3, n) [m]
+    type(box_t), allocatable :: box(:)
   end type boxes_t
 
   !> Traversal of a tree: stack of nodes to visit, the nearest on top.
@@ -41,29 +46,27 @@ contains
 
     allocate (order, source=[(i, i=1, size(lower, 2))])
     associate (max_nodes => max(1, 2*size(order)))
-      allocate (tree%first(max_nodes), tree%count(max_nodes), tree%lower(3, max_nodes), &
-                tree%upper(3, max_nodes))
-      allocate (ends(max_nodes))
+      allocate (tree%box(max_nodes), ends(max_nodes))
     end associate
     tree%n = 1
-    tree%first(1) = 1
+    tree%box(1)%first = 1
     ends(1) = size(order)
     node = 0
     do while (node < tree%n)
       node = node + 1
-      first = tree%first(node)
+      first = tree%box(node)%first
       last = ends(node)
-      tree%count(node) = last - first + 1
-      tree%lower(:, node) = minval(lower(:, order(first:last)), 2)
-      tree%upper(:, node) = maxval(upper(:, order(first:last)), 2)
+      tree%box(node)%count = last - first + 1
+      tree%box(node)%lower = minval(lower(:, order(first:last)), 2)
+      tree%box(node)%upper = maxval(upper(:, order(first:last)), 2)
       if (last - first < max_in_leaf) cycle
-      axis = maxloc(tree%upper(:, node) - tree%lower(:, node), 1)
+      axis = maxloc(tree%box(node)%upper - tree%box(node)%lower, 1)
       order(first:last) = order(first - 1 + order_of(lower(axis:axis, order(first:last)) &
                                                      + upper(axis:axis, order(first:last))))
       half = (first + last)/2
-      tree%count(node) = 0
-      tree%first(node) = tree%n + 1
-      tree%first(tree%n + 1:tree%n + 2) = [first, half + 1]
+      tree%box(node)%count = 0
+      tree%box(node)%first = tree%n + 1
+      tree%box(tree%n + 1:tree%n + 2)%first = [first, half + 1]
       ends(tree%n + 1:tree%n + 2) = [half, last]
       tree%n = tree%n + 2
     end do
@@ -96,22 +99,27 @@ contains
     real(rp), intent(in) :: best                     !! squared distance found so far [m2]
     integer, intent(out) :: first, last
     real(rp) :: gap(2)
-    integer :: child, k, node
+    integer :: farther, node
 
     do while (self%top > 0)
       node = self%node(self%top)
       self%top = self%top - 1
       if (self%far2(self%top + 1) >= best) cycle
-      first = tree%first(node)
-      last = first + tree%count(node) - 1
-      if (last >= first) return
-      child = first
-      gap = [distance2(tree%lower(:, child), tree%upper(:, child), x), &
-             distance2(tree%lower(:, child + 1), tree%upper(:, child + 1), x)]
-      k = merge(0, 1, gap(1) > gap(2))           ! the nearer child on top
-      self%node(self%top + 1:self%top + 2) = child + [k, 1 - k]
-      self%far2(self%top + 1:self%top + 2) = gap([k + 1, 2 - k])
-      self%top = self%top + 2
+      do
+        first = tree%box(node)%first
+        last = first + tree%box(node)%count - 1
+        if (last >= first) return
+        gap(1) = distance2(tree%box(first)%lower, tree%box(first)%upper, x)
+        gap(2) = distance2(tree%box(first + 1)%lower, tree%box(first + 1)%upper, x)
+        farther = merge(0, 1, gap(1) > gap(2))
+        if (max(gap(1), gap(2)) < best) then
+          self%top = self%top + 1
+          self%node(self%top) = first + farther
+          self%far2(self%top) = max(gap(1), gap(2))
+        end if
+        if (min(gap(1), gap(2)) >= best) exit
+        node = first + 1 - farther
+      end do
     end do
     first = 1
     last = 0
@@ -128,9 +136,9 @@ contains
     do while (self%top > 0)
       node = self%node(self%top)
       self%top = self%top - 1
-      if (any(tree%lower(:, node) > upper .or. tree%upper(:, node) < lower)) cycle
-      first = tree%first(node)
-      last = first + tree%count(node) - 1
+      if (any(tree%box(node)%lower > upper .or. tree%box(node)%upper < lower)) cycle
+      first = tree%box(node)%first
+      last = first + tree%box(node)%count - 1
       if (last >= first) return
       self%node(self%top + 1:self%top + 2) = [first, first + 1]
       self%top = self%top + 2

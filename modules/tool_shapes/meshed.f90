@@ -15,6 +15,8 @@ module tool_shapes_meshed
   contains
     procedure :: distance
     procedure :: distances
+    procedure :: lower_bounds
+    procedure :: near_distance
     procedure :: bounds
     procedure :: sweep
     procedure :: outline
@@ -39,6 +41,23 @@ contains
 
     call self%mesh%distances(n, x, cutoff, d)
   end subroutine distances
+
+  pure subroutine lower_bounds(self, n, x, cutoff, d)
+    class(meshed_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3), cutoff
+    real(rp), intent(out) :: d(n)
+
+    call self%mesh%lower_bounds(n, x, d)
+  end subroutine lower_bounds
+
+  pure subroutine near_distance(self, x, cutoff, d, normal, edge_distance)
+    class(meshed_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), cutoff
+    real(rp), intent(out) :: d, normal(3), edge_distance
+
+    call self%mesh%near_distance(x, cutoff, d, normal, edge_distance)
+  end subroutine near_distance
 
   pure subroutine bounds(self, axes, middle, half)
     class(meshed_t), intent(in) :: self

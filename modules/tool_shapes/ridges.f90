@@ -202,17 +202,17 @@ contains
     overhang_of = max(0.0_rp, min(dot_product(out(:, 1), offset), dot_product(out(:, 2), offset)))
   end function overhang_of
 
-  !> Distance from the point `at` of a facet to the nearest ridge of its patch, over its sharpness
-  !> [m].
-  pure real(rp) function edge_distance(self, facet, at)
+  !> Distance from the point `at` of a facet to the nearest ridge of its patch, over its sharpness,
+  !> at most `bound` [m].
+  pure real(rp) function edge_distance(self, facet, at, bound)
     class(ridges_t), intent(in) :: self
     integer, intent(in) :: facet
-    real(rp), intent(in) :: at(3)
+    real(rp), intent(in) :: at(3), bound
     type(descent_t) :: descent
     real(rp) :: length
     integer :: first, i, last, patch
 
-    edge_distance = no_edge
+    edge_distance = bound
     if (self%n == 0) return
     patch = self%patch(facet)
     call descent%begin()

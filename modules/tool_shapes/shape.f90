@@ -24,6 +24,8 @@ module tool_shapes_shape
     procedure :: check_size
     procedure(distance_interface), deferred :: distance
     procedure(distances_interface), deferred :: distances
+    procedure :: lower_bounds
+    procedure :: near_distance
     procedure(bounds_interface), deferred :: bounds
     procedure(sweep_interface), deferred :: sweep
     procedure :: outline
@@ -90,6 +92,27 @@ module tool_shapes_shape
   end interface
 
 contains
+
+  !> Lower bounds of the signed distances of `n` points. The default are the distances themselves,
+  !> or any value above the cutoff beyond it.
+  pure subroutine lower_bounds(self, n, x, cutoff, d)
+    class(shape_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(rp), intent(in) :: x(n, 3), cutoff          !! [m]
+    real(rp), intent(out) :: d(n)                    !! [m]
+
+    call self%distances(n, x, cutoff, d)
+  end subroutine lower_bounds
+
+  !> As `distance`, but beyond the cutoff any value above it may be returned, and of the distance to
+  !> the edge only the sign is certain.
+  pure subroutine near_distance(self, x, cutoff, d, normal, edge_distance)
+    class(shape_t), intent(in) :: self
+    real(rp), intent(in) :: x(3), cutoff             !! [m]
+    real(rp), intent(out) :: d, normal(3), edge_distance  !! [m], [-], [m]
+
+    call self%distance(x, d, normal, edge_distance)
+  end subroutine near_distance
 
   !> Report sizes that suggest another unit or do not fit the bodies. The default reports none.
   subroutine check_size(self, input, i, grid, cell, width, spins)

@@ -231,10 +231,11 @@ contains
 
   !> Signed distance `d` of `x` from the tool, its gradient `n` (out of the tool), and the distance
   !> along the surface to the nearest convex edge.
-  pure subroutine distance(self, x, d, n, edge_distance)
+  pure subroutine distance(self, x, d, n, edge_distance, cutoff)
     class(tool_t), intent(in) :: self
     real(rp), intent(in) :: x(3)
     real(rp), intent(out) :: d, n(3), edge_distance      !! [m], [-], [m]
+    real(rp), intent(in), optional :: cutoff             !! [m]
     real(rp) :: y(3), m(3)
 
     d = huge(1.0_rp)
@@ -242,7 +243,11 @@ contains
     edge_distance = no_edge
     if (.not. self%has_shape()) return
     y = matmul(x - self%position, self%axes)
-    call self%shape%distance(y, d, m, edge_distance)
+    if (present(cutoff)) then
+      call self%shape%near_distance(y, cutoff, d, m, edge_distance)
+    else
+      call self%shape%distance(y, d, m, edge_distance)
+    end if
     n = matmul(self%axes, m)
   end subroutine distance
 
@@ -255,13 +260,14 @@ contains
     call self%distance(x, clearance, n, edge_distance)
   end function clearance
 
-  !> Signed distances of `n` positions x(:, 1:3) [m]; beyond `most` any value above it may be
-  !> returned.
-  pure subroutine clearances(self, n, x, most, d)
+  !> Signed distances of `n` positions x(:, 1:3) [m], or lower bounds that are found fast; beyond
+  !> `most` any value above it may be returned.
+  pure subroutine clearances(self, n, x, most, d, is_bound)
     class(tool_t), intent(in) :: self
     integer, intent(in) :: n
     real(rp), intent(in) :: x(nlane, 3), most   !! [m]
     real(rp), intent(out) :: d(n)               !! [m]
+    logical, intent(in), optional :: is_bound
     real(rp) :: y(n, 3)
     integer :: a
 
@@ -272,7 +278,11 @@ contains
                 + (x(:n, 2) - self%position(2))*self%axes(2, a) &
                 + (x(:n, 3) - self%position(3))*self%axes(3, a)
     end do
-    call self%shape%distances(n, y, most, d)
+    if (present(is_bound)) then
+      call self%shape%lower_bounds(n, y, most, d)
+    else
+      call self%shape%distances(n, y, most, d)
+    end if
   end subroutine clearances
 
   !> Store the pose, from which `displacement` counts.
