@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: MIT
 !> Rows of NAME_tracers.csv: one for each tracer and output time.
 module output_tracers
-  use base_kinds, only: rp
-  use base_text, only: str
+  use base_kinds, only: i8, rp
   use io_histories, only: compact
+  use io_lines, only: lines_t
   use particles_tracers, only: n_seen
   use simulation_parts, only: simulation_t
   implicit none (type, external)
@@ -25,28 +25,31 @@ contains
     integer, intent(out) :: n
     integer, parameter :: longest = 240           !! longest row [characters]
     real(rp), allocatable :: seen(:, :)
-    character(80) :: numbers
+    type(lines_t) :: lines
     character(20) :: now
-    character(:), allocatable :: line
-    integer :: i, used
+    integer :: i, k
 
     allocate (seen(n_seen, sim%tracers%n))
     call sim%tracers%collect(sim%world, sim%particles, seen)
-    allocate (character(longest*sim%tracers%n) :: text)
+    allocate (character(longest*sim%tracers%n) :: lines%text)
     write (now, '(es19.12)') sim%clock%time
-    used = 0
     n = 0
     do i = 1, sim%tracers%n
       if (.not. is_due(sim%tracers%group(i)) .or. seen(n_seen, i) < 0.5_rp) cycle
-      write (numbers, '(es15.8, *(:, ",", es15.8))') seen(:5, i)
-      line = compact(now)//','//trim(sim%tracers%name(sim%tracers%group(i)))//','//str(i)//','// &
-        str(sim%tracers%id(i))//','//trim(sim%scene%body(nint(seen(6, i)))%name)//','// &
-        compact(numbers)//new_line('a')
-      text(used + 1:used + len(line)) = line
-      used = used + len(line)
+      call lines%add(compact(now))
+      call lines%add(','//trim(sim%tracers%name(sim%tracers%group(i)))//',')
+      call lines%add(int(i, i8))
+      call lines%add(',')
+      call lines%add(sim%tracers%id(i))
+      call lines%add(','//trim(sim%scene%body(nint(seen(6, i)))%name))
+      do k = 1, 5
+        call lines%add(',')
+        call lines%add(seen(k, i))
+      end do
+      call lines%add(new_line('a'))
       n = n + 1
     end do
-    text = text(:used)
+    text = lines%text(:lines%used)
   end subroutine tracer_rows
 
 end module output_tracers

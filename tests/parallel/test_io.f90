@@ -12,7 +12,8 @@ program test_io
   use io_h5_arrays, only: read_array, write_array
   use io_h5_file, only: h5file_t
   use io_h5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
-  use io_histories, only: table_t
+  use io_histories, only: compact, table_t
+  use io_lines, only: lines_t
   use io_samples, only: contents, discard, expect_error, expect_no_error, make_particles, put, &
                         sample_input
   use particles_store, only: f_jac, f_pos, f_tau, particles_t, tag_id
@@ -31,10 +32,42 @@ program test_io
   call test_frame()
   call test_series()
   call test_histories()
+  call test_lines()
   deallocate (base)
   call end_tests()
 
 contains
+
+  !> Numbers of lines as the format has them: of all sizes, at limits, in the middle of two texts.
+  subroutine test_lines()
+    type(lines_t) :: lines
+    real(rp) :: x(10000), exponent(size(x))
+    character(15) :: text
+    integer :: i, wrong
+
+    call random_number(x)
+    call random_number(exponent)
+    x = (2.0_rp*x - 1.0_rp)*10.0_rp**(80.0_rp*exponent - 40.0_rp)
+    x(:2000) = (0.5_rp + [(i, i=1, 2000)])/2.0_rp**mod([(i, i=1, 2000)], 40)*1.0e4_rp
+    x(2001:2060) = 10.0_rp**[(i - 30, i=1, 60)]
+    x(2061:2120) = (1.0_rp - 5.0e-10_rp)*x(2001:2060)
+    x(2121:2180) = nearest(x(2001:2060), -1.0_rp)
+    x(2181:2185) = [0.0_rp, -0.0_rp, huge(1.0_rp), tiny(1.0_rp), -298.0_rp]
+    allocate (character(20) :: lines%text)
+    wrong = 0
+    do i = 1, size(x)
+      lines%used = 0
+      call lines%add(x(i))
+      write (text, '(es15.8)') x(i)
+      if (lines%text(:lines%used) /= compact(text)) wrong = wrong + 1
+    end do
+    call expect('numbers as the format has them', wrong == 0)
+    lines%used = 0
+    call lines%add(0_i8)
+    call lines%add(',')
+    call lines%add(9007199254740993_i8)
+    call expect('integers', lines%text(:lines%used) == '0,9007199254740993')
+  end subroutine test_lines
 
   !> Arrays of every type; the last of several ranks has nothing.
   subroutine test_arrays(packed)
