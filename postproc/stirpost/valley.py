@@ -9,7 +9,6 @@ import numpy as np
 
 from . import look
 from .fitting import HELD, STEP, Fitting, Outcome
-from .trials import Spent
 
 WITHIN = 2.0  # standard uncertainties: values whose runs are no farther off meet the measurements as well
 FARTHEST = 3.0  # standard uncertainties to which runs go, or to a bound
@@ -120,10 +119,7 @@ def walk(fit: Fitting, count: int) -> Valley | None:
     others = np.zeros((len(free), free.sum() - 1))
     others[free] = turned[:-1].T
     for side, sign in enumerate((-1.0, 1.0)):
-        try:
-            valley.sides[side] += along(fit, sign * direction, valley, slopes, others, count)
-        except Spent:
-            pass
+        valley.sides[side] = along(fit, sign * direction, valley, slopes, others, count)
     return valley
 
 

@@ -114,7 +114,8 @@ def test_notebook(tmp_path):
     history, probes = made.history(), made.probes()
     time = history["time[s]"][10::10]
     rows = zip(time, 1.1 * history["tool_torque[Nm]"][10::10], np.interp(time, probes["time[s]"], probes["T1[K]"]) - 273.15)
-    (tmp_path / "log.csv").write_text("time [s];spindle torque [N m];T1 [C]\n" + "".join(f"{t};{a};{b}\n" for t, a, b in rows), encoding="utf-8")
+    log = "time [s];spindle torque [N m];T1 [C]\n" + "".join(f"{t};{a};{b}\n" for t, a, b in rows)
+    (tmp_path / "log.csv").write_text(log, encoding="utf-8")
     cells = ["".join(cell["source"]) for cell in book["cells"] if cell["cell_type"] == "code"]
     (tmp_path / "cells.py").write_text("\n".join(cells), encoding="utf-8")
     done = subprocess.run([sys.executable, "cells.py"], cwd=tmp_path, env=driver.POSTPROC | {"MPLBACKEND": "agg"}, capture_output=True,
@@ -256,8 +257,8 @@ def test_questions(tmp_path):
 
 
 SYMBOL = re.compile(r"(?:\\(?:mathbf|boldsymbol|bar|dot|tilde)\s*\{?\s*)*(?:\\[a-zA-Z]+|[a-zA-Z])\}?(?:_(?:\{[^}]*\}|\\?\w))?(?:\^\*)?")
-SIGNS = {"\\" + name for name in ("cdot cos cosh det exp frac ge le left leftarrow ll ln max min nabla otimes partial pi qquad right sqrt sum "
-                                "sum_i sum_p tanh").split()}
+SIGNS = {"\\" + name for name in ("cdot cos cosh det exp frac ge le left leftarrow ll ln max min nabla otimes partial pi qquad right sqrt "
+                                "sum sum_i sum_p tanh").split()}
 
 
 def symbols_of(name):
