@@ -334,6 +334,7 @@ def detection(_):
 SLEEPING, PASS = "benchmarks/sleeping_results.json", "benchmarks/copper_pass.json"
 PLATE = "benchmarks/stirred_plate.json"
 PASSES = "benchmarks/passes/results/tables.json"
+BAND = "benchmarks/graded_band.json"
 BEGIN = "benchmarks/new_scenes.json"
 ALL = {
     "detection": detection,
@@ -343,7 +344,7 @@ ALL = {
     "heat plates": heat_plates, "heat slab": heat_slab, "heat steps": heat_steps, "heat tolerance": heat_tolerance,
     "heat crossing": heat_crossing, "heat solvers": heat_solvers, "stretches": kept(SLEEPING, "stretches"), "copper pass": kept(PASS, "along the way"), "copper pass, sums": kept(PASS, "sums"),
     "stirred plate": kept(PLATE, "stirred plate"), "hot plate": kept(PLATE, "hot plate"),
-    "disc on a hot plate": kept(PLATE, "disc on a hot plate"),
+    "disc on a hot plate": kept(PLATE, "disc on a hot plate"), "graded band": kept(BAND, "graded band"),
     **{f"passes, {title}": kept(PASSES, title) for title in ("cavity 1", "cavities", "AA5005", "experiments", "grains",
                                                             "mass scaling", "valley", "valley, laws", "runs")},
     **{f"new scenes, {title}": kept(BEGIN, title) for title in ("scenes", "pin")},
