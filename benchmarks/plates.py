@@ -12,7 +12,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 HALO, BYTES = 2, 80                 # nodes beyond a rank's own; of a node in the message of a step
-# Costs of particles (run/particle_cost.f90); bytes of a particle and of a node (docs/speed.md, Memory).
+# Costs of particles (run/balance.f90); bytes of a particle and of a node (docs/speed.md, Memory).
 HELD, ASLEEP, FLOWS, AT_TOOL, AT = 0.04, 0.035, 0.15, 22.0, 0.75
 LANES = 64
 PARTICLE_BYTES, NODE_BYTES = 232*33/32, 144
@@ -58,7 +58,7 @@ class Plate:
 
 
 class Measured:
-    """Loads of the nodes by the particles of a checkpoint, as run/particle_cost.f90 has them."""
+    """Loads of the nodes by the particles of a checkpoint, as run/balance.f90 has them."""
 
     def __init__(self, path, edge, lower, tool_place, n):
         import h5py

@@ -31,17 +31,13 @@ NOT_ENTERED = {
     "step_advance.remap_velocities": "MUSL, USAVG",
     "update_sweeps.accelerate": "MUSL, USAVG",
     "step_filter": "XPIC, FMPM",
-    "mapping_apic": "APIC",
     "contact_body_pairs": "contact of bodies",
-    "mapping_rigid": "bodies that follow a tool",
-    "sleep_held_force": "sleepers",
     "sleep_held_layer": "sleepers",
     "sleep_motion": "sleepers",
     "update_prescribed": "known fields",
     "update_tractions": "tractions",
     "mapping_probes": "probes",
     "physics_flow_law": "laws with internal variables; its procedures are empty defaults for the others",
-    "physics_coupled": "energies that couple volume and shape",
 }
 # Layers of which a step enters one extension of a type, and what that rests on.
 ENTERED = {

@@ -10,8 +10,7 @@ program stirpoint
   use base_text, only: str
   use base_version, only: version_text
   use checks_volumes, only: volumes_t
-  use comm_agree, only: agree
-  use comm_world, only: end_world, mpi_text, start_world, world_t
+  use comm_world, only: agree, end_world, mpi_text, start_world, world_t
   use front_command_line, only: command_t, read_command
   use front_help, only: print_help, print_keys_of, print_materials, print_new
   use front_material_driver, only: drive_material

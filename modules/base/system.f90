@@ -1,19 +1,20 @@
 ! SPDX-License-Identifier: MIT
 !> System functions not in Fortran: aligned memory, atomic renaming of files, directories, signals,
 !> prefetch, dynamic loading of libraries.
+!>
+!> Memory available on this node, by the kernel and the limits of control groups.
 module base_system
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funptr, c_int, &
-                                         c_int64_t, c_null_char, c_ptr, c_loc, c_size_t, &
-                                         c_associated
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_funptr, &
+                                         c_int, c_int64_t, c_loc, c_null_char, c_ptr, c_size_t
   use base_errors, only: fatal
   use base_kinds, only: i8, rp
   implicit none (type, external)
   private
 
-  public :: allocate_aligned, resize_aligned, free_aligned, rename_file, make_directory, remove_file
-  public :: note_step, watch_signals, leave_signals, stop_signal, raise_signal, peak_memory
-  public :: need_soon, fetch_some, to_records
-  public :: open_library, symbol_of, data_file, program_folder, set_default_variable
+  public :: allocate_aligned, available_memory, data_file, fetch_some, free_aligned, &
+            leave_signals, make_directory, need_soon, note_step, open_library, peak_memory, &
+            program_folder, remove_file, rename_file, resize_aligned, set_default_variable, &
+            stop_signal, symbol_of, to_records, watch_signals
 
   interface
     function c_aligned_alloc(alignment, size) bind(c, name='aligned_alloc') result(p)
@@ -294,5 +295,81 @@ contains
     symbol_of = c_symbol(name//c_null_char)
     if (.not. c_associated(symbol_of)) call fatal('the opened library lacks '//name)
   end function symbol_of
+
+  !> Available memory of this node [bytes]; huge if unknown.
+  real(rp) function available_memory()
+    character(4096) :: line
+    integer :: colon, status, unit
+
+    available_memory = kernel_memory()
+    open (newunit=unit, file='/proc/self/cgroup', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      colon = index(line, ':', back=.true.)
+      if (line(:3) == '0::') then
+        call restrict('/sys/fs/cgroup', trim(line(colon + 1:)), '/memory.max', '/memory.current')
+      else if (index(line, ':memory:') > 0) then
+        call restrict('/sys/fs/cgroup/memory', trim(line(colon + 1:)), '/memory.limit_in_bytes', &
+                      '/memory.usage_in_bytes')
+      end if
+    end do
+    close (unit)
+  contains
+    !> Apply the limits of a control group and its parents.
+    subroutine restrict(root, group, limit, used)
+      character(*), intent(in) :: root, group, limit, used
+      character(:), allocatable :: path
+      real(rp) :: memory_limit
+
+      path = group
+      do
+        memory_limit = number_in(root//path//limit)
+        if (memory_limit < huge(1.0_rp)) available_memory = min(available_memory, memory_limit &
+                                                                - number_in(root//path//used))
+        if (index(path, '/', back=.true.) == 0) exit
+        path = path(:index(path, '/', back=.true.) - 1)
+      end do
+      memory_limit = number_in(root//limit)
+      if (memory_limit < huge(1.0_rp)) available_memory = min(available_memory, memory_limit &
+                                                              - number_in(root//used))
+    end subroutine restrict
+  end function available_memory
+
+  !> Memory that the kernel reports as available [bytes].
+  real(rp) function kernel_memory()
+    character(256) :: line
+    integer :: status, unit
+
+    kernel_memory = huge(1.0_rp)
+    open (newunit=unit, file='/proc/meminfo', action='read', status='old', iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, '(a)', iostat=status) line
+      if (status /= 0) exit
+      if (line(:13) /= 'MemAvailable:') cycle
+      read (line(14:), *, iostat=status) kernel_memory     ! in kB
+      if (status == 0) kernel_memory = 1024.0_rp*kernel_memory
+      exit
+    end do
+    close (unit)
+  end function kernel_memory
+
+  !> Number in a small file; huge if it has none (`max`) or does not exist.
+  real(rp) function number_in(path)
+    character(*), intent(in) :: path
+    character(64) :: text
+    integer :: status, unit
+
+    number_in = huge(1.0_rp)
+    open (newunit=unit, file=path, action='read', status='old', iostat=status)
+    if (status /= 0) return
+    read (unit, '(a)', iostat=status) text
+    close (unit)
+    if (status /= 0 .or. verify(trim(text), '0123456789') > 0 .or. text == '') return
+    read (text, *, iostat=status) number_in
+    if (status /= 0) number_in = huge(1.0_rp)
+  end function number_in
 
 end module base_system

@@ -10,7 +10,7 @@ module bodies_fields
   use fields_ring, only: ring_t
   use fields_vortex, only: vortex_t
   use fields_waves, only: waves_t
-  use input_key_names, only: find
+  use input_key_table, only: find
   use input_values, only: input_t
   use particles_store, only: f_pos, f_vel, particles_t
   use physics_material, only: material_t

@@ -3,7 +3,7 @@
 !> subtracted.
 module bodies_solids
   use base_kinds, only: rp
-  use input_key_names, only: find
+  use input_key_table, only: find
   use input_values, only: input_t
   implicit none (type, external)
   private

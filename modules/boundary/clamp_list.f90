@@ -6,8 +6,7 @@ module boundary_clamp_list
   use conditions_clamp, only: clamp_t
   use grid_geometry, only: wrap
   use mapping_nodes, only: append, nodes_t
-  use simulation_held, only: column_t
-  use simulation_parts, only: simulation_t
+  use simulation_parts, only: column_t, simulation_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private

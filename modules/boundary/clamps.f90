@@ -8,8 +8,7 @@
 module boundary_clamps
   use base_kinds, only: rp
   use mapping_nodes, only: min_node_inertia, min_node_mass
-  use simulation_held, only: column_nodes_t, column_t
-  use simulation_parts, only: simulation_t
+  use simulation_parts, only: column_nodes_t, column_t, simulation_t
   use state_run, only: e_wall
   implicit none (type, external)
   private

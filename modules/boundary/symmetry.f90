@@ -8,8 +8,7 @@
 module boundary_symmetry
   use base_kinds, only: rp
   use conditions_list, only: symmetry_t
-  use simulation_held, only: boundary_t, mirrors_t
-  use simulation_parts, only: simulation_t
+  use simulation_parts, only: boundary_t, mirrors_t, simulation_t
   use state_run, only: e_wall_heat
   use state_scene, only: scene_t
   implicit none (type, external)

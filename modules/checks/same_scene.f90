@@ -5,8 +5,7 @@ module checks_same_scene
   use base_kinds, only: rp
   use base_text, only: lower, str
   use input_diagnostics, only: excerpt
-  use input_key_names, only: find
-  use input_key_table, only: key_row_t
+  use input_key_table, only: find, key_row_t
   use input_resolved, only: sums_of_files
   use input_syntax, only: items_t, split_values, to_logical, to_real, to_text
   use input_values, only: input_t

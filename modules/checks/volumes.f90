@@ -4,7 +4,7 @@
 module checks_volumes
   use base_kinds, only: rp
   use base_log, only: say
-  use base_memory, only: available_memory
+  use base_system, only: available_memory
   use base_text, only: str
   use bodies_lattice, only: lattice_of, lattice_t
   use bodies_solids, only: all_solids, body_solids, bounds, extent_of, holds, is_inside, &

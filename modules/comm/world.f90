@@ -1,21 +1,22 @@
 ! SPDX-License-Identifier: MIT
-!> Ranks of the run: start and end of MPI, and collective operations.
+!> Ranks of the run: start and end of MPI, collective operations, and agreement on errors: an error
+!> of any rank becomes the error of all ranks.
 module comm_world
-  use base_errors, only: set_abort_hook
+  use base_errors, only: error_t, fatal, set_abort_hook
   use base_kinds, only: i8, rp
   use base_system, only: set_default_variable
+  use base_timers, only: wall_time
   use mpi_f08, only: mpi_abort, mpi_allreduce, mpi_barrier, mpi_bcast, mpi_character, mpi_comm, &
-                     mpi_comm_free, mpi_comm_split_type, &
-                     mpi_comm_type_shared, mpi_info_null, &
-                     mpi_comm_rank, mpi_comm_size, mpi_comm_world, mpi_double_precision, &
-                     mpi_finalize, mpi_get_library_version, mpi_iallreduce, mpi_in_place, &
-                     mpi_init, mpi_integer, mpi_integer8, mpi_max, &
-                     mpi_max_library_version_string, mpi_min, mpi_proc_null, mpi_request, &
-                     mpi_sendrecv, mpi_status_ignore, mpi_sum, mpi_test, mpi_wait
+                     mpi_comm_free, mpi_comm_rank, mpi_comm_size, mpi_comm_split_type, &
+                     mpi_comm_type_shared, mpi_comm_world, mpi_double_precision, mpi_finalize, &
+                     mpi_get_library_version, mpi_iallreduce, mpi_in_place, mpi_info_null, &
+                     mpi_init, mpi_integer, mpi_integer8, mpi_max, mpi_max_library_version_string, &
+                     mpi_min, mpi_proc_null, mpi_request, mpi_sendrecv, mpi_status_ignore, &
+                     mpi_sum, mpi_test, mpi_wait
   implicit none (type, external)
   private
 
-  public :: reduction_t, world_t, start_world, end_world, mpi_text
+  public :: agree, end_world, mpi_text, reduction_t, start_world, world_t
 
   !> Communicator, own rank (from 0) and number of ranks.
   type :: world_t
@@ -45,6 +46,8 @@ module comm_world
     procedure :: is_done
     procedure :: finish => finish_reduction
   end type reduction_t
+
+  real(rp), parameter :: wait_limit = 60.0_rp  !! for the other ranks after an error [s]
 
 contains
 
@@ -218,5 +221,51 @@ contains
     call mpi_sendrecv(to_after, size(to_after), mpi_double_precision, a, 2, from_before, &
                       size(from_before), mpi_double_precision, b, 2, self%comm, mpi_status_ignore)
   end subroutine swap
+
+  !> Collective. If any rank has an error, the lowest such rank sends its message to ranks without
+  !> one.
+  !>
+  !> A collective write may fail on some ranks and never return on others, as with a full disk. A
+  !> rank with an error therefore waits for the others up to a limit, and then aborts the run.
+  subroutine agree(world, error)
+    type(world_t), intent(in) :: world
+    type(error_t), intent(inout) :: error
+    character(:), allocatable :: message
+    type(mpi_request) :: request
+    integer, asynchronous :: own_rank, first
+    integer :: length
+
+    own_rank = merge(world%rank, world%size, error%is_set())
+    call mpi_iallreduce(own_rank, first, 1, mpi_integer, mpi_min, world%comm, request)
+    if (error%is_set()) then
+      call wait_for_others(request, error%message)
+    else
+      call mpi_wait(request, mpi_status_ignore)
+    end if
+    if (first == world%size) return
+
+    length = 0
+    if (world%rank == first) length = len(error%message)
+    call mpi_bcast(length, 1, mpi_integer, first, world%comm)
+    allocate (character(length) :: message)
+    if (world%rank == first) message(:) = error%message
+    call mpi_bcast(message, length, mpi_character, first, world%comm)
+    call error%raise(message)
+  end subroutine agree
+
+  !> Wait for all ranks up to the limit, then abort.
+  subroutine wait_for_others(request, message)
+    type(mpi_request), intent(inout) :: request
+    character(*), intent(in) :: message
+    real(rp) :: start
+    logical :: done
+
+    start = wall_time()
+    do
+      call mpi_test(request, done, mpi_status_ignore)
+      if (done) return
+      if (wall_time() - start > wait_limit) call fatal(message//' (disk full?)')
+    end do
+  end subroutine wait_for_others
 
 end module comm_world

@@ -10,8 +10,8 @@ module contact_body_gaps
                                    measure_shared, choose_mean
   use mapping_nodes, only: append, min_node_mass, nodes_t
   use particles_store, only: f_mass, particles_t
-  use simulation_held, only: boundary_t
   use simulation_node_pairs, only: min_weight, n_sums_all, n_sums_gradient, n_trials, node_pairs_t
+  use simulation_parts, only: boundary_t
   use state_run, only: clock_t
   use state_scene, only: scene_t
   use tools_pair, only: moves_as_one, normal_regression

@@ -6,11 +6,11 @@ module contact_body_pairs
   use contact_body_gaps, only: find_node_pairs
   use contact_body_heat, only: give_heat, heat_shares
   use grid_geometry, only: length_along
+  use mapping_blocks, only: set_rigid_velocities
   use mapping_nodes, only: nodes_t
-  use mapping_rigid, only: set_rigid_velocities
   use particles_store, only: particles_t
-  use simulation_held, only: boundary_t
   use simulation_node_pairs, only: node_pairs_t
+  use simulation_parts, only: boundary_t
   use state_run, only: budget_t, clock_t, e_contact, e_friction, e_normal_loss
   use state_scene, only: scene_t, scheme_usavg
   use tools_pair, only: is_apart, is_stuck, pair_impulse, pair_loss, moves_as_one

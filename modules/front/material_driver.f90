@@ -12,12 +12,11 @@ module front_material_driver
   use front_help, only: log_sources
   use front_point_watch, only: validity_checker_t
   use groups_table, only: key_table
-  use input_key_names, only: find
+  use input_key_table, only: find
   use input_reading, only: read_input
   use input_tables, only: read_columns
   use input_values, only: input_t
-  use io_histories, only: table_t
-  use io_row, only: row_t
+  use io_histories, only: row_t, table_t
   use physics_material, only: material_t
   use physics_point, only: point_t
   use physics_stress, only: stress_block, stress_sums_t

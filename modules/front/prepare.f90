@@ -6,10 +6,9 @@ module front_prepare
   use bodies_fields, only: add_noise
   use bodies_filling, only: count_particles, fill_bodies, load_bodies, stretch_bodies, &
                             update_probe_temperatures
-  use checks_necking, only: check_necking
   use checks_process_check, only: check_process
   use checks_same_scene, only: compare_files, compare_scenes
-  use checks_sense, only: check_sense
+  use checks_sense, only: check_necking, check_sense
   use checks_volumes, only: check_memory, check_volumes, measure_volumes, volumes_t
   use comm_world, only: world_t
   use front_command_line, only: command_t

@@ -11,7 +11,7 @@ module front_report
   use grid_geometry, only: grid_t
   use heat_alone_state, only: heat_run_t
   use heat_conduction, only: conduction_step
-  use heat_solvers_method, only: euler, method_names, rkl2, solver_names
+  use heat_solvers_linear, only: euler, method_names, rkl2, solver_names
   use input_values, only: input_t
   use mapping_stability, only: stable_step, wave_speed
   use particles_store, only: f_pos

@@ -7,7 +7,7 @@ module heat_implicit
   use heat_gaps, only: gaps_t
   use heat_nodes, only: gather_flux, stable_conduction, sum_all_nodes
   use heat_sinks, only: sinks_t
-  use heat_solvers_method, only: by_petsc, max_iterations
+  use heat_solvers_linear, only: by_petsc, max_iterations
   use heat_solvers_petsc, only: operator_t, solve_by_petsc
   use simulation_parts, only: simulation_t
   use state_run, only: e_film

@@ -7,8 +7,7 @@ module heat_alone_checkpoint
   use heat_alone_state, only: heat_run_t
   use heat_solvers_integrator, only: n_kept
   use heat_solvers_rates, only: n_books
-  use io_checkpoint, only: notes_t
-  use io_heat_checkpoint, only: read_heat_checkpoint, write_heat_checkpoint
+  use io_checkpoint, only: notes_t, read_heat_checkpoint, write_heat_checkpoint
   use io_plausible, only: counts, is_between, least, most, numbers_t
   use output_checkpoint, only: make_notes
   use state_scene, only: output_t, scene_t

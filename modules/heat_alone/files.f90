@@ -11,12 +11,11 @@ module heat_alone_files
   use comm_world, only: world_t
   use heat_alone_checkpoint, only: save_heat
   use heat_alone_state, only: heat_run_t, read_probes, sample_cells
-  use heat_solvers_method, only: by_cg, euler, method_names, rkl2, solver_names
+  use heat_solvers_linear, only: by_cg, euler, method_names, rkl2, solver_names
   use heat_solvers_rates, only: b_film, b_source, n_books
   use io_frames, only: frame_name, write_heat_frame, write_series
-  use io_histories, only: table_t
-  use io_row, only: row_t
-  use output_melting, only: melting_t
+  use io_histories, only: row_t, table_t
+  use output_guards, only: melting_t
   use output_progress, only: percent, span
   use output_time_left, only: time_left_t
   use output_writer, only: next_time

@@ -9,7 +9,7 @@ module heat_alone_state
   use heat_solvers_integrator, only: integrator_t
   use heat_solvers_mesh, only: heat_mesh_t
   use heat_solvers_rates, only: heat_t, n_books
-  use output_melting, only: melt_sample_t
+  use output_guards, only: melt_sample_t
   use state_scene, only: scene_t
   implicit none (type, external)
   private

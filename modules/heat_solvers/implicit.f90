@@ -5,8 +5,7 @@
 !> the tolerances.
 module heat_solvers_implicit
   use base_kinds, only: rp
-  use heat_solvers_linear, only: linear_t
-  use heat_solvers_method, only: backward_euler, by_petsc, tr_bdf2
+  use heat_solvers_linear, only: backward_euler, by_petsc, linear_t, tr_bdf2
   use heat_solvers_rates, only: heat_t, n_books
   implicit none (type, external)
   private

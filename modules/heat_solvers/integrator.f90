@@ -6,7 +6,7 @@
 module heat_solvers_integrator
   use base_kinds, only: i8, rp
   use heat_solvers_implicit, only: implicit_t, order_of
-  use heat_solvers_method, only: backward_euler, euler, rkl2, tr_bdf2
+  use heat_solvers_linear, only: backward_euler, euler, rkl2, tr_bdf2
   use heat_solvers_rates, only: heat_t, n_books
   implicit none (type, external)
   private

@@ -2,17 +2,25 @@
 !> Linear systems of an implicit step, [C/s + a (G - D)] x = b, with capacities C, scale s,
 !> conductances G and slopes D <= 0 of the boundary heat flow. Solved by matrix-free conjugate
 !> gradients with the diagonal or the direct solution of the bounding box (heat_solvers_fft) as
-!> preconditioner, or by PETSc (heat_solvers_petsc).
+!> preconditioner, or by PETSc (heat_solvers_petsc). The names of the solvers and of the methods of
+!> time integration.
 module heat_solvers_linear
   use base_kinds, only: rp
   use heat_solvers_fft, only: fft_t
-  use heat_solvers_method, only: by_cg, by_fft, by_petsc, max_iterations
   use heat_solvers_petsc, only: petsc_t
   use heat_solvers_rates, only: heat_t
   implicit none (type, external)
   private
 
   public :: linear_t
+
+  integer, parameter, public :: euler = 1, rkl2 = 2, backward_euler = 3, tr_bdf2 = 4
+  integer, parameter, public :: by_cg = 1, by_fft = 2, by_petsc = 3
+  integer, parameter, public :: max_iterations = 2000    !! limit of conjugate gradients
+
+  character(14), parameter, public :: method_names(4) = [character(14) :: &
+    'explicit', 'rkl2', 'backward-euler', 'tr-bdf2']
+  character(5), parameter, public :: solver_names(3) = [character(5) :: 'cg', 'fftw', 'petsc']
 
   !> Solver and its work arrays.
   type :: linear_t

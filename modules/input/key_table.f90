@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: MIT
 !> Table of input keys: groups and rows, with additions and look-ups.
+!>
+!> Names that groups use to refer to one another.
 module input_key_table
   use base_errors, only: fatal
   use input_syntax, only: split_words
   implicit none (type, external)
   private
 
-  public :: group_row_t, key_row_t, key_table_t
+  public :: find, group_row_t, key_row_t, key_table_t, known
 
   !> One group of the input.
   type :: group_row_t
@@ -161,5 +163,27 @@ contains
       if (self%keys(k)%name == name) find_key = k
     end do
   end function find_key
+
+  !> Index of `name` in a list; 0 if it is not there.
+  pure integer function find(names, name)
+    character(*), intent(in) :: names(:), name
+
+    do find = 1, size(names)
+      if (names(find) == name) return
+    end do
+    find = 0
+  end function find
+
+  !> Text with the known names, for a diagnostic.
+  pure function known(names) result(text)
+    character(*), intent(in) :: names(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = 'known:'
+    do i = 1, size(names)
+      text = text//' '//trim(names(i))
+    end do
+  end function known
 
 end module input_key_table

@@ -5,8 +5,7 @@ module input_reading
   use base_text, only: str
   use input_assignments, only: assignment_t
   use input_diagnostics, only: excerpt
-  use input_key_names, only: find, known
-  use input_key_table, only: key_row_t, key_table_t
+  use input_key_table, only: find, key_row_t, key_table_t, known
   use input_library, only: take_from_library
   use input_scan, only: read_file, scan_text
   use input_syntax, only: quoted, split_override, split_words

@@ -5,8 +5,8 @@ module io_field_data
   use base_errors, only: error_t
   use base_kinds, only: rp
   use base_text, only: str
-  use io_h5_arrays, only: write_array
   use io_h5_file, only: h5file_t
+  use io_h5_notes, only: write_array
   implicit none (type, external)
   private
 

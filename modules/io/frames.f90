@@ -9,13 +9,11 @@ module io_frames
   use base_files, only: write_whole
   use base_kinds, only: i8, nlane, rp, sp
   use base_system, only: remove_file
-  use comm_agree, only: agree
-  use comm_world, only: world_t
+  use comm_world, only: agree, world_t
   use grid_geometry, only: mean_edge
   use io_field_data, only: note, note_unit, note_units, write_notes
-  use io_h5_arrays, only: write_array
   use io_h5_file, only: h5file_t
-  use io_h5_notes, only: write_attribute, write_text
+  use io_h5_notes, only: write_array, write_attribute, write_text
   use particles_store, only: f_flow, f_jac, f_plastic, f_pos, f_rate, f_tau, f_temp, &
                              particles_t, tag_id
   implicit none (type, external)

@@ -4,7 +4,7 @@
 !> All procedures are collective. An array is distributed along its last dimension: the file has the
 !> columns of rank 0, then those of rank 1, and so on; a rank may have none. With `error` set calls
 !> have no effect, except `close`, so that a sequence of calls needs one test at its end. Typed
-!> arrays are in io_h5_arrays, texts and attributes in io_h5_notes.
+!> arrays, texts and attributes are in io_h5_notes.
 module io_h5_file
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
@@ -13,8 +13,7 @@ module io_h5_file
   use base_files, only: reason_of
   use base_kinds, only: i8, rp
   use base_system, only: remove_file, rename_file
-  use comm_agree, only: agree
-  use comm_world, only: world_t
+  use comm_world, only: agree, world_t
   use io_h5_calls, only: close_dataset, close_parallel, dataset_shape, flush_parallel, &
                          make_dataset, make_group, move_columns, open_dataset, open_parallel
   use io_h5_seal, only: previous_of, seal, seal_bytes

@@ -1,18 +1,19 @@
 ! SPDX-License-Identifier: MIT
 !> Tables of values over time as CSV files, written by rank 0 and continued after a restart.
+!>
+!> One row of a table, filled by columns with name, unit and value.
 module io_histories
-  use base_errors, only: error_t
+  use base_errors, only: error_t, fatal
   use base_files, only: free_name, reason_of, text_file_t, write_whole
   use base_kinds, only: i8, rp
   use base_log, only: say
   use base_system, only: rename_file
   use base_text, only: str
-  use comm_agree, only: agree
-  use comm_world, only: world_t
+  use comm_world, only: agree, world_t
   implicit none (type, external)
   private
 
-  public :: table_t, compact
+  public :: compact, row_t, table_t
 
   real(rp), parameter :: time_slack = 1.0e-12_rp   !! relative tolerance of times with 13 digits
 
@@ -30,6 +31,25 @@ module io_histories
     procedure :: sync
     procedure :: close => close_table
   end type table_t
+
+  integer, parameter :: max_name = 64          !! length of column names
+
+  type :: row_column_t
+    character(max_name) :: name = ''
+    character(8) :: unit = ''
+    real(rp) :: value = 0.0_rp
+  end type row_column_t
+
+  type :: row_t
+    private
+    integer :: n = 0
+    type(row_column_t), allocatable :: column(:)  !! the first n are used
+  contains
+    procedure :: add
+    procedure :: headings
+    procedure :: values
+    procedure :: value
+  end type row_t
 
 contains
 
@@ -269,5 +289,59 @@ contains
 
     text = self%path//' cannot be written: '//reason_of(self%file%code)
   end function reason
+
+  !> Append a column.
+  pure subroutine add(self, name, unit, value)
+    class(row_t), intent(inout) :: self
+    character(*), intent(in) :: name, unit     !! unit: '' if none
+    real(rp), intent(in) :: value
+    type(row_column_t), allocatable :: longer(:)
+
+    if (.not. allocated(self%column)) allocate (self%column(64))
+    if (self%n == size(self%column)) then
+      allocate (longer(2*self%n))
+      longer(:self%n) = self%column
+      call move_alloc(longer, self%column)
+    end if
+    self%n = self%n + 1
+    self%column(self%n) = row_column_t(name, unit, value)
+  end subroutine add
+
+  !> Names of the columns with their units, as time[s].
+  pure function headings(self) result(names)
+    class(row_t), intent(in) :: self
+    character(max_name + 10) :: names(self%n)
+    integer :: k
+
+    do k = 1, self%n
+      associate (column => self%column(k))
+        names(k) = column%name
+        if (column%unit /= '') names(k) = trim(column%name)//'['//trim(column%unit)//']'
+      end associate
+    end do
+  end function headings
+
+  !> Values of all columns, in their order.
+  pure function values(self)
+    class(row_t), intent(in) :: self
+    real(rp) :: values(self%n)
+
+    if (self%n > 0) values = self%column(:self%n)%value
+  end function values
+
+  !> Value of the first column with this name, which must exist.
+  real(rp) function value(self, name)
+    class(row_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer :: k
+
+    value = 0.0_rp
+    do k = 1, self%n
+      if (self%column(k)%name /= name) cycle
+      value = self%column(k)%value
+      return
+    end do
+    call fatal('a row has no column '//name)
+  end function value
 
 end module io_histories

@@ -7,9 +7,8 @@ module io_tool_frames
   use base_kinds, only: i8, rp, sp
   use comm_world, only: world_t
   use io_field_data, only: note_unit, write_notes
-  use io_h5_arrays, only: write_array
   use io_h5_file, only: h5file_t
-  use io_h5_notes, only: write_attribute
+  use io_h5_notes, only: write_array, write_attribute
   implicit none (type, external)
   private
 

@@ -1,22 +1,31 @@
 ! SPDX-License-Identifier: MIT
 !> Operations of a step on one block of particles: shape functions on this rank's patch, nodal
 !> records, particle update. Plain arrays, no branches.
+!>
+!> Affine transfer: particles carry a velocity gradient C besides their velocity, so that the
+!> transfer to the grid and back conserves angular momentum (APIC: Jiang et al. 2017, JCP 338:137).
+!>
+!> Rigid bodies of particles: their nodes and particles follow the schedule of the tool whose shape
+!> they are.
 module mapping_blocks
   use base_kinds, only: nlane, rp
   use base_system, only: to_records
   use grid_geometry, only: storage_nodes
   use mapping_nodes, only: nodes_t
-  use particles_store, only: f_pos
+  use particles_store, only: f_pos, f_vel, particles_t
+  use state_run, only: clock_t
   use state_scene, only: scene_t
+  use tools_tool, only: rigid_t, tool_t
   use transfer_gather, only: gather_block, lanes_t
-  use transfer_weights, only: block_corners, block_weights, graded_axis, own_weights, &
-    uniform_axis
+  use transfer_kernels, only: g2p_block, p2g_affine_block
+  use transfer_weights, only: block_corners, block_weights, graded_axis, moment_weights, &
+                              own_weights, uniform_axis
   implicit none (type, external)
   private
 
-  public :: corners_of, weights_of, momentum_records, force_records, gather_velocity, &
-            gather_lanes, advance_particles
-  public :: kinetic_energy, body_work, stretch_domains
+  public :: advance_particles, affine_to_grid, body_work, corners_of, force_records, &
+            gather_gradient, gather_lanes, gather_velocity, kinetic_energy, momentum_records, &
+            move_rigid, set_rigid_velocities, start_rigid, stretch_domains, weights_of
 
   ! Limits of the half length of a particle domain [cells]: within the reach of the stencil, and not
   ! degenerate.
@@ -216,5 +225,105 @@ contains
       body_work = body_work + dt*mass(p)*dot_product(acceleration, vg(p, :) - 0.5_rp*dv(p, :))
     end do
   end function body_work
+
+  !> Add the records of a block with the momentum m (v + C (x_i - x_p)) at node i.
+  subroutine affine_to_grid(nodes, n, x, c, w, first, rec, g)
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: n, first(nlane)
+    real(rp), intent(in) :: x(nlane, 3), c(nlane, 9), w(nlane, 18)  !! position [m], C row by row
+                                                                    !! [1/s]
+    real(rp), intent(inout) :: rec(8, 4, nlane), g(8, nodes%patch%nn)
+    real(rp) :: moment(nlane, 18), square(nlane, 3)
+    integer :: a, b, p
+
+    call moment_weights(nodes%patch%origin, nodes%patch%h, x, w, moment, square)
+    do p = 1, n
+      do b = 1, 3
+        rec(1, 1 + b, p) = 0.0_rp
+        do a = 1, 3
+          rec(1 + a, 1 + b, p) = rec(1, 1, p)*c(p, 3*(a - 1) + b)
+        end do
+      end do
+    end do
+    call p2g_affine_block(n, w, moment, first, rec, nodes%patch%stride, nodes%patch%nn, g)
+  end subroutine affine_to_grid
+
+  !> Gather the affine gradient C = sum w v_i (x_i - x_p)^T D^-1 with D = sum w (x_i - x_p)(x_i -
+  !> x_p)^T, which is diagonal.
+  subroutine gather_gradient(nodes, n, x, w, first, g, rec, c)
+    type(nodes_t), intent(in) :: nodes
+    integer, intent(in) :: n, first(nlane)
+    real(rp), intent(in) :: x(nlane, 3), w(nlane, 18), g(8, nodes%patch%nn)
+    real(rp), intent(inout) :: rec(8, 4, nlane)
+    real(rp), intent(inout) :: c(nlane, 9)
+    real(rp) :: moment(nlane, 18), square(nlane, 3)
+    integer :: a, b, p
+
+    call moment_weights(nodes%patch%origin, nodes%patch%h, x, w, moment, square)
+    call g2p_block(n, moment, first, nodes%patch%stride, nodes%patch%nn, g, rec)
+    do p = 1, n
+      do a = 1, 3
+        do b = 1, 3
+          c(p, 3*(a - 1) + b) = rec(a, 1 + b, p)/square(p, b)
+        end do
+      end do
+    end do
+  end subroutine gather_gradient
+
+  !> Set the nodes of rigid bodies to the mean velocity over the next `dt`.
+  subroutine set_rigid_velocities(scene, clock, tool, nodes, dt, g)
+    type(scene_t), intent(in) :: scene
+    type(clock_t), intent(in) :: clock
+    type(tool_t), intent(in) :: tool(:)
+    type(nodes_t), intent(in) :: nodes
+    real(rp), intent(in) :: dt                 !! [s]
+    real(rp), intent(inout) :: g(8, nodes%patch%nn, nodes%n_groups)
+    type(rigid_t) :: rigid
+    integer :: i, k, r
+
+    do k = 1, nodes%n_groups
+      if (.not. scene%is_rigid_group(k)) cycle
+      rigid = tool(scene%tool_of(k))%mean_motion(clock%time, dt)
+      do r = 1, nodes%n_ranges
+        do i = nodes%range(1, r), nodes%range(2, r)
+          g(1:3, i, k) = rigid%velocity_at(nodes%patch%position(i))
+          g(5:7, i, k) = 0.0_rp
+        end do
+      end do
+    end do
+  end subroutine set_rigid_velocities
+
+  !> Move a block of a rigid body with its tool; keep the largest squared speed.
+  subroutine move_rigid(tool, k, n, x, v, max_speed2)
+    type(tool_t), intent(in) :: tool(:)
+    integer, intent(in) :: k, n
+    real(rp), intent(inout) :: x(nlane, 3), v(nlane, 3)
+    real(rp), intent(inout) :: max_speed2         !! running maximum of the squared speed [m2/s2]
+    integer :: p
+
+    do p = 1, n
+      x(p, :) = tool(k)%move_point(x(p, :))
+      v(p, :) = tool(k)%surface_velocity(x(p, :))
+      max_speed2 = max(max_speed2, sum(v(p, :)**2))
+    end do
+  end subroutine move_rigid
+
+  !> Set the velocities of the particles of rigid bodies at t = 0.
+  subroutine start_rigid(scene, tool, particles)
+    type(scene_t), intent(in) :: scene
+    type(tool_t), intent(in) :: tool(:)
+    type(particles_t), intent(inout) :: particles
+    integer :: b, p, k
+
+    do b = 1, particles%nblk
+      k = scene%body(particles%body(b))%tool
+      if (k == 0) cycle
+      do p = 1, particles%count(b)
+        associate (x => particles%ps(p, f_pos:f_pos + 2, b))
+          particles%ps(p, f_vel:f_vel + 2, b) = tool(k)%surface_velocity(x)
+        end associate
+      end do
+    end do
+  end subroutine start_rigid
 
 end module mapping_blocks

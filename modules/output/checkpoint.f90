@@ -7,7 +7,7 @@ module output_checkpoint
   use io_plausible, only: counts, least, numbers_t, speed_of_light
   use mapping_probes, only: share_probes
   use simulation_parts, only: simulation_t
-  use sleep_cubes, only: edge
+  use sleep_motion, only: edge
   use state_run, only: n_sums
   use state_scene, only: output_t, scene_t
   use tools_tool, only: n_tool_sums

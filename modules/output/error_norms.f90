@@ -3,7 +3,7 @@
 module output_error_norms
   use base_kinds, only: nlane, rp
   use fields_field, only: field_t
-  use io_row, only: row_t
+  use io_histories, only: row_t
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel
   use physics_material, only: material_t
   use simulation_parts, only: simulation_t

@@ -5,7 +5,7 @@ module output_faces
   use base_kinds, only: rp
   use base_log, only: say
   use base_text, only: str
-  use io_row, only: row_t
+  use io_histories, only: row_t
   use simulation_parts, only: simulation_t
   use state_scene, only: scene_t
   use tools_tool, only: n_tool_sums, s_area, s_face_temperature, s_excess_speed, s_friction, &

@@ -3,7 +3,7 @@
 !> forces of walls and clamps, microstructure. A new column is one line here.
 module output_history
   use base_kinds, only: rp
-  use io_row, only: row_t
+  use io_histories, only: row_t
   use output_faces, only: add_face, has_face
   use output_microstructure, only: add_micro_columns, micro_means_t, microstructure_means, &
                                    zero_means

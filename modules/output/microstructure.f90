@@ -4,7 +4,7 @@
 module output_microstructure
   use base_kinds, only: nlane, rp, sp
   use base_text, only: str
-  use io_row, only: row_t
+  use io_histories, only: row_t
   use particles_store, only: f_mass, f_plastic
   use physics_flow_law, only: law_output_t
   use simulation_parts, only: simulation_t

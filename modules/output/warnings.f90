@@ -5,9 +5,8 @@ module output_warnings
   use base_log, only: say
   use base_text, only: str
   use comm_world, only: world_t
-  use io_row, only: row_t
-  use output_guards, only: guards_t
-  use output_melting, only: melting_t
+  use io_histories, only: row_t
+  use output_guards, only: guards_t, melting_t
   use output_microstructure, only: warning_message
   use particles_store, only: f_bbar, f_jac, f_mass, f_pos
   use simulation_parts, only: simulation_t

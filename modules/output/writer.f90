@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: MIT
-!> Output of a run and its times: frames, histories, probes, tracers, checkpoints.
+!> Output of a run and its times: frames, surfaces of the tools, histories, probes, tracers,
+!> checkpoints.
 module output_writer
   use base_errors, only: error_t
   use base_kinds, only: i8, rp, sp
   use base_timers, only: wall_time
-  use io_frames, only: write_frame, write_series
-  use io_histories, only: table_t
-  use io_row, only: row_t
+  use io_frames, only: frame_name, write_frame, write_series
+  use io_histories, only: compact, row_t, table_t
+  use io_lines, only: lines_t
+  use io_tool_frames, only: write_tool_frame
   use mapping_probes, only: share_probes
   use output_checkpoint, only: save_checkpoint
   use output_diagnostics, only: is_finite
@@ -15,16 +17,15 @@ module output_writer
   use output_history, only: history_headings, history_row
   use output_microstructure, only: frame_outputs, pack_outputs
   use output_progress, only: progress_t
-  use output_tool_surfaces, only: list_tools, put_tools
-  use output_tracers, only: tracer_headings, tracer_rows
   use output_warnings, only: warnings_t
+  use particles_tracers, only: n_seen
   use physics_flow_law, only: law_output_t
   use simulation_parts, only: simulation_t
   use state_run, only: clock_t
   implicit none (type, external)
   private
 
-  public :: writer_t, next_time, put_frame
+  public :: next_time, writer_t
 
   !> Open files, and the state of the output.
   type :: writer_t
@@ -43,6 +44,11 @@ module output_writer
     procedure :: sync
     procedure :: close => close_files
   end type writer_t
+
+  character(24), parameter, public :: tracer_headings(10) = [character(24) :: 'time[s]', 'group', &
+    'tracer', 'id', 'body', 'x[m]', 'y[m]', 'z[m]', 'temperature[K]', 'plastic_strain[1]']
+
+  character(*), parameter :: ending = '_tools'   !! suffix of the name of their series
 
 contains
 
@@ -285,5 +291,79 @@ contains
     call self%tracers%close(error)
     call self%errors%close(error)
   end subroutine close_files
+
+  !> Collective. Text of the rows of the groups that are due, and their number; a tracer whose
+  !> particle has left the grid has no row. `id` is that of the particle in the frames.
+  subroutine tracer_rows(sim, is_due, text, n)
+    type(simulation_t), intent(in) :: sim
+    logical, intent(in) :: is_due(:)              !! groups to write
+    character(:), allocatable, intent(out) :: text
+    integer, intent(out) :: n
+    integer, parameter :: longest = 240           !! longest row [characters]
+    real(rp), allocatable :: seen(:, :)
+    type(lines_t) :: lines
+    character(20) :: now
+    integer :: i, k
+
+    allocate (seen(n_seen, sim%tracers%n))
+    call sim%tracers%collect(sim%world, sim%particles, seen)
+    allocate (character(longest*sim%tracers%n) :: lines%text)
+    write (now, '(es19.12)') sim%clock%time
+    n = 0
+    do i = 1, sim%tracers%n
+      if (.not. is_due(sim%tracers%group(i)) .or. seen(n_seen, i) < 0.5_rp) cycle
+      call lines%add(compact(now))
+      call lines%add(','//trim(sim%tracers%name(sim%tracers%group(i)))//',')
+      call lines%add(int(i, i8))
+      call lines%add(',')
+      call lines%add(sim%tracers%id(i))
+      call lines%add(','//trim(sim%scene%body(nint(seen(6, i)))%name))
+      do k = 1, 5
+        call lines%add(',')
+        call lines%add(seen(k, i))
+      end do
+      call lines%add(new_line('a'))
+      n = n + 1
+    end do
+    text = lines%text(:lines%used)
+  end subroutine tracer_rows
+
+  !> Collective. Write frame `k` (from 0) of the tools, if any has a surface.
+  subroutine put_tools(sim, k, error)
+    type(simulation_t), intent(in) :: sim
+    integer, intent(in) :: k
+    type(error_t), intent(inout) :: error
+    real(rp), allocatable :: x(:, :)
+    real(sp), allocatable :: place(:, :), velocity(:, :), azimuth(:)
+    integer, allocatable :: corner(:, :), number(:), part(:, :)
+    integer :: i, p
+
+    allocate (place(3, 0), velocity(3, 0), azimuth(0), number(0), corner(3, 0))
+    do i = 1, size(sim%tool)
+      if (.not. sim%tool(i)%has_shape()) cycle
+      call sim%tool(i)%shape%surface(x, part)
+      corner = reshape([corner, part + size(number)], [3, size(corner, 2) + size(part, 2)])
+      number = [number, spread(i, 1, size(x, 2))]
+      azimuth = [azimuth, real(atan2(x(2, :), x(1, :)), sp)]
+      x = matmul(sim%tool(i)%axes, x) + spread(sim%tool(i)%position, 2, size(x, 2))
+      place = reshape([place, real(x, sp)], [3, size(number)])
+      velocity = reshape([velocity, [(real(sim%tool(i)%surface_velocity(x(:, p)), sp), p=1, &
+                                      size(x, 2))]], [3, size(number)])
+    end do
+    if (size(corner) == 0) return
+    call write_tool_frame(sim%world, sim%scene%output%directory//'/'// &
+                          frame_name(sim%scene%output%name//ending, k), sim%clock%time, &
+                          int(sim%clock%step), sim%tool%name, place, velocity, azimuth, number, &
+                          corner, error)
+  end subroutine put_tools
+
+  !> Collective. Write the index file of these frames, if there are any.
+  subroutine list_tools(sim, error)
+    type(simulation_t), intent(in) :: sim
+    type(error_t), intent(inout) :: error
+
+    call write_series(sim%world, sim%scene%output%directory, sim%scene%output%name//ending, &
+                      sim%history%frame_times, error)
+  end subroutine list_tools
 
 end module output_writer

@@ -2,8 +2,7 @@
 !> A material: elasticity, thermal properties, and flow law.
 module physics_material
   use base_kinds, only: nlane, rp
-  use physics_coupled, only: change_coupled, coupled_energy
-  use physics_elastic, only: change_decoupled, decoupled_energy
+  use physics_elastic, only: change_coupled, change_decoupled, coupled_energy, decoupled_energy
   use physics_flow_law, only: flow_law_t, max_warnings
   implicit none (type, external)
   private
@@ -30,8 +29,7 @@ module physics_material
     real(rp) :: k = 0.0_rp                      !! bulk modulus [Pa]
     real(rp) :: g = 0.0_rp                      !! shear modulus [Pa]
     real(rp) :: g_true = 0.0_rp                 !! shear modulus without elastic scaling [Pa]
-    logical :: is_coupled = .false.             !! energy of physics_coupled instead of
-                                                !! physics_elastic
+    logical :: is_coupled = .false.             !! its energy couples volume and shape
     real(rp) :: expansion = 0.0_rp              !! linear thermal expansion [1/K]
     real(rp) :: t_ref = 298.0_rp                !! temperature without thermal strain [K]
     real(rp) :: c_p = 400.0_rp                  !! specific heat if there is no table [J/(kg K)]

@@ -2,8 +2,7 @@
 !> Constitutive update of one block: elastic trial, radial return, plastic heat, Kirchhoff stress.
 module physics_stress
   use base_kinds, only: nlane, rp
-  use physics_coupled, only: finish_coupled
-  use physics_elastic, only: finish_state, trial_state
+  use physics_elastic, only: finish_coupled, finish_state, trial_state
   use physics_flow_law, only: max_warnings, n_work
   use physics_material, only: material_t
   use physics_return_map, only: return_map

@@ -7,7 +7,7 @@ module run_loop
   use base_text, only: str
   use base_timers, only: ph_conduction, ph_exchange, ph_output, ph_sorting, wall_time
   use heat_conduction, only: conduct, conduction_is_due, conduction_step
-  use mapping_rigid, only: start_rigid
+  use mapping_blocks, only: start_rigid
   use mapping_stability, only: stable_step
   use output_checkpoint, only: broken_path, checkpoint_path, save_checkpoint
   use output_diagnostics, only: is_finite, describe_failure

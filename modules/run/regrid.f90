@@ -5,7 +5,7 @@ module run_regrid
   use boundary_clamp_list, only: list_clamps
   use boundary_symmetry, only: list_mirrors, narrow_mirrors
   use grid_geometry, only: box_t, halo, storage_nodes
-  use grid_marks, only: dilate
+  use grid_neighbours, only: dilate
   use mapping_nodes, only: append, clear_nodes
   use mapping_probes, only: assign_probes, share_probes
   use particles_migrate, only: redistribute, wrap_positions
@@ -16,7 +16,7 @@ module run_regrid
   use run_order, only: list_to_grid_order, mark_border
   use simulation_parts, only: simulation_t
   use sleep_criteria, only: count_awake, update_sleep
-  use sleep_held_force, only: find_far_force
+  use sleep_held_layer, only: find_far_force
   use step_schedule, only: list_to_particles_order
   implicit none (type, external)
   private

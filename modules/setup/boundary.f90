@@ -9,7 +9,7 @@ module setup_boundary
   use conditions_clamp, only: clamp_t
   use conditions_list, only: append_clamp, clamp_groups, make_clamp, symmetry_t
   use grid_geometry, only: grid_t
-  use input_key_names, only: find
+  use input_key_table, only: find
   use input_values, only: input_t
   use simulation_parts, only: source_ball, source_disc, source_t
   use state_scene, only: scene_t, traction_t

@@ -3,7 +3,7 @@
 !> transfer by contact conductances with separate nodal temperatures.
 module setup_contacts
   use base_kinds, only: rp
-  use input_key_names, only: find
+  use input_key_table, only: find
   use input_tables, only: check_rising
   use input_values, only: input_t
   use state_film, only: film_t, of_pressure

@@ -10,7 +10,7 @@ module setup_heat_scene
   use heat_solvers_cut_mesh, only: cut_cells_t, cut_mesh
   use heat_solvers_fft, only: has_fft
   use heat_solvers_integrator, only: integrator_t
-  use heat_solvers_method, only: by_cg, by_fft, by_petsc, method_names, rkl2
+  use heat_solvers_linear, only: by_cg, by_fft, by_petsc, method_names, rkl2
   use heat_solvers_petsc, only: petsc_trouble
   use heat_solvers_rates, only: heat_t
   use input_values, only: input_t

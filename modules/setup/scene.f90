@@ -8,8 +8,8 @@ module setup_scene
   use bodies_fields, only: read_fields
   use grid_geometry, only: grade, grid_t, make_grid
   use grid_grading, only: grading_t, make_grading
-  use heat_solvers_method, only: by_cg, by_petsc
-  use input_key_names, only: find
+  use heat_solvers_linear, only: by_cg, by_petsc
+  use input_key_table, only: find
   use input_values, only: input_t
   use mapping_probes, only: probes_t
   use mapping_stability, only: default_cfl

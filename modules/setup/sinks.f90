@@ -7,7 +7,7 @@ module setup_sinks
   use base_log, only: say
   use base_text, only: str
   use bodies_solids, only: body_solids, extent_of, solid_t
-  use input_key_names, only: find
+  use input_key_table, only: find
   use input_values, only: input_t
   use setup_boundary, only: wall_of, wall_t
   use state_scene, only: scene_t, scheme_usl

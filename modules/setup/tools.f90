@@ -2,7 +2,7 @@
 !> Read the tools and their motion schedules.
 module setup_tools
   use base_kinds, only: pi, rp
-  use input_key_names, only: find, known
+  use input_key_table, only: find, known
   use input_tables, only: check_rising
   use input_values, only: input_t
   use physics_material, only: material_t

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: MIT
-!> State of a running simulation: scene, this rank's part of it, clock and budget.
+!> State of a running simulation: scene, this rank's part of it, constraints on its nodes, clock and
+!> budget.
 module simulation_parts
   use base_kinds, only: i8, rp
   use base_timers, only: phase_timer_t
@@ -8,7 +9,6 @@ module simulation_parts
   use mapping_probes, only: probes_t
   use particles_store, only: particles_t
   use particles_tracers, only: tracers_t
-  use simulation_held, only: boundary_t
   use simulation_node_pairs, only: node_pairs_t
   use simulation_tool_lists, only: tool_contact_t
   use state_run, only: budget_t, clock_t, exchange_t, sleepers_t, step_t
@@ -18,7 +18,57 @@ module simulation_parts
   implicit none (type, external)
   private
 
-  public :: free_simulation, history_t, simulation_t, source_t
+  public :: boundary_t, column_nodes_t, column_t, free_simulation, mirrors_t, simulation_t, &
+            source_t
+
+  !> Three nodes across the face of a clamp that lies between nodes (boundary_clamps).
+  type :: column_t
+    integer :: node(3) = 0                   !! 0: not stored here
+    real(rp) :: weight(3) = 0.0_rp           !! weights of the nodal velocities at the face
+    real(rp) :: tail(3) = 0.0_rp             !! mass of a node that only sees a body up to the face,
+                                             !! over that of one inside
+    integer :: clamp = 0
+    integer :: axis = 0                      !! normal to the face
+    logical :: is_owned(3) = .false.
+    logical :: is_whole = .false.            !! this rank stores all nodes with a weight
+  end type column_t
+
+  !> Nodes of all columns along one axis that this rank stores, including columns that only other
+  !> ranks list.
+  type :: column_nodes_t
+    integer, allocatable :: node(:)
+    logical, allocatable :: is_known(:)  !! this rank stores the whole column of each node
+    logical :: is_cut = .false.          !! some rank does not store the whole columns of all its
+                                         !! nodes
+  end type column_nodes_t
+
+  !> Nodes behind symmetry planes and their mirror nodes (boundary_symmetry).
+  type :: mirrors_t
+    integer :: n_pairs = 0, n_planes = 0
+    integer :: n_shared_pairs = 0, n_shared_planes = 0  !! leading pairs and planes that involve
+                                                        !! shared nodes
+    integer, allocatable :: pair(:, :)                  !! (3, n_pairs) node behind, node in front,
+                                                        !! plane
+    integer, allocatable :: plane(:, :)                 !! (2, n_planes) node on a plane, plane
+    real(rp), allocatable :: mass_behind(:, :)          !! (n_pairs, n_groups) this rank's mass or
+                                                        !! capacity behind the plane, before
+                                                        !! reflection
+    real(rp), allocatable :: resting_mass_behind(:)     !! (n_pairs) the same of particles at rest,
+                                                        !! if there are any
+    real(rp), allocatable :: lost(:, :)                 !! (8, planes) change of the sum over the
+                                                        !! nodes by reflections
+  end type mirrors_t
+
+  type :: boundary_t
+    logical, allocatable :: is_held(:)       !! (nn) nodes held by a clamp or wall, or behind one
+    integer :: n_fixed = 0
+    integer, allocatable :: fixed(:, :)      !! (3, n) node, clamp, 1 if owned
+    integer :: n_columns = 0
+    type(column_t), allocatable :: column(:)  !! columns of nodes across the faces of clamps
+    type(column_nodes_t) :: along(3)          !! nodes of the columns along each axis
+    type(mirrors_t) :: mirrors                !! mirror nodes used in steps
+    type(mirrors_t) :: resting_mirrors        !! mirror nodes of all particles, if some sleep
+  end type boundary_t
 
   integer, parameter, public :: source_disc = 1, source_ball = 2   !! kinds of sources
 

@@ -10,12 +10,11 @@
 module sleep_criteria
   use base_kinds, only: i8, nlane, rp
   use grid_geometry, only: box_t, grid_t, nearest_node, nearest_nodes
-  use grid_marks, only: dilate
+  use grid_neighbours, only: dilate
   use particles_store, only: asleep, awake, f_mass, f_pos, f_tau, f_temp, f_vel, held, rests, &
                              set_rest, tag_rest
   use simulation_parts, only: simulation_t
-  use sleep_cubes, only: cube_at, cube_middle, cube_size, edge, longest_cube
-  use sleep_motion, only: start_tracking
+  use sleep_motion, only: cube_at, cube_middle, cube_size, edge, longest_cube, start_tracking
   use sleep_stress, only: c_wake_requests, c_mass, c_stress, find_active_cubes, n_cube_sums, &
     n_particle_sums
   use state_run, only: e_sleep, motion_t

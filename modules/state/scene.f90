@@ -107,7 +107,7 @@ module state_scene
     logical :: implicit_heat = .false.   !! conduction by backward Euler
     real(rp) :: heat_step = 0.0_rp       !! implicit conduction step [s]; 0: by error control
     integer :: heat_every = 0            !! mechanical steps per conduction step; 0: by heat_step
-    integer :: heat_solver = 0           !! by_cg or by_petsc (heat_solvers_method)
+    integer :: heat_solver = 0           !! by_cg or by_petsc (heat_solvers_linear)
     real(rp) :: heat_tolerance = 2.0_rp  !! allowed error of an implicit conduction step [K]
     logical :: has_mechanics = .true.    !! false: heat conduction alone (heat_alone_loop)
     real(rp) :: fourier = 0.15_rp        !! explicit conduction step over h^2/kappa

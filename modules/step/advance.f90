@@ -12,8 +12,7 @@ module step_advance
   use mapping_nodes, only: clear_nodes, update_nodes
   use mapping_probes, only: move_probes
   use simulation_parts, only: simulation_t
-  use sleep_held_force, only: record_sleeper_impulse
-  use sleep_held_layer, only: freeze_layer
+  use sleep_held_layer, only: freeze_layer, record_sleeper_impulse
   use sleep_motion, only: track_motion
   use state_run, only: budget_t, outcome_t
   use state_scene, only: scheme_usavg, scheme_usl, transfer_apic

@@ -3,11 +3,10 @@
 !> explicit-shape array, to a procedure of its own.
 module update_sweeps
   use base_kinds, only: nlane, rp
-  use mapping_apic, only: affine_to_grid, gather_gradient
-  use mapping_blocks, only: advance_particles, force_records, gather_velocity, momentum_records, &
-                            stretch_domains, weights_of
+  use mapping_blocks, only: advance_particles, affine_to_grid, force_records, gather_gradient, &
+                            gather_velocity, momentum_records, move_rigid, stretch_domains, &
+                            weights_of
   use mapping_fbar, only: add_volume
-  use mapping_rigid, only: move_rigid
   use particles_store, only: f_mass, f_pos, f_tau, f_temp, f_vel, n_to_grid
   use simulation_parts, only: simulation_t
   use state_run, only: outcome_t

@@ -11,8 +11,8 @@ program test_heat_alone
   use heat_solvers_curve, only: curve_t, make_property
   use heat_solvers_cut_mesh, only: cut_cells_t, cut_mesh, n_halo_planes
   use heat_solvers_integrator, only: integrator_t
+  use heat_solvers_linear, only: backward_euler, by_cg, euler, rkl2, tr_bdf2
   use heat_solvers_mesh, only: heat_mesh_t
-  use heat_solvers_method, only: backward_euler, by_cg, euler, rkl2, tr_bdf2
   use heat_solvers_rates, only: heat_t
   use heat_solvers_sources, only: heat_source_t, kind_disc, kind_stir
   use input_reading, only: read_input_text

@@ -9,9 +9,9 @@ program test_io
   use check, only: begin_tests, end_tests, expect, expect_close
   use comm_world, only: start_world, world_t
   use io_frames, only: frame_name, write_frame, write_series
-  use io_h5_arrays, only: read_array, write_array
   use io_h5_file, only: h5file_t
-  use io_h5_notes, only: has_attribute, read_attribute, read_text, write_attribute, write_text
+  use io_h5_notes, only: has_attribute, read_array, read_attribute, read_text, write_array, &
+                         write_attribute, write_text
   use io_histories, only: compact, table_t
   use io_lines, only: lines_t
   use io_samples, only: contents, discard, expect_error, expect_no_error, make_particles, put, &

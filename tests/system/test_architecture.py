@@ -42,7 +42,7 @@ def long_file(tree):
 
 
 def use_upwards(tree):
-    edit(tree, "modules/mapping/probes.f90", "  use grid_geometry", "  use io_row, only: row_t\n  use grid_geometry")
+    edit(tree, "modules/mapping/probes.f90", "  use grid_geometry", "  use io_histories, only: row_t\n  use grid_geometry")
 
 
 def cycle(tree):
